@@ -34,6 +34,7 @@ mod joint_travel;
 mod joint_velocities;
 mod key_examples;
 mod limits;
+mod linear_limits;
 mod line_contact;
 mod line_on_mesh;
 mod long;

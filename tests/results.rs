@@ -76,6 +76,7 @@ fn start(observer: &mut dyn Observer) -> Result<(), AppError> {
     let layout = RunLayout {
         bodies: vec![body("ball", (1..=6).map(|i| 1e5 * f64::from(i)).collect()), body("floor", Vec::new())],
         contacts: vec!["impact".into()],
+        stops: Vec::new(),
         points: vec![PointLayout { name: "top".into(), ..PointLayout::default() }],
         joints: vec![JointLayout {
             name: "guide".into(),

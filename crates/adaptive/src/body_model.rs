@@ -18,10 +18,11 @@ use crate::imported::ImportedModel;
 use crate::marker_loads::answers_by_marker;
 use crate::mesh_surface::MeshSurface;
 use crate::meshed::MeshedModel;
+use crate::mode_gradients::{MeshFields, ModeFields, SplineFields};
 use crate::paper::fine_modes::FineModes;
 use crate::point_compliance::{Functions, ObservedPlace, PlaceFunctions};
 use crate::rigid_surface::RigidSurface;
-use crate::spec::{Geometry, ImportedSpec, MeshedSpec, RigidSpec};
+use crate::spec::{Area, Geometry, ImportedSpec, MeshedSpec, RigidSpec};
 use crate::store::{ModelCache, body_definition};
 use crate::unsupported::Unsupported;
 
@@ -124,6 +125,35 @@ impl<'a> FlexibleBody<'a> {
     pub fn is_like(&self, other: &FlexibleBody<'_>) -> bool {
         let both = self.spline_body().zip(other.spline_body());
         both.is_some_and(|(a, b)| body_definition(&a.spec) == body_definition(&b.spec))
+    }
+
+    /// Side of the longest element at a disc or ball that a joint or load holds \[m\]; none of a whole face.
+    pub fn longest_element_at(&self, area: &Area) -> Option<f64> {
+        match self.kind {
+            FlexibleKind::Splines(body) => {
+                area.extent.longest_element(&body.spec.shape, &body.space, &body.spec.model).ok()?
+            }
+            FlexibleKind::Mesh(spec) => spec.longest_element(area),
+        }
+    }
+
+    /// Number of its nodes, or of its functions.
+    pub fn n_nodes(&self) -> usize {
+        match self.kind {
+            FlexibleKind::Splines(body) => body.assembled.nodes.len(),
+            FlexibleKind::Mesh(spec) => spec.mesh.nodes().len(),
+        }
+    }
+
+    /// The fields of its modes in the mean-axis frame, whatever the frame in use.
+    fn mode_fields(&self) -> Box<dyn ModeFields + 'a> {
+        let shapes = self.reduced.basis.shapes.as_ref();
+        match self.kind {
+            FlexibleKind::Splines(body) => Box::new(SplineFields { body, shapes }),
+            FlexibleKind::Mesh(spec) => {
+                Box::new(MeshFields { name: self.name, spec, lookup: self.lookup, shapes })
+            }
+        }
     }
 
     /// What a body of finite elements was made from; none of splines.
@@ -356,6 +386,17 @@ pub struct CoordinateCounts {
 }
 
 impl BodyModel {
+    /// The fields of the modes, those of the mean-axis frame of bodies reduced here; none of a rigid body.
+    pub fn mode_fields(&self) -> Option<Box<dyn ModeFields + '_>> {
+        match &self.form {
+            BodyForm::Elastic(_) | BodyForm::Meshed(_) => {
+                self.flexible().map(|flexible| flexible.mode_fields())
+            }
+            BodyForm::Imported(imported) => Some(Box::new(imported.as_ref())),
+            BodyForm::Rigid(_) => None,
+        }
+    }
+
     /// What the elastic coordinates stand for.
     pub fn coordinates(&self) -> CoordinateCounts {
         let n = self.data.n_modes();

@@ -4,12 +4,14 @@ use std::time::Instant;
 
 use contact_qs::search::{TouchSettings, first_touch};
 use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, Statistics, Step, StepSettings};
+use ffr_dynamics::system::stops::StopSite;
 
 use crate::error::AdaptiveError;
 use crate::local_deformation::LocalDeformation;
 use crate::model::RunModel;
 use crate::observer::{Continue, Observer};
 use crate::plausibility::ledger::{EnergyLedger, Imbalance};
+use crate::plausibility::linearity::LinearLimits;
 use crate::plausibility::motion::MotionLimits;
 use crate::plausibility::start::watched_pairs;
 use crate::plausibility::watch::WatchedPair;
@@ -17,6 +19,7 @@ use crate::record::{PhaseKind, PhaseRecord};
 use crate::run_state::{ContactState, RunState};
 use crate::simulation::smallest_gap;
 use crate::spec::{FREE_INTERVAL, RunSettings};
+use crate::stop_hit::StopHit;
 
 /// A body that touches within this part of its size at the start counts as touching: round-off of its coordinates.
 const TOUCHING: f64 = 1e-12;
@@ -47,6 +50,7 @@ mod refine;
 mod rest;
 mod restart;
 mod states;
+mod stops;
 mod trial;
 mod trial_reason;
 mod watch;
@@ -90,6 +94,10 @@ pub struct Driver<'a> {
     /// How far the energy ledger is open in the state noted last.
     imbalance: Imbalance,
     limits: MotionLimits,
+    linear: LinearLimits,
+    /// Stops of the joints, and what was seen of them at the last restart point.
+    stops: Vec<StopSite>,
+    marked_hits: Vec<StopHit>,
     work: PhaseWork,
     /// Contact whose fine model is being built.
     building: Option<usize>,
@@ -141,6 +149,17 @@ pub fn resume(
     driver.finish_run(end)
 }
 
+/// Limits of linear deformation of the bodies of `model`.
+fn linear_limits(model: &RunModel) -> Result<LinearLimits, AdaptiveError> {
+    let system = model.system.model();
+    let is_in_loop =
+        |b: usize| system.loops.iter().any(|l| l.parent.body == Some(b) || l.child.body == Some(b));
+    LinearLimits::new(&model.bodies, |b| {
+        let joint = &system.bodies[b].joint;
+        (joint.free_velocities().next().is_none() && !is_in_loop(b)).then_some(&joint.child)
+    })
+}
+
 impl<'a> Driver<'a> {
     /// Adds up the time of searches and reports stresses, of runs that have failed as well; their own error goes first.
     fn finish_run(self, end: Result<RunEnd, AdaptiveError>) -> Result<RunEnd, AdaptiveError> {
@@ -174,7 +193,9 @@ impl<'a> Driver<'a> {
         let mass = model.bodies.iter().map(|b| b.data.mass).filter(|m| m.is_finite()).sum();
         let floor = settings.free.velocity_floor.max(settings.impact.velocity_floor);
         let slots = model.contacts.iter().map(|c| ContactSlot::new(c.refinement.is_some()));
+        let stops = model.system.model().stops();
         let run = RunState {
+            hits: vec![StopHit::default(); stops.len()],
             last_output: f64::NEG_INFINITY,
             free_interval: settings.free_interval.unwrap_or(FREE_INTERVAL),
             ledger: EnergyLedger::new(mass, floor, gravity_datum),
@@ -182,12 +203,16 @@ impl<'a> Driver<'a> {
             stress: vec![None; model.n_stress_requests()],
             ..RunState::default()
         };
+        let marked_hits = run.hits.clone();
         Ok(Self {
             run,
             slots: slots.collect(),
             output: Output::new(observer),
             imbalance: Imbalance::default(),
             limits,
+            linear: linear_limits(model)?,
+            marked_hits,
+            stops,
             groups: model.system.model().groups(),
             local_deformation: LocalDeformation::new(model.lasting_local_deformation()?),
             lowered: None,
@@ -223,6 +248,8 @@ impl<'a> Driver<'a> {
             None => {
                 let kind = if self.is_touching()? { PhaseKind::Impact } else { PhaseKind::Free };
                 self.store()?;
+                self.check_motion()?;
+                self.warn_of_nonlinearity()?;
                 self.note_gaps(self.integrator.time())?;
                 self.run.next_output = self.run.free_interval;
                 self.begin_phase(kind)?;
@@ -238,6 +265,7 @@ impl<'a> Driver<'a> {
             // A phase that fails is reported as far as it went.
             self.output.observer.phase(&self.phase_record(kind))?;
             is_interrupted = outcome?;
+            self.warn_of_nonlinearity()?;
             self.run.n_phases += 1;
             kind = if kind == PhaseKind::Free { PhaseKind::Impact } else { PhaseKind::Free };
             if !self.is_over() && !is_interrupted {
@@ -333,8 +361,11 @@ impl<'a> Driver<'a> {
                     _ => Err(error),
                 };
             }
+            self.warn_of_nonlinearity()?;
             self.note_rest();
             self.store_until(step.end)?;
+            self.note_stops()?;
+            self.report_hits()?;
             if self.output.observer.progress(step.end, step.end - step.start, PhaseKind::Free)
                 == Continue::Interrupt
             {

@@ -105,6 +105,11 @@ impl ImportedModel {
         Ok(Self { data, frequencies: Vec::new(), markers, points, answers: Vec::new() })
     }
 
+    /// The markers, in the order of the file.
+    pub fn markers(&self) -> &[Marker] {
+        &self.markers
+    }
+
     /// The point called `name` in the file, of the body called `body`.
     ///
     /// # Errors

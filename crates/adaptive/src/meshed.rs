@@ -124,6 +124,26 @@ impl MeshedSpec {
         }
     }
 
+    /// Side of the longest element at a disc or ball \[m\]; none of a face, or if there is no such part.
+    pub fn longest_element(&self, area: &Area) -> Option<f64> {
+        if matches!(area.extent, Extent::Face(_)) {
+            return None;
+        }
+        let part = self.part(area).ok()?;
+        let place = |node: u32| Vector3::from(self.mesh.nodes()[node as usize]);
+        let side = |i: usize| {
+            let (_, _, functions) = part.point(i);
+            let pairs = functions
+                .iter()
+                .enumerate()
+                .flat_map(|(k, a)| functions[..k].iter().map(move |b| (a.0, b.0)));
+            let across = pairs.map(|(a, b)| (place(a) - place(b)).norm()).fold(0.0, f64::max);
+            // The diagonal of a square; a triangle has none.
+            if matches!(functions.len(), 3 | 6) { across } else { across * std::f64::consts::FRAC_1_SQRT_2 }
+        };
+        Some((0..part.len()).map(side).fold(0.0, f64::max))
+    }
+
     /// The quadrature points of a part.
     fn points(&self, area: &Area) -> Result<PartPoints, MeshFault> {
         let part = self.part(area)?;

@@ -17,6 +17,7 @@ use crate::plausibility::overlap::check_undeformed;
 use crate::point_compliance::{PointCompliance, of_body};
 use crate::record::{BodyLayout, JointLayout, PointLayout, RunLayout, Timings};
 use crate::simulation::{Observed, ObservedPoint, System};
+use crate::sizing::impact_time::line_frequencies;
 use crate::spec::{BodyKind, PointSpec, RunSpec, StressSpec, Target};
 use crate::store::{ModelCache, body_definition};
 
@@ -67,6 +68,8 @@ pub struct RunModel {
     stress: Vec<StressSpec>,
     /// What the models were built from, where models of bodies change in the course of the run.
     source: Option<Box<RunSpec>>,
+    /// Frequency up to which the modes of the bodies of each contact are to follow its force, if they touch along a line \[Hz\].
+    pub line_frequencies: Vec<Option<f64>>,
 }
 
 /// What of a contact does not change in a run.
@@ -91,6 +94,8 @@ pub struct ContactModel {
     pub flexible_under_hertz: Option<usize>,
     /// Speed of waves in the slower of the materials that meet [m/s].
     pub wave_speed: f64,
+    /// Modulus `E*` of the materials that meet; infinite between rigid ones \[Pa\].
+    pub modulus: f64,
     /// Whether its forces act on the interfaces that its bodies were reduced for: quasistatic ones with one model for the
     /// whole run.
     pub loads_interface: bool,
@@ -158,6 +163,7 @@ impl RunModel {
             source: needs_fine_modes(spec, &plans, &bodies)?.then(|| Box::new(spec.clone())),
             cache: cache.clone(),
             touches: spec.contacts.iter().flat_map(|c| touches(spec, &poses, c)).collect(),
+            line_frequencies: line_frequencies(spec, &poses),
             system,
             initial,
             bodies,
@@ -208,6 +214,13 @@ impl RunModel {
                 .map(|b| BodyLayout { name: b.name.clone(), eigenfrequencies: frequencies(b) })
                 .collect(),
             contacts: self.contacts.iter().map(|c| c.name.clone()).collect(),
+            stops: self
+                .system
+                .model()
+                .stops()
+                .into_iter()
+                .map(|stop| format!("stop of {}", stop.joint))
+                .collect(),
             points: self.points.iter().map(|p| self.point_layout(p)).collect(),
             joints: self.observed.joints.iter().map(joint).chain(loops).collect(),
             time_span: (0.0, end_time),

@@ -223,6 +223,13 @@ impl LineLaw {
             .map_or(0.0, |(half, _)| half)
     }
 
+    /// Approach of the bodies under the force `force` \[m\].
+    pub fn approach(&self, force: f64) -> f64 {
+        let length = self.curvature * self.size * self.size;
+        let g = force * self.compliance / (self.thickness * PI * length);
+        length * g * if g > 0.0 { (-g.ln() - 1.0).max(1.0) } else { 1.0 }
+    }
+
     /// `δ = l g max(ln(1/g) - 1, 1)` with `g = F/(t F_0)`, `l = κ ℓ²`, `F_0 = π E* l`: Eq. A.13 with `b` put in.
     fn force(&self, approach: f64) -> (f64, f64) {
         let length = self.curvature * self.size * self.size;

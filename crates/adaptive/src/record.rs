@@ -12,6 +12,8 @@ pub struct RunLayout {
     pub bodies: Vec<BodyLayout>,
     /// Names of contacts in the order of [`Sample::contacts`].
     pub contacts: Vec<String>,
+    /// Names of the stops of joints, whose hits are numbered behind the contacts.
+    pub stops: Vec<String>,
     /// Observed points in the order of [`Sample::points`].
     pub points: Vec<PointLayout>,
     /// Joints in the order of [`Sample::joints`]; those that close loops have no coordinates.

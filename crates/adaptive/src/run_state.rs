@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use crate::impact_monitor::Impact;
 use crate::plausibility::ledger::{EnergyLedger, NumericalDamping};
 use crate::record::{PhaseRecord, StressState, ZoneSite};
+use crate::stop_hit::StopHit;
 
 /// State of a run. Where it is reported as a restart point, a run taken up from it has the same result as the one that goes on
 /// (docs/decisions/0013-restart-file.md).
@@ -26,6 +27,10 @@ pub struct RunState {
     pub n_phases: u32,
     /// Impacts before it.
     pub n_impacts: u32,
+    /// Hits of stops reported before it.
+    pub n_hits: u32,
+    /// The stops of the joints, in their order.
+    pub hits: Vec<StopHit>,
     /// Fine models built before it.
     pub n_refined: u64,
     /// Time of the state stored last \[s\].
@@ -44,6 +49,8 @@ pub struct RunState {
     pub warned: Vec<u64>,
     /// Since when the bodies are as slow as at rest \[s\].
     pub slow_since: Option<f64>,
+    /// Averages of the axial loads of the bodies; empty before the first state.
+    pub loads: Vec<f64>,
     /// States that the stress requests hold.
     pub stress: Vec<Option<StressState>>,
 }

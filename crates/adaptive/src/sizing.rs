@@ -5,6 +5,7 @@
 //! contacts want that keep one model for the whole run ([`zone`]). The answers depend on
 //! shape, material, motion at the start and contacts alone; they are the same in every run and are kept with the other models.
 
+mod extent;
 mod first_elements;
 mod key;
 pub mod impact_time;
@@ -12,6 +13,7 @@ pub mod mesh;
 pub mod mode_count;
 mod of_mesh;
 pub mod proportions;
+pub mod rise;
 mod spectrum;
 pub mod zone;
 

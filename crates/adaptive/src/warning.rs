@@ -50,6 +50,11 @@ kinds! {
     SlowRise = "slow-rise": "The modes kept let the force between flat faces rise and fall slowly beside the duration of the impact.",
     EdgeTouch = "edge-touch": "Bodies touch with an edge or a corner, where elements decide how far they yield.",
     YieldsTwice = "yields-twice": "Modes of a flexible body yield at the touch beside Hertz's law, which holds that already.",
+    LargeTurn = "large-turn": "Deformation turns parts of a body so far that linear deformation ends.",
+    LargeStrain = "large-strain": "A body strains so much that linear elasticity ends.",
+    AxialLoad = "axial-load": "A body is loaded along itself by a share of its buckling load that changes how it bends.",
+    FastSpin = "fast-spin": "A body spins so fast that centrifugal forces change its frequencies.",
+    LargeContactStrain = "large-contact-strain": "A contact presses so hard that linear elasticity ends there.",
     SoftContact = "soft-contact": "More of the approach of two bodies is penetration than a contact may have: its penalty factor is too low.",
 }
 

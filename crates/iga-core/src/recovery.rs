@@ -158,6 +158,14 @@ impl RecoveryWorkspace {
         Ok(self.active.iter().enumerate().zip(&values).map(function).collect())
     }
 
+    /// Determinant of the map from parameters to space at `xi` of element `e`; on singular lines that of a point moved into the element.
+    ///
+    /// # Errors
+    /// As [`RecoveryWorkspace::functions`].
+    pub fn determinant(&mut self, space: &dyn Space, e: usize, xi: &[f64; 3]) -> Result<f64, SplineError> {
+        Ok(self.regular_map(space, e, xi)?.determinant)
+    }
+
     /// Distance of the point from the axis of an axisymmetric model; none on the axis, where the hoop strain is `∂u_r/∂r`.
     fn radius(&self, map: &PointMap) -> Option<f64> {
         let largest = self.nodes.iter().fold(0.0f64, |m, x| m.max(x[0].abs()));

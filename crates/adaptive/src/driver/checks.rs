@@ -5,6 +5,8 @@ use super::judgement::MINOR;
 use crate::detection::Search;
 use crate::error::AdaptiveError;
 use crate::penalty_search::MOST_OVERLAP;
+use crate::plausibility::contact_strain::{HUGE_CONTACT_STRAIN, contact_strain, large_contact_strain};
+use crate::plausibility::finding::ContactQuantity;
 use crate::plausibility::resolution::{
     coarse_mesh, coarse_place, few_modes, highest_vibration, shown_interval, slow_rise, sparse_output,
 };
@@ -83,12 +85,14 @@ impl Driver<'_> {
         let i = impact.contact as usize;
         let contact = &mut self.run.contacts[i];
         (contact.smallest_gap, contact.smallest_gap_time) = (CLOSED, impact.start);
+        self.check_contact_strain(impact)?;
         if !is_open {
             return Ok(());
         }
         let (body, target) = self.model.system.forces()[i].contact.bodies();
         let bodies = [Some(body), target].into_iter().flatten();
-        let few = |b| Some((b, few_modes(&self.model.bodies[b], impact)?));
+        let wanted = self.model.line_frequencies[i];
+        let few = |b| Some((b, few_modes(&self.model.bodies[b], impact, wanted)?));
         let mut warnings: Vec<(usize, Warning)> = bodies.filter_map(few).collect();
         if whole == Some(TouchKind::Flat) {
             let touching: Vec<_> =
@@ -104,6 +108,21 @@ impl Driver<'_> {
             warnings.push((i, minor_contact(&self.model.contacts[i].name, impact)));
         }
         self.warn(warnings)
+    }
+
+    /// Looks at how hard the bodies pressed each other at the peak of `impact` (Eq. P.17).
+    fn check_contact_strain(&mut self, impact: &ImpactRecord) -> Result<(), AdaptiveError> {
+        let i = impact.contact as usize;
+        let facts = &self.model.contacts[i];
+        let pressure = self.slots[i].pressure;
+        let strain = contact_strain(pressure, facts.modulus);
+        if strain > HUGE_CONTACT_STRAIN {
+            let (contact, time, quantity) = (facts.name.clone(), impact.peak_time, ContactQuantity::Strain);
+            let (value, limit) = (strain, HUGE_CONTACT_STRAIN);
+            return Err(AdaptiveError::ImplausibleContact { contact, time, quantity, value, limit });
+        }
+        let warning = large_contact_strain(&facts.name, impact, (pressure, strain));
+        self.warn(warning.map(|warning| (i, warning)).into_iter().collect())
     }
 
     /// Looks at the vibrations that an impact has left: states are stored as often as they ask for, or a warning says that they are not.
@@ -162,7 +181,15 @@ impl Driver<'_> {
     pub(super) fn check_motion(&mut self) -> Result<(), AdaptiveError> {
         let (t, y) = (self.integrator.time(), self.integrator.state());
         self.model.system.body_states(t, y);
-        self.limits.check(&self.model.bodies, self.model.system.last_evaluation().0, t)
+        let states = self.model.system.last_evaluation().0;
+        self.limits.check(&self.model.bodies, states, t)?;
+        self.linear.note(&self.model.bodies, states, t)
+    }
+
+    /// Tells how far the bodies have gone beyond what linear deformation describes in the running phase.
+    pub(super) fn warn_of_nonlinearity(&mut self) -> Result<(), AdaptiveError> {
+        let warnings = self.linear.warnings(&self.model.bodies);
+        self.warn(warnings)
     }
 
     /// Ends the run if the bodies of contact `i`, which move at `approach` towards each other, are faster than waves or have come

@@ -12,6 +12,8 @@ pub(super) struct ContactSlot {
     pub phase: ContactPhase,
     /// Follows the running impact.
     pub monitor: ImpactMonitor,
+    /// Mean pressure at the peak of the running impact; zero where too few points carry it to tell \[Pa\].
+    pub pressure: f64,
     /// Peak force that a preview of the running impact gave \[N\].
     pub preview: Option<f64>,
     /// Search for the nearest points of the surfaces.
@@ -42,6 +44,7 @@ impl ContactSlot {
         Self {
             phase: if is_refined { ContactPhase::Watching } else { ContactPhase::Lasting },
             monitor: ImpactMonitor::default(),
+            pressure: 0.0,
             preview: None,
             nearest: Search::new(),
             whole: None,

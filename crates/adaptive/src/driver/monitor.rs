@@ -11,6 +11,9 @@ use crate::interval::IntervalAssessment;
 use crate::record::{TransferDirection, TrialOutcome, TrialRecord};
 use crate::simulation::{RunContact, near_motion, normal_motion, smallest_gap};
 
+/// Points that carry force from which on their area is that of the contact within a third or so.
+const TELLING_POINTS: usize = 6;
+
 impl Driver<'_> {
     /// Ends an accepted impact: reports it, with what follows from `minor` contacts, and takes the fine models out of the system.
     pub(super) fn finish_impact(&mut self, minor: &[bool]) -> Result<(), AdaptiveError> {
@@ -51,6 +54,7 @@ impl Driver<'_> {
                 self.check_impact(&record, is_open, minor[i], (whole[i], overlap))?;
             }
         }
+        self.report_hits()?;
         self.check_output()?;
         self.integrator.invalidate();
         self.run.next_output = self.integrator.time() + self.run.free_interval;
@@ -82,7 +86,7 @@ impl Driver<'_> {
         let statistics = self.statistics();
         let processor = trial.processor.and_then(|start| start.try_elapsed().ok());
         let cpu_time = processor.map_or(f64::NAN, |spent| spent.as_secs_f64());
-        let mut impact = self.run.n_impacts;
+        let mut impact = self.run.n_impacts + self.run.n_hits;
         for i in 0..self.slots.len() {
             let slot = &self.slots[i];
             // A trial may end before any force acts, or before there is a model.
@@ -175,7 +179,9 @@ impl Driver<'_> {
             let now = self.instant(i);
             self.check_contact(i, now.time, -now.motion.along(&now.normal))?;
             let (touch, release) = self.changes(i)?;
-            self.slots[i].monitor.step(now, touch, release);
+            if self.slots[i].monitor.step(now, touch, release) {
+                self.slots[i].pressure = self.mean_pressure(i);
+            }
         }
         self.update_stress_states();
         Ok(())
@@ -192,7 +198,15 @@ impl Driver<'_> {
         let now = self.instant(i);
         self.check_contact(i, now.time, -now.motion.along(&now.normal))?;
         self.slots[i].monitor.begin(now);
+        self.slots[i].pressure = 0.0;
         Ok(())
+    }
+
+    /// Mean pressure of contact `i`; zero where too few points carry its force to tell \[Pa\].
+    fn mean_pressure(&self, i: usize) -> f64 {
+        let report = self.model.system.forces()[i].contact.report();
+        let is_told = self.model.contacts[i].radii.is_some() || report.n_active >= TELLING_POINTS;
+        if is_told && report.contact_area > 0.0 { report.normal_force / report.contact_area } else { 0.0 }
     }
 
     fn instant(&mut self, i: usize) -> ContactInstant {

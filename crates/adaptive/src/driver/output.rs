@@ -2,7 +2,7 @@
 
 use crate::error::AdaptiveError;
 use crate::observer::Observer;
-use crate::record::{Sample, TransferRecord};
+use crate::record::{ImpactRecord, Sample, TransferRecord};
 
 /// Reports to the observer, at once or when a trial is accepted.
 pub(super) struct Output<'a> {
@@ -14,6 +14,8 @@ pub(super) struct Output<'a> {
     pub is_noted: bool,
     /// States and changes of the model that wait for the trial to be accepted.
     pending: Vec<Pending>,
+    /// Hits of stops that wait to be reported.
+    hits: Vec<ImpactRecord>,
     is_buffering: bool,
 }
 
@@ -33,6 +35,7 @@ impl<'a> Output<'a> {
             sample: Sample::default(),
             is_noted: false,
             pending: Vec::new(),
+            hits: Vec::new(),
             is_buffering: false,
         }
     }
@@ -53,6 +56,28 @@ impl<'a> Output<'a> {
             return Ok(());
         }
         Ok(self.observer.sample(&self.sample)?)
+    }
+
+    /// Reports the hit of a stop later.
+    pub fn hit(&mut self, record: ImpactRecord) {
+        self.hits.push(record);
+    }
+
+    /// Forgets the hits of a trial.
+    pub fn discard_hits(&mut self) {
+        self.hits.clear();
+    }
+
+    /// Reports the hits that waited, and how many these are.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Observer`].
+    pub fn send_hits(&mut self) -> Result<u32, AdaptiveError> {
+        let n = self.hits.len() as u32;
+        for hit in self.hits.drain(..) {
+            self.observer.impact(&hit)?;
+        }
+        Ok(n)
     }
 
     /// Reports a change of the model when the trial is accepted.

@@ -64,6 +64,9 @@ impl Driver<'_> {
         self.run.rates = self.renew(kind, (time, &state), step)?;
         self.run.phase = self.phase_record(kind);
         (self.run.time, self.run.state, self.run.step) = (time, state, step);
+        self.run.loads = self.linear.averages();
+        self.linear.begin(&self.run.loads, time);
+        self.marked_hits.clone_from(&self.run.hits);
         Ok(self.output.observer.restart_point(&self.run)?)
     }
 
@@ -73,11 +76,14 @@ impl Driver<'_> {
         let refuse = |fault| AdaptiveError::Restart { time, fault };
         let fits = y.len() == self.interpolated.len()
             && state.contacts.len() == self.slots.len()
+            && state.hits.len() == self.stops.len()
             && state.stress.len() == self.run.stress.len();
         if !fits {
             return Err(refuse(RestartFault::OtherNumbers));
         }
         self.run.clone_from(state);
+        self.linear.begin(&state.loads, time);
+        self.marked_hits.clone_from(&state.hits);
         self.work.start = state.phase.start;
         for (slot, contact) in self.slots.iter_mut().zip(&state.contacts) {
             slot.monitor = ImpactMonitor::after(contact.impact);

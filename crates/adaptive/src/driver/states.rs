@@ -11,13 +11,19 @@ use crate::simulation::fill_sample;
 impl Driver<'_> {
     /// Stores the states due up to time `t` of the last step.
     pub(super) fn store_until(&mut self, t: f64) -> Result<(), AdaptiveError> {
+        let of_hits = self.interval_of_hits(self.integrator.interval());
+        if let Some(interval) = of_hits {
+            let first = self.integrator.interval().0 + interval;
+            self.run.next_output = self.run.next_output.min(first);
+        }
         while self.run.next_output <= t {
             self.integrator.interpolate(self.run.next_output, &mut self.interpolated);
             self.evaluate(self.run.next_output)?;
             self.report(self.run.next_output)?;
             self.note_gaps(self.run.next_output)?;
             self.watch(self.run.next_output, PhaseKind::Free)?;
-            self.run.next_output += self.interval(self.run.free_interval, self.run.next_output);
+            let interval = self.interval(self.run.free_interval, self.run.next_output);
+            self.run.next_output += of_hits.map_or(interval, |of_hits| of_hits.min(interval));
         }
         Ok(())
     }

@@ -75,6 +75,9 @@ impl Driver<'_> {
         widths: &[Option<[f64; 2]>],
     ) -> Result<Ending, AdaptiveError> {
         let quiet = self.settings.quiet_time.unwrap_or(QUIET_STEPS * self.impact_step);
+        self.linear.begin(&self.run.loads, self.integrator.time());
+        self.run.hits.clone_from(&self.marked_hits);
+        self.output.discard_hits();
         if trial.number > 1 {
             // What the contacts reported last belongs to another trial; a refusal is that of the first step.
             let (t, y) = (self.integrator.time(), self.integrator.state());
@@ -115,6 +118,7 @@ impl Driver<'_> {
             self.store_step()?;
             self.update_monitors()?;
             self.check_motion()?;
+            self.note_stops()?;
             self.note_rest();
             if let Some(ending) = self.inspect_contacts(trial)? {
                 return Ok(ending);

@@ -19,6 +19,7 @@ use crate::elastic_body::{Interface, InterfaceModes};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::marker_loads::MarkerLoads;
 use crate::mesh_surface::{MeshSurface, SideSite};
+use crate::plausibility::contact_strain::contact_modulus;
 use crate::plausibility::motion::wave_speed;
 use crate::simulation::RunContact;
 use crate::sizing::zone::{predicted_line, predicted_zone};
@@ -355,6 +356,7 @@ pub fn build_contact(
         spheres: spheres(spec, bodies)?,
         flexible_under_hertz: flexible_under_hertz(spec, bodies),
         wave_speed: slowest_wave(spec, bodies),
+        modulus: modulus(spec, bodies),
         loads_interface: is_static && zones.is_some(),
         refinement: None,
     };
@@ -456,6 +458,21 @@ fn slowest_wave(spec: &ContactSpec, bodies: &[BodyModel]) -> f64 {
         Target::Plane { .. } => f64::INFINITY,
     };
     of_body(spec.body, own).min(target)
+}
+
+/// Modulus of the materials that meet \[Pa\].
+fn modulus(spec: &ContactSpec, bodies: &[BodyModel]) -> f64 {
+    if let ContactLaw::Hertz(law) = &spec.law {
+        return contact_modulus(&law.solids().map(|solid| (solid.young, solid.poisson)));
+    }
+    let of_body = |body: usize| {
+        let material = bodies[body].flexible().and_then(|flexible| flexible.material);
+        material.map_or((f64::INFINITY, 0.0), |m| (m.youngs_modulus(), m.poissons_ratio()))
+    };
+    match spec.target {
+        Target::Body(target) => contact_modulus(&[of_body(spec.body), of_body(target)]),
+        Target::Plane { .. } => contact_modulus(&[of_body(spec.body)]),
+    }
 }
 
 fn sphere(body: usize, sphere: &HertzSphere, bodies: &[BodyModel]) -> Result<Sphere, AdaptiveError> {

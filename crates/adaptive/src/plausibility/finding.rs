@@ -44,6 +44,15 @@ pub enum BodyQuantity {
     /// Against the speed of longitudinal waves.
     #[error("the speed of its deformation")]
     DeformationSpeed,
+    /// Of a part against the whole.
+    #[error("the angle by which deformation turns a part of it")]
+    Turn,
+    /// Against one half.
+    #[error("its strain")]
+    Strain,
+    /// Against the load that buckles it.
+    #[error("its axial load over its buckling load")]
+    Load,
 }
 
 impl BodyQuantity {
@@ -52,6 +61,9 @@ impl BodyQuantity {
         match self {
             Self::Distance | Self::Displacement => "m",
             Self::DeformationSpeed => "m/s",
+            Self::Turn => "rad",
+            Self::Strain => "m/m",
+            Self::Load => "N/N",
         }
     }
 
@@ -66,6 +78,17 @@ impl BodyQuantity {
             Self::DeformationSpeed => {
                 "no wave of the material is as fast; check velocities and the units of the material, or lower the time step"
             }
+            Self::Turn => {
+                "linear deformation ends below a tenth of that; divide the body into several, joined by `fixed`, lower the loads, set \
+                 geometric_stiffening = true where it spins, or check the units of the material"
+            }
+            Self::Strain => {
+                "linear elasticity ends long before; lower the loads or check the units of the material"
+            }
+            Self::Load => {
+                "the body has buckled, which linear deformation does not show; lower the load, make the body thicker, or divide it into \
+                 several, joined by `fixed`"
+            }
         }
     }
 }
@@ -79,6 +102,9 @@ pub enum ContactQuantity {
     /// Against the size of the bodies.
     #[error("the approach of its bodies")]
     Approach,
+    /// Against one half.
+    #[error("the contact's radius over the radius of curvature, which its pressure means,")]
+    Strain,
 }
 
 impl ContactQuantity {
@@ -87,6 +113,7 @@ impl ContactQuantity {
         match self {
             Self::Speed => "m/s",
             Self::Approach => "m",
+            Self::Strain => "m/m",
         }
     }
 
@@ -98,6 +125,10 @@ impl ContactQuantity {
             }
             Self::Approach => {
                 "the contact is too soft for this impact; check velocities, the units of the material and penalty.initial"
+            }
+            Self::Strain => {
+                "linear elasticity ends below a fifth of that and every material has yielded; lower the velocity or check the units of the \
+                 material"
             }
         }
     }

@@ -42,11 +42,12 @@ fn highest_free_mode(body: &BodyModel) -> Option<f64> {
     body.frequencies().into_iter().take(body.coordinates().free).reduce(f64::max)
 }
 
-/// The warning of a body whose modes end below what an impact excites, if they do (Eq. P.5).
-pub fn few_modes(body: &BodyModel, impact: &ImpactRecord) -> Option<Warning> {
+/// The warning of a body whose modes end below what an impact excites, if they do (Eq. P.5); `wanted` is the frequency up to which the program
+/// would take modes for a touch along a line, the half of which is enough (Eq. N.5).
+pub fn few_modes(body: &BodyModel, impact: &ImpactRecord, wanted: Option<f64>) -> Option<Warning> {
     let highest = highest_free_mode(body)?;
     let duration = pulse_duration(impact);
-    let limit = CYCLES / duration;
+    let limit = (CYCLES / duration).max(wanted.map_or(0.0, |frequency| 0.5 * frequency));
     let is_few = duration > 0.0 && highest < limit;
     is_few.then(|| Warning {
         kind: WarningKind::FewModes,
@@ -165,19 +166,24 @@ pub fn coarse_mesh(body: &BodyModel) -> Option<Warning> {
 
 /// The warning of a body on which joints or loads hold a disc or ball that its elements do not resolve: of the worst one (Eq. P.10).
 pub fn coarse_place(body: &BodyModel) -> Option<Warning> {
-    let elastic = body.elastic()?;
-    let spec = &elastic.body.spec;
+    let flexible = body.flexible()?;
     // Elements over the radius that a place has and needs.
-    let sizes = elastic.interface.loads.iter().filter_map(|load| {
+    let sizes = flexible.interface.loads.iter().filter_map(|load| {
         let Place::Area(area) = &load.place else { return None };
         let Extent::Around { radius, .. } = &area.extent else { return None };
-        let element = area.extent.longest_element(&spec.shape, &elastic.body.space, &spec.model).ok()??;
+        let element = flexible.longest_element_at(area)?;
         let is_moment = load.directions.iter().any(|d| d[3..].iter().any(|m| *m != 0.0));
         Some((load, area, radius / element, elements_per_radius(area.coupling, is_moment)))
     });
     let (load, area, found, limit) = sizes.min_by(|a, b| (a.2 / a.3).total_cmp(&(b.2 / b.3)))?;
     let remedy = match area.coupling {
+        Coupling::Average if flexible.mesh().is_some() => {
+            "make the elements of the mesh smaller there or give the place a larger radius"
+        }
         Coupling::Average => "refine bodies.{}.discretisation there or give the place a larger radius",
+        Coupling::Rigid if flexible.mesh().is_some() => {
+            "take coupling = \"average\", hold a whole face, make the elements of the mesh smaller there or give the place a larger radius"
+        }
         Coupling::Rigid => {
             "take coupling = \"average\", hold a whole face, refine bodies.{}.discretisation there or give the place a larger radius"
         }

@@ -13,11 +13,14 @@ use iga_core::mass_properties::MassProperties;
 use iga_core::surface::{BodySurface, Face};
 use nalgebra::{Matrix3, Vector3};
 
+use super::extent::extent;
 use super::proportions::lengths;
+pub use super::rise::TimeScale;
+use super::rise::{TouchLine, Touching, length_along, line_time, point_time};
 use crate::elastic_body::rigid_motion;
 use crate::local_surface::SurfaceView;
 use crate::mesh_surface::MeshSurface;
-use crate::predict::{HertzLaw, LocalSurface, hertz_impact, inverse_effective_mass, line_impact};
+use crate::predict::{LocalSurface, across_line, inverse_effective_mass};
 use crate::spec::{
     BodyKind, ContactLaw, ContactSpec, ElasticSpec, HertzSphere, MeshedSpec, Place, RunSpec, Target,
 };
@@ -27,8 +30,6 @@ use crate::zone_at_start::ContactSite;
 
 /// Speed of impacts when nothing moves and nothing falls at the start [m/s].
 const UNKNOWN_SPEED: f64 = 1.0;
-/// Duration of a Hertz impact over its largest approach divided by the speed (Eq. C.23).
-const HERTZ_TIME: f64 = 2.943_28;
 /// Frequency times duration up to which modes follow the force of flat faces, which jumps: what rings above takes less
 /// than a thousandth of the velocity of separation, and an impact ends `1/f` late (Eq. C.57).
 const FLAT: f64 = 60.0;
@@ -38,6 +39,9 @@ const FLAT_SOLID: f64 = 10.0;
 /// Angle \[rad\] between normals of surfaces that face each other up to which they do: those of the sides of meshes err by less.
 pub(super) const ALONG: f64 = 5e-3;
 
+/// Share of the size of a body below which a line is a point: a circle about the axis that has shrunk to it.
+const SHORTEST_LINE: f64 = 1e-3;
+
 /// Share of a pulse's energy above the highest kept frequency. Amplitudes go with its root, 1 %, most of which the static
 /// answer of what is left out makes good.
 const NEGLECTED: f64 = 1e-4;
@@ -45,19 +49,6 @@ const NEGLECTED: f64 = 1e-4;
 /// Frequency \[Hz\] above which the spectrum of half a sine of `duration` \[s\] has the share `NEGLECTED` of its energy (Eq. N.5).
 pub fn pulse_frequency(duration: f64) -> f64 {
     (4.0 * PI / (3.0 * NEGLECTED)).cbrt() / (2.0 * PI * duration)
-}
-
-/// What sets the time of an impact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TimeScale {
-    /// Hertz's law between two masses.
-    Hertz,
-    /// Rise of the force until waves carry the motion away.
-    Waves,
-    /// Line contact of plane models.
-    Line,
-    /// Waves through a body between flat faces.
-    Flat,
 }
 
 /// How fast the forces on a body change.
@@ -89,6 +80,7 @@ impl fmt::Display for ForceTime {
             TimeScale::Hertz => "an impact after Hertz",
             TimeScale::Waves => "the rise of the force against waves",
             TimeScale::Line => "an impact along a line",
+            TimeScale::LineWaves => "the rise of the force along a line against waves",
             TimeScale::Flat => "a wave through the body between flat faces",
         };
         write!(
@@ -116,6 +108,16 @@ pub fn shortest(spec: &RunSpec, poses: &[BodyState]) -> Vec<Option<ForceTime>> {
         }
     }
     times
+}
+
+/// Frequency up to which the modes of the bodies of each contact are to follow its force, if they touch along a line \[Hz\].
+pub fn line_frequencies(spec: &RunSpec, poses: &[BodyState]) -> Vec<Option<f64>> {
+    let scene = Scene { spec, poses };
+    let of_contact = |contact: &ContactSpec| {
+        let time = scene.time(contact);
+        time.scale.is_line().then_some(time.frequency)
+    };
+    spec.contacts.iter().map(of_contact).collect()
 }
 
 /// For each body, the lowest number of a body that it is joined to.
@@ -175,9 +177,10 @@ impl Scene<'_> {
     fn time(&self, contact: &ContactSpec) -> ForceTime {
         let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
         let Impact { meeting, speed, inverse_mass, mobility } = self.impact(contact);
-        let known = meeting.surfaces.and_then(|surfaces| match self.thickness(contact.body) {
-            Some(thickness) => line_time(&surfaces, inverse_mass * thickness, speed, self.size(contact.body)),
-            None => point_time(&surfaces, inverse_mass, mobility, speed),
+        let touching = Touching { inverse_mass, mobility, speed };
+        let known = meeting.surfaces.as_ref().and_then(|surfaces| match self.line(contact, &meeting) {
+            Some(line) => line_time(surfaces, line, touching),
+            None => point_time(surfaces, touching),
         });
         let (scale, duration) = known.unwrap_or_else(|| (TimeScale::Flat, self.flat_time(contact, other)));
         let is_flat_model =
@@ -185,6 +188,30 @@ impl Scene<'_> {
         let is_solid = !self.spec.bodies[contact.body].elastic().is_some_and(is_flat_model);
         let flat = if is_solid { FLAT_SOLID } else { FLAT };
         ForceTime::new(&contact.name, (scale, flat), duration, speed)
+    }
+
+    /// The line along which the bodies of `contact` touch, if they do.
+    fn line(&self, contact: &ContactSpec, meeting: &Meeting) -> Option<TouchLine> {
+        let (surfaces, size) = (meeting.surfaces.as_ref()?, self.size(contact.body));
+        if let Some(length) = self.thickness(contact.body) {
+            let curvature = surfaces.iter().map(LocalSurface::in_plane).sum();
+            return Some(TouchLine { length, curvature, size });
+        }
+        let (curvature, across) = across_line(surfaces, size).filter(|_| meeting.miss <= ALONG)?;
+        let pose = &self.poses[contact.body];
+        let is_axisymmetric =
+            self.spec.bodies[contact.body].geometry().is_some_and(|body| body.is_axisymmetric());
+        let length = if is_axisymmetric {
+            // A circle about the axis.
+            let at = pose.rotation.inverse_transform_vector(&(meeting.points[0] - pose.position));
+            2.0 * PI * at.x.hypot(at.y)
+        } else {
+            let along = meeting.normal.cross(&across).try_normalize(0.0)?;
+            let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
+            let bodies = [Some(contact.body), other].into_iter().flatten();
+            bodies.map(|body| extent(self.spec, self.poses, body, &along)).fold(f64::INFINITY, f64::min)
+        };
+        (length > SHORTEST_LINE * size && length.is_finite()).then_some(TouchLine { length, curvature, size })
     }
 
     /// What is known of the first impact of `contact`.
@@ -409,85 +436,15 @@ fn inertia(body: &ElasticSpec) -> (RigidMotion, f64, Vector3<f64>, Matrix3<f64>,
     };
     let (mass, rows) = (density * properties.volume, properties.central_inertia());
     let length = lengths(&body.shape).into_iter().fold(0.0, f64::max);
+    let length =
+        if body.model.thickness().is_some() { length.max(length_along(&body.shape)) } else { length };
     let inertia = Matrix3::from_fn(|i, j| density * rows[i][j]);
     (motion, mass, Vector3::from(properties.centre()), inertia, length / (mass * bar_speed(&body.material)))
-}
-
-/// Time of an impact at a point: the shorter of Hertz's, and twice the rise to the force at which waves take up the speed.
-fn point_time(
-    surfaces: &[LocalSurface; 2],
-    inverse_mass: f64,
-    mobility: f64,
-    speed: f64,
-) -> Option<(TimeScale, f64)> {
-    let hertz = HERTZ_TIME * hertz_impact(surfaces, inverse_mass, speed)?.approach / speed;
-    let rise = if mobility > 0.0 {
-        2.0 * HertzLaw::new(surfaces)?.at_force(speed / mobility).approach / speed
-    } else {
-        f64::INFINITY
-    };
-    Some(if rise < hertz { (TimeScale::Waves, rise) } else { (TimeScale::Hertz, hertz) })
-}
-
-/// Time of an impact along a line: half a period of the spring that has its peak force and energy.
-fn line_time(
-    surfaces: &[LocalSurface; 2],
-    inverse_mass: f64,
-    speed: f64,
-    size: f64,
-) -> Option<(TimeScale, f64)> {
-    let sum = |of: fn(&LocalSurface) -> f64| surfaces.iter().map(of).sum::<f64>();
-    let (curvature, compliance) = (sum(LocalSurface::in_plane), sum(|s| s.compliance));
-    let (_, force) = line_impact(curvature, compliance, inverse_mass, speed, size)?;
-    Some((TimeScale::Line, PI * speed / (inverse_mass * force)))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hertz_impact::HertzImpact;
-    use approx::assert_relative_eq;
-    use contact_qs::law::hertz::{HertzPair, Solid};
-
-    const STEEL: Solid = Solid { young: 210e9, poisson: 0.3 };
-    const ALUMINIUM: Solid = Solid { young: 72.8e9, poisson: 0.33 };
-
-    #[test]
-    fn masses_have_the_time_of_hertz() {
-        let pair = HertzPair::new([STEEL, ALUMINIUM], [0.01, 0.03]);
-        let impact = HertzImpact::new(pair, [0.03, 0.2], 0.4);
-        let surfaces = [
-            LocalSurface::sphere(0.01, STEEL.compliance()),
-            LocalSurface::sphere(0.03, ALUMINIUM.compliance()),
-        ];
-        let (scale, time) = point_time(&surfaces, 1.0 / 0.03 + 1.0 / 0.2, 0.0, 0.4).unwrap();
-        assert_eq!(scale, TimeScale::Hertz);
-        // Six digits of the constant.
-        assert_relative_eq!(time, impact.duration(), max_relative = 1e-5);
-    }
-
-    #[test]
-    fn a_long_rod_rises_against_its_impedance() {
-        // Aluminium rod of 1 m, radius 10 mm, spherical end, 0.3 m/s: the force rises towards A sqrt(E rho) v = 1343 N.
-        let surfaces = [LocalSurface::sphere(0.01, ALUMINIUM.compliance()), LocalSurface::plane(0.0)];
-        let impedance = PI * 1e-4 * (72.8e9_f64 * 2789.0).sqrt();
-        let (scale, time) = point_time(&surfaces, 1.0 / 0.8733, 1.0 / impedance, 0.3).unwrap();
-        assert_eq!(scale, TimeScale::Waves);
-        let pair = HertzPair::new([ALUMINIUM, Solid::RIGID], [0.01, f64::INFINITY]);
-        assert_relative_eq!(time, 2.0 * pair.approach(impedance * 0.3) / 0.3, max_relative = 1e-9);
-    }
-
-    #[test]
-    fn a_line_contact_is_half_a_period_of_its_spring() {
-        let disc = LocalSurface { curvatures: [10.0, 0.0], ..LocalSurface::plane(STEEL.compliance()) };
-        let surfaces = [disc, LocalSurface::plane(0.0)];
-        let (inverse_mass, speed) = (1.0 / 246.0, 0.1);
-        let (_, time) = line_time(&surfaces, inverse_mass, speed, 0.2).unwrap();
-        let (_, force) = line_impact(10.0, STEEL.compliance(), inverse_mass, speed, 0.2).unwrap();
-        // Stiffness from energy and force: F^2 / (m v^2).
-        let stiffness = force * force * inverse_mass / (speed * speed);
-        assert_relative_eq!(time, PI / (stiffness * inverse_mass).sqrt(), max_relative = 1e-12);
-    }
 
     #[test]
     fn the_neglected_share_of_half_a_sine_is_what_it_says() {

@@ -6,6 +6,7 @@ use ffr_dynamics::system::force::BodyState;
 use iga_core::elasticity::Model;
 use nalgebra::Vector3;
 
+use super::extent::extent;
 use super::impact_time::{ALONG, Impact, Scene};
 use crate::fine_model::ELEMENTS;
 use crate::predict::{HertzLaw, LocalSurface, across_line, hertz_impact, interval_width, line_impact};
@@ -136,25 +137,6 @@ pub fn predicted_line(spec: &RunSpec, poses: &[BodyState], contact: &ContactSpec
     let (half_width, _) = line_impact(curvature, compliance, inverse_mass * length, speed, size)?;
     let width = interval_width(half_width, IntervalSpec::default().target_utilisation, false);
     Some(PredictedLine { half_width, width, across, normal: meeting.normal })
-}
-
-/// Length of a body along a direction of space \[m\]; infinite without a surface.
-fn extent(spec: &RunSpec, poses: &[BodyState], body: usize, along: &Vector3<f64>) -> f64 {
-    let direction = poses[body].rotation.inverse_transform_vector(along);
-    let range = |points: &mut dyn Iterator<Item = &[f64; 3]>| {
-        let heights = points.map(|p| Vector3::from(*p).dot(&direction));
-        let (low, high) =
-            heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (f64::min(a, h), f64::max(b, h)));
-        if high > low { high - low } else { f64::INFINITY }
-    };
-    match &spec.bodies[body].kind {
-        BodyKind::Meshed(meshed) => range(&mut meshed.mesh.nodes().iter()),
-        BodyKind::Elastic(_) | BodyKind::Rigid(_) | BodyKind::Imported(_) => {
-            spec.bodies[body].geometry().map_or(f64::INFINITY, |body| {
-                range(&mut body.shape.patches.iter().flat_map(|p| p.control_points()))
-            })
-        }
-    }
 }
 
 /// Half extent and force of a contact.

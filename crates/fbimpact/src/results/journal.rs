@@ -20,7 +20,7 @@ use crate::scenario::Scenario;
 use crate::whole_file;
 
 /// First bytes of the file; the last one is the version of the format.
-const MAGIC: &[u8; 17] = b"fbimpact restart\x06";
+const MAGIC: &[u8; 17] = b"fbimpact restart\x07";
 /// Bytes collected before they are written; restart points are written at once.
 const BUFFER: usize = 1 << 20;
 /// Longest record that can be meant: a damaged length must not ask for more memory than there is.

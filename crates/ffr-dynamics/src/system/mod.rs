@@ -10,6 +10,7 @@ mod free_vibration;
 pub mod error_scale;
 pub mod joints;
 pub mod specification;
+pub mod stops;
 pub mod gear;
 pub mod tree;
 pub mod model;

@@ -21,7 +21,7 @@ impl Open {
     /// Creates the datasets of everything that is stored at every instant.
     pub(super) fn layout(&mut self, layout: &RunLayout, compression: Compression) -> Recorded<()> {
         let file = self.file.clone();
-        self.contact_names.clone_from(&layout.contacts);
+        self.contact_names = layout.contacts.iter().chain(&layout.stops).cloned().collect();
         let groups = layout.bodies.len()
             + layout.contacts.len()
             + layout.points.len()

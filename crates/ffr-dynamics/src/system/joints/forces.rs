@@ -134,7 +134,7 @@ impl Stop {
     }
 
     /// Force along the coordinate, and the power that its damping takes \[W\].
-    fn force(&self, position: f64, velocity: f64) -> (f64, f64) {
+    pub(crate) fn force(&self, position: f64, velocity: f64) -> (f64, f64) {
         let (compression, direction) = self.compression(position);
         let rate = -direction * velocity;
         let spring = self.stiffness * compression;

@@ -1,0 +1,136 @@
+//! Follows a stop of a joint through its hits: begin and end, peak, impulse (docs/theory.md Eq. M.74).
+
+use serde::{Deserialize, Serialize};
+
+use crate::record::ImpactRecord;
+
+/// States stored of a hit at most: one that lasts longer rests on its stop.
+const MOST_STATES: u32 = 400;
+
+/// A stop as it was seen last, and the running hit.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct StopHit {
+    /// Time of the last instant \[s\].
+    time: f64,
+    /// Force then, and at the instant before it, whose time comes first [N or N m].
+    force: f64,
+    before: (f64, f64),
+    /// Speed at which the stop was met, and is left [m/s or rad/s].
+    approach: f64,
+    separation: f64,
+    start: f64,
+    peak: (f64, f64),
+    impulse: f64,
+    /// Instants of the running hit.
+    instants: u32,
+}
+
+impl StopHit {
+    /// Whether the stop pressed at the last instant.
+    pub fn is_pressed(&self) -> bool {
+        self.force > 0.0
+    }
+
+    /// Whether states of the running hit are worth storing one by one.
+    pub fn is_short(&self) -> bool {
+        self.instants < MOST_STATES
+    }
+
+    /// Takes the force at a later `time`, and the `rate` at which the stop is compressed; the record of the hit that has ended, of the impact number
+    /// `contact`.
+    pub fn step(&mut self, time: f64, force: f64, rate: f64, contact: u32) -> Option<ImpactRecord> {
+        let was_pressed = self.is_pressed();
+        let (last_time, last) = (self.time, self.force);
+        if force > 0.0 && !was_pressed {
+            *self = Self { time: last_time, start: last_time, approach: rate, ..Self::default() };
+        }
+        let mut ended = None;
+        if force > 0.0 || was_pressed {
+            self.impulse += 0.5 * (last + force) * (time - last_time);
+            self.instants += 1;
+            if force > self.peak.1 {
+                self.peak = (time, force);
+            }
+            let (top_time, top) = top([self.before, (last_time, last), (time, force)]);
+            if self.instants > 2 && top > self.peak.1 {
+                self.peak = (top_time, top);
+            }
+            if force > 0.0 {
+                self.separation = -rate;
+            } else {
+                ended = Some(self.record(time, contact));
+            }
+        }
+        self.before = (last_time, last);
+        (self.time, self.force) = (time, force);
+        ended
+    }
+
+    /// The hit that ended at `time`.
+    fn record(&self, time: f64, contact: u32) -> ImpactRecord {
+        let is_ratio = self.approach > 0.0 && self.separation >= 0.0;
+        ImpactRecord {
+            contact,
+            start: self.start,
+            end: time,
+            peak_force: self.peak.1,
+            peak_time: self.peak.0,
+            impulse: self.impulse,
+            approach_velocity: self.approach,
+            separation_velocity: self.separation,
+            restitution: if is_ratio { self.separation / self.approach } else { f64::NAN },
+        }
+    }
+}
+
+/// Time and force at the top of the parabola through three instants; those of the middle one if it is not the largest.
+fn top([a, b, c]: [(f64, f64); 3]) -> (f64, f64) {
+    let (left, right) = (b.0 - a.0, c.0 - b.0);
+    let is_top = b.1 >= a.1 && b.1 >= c.1 && b.1 > a.1.min(c.1) && left > 0.0 && right > 0.0;
+    if !is_top {
+        return b;
+    }
+    let (rise, fall) = ((b.1 - a.1) / left, (c.1 - b.1) / right);
+    let curvature = (fall - rise) / (left + right);
+    let slope = (rise * right + fall * left) / (left + right);
+    let offset = -0.5 * slope / curvature;
+    (b.0 + offset, b.1 + 0.5 * slope * offset)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+
+    #[test]
+    fn half_a_sine_has_its_peak_and_its_impulse() {
+        // Forty instants of a hit of 1 ms and 5 N; peak by parabolas: fourth powers of π/40; impulse by trapezoids: π²/12 of 1/1600.
+        let (n, duration, peak) = (40, 1e-3, 5.0);
+        let mut hit = StopHit::default();
+        assert_eq!(hit.step(1.0, 0.0, 0.0, 7), None);
+        let mut found = None;
+        for i in 1..=n {
+            let phase = PI * f64::from(i) / f64::from(n);
+            let force = if i == n { 0.0 } else { peak * phase.sin() };
+            found = hit.step(1.0 + duration * f64::from(i) / f64::from(n), force, phase.cos(), 7);
+            assert_eq!(found.is_some(), i == n);
+        }
+        let record = found.expect("a hit");
+        assert_eq!((record.contact, record.start), (7, 1.0));
+        assert!((record.end - 1.001).abs() < 1e-12);
+        assert!((record.peak_force / peak - 1.0).abs() < 1e-5, "{}", record.peak_force);
+        assert!((record.impulse / (2.0 / PI * peak * duration) - 1.0).abs() < 6e-4, "{}", record.impulse);
+        assert!((record.restitution - 1.0).abs() < 1e-2); // one instant late and one early: the cosine of π/40
+        assert!(!hit.is_pressed());
+    }
+
+    #[test]
+    fn a_joint_that_rests_on_its_stop_is_not_stored_for_ever() {
+        let mut hit = StopHit::default();
+        for i in 0..1000 {
+            assert_eq!(hit.step(f64::from(i), 1.0, 0.0, 0), None);
+        }
+        assert!(hit.is_pressed() && !hit.is_short());
+    }
+}
