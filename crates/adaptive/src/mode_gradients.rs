@@ -73,10 +73,10 @@ impl ModeFields for SplineFields<'_> {
             for corner in 0..1_usize << dimension {
                 let mut xi = element.lower;
                 let mut weight = material.density();
-                for d in 0..dimension {
+                for (d, x) in xi.iter_mut().enumerate().take(dimension) {
                     let half = 0.5 * (element.upper[d] - element.lower[d]);
                     let side = if corner >> d & 1 == 0 { -GAUSS } else { GAUSS };
-                    xi[d] = element.lower[d] + half * (1.0 + side);
+                    *x = element.lower[d] + half * (1.0 + side);
                     weight *= half;
                 }
                 let functions = work.functions(space, e, &xi).map_err(fail)?;

@@ -374,7 +374,7 @@ fn strain_of(g: &Matrix3<f64>) -> [f64; 6] {
 /// The eigenvalue of the largest size, zero if no sum of entries is worth telling.
 fn extreme_eigenvalue(matrix: &DMatrix<f64>) -> f64 {
     let size = matrix.norm();
-    if !(size > AXIAL_LOAD) {
+    if size <= AXIAL_LOAD || size.is_nan() {
         return size; // a bound; not a number stays none
     }
     let values = matrix.clone().symmetric_eigenvalues();
