@@ -55,6 +55,13 @@ pub struct RunState {
     pub stress: Vec<Option<StressState>>,
 }
 
+impl RunState {
+    /// Rows of impacts so far: those of contacts and hits of stops.
+    pub fn n_rows(&self) -> u32 {
+        self.n_impacts + self.n_hits
+    }
+}
+
 /// What of a contact outlasts an impact.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ContactState {

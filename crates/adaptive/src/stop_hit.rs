@@ -70,6 +70,7 @@ impl StopHit {
     fn record(&self, time: f64, contact: u32) -> ImpactRecord {
         let is_ratio = self.approach > 0.0 && self.separation >= 0.0;
         ImpactRecord {
+            row: 0, // where it is reported
             contact,
             start: self.start,
             end: time,

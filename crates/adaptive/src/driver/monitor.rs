@@ -46,11 +46,11 @@ impl Driver<'_> {
                 let (start, end) = impact.span();
                 !spans.iter().any(|(first, last)| *first < end && start < *last)
             };
-            let records = monitor.finish(i as u32, self.run.n_impacts, is_alone);
+            let records = monitor.finish(i as u32, self.run.n_rows(), is_alone);
             self.run.contacts[i].impact = monitor.reported();
             for record in records {
                 self.output.observer.impact(&record)?;
-                self.run.n_impacts = self.run.n_impacts.max(record.row + 1);
+                self.run.n_impacts += u32::from(record.row == self.run.n_rows());
                 self.check_impact(&record, is_open, minor[i], (whole[i], overlap))?;
             }
         }
@@ -86,7 +86,7 @@ impl Driver<'_> {
         let statistics = self.statistics();
         let processor = trial.processor.and_then(|start| start.try_elapsed().ok());
         let cpu_time = processor.map_or(f64::NAN, |spent| spent.as_secs_f64());
-        let mut impact = self.run.n_impacts + self.run.n_hits;
+        let mut impact = self.run.n_rows();
         for i in 0..self.slots.len() {
             let slot = &self.slots[i];
             // A trial may end before any force acts, or before there is a model.

@@ -68,14 +68,14 @@ impl<'a> Output<'a> {
         self.hits.clear();
     }
 
-    /// Reports the hits that waited, and how many these are.
+    /// Reports the hits that waited, in rows from `next` on, and how many these are.
     ///
     /// # Errors
     /// [`AdaptiveError::Observer`].
-    pub fn send_hits(&mut self) -> Result<u32, AdaptiveError> {
+    pub fn send_hits(&mut self, next: u32) -> Result<u32, AdaptiveError> {
         let n = self.hits.len() as u32;
-        for hit in self.hits.drain(..) {
-            self.observer.impact(&hit)?;
+        for (row, hit) in (next..).zip(self.hits.drain(..)) {
+            self.observer.impact(&ImpactRecord { row, ..hit })?;
         }
         Ok(n)
     }

@@ -44,7 +44,7 @@ impl Driver<'_> {
 
     /// Reports the hits that have ended.
     pub(super) fn report_hits(&mut self) -> Result<(), AdaptiveError> {
-        self.run.n_hits += self.output.send_hits()?;
+        self.run.n_hits += self.output.send_hits(self.run.n_rows())?;
         Ok(())
     }
 }
