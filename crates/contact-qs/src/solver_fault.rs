@@ -38,7 +38,9 @@ pub enum SolverFault {
         time: f64,
     },
     /// A problem or a solution with values that are not finite.
-    #[error("a {value} is not finite")]
+    #[error(
+        "a {value} is not finite; forces or motions of the bodies are too large, check units, loads and velocities"
+    )]
     NotFinite {
         /// What value, in the singular.
         value: &'static str,
@@ -60,7 +62,9 @@ pub enum SolverFault {
         is_exact: bool,
     },
     /// A set of points in contact that is not found.
-    #[error("active set of {points} contact points not found in {iterations} iterations")]
+    #[error(
+        "which of the {points} contact points are in contact was not found in {iterations} iterations; give penalty.initial a lower number, or interval.elements a smaller one"
+    )]
     ActiveSet {
         /// Number of contact points.
         points: usize,
@@ -68,7 +72,9 @@ pub enum SolverFault {
         iterations: usize,
     },
     /// A set of sliding points that is not found.
-    #[error("sliding set of {points} contact points not found in {iterations} iterations")]
+    #[error(
+        "which of the {points} contact points slide was not found in {iterations} iterations; give penalty.initial a lower number, friction a smaller one, or interval.elements a smaller one"
+    )]
     SlidingSet {
         /// Number of contact points.
         points: usize,
@@ -77,7 +83,7 @@ pub enum SolverFault {
     },
     /// Normal and friction forces that do not come to rest.
     #[error(
-        "normal and friction forces did not converge in {alternations} alternations, the friction coefficient {coefficient} is too large for this surface"
+        "normal and friction forces did not converge in {alternations} alternations, the friction coefficient {coefficient} is too large for this surface; give friction a smaller number"
     )]
     Alternation {
         /// Alternations allowed.
@@ -87,7 +93,7 @@ pub enum SolverFault {
     },
     /// Projection and deformation of a pair that do not come to rest.
     #[error(
-        "projection and deformation of a contact have not met after {passes} passes at t = {time:.9e} s: gaps change by {change:.3e} m at a penetration of {depth:.3e} m, refine the contact zone"
+        "projection and deformation of a contact have not met after {passes} passes at t = {time:.9e} s: gaps change by {change:.3e} m at a penetration of {depth:.3e} m, give interval.elements a larger number"
     )]
     Passes {
         /// Passes allowed.
@@ -140,9 +146,9 @@ pub enum SolverFault {
 /// What helps against a singular compliance.
 fn remedy(is_exact: bool) -> &'static str {
     if is_exact {
-        "use a finite penalty factor or one point per surface function"
+        "as where its points outnumber the surface functions, or the body is too thin; with constraint = \"exact\" or model = \"massless\" give points = \"greville\" and interval.elements a smaller number, or choose constraint = \"penalty\""
     } else {
-        "round-off of the bodies' compliance exceeds that of the penalty springs; take a lower penalty factor, or a thicker body or a smaller piece of it"
+        "round-off of the bodies' compliance exceeds that of the penalty springs; give penalty.initial a lower number, or take a thicker body or a smaller piece of it"
     }
 }
 
@@ -163,6 +169,29 @@ impl EvaluationFault for SolverFault {
             Self::NoHertzPoint { .. } | Self::AxesApart { .. } | Self::Tilted { .. } | Self::Alignment(_) => {
                 FailureKind::OutOfModel
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_solver_sees_comes_with_keys_that_can_be_changed() {
+        let singular = |is_exact| SolverFault::SingularCompliance { points: 1, is_exact };
+        for (fault, keys) in [
+            (singular(false), &["penalty.initial"][..]),
+            (singular(true), &["constraint = \"penalty\"", "points = \"greville\"", "interval.elements"]),
+            (SolverFault::SingularTangential { directions: 2, is_exact: false }, &["penalty.initial"]),
+            (SolverFault::ActiveSet { points: 3, iterations: 9 }, &["penalty.initial", "interval.elements"]),
+            (SolverFault::SlidingSet { points: 3, iterations: 9 }, &["penalty.initial", "friction"]),
+            (SolverFault::Alternation { alternations: 9, coefficient: 2.0 }, &["friction"]),
+            (SolverFault::NotFinite { value: "gap" }, &["units, loads and velocities"]),
+        ] {
+            let text = fault.to_string();
+            assert!(keys.iter().all(|key| text.contains(key)), "{text}");
+            assert!(!text.contains("finite penalty factor"), "where none was set: {text}");
         }
     }
 }

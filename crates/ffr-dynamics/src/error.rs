@@ -15,7 +15,7 @@ use crate::reduction::memory::gigabytes as gb;
 #[non_exhaustive]
 pub enum DynamicsError {
     /// A sparse factorisation met a pivot that is not positive.
-    #[error("{matrix} is not positive definite: pivot {pivot} of {size} fails")]
+    #[error("{matrix} is not positive definite (pivot {pivot} of {size}): {}", of_matrix(matrix))]
     NotPositiveDefinite {
         /// Which matrix.
         matrix: &'static str,
@@ -25,7 +25,7 @@ pub enum DynamicsError {
         size: usize,
     },
     /// A matrix that has no factorisation or no eigenvalues.
-    #[error("factorisation of {matrix} failed: {fault}")]
+    #[error("factorisation of {matrix} failed: {fault}; {}", of_matrix(matrix))]
     Factorisation {
         /// Which matrix.
         matrix: &'static str,
@@ -161,6 +161,18 @@ pub enum DynamicsError {
     },
 }
 
+/// What of a body keeps `matrix` from being factorised, and what of it can be changed.
+fn of_matrix(matrix: &str) -> &'static str {
+    if matrix.contains("mass") || matrix.contains("inertia") {
+        "a part of the body has no mass, its numbers are in other units, or its modes are nearly the same; check density and mesh, or ask for fewer modes"
+    } else if matrix.contains("compliance") || matrix.contains("projected") || matrix.contains("flexibility")
+    {
+        "its modes are nearly the same, or the body is thousands of times as long as thick; ask for fewer modes, or take a thicker body"
+    } else {
+        "elements are folded or far longer than thick, a part hangs on nothing, or materials differ too much in stiffness; check mesh and materials of the body"
+    }
+}
+
 /// Why a matrix has no factorisation or no eigenvalues.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[non_exhaustive]
@@ -175,10 +187,10 @@ pub enum MatrixFault {
     #[error("the eigenvalue iteration does not converge")]
     NoConvergence,
     /// Shifts that all meet an eigenvalue of a leading block.
-    #[error("a pivot vanishes for every shift in the gap")]
+    #[error("a frequency of the body repeats wherever modes are counted, ask for more or fewer of them")]
     NoRegularShift,
     /// A product that is not finite.
-    #[error("a Lanczos vector is not finite")]
+    #[error("frequencies are not finite")]
     LanczosVector,
 }
 
@@ -190,7 +202,9 @@ pub enum EigenFault {
     #[error("the count does not agree, try another number of modes")]
     Count,
     /// Residuals that do not fall.
-    #[error("residual {residual:.1e} after {blocks} blocks, limit {limit:.0e}, is the mesh degenerate?")]
+    #[error(
+        "residual {residual:.1e} after {blocks} blocks, limit {limit:.0e}; elements that are folded or far longer than thick keep modes from being found, mesh the body anew, or ask for fewer modes"
+    )]
     NotConverged {
         /// Largest relative residual.
         residual: f64,
@@ -206,7 +220,9 @@ pub enum EigenFault {
         candidates: usize,
     },
     /// Modes that are none of the body.
-    #[error("residual {residual:.1e}, limit {limit:.0e}, is the mesh degenerate?")]
+    #[error(
+        "residual {residual:.1e}, limit {limit:.0e}; elements that are folded or far longer than thick spoil the modes, mesh the body anew, or ask for fewer modes"
+    )]
     Residual {
         /// Largest relative residual.
         residual: f64,
@@ -214,7 +230,9 @@ pub enum EigenFault {
         limit: f64,
     },
     /// A Craig-Bampton basis that does not have the frequencies of the body.
-    #[error("{modes} fixed-interface modes leave a frequency error of {error:.1e}, limit {limit:.0e}")]
+    #[error(
+        "{modes} fixed-interface modes leave a frequency error of {error:.1e}, limit {limit:.0e}; ask for another number of modes, or give the body a finer mesh"
+    )]
     FixedInterface {
         /// Number of fixed-interface modes.
         modes: usize,
@@ -236,7 +254,9 @@ pub enum StaticStartFault {
     #[error(transparent)]
     Refused(#[from] EvaluationFailure),
     /// Bodies so soft that the corrections do not converge.
-    #[error("elastic coordinates do not converge in {corrections} corrections")]
+    #[error(
+        "elastic coordinates do not converge in {corrections} corrections: loads deform the bodies too far, or nothing holds them; lower the loads, hold the bodies, or set static_start = false"
+    )]
     NotConverged {
         /// Number of corrections.
         corrections: usize,
@@ -254,13 +274,17 @@ pub enum IntegrationFault {
         end: f64,
     },
     /// A state to start from that is not finite.
-    #[error("component {component} of the starting state is not finite")]
+    #[error(
+        "component {component} of the starting state is not finite; positions, velocities or initial joint coordinates are too large"
+    )]
     State {
         /// Number of the component, from 0.
         component: usize,
     },
     /// Rates at the start that are not finite.
-    #[error("rate {component} of the starting state is not finite")]
+    #[error(
+        "rate {component} of the starting state is not finite; forces, velocities or one over a mass are too large at the start"
+    )]
     Rate {
         /// Number of the component, from 0.
         component: usize,
@@ -397,7 +421,9 @@ impl std::error::Error for EvaluationFailure {}
 #[non_exhaustive]
 pub enum MotionFault {
     /// Coordinates without inertia.
-    #[error("inertia of the {coordinates} of body \"{body}\" is not positive definite")]
+    #[error(
+        "inertia of the {coordinates} of body \"{body}\" is not positive definite: it has too little mass or inertia about a free direction, or is deformed beyond what its modes describe; check its density, mass and inertia, and the size of the loads"
+    )]
     Inertia {
         /// Which coordinates, in the plural.
         coordinates: &'static str,
@@ -405,19 +431,25 @@ pub enum MotionFault {
         body: String,
     },
     /// A frame without inertia.
-    #[error("inertia of the deformed body is not positive definite in direction {direction}")]
+    #[error(
+        "inertia of the deformed body is not positive definite in direction {direction}: it is deformed beyond what its modes describe, lower the loads or make it stiffer"
+    )]
     FrameInertia {
         /// Number of the direction, translations first.
         direction: usize,
     },
     /// A constraint without a finite force.
-    #[error("loop joint \"{joint}\" has no finite force")]
+    #[error(
+        "loop joint \"{joint}\" has no finite force: it repeats or contradicts what other joints hold already; free one of its directions (joints.{joint}.type), or leave it out"
+    )]
     LoopForce {
         /// Name of the joint.
         joint: String,
     },
     /// A gear without a finite force.
-    #[error("gear \"{gear}\" has no finite force")]
+    #[error(
+        "gear \"{gear}\" has no finite force: it repeats or contradicts what joints and other gears hold already, or what it moves has no inertia; leave it out, or give its bodies mass"
+    )]
     GearForce {
         /// Name of the gear.
         gear: String,
@@ -452,6 +484,26 @@ impl EvaluationFault for MotionFault {
             Self::LoopForce { .. } | Self::GearForce { .. } => FailureKind::NotFinite,
             Self::Jam { .. } => FailureKind::OutOfModel,
             Self::BearingLoads { .. } => FailureKind::IterationLimit,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_solver_sees_comes_with_what_can_be_changed() {
+        let pivot = |matrix| DynamicsError::NotPositiveDefinite { matrix, pivot: 969, size: 2592 };
+        for (matrix, word) in [
+            ("K", "check mesh and materials"),
+            ("the mass matrix", "check density"),
+            ("the flexibility", "fewer modes"),
+        ] {
+            let failed = DynamicsError::Factorisation { matrix, fault: MatrixFault::NoRegularShift };
+            for text in [pivot(matrix).to_string(), failed.to_string()] {
+                assert!(text.contains(word), "{text}");
+            }
         }
     }
 }
