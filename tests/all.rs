@@ -40,6 +40,7 @@ mod line_on_mesh;
 mod long;
 mod lower_continuity;
 mod lying;
+mod many_bodies;
 mod mesh_contact;
 mod mesh_stress;
 mod meshed;

@@ -9,8 +9,8 @@ use contact_qs::points::SurfacePoint;
 use contact_qs::surface_pair::TargetFace;
 use contact_qs::{ContactError, PiecewiseSurface};
 use iga_core::elasticity::Model;
-use iga_core::nurbs::FaceId;
 use iga_core::nurbs::jet::{diagonal, difference, norm};
+use iga_core::nurbs::{FaceId, SAME_PLACE};
 use iga_core::surface::{CollocationPoint, Face, gauss_points, greville_points, lobatto_points};
 
 use crate::elastic_body::Discretised;
@@ -52,8 +52,6 @@ pub struct PointsAbout {
 
 /// Halvings of the sides of elements towards a place where an edge touches (theory Eq. C.125).
 const HALVINGS: u8 = 5;
-/// Distance of places on two faces that are one, over the size of the body: round-off of a search.
-const SAME_PLACE: f64 = 4e-7;
 
 /// What of the surface of its body a zone is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -160,7 +158,7 @@ impl ContactZone {
         let size = diagonal(body.space.control_points());
         let here = about.map(|about| body.patches[about.face.patch].point(&about.xi));
         let places: Vec<(FaceId, [f64; 3])> = here.map_or_else(Vec::new, |here| {
-            let found = faces_at(body.patches, &faces, &here, SAME_PLACE * size);
+            let found = faces_at(body.patches, &faces, &here, 4.0 * SAME_PLACE * size);
             found.map(|(face, found)| (face.id, found.xi)).collect()
         });
         let is_met = about.is_some_and(|about| about.meets.is_some());
@@ -182,7 +180,7 @@ impl ContactZone {
             })
             .collect();
         let is_here = |p: &CollocationPoint| {
-            here.is_some_and(|here| norm(&difference(&p.point, &here)) <= SAME_PLACE * size)
+            here.is_some_and(|here| norm(&difference(&p.point, &here)) <= 4.0 * SAME_PLACE * size)
         };
         let meeting: Vec<usize> = (0..found.len()).filter(|i| is_met && is_here(&found[*i])).collect();
         // The spring of a point has no area of its own: together they have that of the stiffest of all.

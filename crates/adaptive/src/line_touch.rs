@@ -3,7 +3,7 @@
 //! Of such a line the search for the nearest places finds any one, often its end, where an edge seems to touch. The interval of the contact lies
 //! about the middle of the line and is as long as the face.
 
-use iga_core::nurbs::Patch;
+use iga_core::nurbs::{Patch, SAME_PLACE};
 use iga_core::surface::{BodySurface, Face};
 use nalgebra::Vector3;
 
@@ -14,7 +14,7 @@ use ffr_dynamics::system::force::BodyState;
 use crate::detection::Nearest;
 use crate::local_surface::SurfaceView;
 use crate::spec::Geometry;
-use crate::touch_side::{SAME_PLACE, Side, touch_direction};
+use crate::touch_side::{Side, touch_direction};
 
 /// Angle \[rad\] by which the normal at the nearest place may miss the direction to the partner: places across the curved direction are known to the
 /// root of round-off, and bodies that ring turn by less.

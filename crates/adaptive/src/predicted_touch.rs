@@ -1,11 +1,10 @@
 //! The first touch of a contact if its bodies fly freely, and whether it is one of smooth surfaces, of whole flat faces, or over an edge
 //! (docs/theory.md Eqs. C.55, C.56).
 
-use std::sync::Arc;
-
 use contact_qs::search::{SurfaceSite, TouchSettings, first_touch};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
+use iga_core::nurbs::SAME_PLACE;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::detection::{Detector, DetectorTarget, Nearest, Search};
@@ -13,8 +12,8 @@ use crate::line_touch::middle_of_line;
 use crate::local_surface::SurfaceView;
 use crate::predict::{HertzLaw, LocalSurface};
 use crate::spec::{ContactSpec, Geometry, HertzSpec, JointSpec, RunSpec, Target};
-use crate::touch_side::{POLE, SAME_PLACE, Side, touch_direction};
-use crate::touch_sites::Undeformed;
+use crate::touch_side::{POLE, Side, touch_direction};
+use crate::touch_sites::Surfaces;
 
 /// What of two bodies touches first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -52,7 +51,16 @@ const LOOKS_BACK: usize = 10;
 /// What touches first in `contact`, the bodies being in the motions `poses` at the start; `None` where it is not known: bodies that joints or
 /// loads hold other than in their place, that have no exact shape, or do not meet.
 pub fn touch_kind(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Option<TouchKind> {
-    let (poses, nearest) = touch_in_flight(spec, contact, poses)?;
+    kind_of_touch((spec, &Surfaces::default()), contact, poses)
+}
+
+/// As [`touch_kind`], with surfaces that are known.
+pub(crate) fn kind_of_touch(
+    (spec, surfaces): (&RunSpec, &Surfaces),
+    contact: &ContactSpec,
+    poses: &[BodyState],
+) -> Option<TouchKind> {
+    let (poses, nearest) = touch_in_flight((spec, surfaces), contact, poses)?;
     let (own, other) = shapes(spec, contact, &poses)?;
     let nearest = middle_of_line(own, other, &nearest, PARALLEL).unwrap_or(nearest);
     Some(touch_kind_at(own, other, &nearest, PARALLEL))
@@ -77,7 +85,7 @@ fn shapes<'a>(
 
 /// Motions and nearest places of the first touch of `contact` in free flight; `None` as for [`touch_kind`].
 fn touch_in_flight(
-    spec: &RunSpec,
+    (spec, surfaces): (&RunSpec, &Surfaces),
     contact: &ContactSpec,
     poses: &[BodyState],
 ) -> Option<(Vec<BodyState>, Nearest)> {
@@ -92,15 +100,15 @@ fn touch_in_flight(
     {
         return None;
     }
-    Flight::new(spec, contact, poses)?.touch(spec.settings.end_time)
+    Flight::new((spec, surfaces), contact, poses)?.touch(spec.settings.end_time)
 }
 
 /// What Hertz's law has no answer for where one relative curvature vanishes or is negative.
 const ALONG_LINE: &str = "surfaces touch along a line or lie in each other";
 
 /// Why the first touch of `contact` is none that Hertz's law `law` has an answer for; `None` if it is one, or not known.
-pub fn no_hertz_point(
-    spec: &RunSpec,
+pub(crate) fn no_hertz_point(
+    (spec, surfaces): (&RunSpec, &Surfaces),
     contact: &ContactSpec,
     law: &HertzSpec,
     poses: &[BodyState],
@@ -108,7 +116,7 @@ pub fn no_hertz_point(
     if law.spheres(contact.target).is_some() {
         return None;
     }
-    let (poses, nearest) = touch_in_flight(spec, contact, poses)?;
+    let (poses, nearest) = touch_in_flight((spec, surfaces), contact, poses)?;
     let (own, other) = shapes(spec, contact, &poses)?;
     if middle_of_line(own, other, &nearest, PARALLEL).is_some() {
         return Some(ALONG_LINE);
@@ -188,8 +196,12 @@ struct Flight<'a> {
 }
 
 impl<'a> Flight<'a> {
-    fn new(spec: &RunSpec, contact: &ContactSpec, poses: &'a [BodyState]) -> Option<Self> {
-        let model = |body: usize| Some(Arc::new(Undeformed::new(&spec.bodies[body])?.model().ok()?));
+    fn new(
+        (spec, surfaces): (&RunSpec, &Surfaces),
+        contact: &ContactSpec,
+        poses: &'a [BodyState],
+    ) -> Option<Self> {
+        let model = |body: usize| surfaces.of(&spec.bodies[body]).ok()?;
         let own = model(contact.body)?;
         let size = own.radius();
         let (target, other) = match contact.target {

@@ -255,7 +255,7 @@ impl ElementProducts {
 type Scratch = (ElementSums, ElementSums, PointBasis, PointBasis, Vec<u32>);
 
 /// Distance of a place from the point looked for, as a share of the body's size, that is round-off: there the search from the neighbouring point has met it.
-const SAME_PLACE: f64 = 1e-12;
+const MET: f64 = 1e-12;
 
 /// `∫ ρ R_A R_B dV` of the functions, an integral over the area in plane models, whose thickness drops out, on the turned net with those of the coarse one, and among themselves. Both by the same Gauss
 /// points, so that what both nets hold is carried over exactly: near collapsed faces integrals depend on the points.
@@ -282,8 +282,7 @@ fn mass_products(coarse: &ElasticBody, rotation: &[[f64; 3]; 3]) -> (Rows, Rows)
             let mass = density * weight * jet.determinant(patch.dimension());
             space.evaluate(e, &xi, 0, a);
             let target = rotation.map(|row| dot(&row, &jet.point));
-            let near =
-                last.and_then(|start| search.inverse_from(own, &target, (&start, SAME_PLACE * size), b));
+            let near = last.and_then(|start| search.inverse_from(own, &target, (&start, MET * size), b));
             let there = near.unwrap_or_else(|| search.closest(own, &target).xi);
             last = Some(there);
             let element = searched.find_element(&there);

@@ -4,7 +4,7 @@
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
 use iga_core::nurbs::patch::PointBasis;
-use iga_core::nurbs::{FaceId, Patch};
+use iga_core::nurbs::{FaceId, Patch, SAME_PLACE};
 use iga_core::surface::{BodySurface, Face, FacePoint};
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -12,11 +12,9 @@ use crate::detection::Nearest;
 use crate::record::TargetPlace;
 use crate::spec::Geometry;
 
-/// Part of a body's size by which places may differ that are one: bodies count as touching at this gap.
-pub const SAME_PLACE: f64 = 1e-7;
 /// Part of a body's size below which the lines of a net that run around a place are a pole: closest places are known to the root of round-off, and
 /// are as far from it.
-pub const POLE: f64 = 1e-5;
+pub const POLE: f64 = 100.0 * SAME_PLACE;
 /// Sweeps over the normals of a cone: those of one place differ by 8 degrees or more, so that a sweep takes 2 % of the error or more.
 const SWEEPS: usize = 500;
 /// Improvement below which a direction is no better than one before it: what the sweeps leave of a direction inside a cone.

@@ -1,5 +1,7 @@
 //! Where the bodies of a contact are nearest at the start of a run.
 
+use std::cell::RefCell;
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use contact_qs::search::{SearchWorkspace, SurfaceModel, SurfaceSite, minimum_distance, plane_distance};
@@ -100,6 +102,38 @@ impl<'a> Undeformed<'a> {
                 Ok(TouchSite::Side(surface.facing(&place, &-towards)))
             }
         }
+    }
+}
+
+/// Surfaces of one shape by the motions of the bodies that have it.
+type OfShape = Vec<(RigidMotion, Arc<SurfaceModel>)>;
+
+/// Surfaces of undeformed bodies, one for all that share a shape or a mesh, by where that lies in memory.
+#[derive(Default)]
+pub(crate) struct Surfaces {
+    known: RefCell<HashMap<usize, OfShape>>,
+}
+
+impl Surfaces {
+    /// The surface of `body`; none of a body that has no surface to touch.
+    pub fn of(&self, body: &BodySpec) -> Result<Option<Arc<SurfaceModel>>, ContactError> {
+        let address = match &body.kind {
+            BodyKind::Meshed(meshed) => Arc::as_ptr(&meshed.mesh).addr(),
+            _ => match body.geometry() {
+                Some(geometry) => std::ptr::from_ref(geometry.shape).addr(),
+                None => return Ok(None),
+            },
+        };
+        let motion = body.kind.motion();
+        let mut known = self.known.borrow_mut();
+        let known = known.entry(address).or_default();
+        if let Some((_, surface)) = known.iter().find(|(of, _)| *of == motion) {
+            return Ok(Some(Arc::clone(surface)));
+        }
+        let Some(undeformed) = Undeformed::new(body) else { return Ok(None) };
+        let surface = Arc::new(undeformed.model()?);
+        known.push((motion, Arc::clone(&surface)));
+        Ok(Some(surface))
     }
 }
 

@@ -18,7 +18,7 @@ use crate::spec::{ElasticSpec, Geometry, RefinementSpec, SurfaceLaw, Treatment};
 const PARAMETER_SLACK: f64 = 1e-9;
 
 /// A refinement counts as made for a contact whose first point is nearer to its centre than this part of its width.
-const SAME_PLACE: f64 = 1e-3;
+const IN_THE_MIDDLE: f64 = 1e-3;
 
 /// A place on the surface of a body about which a contact has its interval. Refinement moves neither faces nor parameters, so
 /// that a site found on the exact shape holds for every discretisation of it.
@@ -186,5 +186,5 @@ pub fn refined_width(body: &ElasticSpec, point: &[f64; 3]) -> Option<f64> {
 /// Whether `point` lies in the middle of a refinement.
 pub fn is_about(refinement: &RefinementSpec, point: &[f64; 3]) -> bool {
     let between = refinement.centre.iter().zip(point).map(|(a, b)| (a - b).powi(2));
-    between.sum::<f64>().sqrt() < SAME_PLACE * refinement.width
+    between.sum::<f64>().sqrt() < IN_THE_MIDDLE * refinement.width
 }

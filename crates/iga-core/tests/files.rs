@@ -121,6 +121,8 @@ fn faults_name_the_line_and_the_remedy() {
     let cube = write_gismo(&solid::cuboid([1.0; 3]).expect("a box").patches, 1.0);
     let shells = write_gismo(&sphere::sphere(1.0, SphereNet::Shells).expect("a ball").patches, 1.0);
     let mesh = write_mfem(&solid::cuboid([1.0; 3]).expect("a box").patches, 1.0);
+    let attributes: String = (0..101).map(|i| format!(" attribute_of_no_meaning_{i}=\"1\"")).collect();
+    let crowded = format!("<!-- <{} --><xml{attributes}>", "=".repeat(80));
     for (text, words) in [
         ("solid cube\n".to_owned(), &["line 1", "neither XML of G+Smo", "MFEM NURBS mesh v1.0"][..]),
         (cube.replace("</Geometry>", ""), &["line ", "no XML"]),
@@ -141,6 +143,7 @@ fn faults_name_the_line_and_the_remedy() {
             &["MultiPatch names the geometry 7"],
         ),
         (shells.replace("id=\"3\"", "id=\"2\""), &["a second Geometry with id 2"]),
+        (cube.replacen("<xml>", &crowded, 1), &["no XML", "a tag has more than 100 attributes"]),
         (
             shells.replace("type=\"id_range\">0 6", "type=\"id_list\">0 1 2 1"),
             &["a MultiPatch with geometry 1 twice", "once"],

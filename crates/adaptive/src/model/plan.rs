@@ -4,9 +4,9 @@ use contact_qs::ContactError;
 use ffr_dynamics::system::force::BodyState;
 
 use crate::error::{AdaptiveError, ContactModelFault};
-use crate::predicted_touch::{TouchKind, no_hertz_point, touch_kind};
+use crate::predicted_touch::{TouchKind, kind_of_touch, no_hertz_point};
 use crate::spec::{BodyKind, ContactLaw, ContactSpec, ElasticSpec, RunSpec, SurfaceLaw, Target, Treatment};
-use crate::touch_sites::{Sites, TouchSite, sites};
+use crate::touch_sites::{Sites, Surfaces, TouchSite, sites};
 use crate::unsupported::Unsupported;
 use crate::zone_at_start::{ContactSite, ZoneRequest, refined_width};
 
@@ -32,21 +32,26 @@ pub enum ContactPlan {
 /// [`AdaptiveError::Unsupported`] for bodies that cannot take their part, [`AdaptiveError::Contact`] if nearest places
 /// cannot be found.
 pub fn plans(spec: &RunSpec, poses: &[BodyState]) -> Result<Vec<ContactPlan>, AdaptiveError> {
-    spec.contacts.iter().map(|contact| plan(spec, contact, poses)).collect()
+    let surfaces = Surfaces::default();
+    spec.contacts.iter().map(|contact| plan((spec, &surfaces), contact, poses)).collect()
 }
 
-fn plan(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Result<ContactPlan, AdaptiveError> {
+fn plan(
+    (spec, surfaces): (&RunSpec, &Surfaces),
+    contact: &ContactSpec,
+    poses: &[BodyState],
+) -> Result<ContactPlan, AdaptiveError> {
     let law = match &contact.law {
         ContactLaw::Surface(law) => law,
         ContactLaw::Hertz(law) => {
-            let what = no_hertz_point(spec, contact, law, poses);
+            let what = no_hertz_point((spec, surfaces), contact, law, poses);
             let refused =
                 |what| AdaptiveError::unsupported_contact(&contact.name, Unsupported::NoHertzPoint { what });
             return what.map_or(Ok(ContactPlan::Point), |what| Err(refused(what)));
         }
     };
     check_surfaces(spec, contact)?;
-    match edge_touch(spec, contact, law, poses) {
+    match edge_touch((spec, surfaces), contact, law, poses) {
         Some(kind @ (TouchKind::Flat | TouchKind::Edge)) if law.is_exact() => {
             let fault = ContactModelFault::ExactWhole { what: kind.parts() };
             return Err(AdaptiveError::ContactModel { contact: contact.name.clone(), fault });
@@ -92,19 +97,22 @@ fn plan(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Result<Co
 /// Whether flat faces, edges or corners touch first in `contact`, so that its zones are the whole surfaces then.
 pub fn is_whole(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> bool {
     let ContactLaw::Surface(law) = &contact.law else { return false };
-    matches!(edge_touch(spec, contact, law, poses), Some(TouchKind::Flat | TouchKind::Edge))
+    matches!(
+        edge_touch((spec, &Surfaces::default()), contact, law, poses),
+        Some(TouchKind::Flat | TouchKind::Edge)
+    )
 }
 
 /// What touches first in a contact whose zone nobody has given and that is quasistatic, or refined by the program.
 fn edge_touch(
-    spec: &RunSpec,
+    (spec, surfaces): (&RunSpec, &Surfaces),
     contact: &ContactSpec,
     law: &SurfaceLaw,
     poses: &[BodyState],
 ) -> Option<TouchKind> {
     let is_left_open = law.interval.width.is_none();
     let is_quasistatic = matches!(law.treatment, Treatment::Adaptive | Treatment::Quasistatic);
-    if is_left_open && is_quasistatic { touch_kind(spec, contact, poses) } else { None }
+    if is_left_open && is_quasistatic { kind_of_touch((spec, surfaces), contact, poses) } else { None }
 }
 
 /// The plan of a contact with zones about the places where the bodies are nearest at the start.

@@ -1,7 +1,5 @@
 //! How far two bodies overlap, and by what move they would not (docs/theory.md section P).
 
-use std::sync::Arc;
-
 use contact_qs::search::SurfaceModel;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
@@ -11,7 +9,7 @@ use super::finding::Components;
 use crate::detection::{Detector, DetectorTarget, Nearest, Search};
 use crate::error::AdaptiveError;
 use crate::spec::{ContactLaw, ContactSpec, RunSpec, Target};
-use crate::touch_sites::Undeformed;
+use crate::touch_sites::Surfaces;
 
 /// Overlap as a share of the bodies' size that is round-off of their places: positions of some sizes are known to 1e-16 of
 /// them, and shapes to 1e-12.
@@ -151,9 +149,10 @@ pub fn check_undeformed(spec: &RunSpec, poses: &[BodyState]) -> Result<(), Adapt
         ContactLaw::Surface(_) => true,
         ContactLaw::Hertz(law) => law.spheres(c.target).is_none(),
     };
-    let surfaces = spec.contacts.iter().filter(is_of_surfaces);
-    for contact in surfaces.filter(|_| !spec.settings.static_start) {
-        if let Some(overlap) = of_undeformed(spec, contact, poses)? {
+    let surfaces = Surfaces::default();
+    let contacts = spec.contacts.iter().filter(is_of_surfaces);
+    for contact in contacts.filter(|_| !spec.settings.static_start) {
+        if let Some(overlap) = of_undeformed((spec, &surfaces), contact, poses)? {
             return Err(overlap);
         }
     }
@@ -162,20 +161,20 @@ pub fn check_undeformed(spec: &RunSpec, poses: &[BodyState]) -> Result<(), Adapt
 
 /// The error for the overlap of a contact, if it has one that is not allowed.
 fn of_undeformed(
-    spec: &RunSpec,
+    (spec, surfaces): (&RunSpec, &Surfaces),
     contact: &ContactSpec,
     poses: &[BodyState],
 ) -> Result<Option<AdaptiveError>, AdaptiveError> {
     let fail = |source| AdaptiveError::Contact { contact: contact.name.clone(), source };
-    let surface = |body: &Undeformed<'_>| -> Result<Arc<SurfaceModel>, AdaptiveError> {
-        body.model().map(Arc::new).map_err(fail)
-    };
     let body = &spec.bodies[contact.body];
-    let Some(own) = Undeformed::new(body) else { return Ok(None) };
+    let Some(own) = surfaces.of(body).map_err(fail)? else { return Ok(None) };
     let target = match contact.target {
         Target::Plane { point, normal } => DetectorTarget::plane(point, normal),
-        Target::Body(other) => match Undeformed::new(&spec.bodies[other]) {
-            Some(there) => DetectorTarget::Body(other, surface(&there)?),
+        Target::Body(other) => match surfaces.of(&spec.bodies[other]).map_err(fail)? {
+            Some(there) if are_apart([&own, &there], [contact.body, other].map(|i| &poses[i])) => {
+                return Ok(None);
+            }
+            Some(there) => DetectorTarget::Body(other, there),
             None => return Ok(None),
         },
     };
@@ -183,12 +182,17 @@ fn of_undeformed(
         contact: &contact.name,
         body: contact.body,
         body_name: &body.name,
-        motion: own.motion(),
+        motion: body.kind.motion(),
         target: contact.target,
         allowed: contact.initial_overlap,
     };
-    let detector = Detector::new(contact.body, surface(&own)?, target);
+    let detector = Detector::new(contact.body, own, target);
     let overlap = pair.overlap(&detector, &mut Search::new(), poses)?;
     let overlap = overlap.filter(|overlap| overlap.is_real() && overlap.depth > pair.allowed);
     Ok(overlap.map(|overlap| pair.refused(&overlap)))
+}
+
+/// Whether the balls about the origins of two bodies that hold their surfaces do not meet.
+fn are_apart(surfaces: [&SurfaceModel; 2], poses: [&BodyState; 2]) -> bool {
+    (poses[0].position - poses[1].position).norm() > surfaces[0].radius() + surfaces[1].radius()
 }

@@ -10,6 +10,7 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
 use iga_core::elasticity::{Material, Model};
 use iga_core::mass_properties::MassProperties;
+use iga_core::nurbs::SAME_PLACE;
 use iga_core::surface::{BodySurface, Face};
 use nalgebra::{Matrix3, Vector3};
 
@@ -24,7 +25,6 @@ use crate::predict::{LocalSurface, across_line, inverse_effective_mass};
 use crate::spec::{
     BodyKind, ContactLaw, ContactSpec, ElasticSpec, HertzSphere, MeshedSpec, Place, RunSpec, Target,
 };
-use crate::touch_side::SAME_PLACE;
 use crate::touch_sites::{TouchSite, first_sites};
 use crate::zone_at_start::ContactSite;
 

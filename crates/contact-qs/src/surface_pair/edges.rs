@@ -1,6 +1,7 @@
 //! Which ends of the faces of a body are edges, and which go on smoothly (docs/theory.md Eq. C.81).
 
 use ffr_dynamics::body::RigidMotion;
+use iga_core::nurbs::SAME_PLACE;
 use iga_core::nurbs::jet::{difference, dot, norm};
 
 use super::projection::{Displaced, Functions, Projection, Samples, SurfacePlace};
@@ -11,8 +12,6 @@ use super::target::TargetSurface;
 const ALONG: f64 = 0.99;
 /// Shares of an end at which it is looked at.
 const SHARES: [f64; 3] = [0.13, 0.48, 0.91];
-/// Part of the size within which places of two faces are one.
-const SAME_PLACE: f64 = 1e-7;
 
 impl TargetSurface {
     /// The surface as all faces of a rigid body, of which points meet smooth parts: a projection may end on any of them (section C.11). Contact

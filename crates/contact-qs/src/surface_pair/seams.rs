@@ -1,12 +1,10 @@
 //! Points at the end of a face, from which other faces of the target go on (docs/theory.md Eqs. C.83, C.84).
 
+use iga_core::nurbs::SAME_PLACE;
 use iga_core::nurbs::jet::{difference, dot, norm};
 
 use super::projection::{Displaced, Functions, Projection, Samples, SurfacePlace};
 use super::target::{FaceElement, TargetSurface};
-
-/// Part of the size within which places of two faces are one: those on a seam are found from both sides to round-off.
-const SAME_PLACE: f64 = 1e-7;
 
 /// Part of an element beside a seam in which normals go over from one face to the other: those of the elements differ by what the elements err, so that
 /// a part of one is as good; a point on a seam must not be pressed to either side in turn.

@@ -21,20 +21,32 @@ type Visitor = extern "C" fn(hid_t, *const c_char, *const c_int, *mut c_void) ->
 unsafe extern "C" {
     // The binding of the crate takes a pointer, the library a number.
     fn H5PLset_loading_state(kinds: c_uint) -> c_int;
+    fn H5PLsize(count: *mut c_uint) -> c_int;
+    fn H5PLremove(index: c_uint) -> c_int;
     fn H5Lunregister(kind: c_int) -> c_int;
     fn H5Lvisit2(group: hid_t, index: c_int, order: c_int, visitor: Visitor, place: *mut c_void) -> c_int;
 }
 
-/// Has the library load no plug-ins and follow no links into other files; what fails here was off before.
+/// Has the library load no plug-ins and follow no links into other files; what fails here was off before. The folders in which it would look for
+/// plug-ins go as well: that of its build is compiled in, and no setting of its packages leaves it out.
 pub fn forbid() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
         // SAFETY: plain numbers, and `sync` holds the library's lock.
         hdf5::sync::sync(|| unsafe {
             H5PLset_loading_state(0);
+            (0..folders()).for_each(|_| _ = H5PLremove(0));
             H5Lunregister(EXTERNAL);
         });
     });
+}
+
+/// Number of folders in which the library would look for plug-ins.
+fn folders() -> c_uint {
+    let mut count = 0;
+    // SAFETY: the place outlives the call.
+    unsafe { H5PLsize(&raw mut count) };
+    count
 }
 
 /// The path of a link in `file` that leads to another file.
@@ -55,4 +67,15 @@ extern "C" fn note_external(_: hid_t, name: *const c_char, kind: *const c_int, f
     }
     *found = Some(name.to_string_lossy().into_owned());
     1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_folder_is_left_to_load_plug_ins_from() {
+        forbid();
+        assert_eq!(hdf5::sync::sync(folders), 0);
+    }
 }

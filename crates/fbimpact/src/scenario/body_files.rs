@@ -35,7 +35,7 @@ pub fn read_all(checker: &mut Checker, root: &mut Section, directory: &Path) {
     let bodies = root.items.iter_mut().find(|item| item.name == "bodies");
     let Some(Checked::Named(bodies)) = bodies.map(|item| &mut item.value) else { return };
     let mut known = Known::default();
-    for (_, body) in bodies {
+    for (_, body) in bodies.iter_mut() {
         match body.text("model") {
             Some("imported") => {
                 read_one(checker, body, "body file", |_, _, path| known.body(directory, path).map_err(Some));

@@ -87,10 +87,10 @@ impl BodyPlaces {
     /// # Errors
     /// As [`BodyPlaces::flexible`].
     pub fn rigid(
-        shape: Option<(Shape, Model)>,
+        shape: Option<(Arc<Shape>, Model)>,
         markers: &[(String, GivenPlace)],
     ) -> Result<Self, PlaceError> {
-        Self::new(PlacesOf::Rigid(shape.map(|(shape, model)| (Arc::new(shape), model))), markers)
+        Self::new(PlacesOf::Rigid(shape), markers)
     }
 
     /// Those of a body of finite elements, with `markers` added by the user.
@@ -121,7 +121,10 @@ impl BodyPlaces {
         }
         match &mut places.kind {
             PlacesOf::Flexible((shape, _)) | PlacesOf::Rigid(Some((shape, _))) => {
-                Arc::make_mut(shape).markers = points;
+                // Bodies without markers of their own share the shape.
+                if shape.markers != points {
+                    Arc::make_mut(shape).markers = points;
+                }
             }
             PlacesOf::Rigid(None) | PlacesOf::File | PlacesOf::Meshed(_) => places.points = points,
         }

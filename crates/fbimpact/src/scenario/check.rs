@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use super::document::{Entry, Node, Origin, Value, parse_value};
 use super::fault::{Fault, meant, nearest};
 use super::keys::{Choice, Key, Kind, Need, Range, Variant, names};
-use super::section::{Checked, Item, Section, join};
+use super::section::{Checked, Item, NamedSections, Section, join};
 use super::units;
 
 /// A degree \[rad\].
@@ -179,7 +179,7 @@ impl Checker {
             }
             (Kind::Named(keys), Value::Table(entries)) => {
                 let list = entries.iter().filter_map(|e| self.named(keys, e, path)).collect();
-                return Checked::Named(list);
+                return Checked::Named(NamedSections::new(list));
             }
             (Kind::NameLists, Value::Table(entries)) => {
                 return Checked::NameLists(entries.iter().filter_map(|e| self.name_list(e, path)).collect());

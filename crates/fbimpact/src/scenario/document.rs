@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use toml::de::{DeTable, DeValue};
 
+use super::blank_lines::blanked;
 use super::fault::{Fault, Location};
 
 /// Text of one file.
@@ -162,7 +163,8 @@ pub fn show_number(x: f64) -> String {
 /// # Errors
 /// Every syntax fault of the text.
 pub fn parse_toml(source: &Arc<SourceText>) -> Result<Node, Vec<Fault>> {
-    let (table, errors) = DeTable::parse_recoverable(&source.text);
+    let text = blanked(&source.text);
+    let (table, errors) = DeTable::parse_recoverable(&text);
     if errors.is_empty() {
         let origin = Origin::File(source.clone(), 0..0);
         return Ok(Node { value: convert_table(table.into_inner(), &file_origin(source)), origin });

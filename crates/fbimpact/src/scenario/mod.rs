@@ -7,6 +7,7 @@
 pub mod types;
 pub mod body_places;
 pub mod fault;
+mod blank_lines;
 pub mod document;
 pub mod overrides;
 pub mod keys;

@@ -14,7 +14,11 @@ const COUPLING: f64 = 1e-6;
 
 /// Elastic coordinates of `model` that vibrate for themselves.
 pub(super) fn oscillators(model: &MultibodyModel) -> Vec<Oscillator> {
-    let bodies = model.bodies.iter().enumerate().filter(|(i, _)| vibrates_alone(model, *i));
+    let bodies = model
+        .bodies
+        .iter()
+        .enumerate()
+        .filter(|(i, body)| body.data.n_modes() > 0 && vibrates_alone(model, *i));
     bodies.flat_map(|(_, body)| of_body(body)).collect()
 }
 
@@ -25,9 +29,9 @@ pub(super) fn vibrates_alone(model: &MultibodyModel, i: usize) -> bool {
 
 /// Markers of body `i` that joints hold.
 fn joined_markers(model: &MultibodyModel, i: usize) -> impl Iterator<Item = &Marker> {
-    let children = model.bodies.iter().map(|body| &body.joint.parent);
+    let children = model.children[i].iter().map(|&child| &model.bodies[child].joint.parent);
     let ends = model.loops.iter().flat_map(|joint| [&joint.parent, &joint.child]);
-    let sites = children.chain(ends).filter(move |site| site.body == Some(i));
+    let sites = children.chain(ends.filter(move |site| site.body == Some(i)));
     sites.map(|site| &site.marker).chain([&model.bodies[i].joint.child])
 }
 

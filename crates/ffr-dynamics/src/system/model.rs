@@ -19,7 +19,7 @@ use crate::kinematics::Marker;
 mod resolution;
 
 pub(super) use resolution::check_damping;
-use resolution::{check_names, check_suits_model, loop_joint, resolve_loads, tree_joints};
+use resolution::{NamedBodies, check_names, check_suits_model, loop_joint, resolve_loads, tree_joints};
 
 /// A marker with its body; `None` is ground.
 #[derive(Debug, Clone)]
@@ -214,15 +214,16 @@ impl MultibodyModel {
         if !spec.gravity.norm().is_finite() {
             return Err(DataError::NotFinite { what: "gravity".into() }.into());
         }
-        let joints = tree_joints(&spec)?;
+        let named = NamedBodies::new(&spec);
+        let joints = tree_joints(&named)?;
         let parents: Vec<Parent> = joints.iter().map(|j| j.parent.body).collect();
         let order = order_from_ground(&parents, |i| spec.bodies[i].name.clone(), |i| joints[i].name.clone())?;
         for (i, joint) in joints.iter().enumerate() {
             check(&joint.name, joint.kind, &joint.coordinates)?;
             check_suits_model(&spec.bodies[i], joint, joint.parent.body.map(|p| &spec.bodies[p]))?;
         }
-        let loops = spec.loops.iter().map(|joint| loop_joint(&spec, joint)).collect::<Result<_, _>>()?;
-        let loads = resolve_loads(&spec)?;
+        let loops = spec.loops.iter().map(|joint| loop_joint(&named, joint)).collect::<Result<_, _>>()?;
+        let loads = resolve_loads(&named)?;
         let mut bodies = Vec::with_capacity(spec.bodies.len());
         let (mut offset, mut rates_offset) = (0, 0);
         for (BodySpec { name, data, markers }, joint) in spec.bodies.into_iter().zip(joints) {

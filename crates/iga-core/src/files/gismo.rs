@@ -15,7 +15,7 @@ use crate::nurbs::{FaceId, Patch};
 const BYTES_A_NODE: usize = 20;
 /// Bytes of a file for each of its attributes, of which one takes some seventy.
 const BYTES_AN_ATTRIBUTE: usize = 24;
-/// Nodes and attributes that any file may have.
+/// Nodes and attributes that any file may have, and attributes of one tag: their names are compared in pairs.
 const FEW: usize = 100;
 
 /// Reads all patches.
@@ -28,6 +28,10 @@ pub fn read(text: &str) -> Result<SplineFile, ReadError> {
             let reason = format!("it has more than {most} {what}, more than splines of that size need");
             return Err(ReadError { line: 1, fault: ReadFault::Xml { reason } });
         }
+    }
+    if let Some(line) = crowded_tag(&text) {
+        let reason = format!("a tag has more than {FEW} attributes, those of splines have less than ten");
+        return Err(ReadError { line, fault: ReadFault::Xml { reason } });
     }
     let nodes_limit = u32::try_from(text.len() / BYTES_A_NODE + FEW).unwrap_or(u32::MAX);
     let options = ParsingOptions { nodes_limit, ..ParsingOptions::default() };
@@ -91,6 +95,37 @@ fn without_declaration(text: &str) -> String {
         }
         _ => text,
     }
+}
+
+/// Line of the first tag with more than [`FEW`] attributes; signs in quotes, in comments and between tags count for nothing.
+fn crowded_tag(text: &str) -> Option<usize> {
+    let mut rest = text;
+    while let Some(open) = rest.find('<') {
+        let at = text.len() - rest.len() + open;
+        rest = &rest[open + 1..];
+        if let Some(comment) = rest.strip_prefix("!--") {
+            rest = &comment[comment.find("-->")?..];
+            continue;
+        }
+        let (mut quote, mut count, mut end) = (None, 0, rest.len());
+        for (i, byte) in rest.bytes().enumerate() {
+            match (quote, byte) {
+                (Some(open), _) if byte == open => quote = None,
+                (None, b'"' | b'\'') => quote = Some(byte),
+                (None, b'=') => count += 1,
+                (None, b'>') => {
+                    end = i;
+                    break;
+                }
+                _ => {}
+            }
+        }
+        if count > FEW {
+            return Some(text[..at].matches('\n').count() + 1);
+        }
+        rest = &rest[end..];
+    }
+    None
 }
 
 fn line(node: &Node) -> usize {

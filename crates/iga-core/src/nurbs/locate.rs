@@ -323,38 +323,100 @@ fn square(v: &[f64; 3]) -> f64 {
     dot(v, v)
 }
 
-/// How far a point may miss the body and still count as inside, relative to the body's size.
-const INSIDE: f64 = 1e-9;
+/// Part of a body's size within which places are one: a point that misses the body by less lies in it, places on two faces are the same. Nearest
+/// places minimise the square of a distance, which tells them to the root of round-off, 1.5e-8 of the size; near poles a few times that.
+pub const SAME_PLACE: f64 = 1e-7;
+/// Share of that within which a search has met its point.
+const SURE: f64 = 0.01;
+/// How many times as far off a search may be beside a pole, where it moves hardly along the lines that run together.
+const BESIDE_POLES: f64 = 100.0;
+/// Steps, and cuts of one, by which such a search is brought to its point.
+const CLOSER: [usize; 2] = [60, 30];
+
+impl PatchSearch {
+    /// The place of the patch nearest to `target`, met to round-off if it lies in the patch, beside poles too.
+    fn met(&self, patch: &Patch, target: &[f64; 3]) -> Located {
+        let found = self.closest(patch, target);
+        let unit = SAME_PLACE * self.size;
+        if found.measure <= SURE * unit || found.measure.is_nan() || found.measure > BESIDE_POLES * unit {
+            return found;
+        }
+        let closer =
+            self.finish(patch, self.closer(patch, target, &found.xi), |p| norm(&difference(p, target)));
+        if closer.measure < found.measure { closer } else { found }
+    }
+
+    /// Parameters nearer to `target` than `start` by Newton's method for `x(ξ) = target`, which unlike the minimum of a square scales the directions by
+    /// themselves. A step ends before the bounds, where the map may be singular.
+    fn closer(&self, patch: &Patch, target: &[f64; 3], start: &[f64; 3]) -> [f64; 3] {
+        let mut scratch = PointBasis::default();
+        let free = |d: usize| self.lower[d] < self.upper[d];
+        let slack = |d: usize| 1e-9 * (self.upper[d] - self.lower[d]);
+        let inside = |d: usize, x: f64| x.max(self.lower[d] + slack(d)).min(self.upper[d] - slack(d));
+        let mut xi = std::array::from_fn(|d| if free(d) { inside(d, start[d]) } else { start[d] });
+        let mut jet = patch.jet(&xi, 1, &mut scratch);
+        let mut rest = difference(target, &jet.point);
+        for _ in 0..CLOSER[0] {
+            let Some(step) = newton_step(&jet, patch.dimension(), &rest) else { break };
+            let room = |d: usize| {
+                let bound = if step[d] > 0.0 { self.upper[d] } else { self.lower[d] };
+                if step[d].abs() > 0.0 { 0.9 * ((bound - xi[d]) / step[d]).abs() } else { 1.0 }
+            };
+            let mut length = (0..3).filter(|&d| free(d)).map(room).fold(1.0, f64::min);
+            let mut accepted = None;
+            for _ in 0..CLOSER[1] {
+                let trial = std::array::from_fn(|d| xi[d] + length * step[d]);
+                let there = patch.jet(&trial, 1, &mut scratch);
+                let left = difference(target, &there.point);
+                if norm(&left) < norm(&rest) {
+                    accepted = Some((trial, there, left));
+                    break;
+                }
+                length *= 0.5;
+            }
+            let Some(next) = accepted else { break };
+            (xi, jet, rest) = next;
+        }
+        xi
+    }
+}
 
 /// Parameters of the physical point `point` inside a patch: the inverse of the geometry map. Parameters do not change under
 /// refinement, so the search is cheapest on the coarse patch.
 ///
 /// # Errors
-/// [`SplineError::PointNotFound`] if the nearest point of the patch is farther away than a billionth of its size.
+/// [`SplineError::PointNotFound`] if the nearest point of the patch is farther away than [`SAME_PLACE`] of its size.
 pub fn locate(patch: &Patch, point: &[f64; 3]) -> Result<[f64; 3], SplineError> {
     let search = PatchSearch::new(patch, [None; 3]);
-    let found = search.closest(patch, point);
+    let found = search.met(patch, point);
     // Not a number fails the comparison.
-    if found.measure <= INSIDE * search.size {
+    if found.measure <= SAME_PLACE * search.size {
         return Ok(found.xi);
     }
     Err(SplineError::PointNotFound { point: *point, distance: found.measure })
 }
 
 impl Shape {
-    /// Patch and parameters of a physical point inside the body; the first patch that holds it.
+    /// Patch and parameters of a physical point inside the body: the first patch that it is in but for a hundredth of what counts as in the body, else
+    /// the nearest.
     ///
     /// # Errors
-    /// [`SplineError::PointNotFound`] with the distance to the nearest patch.
+    /// [`SplineError::PointNotFound`] with the distance to the nearest patch if that is more than [`SAME_PLACE`] of the body's size.
     pub fn locate(&self, point: &[f64; 3]) -> Result<(usize, [f64; 3]), SplineError> {
-        let mut nearest = f64::INFINITY;
+        let within = SAME_PLACE * diagonal(self.patches.iter().flat_map(|patch| patch.control_points()));
+        let (mut nearest, mut place) = (f64::INFINITY, None);
         for (index, patch) in self.patches.iter().enumerate() {
-            match locate(patch, point) {
-                Ok(xi) => return Ok((index, xi)),
-                Err(SplineError::PointNotFound { distance, .. }) => nearest = nearest.min(distance),
-                Err(other) => return Err(other),
+            let search = PatchSearch::new(patch, [None; 3]);
+            let found = search.met(patch, point);
+            if found.measure < nearest {
+                (nearest, place) = (found.measure, Some((index, found.xi)));
+            }
+            // Not a number fails the comparison.
+            if found.measure <= SURE * SAME_PLACE * search.size {
+                break;
             }
         }
-        Err(SplineError::PointNotFound { point: *point, distance: nearest })
+        let lost = SplineError::PointNotFound { point: *point, distance: nearest };
+        place.filter(|_| nearest <= within).ok_or(lost)
     }
 }

@@ -19,7 +19,7 @@ pub use grading::{Grading, Window};
 pub use interface::FaceId;
 pub use jet::Jet;
 pub use local::{RefinementWindow, refine_near};
-pub use locate::{Located, PatchSearch, locate};
+pub use locate::{Located, PatchSearch, SAME_PLACE, locate};
 pub use patch::Patch;
 pub use refine::Prolongation;
 pub use shape::{Shape, SingularSet};

@@ -13,6 +13,7 @@ use super::body_parts::{Context, GivenFrame, damping, elastic_model, frame, mate
 use super::built_bodies::{Built, BuiltBodies, Moving, MovingFacts, Plane};
 use super::discretisation::{discretisation, reduction};
 use super::joints::GROUND;
+use super::known_shapes::KnownShapes;
 use super::places::{BodyFacts, part};
 use super::rigid::Rigid;
 use super::{geometry, imported, meshed, rigid};
@@ -23,10 +24,17 @@ type Markers = Vec<(String, GivenPlace)>;
 /// All bodies, as far as their own tables say.
 pub fn bodies(checker: &mut Checker, context: Context<'_>) -> BuiltBodies {
     let list = context.root.named("bodies").iter();
-    BuiltBodies { list: list.map(|(name, section)| body(checker, context, name, section)).collect() }
+    let mut known = KnownShapes::default();
+    let built = list.map(|(name, section)| body(checker, (context, &mut known), name, section));
+    BuiltBodies::new(built.collect())
 }
 
-fn body(checker: &mut Checker, context: Context<'_>, name: &str, section: &Section) -> Option<Built> {
+fn body(
+    checker: &mut Checker,
+    (context, known): (Context<'_>, &mut KnownShapes),
+    name: &str,
+    section: &Section,
+) -> Option<Built> {
     let root = context.root;
     if name == GROUND {
         let message = "\"ground\" is the name of space, choose another".into();
@@ -38,7 +46,7 @@ fn body(checker: &mut Checker, context: Context<'_>, name: &str, section: &Secti
     let markers = if is_imported { Some(Vec::new()) } else { markers(checker, section) };
     let made = match section.text("model") {
         Some("rigid") => {
-            let made = rigid::rigid(checker, root, section, orientation, markers.as_deref());
+            let made = rigid::rigid(checker, (root, known), section, orientation, markers.as_deref());
             made.map(|rigid| match rigid {
                 Rigid::Moving(kind, places) => {
                     let file = spline_file(section);

@@ -121,7 +121,7 @@ pub fn optional_material(
     }
     let list = root.named("materials");
     let name = section.text("material")?;
-    if list.iter().all(|(n, _)| n != name) {
+    if root.place_of("materials", name).is_none() {
         let own = list.iter().map(|(n, _)| n.as_str());
         let known: Vec<&str> = own.chain(STANDARD_MATERIALS.iter().map(|m| m.name)).collect();
         checker.unknown_name(section, "material", "material", &known);
@@ -141,7 +141,7 @@ pub fn solid(root: &Section, section: &Section) -> Option<Solid> {
 /// Young's modulus \[Pa\], Poisson's ratio and density [kg/m³] of a body's material.
 fn constants(root: &Section, section: &Section) -> Option<[f64; 3]> {
     let name = section.text("material")?;
-    let (_, material) = root.named("materials").iter().find(|(n, _)| n == name)?;
+    let material = root.one_of("materials", name)?;
     let [young, poisson, density] =
         ["youngs_modulus", "poissons_ratio", "density"].map(|k| material.number(k));
     Some([young?, poisson?, density?])

@@ -54,13 +54,34 @@ pub enum Built {
 #[derive(Debug)]
 pub struct BuiltBodies {
     /// In the order of the file; none for one at fault.
-    pub list: Vec<Option<Built>>,
+    list: Vec<Option<Built>>,
+    /// How many of those before each are no planes.
+    before: Vec<usize>,
 }
 
 /// How a body finds the place that a table names.
 pub type Find = fn(&BodyPlaces, &GivenPlace) -> Result<Place, PlaceError>;
 
 impl BuiltBodies {
+    /// The bodies `list` in the order of the file; none for one at fault.
+    pub fn new(list: Vec<Option<Built>>) -> Self {
+        let is_plane = |body: &Option<Built>| matches!(body, Some(Built::Plane(_)));
+        let before = list.iter().scan(0, |count, body| {
+            let before = *count;
+            *count += usize::from(!is_plane(body));
+            Some(before)
+        });
+        Self { before: before.collect(), list }
+    }
+
+    /// Bodies that move and are free of faults.
+    pub fn moving_mut(&mut self) -> impl Iterator<Item = &mut Moving> {
+        self.list.iter_mut().filter_map(|body| match body {
+            Some(Built::Moving(moving)) => Some(moving.as_mut()),
+            Some(Built::Plane(_)) | None => None,
+        })
+    }
+
     /// Whether all bodies are free of faults.
     pub fn is_complete(&self) -> bool {
         self.list.iter().all(Option::is_some)
@@ -85,7 +106,7 @@ impl BuiltBodies {
     /// Number among the bodies of the run of body `body` of the file; none of planes and bodies at fault.
     pub fn index(&self, body: usize) -> Option<usize> {
         self.moving(body)?;
-        Some(self.list[..body].iter().filter(|b| !matches!(b, Some(Built::Plane(_)))).count())
+        Some(self.before[body])
     }
 
     /// Rotation to space of body `body` at the start, or with all joint coordinates at zero.

@@ -1,5 +1,8 @@
 //! Contacts: pairs of bodies that exist, and settings that go together.
 
+use std::collections::HashMap;
+use std::collections::hash_map::Entry;
+
 use adaptive::interval::least_utilisation;
 use adaptive::spec::{
     ContactLaw, ContactSpec, DivisionRule, HertzPartner, HertzSpec, HertzSphere, IntervalSpec, LowModes,
@@ -21,16 +24,18 @@ use super::places::{BodyFacts, body_index};
 /// All contacts; `None` if one of them, or one of its bodies, is at fault.
 pub fn contacts(checker: &mut Checker, root: &Section, bodies: &BuiltBodies) -> Option<Vec<ContactSpec>> {
     let list = root.named("contacts");
-    let mut pairs: Vec<(&str, [usize; 2])> = Vec::with_capacity(list.len());
+    let mut pairs: HashMap<[usize; 2], &str> = HashMap::with_capacity(list.len());
     let mut built = Vec::with_capacity(list.len());
     for (name, section) in list {
         let Some((pair, law, initial_overlap)) = contact(checker, root, section) else { continue };
         let sorted = [pair[0].min(pair[1]), pair[0].max(pair[1])];
-        if let Some((same, _)) = pairs.iter().find(|(_, other)| *other == sorted) {
-            let message = format!("contact \"{same}\" has the same pair of bodies already");
-            checker.fault_in(section, "contact_body", message);
+        match pairs.entry(sorted) {
+            Entry::Occupied(same) => {
+                let message = format!("contact \"{}\" has the same pair of bodies already", same.get());
+                checker.fault_in(section, "contact_body", message);
+            }
+            Entry::Vacant(place) => _ = place.insert(name),
         }
-        pairs.push((name, sorted));
         let spec = bodies.index(pair[0]).zip(target(bodies, pair[1])).zip(law);
         built.extend(spec.map(|((body, target), law)| ContactSpec {
             name: name.to_owned(),

@@ -72,7 +72,7 @@ fn side(
     joints: &[JointSpec],
 ) -> Option<(usize, usize)> {
     let name = section.text(key)?;
-    let Some((_, joint)) = root.named("joints").iter().find(|(other, _)| other == name) else {
+    let Some(joint) = root.one_of("joints", name) else {
         let known: Vec<&str> = root.named("joints").iter().map(|(name, _)| name.as_str()).collect();
         checker.unknown_name(section, key, "joint", &known);
         return None;

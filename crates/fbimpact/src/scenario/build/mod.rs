@@ -7,6 +7,7 @@ mod joints;
 mod gears;
 mod geometry;
 mod discretisation;
+mod known_shapes;
 mod rigid;
 mod imported;
 mod meshed;
@@ -20,13 +21,15 @@ mod output;
 mod resolution;
 mod settings;
 
+use std::collections::HashMap;
+
 use adaptive::spec::{Area, BodyKind, Coupling, JointSpec, LoadSpec, Place, Resolution, RunSpec};
 use ffr_dynamics::body::RigidMotion;
 
 use super::check::Checker;
 use super::section::Section;
 use super::types::{Scenario, Source};
-use built_bodies::{Built, BuiltBodies};
+use built_bodies::BuiltBodies;
 use joints::BuiltJoint;
 
 pub use contact_facts::ContactFacts;
@@ -96,22 +99,27 @@ fn specified(joint: BuiltJoint<'_>) -> Option<(JointSpec, bool)> {
 
 /// Lets frames follow the joints whose children their bodies are, and bodies be rigid where joints and loads make them so.
 fn take_from_joints(bodies: &mut BuiltBodies, joints: &[(JointSpec, bool)], loads: &[LoadSpec]) {
-    let moving = bodies.list.iter_mut().filter_map(|body| match body {
-        Some(Built::Moving(moving)) => Some(moving),
-        Some(Built::Plane(_)) | None => None,
-    });
-    for (index, moving) in moving.enumerate() {
-        let mut children =
-            joints.iter().filter(|(joint, closes_loop)| !closes_loop && joint.child.body == Some(index));
-        if let Some((joint, _)) = children.next() {
-            moving.follow(&joint.child.place);
+    let mut children: HashMap<usize, &Place> = HashMap::new();
+    let mut held: HashMap<usize, Vec<&Place>> = HashMap::new();
+    for (joint, _) in joints.iter().filter(|(_, closes_loop)| !closes_loop) {
+        if let Some(body) = joint.child.body {
+            children.entry(body).or_insert(&joint.child.place);
         }
-        let sides = joints.iter().flat_map(|(joint, _)| [&joint.parent, &joint.child]);
-        let held = sides.chain(loads.iter().map(|load| &load.at)).filter(|at| at.body == Some(index));
-        let held = held.map(|at| &at.place);
+    }
+    let sides = joints.iter().flat_map(|(joint, _)| [&joint.parent, &joint.child]);
+    for at in sides.chain(loads.iter().map(|load| &load.at)) {
+        if let Some(body) = at.body {
+            held.entry(body).or_default().push(&at.place);
+        }
+    }
+    for (index, moving) in bodies.moving_mut().enumerate() {
+        if let Some(place) = children.get(&index) {
+            moving.follow(place);
+        }
+        let held = || held.get(&index).into_iter().flatten().copied();
         match &mut moving.spec.kind {
-            BodyKind::Elastic(elastic) => elastic.rigid_areas = rigid_areas(held),
-            BodyKind::Meshed(meshed) => meshed.rigid_areas = rigid_areas(held),
+            BodyKind::Elastic(elastic) => elastic.rigid_areas = rigid_areas(held()),
+            BodyKind::Meshed(meshed) => meshed.rigid_areas = rigid_areas(held()),
             BodyKind::Imported(_) | BodyKind::Rigid(_) => {}
         }
     }

@@ -64,8 +64,7 @@ impl<'a> BodyFacts<'a> {
 
     /// Facts of the body called `name`, as far as they are known.
     pub fn find(root: &'a Section, name: &str) -> Option<Self> {
-        let (_, body) = root.named("bodies").iter().find(|(n, _)| n == name)?;
-        Self::of(body)
+        Self::of(root.one_of("bodies", name)?)
     }
 
     /// The same with the points of the body file, which are for output.
@@ -142,10 +141,10 @@ impl<'a> BodyFacts<'a> {
 
 /// Index of the body that key `key` of `section` names; an unknown one is a fault.
 pub fn body_index(checker: &mut Checker, root: &Section, section: &Section, key: &str) -> Option<usize> {
-    let known: Vec<&str> = root.named("bodies").iter().map(|(n, _)| n.as_str()).collect();
     let name = section.text(key)?;
-    let index = known.iter().position(|n| *n == name);
+    let index = root.place_of("bodies", name);
     if index.is_none() {
+        let known: Vec<&str> = root.named("bodies").iter().map(|(n, _)| n.as_str()).collect();
         checker.unknown_name(section, key, "body", &known);
     }
     index

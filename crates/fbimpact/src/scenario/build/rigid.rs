@@ -1,9 +1,10 @@
 //! Rigid bodies: planes at rest, bodies with given mass, bodies whose mass follows from their shape.
 
+use std::sync::Arc;
+
 use adaptive::spec::{BodyKind, RigidSpec};
 use ffr_dynamics::body::RigidMotion;
 use iga_core::elasticity::Model;
-use iga_core::mass_properties::MassProperties;
 use iga_core::nurbs::Shape;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
@@ -12,6 +13,7 @@ use super::super::check::Checker;
 use super::super::section::{Checked, Section};
 use super::body_parts::{elastic_model, material, optional_material};
 use super::geometry;
+use super::known_shapes::KnownShapes;
 use super::places::BodyFacts;
 
 /// Asymmetry and negative moments that numbers written with many digits leave.
@@ -31,7 +33,7 @@ pub enum Rigid {
 /// A rigid body with the markers that the user has added.
 pub fn rigid(
     checker: &mut Checker,
-    root: &Section,
+    (root, known): (&Section, &mut KnownShapes),
     section: &Section,
     orientation: Option<[f64; 4]>,
     markers: Option<&[(String, GivenPlace)]>,
@@ -46,7 +48,7 @@ pub fn rigid(
         _ => RigidMotion::Spatial,
     };
     let (spec, shape) = if section.item("geometry").is_some() {
-        let (spec, shape) = from_shape(checker, root, section, &facts, motion)?;
+        let (spec, shape) = from_shape(checker, (root, known), section, &facts, motion)?;
         (spec, Some(shape))
     } else {
         (given(checker, section, motion)?, None)
@@ -80,11 +82,11 @@ fn plane(
 
 fn from_shape(
     checker: &mut Checker,
-    root: &Section,
+    (root, known): (&Section, &mut KnownShapes),
     section: &Section,
     facts: &BodyFacts<'_>,
     motion: RigidMotion,
-) -> Option<(RigidSpec, (Shape, Model))> {
+) -> Option<(RigidSpec, (Arc<Shape>, Model))> {
     let model = elastic_model(section, facts.components);
     let shape = geometry::shape(checker, section, facts.components, DEGREE);
     let material = material(checker, root, section);
@@ -92,9 +94,8 @@ fn from_shape(
     if !checker.faults.is_empty() {
         return None; // integrals take a while, and nothing can be run
     }
-    let properties = MassProperties::of(&shape, &model)
-        .map_err(|e| checker.fault_in(section, "geometry", e.to_string()))
-        .ok()?;
+    let found = known.measured(shape, &model);
+    let (shape, properties) = found.map_err(|e| checker.fault_in(section, "geometry", e.to_string())).ok()?;
     let spec = RigidSpec {
         motion,
         mass: material.density() * properties.volume,

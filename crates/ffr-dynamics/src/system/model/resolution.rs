@@ -1,5 +1,7 @@
 //! From names to numbers: bodies, markers, joints and loads of a specification found and checked.
 
+use std::collections::HashMap;
+
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::super::equations::active_directions;
@@ -59,13 +61,27 @@ pub(super) fn check_names(spec: &SystemSpec) -> Result<(), DynamicsError> {
     Ok(())
 }
 
+/// A specification whose bodies are found by name at once.
+pub(super) struct NamedBodies<'a> {
+    spec: &'a SystemSpec,
+    numbers: HashMap<&'a str, usize>,
+}
+
+impl<'a> NamedBodies<'a> {
+    pub fn new(spec: &'a SystemSpec) -> Self {
+        let numbers = spec.bodies.iter().enumerate().map(|(i, body)| (body.name.as_str(), i)).collect();
+        Self { spec, numbers }
+    }
+}
+
 /// Marker by name.
-fn resolve(spec: &SystemSpec, user: &str, at: &Attachment) -> Result<Site, DynamicsError> {
+fn resolve(named: &NamedBodies<'_>, user: &str, at: &Attachment) -> Result<Site, DynamicsError> {
+    let spec = named.spec;
     let list = |names: Vec<&str>| if names.is_empty() { "none".to_string() } else { names.join(", ") };
     let (body, markers, n_modes) = if at.body == GROUND {
         (None, &spec.ground, 0)
     } else {
-        let Some(i) = spec.bodies.iter().position(|b| b.name == at.body) else {
+        let Some(&i) = named.numbers.get(at.body.as_str()) else {
             let names = [GROUND].into_iter().chain(spec.bodies.iter().map(|b| b.name.as_str()));
             return Err(DynamicsError::UnknownBody {
                 user: user.to_string(),
@@ -96,10 +112,11 @@ fn resolve(spec: &SystemSpec, user: &str, at: &Attachment) -> Result<Site, Dynam
 }
 
 /// The joint of each body; bodies without one are free.
-pub(super) fn tree_joints(spec: &SystemSpec) -> Result<Vec<TreeJoint>, DynamicsError> {
+pub(super) fn tree_joints(named: &NamedBodies<'_>) -> Result<Vec<TreeJoint>, DynamicsError> {
+    let spec = named.spec;
     let mut joints: Vec<Option<TreeJoint>> = spec.bodies.iter().map(|_| None).collect();
     for JointSpec { name, kind, parent, child, coordinates, bearing } in &spec.joints {
-        let (parent, child) = (resolve(spec, name, parent)?, resolve(spec, name, child)?);
+        let (parent, child) = (resolve(named, name, parent)?, resolve(named, name, child)?);
         let Some(body) = child.body else {
             return Err(DynamicsError::Joint {
                 joint: name.clone(),
@@ -190,9 +207,9 @@ pub(super) fn check_suits_model(
 }
 
 /// A joint that closes a loop.
-pub(super) fn loop_joint(spec: &SystemSpec, joint: &JointSpec) -> Result<LoopJoint, DynamicsError> {
+pub(super) fn loop_joint(named: &NamedBodies<'_>, joint: &JointSpec) -> Result<LoopJoint, DynamicsError> {
     let JointSpec { name, kind, parent, child, coordinates, bearing } = joint;
-    let (parent, child) = (resolve(spec, name, parent)?, resolve(spec, name, child)?);
+    let (parent, child) = (resolve(named, name, parent)?, resolve(named, name, child)?);
     let fail = |fault: JointFault| Err(DynamicsError::Joint { joint: name.clone(), fault: Box::new(fault) });
     if *kind == JointKind::Free {
         return fail(JointFault::FreeLoop);
@@ -207,10 +224,11 @@ pub(super) fn loop_joint(spec: &SystemSpec, joint: &JointSpec) -> Result<LoopJoi
 }
 
 /// Loads with their bodies and markers.
-pub(super) fn resolve_loads(spec: &SystemSpec) -> Result<Vec<Load>, DynamicsError> {
+pub(super) fn resolve_loads(named: &NamedBodies<'_>) -> Result<Vec<Load>, DynamicsError> {
+    let spec = named.spec;
     let mut loads = Vec::with_capacity(spec.loads.len());
     for load in &spec.loads {
-        let Site { body, marker } = resolve(spec, &load.name, &load.at)?;
+        let Site { body, marker } = resolve(named, &load.name, &load.at)?;
         let Some(body) = body else {
             return Err(DynamicsError::LoadOnGround { load: load.name.clone() });
         };

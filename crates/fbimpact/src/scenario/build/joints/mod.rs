@@ -193,9 +193,9 @@ fn attachment(
         }
         return ground(checker, side);
     }
-    let known = root.named("bodies").iter().map(|(n, _)| n.as_str());
-    let known: Vec<&str> = can_be_ground.then_some(GROUND).into_iter().chain(known).collect();
-    if !known.contains(&side.text("body")?) {
+    if root.place_of("bodies", side.text("body")?).is_none() {
+        let known = root.named("bodies").iter().map(|(n, _)| n.as_str());
+        let known: Vec<&str> = can_be_ground.then_some(GROUND).into_iter().chain(known).collect();
         checker.unknown_name(side, "body", "body", &known);
         return None;
     }

@@ -41,8 +41,7 @@ pub fn check(checker: &mut Checker, root: &Section, joints: &[Link<'_>]) {
 
 /// The table of one side of a joint.
 fn side<'a>(root: &'a Section, joint: &Link<'_>, side: &str) -> Option<&'a Section> {
-    let (_, section) = root.named("joints").iter().find(|(n, _)| n == joint.name)?;
-    section.table(side)
+    root.one_of("joints", joint.name)?.table(side)
 }
 
 /// Reports the cycle whose first body in the order of the file is `start`, if there is one.
