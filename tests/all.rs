@@ -45,6 +45,7 @@ mod mesh_contact;
 mod mesh_stress;
 mod meshed;
 mod meshed_rods;
+mod one_body;
 mod own_part;
 mod plausibility;
 mod plot;

@@ -56,6 +56,16 @@ impl FullModel<'_> {
             Self::Rigid(_) | Self::Imported(_) | Self::Meshed(_) => None,
         }
     }
+
+    /// Number of unknowns of its matrices; none of a rigid or a reduced body.
+    pub fn n_unknowns(&self) -> usize {
+        match self {
+            Self::Elastic(body) => body.n_unknowns(),
+            Self::Meshed(meshed) => 3 * meshed.mesh.nodes().len(),
+            Self::Imported(ImportedSpec::Full { body, .. }) => body.body().dofs.len(),
+            Self::Imported(_) | Self::Rigid(_) => 0,
+        }
+    }
 }
 
 /// What a body is made of.

@@ -14,6 +14,7 @@ pub mod record;
 pub mod stop_hit;
 pub mod run_state;
 pub mod observer;
+pub mod work;
 pub mod recording;
 pub mod marker_loads;
 pub mod part_motion;

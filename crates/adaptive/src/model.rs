@@ -20,6 +20,7 @@ use crate::simulation::{Observed, ObservedPoint, System};
 use crate::sizing::impact_time::line_frequencies;
 use crate::spec::{BodyKind, PointSpec, RunSpec, StressSpec, Target};
 use crate::store::{ModelCache, body_definition};
+use crate::work::{self, Work};
 
 mod arrangement;
 mod contacts;
@@ -128,9 +129,12 @@ impl RunModel {
         let zones = zones(spec, (&plans, &poses), &full)?;
         let search = started.elapsed().as_secs_f64() - assembly;
         let interfaces = interfaces(spec, &zones)?;
-        let bodies = spec.bodies.iter().zip(full).zip(interfaces);
+        let bodies = spec.bodies.iter().zip(full).zip(interfaces).enumerate();
         let mut bodies: Vec<BodyModel> = bodies
-            .map(|((b, full), i)| BodyModel::new(b.name.clone(), full, i, cache))
+            .map(|(k, ((b, full), i))| {
+                let _work = at_body(spec, k, &format!("modes of {} unknowns", full.n_unknowns()));
+                BodyModel::new(b.name.clone(), full, i, cache)
+            })
             .collect::<Result<_, AdaptiveError>>()?;
         let contacts = spec.contacts.iter().zip(plans.iter().zip(&zones));
         let contacts =
@@ -275,6 +279,11 @@ pub fn check_contacts(spec: &RunSpec) -> Result<(), AdaptiveError> {
     check_undeformed(spec, &poses)
 }
 
+/// Begins work at body `i`.
+fn at_body(spec: &RunSpec, i: usize, what: &str) -> Work {
+    work::begin(format!("body \"{}\" ({} of {}), {what}", spec.bodies[i].name, i + 1, spec.bodies.len()))
+}
+
 /// Full models of the bodies; equal ones are built once.
 fn full_models<'a>(spec: &'a RunSpec, plans: &[ContactPlan]) -> Result<Vec<FullModel<'a>>, AdaptiveError> {
     let mut full: Vec<FullModel<'a>> = Vec::with_capacity(spec.bodies.len());
@@ -304,7 +313,10 @@ fn full_models<'a>(spec: &'a RunSpec, plans: &[ContactPlan]) -> Result<Vec<FullM
         let equal = definitions.iter().position(|d| *d == definition).and_then(|k| full[k].elastic());
         let model = match equal {
             Some(equal) => equal.copied(&body.name, elastic),
-            None => ElasticBody::build(&body.name, elastic)?,
+            None => {
+                let _work = at_body(spec, i, "matrices");
+                ElasticBody::build(&body.name, elastic)?
+            }
         };
         full.push(FullModel::Elastic(Box::new(model)));
         definitions.push(definition);

@@ -21,6 +21,8 @@ pub enum Continue {
 /// What a run does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage<'a> {
+    /// Chooses meshes and numbers of modes.
+    Sizes,
     /// Builds the models of all bodies.
     Bodies,
     /// Builds fine models for a contact.

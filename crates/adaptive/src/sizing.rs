@@ -22,6 +22,7 @@ use crate::error::AdaptiveError;
 use crate::model::start_poses;
 use crate::spec::{BodyKind, DiscretisationSpec, ElasticSpec, ReductionSpec, RunSpec};
 use crate::store::{ModelCache, ModelKey, StoredModel};
+use crate::work::{self, Work};
 use iga_core::elasticity::Model;
 use impact_time::ForceTime;
 use mesh::ChosenMesh;
@@ -66,6 +67,7 @@ pub fn choose(
     let poses = start_poses(spec)?;
     let times = impact_time::shortest(spec, &poses);
     for (i, (body, wish)) in spec.bodies.iter().zip(wishes).enumerate() {
+        let _work = work::begin(format!("body \"{}\" ({} of {})", body.name, i + 1, spec.bodies.len()));
         let time = times[i].as_ref();
         match &body.kind {
             BodyKind::Elastic(elastic) if *wish != SizeRequest::default() => {
@@ -211,6 +213,11 @@ impl<'a> Candidate<'a> {
             .collect()
     }
 
+    /// Tells that a mesh is tried.
+    fn trial(&self, elements: &[usize]) -> Work {
+        work::begin(format!("modes of a mesh with some {} unknowns", self.unknowns(elements)))
+    }
+
     /// The body with `elements` a direction.
     fn build(&self, elements: &[usize]) -> Result<ElasticBody, AdaptiveError> {
         let mut spec = self.spec.clone();
@@ -223,6 +230,7 @@ impl<'a> Candidate<'a> {
     /// # Errors
     /// [`AdaptiveError`] naming the body.
     pub fn spectrum(&self, elements: &[usize], n: usize) -> Result<Spectrum, AdaptiveError> {
+        let _work = self.trial(elements);
         let body = self.build(elements)?;
         let spectrum = FrequencyProblem::new(self.name, &body.assembled)?.lowest(n)?;
         Ok(Spectrum { elements: elements.to_vec(), ..spectrum })
@@ -234,6 +242,7 @@ impl<'a> Candidate<'a> {
         elements: &[usize],
         at: (f64, usize, usize),
     ) -> Result<Option<Spectrum>, AdaptiveError> {
+        let _work = self.trial(elements);
         let body = self.build(elements)?;
         let spectrum = FrequencyProblem::new(self.name, &body.assembled)?.lowest_reaching(at)?;
         Ok(spectrum.map(|spectrum| Spectrum { elements: elements.to_vec(), ..spectrum }))

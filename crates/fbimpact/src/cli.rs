@@ -197,6 +197,9 @@ pub enum Command {
         /// Number of threads, 0 for all cores
         #[arg(long, value_name = "N", default_value_t = 0)]
         threads: usize,
+        /// Where models are kept
+        #[command(flatten)]
+        cache: CacheArguments,
         /// Changes to the scenario
         #[command(flatten)]
         set: SetArguments,

@@ -13,6 +13,7 @@ pub mod provenance;
 pub mod scenario;
 pub mod thread_pool;
 pub mod sizing;
+mod one_body;
 pub mod simulate;
 pub mod results;
 pub mod body_file;
@@ -78,8 +79,8 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
         Command::Modes { scenario, system: true, is_static, json, threads, set, .. } => {
             commands::system_modes::system_modes(&scenario, &set.set, is_static, json, (threads, &bar))
         }
-        Command::Modes { scenario, body, json, threads, set, .. } => {
-            commands::modes::modes(&scenario, &set.set, body.as_deref(), json, (threads, &bar))
+        Command::Modes { scenario, body, json, threads, cache, set, .. } => {
+            commands::modes::modes(&scenario, &set.set, body.as_deref(), json, (threads, &bar), &cache)
         }
         Command::Cache { action, cache } => commands::cache::cache(action, &cache),
         Command::MeshSize { scenario, body, output, set } => {

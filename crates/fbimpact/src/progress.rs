@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use adaptive::record::PhaseKind;
+use adaptive::work;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::fmt::MakeWriter;
@@ -15,8 +16,8 @@ use tracing_subscriber::util::SubscriberInitExt;
 use crate::cli::{LogArguments, LogFormat};
 use crate::shown_text::{message, short};
 
-/// Wall time between lines when standard error is no terminal.
-const LINE_INTERVAL: Duration = Duration::from_secs(10);
+/// Wall time between lines of steps when standard error is no terminal; a stage or a step that lasts is told a tick later, within ten seconds.
+const LINE_INTERVAL: Duration = Duration::from_secs(9);
 /// Wall time between updates of the bar.
 const BAR_INTERVAL: Duration = Duration::from_millis(100);
 /// Wall time after which the bar shows a new elapsed time, and stages are looked at.
@@ -94,26 +95,62 @@ pub struct Progress {
     is_even: bool,
     begin: Instant,
     last: Instant,
-    stage: Arc<Mutex<Option<(String, Instant)>>>,
-    /// Writes lines in long stages; ends when the other end is dropped.
+    now: Arc<Mutex<Now>>,
+    /// Tells that long stages and steps go on; ends when the other end is dropped.
     _ticker: Sender<()>,
+}
+
+/// What goes on, and since when.
+struct Now {
+    what: What,
+    since: Instant,
+    /// When the last line was written.
+    told: Instant,
+}
+
+enum What {
+    /// Nothing to tell of.
+    Nothing,
+    /// Work without time steps.
+    Stage(String),
+    /// A time step behind one that has ended: time reached \[s\], last step \[s\], phase.
+    Step(f64, f64, PhaseKind),
+}
+
+impl Now {
+    fn new(what: What) -> Self {
+        Self { what, since: Instant::now(), told: Instant::now() }
+    }
+
+    /// What goes on, with the part that is being worked at; none if there is nothing.
+    fn text(&self) -> Option<String> {
+        match &self.what {
+            What::Nothing => None,
+            What::Stage(text) => {
+                Some(work::now().map_or_else(|| text.clone(), |work| format!("{text}: {work}")))
+            }
+            What::Step(time, step, phase) => Some(format!(
+                "t = {time:.6e} s, {}, a step behind one of {step:.2e} s goes on",
+                phase.identifier()
+            )),
+        }
+    }
 }
 
 impl Progress {
     /// Starts the clock.
     pub fn new(bar: ProgressBar) -> Self {
         let now = Instant::now();
-        let stage = Arc::new(Mutex::new(None));
+        let shared = Arc::new(Mutex::new(Now::new(What::Nothing)));
         let (ticker, end) = channel();
-        if bar.is_hidden() {
-            let stage = stage.clone();
-            // Where there is no room for a thread, there are no lines.
-            let ticker = std::thread::Builder::new().name("progress".into());
-            let _ = ticker.spawn(move || tick(&stage, &end, [TICK, LINE_INTERVAL]));
-        } else {
+        let (watched, shown) = (shared.clone(), bar.clone());
+        if !bar.is_hidden() {
             bar.enable_steady_tick(TICK);
         }
-        Self { bar, span: (0.0, 1.0), is_even: false, begin: now, last: now, stage, _ticker: ticker }
+        // Where there is no room for a thread, there are no lines.
+        let thread = std::thread::Builder::new().name("progress".into());
+        let _ = thread.spawn(move || tick((&watched, &shown), &end, [TICK, LINE_INTERVAL + TICK]));
+        Self { bar, span: (0.0, 1.0), is_even: false, begin: now, last: now, now: shared, _ticker: ticker }
     }
 
     /// Sets start and end of the simulated time \[s\], and whether its seconds take about as long each.
@@ -122,21 +159,32 @@ impl Progress {
         self.begin = Instant::now();
     }
 
-    /// Takes note of work without time steps that begins, or of its end.
+    /// Takes note of work without time steps that begins, or of time steps.
     pub fn stage(&self, text: Option<String>) {
         if let Some(text) = &text {
             self.bar.set_message(short(text));
         }
-        *lock(&self.stage) = text.map(|text| (text, Instant::now()));
+        let mut now = lock(&self.now);
+        now.what = What::Stage(text.unwrap_or_else(|| "making a time step".to_owned()));
+        now.since = Instant::now();
     }
 
     /// Takes note of a step; cheap.
     pub fn step(&mut self, time: f64, step: f64, phase: PhaseKind) {
-        let interval = if self.bar.is_hidden() { LINE_INTERVAL } else { BAR_INTERVAL };
-        if self.last.elapsed() < interval {
-            return;
+        let now = Instant::now();
+        {
+            let mut shared = lock(&self.now);
+            (shared.what, shared.since) = (What::Step(time, step, phase), now);
+            let is_due = match self.bar.is_hidden() {
+                true => now.duration_since(shared.told) >= LINE_INTERVAL,
+                false => now.duration_since(self.last) >= BAR_INTERVAL,
+            };
+            if !is_due {
+                return;
+            }
+            shared.told = now;
         }
-        self.last = Instant::now();
+        self.last = now;
         let fraction = ((time - self.span.0) / (self.span.1 - self.span.0)).clamp(0.0, 1.0);
         let phase = phase.identifier();
         let left = self.left(fraction);
@@ -181,15 +229,24 @@ pub fn while_building<R>(bar: &ProgressBar, work: impl FnOnce() -> R) -> R {
     done
 }
 
-/// Looks after every `tick` whether a stage has lasted for another `interval`, and writes a line then, until the sender is gone.
-fn tick(stage: &Mutex<Option<(String, Instant)>>, end: &Receiver<()>, [tick, interval]: [Duration; 2]) {
-    let mut last = Instant::now();
+/// Looks after every `tick` what goes on: shows on a bar what a stage is at, and writes a line, where there is none, when none has been
+/// written for `interval`; until the sender is gone.
+fn tick((now, bar): (&Mutex<Now>, &ProgressBar), end: &Receiver<()>, [tick, interval]: [Duration; 2]) {
     while end.recv_timeout(tick) == Err(RecvTimeoutError::Timeout) {
-        let Some((text, since)) = lock(stage).clone() else { continue };
-        let quiet = last.max(since).elapsed();
-        if quiet >= interval {
-            last = Instant::now();
-            tracing::info!("{text}, for {:.0} s", since.elapsed().as_secs_f64());
+        let mut now = lock(now);
+        let Some(text) = now.text() else { continue };
+        if !bar.is_hidden() {
+            if matches!(now.what, What::Stage(_)) {
+                bar.set_message(short(&text));
+            }
+            continue;
+        }
+        if now.told.elapsed() >= interval {
+            now.told = Instant::now();
+            let since = now.since.elapsed().as_secs_f64();
+            // The log is slow on some disks, and a step waits for none.
+            drop(now);
+            tracing::info!("{text}, for {since:.0} s");
         }
     }
 }
@@ -242,8 +299,8 @@ mod tests {
         }
     }
 
-    /// What is written within `time` in the stage `stage`, if there is one.
-    fn lines(stage: Option<&str>, time: Duration) -> Vec<String> {
+    /// What is written within `time` while `what` goes on.
+    fn lines(what: What, time: Duration) -> Vec<String> {
         let lines = Lines::default();
         let writer = lines.clone();
         let log = tracing_subscriber::fmt()
@@ -252,13 +309,14 @@ mod tests {
             .with_target(false)
             .without_time()
             .with_level(false);
-        let stage = Mutex::new(stage.map(|text| (text.to_owned(), Instant::now())));
+        let now = Mutex::new(Now::new(what));
         let (sender, end) = channel();
         let clock = std::thread::spawn(move || {
             std::thread::sleep(time);
             drop(sender);
         });
-        tracing::subscriber::with_default(log.finish(), || tick(&stage, &end, TICKS));
+        let bar = ProgressBar::hidden();
+        tracing::subscriber::with_default(log.finish(), || tick((&now, &bar), &end, TICKS));
         clock.join().expect("it ends");
         let text = String::from_utf8(lock(&lines.0).clone()).expect("UTF-8");
         text.lines().map(str::to_owned).collect()
@@ -267,7 +325,7 @@ mod tests {
     #[test]
     fn a_stage_that_lasts_is_told_every_interval_until_the_end() {
         let begin = Instant::now();
-        let told = lines(Some("building"), Duration::from_millis(300));
+        let told = lines(What::Stage("building".into()), Duration::from_millis(300));
         // As many as fit in at most; a machine that is busy makes fewer.
         let most = begin.elapsed().as_millis() / TICKS[1].as_millis();
         assert!(!told.is_empty() && told.len() as u128 <= most, "{told:?}");
@@ -275,12 +333,29 @@ mod tests {
     }
 
     #[test]
+    fn a_step_that_lasts_is_told_with_its_time() {
+        let told = lines(What::Step(2.5e-5, 1e-8, PhaseKind::Impact), Duration::from_millis(300));
+        let expected = "t = 2.500000e-5 s, impact, a step behind one of 1.00e-8 s goes on, for 0 s";
+        assert!(!told.is_empty() && told.iter().all(|line| line == expected), "{told:?}");
+    }
+
+    #[test]
+    fn a_stage_names_what_is_worked_at() {
+        let stage = Now::new(What::Stage("choosing".into()));
+        let work = work::begin("body \"ring\" (2 of 3), modes of 4711 unknowns".into());
+        let text = stage.text().expect("a stage");
+        assert_eq!(text, "choosing: body \"ring\" (2 of 3), modes of 4711 unknowns");
+        drop(work);
+        assert_eq!(stage.text().expect("a stage"), "choosing");
+    }
+
+    #[test]
     fn nothing_is_told_without_a_stage_or_before_it_has_lasted() {
-        assert!(lines(None, Duration::from_millis(60)).is_empty());
+        assert!(lines(What::Nothing, Duration::from_millis(60)).is_empty());
         let (sender, end) = channel();
         drop(sender);
         let since = Instant::now();
-        tick(&Mutex::new(Some(("building".to_owned(), since))), &end, TICKS);
+        tick((&Mutex::new(Now::new(What::Stage("building".into()))), &ProgressBar::hidden()), &end, TICKS);
         assert!(since.elapsed() < Duration::from_secs(5), "it ends at once");
     }
 }

@@ -17,6 +17,7 @@ use ffr_dynamics::system::SystemModes;
 use iga_core::space::Space;
 
 use crate::error::AppError;
+use crate::one_body;
 use crate::scenario::Scenario;
 use crate::sizing::{self, sized};
 use crate::thread_pool::thread_pool;
@@ -119,6 +120,7 @@ pub fn simulate_with(
     cache: &ModelCache,
 ) -> Result<RunReport, AppError> {
     let began = Instant::now();
+    observer.stage(Stage::Sizes);
     let scenario = &*sized(scenario, threads, cache)?;
     let sizes = began.elapsed().as_secs_f64();
     let spec = &scenario.run;
@@ -144,10 +146,25 @@ pub fn simulate_with(
 /// # Errors
 /// [`AppError::Model`] if a model cannot be built.
 pub fn modes(scenario: &Scenario, body: Option<usize>, threads: usize) -> Result<ModesReport, AppError> {
-    let cache = ModelCache::default();
-    let scenario = &*sized(scenario, threads, &cache)?;
+    modes_with(scenario, body, threads, &ModelCache::default())
+}
+
+/// As [`modes`], with the models that are in `cache`, which keeps those that are built.
+///
+/// # Errors
+/// As [`modes`].
+pub fn modes_with(
+    scenario: &Scenario,
+    body: Option<usize>,
+    threads: usize,
+    cache: &ModelCache,
+) -> Result<ModesReport, AppError> {
+    let asked = body.map(|body| one_body::asked(scenario, body));
+    let sized = sized(asked.as_ref().unwrap_or(scenario), threads, cache)?;
+    let alone = body.map(|body| one_body::alone(&sized, body));
+    let scenario = alone.as_ref().unwrap_or(&sized);
     let spec = &scenario.run;
-    let model = build(spec, threads, &cache)?;
+    let model = build(spec, threads, cache)?;
     let notes = sizing::notes(&scenario.source.resolved);
     let wanted = body.map(|b| scenario.bodies[b].name.as_str());
     let bodies = model.bodies.iter().zip(&spec.bodies);

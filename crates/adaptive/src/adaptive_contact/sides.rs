@@ -7,6 +7,7 @@ use crate::error::AdaptiveError;
 use crate::point_compliance::ObservedPlace;
 use crate::record::ZoneSite;
 use crate::spec::LowModes;
+use crate::work;
 
 /// What a fine model is built of.
 #[derive(Clone, Copy)]
@@ -59,6 +60,7 @@ impl AdaptiveContact {
         check_cancel: &mut CancelCheck<'_>,
     ) -> Result<FineSide<'b>, AdaptiveError> {
         let zone = self.fine_zone(&request.body, request.site)?;
+        let _work = work::begin(format!("\"{}\" with {} unknowns", request.body.name, zone.0.n_unknowns()));
         self.side(request.body, zone, request.places, request.modes, check_cancel)
     }
 

@@ -7,6 +7,7 @@ use super::spectrum::FrequencyProblem;
 use crate::error::AdaptiveError;
 use crate::spec::MeshedSpec;
 use crate::store::{ModelCache, StoredModel};
+use crate::work;
 use ffr_dynamics::body::RigidMotion;
 
 /// Number of modes of the mesh `spec`, the body `name`, for the fastest force on it, `time`, if there is one (theory N.4).
@@ -36,6 +37,7 @@ pub fn modes(
 fn count(name: &str, spec: &MeshedSpec, limit: f64) -> Result<(usize, f64), AdaptiveError> {
     let (motion, most) = (RigidMotion::Spatial, most(spec.reduction));
     let least = if limit > 0.0 { least(motion) } else { WITHOUT_FORCES };
+    let _work = work::begin(format!("modes of a mesh with {} unknowns", 3 * spec.mesh.nodes().len()));
     let body = spec.assembled(name)?;
     let problem = FrequencyProblem::new(name, &body)?;
     let below = if limit > 0.0 { problem.below(limit)? } else { 0 };

@@ -7,6 +7,8 @@ use indicatif::ProgressBar;
 
 use super::digits::short;
 use super::{body_index, print, threads};
+use crate::cache::{self, CacheSettings};
+use crate::cli::CacheArguments;
 use crate::error::AppError;
 use crate::progress::while_building;
 use crate::scenario::{self, Override};
@@ -22,11 +24,13 @@ pub fn modes(
     body: Option<&str>,
     json: bool,
     (n_threads, bar): (usize, &ProgressBar),
+    cache: &CacheArguments,
 ) -> Result<(), AppError> {
     let n_threads = threads(n_threads)?;
     let scenario = scenario::read(path, overrides)?;
     let index = body.map(|name| body_index(name, scenario.bodies.iter().map(|b| &b.name))).transpose()?;
-    let report = while_building(bar, || simulate::modes(&scenario, index, n_threads))?;
+    let cache = cache::open(&CacheSettings::new(cache));
+    let report = while_building(bar, || simulate::modes_with(&scenario, index, n_threads, &cache))?;
     let text =
         if json { serde_json::to_string_pretty(&report).map(|t| t + "\n") } else { Ok(table(&report)) };
     print(&text?)

@@ -119,6 +119,7 @@ impl RunObserver<'_> {
 impl Observer for RunObserver<'_> {
     fn stage(&mut self, stage: Stage<'_>) {
         self.progress.stage(match stage {
+            Stage::Sizes => Some("choosing meshes and modes".into()),
             Stage::Bodies => Some("building the models of the bodies".into()),
             Stage::FineModels { contact, body, target: None } => {
                 Some(format!("contact \"{contact}\": building the fine model of \"{body}\""))

@@ -1,0 +1,80 @@
+//! A scenario with what the model of one body depends on, and nothing else to build.
+
+use adaptive::sizing::SizeRequest;
+use adaptive::spec::{BodyKind, BodySpec, ContactSpec, DampingSpec, RigidSpec, RunSpec, Target};
+use nalgebra::{Matrix3, Vector3};
+
+use crate::scenario::Scenario;
+
+/// `scenario` without the sizes that it leaves to the program for bodies that have nothing to do with body `body` of the file.
+pub fn asked(scenario: &Scenario, body: usize) -> Scenario {
+    let involved = involved(&scenario.run, scenario.bodies[body].index);
+    let mut asked = scenario.clone();
+    for (wish, involved) in asked.wishes.iter_mut().zip(involved) {
+        if !involved {
+            *wish = SizeRequest::default();
+        }
+    }
+    asked
+}
+
+/// `scenario` with body `body` of the file, its contacts and the bodies that take part in them. All others are rigid, of unit mass: of them the
+/// body sees where joints hold it, not what they weigh. Nothing is recorded.
+pub fn alone(scenario: &Scenario, body: usize) -> Scenario {
+    let index = scenario.bodies[body].index;
+    let involved = involved(&scenario.run, index);
+    let mut alone = scenario.clone();
+    let run = &mut alone.run;
+    let kept: Vec<bool> = run.contacts.iter().map(|contact| is_of(contact, &scenario.run, index)).collect();
+    let mut flags = kept.iter();
+    run.contacts.retain(|_| flags.next() == Some(&true));
+    let mut flags = kept.iter();
+    run.resolution.contacts.retain(|_| flags.next() == Some(&true));
+    for (body, involved) in run.bodies.iter_mut().zip(involved) {
+        if !involved {
+            make_rigid(body);
+        }
+        // Damping of one body depends on the modes of all.
+        match &mut body.kind {
+            BodyKind::Elastic(elastic) => elastic.damping = DampingSpec::None,
+            BodyKind::Meshed(meshed) => meshed.damping = DampingSpec::None,
+            BodyKind::Imported(_) | BodyKind::Rigid(_) => {}
+        }
+    }
+    run.points.clear();
+    run.stress.clear();
+    run.settings.static_start = false;
+    alone
+}
+
+/// Which bodies the model of body `body` of the run depends on: itself, and those that it touches.
+fn involved(run: &RunSpec, body: Option<usize>) -> Vec<bool> {
+    let mut involved: Vec<bool> = (0..run.bodies.len()).map(|i| Some(i) == body).collect();
+    for contact in run.contacts.iter().filter(|contact| is_of(contact, run, body)) {
+        involved[contact.body] = true;
+        if let Target::Body(other) = contact.target {
+            involved[other] = true;
+        }
+    }
+    involved
+}
+
+/// Whether `contact` matters to body `body` of the run: what a rigid one meets changes nothing of it.
+fn is_of(contact: &ContactSpec, run: &RunSpec, body: Option<usize>) -> bool {
+    let Some(body) = body.filter(|&i| !matches!(run.bodies[i].kind, BodyKind::Rigid(_))) else {
+        return false;
+    };
+    contact.body == body || matches!(contact.target, Target::Body(other) if other == body)
+}
+
+/// A rigid body of unit mass in the place of `body`; one from a file stays, for joints take hold of its markers.
+fn make_rigid(body: &mut BodySpec) {
+    let shape = match &body.kind {
+        BodyKind::Elastic(elastic) => Some((elastic.shape.clone(), elastic.model)),
+        BodyKind::Meshed(_) => None,
+        BodyKind::Imported(_) | BodyKind::Rigid(_) => return,
+    };
+    let (motion, mass) = (body.kind.motion(), 1.0);
+    let (centre_of_mass, inertia) = (Vector3::zeros(), Matrix3::identity());
+    body.kind = BodyKind::Rigid(RigidSpec { motion, mass, centre_of_mass, inertia, shape });
+}
