@@ -148,7 +148,7 @@ fn remedy(is_exact: bool) -> &'static str {
     if is_exact {
         "as where its points outnumber the surface functions, or the body is too thin; with constraint = \"exact\" or model = \"massless\" give points = \"greville\" and interval.elements a smaller number, or choose constraint = \"penalty\""
     } else {
-        "round-off of the bodies' compliance exceeds that of the penalty springs; give penalty.initial a lower number, or take a thicker body or a smaller piece of it"
+        "round-off of the bodies' compliance exceeds that of the penalty springs; take a lower penalty factor, or a thicker body or a smaller piece of it (penalty.initial)"
     }
 }
 
