@@ -82,7 +82,7 @@ struct PhaseExtremes {
     penetration: f64,
 }
 
-/// Touches of two bodies between which they are apart for no longer than the longest of them lasted (docs/theory.md Eq. A.77).
+/// Touches of two bodies between which they are apart for no longer than the longest of those before or after lasted (docs/theory.md Eq. A.77).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Impact {
     /// Row in which it has been reported.
@@ -142,6 +142,27 @@ impl Impact {
     /// Whether a touch that begins at the time `touch` is one of this impact.
     fn is_joined_by(&self, touch: f64) -> bool {
         touch - self.end <= self.longest
+    }
+
+    /// Takes in the impact before, if the bodies were apart for no longer than the longest touch of either lasted.
+    fn absorb(&mut self, earlier: &Self) -> bool {
+        let is_one = self.start - earlier.end <= self.longest.max(earlier.longest);
+        if is_one {
+            let higher = if earlier.peak_force > self.peak_force { earlier } else { &*self };
+            *self = Self {
+                row: earlier.row,
+                start: earlier.start,
+                longest: self.longest.max(earlier.longest),
+                peak_force: higher.peak_force,
+                peak_time: higher.peak_time,
+                normal: higher.normal,
+                impulse_at_start: earlier.impulse_at_start,
+                before: earlier.before,
+                is_alone: self.is_alone && earlier.is_alone,
+                ..*self
+            };
+        }
+        is_one
     }
 
     /// Takes the end of a step at which force acts, or acted before.
@@ -263,6 +284,12 @@ impl ImpactMonitor {
         } else if was_touching {
             let (time, motion) = release.map_or((now.time, now.motion), |r| (r.time, r.motion));
             impact.last_until(time, motion);
+        }
+        while let Some(earlier) = self.ended.last().or(self.reported.as_ref())
+            && earlier.row.is_none_or(|row| impact.row != Some(row))
+            && impact.absorb(earlier)
+        {
+            self.ended.pop();
         }
         // Points may touch within a step and at neither of its ends.
         impact.impulse = (now.impulse - Vector3::from(impact.impulse_at_start)).into();
@@ -531,6 +558,21 @@ mod tests {
             for ends in [&[0][..], &[1], &[2], &[0, 1, 2], &[0, 2]] {
                 assert_eq!(of(&touches(&list, h, ends)), expected, "{ends:?}");
             }
+        }
+    }
+
+    #[test]
+    fn a_touch_shorter_than_the_way_to_a_longer_one_is_its_beginning() {
+        // The first contact point flutters before the bodies press each other.
+        let list = [(0.0, 0.25, 0.5), (1.0, 5.0, 4.0), (10.0, 10.25, 6.0), (10.75, 11.0, 1.0)];
+        for ends in [&[][..], &[0], &[0, 1], &[2]] {
+            let found: Vec<_> =
+                touches(&list, 0.125, ends).iter().map(|r| (r.row, r.start, r.end, r.impulse)).collect();
+            assert_eq!(
+                found,
+                [(0, 0.0, 5.0, 0.125 + 16.0), (1, 10.0, 10.25, 1.5), (2, 10.75, 11.0, 0.25)],
+                "{ends:?}"
+            );
         }
     }
 

@@ -135,9 +135,6 @@ pub trait ContactElement: ForceElement<Found: ContactFindings> {
         Ok(None)
     }
 
-    /// Forgets the past, for a start from another state.
-    fn forget(&self, _state: &mut Self::State, _found: &mut Self::Found) {}
-
     /// Replaces `out` by the forces found on the interface unknowns of body `body` \[N\]; zero where there is no quasistatic zone.
     fn interface_force(&self, _body: usize, _found: &Self::Found, out: &mut [f64]) {
         out.fill(0.0);
@@ -196,7 +193,7 @@ pub trait ActiveContact: ActiveForce {
     /// Likewise.
     fn compliance_weight(&mut self, motion: Motion<'_>) -> Result<Option<f64>, EvaluationFailure>;
 
-    /// As [`ContactElement::forget`].
+    /// Forgets the past, for a start from another state: what is left is a contact that has never been evaluated, to the last bit.
     fn forget(&mut self);
 
     /// As [`ContactElement::interface_force`].
@@ -262,8 +259,8 @@ impl<E: ContactElement> ActiveContact for Active<E> {
     }
 
     fn forget(&mut self) {
-        let ActiveParts { element, state, found, .. } = self.parts();
-        element.forget(state, found);
+        let ActiveParts { element, state, workspace, found } = self.parts();
+        (*state, *workspace, *found) = element.start();
     }
 
     fn interface_force(&self, body: usize, out: &mut [f64]) {

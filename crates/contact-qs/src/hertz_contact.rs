@@ -315,9 +315,4 @@ impl ContactElement for HertzContact {
     fn n_points(&self) -> usize {
         1
     }
-
-    fn forget(&self, state: &mut SlidingState, found: &mut HertzFound) {
-        state.forget();
-        found.sliding.discard();
-    }
 }

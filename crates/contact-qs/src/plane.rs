@@ -390,12 +390,6 @@ impl ContactElement for PlaneContact {
         Ok(compliance.map(|a| penalty::compliance_weight(a, &self.submodel.areas)))
     }
 
-    fn forget(&self, state: &mut PlaneState, _: &mut PlaneFound) {
-        if let Some(friction) = &mut state.friction {
-            friction.forget();
-        }
-    }
-
     /// Forces on the interface unknowns, `f_b = N_bᵀ (n λ + t τ)` (Eq. C.19), for the recovery of stresses.
     ///
     /// # Panics

@@ -438,14 +438,6 @@ impl ContactElement for SurfacePair {
         Ok(compliance.map(|a| penalty::compliance_weight(a, &self.areas)))
     }
 
-    fn forget(&self, state: &mut PairState, found: &mut PairFound) {
-        state.forget_evaluation();
-        if let Some(friction) = &mut state.friction {
-            friction.forget();
-        }
-        found.is_known = false;
-    }
-
     /// Forces on the interface unknowns, `f_b = ±N_bᵀ λ` (Eq. C.19), for the recovery of stresses; zero for a body that is not
     /// part of the pair.
     ///

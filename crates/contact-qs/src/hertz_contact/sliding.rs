@@ -83,10 +83,6 @@ impl SlidingState {
         &self.reference.shapes
     }
 
-    pub(super) fn forget(&mut self) {
-        self.is_known = false;
-    }
-
     pub(super) fn accept(&mut self, found: &SlidingFound) {
         if found.is_known {
             self.reference.copy_from(&found.next);

@@ -267,9 +267,4 @@ impl<C: ContactElement> ContactElement for VibratingContact<C> {
     fn set_penalty(&mut self, penalty: f64, state: &mut C::State) -> Result<(), ContactError> {
         self.contact.set_penalty(penalty, state)
     }
-
-    fn forget(&self, state: &mut C::State, found: &mut Self::Found) {
-        self.contact.forget(state, &mut found.contact);
-        found.report = ContactReport::default();
-    }
 }

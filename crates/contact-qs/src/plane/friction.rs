@@ -90,11 +90,6 @@ impl PlaneFriction {
         self.has_candidates = true;
     }
 
-    /// Forgets everything about the past.
-    pub fn forget(&mut self) {
-        (self.has_references, self.has_candidates) = (false, false);
-    }
-
     pub fn save(&mut self) {
         if self.has_candidates {
             std::mem::swap(&mut self.references, &mut self.candidates);

@@ -377,14 +377,6 @@ impl PairFriction {
         }
         self.stick_slip.restore();
     }
-
-    /// Forgets everything about the past.
-    pub fn forget(&mut self) {
-        (self.has_nodes, self.is_evaluated) = (false, false);
-        self.reference_time = f64::NEG_INFINITY;
-        self.references.fill(StickReference::default());
-        self.stick_slip.clear_forces();
-    }
 }
 
 /// The motion `state` a time `time` ago, in `out`.

@@ -131,7 +131,7 @@ table!(PhaseRow "phases" "Phases of the run." (r: PhaseRecord) {
     wall_time: f64 ["s"] = r.wall_time, "wall time";
 });
 
-table!(ImpactRow "impacts" "Impacts; touches that follow each other sooner than the longest of them lasts are one (theory A.77)." (r: ImpactRecord, contact) {
+table!(ImpactRow "impacts" "Impacts; touches between which the bodies are apart for no longer than the longest of them lasts are one (theory A.77)." (r: ImpactRecord, contact) {
     contact: VarLenUnicode ["–"] = unicode(contact)?, "name of the contact";
     start: f64 ["s"] = r.start, "first contact";
     end: f64 ["s"] = r.end, "last contact";
