@@ -8,6 +8,7 @@ use crate::adaptive_contact::FineContact;
 use crate::error::AdaptiveError;
 use crate::impact_monitor::{Change, ContactInstant, Impact};
 use crate::interval::IntervalAssessment;
+use crate::predicted_touch::TouchKind;
 use crate::record::{TransferDirection, TrialOutcome, TrialRecord};
 use crate::simulation::{RunContact, near_motion, normal_motion, smallest_gap};
 
@@ -202,11 +203,20 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// Mean pressure of contact `i`; zero where too few points carry its force to tell \[Pa\].
+    /// Mean pressure of contact `i`; zero where too few points carry its force to tell, and where an edge, a rim or a corner presses: the pressure there has
+    /// no bound, and what is found is the mesh's \[Pa\].
     fn mean_pressure(&self, i: usize) -> f64 {
         let report = self.model.system.forces()[i].contact.report();
-        let is_told = self.model.contacts[i].radii.is_some() || report.n_active >= TELLING_POINTS;
-        if is_told && report.contact_area > 0.0 { report.normal_force / report.contact_area } else { 0.0 }
+        let is_smooth = self.slots[i].fine().is_none_or(|fine| {
+            matches!(fine.whole, None | Some(TouchKind::Smooth | TouchKind::Flat))
+                && fine.zones.iter().all(|zone| zone.site.meets.is_none())
+        });
+        let has_points = self.model.contacts[i].radii.is_some() || report.n_active >= TELLING_POINTS;
+        if is_smooth && has_points && report.contact_area > 0.0 {
+            report.normal_force / report.contact_area
+        } else {
+            0.0
+        }
     }
 
     fn instant(&mut self, i: usize) -> ContactInstant {
