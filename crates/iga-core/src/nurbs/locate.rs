@@ -358,15 +358,14 @@ impl PatchSearch {
         let mut rest = difference(target, &jet.point);
         for _ in 0..CLOSER[0] {
             let Some(step) = newton_step(&jet, patch.dimension(), &rest) else { break };
-            // Each component ends at its own bound: one that lies there already must not hold up the others.
-            let to = |d: usize, length: f64| {
-                let x = xi[d] + length * step[d];
-                if free(d) { inside(d, x) } else { x }
+            let room = |d: usize| {
+                let bound = if step[d] > 0.0 { self.upper[d] } else { self.lower[d] };
+                if step[d].abs() > 0.0 { 0.9 * ((bound - xi[d]) / step[d]).abs() } else { 1.0 }
             };
-            let mut length = 1.0;
+            let mut length = (0..3).filter(|&d| free(d)).map(room).fold(1.0, f64::min);
             let mut accepted = None;
             for _ in 0..CLOSER[1] {
-                let trial = std::array::from_fn(|d| to(d, length));
+                let trial = std::array::from_fn(|d| xi[d] + length * step[d]);
                 let there = patch.jet(&trial, 1, &mut scratch);
                 let left = difference(target, &there.point);
                 if norm(&left) < norm(&rest) {
