@@ -2,27 +2,14 @@
 
 use crate::support;
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
-
-/// Long after any of the commands here is over, so that one that hangs fails.
-const PATIENCE: Duration = Duration::from_secs(60);
+use std::process::Command;
 
 /// Code and standard error of a command that must end.
 fn fbimpact(at: &Path, arguments: &[&str]) -> (Option<i32>, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_fbimpact"));
-    command.args(arguments).current_dir(at).stdout(Stdio::null()).stderr(Stdio::piped());
-    let mut child = command.spawn().expect("the program starts");
-    let begin = Instant::now();
-    while child.try_wait().expect("a child").is_none() {
-        if begin.elapsed() > PATIENCE {
-            child.kill().expect("killed");
-            panic!("{arguments:?} does not end");
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    let output = child.wait_with_output().expect("it has ended");
-    (output.status.code(), String::from_utf8(output.stderr).expect("UTF-8"))
+    command.args(arguments).current_dir(at);
+    let (code, _, err) = support::ended(&mut command);
+    (code, err)
 }
 
 /// A small result in `folder`, its bytes, and where its table of phases starts.

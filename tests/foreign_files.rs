@@ -2,34 +2,14 @@
 
 use crate::support;
 use std::path::Path;
-use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::process::Command;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_fbimpact");
-/// Long after any of the commands here is over, so that one that hangs fails.
-const PATIENCE: Duration = Duration::from_secs(60);
-
 /// Code, standard output and standard error of a command that must end.
 fn fbimpact(at: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
     let mut command = Command::new(PROGRAM);
     command.args(arguments).current_dir(at).env("HDF5_PLUGIN_PATH", at);
-    let mut child = command
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("it starts");
-    let begin = Instant::now();
-    while child.try_wait().expect("a child").is_none() {
-        if begin.elapsed() > PATIENCE {
-            child.kill().expect("killed");
-            panic!("{arguments:?} does not end");
-        }
-        std::thread::sleep(Duration::from_millis(5));
-    }
-    let output = child.wait_with_output().expect("it has ended");
-    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
-    (output.status.code(), text(output.stdout), text(output.stderr))
+    support::ended(&mut command)
 }
 
 /// A small result `ok.h5` in `folder`.

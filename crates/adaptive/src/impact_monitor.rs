@@ -1,7 +1,11 @@
 //! Follows one contact through an impact: first and last touch, peak force, impulse, velocities.
 
+mod impact;
+
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
+
+pub use impact::Impact;
 
 use crate::record::ImpactRecord;
 
@@ -80,126 +84,6 @@ struct PhaseExtremes {
     largest_approach: f64,
     /// Largest penetration \[m\].
     penetration: f64,
-}
-
-/// Touches of two bodies between which they are apart for no longer than the longest of those before or after lasted (docs/theory.md Eq. A.77).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Impact {
-    /// Row in which it has been reported.
-    row: Option<u32>,
-    /// Start of the first touch, of the last one, and end of that \[s\].
-    start: f64,
-    touch: f64,
-    end: f64,
-    /// Time that the longest touch lasted \[s\].
-    longest: f64,
-    peak_force: f64,
-    peak_time: f64,
-    /// Normal at the peak. Where bodies slide past each other it turns as much before the peak as after it, so that velocities
-    /// along it are those that the normal impulse changes.
-    normal: [f64; 3],
-    impulse_at_start: [f64; 3],
-    impulse: [f64; 3],
-    before: NearMotion,
-    after: NearMotion,
-    /// Whether no other contact has pressed the bodies in the phases that have been reported.
-    is_alone: bool,
-}
-
-/// Smallest approach velocity that is one, as a share of the speeds that it is the difference of. The integrator keeps velocities to
-/// a tolerance of 1e-8 of them unless the scenario says otherwise: a ratio with less would be off by a percent.
-const LEAST_APPROACH: f64 = 1e-6;
-/// Largest speed of vibration before the touch, as a share of the approach, with which the ratio of velocities says something of the impact: a
-/// hundredth of the energy, which changes the ratio by half a percent.
-const MOST_RINGING: f64 = 0.1;
-
-impl Impact {
-    /// The impact that begins with a touch in the step from `before` to `now`.
-    fn begin(before: &ContactInstant, now: &ContactInstant, touch: Option<Change>) -> Self {
-        let start = touch.map_or(before.time, |t| t.time);
-        Self {
-            row: None,
-            start,
-            touch: start,
-            end: now.time,
-            longest: 0.0,
-            peak_force: 0.0,
-            peak_time: now.time,
-            normal: now.normal.into(),
-            impulse_at_start: before.impulse.into(),
-            impulse: [0.0; 3],
-            before: touch.map_or(before.motion, |t| t.motion),
-            after: now.motion,
-            is_alone: true,
-        }
-    }
-
-    /// First and last contact \[s\].
-    pub fn span(&self) -> (f64, f64) {
-        (self.start, self.end)
-    }
-
-    /// Whether a touch that begins at the time `touch` is one of this impact.
-    fn is_joined_by(&self, touch: f64) -> bool {
-        touch - self.end <= self.longest
-    }
-
-    /// Takes in the impact before, if the bodies were apart for no longer than the longest touch of either lasted.
-    fn absorb(&mut self, earlier: &Self) -> bool {
-        let is_one = self.start - earlier.end <= self.longest.max(earlier.longest);
-        if is_one {
-            let higher = if earlier.peak_force > self.peak_force { earlier } else { &*self };
-            *self = Self {
-                row: earlier.row,
-                start: earlier.start,
-                longest: self.longest.max(earlier.longest),
-                peak_force: higher.peak_force,
-                peak_time: higher.peak_time,
-                normal: higher.normal,
-                impulse_at_start: earlier.impulse_at_start,
-                before: earlier.before,
-                is_alone: self.is_alone && earlier.is_alone,
-                ..*self
-            };
-        }
-        is_one
-    }
-
-    /// Takes the end of a step at which force acts, or acted before.
-    fn last_until(&mut self, time: f64, motion: NearMotion) {
-        (self.end, self.after) = (time, motion);
-        self.longest = self.longest.max(time - self.touch);
-    }
-
-    /// Closing speed before and separating speed after.
-    fn speeds(&self) -> (f64, f64) {
-        let normal = Vector3::from(self.normal);
-        (0.0 - self.before.along(&normal), self.after.along(&normal))
-    }
-
-    /// Ratio of separating and closing speed; NaN if the bodies did not approach each other, rang before they touched, or go on approaching each other.
-    fn restitution(&self) -> f64 {
-        let (approach, separation) = self.speeds();
-        let least = LEAST_APPROACH * self.before.speed.max(self.after.speed);
-        let is_quiet = self.before.vibration <= MOST_RINGING * approach;
-        if approach > least && is_quiet && separation >= 0.0 { separation / approach } else { f64::NAN }
-    }
-
-    fn record(&self, contact: u32, row: u32, is_open: bool) -> ImpactRecord {
-        let (approach_velocity, separation_velocity) = self.speeds();
-        ImpactRecord {
-            row,
-            contact,
-            start: self.start,
-            end: self.end,
-            peak_force: self.peak_force,
-            peak_time: self.peak_time,
-            impulse: Vector3::from(self.impulse).dot(&Vector3::from(self.normal)),
-            approach_velocity,
-            separation_velocity: if is_open { separation_velocity } else { f64::NAN },
-            restitution: if is_open && self.is_alone { self.restitution() } else { f64::NAN },
-        }
-    }
 }
 
 impl ImpactMonitor {
