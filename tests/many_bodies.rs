@@ -22,6 +22,17 @@ fn rigid_balls(n: usize) -> String {
     text
 }
 
+/// Adds contacts by Hertz' law between each of `n` bodies and so many of those that follow it.
+fn add_contacts(text: &mut String, n: usize, each: usize) {
+    for k in 0..each * n {
+        let (own, other) = (k % n, (k % n + 1 + k / n) % n);
+        let _ = write!(
+            text,
+            "[contacts.c{k}]\ncontact_body = \"a{own}\"\ntarget_body = \"a{other}\"\nmodel = \"hertz\"\n"
+        );
+    }
+}
+
 fn checked(text: &str) -> (Option<i32>, String) {
     let folder = tempfile::tempdir().expect("a folder");
     checked_in(folder.path(), text)
@@ -46,13 +57,7 @@ fn equal_rigid_balls_are_measured_once() {
 fn bodies_of_many_contacts_are_found_by_name() {
     let n = 2_000;
     let mut text = rigid_balls(n);
-    for k in 0..30 * n {
-        let (own, other) = (k % n, (k % n + 1 + k / n) % n);
-        let _ = write!(
-            text,
-            "[contacts.c{k}]\ncontact_body = \"a{own}\"\ntarget_body = \"a{other}\"\nmodel = \"hertz\"\n"
-        );
-    }
+    add_contacts(&mut text, n, 30);
     let (code, err) = checked(&text);
     assert!(code == Some(0) && err.contains("60000 contacts"), "{err}");
 }
@@ -62,13 +67,7 @@ fn surfaces_of_equal_bodies_are_prepared_once() {
     let n = 200;
     let mut text =
         rigid_balls(n).replace("\"sphere\", radius = 0.01", "\"ellipsoid\", semi_axes = [0.01, 0.01, 0.012]");
-    for k in 0..10 * n {
-        let (own, other) = (k % n, (k % n + 1 + k / n) % n);
-        let _ = write!(
-            text,
-            "[contacts.c{k}]\ncontact_body = \"a{own}\"\ntarget_body = \"a{other}\"\nmodel = \"hertz\"\n"
-        );
-    }
+    add_contacts(&mut text, n, 10);
     let (code, err) = checked(&text);
     assert!(code == Some(0) && err.contains("2000 contacts"), "{err}");
 }

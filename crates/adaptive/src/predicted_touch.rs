@@ -29,6 +29,11 @@ pub enum TouchKind {
 }
 
 impl TouchKind {
+    /// Whether the pressure has a bound: under edges, rims and corners what is found is the mesh's.
+    pub fn bounds_pressure(self) -> bool {
+        matches!(self, Self::Smooth | Self::Flat)
+    }
+
     /// What of the bodies touches, in words that follow "touch with".
     pub fn parts(self) -> &'static str {
         match self {

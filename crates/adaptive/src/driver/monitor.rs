@@ -203,12 +203,11 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// Mean pressure of contact `i`; zero where too few points carry its force to tell, and where an edge, a rim or a corner presses: the pressure there has
-    /// no bound, and what is found is the mesh's \[Pa\].
+    /// Mean pressure of contact `i`; zero where too few points carry its force to tell, and where it has no bound \[Pa\].
     fn mean_pressure(&self, i: usize) -> f64 {
         let report = self.model.system.forces()[i].contact.report();
         let is_smooth = self.slots[i].fine().is_none_or(|fine| {
-            matches!(fine.whole, None | Some(TouchKind::Smooth | TouchKind::Flat))
+            fine.whole.is_none_or(TouchKind::bounds_pressure)
                 && fine.zones.iter().all(|zone| zone.site.meets.is_none())
         });
         let has_points = self.model.contacts[i].radii.is_some() || report.n_active >= TELLING_POINTS;
