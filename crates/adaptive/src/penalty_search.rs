@@ -78,8 +78,8 @@ pub enum PenaltyStrategy {
 }
 
 /// The largest share of the approach of two bodies that may be penetration and not deformation (theory Eq. A.76): the approach at which a
-/// force is reached, and with it the stiffness of the contact, is then right to as much.
-pub const MOST_OVERLAP: f64 = 0.05;
+/// force is reached, and with it the stiffness of the contact, is then right to as much. A body between two flat faces has two such springs.
+pub const MOST_OVERLAP: f64 = 0.03;
 
 /// Relative change of the peak force that counts as none: a fifth of a percent, less than discretisation errors.
 pub const PEAK_TOLERANCE: f64 = 2e-3;
