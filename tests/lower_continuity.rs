@@ -138,7 +138,7 @@ fn a_tube_is_hit_by_a_ball_on_its_seam_and_its_double_knots_as_anywhere_else() {
     let hit = |geometry: &str, angle: f64| {
         let text = format!(
             "[simulation]\nend_time = 6e-5\n[bodies.tube]\nmaterial = \"steel\"\norientation_deg = [0, 0, {angle}]\n\
-             discretisation = {{ elements = [8, 2, 4] }}\nreduction = {{ modes = 20 }}\n[bodies.tube.geometry]\n{geometry}\n\
+             discretisation = {{ elements = [16, 2, 4] }}\nreduction = {{ modes = 20 }}\n[bodies.tube.geometry]\n{geometry}\n\
              [bodies.ball]\nmaterial = \"steel\"\ngeometry = {{ shape = \"sphere\", radius = 5e-3 }}\n\
              position = [15.0001e-3, 0, 0.01]\nvelocity = [-0.2, 0, 0]\n\
              discretisation = {{ elements = [6, 6, 14] }}\nreduction = {{ modes = 20 }}\n\

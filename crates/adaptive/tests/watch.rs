@@ -192,3 +192,47 @@ fn a_soft_contact_is_made_stiff() {
     // Stiffness, and with it the force, is right to the penetration that is allowed; zones of other widths are among it.
     assert!((soft / chosen - 1.0).abs() < MOST_OVERLAP, "{soft} {chosen}");
 }
+
+/// Pairs with springs of the contact, and the number of the factor that a hundredth is taken of.
+fn pairs_with_springs(penalty: f64) -> Vec<(&'static str, RunSpec)> {
+    let soften = |mut spec: RunSpec| {
+        if let ContactLaw::Surface(law) = &mut spec.contacts[0].law {
+            (law.penalty, law.search) = (Some(penalty), PenaltySearch::Fixed);
+        }
+        spec
+    };
+    pairs()
+        .into_iter()
+        .filter(|(_, spec)| matches!(spec.contacts[0].law, ContactLaw::Surface(_)))
+        .map(|(name, spec)| (name, soften(spec)))
+        .collect()
+}
+
+#[test]
+fn a_contact_softened_a_hundred_times_is_told_whatever_the_bodies_are_made_of() {
+    // Springs of 1e17 N/m3 are some hundred times as stiff as balls of this size with contacts of 0.1 mm; at a hundredth they are as soft.
+    for (penalty, is_soft) in [(1e17, false), (1e15, true)] {
+        for (name, spec) in pairs_with_springs(penalty) {
+            let (trace, end) = broken(&spec, |_| {});
+            end.unwrap_or_else(|e| panic!("{name}: {e}"));
+            let soft = trace.warnings.iter().any(|w| w.kind == WarningKind::SoftContact);
+            assert_eq!(soft, is_soft, "{name}, {penalty:e} N/m3");
+        }
+    }
+}
+
+#[test]
+fn a_zone_shifted_by_half_of_its_width_is_refused() {
+    for (ratio, is_refused) in [(0.0, false), (0.5, true), (3.0, true)] {
+        let mut body = zoned(ball());
+        if let BodyKind::Elastic(elastic) = &mut body.kind {
+            let refine = &mut elastic.discretisation.refine[0];
+            refine.centre[0] = ratio * refine.width;
+            refine.centre[1] = -(RADIUS.powi(2) - refine.centre[0].powi(2)).sqrt();
+        }
+        let spec = RunSpec { settings: explicit(END), ..spec(vec![body], vec![with_law(lasting())], END) };
+        let built = RunModel::build(&spec).map(|_| ()).map_err(|e| e.to_string());
+        let is_told = |message: String| message.contains("is not refined at its first point of contact");
+        assert_eq!(built.is_err_and(is_told), is_refused, "{ratio}");
+    }
+}
