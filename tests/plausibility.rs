@@ -361,6 +361,12 @@ fn a_place_that_its_elements_do_not_resolve_is_told() {
         );
         assert_eq!(complaint.contains("coarse-place: body \"plate\": "), is_told, "{complaint}");
     }
+    // A mesh that the program chooses has what the place needs.
+    let text = text("average", 2e-3, "[10, 5]", "moment_z");
+    let chosen = text.replace("discretisation = { degree = 2, elements = [10, 5] }\n", "");
+    assert_ne!(text, chosen);
+    let (code, complaint, info) = run(folder.path(), &chosen, &[]);
+    assert_eq!((code, identifiers(&info.expect("a result"))), (0, vec![]), "{complaint}");
 }
 
 #[test]

@@ -5,7 +5,7 @@
 
 use std::sync::Arc;
 
-use contact_qs::points::SurfacePoint;
+use contact_qs::points::{PressureMean, SurfacePoint};
 use contact_qs::surface_pair::TargetFace;
 use contact_qs::{ContactError, PiecewiseSurface};
 use iga_core::elasticity::Model;
@@ -128,7 +128,7 @@ impl ContactZone {
                 area: p.area * thickness,
                 functions: body.space.functions_at(p.element, &p.xi),
                 on_rim,
-                function: p.function,
+                pressure: p.function.map_or(PressureMean::Area, PressureMean::Function),
                 facing: None,
             })
             .collect();
@@ -175,7 +175,7 @@ impl ContactZone {
                 area: p.area * thickness,
                 functions: body.space.functions_at(p.element, &p.xi),
                 on_rim: false,
-                function: None,
+                pressure: PressureMean::Area,
                 facing: Some(p.normal),
             })
             .collect();

@@ -120,7 +120,7 @@ impl ElasticBody {
     /// [`AdaptiveError::Geometry`] with the body's name; [`AdaptiveError::Unsupported`] for rigid parts with thousands of unknowns.
     pub fn build(name: &str, spec: ElasticSpec) -> Result<Self, AdaptiveError> {
         let fail = |source| AdaptiveError::Geometry { body: name.to_owned(), source };
-        let shape = refine(&spec.shape, &spec.model, &spec.discretisation).map_err(fail)?;
+        let shape = refined_shape(&spec.shape, &spec.model, &spec.discretisation).map_err(fail)?;
         let space = PatchSpace::new(shape.patches.clone()).map_err(fail)?;
         let matrices = assemble(&space, &spec.model, &spec.material).map_err(fail)?;
         let dofs: Vec<Dof> = matrices.dofs.iter().map(|&(node, component)| Dof { node, component }).collect();
@@ -289,8 +289,15 @@ pub(crate) fn with_critical(own: ModalDamping, omega: &[f64], n_low: usize) -> M
     }
 }
 
-/// Degrees, elements or explicit knots, and local refinement.
-fn refine(shape: &Shape, model: &Model, wanted: &DiscretisationSpec) -> Result<Shape, SplineError> {
+/// The shape with the degrees, elements or explicit knots, and local refinement that are `wanted`.
+///
+/// # Errors
+/// [`SplineError`] for a mesh that the shape cannot have.
+pub fn refined_shape(
+    shape: &Shape,
+    model: &Model,
+    wanted: &DiscretisationSpec,
+) -> Result<Shape, SplineError> {
     let windows: Vec<RefinementWindow> = wanted
         .refine
         .iter()

@@ -6,10 +6,11 @@ use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::data_error::DataError;
 use ffr_dynamics::kinematics::MarkerWeights;
 use ffr_dynamics::system::{FreeDirections, JointKind};
+use iga_core::extent::Extent;
 use iga_core::nurbs::jet::diagonal;
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::spec::{Attachment, CoordinateSpec, JointSpec, LoadSpec, Place, RunSpec};
+use crate::spec::{Area, Attachment, CoordinateSpec, Coupling, JointSpec, LoadSpec, Place, RunSpec};
 
 /// The directions in which a joint or a load acts on a marker of a body.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,7 +30,32 @@ enum Side {
     Child,
 }
 
+/// Relative error of what a disc or ball yields under its own load above which its elements are too coarse (Eq. P.10).
+pub const PLACE_ERROR: f64 = 5e-2;
+
+/// A disc or ball on which a load acts, and the elements that it needs.
+#[derive(Debug, Clone, Copy)]
+pub struct HeldPlace<'a> {
+    /// The place.
+    pub area: &'a Area,
+    /// Its centre, in the model's components \[m\].
+    pub point: [f64; 3],
+    /// Its radius \[m\].
+    pub radius: f64,
+    /// Elements over the radius at which it yields right to [`PLACE_ERROR`].
+    pub elements: f64,
+}
+
 impl MarkerLoads {
+    /// The disc or ball on which the load acts; none of points, faces and groups.
+    pub fn held_place(&self) -> Option<HeldPlace<'_>> {
+        let Place::Area(area) = &self.place else { return None };
+        let Extent::Around { point, radius } = &area.extent else { return None };
+        let is_moment = self.directions.iter().any(|d| d[3..].iter().any(|m| *m != 0.0));
+        let elements = elements_per_radius(area.coupling, is_moment);
+        Some(HeldPlace { area, point: *point, radius: *radius, elements })
+    }
+
     /// What the joints and loads of `spec` exert on body `index`: joints in the directions in which they hold or drive it, loads
     /// along their components.
     pub fn on_body(spec: &RunSpec, index: usize) -> Vec<Self> {
@@ -45,6 +71,17 @@ impl MarkerLoads {
             all.extend(on_marker(load.name.clone(), &load.at, index, &load_directions(load)));
         }
         all
+    }
+}
+
+/// Elements over the radius of a disc or ball at which it yields right to [`PLACE_ERROR`] (Eq. P.10): `C (h/a)²` is missing on average,
+/// `C h/a` of a rigid one, whose elements at the rim are rigid as a whole; more under moments, which turn no more than the place itself.
+fn elements_per_radius(coupling: Coupling, is_moment: bool) -> f64 {
+    match (coupling, is_moment) {
+        (Coupling::Average, false) => (0.05 / PLACE_ERROR).sqrt(),
+        (Coupling::Average, true) => (0.25 / PLACE_ERROR).sqrt(),
+        (Coupling::Rigid, false) => 0.6 / PLACE_ERROR,
+        (Coupling::Rigid, true) => 1.0 / PLACE_ERROR,
     }
 }
 

@@ -3,12 +3,13 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
-use contact_qs::points::SurfacePoint;
+use contact_qs::points::{PressureMean, SurfacePoint};
 use contact_qs::{PieceEdge, PiecewiseSurface, SurfacePiece};
-use fe_mesh::Mesh;
 use fe_mesh::fault::MeshFault;
 use fe_mesh::locate::SidePoint;
-use fe_mesh::surface::Surface;
+use fe_mesh::shape::Functions;
+use fe_mesh::surface::{Surface, SurfaceSide};
+use fe_mesh::{Mesh, SideKind};
 use nalgebra::{DMatrix, DVector, Matrix2, SymmetricEigen, Vector2, Vector3};
 
 use crate::contact_zone::{ContactZone, ZoneExtent, ZoneRegion};
@@ -60,6 +61,14 @@ const NEWTON_STEPS: usize = 20;
 
 /// Components of displacement at a node.
 const N_COMPONENTS: usize = 3;
+
+/// The linear functions of the corners of `side` at the parameters `xi`, with the numbers of their nodes.
+fn hats(side: &SurfaceSide, xi: &[f64; 2]) -> Vec<(u32, f64)> {
+    let kind = if side.n_edges() == 3 { SideKind::Tri3 } else { SideKind::Quad4 };
+    let mut functions = Functions::default();
+    kind.functions(xi, &mut functions);
+    side.nodes.iter().copied().zip(functions.values).collect()
+}
 
 impl MeshSurface {
     /// The surface of `mesh`.
@@ -207,7 +216,7 @@ impl MeshSurface {
                     area: point.weight * Vector3::from(at.area).norm(),
                     functions: side.nodes.iter().copied().zip(at.functions.values).collect(),
                     on_rim,
-                    function: None,
+                    pressure: PressureMean::Hats(hats(side, &point.xi)),
                     facing: None,
                 });
                 parameters.push([point.xi[0], point.xi[1], 0.0]);

@@ -2,11 +2,12 @@
 //!
 //! Four questions, one file each: how fast the forces on a body will change ([`impact_time`]), how many modes follow them
 //! ([`mode_count`]), which elements resolve those modes ([`mesh`], from the [`proportions`] of the body), and which finer ones
-//! contacts want that keep one model for the whole run ([`zone`]). The answers depend on
+//! contacts want that keep one model for the whole run ([`zone`]), and discs that joints and loads hold. The answers depend on
 //! shape, material, motion at the start and contacts alone; they are the same in every run and are kept with the other models.
 
 mod extent;
 mod first_elements;
+mod held_place;
 mod key;
 pub mod impact_time;
 pub mod mesh;
@@ -20,7 +21,7 @@ pub mod zone;
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::model::start_poses;
-use crate::spec::{BodyKind, DiscretisationSpec, ElasticSpec, ReductionSpec, RunSpec};
+use crate::spec::{BodyKind, DiscretisationSpec, ElasticSpec, ReductionSpec, RefinementSpec, RunSpec};
 use crate::store::{ModelCache, ModelKey, StoredModel};
 use crate::work::{self, Work};
 use iga_core::elasticity::Model;
@@ -29,7 +30,6 @@ use mesh::ChosenMesh;
 use mode_count::ChosenModes;
 use spectrum::FrequencyProblem;
 pub use spectrum::Spectrum;
-use zone::ChosenZone;
 
 /// What the program shall choose for a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -47,7 +47,7 @@ pub struct ChosenSizes {
     pub mesh: Option<ChosenMesh>,
     /// Modes, if they were to be chosen.
     pub modes: Option<ChosenModes>,
-    /// Zones of fine elements that contacts need, if elements were to be chosen.
+    /// Zones of fine elements that contacts and held places need, if elements were to be chosen.
     pub zones: Vec<ChosenZone>,
 }
 
@@ -81,6 +81,9 @@ pub fn choose(
         chosen[i].warn(&body.name);
         if wish.elements {
             chosen[i].zones = zone::zones(spec, &poses, i);
+            let elements = chosen[i].mesh.as_ref().map_or(&[][..], |mesh| &mesh.elements);
+            let places = held_place::zones(spec, i, elements);
+            chosen[i].zones.extend(places);
         }
     }
     Ok(chosen)
@@ -155,6 +158,15 @@ impl Numbers {
             zones: Vec::new(),
         }
     }
+}
+
+/// A zone of fine elements that the program has chosen.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ChosenZone {
+    /// The zone.
+    pub refinement: RefinementSpec,
+    /// What it is for.
+    pub reason: String,
 }
 
 impl ChosenSizes {

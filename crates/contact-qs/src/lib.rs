@@ -27,7 +27,7 @@ pub use law::Friction;
 pub use paper::{VibratingContact, ZoneVibration};
 pub use piecewise::{PieceEdge, PiecewiseSurface, SurfacePiece};
 pub use plane::{Plane, PlaneContact, PlaneContactSettings};
-pub use points::{DofLookup, InterfaceCompliance, SurfacePoint, contact_submodel};
+pub use points::{DofLookup, InterfaceCompliance, PressureMean, SurfacePoint, contact_submodel};
 pub use pressure::PressureRecovery;
 pub use search::{Proximity, SearchWorkspace, SurfaceModel, minimum_distance};
 pub use sphere::Sphere;

@@ -14,6 +14,19 @@ use crate::submodel::{ContactSubmodel, SparseRows};
 /// Round-off allowance of a sum of shape functions, which is 1.
 const UNITY_TOLERANCE: f64 = 1e-10;
 
+/// Over what the pressure at a contact point is a mean (docs/theory.md Eqs. C.48, C.131).
+#[derive(Debug, Clone, PartialEq, Default)]
+pub enum PressureMean {
+    /// The point's own area: points that make a quadrature rule.
+    #[default]
+    Area,
+    /// The function whose Greville point it is.
+    Function(u32),
+    /// Linear functions of the corners of its side, with their numbers and values here, which sum to one: points of a rule that are more
+    /// than the surface has displacements.
+    Hats(Vec<(u32, f64)>),
+}
+
 /// A point of the surface that may come into contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfacePoint {
@@ -25,8 +38,8 @@ pub struct SurfacePoint {
     pub functions: Vec<(u32, f64)>,
     /// Whether the point stands on the rim of the contact zone.
     pub on_rim: bool,
-    /// The function whose Greville point it is; none of other points.
-    pub function: Option<u32>,
+    /// Over what the pressure at the point is a mean.
+    pub pressure: PressureMean,
     /// Undeformed outward normal of the face that it belongs to, in the model's components, if only surfaces that this face is turned to
     /// can press it (docs/theory.md Eq. C.54): of points on the edges of a body, where several faces have one each.
     pub facing: Option<[f64; 3]>,

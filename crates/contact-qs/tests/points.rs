@@ -1,7 +1,7 @@
 //! From surface points to the contact submodel.
 
 use crate::common::Random;
-use contact_qs::{DofLookup, InterfaceCompliance, SurfacePoint, contact_submodel};
+use contact_qs::{DofLookup, InterfaceCompliance, PressureMean, SurfacePoint, contact_submodel};
 use faer::Mat;
 use ffr_dynamics::body::{Dof, RigidMotion};
 
@@ -17,7 +17,7 @@ fn points() -> Vec<SurfacePoint> {
         area: 1e-9,
         functions: functions.to_vec(),
         on_rim,
-        function: None,
+        pressure: PressureMean::Area,
         facing: None,
     };
     vec![point(0.0, &[(0, 1.0)], false), point(1e-5, &[(0, 0.25), (1, 0.5), (2, 0.25)], true)]

@@ -69,8 +69,9 @@ fn apply(body: &mut BodySpec, wish: SizeRequest, chosen: &ChosenSizes, resolved:
                 // Writing to a string cannot fail.
                 let _ = write!(
                     zones,
-                    "\n[[bodies.{name}.discretisation.refine]]\npoint = {point:?}\nwidth = {width:?}{MARK}{zone}\n\
-                     elements = {elements}\nratio = {ratio:?}\n"
+                    "\n[[bodies.{name}.discretisation.refine]]\npoint = {point:?}\nwidth = {width:?}{MARK}{}\n\
+                     elements = {elements}\nratio = {ratio:?}\n",
+                    zone.reason
                 );
             }
             if let Some(modes) = &chosen.modes {

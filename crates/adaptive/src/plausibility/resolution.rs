@@ -5,13 +5,13 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use ffr_dynamics::system::force::BodyState;
 use iga_core::elasticity::Model;
-use iga_core::extent::Extent;
 use iga_core::nurbs::Patch;
 
 use crate::body_model::{BodyModel, ElasticModel};
+use crate::marker_loads::{HeldPlace, PLACE_ERROR};
 use crate::record::ImpactRecord;
 use crate::sizing::proportions::lengths;
-use crate::spec::{Coupling, Place};
+use crate::spec::Coupling;
 use crate::warning::{Warning, WarningKind};
 use crate::wave::Wave;
 
@@ -27,8 +27,6 @@ const STRONG: f64 = 1e-3;
 
 /// Share of the duration of an impact between flat faces by which it may end late (Eq. P.12).
 const LATE: f64 = 0.02;
-/// Relative error of what a place yields under its own load above which its elements are too coarse (Eq. P.10).
-const PLACE_ERROR: f64 = 5e-2;
 
 /// Duration of the half sine with the peak and the impulse of an impact, and no longer than the impact \[s\].
 pub fn pulse_duration(impact: &ImpactRecord) -> f64 {
@@ -169,11 +167,8 @@ pub fn coarse_place(body: &BodyModel) -> Option<Warning> {
     let flexible = body.flexible()?;
     // Elements over the radius that a place has and needs.
     let sizes = flexible.interface.loads.iter().filter_map(|load| {
-        let Place::Area(area) = &load.place else { return None };
-        let Extent::Around { radius, .. } = &area.extent else { return None };
-        let element = flexible.longest_element_at(area)?;
-        let is_moment = load.directions.iter().any(|d| d[3..].iter().any(|m| *m != 0.0));
-        Some((load, area, radius / element, elements_per_radius(area.coupling, is_moment)))
+        let HeldPlace { area, radius, elements, .. } = load.held_place()?;
+        Some((load, area, radius / flexible.longest_element_at(area)?, elements))
     });
     let (load, area, found, limit) = sizes.min_by(|a, b| (a.2 / a.3).total_cmp(&(b.2 / b.3)))?;
     let remedy = match area.coupling {
@@ -202,17 +197,6 @@ pub fn coarse_place(body: &BodyModel) -> Option<Warning> {
         ),
         remedy: remedy.replace("{}", &body.name),
     })
-}
-
-/// Elements over the radius of a disc or ball at which it yields right to [`PLACE_ERROR`] (Eq. P.10): `C (h/a)²` is missing on average,
-/// `C h/a` of a rigid one, whose elements at the rim are rigid as a whole; more under moments, which turn no more than the place itself.
-fn elements_per_radius(coupling: Coupling, is_moment: bool) -> f64 {
-    match (coupling, is_moment) {
-        (Coupling::Average, false) => (0.05 / PLACE_ERROR).sqrt(),
-        (Coupling::Average, true) => (0.25 / PLACE_ERROR).sqrt(),
-        (Coupling::Rigid, false) => 0.6 / PLACE_ERROR,
-        (Coupling::Rigid, true) => 1.0 / PLACE_ERROR,
-    }
 }
 
 /// The highest frequency at which a body vibrates strongly in the motion `state`, if it does so at all; `scale`: largest energy of the run \[J\]

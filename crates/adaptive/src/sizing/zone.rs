@@ -1,11 +1,10 @@
 //! Fine elements where a body meets a plane, for contacts that keep one model for the whole run and say nothing of it.
 
-use std::fmt;
-
 use ffr_dynamics::system::force::BodyState;
 use iga_core::elasticity::Model;
 use nalgebra::Vector3;
 
+use super::ChosenZone;
 use super::extent::extent;
 use super::impact_time::{ALONG, Impact, Scene};
 use crate::fine_model::ELEMENTS;
@@ -19,23 +18,6 @@ use crate::touch_sites::{TouchSite, first_sites};
 const RATIO: f64 = 1.5;
 /// Part of a body's size below which coordinates of a place count as zero.
 const ROUND_OFF: f64 = 1e-14;
-
-/// A zone that the program has chosen.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ChosenZone {
-    /// Name of the contact.
-    pub contact: String,
-    /// The zone.
-    pub refinement: RefinementSpec,
-    /// Force for which it is wide enough \[N\].
-    pub force: f64,
-}
-
-impl fmt::Display for ChosenZone {
-    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(out, "zone of contact \"{}\" for a force of {:.3e} N", self.contact, self.force)
-    }
-}
 
 /// The zones that contacts need on body `index` and nobody has given.
 pub(super) fn zones(spec: &RunSpec, poses: &[BodyState], index: usize) -> Vec<ChosenZone> {
@@ -65,7 +47,8 @@ fn zone(scene: &Scene<'_>, contact: &ContactSpec, index: usize) -> Option<Chosen
     let round_off = ROUND_OFF * scene.size(index);
     let centre = site.point().map(|x| if x.abs() < round_off { 0.0 } else { x });
     let refinement = RefinementSpec { centre, width, elements: ELEMENTS, ratio: RATIO };
-    Some(ChosenZone { contact: contact.name.clone(), refinement, force: touch.force })
+    let reason = format!("zone of contact \"{}\" for a force of {:.3e} N", contact.name, touch.force);
+    Some(ChosenZone { refinement, reason })
 }
 
 /// Whether a contact of surfaces has one model for the whole run, with a zone that is refined beforehand: with a plane, and with a mesh.

@@ -8,7 +8,7 @@
 pub mod caps;
 pub mod elastic;
 
-use contact_qs::points::{DofLookup, InterfaceCompliance, SurfacePoint};
+use contact_qs::points::{DofLookup, InterfaceCompliance, PressureMean, SurfacePoint};
 use contact_qs::quasistatic::Method;
 use contact_qs::submodel::SparseRows;
 use contact_qs::{ContactSubmodel, SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
@@ -136,7 +136,7 @@ pub fn collocate(space: &PatchSpace, shape: &Shape, part: &TargetFace) -> Vec<Su
             area: p.area,
             functions: functions.map(|(&i, &v)| (i, v)).collect(),
             on_rim: false,
-            function: p.function,
+            pressure: p.function.map_or(PressureMean::Area, PressureMean::Function),
             facing: None,
         });
     }
