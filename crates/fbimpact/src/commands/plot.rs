@@ -20,20 +20,7 @@ use crate::whole_file;
 /// # Errors
 /// [`AppError::Command`] for more files than can be told apart, [`AppError::Io`] for a file that cannot be read or written.
 pub fn plot(arguments: &PlotArguments) -> Result<(), AppError> {
-    if arguments.files.len() > STYLES.len() {
-        let fault = CommandFault::TooManyFiles { files: arguments.files.len(), most: STYLES.len() };
-        return Err(fault.into());
-    }
-    let labels = labels(&arguments.files);
-    let files = arguments.files.iter().zip(labels).map(|(path, label)| ResultData::read(path, label));
-    let mut files: Vec<ResultData> = files.collect::<Result<_, AppError>>()?;
-    if arguments.labels == Labels::Values {
-        let names: Vec<String> = files.iter().map(|file| file.label.clone()).collect();
-        let scenarios: Vec<Values> = files.iter().map(|file| file.scenario.clone()).collect();
-        for (file, label) in files.iter_mut().zip(by_values(&scenarios, &names)) {
-            file.label = label;
-        }
-    }
+    let mut files = labelled(&arguments.files, arguments.labels)?;
     if arguments.from.is_some() || arguments.to.is_some() {
         cut(&mut files, arguments)?;
     }
@@ -62,6 +49,26 @@ pub fn plot(arguments: &PlotArguments) -> Result<(), AppError> {
         }
     }
     print(&written)
+}
+
+/// Contents of results that one figure shows together, under the labels that are asked for.
+///
+/// # Errors
+/// [`AppError::Command`] for more files than can be told apart, [`AppError::Io`] for a file that cannot be read.
+pub fn labelled(paths: &[PathBuf], wanted: Labels) -> Result<Vec<ResultData>, AppError> {
+    if paths.len() > STYLES.len() {
+        return Err(CommandFault::TooManyFiles { files: paths.len(), most: STYLES.len() }.into());
+    }
+    let files = paths.iter().zip(labels(paths)).map(|(path, label)| ResultData::read(path, label));
+    let mut files: Vec<ResultData> = files.collect::<Result<_, AppError>>()?;
+    if wanted == Labels::Values {
+        let names: Vec<String> = files.iter().map(|file| file.label.clone()).collect();
+        let scenarios: Vec<Values> = files.iter().map(|file| file.scenario.clone()).collect();
+        for (file, label) in files.iter_mut().zip(by_values(&scenarios, &names)) {
+            file.label = label;
+        }
+    }
+    Ok(files)
 }
 
 /// Leaves the times that are asked for.

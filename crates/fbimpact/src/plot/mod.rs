@@ -12,7 +12,7 @@ pub mod thin;
 pub mod figure;
 pub mod figures;
 pub mod theme;
-mod axis;
+pub mod axis;
 mod text;
 mod legend;
 mod colours;

@@ -125,27 +125,20 @@ impl Bodies {
         Ok(self.shown.iter().map(|body| self.drawn(body, &local[body.number], i)).collect())
     }
 
+    /// Body `body` of [`Self::shown`] displaced by the elastic coordinates `elastic` with the rates `rates` on its own elements, without what
+    /// contact zones add.
+    pub fn displaced<'a>(&'a self, body: &'a Shown, elastic: &[f64], rates: &[f64]) -> Drawn<'a> {
+        self.on_own_elements(body, (elastic, rates), &[])
+    }
+
     fn drawn<'a>(&'a self, body: &'a Shown, local: &LocalDisplacement, i: usize) -> Drawn<'a> {
-        let geometry = body.geometry.drawn();
-        let Some(flexible) = self.rebuilt.model.bodies[body.number].flexible() else {
-            let n = match geometry {
-                DrawnGeometry::Splines(geometry) => geometry.n_control_values(),
-                DrawnGeometry::Mesh(_) => 0,
-            };
-            let at_rest = vec![0.0; n];
-            let (displacement, rate) = (at_rest.clone(), at_rest);
-            return Drawn { body, geometry, displacement, rate, mesh: None, elements: None };
-        };
-        let fields = |shapes: MatRef<'_, f64>, local: &[f64]| {
-            let mut displacement = combined(shapes, body.motion.elastic(i));
-            displacement.iter_mut().zip(local).for_each(|(u, v)| *u += v);
-            (displacement, combined(shapes, body.motion.rates(i)))
-        };
-        if let Some((contact, displacement)) = &local.zone {
+        let coordinates = (body.motion.elastic(i), body.motion.rates(i));
+        let flexible = self.rebuilt.model.bodies[body.number].flexible();
+        if let (Some(flexible), Some((contact, displacement))) = (flexible, &local.zone) {
             let zones = self.rebuilt.contacts.zones.of_contact(*contact);
             let of_body = zones.iter().find(|z| z.body == body.number);
             if let Some((zone, geometry)) = of_body.and_then(|z| Some((&z.model, z.view.as_ref()?))) {
-                let (displacement, rate) = fields(zone.shapes.as_ref(), displacement);
+                let (displacement, rate) = fields(zone.shapes.as_ref(), coordinates, displacement);
                 return Drawn {
                     body,
                     geometry: geometry.drawn(),
@@ -156,7 +149,27 @@ impl Bodies {
                 };
             }
         }
-        let (displacement, rate) = fields(flexible.reduced.shapes(), &local.own);
+        self.on_own_elements(body, coordinates, &local.own)
+    }
+
+    /// A body on its own elements, `local` what contact zones add to the displacement of its unknowns; empty: nothing.
+    fn on_own_elements<'a>(
+        &'a self,
+        body: &'a Shown,
+        coordinates: (&[f64], &[f64]),
+        local: &[f64],
+    ) -> Drawn<'a> {
+        let geometry = body.geometry.drawn();
+        let Some(flexible) = self.rebuilt.model.bodies[body.number].flexible() else {
+            let n = match geometry {
+                DrawnGeometry::Splines(geometry) => geometry.n_control_values(),
+                DrawnGeometry::Mesh(_) => 0,
+            };
+            let at_rest = vec![0.0; n];
+            let (displacement, rate) = (at_rest.clone(), at_rest);
+            return Drawn { body, geometry, displacement, rate, mesh: None, elements: None };
+        };
+        let (displacement, rate) = fields(flexible.reduced.shapes(), coordinates, local);
         Drawn {
             body,
             geometry,
@@ -205,6 +218,13 @@ impl Drawn<'_> {
         let functions = zone.map_or_else(|| body.functions_at(point), |zone| zone.functions_at(point, body));
         functions.map_err(AppError::model)
     }
+}
+
+/// Displacement, `local` added to it, and its rate, of the unknowns with the shapes `shapes`.
+fn fields(shapes: MatRef<'_, f64>, (q, rates): (&[f64], &[f64]), local: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    let mut displacement = combined(shapes, q);
+    displacement.iter_mut().zip(local).for_each(|(u, v)| *u += v);
+    (displacement, combined(shapes, rates))
 }
 
 /// `Φ q`.
