@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""Checks what is published: complete metadata of all crates, permissive licences of all that is linked.
+"""Checks what is published: complete metadata of all crates, permissive licences of all that is linked, and of each file of others that the
+program carries its origin, version, licence and contents.
 
 Usage: scripts/check_packages.py; needs cargo and what it has downloaded for a build.
 """
 
+import hashlib
 import json
 import pathlib
 import re
@@ -27,6 +29,9 @@ PERMISSIVE = {
 }
 # It names a file: the BSD licence of the HDF5 Group (deny.toml).
 NAMES_A_FILE = {"hdf5-metno-src"}
+
+# Of fonts: free to be embedded and passed on.
+FONT_LICENCES = {"Bitstream-Vera"}
 
 faults = []
 
@@ -110,8 +115,30 @@ def check_own(data):
             check(dependency["req"] != "*", f"{name} has a path and no version, it cannot be published")
 
 
+def check_vendored():
+    """Files that the program carries are its own, or stand in the list as they are."""
+    folder = ROOT / "crates/fbimpact/assets"
+    listed = json.loads((folder / "vendored.json").read_text())
+    named = set(listed["own"])
+    for package in listed["vendored"]:
+        for key in ("name", "version", "licence", "source"):
+            check(package.get(key), f"{package.get('name')}: {key} is missing in vendored.json")
+        is_right = package.get("licence") in PERMISSIVE | FONT_LICENCES
+        check(is_right, f"{package.get('name')}: the licence {package.get('licence')} is not known as permissive")
+        check(any(f.endswith("LICENSE") for f in package["files"]), f"{package.get('name')}: its licence is not among its files")
+        for file, digest in package["files"].items():
+            path = folder / file
+            found = hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else "missing"
+            check(found == digest, f"{file}: SHA-256 is {found}, vendored.json has {digest}")
+        named |= set(package["files"])
+    there = {str(path.relative_to(folder)) for path in folder.rglob("*") if path.is_file()}
+    for file in sorted(there ^ named):
+        check(False, f"{file}: is in vendored.json or in the folder of assets, and not in both")
+
+
 def main():
     check_expressions()
+    check_vendored()
     data = metadata()
     check_licences(data)
     check_own(data)

@@ -55,6 +55,7 @@ mod reader_memory;
 mod rest;
 mod restitution;
 mod results;
+mod report;
 mod resume;
 mod rigid_targets;
 mod scenario;

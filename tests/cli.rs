@@ -30,6 +30,7 @@ fn help_lists_commands_and_exit_codes() {
         "compare",
         "thin",
         "plot",
+        "report",
         "export",
         "schema",
         "reference",

@@ -3,6 +3,7 @@
 pub mod bar;
 pub mod damage;
 pub mod impacts;
+pub mod page;
 pub mod scenarios;
 pub mod steel_parts;
 pub mod swings;

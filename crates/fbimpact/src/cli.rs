@@ -13,7 +13,7 @@ use crate::scenario::Override;
 mod results;
 
 use results::PROBE_COLUMNS;
-pub use results::{CompareArguments, ExportArguments, PlotArguments, ProbeArguments};
+pub use results::{CompareArguments, ExportArguments, PlotArguments, ProbeArguments, ReportArguments};
 
 /// Shown below `--help`.
 const EXIT_CODES: &str = "\
@@ -318,6 +318,8 @@ pub enum Command {
     },
     /// Draw figures of result files; several are compared
     Plot(PlotArguments),
+    /// Write one page about results that opens in any browser: verdict, tables, figures, bodies in motion
+    Report(ReportArguments),
     /// Write the moving, deformed bodies of a result for ParaView, or what a scenario describes before any run
     Export(ExportArguments),
     /// Print motion, stress and strain at points of a stored result over time, or coordinates of a body

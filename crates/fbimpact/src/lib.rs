@@ -27,6 +27,7 @@ pub mod plot;
 pub mod replay;
 pub mod vtk;
 pub mod probe;
+pub mod report;
 pub mod cli;
 pub mod progress;
 pub mod commands;
@@ -109,6 +110,7 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
             commands::export_setup::export_setup(&arguments)
         }
         Command::Export(arguments) => commands::export::export(&arguments),
+        Command::Report(arguments) => commands::report::write_report(&arguments),
         Command::Probe(arguments) => commands::probe::probe(&arguments),
         Command::Schema => commands::print(&scenario::schema::text()),
         Command::Reference { page: Page::Scenario } => commands::print(&scenario::reference::markdown()),

@@ -50,6 +50,35 @@ pub struct PlotArguments {
     pub no_title: bool,
 }
 
+/// Arguments of `report`.
+#[derive(Debug, Args)]
+pub struct ReportArguments {
+    /// Result files, told side by side
+    #[arg(required = true, value_name = "OUT.h5")]
+    pub files: Vec<PathBuf>,
+    /// Page, - for standard output
+    #[arg(short, long, value_name = "REPORT.html", default_value = "report.html")]
+    pub output: PathBuf,
+    /// Only these bodies in motion
+    #[arg(long, value_name = "NAME", value_delimiter = ',')]
+    pub bodies: Vec<String>,
+    /// Size in megabytes, up to which bodies in motion are stored
+    #[arg(long, value_name = "MB", default_value_t = 5.0, value_parser = megabytes)]
+    pub max_size: f64,
+    /// Leave out the bodies in motion; no models are built then
+    #[arg(long, conflicts_with = "bodies")]
+    pub no_3d: bool,
+    /// How several results are called: names of the files, or values of the scenarios that differ
+    #[arg(long, value_name = "WHAT", default_value = "names")]
+    pub labels: Labels,
+    /// Number of threads, 0 for all cores
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+    /// Models kept between runs.
+    #[command(flatten)]
+    pub cache: CacheArguments,
+}
+
 /// Arguments of `export`.
 #[derive(Debug, Args)]
 pub struct ExportArguments {
@@ -167,6 +196,11 @@ pub struct CompareArguments {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
+}
+
+fn megabytes(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|e| format!("{e}"))?;
+    if value.is_finite() && value > 0.0 { Ok(value) } else { Err("must be a number > 0".into()) }
 }
 
 fn finite(text: &str) -> Result<f64, String> {

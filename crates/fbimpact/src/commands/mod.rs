@@ -22,6 +22,7 @@ pub mod new;
 pub mod plot;
 pub mod probe;
 pub mod recording;
+pub mod report;
 mod resume;
 pub mod run;
 pub mod shell;
