@@ -17,7 +17,7 @@ strip --strip-unneeded "$root/usr/bin/fbimpact" 2>/dev/null || true
 man=$root/usr/share/man/man1
 mkdir -p "$man"
 "$program" man > "$man/fbimpact.1"
-for command in run check modes export-body info compare thin collect new plot export cache schema completions; do
+for command in $("$program" --help | sed -n '/^Commands:/,/^$/s/^  \([a-z][a-z-]*\) .*/\1/p' | grep -vx help); do
     "$program" man "$command" > "$man/fbimpact-$command.1"
 done
 gzip -9n "$man"/*.1
@@ -31,7 +31,11 @@ mkdir -p "$doc"
 cp -r scenarios "$doc/scenarios"
 cp -r docs "$doc/docs"
 cp README.md CHANGELOG.md LICENSE-MIT LICENSE-APACHE "$doc/"
-{ cat LICENSE; echo; cat crates/fbimpact/assets/DejaVuSans.LICENSE; } > "$doc/copyright"
+{
+    cat LICENSE; echo
+    cat crates/fbimpact/assets/DejaVuSans.LICENSE; echo
+    echo "Figures of reports: uPlot"; cat crates/fbimpact/assets/report/uPlot.LICENSE
+} > "$doc/copyright"
 find "$root" -type d -exec chmod 755 {} +
 find "$doc" -type f -exec chmod 644 {} +
 
