@@ -14,9 +14,9 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 # Lowest first; a crate may name those before it.
-LAYERS = ["fe_mesh", "iga_core", "ffr_dynamics", "contact_qs", "adaptive", "fbimpact"]
+LAYERS = ["ffr_dynamics", "iga_core", "fe_mesh", "contact_qs", "adaptive", "fbimpact"]
 # Leaves do not name each other.
-LEAVES = {"fe_mesh", "iga_core", "ffr_dynamics"}
+LEAVES = {"iga_core", "ffr_dynamics"}
 PATH = re.compile(r"\b(crate|super|self)((?:::super)*)((?:::\w+)+)?(::\{)?")
 
 

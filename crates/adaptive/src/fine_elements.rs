@@ -5,12 +5,13 @@ use std::sync::Arc;
 use contact_qs::ContactError;
 use contact_qs::points::DofLookup;
 use faer::{Mat, MatRef};
-use fe_mesh::Mesh;
 use fe_mesh::fault::MeshFault;
-use fe_mesh::matrices::{Materials, assemble_refined};
 use fe_mesh::refined::{CellBall, RefinedMesh};
-use fe_mesh::shape::Functions;
+use fe_mesh::{Mesh, MeshSpace};
 use ffr_dynamics::body::AssembledBody;
+use iga_core::assembly::assemble;
+use iga_core::elasticity::{ElementMaterials, Model};
+use iga_core::space::Space;
 use nalgebra::Vector3;
 use tracing::debug;
 
@@ -20,7 +21,7 @@ use crate::fine_model::{gigabytes, most_gigabytes};
 use crate::gauge::Gauge;
 use crate::interval::{IntervalEnd, IntervalGrid};
 use crate::mesh_surface::{LocalShape, MeshSurface, SideSite};
-use crate::meshed::{assembled_body, dofs_of};
+use crate::meshed::{assembled_body, dofs_of, geometry};
 use crate::smooth_fit::SmoothFit;
 use crate::spec::MeshedSpec;
 use crate::store::{Bytes, meshed_definition};
@@ -139,7 +140,7 @@ impl FineElements {
             MOST,
         )
         .map_err(fail)?;
-        let n_free = refined.ties().n_free();
+        let n_free = refined.n_free();
         debug!(body = name, levels, elements = refined.mesh().elements().len(), nodes = n_free, "fine model");
         let surface = MeshSurface::of(&Arc::new(refined.mesh().clone()));
         let reach = footprint.half[0].max(footprint.half[1]);
@@ -197,7 +198,7 @@ impl FineElements {
 
     /// Number of unknowns.
     pub fn n_unknowns(&self) -> usize {
-        N_COMPONENTS * self.refined.ties().n_free()
+        N_COMPONENTS * self.refined.n_free()
     }
 
     /// Contact points and interface.
@@ -211,9 +212,9 @@ impl FineElements {
             AdaptiveError::Contact { contact: self.name.clone(), source }
         };
         let first = self.surface.nearest(self.footprint.centre.as_ref()).ok_or_else(empty)?;
-        let ties = self.refined.ties();
+        let n_free = self.refined.n_free();
         let is_near = |x: &[f64; 3]| self.footprint.contains(x);
-        let zone = self.surface.zone_within(first.side, is_near, |n| !ties.is_tied(n), widths);
+        let zone = self.surface.zone_within(first.side, is_near, |n| (n as usize) < n_free, widths);
         let mut zone = zone.map_err(|source| AdaptiveError::Mesh { body: self.name.clone(), source })?;
         if zone.points.is_empty() {
             return Err(empty());
@@ -253,20 +254,20 @@ impl FineElements {
     /// Stiffness and mass of the free nodes.
     ///
     /// # Errors
-    /// [`AdaptiveError::Mesh`] if there are too many entries; those of [`MeshedSpec::stiffened`].
+    /// [`AdaptiveError::Geometry`] if there are too many entries or an element is folded; those of [`MeshedSpec::stiffened`].
     pub fn assemble(&self) -> Result<AssembledBody, AdaptiveError> {
-        let fail = |source| AdaptiveError::Mesh { body: self.name.clone(), source };
-        let materials = self.spec.materials().map_err(fail)?;
-        let matrices = assemble_refined(&self.refined, &materials, self.spec.mass_rule).map_err(fail)?;
+        let materials = self.materials()?;
+        let matrices = assemble(&self.space(), &Model::Solid, &materials);
+        let matrices = matrices.map_err(|e| geometry(&self.name, e))?;
         let stiffness = self.spec.stiffened(&self.name, matrices.stiffness)?;
-        let nodes = &self.refined.mesh().nodes()[..self.refined.ties().n_free()];
+        let nodes = self.refined.free_nodes();
         Ok(assembled_body(&self.name, nodes, stiffness, matrices.mass))
     }
 
     /// Displacements of the mesh before (n_before x k) on the free nodes: the same fields (theory Eq. A.5).
     pub fn prolong(&self, shapes: MatRef<'_, f64>) -> Mat<f64> {
         let mut fine = Mat::zeros(self.n_unknowns(), shapes.ncols());
-        for node in 0..self.refined.ties().n_free() {
+        for node in 0..self.refined.n_free() {
             let functions = self.refined.functions_before(&self.spec.mesh, node);
             for j in 0..shapes.ncols() {
                 for c in 0..N_COMPONENTS {
@@ -283,11 +284,16 @@ impl FineElements {
         self.refined.mesh()
     }
 
-    /// Constants of its elements.
+    /// Displacements of its free nodes.
+    fn space(&self) -> MeshSpace<'_> {
+        MeshSpace::divided(&self.refined, self.spec.mass_rule)
+    }
+
+    /// Materials of its elements.
     ///
     /// # Errors
     /// [`AdaptiveError::Mesh`] as of [`MeshedSpec::materials`].
-    pub fn materials(&self) -> Result<Materials, AdaptiveError> {
+    pub fn materials(&self) -> Result<ElementMaterials, AdaptiveError> {
         let of_body = self.spec.materials();
         let of_body = of_body.map_err(|source| AdaptiveError::Mesh { body: self.name.clone(), source })?;
         Ok(of_body.of_parts(self.refined.parents()))
@@ -295,11 +301,11 @@ impl FineElements {
 
     /// The field of the unknowns `u` at all nodes, three components each.
     pub fn at_nodes(&self, u: &[f64]) -> Vec<f64> {
-        let (ties, n) = (self.refined.ties(), self.mesh().nodes().len());
+        let n = self.mesh().nodes().len();
         let mut all = u.to_vec();
         all.resize(N_COMPONENTS * n, 0.0);
-        for node in ties.n_free()..n {
-            for &(free, weight) in ties.of(node as u32).unwrap_or_default() {
+        for node in self.refined.n_free()..n {
+            for &(free, weight) in self.refined.followed(node as u32) {
                 for c in 0..N_COMPONENTS {
                     all[N_COMPONENTS * node + c] += weight * u[N_COMPONENTS * free as usize + c];
                 }
@@ -313,25 +319,23 @@ impl FineElements {
     /// # Errors
     /// [`AdaptiveError::Mesh`] if the point is not in the body.
     pub fn functions_at(&self, place: &[f64; 3]) -> Result<Vec<(u32, f64)>, AdaptiveError> {
-        let mesh = self.refined.mesh();
-        let found = mesh.locate(place);
-        let (e, xi) = found.map_err(|source| AdaptiveError::Mesh { body: self.name.clone(), source })?;
-        let element = mesh.elements().get(e);
-        let mut functions = Functions::default();
-        element.kind.functions(&xi, &mut functions);
-        Ok(self.refined.ties().in_free(element.nodes, &functions.values))
+        let (e, xi) = self.locate(place)?;
+        Ok(self.space().functions_at(e, &xi))
+    }
+
+    fn locate(&self, place: &[f64; 3]) -> Result<(usize, [f64; 3]), AdaptiveError> {
+        let found = self.mesh().locate(place);
+        found.map_err(|source| AdaptiveError::Mesh { body: self.name.clone(), source })
     }
 
     /// Strain and stress at a point by the free nodes.
     ///
     /// # Errors
-    /// [`AdaptiveError::Mesh`] if the point is not in the body.
+    /// [`AdaptiveError::Mesh`] if the point is not in the body, [`AdaptiveError::Geometry`] if an element about it is folded.
     pub fn gauge(&self, place: &[f64; 3]) -> Result<Gauge, AdaptiveError> {
-        let fail = |source| AdaptiveError::Mesh { body: self.name.clone(), source };
-        let (mesh, ties) = (self.refined.mesh(), self.refined.ties());
-        let (e, xi) = mesh.locate(place).map_err(fail)?;
-        let materials = self.materials()?;
-        Ok(Gauge::of_elements(mesh, &materials, (e, &xi), |node| ties.in_free(&[node], &[1.0])))
+        let (e, xi) = self.locate(place)?;
+        let gauge = Gauge::of_elements(&self.space(), &self.materials()?, (e, &xi));
+        gauge.map_err(|e| geometry(&self.name, e))
     }
 }
 

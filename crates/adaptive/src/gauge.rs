@@ -2,13 +2,11 @@
 
 use contact_qs::points::DofLookup;
 use faer::{Mat, MatMut, MatRef};
-use fe_mesh::matrices::Materials;
-use fe_mesh::mesh::Mesh;
-use fe_mesh::stress::PointState as MeshState;
-use iga_core::elasticity::Material;
+use fe_mesh::MeshSpace;
+use iga_core::SplineError;
 use iga_core::elasticity::kinematics::PointState;
+use iga_core::elasticity::{Material, MaterialField};
 use iga_core::recovery::RecoveryWorkspace;
-use nalgebra::Matrix3;
 
 use crate::elastic_body::Discretised;
 use crate::error::AdaptiveError;
@@ -36,30 +34,26 @@ impl Gauge {
         let states = RecoveryWorkspace::default()
             .unit_states(mesh.space, mesh.model, material, e, &xi)
             .map_err(|source| AdaptiveError::Geometry { body: mesh.name.to_owned(), source })?;
+        Ok(Self::of(states))
+    }
+
+    /// The gauge at the parameters `xi` of element `e` of a mesh with the functions `space`.
+    ///
+    /// # Errors
+    /// [`SplineError::Folded`] where an element is folded.
+    pub fn of_elements(
+        space: &MeshSpace<'_>,
+        materials: &dyn MaterialField,
+        (e, xi): (usize, &[f64; 3]),
+    ) -> Result<Self, SplineError> {
+        Ok(Self::of(space.unit_states(materials, e, xi)?))
+    }
+
+    fn of(states: Vec<(u32, Vec<PointState>)>) -> Self {
         let entries = states.into_iter().flat_map(|(function, states)| {
             states.into_iter().enumerate().map(move |(c, state)| (function, c, state))
         });
-        Ok(Self { entries: entries.collect() })
-    }
-
-    /// The gauge at the parameters `xi` of element `e` of a mesh; `in_free` names the functions that a node's displacement is a sum of.
-    pub fn of_elements(
-        mesh: &Mesh,
-        materials: &Materials,
-        (e, xi): (usize, &[f64; 3]),
-        in_free: impl Fn(u32) -> Vec<(u32, f64)>,
-    ) -> Self {
-        let mut entries = Vec::new();
-        for (node, states) in mesh.unit_states(e, xi, materials) {
-            for (function, weight) in in_free(node) {
-                for (c, state) in states.iter().enumerate() {
-                    let mut part = PointState::default();
-                    part.add_scaled(&listed(state), weight);
-                    entries.push((function, c, part));
-                }
-            }
-        }
-        Self { entries }
+        Self { entries: entries.collect() }
     }
 
     /// The state by a unit of each of the modes `shapes`, whose rows `lookup` numbers.
@@ -103,12 +97,4 @@ pub fn state(columns: &Mat<f64>, row: usize, first: usize) -> PointState {
 
 fn numbers(state: &PointState) -> [f64; N_NUMBERS] {
     std::array::from_fn(|k| if k < 6 { state.strain[k] } else { state.stress[k - 6] })
-}
-
-/// Tensors as components, shear strains as engineering strains.
-fn listed(state: &MeshState) -> PointState {
-    let six = |t: &Matrix3<f64>, shear: f64| {
-        [t[(0, 0)], t[(1, 1)], t[(2, 2)], shear * t[(0, 1)], shear * t[(1, 2)], shear * t[(0, 2)]]
-    };
-    PointState { strain: six(&state.strain, 2.0), stress: six(&state.stress, 1.0) }
 }

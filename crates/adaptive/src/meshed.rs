@@ -2,17 +2,18 @@
 
 use contact_qs::points::DofLookup;
 use faer::sparse::SparseColMat;
-use fe_mesh::Mesh;
 use fe_mesh::fault::MeshFault;
-use fe_mesh::jacobian::PointOf;
-use fe_mesh::matrices::{Constants, Materials, assemble};
 use fe_mesh::part::Part;
-use fe_mesh::shape::Functions;
+use fe_mesh::{Mesh, MeshSpace};
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion};
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::kinematics::{Marker, MarkerWeights};
-use iga_core::elasticity::Material;
+use iga_core::SplineError;
+use iga_core::assembly::assemble;
+use iga_core::elasticity::{ElementMaterials, Material, Model};
+use iga_core::recovery::RecoveryWorkspace;
+use iga_core::space::Space;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::elastic_body::{Interface, ReducedBody, ReductionInput, modes_key};
@@ -39,26 +40,24 @@ pub struct MeshedModel {
     pub lookup: DofLookup,
 }
 
-/// The constants of a material.
-pub fn constants(material: &Material) -> Constants {
-    Constants { lambda: material.lame_lambda(), mu: material.shear_modulus(), density: material.density() }
-}
-
 /// Number of elastic modes that a mesh has.
 pub fn n_elastic_modes(mesh: &Mesh) -> usize {
     (N_COMPONENTS * mesh.nodes().len()).saturating_sub(RigidMotion::Spatial.count())
 }
 
 impl MeshedSpec {
-    /// Constants of every element.
+    /// Displacements of the mesh.
+    pub fn space(&self) -> MeshSpace<'_> {
+        MeshSpace::new(&self.mesh, self.mass_rule)
+    }
+
+    /// Materials of the elements.
     ///
     /// # Errors
     /// [`MeshFault`] for a group that does not exist, and for an element in none or several of them.
-    pub fn materials(&self) -> Result<Materials, MeshFault> {
-        let groups: Vec<(&str, Constants)> =
-            self.groups.iter().map(|(name, material)| (name.as_str(), constants(material))).collect();
-        let rest = self.material.as_ref().map(constants);
-        Materials::by_group(&self.mesh, &groups, rest)
+    pub fn materials(&self) -> Result<ElementMaterials, MeshFault> {
+        let groups: Vec<_> = self.groups.iter().map(|(name, material)| (name.as_str(), *material)).collect();
+        self.mesh.materials(&groups, self.material)
     }
 
     /// The material whose elastic constants a rigid part is compared with.
@@ -69,11 +68,11 @@ impl MeshedSpec {
     /// Stiffness and mass matrices, stiffened where parts of the body are rigid; `name` is that of the body.
     ///
     /// # Errors
-    /// [`AdaptiveError::Mesh`]; [`AdaptiveError::Unsupported`] for rigid parts with thousands of unknowns.
+    /// [`AdaptiveError::Mesh`], [`AdaptiveError::Geometry`]; [`AdaptiveError::Unsupported`] for rigid parts with thousands of unknowns.
     pub fn assembled(&self, name: &str) -> Result<AssembledBody, AdaptiveError> {
         let fail = |source| AdaptiveError::Mesh { body: name.to_owned(), source };
         let materials = self.materials().map_err(fail)?;
-        let matrices = assemble(&self.mesh, &materials, self.mass_rule).map_err(fail)?;
+        let matrices = assemble(&self.space(), &Model::Solid, &materials).map_err(|e| geometry(name, e))?;
         let stiffness = self.stiffened(name, matrices.stiffness)?;
         Ok(assembled_body(name, self.mesh.nodes(), stiffness, matrices.mass))
     }
@@ -170,8 +169,7 @@ impl MeshedSpec {
                 points.mean_motion(&area.centre, rotation, unknown).map_err(wrong)
             }
             Place::Point(point) => {
-                MarkerWeights::new(Vector3::from(*point), rotation, self.at(point).map_err(fail)?)
-                    .map_err(wrong)
+                MarkerWeights::new(Vector3::from(*point), rotation, self.at(name, point)?).map_err(wrong)
             }
             Place::Marker(marker) => {
                 let known = self.mesh.face_names().collect::<Vec<_>>().join(", ");
@@ -195,43 +193,43 @@ impl MeshedSpec {
     pub fn functions_at(&self, name: &str, place: &[f64; 3]) -> Result<Vec<(u32, f64)>, AdaptiveError> {
         let fail = |source| AdaptiveError::Mesh { body: name.to_owned(), source };
         let (e, xi) = self.mesh.locate(place).map_err(fail)?;
-        let element = self.mesh.elements().get(e);
-        let mut functions = Functions::default();
-        element.kind.functions(&xi, &mut functions);
-        Ok(element.nodes.iter().copied().zip(functions.values).collect())
+        Ok(self.space().functions_at(e, &xi))
     }
 
     /// Strain and stress at a point of the undeformed body \[m\] by its unknowns; `name` is that of the body.
     ///
     /// # Errors
-    /// [`AdaptiveError::Mesh`] if the point is not in the body.
+    /// [`AdaptiveError::Mesh`] if the point is not in the body, [`AdaptiveError::Geometry`] if an element about it is folded.
     pub fn gauge(&self, name: &str, place: &[f64; 3]) -> Result<Gauge, AdaptiveError> {
         let fail = |source| AdaptiveError::Mesh { body: name.to_owned(), source };
         let (e, xi) = self.mesh.locate(place).map_err(fail)?;
         let materials = self.materials().map_err(fail)?;
-        Ok(Gauge::of_elements(&self.mesh, &materials, (e, &xi), |node| vec![(node, 1.0)]))
+        Gauge::of_elements(&self.space(), &materials, (e, &xi)).map_err(|e| geometry(name, e))
     }
 
-    /// How a material point moves and turns, by half the curl of the displacement, with the unknowns.
-    fn at(&self, point: &[f64; 3]) -> Result<Vec<(u32, [f64; 6])>, MeshFault> {
-        let (e, xi) = self.mesh.locate(point)?;
-        let element = self.mesh.elements().get(e);
-        let (mut at, mut places) = (PointOf::default(), Vec::new());
-        self.mesh.places(element.nodes, &mut places);
-        at.evaluate(element.kind, &places, &xi);
-        let mut entries = Vec::with_capacity(N_COMPONENTS * element.nodes.len());
-        for ((&node, value), gradient) in element.nodes.iter().zip(&at.functions.values).zip(&at.gradients) {
+    /// How a material point of the body `name` moves and turns, by half the curl of the displacement, with the unknowns.
+    fn at(&self, name: &str, point: &[f64; 3]) -> Result<Vec<(u32, [f64; 6])>, AdaptiveError> {
+        let fail = |source| AdaptiveError::Mesh { body: name.to_owned(), source };
+        let (e, xi) = self.mesh.locate(point).map_err(fail)?;
+        let functions = RecoveryWorkspace::default().functions(&self.space(), e, &xi);
+        let mut entries = Vec::new();
+        for function in functions.map_err(|e| geometry(name, e))? {
             for c in 0..N_COMPONENTS {
                 let direction = Vector3::ith(c, 1.0);
-                let turn = 0.5 * Vector3::from(*gradient).cross(&direction);
-                let moved = *value * direction;
+                let turn = 0.5 * Vector3::from(function.gradient).cross(&direction);
+                let moved = function.value * direction;
                 let w = [moved.x, moved.y, moved.z, turn.x, turn.y, turn.z];
-                entries.extend(unknown(node, c).map(|n| (n as u32, w)));
+                entries.extend(unknown(function.number, c).map(|n| (n as u32, w)));
             }
         }
         entries.sort_unstable_by_key(|e| e.0);
         Ok(entries)
     }
+}
+
+/// An error of the geometry of the body `name`.
+pub fn geometry(name: &str, source: SplineError) -> AdaptiveError {
+    AdaptiveError::Geometry { body: name.to_owned(), source }
 }
 
 /// A body with the matrices given, three unknowns a node of `nodes`.

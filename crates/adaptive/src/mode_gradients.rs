@@ -2,21 +2,17 @@
 
 use contact_qs::points::DofLookup;
 use faer::MatRef;
-use fe_mesh::jacobian::PointOf;
-use iga_core::elasticity::Material;
-use iga_core::elasticity::Model;
+use iga_core::SplineError;
 use iga_core::elasticity::kinematics::PointState;
+use iga_core::elasticity::{MaterialField, Model};
 use iga_core::recovery::RecoveryWorkspace;
-use iga_core::space::Space;
+use iga_core::space::{GridBasis, Integrand, Space};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::imported::ImportedModel;
 use crate::spec::MeshedSpec;
-
-/// Half the distance of Gauss' two points, of an interval of length 2.
-const GAUSS: f64 = 0.577_350_269_189_625_8;
 
 /// What the modes do at a point of a body.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -62,55 +58,57 @@ pub struct MeshFields<'a> {
 
 impl ModeFields for SplineFields<'_> {
     fn for_each_point(&self, take: &mut dyn FnMut(GradientsAt)) -> Result<(), AdaptiveError> {
-        let body = self.body;
-        let (space, model, material): (&dyn Space, &Model, &Material) =
-            (&body.space, &body.spec.model, &body.spec.material);
-        let fail = |source| AdaptiveError::Geometry { body: body.name.clone(), source };
-        let mut work = RecoveryWorkspace::default();
-        let dimension = space.dimension();
-        for e in 0..space.n_elements() {
-            let element = space.element(e);
-            for corner in 0..1_usize << dimension {
-                let mut xi = element.lower;
-                let mut weight = material.density();
-                for (d, x) in xi.iter_mut().enumerate().take(dimension) {
-                    let half = 0.5 * (element.upper[d] - element.lower[d]);
-                    let side = if corner >> d & 1 == 0 { -GAUSS } else { GAUSS };
-                    *x = element.lower[d] + half * (1.0 + side);
-                    weight *= half;
-                }
-                let functions = work.functions(space, e, &xi).map_err(fail)?;
-                let mass = weight * work.determinant(space, e, &xi).map_err(fail)?;
-                let slopes = functions.iter().map(|f| (f.number, f.gradient));
-                let gradients = gradients(slopes, &body.lookup, self.shapes, model.dimension());
-                let stress = |g: &Matrix3<f64>| {
-                    let rows = std::array::from_fn(|i| std::array::from_fn(|j| g[(i, j)]));
-                    tensor(&PointState::new(model, material, &rows, g[(0, 0)]).stress)
-                };
-                let stresses = gradients.iter().map(stress).collect();
-                take(GradientsAt { mass, density: material.density(), gradients, stresses });
-            }
-        }
-        Ok(())
+        let (body, spec) = (self.body, &self.body.spec);
+        let fields = SpaceFields {
+            space: &body.space,
+            model: &spec.model,
+            materials: &spec.material,
+            lookup: &body.lookup,
+            shapes: self.shapes,
+        };
+        fields.for_each(take).map_err(|source| AdaptiveError::Geometry { body: body.name.clone(), source })
     }
 }
 
 impl ModeFields for MeshFields<'_> {
     fn for_each_point(&self, take: &mut dyn FnMut(GradientsAt)) -> Result<(), AdaptiveError> {
-        let mesh = &self.spec.mesh;
-        let fail = |source| AdaptiveError::Mesh { body: self.name.to_owned(), source };
-        let materials = self.spec.materials().map_err(fail)?;
-        let (mut at, mut places) = (PointOf::default(), Vec::new());
-        for (e, element) in mesh.elements().iter().enumerate() {
-            mesh.places(element.nodes, &mut places);
-            let constants = materials.of(e);
-            for point in element.kind.stiffness_rule() {
-                at.evaluate(element.kind, &places, &point.xi);
-                let slopes = element.nodes.iter().copied().zip(at.gradients.iter().copied());
-                let gradients = gradients(slopes, self.lookup, self.shapes, 3);
-                let stresses = gradients.iter().map(|g| fe_mesh::stress::stress(constants, g)).collect();
-                let mass = constants.density * point.weight * at.determinant;
-                take(GradientsAt { mass, density: constants.density, gradients, stresses });
+        let body = || self.name.to_owned();
+        let materials =
+            self.spec.materials().map_err(|source| AdaptiveError::Mesh { body: body(), source })?;
+        let (space, lookup, shapes) = (&self.spec.space(), self.lookup, self.shapes);
+        let fields = SpaceFields { space, model: &Model::Solid, materials: &materials, lookup, shapes };
+        fields.for_each(take).map_err(|source| AdaptiveError::Geometry { body: body(), source })
+    }
+}
+
+/// Modes of any space.
+struct SpaceFields<'a> {
+    space: &'a dyn Space,
+    model: &'a Model,
+    materials: &'a dyn MaterialField,
+    lookup: &'a DofLookup,
+    shapes: MatRef<'a, f64>,
+}
+
+impl SpaceFields<'_> {
+    fn for_each(&self, take: &mut dyn FnMut(GradientsAt)) -> Result<(), SplineError> {
+        let (space, model) = (self.space, self.model);
+        let (mut work, mut rule) = (RecoveryWorkspace::default(), GridBasis::default());
+        for e in 0..space.n_elements() {
+            let material = self.materials.on(e);
+            let density = material.density();
+            space.tabulate(e, Integrand::Sample, &mut rule);
+            for (xi, weight) in rule.parameters.iter().zip(&rule.weights) {
+                let functions = work.functions(space, e, xi)?;
+                let mass = density * weight * work.determinant(space, e, xi)?;
+                let slopes = functions.iter().map(|f| (f.number, f.gradient));
+                let gradients = gradients(slopes, self.lookup, self.shapes, model.dimension());
+                let stress = |g: &Matrix3<f64>| {
+                    let rows = std::array::from_fn(|i| std::array::from_fn(|j| g[(i, j)]));
+                    tensor(&PointState::new(model, material, &rows, g[(0, 0)]).stress)
+                };
+                let stresses = gradients.iter().map(stress).collect();
+                take(GradientsAt { mass, density, gradients, stresses });
             }
         }
         Ok(())

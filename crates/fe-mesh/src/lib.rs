@@ -1,7 +1,7 @@
 //! Finite element meshes of solids.
 //!
-//! The crate knows meshes and their files, elements, sparse matrices, surfaces and stress. It knows no time, no reduction, no
-//! rigid-body motion and no contact.
+//! The crate knows meshes and their files, elements, surfaces, and what makes a mesh a space of displacements ([`space`]); matrices,
+//! moments and stress are those that `iga-core` has of any space. It knows no time, no reduction, no rigid-body motion and no contact.
 //!
 //! * SI units once a mesh has been read with its unit of length.
 //! * Nodes of elements stand in the order of Abaqus and CalculiX ([`kind`]).
@@ -16,10 +16,8 @@ pub mod jacobian;
 pub mod boundary;
 pub mod mesh;
 pub mod check;
-pub mod ties;
 pub mod refined;
-pub mod matrices;
-pub mod mass_properties;
+pub mod space;
 pub mod locate;
 pub mod part;
 pub mod side_pieces;
@@ -30,3 +28,4 @@ pub mod read;
 pub use fault::MeshError;
 pub use kind::{ElementKind, SideKind};
 pub use mesh::Mesh;
+pub use space::MeshSpace;

@@ -9,14 +9,15 @@ mod division;
 mod hanging;
 mod names;
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
+
+use iga_core::space::Rows;
 
 use crate::boundary::Face;
 use crate::fault::MeshFault;
 use crate::mesh::Mesh;
 use crate::raw::Elements;
 use crate::shape::Functions;
-use crate::ties::Ties;
 
 use cell::Cell;
 pub use division::CellBall;
@@ -27,7 +28,11 @@ use names::{Numbers, is_on_side, name};
 #[derive(Debug, Clone, PartialEq)]
 pub struct RefinedMesh {
     mesh: Mesh,
-    ties: Ties,
+    n_free: usize,
+    /// The free nodes that each node behind these follows, with their weights.
+    hanging: Vec<Vec<(u32, f64)>>,
+    /// Functions of the free nodes on every element with a node that follows others.
+    rows: Rows,
     /// Element of the mesh before, of every element.
     parents: Vec<u32>,
     /// Element and parameters in the mesh before, of the nodes that were not there.
@@ -69,9 +74,24 @@ impl RefinedMesh {
         &self.mesh
     }
 
-    /// Which nodes follow others; the free ones come first.
-    pub fn ties(&self) -> &Ties {
-        &self.ties
+    /// Number of free nodes, which come first.
+    pub fn n_free(&self) -> usize {
+        self.n_free
+    }
+
+    /// Positions of the free nodes \[m\].
+    pub fn free_nodes(&self) -> &[[f64; 3]] {
+        &self.mesh.nodes()[..self.n_free]
+    }
+
+    /// The free nodes that `node` follows, with their weights (theory Eq. C.70); none of a free node.
+    pub fn followed(&self, node: u32) -> &[(u32, f64)] {
+        (node as usize).checked_sub(self.n_free).and_then(|i| self.hanging.get(i)).map_or(&[], Vec::as_slice)
+    }
+
+    /// The functions of the free nodes on each element.
+    pub(crate) fn rows(&self) -> &Rows {
+        &self.rows
     }
 
     /// Element of the mesh before, of every element.
@@ -166,7 +186,7 @@ impl<'a> Pieces<'a> {
         order.iter().enumerate().for_each(|(i, &n)| new[n as usize] = i as u32);
         self.elements.renumber(&new);
         let lists = hanging.iter().map(|n| tied[n].iter().map(|(m, w)| (new[*m as usize], *w)).collect());
-        let ties = Ties::new(free.len(), lists.collect());
+        let (n_free, hanging) = (free.len(), lists.collect::<Vec<_>>());
         let nodes = order.iter().map(|&n| self.nodes[n as usize]).collect();
         // Nodes of the mesh before are never tied: they are corners and middles of the largest elements.
         let origins = order.iter().filter(|&&n| n as usize >= n_before);
@@ -179,6 +199,27 @@ impl<'a> Pieces<'a> {
         let faces = self.before.faces().iter().map(|(name, faces)| (name.clone(), group(faces))).collect();
         let surface = self.surface.iter().map(|(face, _)| *face).collect();
         let mesh = Mesh::divided((nodes, self.elements), surface, faces);
-        RefinedMesh { mesh, ties, parents: self.parents, origins, n_before }
+        let rows = rows(mesh.elements(), n_free, &hanging);
+        RefinedMesh { mesh, n_free, hanging, rows, parents: self.parents, origins, n_before }
     }
+}
+
+/// Functions of the free nodes in terms of all nodes of each element, where some of these are among the `hanging` ones behind the `n_free` first.
+fn rows(elements: &Elements, n_free: usize, hanging: &[Vec<(u32, f64)>]) -> Rows {
+    let mut rows = Rows::default();
+    for element in elements.iter() {
+        if element.nodes.iter().all(|&n| (n as usize) < n_free) {
+            rows.push_plain([]);
+            continue;
+        }
+        let mut sums: BTreeMap<u32, Vec<(u16, f64)>> = BTreeMap::new();
+        for (column, &node) in (0..).zip(element.nodes) {
+            match (node as usize).checked_sub(n_free) {
+                None => sums.entry(node).or_default().push((column, 1.0)),
+                Some(i) => hanging[i].iter().for_each(|&(n, w)| sums.entry(n).or_default().push((column, w))),
+            }
+        }
+        rows.push(sums);
+    }
+    rows
 }

@@ -1,101 +1,92 @@
-//! Stress from the displacements of nodes.
+//! Stress and strain averaged at nodes, from the displacements of a mesh.
 
 use std::collections::BTreeMap;
 
+use iga_core::SplineError;
+use iga_core::elasticity::kinematics::PointState;
+use iga_core::elasticity::{MaterialField, Model};
+use iga_core::recovery::RecoveryWorkspace;
 use nalgebra::{Matrix3, Vector3};
 
-use crate::jacobian::PointOf;
 use crate::kind::ElementKind;
-use crate::matrices::{Constants, Materials};
-use crate::mesh::Mesh;
-use crate::raw::Element;
 use crate::shape::Functions;
+use crate::space::MeshSpace;
 
-/// Stress from the gradient of the displacement, Hooke's law (theory Eq. E.3) \[Pa\].
-pub fn stress(constants: &Constants, gradient: &Matrix3<f64>) -> Matrix3<f64> {
-    let strain = 0.5 * (gradient + gradient.transpose());
-    Matrix3::identity() * (constants.lambda * strain.trace()) + strain * (2.0 * constants.mu)
-}
-
-impl Mesh {
-    /// Stress at every node: what the points of the stiffness rule show, continued linearly to the nodes of each element by least
-    /// squares and averaged over the elements of a node \[Pa\]. The points of the rule are where the stress of displacement elements is best
-    /// (J. Barlow, Int. J. Numer. Meth. Eng. 10, 1976).
-    pub fn nodal_stress(&self, materials: &Materials, u: &[f64]) -> Vec<Matrix3<f64>> {
-        let mut sums = vec![(Matrix3::zeros(), 0.0); self.nodes().len()];
-        let (mut at, mut places) = (PointOf::default(), Vec::new());
-        let mut continued = Continued::default();
-        for (e, element) in self.elements().iter().enumerate() {
-            self.places(element.nodes, &mut places);
+impl MeshSpace<'_> {
+    /// Stress `xx, yy, zz, xy, yz, zx` at every node of the mesh under the displacements `u` of the functions: what the points of the
+    /// stiffness rule show, continued linearly to the nodes of each element by least squares and averaged over the elements of a node
+    /// \[Pa\]. The points of the rule are where the stress of displacement elements is best (J. Barlow, Int. J. Numer. Meth. Eng. 10, 1976).
+    ///
+    /// # Errors
+    /// [`SplineError::Folded`] where the Jacobian determinant is not positive.
+    pub fn nodal_stress(
+        &self,
+        materials: &dyn MaterialField,
+        u: &[f64],
+    ) -> Result<Vec<[f64; 6]>, SplineError> {
+        let mut sums = vec![([0.0; 6], 0.0); self.mesh().nodes().len()];
+        let (mut work, mut continued) = (RecoveryWorkspace::default(), Continued::default());
+        for (e, element) in self.mesh().elements().iter().enumerate() {
             let continuation = continued.of(element.kind);
-            let at_points: Vec<Matrix3<f64>> = continuation
-                .points
-                .iter()
-                .map(|xi| {
-                    at.evaluate(element.kind, &places, xi);
-                    stress(materials.of(e), &gradient(element, &at, u))
-                })
-                .collect();
+            let state = |xi| work.stress(self, &Model::Solid, materials.on(e), u, e, xi);
+            let at_points = continuation.points.iter().map(state).collect::<Result<Vec<_>, _>>()?;
             for (&node, weights) in element.nodes.iter().zip(&continuation.to_nodes) {
                 let sum = &mut sums[node as usize];
-                sum.0 += at_points.iter().zip(weights).map(|(value, w)| value * *w).sum::<Matrix3<f64>>();
+                for (k, component) in sum.0.iter_mut().enumerate() {
+                    let parts = at_points.iter().zip(weights);
+                    *component += parts.map(|(state, w)| state.stress[k] * w).sum::<f64>();
+                }
                 sum.1 += 1.0;
             }
         }
-        sums.into_iter().map(|(sum, n)| sum / n).collect()
+        Ok(sums.into_iter().map(|(sum, n)| sum.map(|s| s / n)).collect())
     }
 
-    /// Strain and stress at the parameters `xi` of element `e` by a unit of the displacement of every node that they depend on, along each
-    /// direction [1/m], rising by node: the values at the nodes of the element as [`Mesh::nodal_stress`] has them, but averaged over
-    /// elements of its own material alone, and interpolated by its functions.
+    /// Strain and stress at the parameters `xi` of element `e` by a unit of the displacement of every function that they depend on, along
+    /// each direction [1/m], rising by function: the values at the nodes of the element as [`MeshSpace::nodal_stress`] has them, but
+    /// averaged over elements of its own material alone, and interpolated by its shape functions.
+    ///
+    /// # Errors
+    /// [`SplineError::Folded`] where the Jacobian determinant is not positive.
     ///
     /// # Panics
     /// If there is no such element.
-    pub fn unit_states(&self, e: usize, xi: &[f64; 3], materials: &Materials) -> Vec<(u32, [PointState; 3])> {
-        let element = self.elements().get(e);
+    pub fn unit_states(
+        &self,
+        materials: &dyn MaterialField,
+        e: usize,
+        xi: &[f64; 3],
+    ) -> Result<Vec<(u32, Vec<PointState>)>, SplineError> {
+        let elements = self.mesh().elements();
+        let element = elements.get(e);
         let mut functions = Functions::default();
         element.kind.functions(xi, &mut functions);
-        let own = materials.of(e);
+        let own = materials.on(e);
         let value =
             |node: u32| element.nodes.iter().position(|&n| n == node).map(|i| (i, functions.values[i]));
-        let around = || self.elements().iter().enumerate().filter(|(k, _)| materials.of(*k) == own);
+        let around = || elements.iter().enumerate().filter(|(k, _)| materials.on(*k) == own);
         let mut n_around = vec![0.0; element.nodes.len()];
         for node in around().flat_map(|(_, other)| other.nodes) {
             value(*node).into_iter().for_each(|(i, _)| n_around[i] += 1.0);
         }
-        let (mut at, mut places) = (PointOf::default(), Vec::new());
-        let mut continued = Continued::default();
-        let mut sums: BTreeMap<u32, [PointState; 3]> = BTreeMap::new();
-        for (_, other) in around().filter(|(_, other)| other.nodes.iter().any(|&n| value(n).is_some())) {
-            self.places(other.nodes, &mut places);
+        let (mut work, mut continued) = (RecoveryWorkspace::default(), Continued::default());
+        let mut sums: BTreeMap<u32, Vec<PointState>> = BTreeMap::new();
+        for (k, other) in around().filter(|(_, other)| other.nodes.iter().any(|&n| value(n).is_some())) {
             let continuation = continued.of(other.kind);
             for (g, point) in continuation.points.iter().enumerate() {
                 let shared = other.nodes.iter().zip(&continuation.to_nodes);
                 let shared =
                     shared.filter_map(|(&n, weights)| value(n).map(|(i, v)| v / n_around[i] * weights[g]));
                 let weight: f64 = shared.sum();
-                at.evaluate(other.kind, &places, point);
-                for (&node, slope) in other.nodes.iter().zip(&at.gradients) {
-                    let states = sums.entry(node).or_default();
-                    for (c, state) in states.iter_mut().enumerate() {
-                        let gradient = Vector3::ith(c, weight) * Vector3::from(*slope).transpose();
-                        state.strain += 0.5 * (gradient + gradient.transpose());
-                        state.stress += stress(own, &gradient);
-                    }
+                for (function, states) in work.unit_states(self, &Model::Solid, own, k, point)? {
+                    let sum =
+                        sums.entry(function).or_insert_with(|| vec![PointState::default(); states.len()]);
+                    sum.iter_mut().zip(&states).for_each(|(sum, state)| sum.add_scaled(state, weight));
                 }
             }
         }
-        sums.into_iter().collect()
+        Ok(sums.into_iter().collect())
     }
-}
-
-/// Strain and stress at a point.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct PointState {
-    /// Strain tensor.
-    pub strain: Matrix3<f64>,
-    /// Stress tensor \[Pa\].
-    pub stress: Matrix3<f64>,
 }
 
 /// How values at the points of the stiffness rule are continued to the nodes of an element: linearly, by least squares.
@@ -135,13 +126,4 @@ impl Continued {
         });
         &self.0[at].1
     }
-}
-
-fn gradient(element: Element<'_>, at: &PointOf, u: &[f64]) -> Matrix3<f64> {
-    let mut gradient = Matrix3::zeros();
-    for (&node, g) in element.nodes.iter().zip(&at.gradients) {
-        let own = Vector3::from_column_slice(&u[3 * node as usize..][..3]);
-        gradient += own * Vector3::from(*g).transpose();
-    }
-    gradient
 }

@@ -9,6 +9,7 @@ mod matrices;
 mod places;
 mod readers;
 mod refined;
+mod spaces;
 mod stress;
 mod surfaces;
 mod writers;

@@ -2,17 +2,13 @@
 
 use std::path::Path;
 
+use crate::blocks::steel;
 use faer::sparse::SparseColMat;
-use fe_mesh::matrices::{Constants, Materials, assemble};
+use fe_mesh::MeshSpace;
 use fe_mesh::read::read;
 use fe_mesh::rules::MassRule;
-
-/// The material of the script.
-fn steel() -> Constants {
-    let (young, nu) = (210e9, 0.3);
-    let mu = young / (2.0 * (1.0 + nu));
-    Constants { lambda: 2.0 * mu * nu / (1.0 - 2.0 * nu), mu, density: 7850.0 }
-}
+use iga_core::assembly::assemble;
+use iga_core::elasticity::Model;
 
 fn entry(matrix: &SparseColMat<u32, f64>, row: usize, column: usize) -> f64 {
     let range = matrix.symbolic().col_range(column);
@@ -35,7 +31,8 @@ fn deviations(name: &str) -> [f64; 2] {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/calculix");
     let mesh =
         read(&std::fs::read(folder.join(format!("{name}.inp"))).expect("readable"), 1.0).expect("a mesh");
-    let matrices = assemble(&mesh, &Materials::uniform(steel()), MassRule::AsStiffness).expect("matrices");
+    let matrices = assemble(&MeshSpace::new(&mesh, MassRule::AsStiffness), &Model::Solid, &steel());
+    let matrices = matrices.expect("matrices");
     let text = std::fs::read_to_string(folder.join(format!("{name}.ref"))).expect("readable");
     let entries = |letter: &str, share: usize| -> Vec<(usize, usize, f64)> {
         let fields = text.lines().map(|l| l.split(' ').collect::<Vec<_>>()).filter(|f| f[0] == letter);

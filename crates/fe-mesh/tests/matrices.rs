@@ -1,17 +1,14 @@
 //! Stiffness and mass matrices by identities, on distorted and curved meshes.
 
-use crate::blocks::{block, shaken};
+use crate::blocks::{block, integrals, shaken, steel, volume};
 use faer::sparse::SparseColMat;
-use fe_mesh::mass_properties::MassProperties;
-use fe_mesh::matrices::{Constants, Materials};
 use fe_mesh::rules::MassRule;
-use fe_mesh::{ElementKind, Mesh};
+use fe_mesh::{ElementKind, Mesh, MeshSpace};
+use iga_core::assembly::{AssembledMatrices, assemble};
+use iga_core::elasticity::{Material, MaterialField, Model};
 
-/// Steel.
-const STEEL: Constants = Constants { lambda: 1.212e11, mu: 8.08e10, density: 7850.0 };
-
-fn matrices(mesh: &Mesh, materials: &Materials) -> fe_mesh::matrices::Matrices {
-    fe_mesh::matrices::assemble(mesh, materials, MassRule::Exact).expect("matrices")
+fn matrices(mesh: &Mesh) -> AssembledMatrices {
+    assemble(&MeshSpace::new(mesh, MassRule::Exact), &Model::Solid, &steel()).expect("matrices")
 }
 
 fn times(matrix: &SparseColMat<u32, f64>, x: &[f64]) -> Vec<f64> {
@@ -61,8 +58,7 @@ fn straight(kind: ElementKind, n: [usize; 3]) -> Mesh {
 fn rigid_motions_cost_nothing_and_have_their_inertia() {
     for kind in ElementKind::ALL {
         let mesh = Mesh::new(block(kind, [2, 3, 2], |x| shaken(x, 0.06)), 1.0).expect("a mesh");
-        let materials = Materials::uniform(STEEL);
-        let matrices = matrices(&mesh, &materials);
+        let matrices = matrices(&mesh);
         let scale = matrices.stiffness.val().iter().fold(0.0f64, |m, v| m.max(v.abs()));
         for motion in 0..6 {
             let field: Vec<f64> = mesh
@@ -82,15 +78,16 @@ fn rigid_motions_cost_nothing_and_have_their_inertia() {
         }
         let ones = vec![1.0; mesh.nodes().len()];
         let mass: f64 = times(&matrices.mass, &ones).iter().sum();
-        let properties = MassProperties::new(&mesh, &materials);
-        assert!((mass / properties.mass - 1.0).abs() < 1e-13);
+        let properties = integrals(&mesh, &|_| steel().density());
+        assert!((mass / properties.volume - 1.0).abs() < 1e-13);
         // Moments of inertia from the matrix are those of the integrals, whose rule is the same.
-        let column = |d: usize| mesh.nodes().iter().map(|p| p[d] - properties.centre[d]).collect::<Vec<_>>();
+        let column =
+            |d: usize| mesh.nodes().iter().map(|p| p[d] - properties.centre()[d]).collect::<Vec<_>>();
         let product =
             |a: &[f64], b: &[f64]| times(&matrices.mass, a).iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
         let (x, y) = (column(0), column(1));
         let about_z = product(&x, &x) + product(&y, &y);
-        assert!((about_z / properties.inertia[(2, 2)] - 1.0).abs() < 1e-12, "{kind:?}");
+        assert!((about_z / properties.central_inertia()[2][2] - 1.0).abs() < 1e-12, "{kind:?}");
     }
 }
 
@@ -98,15 +95,14 @@ fn rigid_motions_cost_nothing_and_have_their_inertia() {
 fn mass_of_a_block_is_exact_on_straight_sided_elements() {
     for kind in ElementKind::ALL {
         let mesh = straight(kind, [2, 2, 2]);
-        let p = MassProperties::new(&mesh, &Materials::uniform(STEEL));
+        let p = integrals(&mesh, &|_| 1.0);
         assert!((p.volume - 1.0).abs() < 1e-13, "{kind:?}: {:e}", p.volume - 1.0);
-        assert!((p.mass / 7850.0 - 1.0).abs() < 1e-13);
         // Moments have degree two more. Trilinear maps have determinants of degree two in each direction, which two points do not integrate together with a
         // square; the rules of the quadratic kinds do, and those of tetrahedra of both orders.
         if !matches!(kind, ElementKind::Hex8 | ElementKind::Wedge6) {
             for d in 0..3 {
-                assert!((p.centre[d] - 0.5).abs() < 1e-13, "{kind:?}");
-                assert!((p.inertia[(d, d)] / (7850.0 / 6.0) - 1.0).abs() < 1e-12, "{kind:?}");
+                assert!((p.centre()[d] - 0.5).abs() < 1e-13, "{kind:?}");
+                assert!((6.0 * p.central_inertia()[d][d] - 1.0).abs() < 1e-12, "{kind:?}");
             }
         }
     }
@@ -124,7 +120,7 @@ fn a_curved_body_has_the_volume_of_its_sides() {
     ] {
         let bent = |[x, y, z]: [f64; 3]| [x + 0.15 * y * y, y * (1.0 + 0.2 * z), z + 0.1 * x * (1.0 - x)];
         let mesh = Mesh::new(block(kind, [2, 2, 2], bent), 1.0).expect("a mesh");
-        let volume = MassProperties::new(&mesh, &Materials::uniform(STEEL)).volume;
+        let volume = volume(&mesh);
         let mut flux = 0.0;
         let (mut at, mut places) = (fe_mesh::locate::SidePoint::default(), Vec::new());
         for &face in mesh.surface() {
@@ -144,7 +140,7 @@ fn a_curved_body_has_the_volume_of_its_sides() {
 fn constant_strain_leaves_no_force_inside() {
     for kind in ElementKind::ALL {
         let mesh = straight(kind, [3, 3, 3]);
-        let matrices = matrices(&mesh, &Materials::uniform(STEEL));
+        let matrices = matrices(&mesh);
         let field: Vec<f64> = mesh
             .nodes()
             .iter()
@@ -167,7 +163,7 @@ fn threads_do_not_change_a_bit() {
     let mesh = straight(ElementKind::Tet10, [4, 4, 4]);
     let on = |n: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(n).build().expect("a pool");
-        pool.install(|| matrices(&mesh, &Materials::uniform(STEEL)))
+        pool.install(|| matrices(&mesh))
     };
     let (one, three) = (on(1), on(3));
     assert!(one.stiffness.val() == three.stiffness.val() && one.mass.val() == three.mass.val());
@@ -178,16 +174,14 @@ fn materials_go_by_group() {
     let mut raw = block(ElementKind::Hex8, [2, 1, 1], |x| x);
     raw.volumes = vec![("left".into(), vec![0]), ("right".into(), vec![1])];
     let mesh = Mesh::new(raw, 1.0).expect("a mesh");
-    let light = Constants { density: 1000.0, ..STEEL };
-    let materials =
-        Materials::by_group(&mesh, &[("left", STEEL), ("right", light)], None).expect("materials");
-    let p = MassProperties::new(&mesh, &materials);
-    assert!((p.mass - 0.5 * 8850.0).abs() < 1e-9);
-    let rest = Materials::by_group(&mesh, &[("left", STEEL)], Some(light)).expect("materials");
-    assert_eq!(rest.of(1).density.to_bits(), light.density.to_bits());
-    let missing =
-        Materials::by_group(&mesh, &[("left", STEEL)], None).expect_err("one group is missing").to_string();
+    let light = Material::new(210e9, 0.3, 1000.0).expect("constants");
+    let materials = mesh.materials(&[("left", steel()), ("right", light)], None).expect("materials");
+    let p = integrals(&mesh, &|e| materials.on(e).density());
+    assert!((p.volume - 0.5 * 8850.0).abs() < 1e-9);
+    let rest = mesh.materials(&[("left", steel())], Some(light)).expect("materials");
+    assert_eq!(rest.on(1), &light);
+    let missing = mesh.materials(&[("left", steel())], None).expect_err("one group is missing").to_string();
     assert!(missing.contains("element 2 is in 0"), "{missing}");
-    let unknown = Materials::by_group(&mesh, &[("top", STEEL)], None).expect_err("unknown").to_string();
+    let unknown = mesh.materials(&[("top", steel())], None).expect_err("unknown").to_string();
     assert!(unknown.contains("\"top\"") && unknown.contains("left, right"), "{unknown}");
 }

@@ -6,9 +6,11 @@
 
 use crate::SplineError;
 use crate::elasticity::Model;
+use crate::mapping::PointMap;
 use crate::nurbs::patch::PointBasis;
 use crate::nurbs::{Patch, Shape};
 use crate::quadrature::{GaussRule, MAX_GAUSS};
+use crate::space::{GridBasis, Integrand, Space};
 
 /// Integrals over a body, in the axes of its frame in space.
 ///
@@ -39,6 +41,32 @@ impl MassProperties {
         if !(sum.volume > 0.0 && sum.volume.is_finite() && moments.into_iter().all(|x| x.is_finite())) {
             let reason = "must be positive, and it and its moments finite";
             return Err(SplineError::Dimension { name: "volume", value: sum.volume, reason });
+        }
+        Ok(sum)
+    }
+
+    /// Integrals over the elements of `space` by the rules of their masses, each multiplied by what `factor` has for the element: one, or a
+    /// density, which makes masses of the volumes.
+    ///
+    /// # Errors
+    /// [`SplineError::Folded`] where the Jacobian determinant is not positive.
+    pub fn of_space(
+        space: &dyn Space,
+        model: &Model,
+        factor: &dyn Fn(usize) -> f64,
+    ) -> Result<Self, SplineError> {
+        let (mut sum, mut basis) = (Self::default(), GridBasis::default());
+        let (mut active, mut places) = (Vec::new(), Vec::new());
+        for e in 0..space.n_elements() {
+            space.tabulate(e, Integrand::Mass, &mut basis);
+            space.active_functions(e, &mut active);
+            places.clear();
+            places.extend(active.iter().map(|&a| space.control_points()[a as usize]));
+            for q in 0..basis.n_points {
+                let map = PointMap::new(space.dimension(), &places, basis.values_at(q), basis.first_at(q));
+                let volume = basis.weights[q] * map.volume_ratio(basis.parameters[q])?;
+                sum.add_point(factor(e) * volume * model.measure(&map.position), &map.position, model);
+            }
         }
         Ok(sum)
     }

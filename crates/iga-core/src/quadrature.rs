@@ -1,6 +1,7 @@
 //! Gauss-Legendre and Gauss-Lobatto quadrature (theory Eqs. E.9, C.52).
 
 use std::f64::consts::PI;
+use std::sync::OnceLock;
 
 /// Largest number of points per direction that [`GaussRule::new`] builds.
 pub const MAX_GAUSS: usize = 16;
@@ -44,6 +45,15 @@ impl GaussRule {
     /// Rules with 1, 2, … [`MAX_GAUSS`] points; entry `n - 1` has `n` points.
     pub fn all() -> Vec<Self> {
         (1..=MAX_GAUSS).map(Self::new).collect()
+    }
+
+    /// The rule with `n` points, computed once.
+    ///
+    /// # Panics
+    /// Unless `1 <= n <= 16`.
+    pub fn with(n: usize) -> &'static Self {
+        static ALL: OnceLock<Vec<GaussRule>> = OnceLock::new();
+        &ALL.get_or_init(Self::all)[n - 1]
     }
 
     /// Number of points.

@@ -179,10 +179,11 @@ impl RecoveryWorkspace {
         self.nodes.extend(self.active.iter().map(|&a| space.control_points()[a as usize]));
         let (mut point, mut is_at_side) = (*xi, false);
         let element = space.element(e);
-        for (x, (lower, upper)) in point.iter_mut().zip(element.lower.iter().zip(&element.upper)) {
+        for (x, (lower, upper)) in point.iter().zip(element.lower.iter().zip(&element.upper)) {
             is_at_side |= (*x - lower).min(upper - *x) < SINGULAR_STEP * (upper - lower);
-            *x += SINGULAR_STEP * (0.5 * (lower + upper) - *x);
         }
+        let centre = element.centre();
+        point.iter_mut().zip(centre).for_each(|(x, middle)| *x += SINGULAR_STEP * (middle - *x));
         let map = self.map(space, e, xi);
         if !is_at_side {
             map.volume_ratio(*xi)?;

@@ -8,7 +8,7 @@ use iga_core::mapping::PointMap;
 use iga_core::nurbs::Patch;
 use iga_core::quadrature::GaussRule;
 use iga_core::recovery::RecoveryWorkspace;
-use iga_core::space::{GridBasis, PatchSpace, Space};
+use iga_core::space::{GridBasis, PatchSpace, Space, SplineSpace};
 
 const THICKNESS: f64 = 0.02;
 const PLANE: [Model; 2] =

@@ -8,7 +8,7 @@ use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::interface::FaceId;
 use iga_core::nurbs::patch::PointBasis;
-use iga_core::space::{Element, GridBasis, PatchSpace, Space};
+use iga_core::space::{Element, GridBasis, Integrand, PatchSpace, Space, SplineSpace, tabulate_spline};
 
 /// Half disc in `(r, z)` with both ends of the arc collapsed onto the axis: polar coordinates, centre collapsed too.
 fn polar_half_disc() -> Patch {
@@ -118,17 +118,23 @@ impl Space for General<'_> {
     fn element(&self, e: usize) -> Element {
         self.0.element(e)
     }
-    fn find_element(&self, patch: usize, xi: &[f64; 3]) -> usize {
-        self.0.find_element(patch, xi)
-    }
-    fn gauss_counts(&self, e: usize) -> [usize; 3] {
-        self.0.gauss_counts(e)
+    fn tabulate(&self, e: usize, integrand: Integrand, out: &mut GridBasis) {
+        tabulate_spline(self, e, integrand, out);
     }
     fn active_functions(&self, e: usize, out: &mut Vec<u32>) {
         self.0.active_functions(e, out);
     }
     fn evaluate(&self, e: usize, xi: &[f64; 3], n_derivatives: usize, out: &mut PointBasis) {
         self.0.evaluate(e, xi, n_derivatives, out);
+    }
+}
+
+impl SplineSpace for General<'_> {
+    fn find_element(&self, patch: usize, xi: &[f64; 3]) -> usize {
+        self.0.find_element(patch, xi)
+    }
+    fn gauss_counts(&self, e: usize) -> [usize; 3] {
+        self.0.gauss_counts(e)
     }
     fn greville(&self, face: FaceId) -> Vec<(u32, [f64; 3])> {
         self.0.greville(face)

@@ -11,7 +11,7 @@ use iga_core::nurbs::primitives::round::{self, Round};
 use iga_core::nurbs::primitives::rounded_box::rounded_box;
 use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, profile, solid, sphere};
 use iga_core::recovery::RecoveryWorkspace;
-use iga_core::space::{PatchSpace, Space};
+use iga_core::space::{PatchSpace, Space, SplineSpace};
 use iga_core::surface::Face;
 
 const YOUNG: f64 = 72.8e9;

@@ -6,7 +6,7 @@ use iga_core::elasticity::kinematics::PointState;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::Patch;
 use iga_core::recovery::RecoveryWorkspace;
-use iga_core::space::{PatchSpace, Space};
+use iga_core::space::{PatchSpace, Space, SplineSpace};
 
 fn steel() -> Material {
     Material::new(210e9, 0.3, 7850.0).unwrap()

@@ -4,7 +4,7 @@ use contact_qs::points::DofLookup;
 use ffr_dynamics::body::{Dof, RigidMotion};
 use iga_core::elasticity::Model;
 use iga_core::nurbs::{Patch, Shape};
-use iga_core::space::Space;
+use iga_core::space::SplineSpace;
 
 use super::rigid_motion;
 use crate::error::AdaptiveError;
@@ -19,7 +19,7 @@ pub struct Discretised<'a> {
     /// Its patches: those of a plain space, of a hierarchical one the coarsest.
     pub patches: &'a [Patch],
     /// Functions.
-    pub space: &'a dyn Space,
+    pub space: &'a dyn SplineSpace,
     /// Kinematics.
     pub model: &'a Model,
     /// The unknowns, sorted by node, then component.

@@ -12,7 +12,7 @@ use ffr_dynamics::reduction::dense;
 use ffr_dynamics::reduction::modal::ReducedBasis;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::quadrature::GaussRule;
-use iga_core::space::Space;
+use iga_core::space::{Space, SplineSpace};
 
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;

@@ -8,7 +8,7 @@ use std::fmt;
 
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
-use iga_core::elasticity::{Material, Model};
+use iga_core::elasticity::{Material, MaterialField, Model};
 use iga_core::mass_properties::MassProperties;
 use iga_core::nurbs::SAME_PLACE;
 use iga_core::surface::{BodySurface, Face};
@@ -423,9 +423,11 @@ fn slowest_bar(body: &BodyKind) -> Option<f64> {
 fn inertia_of_mesh(body: &MeshedSpec) -> (RigidMotion, f64, Vector3<f64>, Matrix3<f64>, f64) {
     let unknown = (RigidMotion::Spatial, f64::INFINITY, Vector3::zeros(), Matrix3::identity(), 0.0);
     let (Ok(materials), Some(slowest)) = (body.materials(), body.slowest_material()) else { return unknown };
-    let found = fe_mesh::mass_properties::MassProperties::new(&body.mesh, &materials);
-    let mobility = body.mesh.size() / (found.mass * bar_speed(slowest));
-    (RigidMotion::Spatial, found.mass, found.centre, found.inertia, mobility)
+    let density = |e: usize| materials.on(e).density();
+    let Ok(found) = MassProperties::of_space(&body.space(), &Model::Solid, &density) else { return unknown };
+    let mobility = body.mesh.size() / (found.volume * bar_speed(slowest));
+    let inertia = Matrix3::from(found.central_inertia());
+    (RigidMotion::Spatial, found.volume, Vector3::from(found.centre()), inertia, mobility)
 }
 
 /// Motions, mass, centre, central inertia, inverse impedance `L / (rho c V)` of a body: that of a bar as long as the body.

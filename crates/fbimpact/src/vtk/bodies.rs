@@ -201,12 +201,13 @@ impl Drawn<'_> {
     /// [`AppError::Model`] where the geometry is folded.
     pub fn grid(&self, pose: &Pose, view: View) -> Result<Grid, AppError> {
         let fields = (&self.displacement[..], &self.rate[..]);
-        match self.geometry {
-            DrawnGeometry::Splines(geometry) => grid(geometry, pose, fields, view).map_err(|source| {
-                AppError::model(AdaptiveError::Geometry { body: self.body.name.clone(), source })
-            }),
-            DrawnGeometry::Mesh(geometry) => Ok(geometry.grid(pose, fields, view)),
-        }
+        let grid = match self.geometry {
+            DrawnGeometry::Splines(geometry) => grid(geometry, pose, fields, view),
+            DrawnGeometry::Mesh(geometry) => geometry.grid(pose, fields, view),
+        };
+        grid.map_err(|source| {
+            AppError::model(AdaptiveError::Geometry { body: self.body.name.clone(), source })
+        })
     }
 
     /// Functions that are not zero at an undeformed point of the body, in the model's components; none for a rigid body.

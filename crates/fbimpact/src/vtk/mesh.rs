@@ -2,15 +2,17 @@
 
 use std::sync::Arc;
 
-use fe_mesh::matrices::Materials;
-use fe_mesh::{ElementKind, Mesh};
+use fe_mesh::rules::MassRule;
+use fe_mesh::{ElementKind, Mesh, MeshSpace};
 use ffr_dynamics::body::RigidMotion;
+use iga_core::SplineError;
+use iga_core::elasticity::ElementMaterials;
 use iga_core::elasticity::kinematics::von_mises;
 
 use super::assemble::{View, placed};
 use super::grid::Grid;
 use super::revolution::ArcNode;
-use super::tensor::rotated;
+use super::tensor::{in_body, rotated};
 use crate::replay::states::Pose;
 
 /// Mesh and materials of a body.
@@ -19,7 +21,7 @@ pub struct MeshGeometry {
     /// Its mesh.
     pub mesh: Arc<Mesh>,
     /// Materials of its elements.
-    pub materials: Materials,
+    pub materials: ElementMaterials,
 }
 
 /// VTK's type of a cell, and for each of its nodes the place in the element where the order differs.
@@ -44,15 +46,22 @@ fn cell(kind: ElementKind) -> (u8, Option<[usize; 27]>) {
 impl MeshGeometry {
     /// The grid of the body with the displacements `displacement` \[m\] and their rates [m/s], three per node; stress is that of the nodes, averaged over
     /// their elements.
-    pub fn grid(&self, pose: &Pose, (displacement, rate): (&[f64], &[f64]), view: View) -> Grid {
+    ///
+    /// # Errors
+    /// [`SplineError::Folded`] where an element is folded.
+    pub fn grid(
+        &self,
+        pose: &Pose,
+        (displacement, rate): (&[f64], &[f64]),
+        view: View,
+    ) -> Result<Grid, SplineError> {
         let mut grid = grid(&self.mesh, pose, (displacement, rate), view);
-        for stress in self.mesh.nodal_stress(&self.materials, displacement) {
-            let s = &stress;
-            let listed = [s[(0, 0)], s[(1, 1)], s[(2, 2)], s[(0, 1)], s[(1, 2)], s[(0, 2)]];
-            grid.von_mises.push([von_mises(&listed)]);
-            grid.stress.push(rotated(s, &pose.rotation));
+        let space = MeshSpace::new(&self.mesh, MassRule::Exact);
+        for stress in space.nodal_stress(&self.materials, displacement)? {
+            grid.von_mises.push([von_mises(&stress)]);
+            grid.stress.push(rotated(&in_body(RigidMotion::Spatial, &stress), &pose.rotation));
         }
-        grid
+        Ok(grid)
     }
 }
 

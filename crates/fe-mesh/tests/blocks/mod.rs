@@ -4,6 +4,26 @@ use std::collections::BTreeMap;
 
 use fe_mesh::kind::{ElementKind, Form};
 use fe_mesh::raw::{Elements, FaceSource, RawMesh};
+use fe_mesh::rules::MassRule;
+use fe_mesh::{Mesh, MeshSpace};
+use iga_core::elasticity::{Material, Model};
+use iga_core::mass_properties::MassProperties;
+
+/// Steel.
+pub fn steel() -> Material {
+    Material::new(210e9, 0.3, 7850.0).expect("constants of steel")
+}
+
+/// Integrals of `mesh`, of every element times `factor`.
+pub fn integrals(mesh: &Mesh, factor: &dyn Fn(usize) -> f64) -> MassProperties {
+    let space = MeshSpace::new(mesh, MassRule::Exact);
+    MassProperties::of_space(&space, &Model::Solid, factor).expect("no element is folded")
+}
+
+/// Volume of `mesh`.
+pub fn volume(mesh: &Mesh) -> f64 {
+    integrals(mesh, &|_| 1.0).volume
+}
 
 /// Corners of the elements into which a unit cube is cut.
 fn pieces(form: Form) -> Vec<Vec<[usize; 3]>> {

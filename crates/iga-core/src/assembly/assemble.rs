@@ -10,8 +10,7 @@ use super::mass;
 use super::pattern::{Connectivity, NodePattern, Unknowns, index};
 use super::stiffness::{add_columns, axisymmetric_block, solid_block};
 use crate::SplineError;
-use crate::elasticity::{Material, Model};
-use crate::quadrature::GaussRule;
+use crate::elasticity::{MaterialField, Model};
 use crate::space::Space;
 
 /// Memory for the products of one batch \[bytes\]; large enough to keep every thread busy, small enough for the cache.
@@ -34,7 +33,7 @@ pub struct AssembledMatrices {
     pub dofs: Vec<(u32, u8)>,
 }
 
-/// Assembles stiffness and mass of `model` on `space` (theory Eq. E.10 to E.12), on the threads of the current rayon pool.
+/// Assembles stiffness and mass of `model` on `space`, whose elements are of `materials` (theory Eq. E.10 to E.12), on the threads of the current rayon pool.
 ///
 /// The result does not depend on the number of threads, to the last bit.
 ///
@@ -47,7 +46,7 @@ pub struct AssembledMatrices {
 pub fn assemble(
     space: &dyn Space,
     model: &Model,
-    material: &Material,
+    materials: &dyn MaterialField,
 ) -> Result<AssembledMatrices, SplineError> {
     assert_eq!(space.dimension(), model.dimension(), "parametric directions of space and model");
     model.validate()?;
@@ -57,7 +56,7 @@ pub fn assemble(
     let (columns, rows) = scalar_pattern(&pattern, &unknowns)?;
     let mut target = Target {
         model,
-        material,
+        materials,
         stiffness: vec![0.0; rows.len()],
         mass: vec![0.0; pattern.rows.len()],
         columns,
@@ -113,7 +112,7 @@ fn scalar_pattern(pattern: &NodePattern, unknowns: &Unknowns) -> Result<(Vec<u32
 /// The matrices under construction.
 struct Target<'a> {
     model: &'a Model,
-    material: &'a Material,
+    materials: &'a dyn MaterialField,
     pattern: NodePattern,
     unknowns: Unknowns,
     columns: Vec<u32>,
@@ -152,7 +151,6 @@ impl Target<'_> {
         let bytes = |e| 8 * connectivity.functions(e).len().pow(2) * (n_rows(self.model).pow(2) + 1);
         let batches = batches(space.n_elements(), n_parts, bytes);
         let most = batches.iter().map(Range::len).max().unwrap_or_default();
-        let rules = GaussRule::all();
         let mut slots: Vec<ElementProducts> = std::iter::repeat_with(Default::default).take(most).collect();
         let mut workers: Vec<Workspace> = std::iter::repeat_with(Default::default).take(n_parts).collect();
         let zeros = vec![0; space.n_functions()];
@@ -163,7 +161,8 @@ impl Target<'_> {
             let size = slots.len().div_ceil(n_parts);
             slots.par_chunks_mut(size).enumerate().zip(&mut workers).try_for_each(|((part, chunk), w)| {
                 chunk.iter_mut().enumerate().try_for_each(|(i, slot)| {
-                    w.products(space, self.model, &rules, batch.start + part * size + i, slot)
+                    let e = batch.start + part * size + i;
+                    w.products(space, self.model, self.materials.on(e), e, slot)
                 })
             })?;
             self.scatter(slots, &mut contributions, &mut tables);
@@ -202,13 +201,12 @@ impl Target<'_> {
         }
         let size = tasks.len().div_ceil(tables.len()).max(1);
         let (pattern, unknowns) = (&self.pattern, &self.unknowns);
-        let (lambda, mu) = self.model.lame(self.material);
-        let density = self.material.density();
         tasks.par_chunks_mut(size).zip(tables).for_each(|(tasks, table)| {
             for task in tasks {
                 table.load(task.node as usize, pattern, unknowns);
                 for c in task.contributions {
                     let (element, own) = (&slots[c.slot as usize], c.own as usize);
+                    let (lambda, mu, density) = element.constants;
                     mass::add_column(element, own, density, &table.position, task.mass);
                     let (offset, values) = (&table.offset[..], &mut *task.stiffness);
                     match self.model {

@@ -4,10 +4,9 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 
 use crate::SplineError;
-use crate::elasticity::Model;
+use crate::elasticity::{Material, Model};
 use crate::mapping::PointMap;
-use crate::quadrature::GaussRule;
-use crate::space::{GridBasis, Space};
+use crate::space::{GridBasis, Integrand, Space};
 
 /// Columns of a Gram product that are computed at once; rows above such a block are left out.
 const GRAM_BLOCK: usize = 48;
@@ -20,6 +19,8 @@ pub(crate) struct ElementProducts {
     /// Gradient products `H = ∫ g_A,i g_B,j dV`, column-major of size `(n_rows n)²`, entry `(A, i)` at `n_rows A + i`.
     /// `g` are the physical derivatives and, axisymmetric, `R / r` as third row. Valid for `A >= B`.
     pub gradients: Vec<f64>,
+    /// Lamé constants of the model there \[Pa\] and density [kg/m³].
+    pub constants: (f64, f64, f64),
     /// Value products `∫ R_A R_B dV`, column-major `n x n`, valid for `A >= B`.
     pub values: Vec<f64>,
 }
@@ -43,7 +44,6 @@ pub(crate) struct Workspace {
     place: Vec<usize>,
     order: Vec<usize>,
     nodes: Vec<[f64; 3]>,
-    grid: [Vec<f64>; 3],
     gradients: Vec<f64>,
     values: Vec<f64>,
     roots: Vec<f64>,
@@ -58,7 +58,7 @@ pub(crate) fn n_rows(model: &Model) -> usize {
 }
 
 impl Workspace {
-    /// Fills `out` with the products of element `e`.
+    /// Fills `out` with the products of element `e`, which is of `material`.
     ///
     /// # Errors
     /// [`SplineError::Folded`] where the Jacobian determinant is not positive, [`SplineError::Radius`] where a point of an
@@ -67,18 +67,23 @@ impl Workspace {
         &mut self,
         space: &dyn Space,
         model: &Model,
-        rules: &[GaussRule],
+        material: &Material,
         e: usize,
         out: &mut ElementProducts,
     ) -> Result<(), SplineError> {
-        self.evaluate(space, model, rules, e, &mut out.nodes)?;
-        let (n, n_points) = (self.active.len(), self.basis.n_points);
-        gram(&self.gradients, n_rows(model) * n, n_points, &mut out.gradients);
-        gram(&self.values, n, n_points, &mut out.values);
+        let (lambda, mu) = model.lame(material);
+        out.constants = (lambda, mu, material.density());
+        self.evaluate(space, model, (e, Integrand::Stiffness), &mut out.nodes)?;
+        let n = self.active.len();
+        gram(&self.gradients, n_rows(model) * n, self.basis.n_points, &mut out.gradients);
+        if !space.has_one_rule(e) {
+            self.evaluate(space, model, (e, Integrand::Mass), &mut out.nodes)?;
+        }
+        gram(&self.values, n, self.basis.n_points, &mut out.values);
         Ok(())
     }
 
-    /// Values and gradients of the functions of element `e` at its Gauss points, times the root of the volume that each point
+    /// Values and gradients of the functions of element `e` at the points of a rule, times the root of the volume that each point
     /// stands for; `nodes` receives their global numbers, rising.
     ///
     /// # Errors
@@ -87,39 +92,16 @@ impl Workspace {
         &mut self,
         space: &dyn Space,
         model: &Model,
-        rules: &[GaussRule],
-        e: usize,
+        (e, integrand): (usize, Integrand),
         nodes: &mut Vec<u32>,
     ) -> Result<(), SplineError> {
-        let rule = space.gauss_counts(e).map(|n| &rules[n - 1]);
-        let element = space.element(e);
-        let mut scale = 1.0;
-        for (d, (grid, rule)) in self.grid.iter_mut().zip(rule).enumerate() {
-            grid.clear();
-            if d < space.dimension() {
-                rule.points_on(element.lower[d], element.upper[d], grid);
-                scale *= 0.5 * (element.upper[d] - element.lower[d]);
-            } else {
-                grid.push(0.0);
-            }
-        }
-        space.evaluate_grid(e, self.grid.each_ref().map(Vec::as_slice), &mut self.basis);
+        space.tabulate(e, integrand, &mut self.basis);
         self.sort_functions(space, e, nodes);
         let (n, rows) = (self.active.len(), n_rows(model));
         self.gradients.resize(rows * n * self.basis.n_points, 0.0);
         self.values.resize(n * self.basis.n_points, 0.0);
         self.roots.resize(self.basis.n_points, 0.0);
-        let counts = self.grid.each_ref().map(Vec::len);
-        for q in 0..self.basis.n_points {
-            let index = [q % counts[0], q / counts[0] % counts[1], q / (counts[0] * counts[1])];
-            let mut weight = scale;
-            for d in 0..space.dimension() {
-                weight *= rule[d].weights[index[d]];
-            }
-            let parameters = [0, 1, 2].map(|d| self.grid[d][index[d]]);
-            self.point(model, q, weight, parameters)?;
-        }
-        Ok(())
+        (0..self.basis.n_points).try_for_each(|q| self.point(model, q))
     }
 
     /// Number of Gauss points of the element evaluated last.
@@ -152,14 +134,9 @@ impl Workspace {
     }
 
     /// Column `q` of the factors: values and gradients times the root of the volume that the point stands for.
-    fn point(
-        &mut self,
-        model: &Model,
-        q: usize,
-        weight: f64,
-        parameters: [f64; 3],
-    ) -> Result<(), SplineError> {
+    fn point(&mut self, model: &Model, q: usize) -> Result<(), SplineError> {
         let dimension = model.dimension();
+        let (weight, parameters) = (self.basis.weights[q], self.basis.parameters[q]);
         let (values, first) = (self.basis.values_at(q), self.basis.first_at(q));
         let map = PointMap::new(dimension, &self.nodes, values, first);
         let ratio = map.volume_ratio(parameters)?;

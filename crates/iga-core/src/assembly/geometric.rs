@@ -9,9 +9,8 @@ use super::element::Workspace;
 use super::pattern::{Connectivity, NodePattern};
 use crate::SplineError;
 use crate::elasticity::kinematics::PointState;
-use crate::elasticity::{Material, Model};
-use crate::quadrature::GaussRule;
-use crate::space::Space;
+use crate::elasticity::{Material, MaterialField, Model};
+use crate::space::{Integrand, Space};
 
 /// Elements whose products are kept at a time, per thread.
 const BATCH: usize = 16;
@@ -33,7 +32,7 @@ const BATCH: usize = 16;
 pub fn geometric_stiffness(
     space: &dyn Space,
     model: &Model,
-    material: &Material,
+    materials: &dyn MaterialField,
     fields: &[Vec<f64>],
 ) -> Result<Vec<SparseColMat<u32, f64>>, SplineError> {
     assert!(*model != Model::Axisymmetric, "an axisymmetric body has no geometric stiffness node by node");
@@ -43,7 +42,6 @@ pub fn geometric_stiffness(
     model.validate()?;
     let connectivity = Connectivity::new(space);
     let pattern = NodePattern::new(&connectivity, n_nodes)?;
-    let rules = GaussRule::all();
     let mut values = vec![vec![0.0; pattern.rows.len()]; fields.len()];
     let threads = rayon::current_num_threads();
     let mut slots: Vec<Slot> = std::iter::repeat_with(Slot::default).take(BATCH * threads).collect();
@@ -54,11 +52,11 @@ pub fn geometric_stiffness(
         let fill = |(part, (slots, worker)): (usize, (&mut [Slot], &mut Worker))| {
             slots.iter_mut().enumerate().try_for_each(|(i, slot)| {
                 let e = start + part * BATCH + i;
-                worker.work.evaluate(space, model, &rules, e, &mut slot.nodes)?;
+                worker.work.evaluate(space, model, (e, Integrand::Stiffness), &mut slot.nodes)?;
                 slot.products.resize_with(fields.len(), Vec::new);
                 worker.sort_gradients(model.dimension(), slot.nodes.len());
                 for (field, product) in fields.iter().zip(&mut slot.products) {
-                    worker.product(model, material, &slot.nodes, field, product);
+                    worker.product(model, materials.on(e), &slot.nodes, field, product);
                 }
                 Ok::<(), SplineError>(())
             })

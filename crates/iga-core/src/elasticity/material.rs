@@ -57,6 +57,45 @@ impl Material {
     }
 }
 
+/// Materials of the elements of a body; a single one is that of all.
+pub trait MaterialField: Sync {
+    /// The material of element `e`.
+    fn on(&self, e: usize) -> &Material;
+}
+
+impl MaterialField for Material {
+    fn on(&self, _e: usize) -> &Material {
+        self
+    }
+}
+
+/// Several materials, each in some of the elements.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ElementMaterials {
+    materials: Vec<Material>,
+    of_element: Vec<u16>,
+}
+
+impl ElementMaterials {
+    /// Of every element the place of its material among `materials`.
+    pub fn new(materials: Vec<Material>, of_element: Vec<u16>) -> Self {
+        Self { materials, of_element }
+    }
+
+    /// The materials of elements that are parts of `parents`.
+    #[must_use]
+    pub fn of_parts(&self, parents: &[u32]) -> Self {
+        let of_element = parents.iter().map(|&e| self.of_element[e as usize]).collect();
+        Self { materials: self.materials.clone(), of_element }
+    }
+}
+
+impl MaterialField for ElementMaterials {
+    fn on(&self, e: usize) -> &Material {
+        &self.materials[usize::from(self.of_element[e])]
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,5 +4,5 @@ pub mod material;
 pub mod model;
 pub mod kinematics;
 
-pub use material::Material;
+pub use material::{ElementMaterials, Material, MaterialField};
 pub use model::Model;

@@ -7,7 +7,7 @@ use crate::nurbs::Shape;
 use crate::nurbs::interface::FaceId;
 use crate::nurbs::patch::PointBasis;
 use crate::quadrature::GaussRule;
-use crate::space::Space;
+use crate::space::SplineSpace;
 use crate::surface::Face;
 
 /// Gauss points of the elements of `space` on the face called `name`: `count` of an element per direction, in `parts` parts.
@@ -16,7 +16,7 @@ use crate::surface::Face;
 /// [`SplineError::UnknownFace`] with the names that there are.
 pub fn points(
     shape: &Shape,
-    space: &dyn Space,
+    space: &dyn SplineSpace,
     model: &Model,
     name: &str,
     count: impl Fn(usize) -> [usize; 3],

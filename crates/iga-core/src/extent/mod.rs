@@ -14,7 +14,7 @@ use crate::nurbs::Shape;
 use crate::nurbs::jet::{diagonal, norm};
 use crate::nurbs::patch::PointBasis;
 use crate::quadrature::GaussRule;
-use crate::space::{PatchSpace, Space};
+use crate::space::{PatchSpace, SplineSpace};
 use crate::surface::BodySurface;
 
 /// A part of a body.
@@ -67,7 +67,7 @@ impl Extent {
     pub fn points(
         &self,
         shape: &Shape,
-        space: &dyn Space,
+        space: &dyn SplineSpace,
         model: &Model,
     ) -> Result<Vec<ExtentPoint>, SplineError> {
         let points = match self {
@@ -117,7 +117,7 @@ impl Extent {
     pub fn longest_element(
         &self,
         shape: &Shape,
-        space: &dyn Space,
+        space: &dyn SplineSpace,
         model: &Model,
     ) -> Result<Option<f64>, SplineError> {
         if matches!(self, Self::Face(_)) {
@@ -142,7 +142,7 @@ impl Extent {
 }
 
 /// Sides of an element as they are at the parameters `xi` in it, zero along directions that the space does not have \[m\].
-fn sides(shape: &Shape, space: &dyn Space, element: usize, xi: &[f64; 3]) -> [f64; 3] {
+fn sides(shape: &Shape, space: &dyn SplineSpace, element: usize, xi: &[f64; 3]) -> [f64; 3] {
     let element = space.element(element);
     let jet = shape.patches[element.patch].jet(xi, 1, &mut PointBasis::default());
     std::array::from_fn(|d| {
@@ -153,7 +153,7 @@ fn sides(shape: &Shape, space: &dyn Space, element: usize, xi: &[f64; 3]) -> [f6
 /// Points of a disc or ball.
 fn around(
     shape: &Shape,
-    space: &dyn Space,
+    space: &dyn SplineSpace,
     model: &Model,
     point: &[f64; 3],
     radius: f64,
@@ -174,7 +174,7 @@ fn around(
 /// A disc or ball on a body.
 struct Around<'a> {
     shape: &'a Shape,
-    space: &'a dyn Space,
+    space: &'a dyn SplineSpace,
     model: &'a Model,
     point: [f64; 3],
     radius: f64,

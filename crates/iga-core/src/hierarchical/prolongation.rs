@@ -8,7 +8,7 @@ use super::space::HierarchicalSpace;
 use super::two_scale::TwoScale;
 use crate::SplineError;
 use crate::nurbs::jet::diagonal;
-use crate::space::Space;
+use crate::space::{Space, SplineSpace};
 use crate::spline_fault::{ContainmentFault, LevelFault};
 
 /// Difference of control points (relative to the body) and of weights above which the geometries are not the same:

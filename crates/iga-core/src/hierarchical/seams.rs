@@ -5,7 +5,7 @@ use super::space::HierarchicalSpace;
 use super::ties::CollapsedSet;
 use crate::SplineError;
 use crate::nurbs::patch::PointBasis;
-use crate::space::Space;
+use crate::space::{Space, SplineSpace};
 
 /// Largest difference of a function between the two sides: round-off of nets with twelve good digits.
 const AGREEMENT: f64 = 1e-9;

@@ -2,7 +2,7 @@
 
 use super::basis::HierarchicalBasis;
 use super::domain::{Leaf, Level, SubdomainHierarchy};
-use super::extraction::Extraction;
+use super::extraction::extraction;
 use super::neighbours::Neighbours;
 use super::numbering::{Numbering, Part, first_of_groups};
 use super::ties::PatchTies;
@@ -13,7 +13,9 @@ use crate::nurbs::Patch;
 use crate::nurbs::interface::FaceId;
 use crate::nurbs::jet::dot;
 use crate::nurbs::patch::{PointBasis, SECOND_DERIVATIVES, make_rational};
-use crate::space::{Element, PatchSpace, Space};
+use crate::space::{
+    Cell, Element, GridBasis, Integrand, PatchSpace, Rows, Space, SplineSpace, tabulate_spline,
+};
 use crate::spline_fault::LevelFault;
 use crate::tensor;
 
@@ -30,7 +32,7 @@ pub struct HierarchicalSpace {
     numbering: Numbering,
     weights: Vec<f64>,
     leaves: Vec<Leaf>,
-    extraction: Extraction,
+    rows: Rows,
 }
 
 impl HierarchicalSpace {
@@ -60,8 +62,8 @@ impl HierarchicalSpace {
         let numbering = Numbering::new(patches, &parts, &neighbours)?;
         let weights = numbering.representatives.iter().map(|&f| numbering.weights[f as usize]).collect();
         let leaves: Vec<Leaf> = parts.iter().flat_map(|part| part.basis.hierarchy().leaves()).collect();
-        let extraction = Extraction::new(&parts, &leaves, &numbering);
-        let space = Self { parts, neighbours, numbering, weights, leaves, extraction };
+        let rows = extraction(&parts, &leaves, &numbering);
+        let space = Self { parts, neighbours, numbering, weights, leaves, rows };
         space.check_seams()?;
         Ok(space)
     }
@@ -168,23 +170,23 @@ impl HierarchicalSpace {
 
     /// Functions active on element `e`.
     pub fn functions_on(&self, e: usize) -> &[u32] {
-        self.extraction.functions_on(e)
+        self.rows.functions(e)
     }
 
     /// Whether the functions of element `e` are the B-splines of its level, one by one.
     pub fn is_single_level(&self, e: usize) -> bool {
-        self.extraction.is_plain(e)
+        self.rows.is_plain(e)
     }
 
     /// Number of stored coefficients of all extraction operators.
     pub fn n_stored(&self) -> usize {
-        self.extraction.n_stored()
+        self.rows.n_stored()
     }
 
     /// Entries of local function `row` of element `e`, which is not single-level: local B-splines and weighted
     /// coefficients.
     pub(super) fn row(&self, e: usize, row: usize) -> (&[u16], &[f64]) {
-        self.extraction.row(e, row)
+        self.rows.row(e, row)
     }
 
     /// Values and derivatives of the B-splines of an element's level, as rows of a table per direction.
@@ -297,17 +299,17 @@ impl Tables {
         }
     }
 
-    /// Fills the lists behind entry `from` with the tensor-product functions.
-    fn fill(&self, n_derivatives: usize, from: usize, out: &mut PointBasis) {
-        self.product([0; 3], |i, v| out.values[from + i] = v);
+    /// Fills the lists with the tensor-product functions.
+    fn fill(&self, n_derivatives: usize, out: &mut PointBasis) {
+        self.product([0; 3], |i, v| out.values[i] = v);
         for d in 0..if n_derivatives >= 1 { self.dimension } else { 0 } {
             let order = std::array::from_fn(|k| usize::from(k == d));
-            self.product(order, |i, v| out.first[from + i][d] = v);
+            self.product(order, |i, v| out.first[i][d] = v);
         }
         for (s, &(a, b)) in SECOND_DERIVATIVES.iter().enumerate() {
             if n_derivatives >= 2 && b < self.dimension {
                 let order = std::array::from_fn(|k| usize::from(k == a) + usize::from(k == b));
-                self.product(order, |i, v| out.second[from + i][s] = v);
+                self.product(order, |i, v| out.second[i][s] = v);
             }
         }
     }
@@ -321,17 +323,6 @@ fn resize(out: &mut PointBasis, n: usize, n_derivatives: usize) {
     out.values.resize(n, 0.0);
     out.first.resize(if n_derivatives >= 1 { n } else { 0 }, [0.0; 3]);
     out.second.resize(if n_derivatives >= 2 { n } else { 0 }, [0.0; 6]);
-}
-
-/// Sum of `coefficients` times the entries `columns` of `list`.
-fn combine<const N: usize>(list: &[[f64; N]], columns: &[u16], coefficients: &[f64]) -> [f64; N] {
-    let mut sum = [0.0; N];
-    for (&c, v) in columns.iter().zip(coefficients) {
-        for (s, x) in sum.iter_mut().zip(&list[c as usize]) {
-            *s += v * x;
-        }
-    }
-    sum
 }
 
 impl Space for HierarchicalSpace {
@@ -375,9 +366,38 @@ impl Space for HierarchicalSpace {
         for (d, k) in self.level_of(e).knots().iter().enumerate() {
             (lower[d], upper[d]) = k.element(index[d]);
         }
-        Element { patch: self.patch_of(e), lower, upper }
+        Element { patch: self.patch_of(e), cell: Cell::Box, lower, upper }
     }
 
+    fn tabulate(&self, e: usize, integrand: Integrand, out: &mut GridBasis) {
+        tabulate_spline(self, e, integrand, out);
+    }
+
+    fn active_functions(&self, e: usize, out: &mut Vec<u32>) {
+        out.clear();
+        out.extend_from_slice(self.functions_on(e));
+    }
+
+    fn evaluate(&self, e: usize, xi: &[f64; 3], n_derivatives: usize, out: &mut PointBasis) {
+        debug_assert!(n_derivatives <= 2);
+        let tables = self.tables(e, xi, n_derivatives);
+        resize(out, tables.count(), n_derivatives);
+        tables.fill(n_derivatives, out);
+        if self.is_single_level(e) {
+            for (i, &f) in self.functions_on(e).iter().enumerate() {
+                let w = self.weights[f as usize];
+                out.values[i] *= w;
+                out.first.get_mut(i).into_iter().flatten().for_each(|v| *v *= w);
+                out.second.get_mut(i).into_iter().flatten().for_each(|v| *v *= w);
+            }
+        } else {
+            out.combine(&self.rows, e);
+        }
+        make_rational(out);
+    }
+}
+
+impl SplineSpace for HierarchicalSpace {
     fn find_element(&self, patch: usize, xi: &[f64; 3]) -> usize {
         let part = &self.parts[patch];
         part.first_element + part.basis.hierarchy().find_leaf(xi).1
@@ -396,47 +416,6 @@ impl Space for HierarchicalSpace {
             counts[d] = if is_smooth && p > 1 && self.is_single_level(e) { p } else { p + 1 };
         }
         counts
-    }
-
-    fn active_functions(&self, e: usize, out: &mut Vec<u32>) {
-        out.clear();
-        out.extend_from_slice(self.functions_on(e));
-    }
-
-    fn evaluate(&self, e: usize, xi: &[f64; 3], n_derivatives: usize, out: &mut PointBasis) {
-        debug_assert!(n_derivatives <= 2);
-        let tables = self.tables(e, xi, n_derivatives);
-        let functions = self.functions_on(e);
-        let n = functions.len();
-        if self.is_single_level(e) {
-            resize(out, n, n_derivatives);
-            tables.fill(n_derivatives, 0, out);
-            for (i, &f) in functions.iter().enumerate() {
-                let w = self.weights[f as usize];
-                out.values[i] *= w;
-                out.first.get_mut(i).into_iter().flatten().for_each(|v| *v *= w);
-                out.second.get_mut(i).into_iter().flatten().for_each(|v| *v *= w);
-            }
-        } else {
-            // The B-splines of the level stand behind the functions while these are made from them.
-            resize(out, n + tables.count(), n_derivatives);
-            tables.fill(n_derivatives, n, out);
-            for i in 0..n {
-                let (columns, coefficients) = self.row(e, i);
-                let terms = columns.iter().zip(coefficients);
-                out.values[i] = terms.map(|(&c, v)| v * out.values[n + c as usize]).sum();
-                if n_derivatives >= 1 {
-                    out.first[i] = combine(&out.first[n..], columns, coefficients);
-                }
-                if n_derivatives >= 2 {
-                    out.second[i] = combine(&out.second[n..], columns, coefficients);
-                }
-            }
-            out.values.truncate(n);
-            out.first.truncate(n);
-            out.second.truncate(n);
-        }
-        make_rational(out);
     }
 
     /// The abscissae of a function are those of the B-spline of its level that it was truncated from. Inside a region of one level, at

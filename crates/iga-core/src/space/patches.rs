@@ -1,7 +1,7 @@
 //! The space of one or more plain NURBS patches, with coincident boundary functions tied.
 
 use super::tie::coincident;
-use super::{Element, GridBasis, Space};
+use super::{Cell, Element, GridBasis, Integrand, Rows, Space, SplineSpace, tabulate_spline};
 use crate::SplineError;
 use crate::bspline::basis_derivatives;
 use crate::knots::{KnotVector, MAX_DEGREE};
@@ -26,8 +26,8 @@ pub struct PatchSpace {
     functions: Vec<Vec<u32>>,
     control_points: Vec<[f64; 3]>,
     anchors: Vec<[f64; 3]>,
-    /// Elements on which several net entries are one function: for each entry its place among the functions.
-    collapsed: Vec<Option<Box<[u16]>>>,
+    /// Rows of elements on which several net entries are one function.
+    rows: Rows,
     size: f64,
 }
 
@@ -69,10 +69,8 @@ impl PatchSpace {
             first_element.push(first_element[first_element.len() - 1] + patch.n_elements());
         }
         let size = diagonal(&control_points);
-        let collapsed = Vec::new();
-        let mut space = Self { patches, first_element, functions, control_points, anchors, collapsed, size };
-        space.collapsed = (0..space.n_elements()).map(|e| space.places(e)).collect();
-        Ok(space)
+        let rows = rows(&patches, &functions);
+        Ok(Self { patches, first_element, functions, control_points, anchors, rows, size })
     }
 
     /// The patches.
@@ -95,26 +93,33 @@ impl PatchSpace {
         let patch = self.first_element.partition_point(|&f| f <= e) - 1;
         (patch, e - self.first_element[patch])
     }
+}
 
-    /// Place of every local net entry among the functions of element `e`, if some entries are the same function.
-    fn places(&self, e: usize) -> Option<Box<[u16]>> {
-        let (patch, local) = self.locate(e);
-        let mut entries = Vec::new();
-        self.patches[patch].active_functions(local, &mut entries);
-        let numbers: Vec<u32> = entries.iter().map(|&i| self.functions[patch][i as usize]).collect();
-        let mut distinct = numbers.clone();
-        distinct.sort_unstable();
-        distinct.dedup();
-        if distinct.len() == numbers.len() {
-            return None;
+/// Rows of the elements on which several entries of the patches' nets are the same of their `functions`: sums of these entries.
+fn rows(patches: &[Patch], functions: &[Vec<u32>]) -> Rows {
+    let (mut rows, mut entries) = (Rows::default(), Vec::new());
+    for (patch, numbers) in patches.iter().zip(functions) {
+        for e in 0..patch.n_elements() {
+            entries.clear();
+            patch.active_functions(e, &mut entries);
+            let numbers: Vec<u32> = entries.iter().map(|&i| numbers[i as usize]).collect();
+            let mut distinct = numbers.clone();
+            distinct.sort_unstable();
+            distinct.dedup();
+            if distinct.len() == numbers.len() {
+                rows.push_plain([]);
+                continue;
+            }
+            let is_first = |(column, function): &(usize, &u32)| !numbers[..*column].contains(function);
+            let of = |f: u32| {
+                let columns = numbers.iter().enumerate().filter(move |(_, g)| **g == f);
+                columns.map(|(column, _)| (column as u16, 1.0))
+            };
+            let first = numbers.iter().enumerate().filter(is_first);
+            rows.push(first.map(|(_, &f)| (f, of(f))));
         }
-        let (mut seen, mut places) = (std::collections::HashMap::new(), Vec::new());
-        for f in numbers {
-            let next = seen.len() as u16;
-            places.push(*seen.entry(f).or_insert(next));
-        }
-        Some(places.into())
     }
+    rows
 }
 
 /// Element `e` of a patch, direction by direction.
@@ -134,33 +139,6 @@ fn boundary_entries(patch: &Patch) -> Vec<bool> {
         sizes.iter().zip(index).any(|(&n, k)| k == 0 || k + 1 == n)
     };
     (0..patch.n_functions()).map(is_end).collect()
-}
-
-/// Adds up entries of the same function, in place; a place is never behind its entry.
-fn merge<T>(entries: &mut [T], places: &[u16], add: impl Fn(&mut T, &T))
-where
-    T: Copy,
-{
-    let mut filled = 0;
-    for (i, &place) in places.iter().enumerate() {
-        let (place, entry) = (place as usize, entries[i]);
-        if place == filled {
-            entries[place] = entry;
-            filled += 1;
-        } else {
-            add(&mut entries[place], &entry);
-        }
-    }
-}
-
-fn add_each<const N: usize>(sum: &mut [f64; N], term: &[f64; N]) {
-    for (s, t) in sum.iter_mut().zip(term) {
-        *s += t;
-    }
-}
-
-fn n_places(places: &[u16]) -> usize {
-    places.iter().max().map_or(0, |&m| m as usize + 1)
 }
 
 impl Space for PatchSpace {
@@ -187,9 +165,47 @@ impl Space for PatchSpace {
     fn element(&self, e: usize) -> Element {
         let (patch, local) = self.locate(e);
         let (lower, upper) = self.patches[patch].element(local);
-        Element { patch, lower, upper }
+        Element { patch, cell: Cell::Box, lower, upper }
     }
 
+    fn tabulate(&self, e: usize, integrand: Integrand, out: &mut GridBasis) {
+        tabulate_spline(self, e, integrand, out);
+    }
+
+    fn active_functions(&self, e: usize, out: &mut Vec<u32>) {
+        out.clear();
+        if !self.rows.is_plain(e) {
+            out.extend_from_slice(self.rows.functions(e));
+            return;
+        }
+        let (patch, local) = self.locate(e);
+        self.patches[patch].active_functions(local, out);
+        for entry in out.iter_mut() {
+            *entry = self.functions[patch][*entry as usize];
+        }
+    }
+
+    fn evaluate(&self, e: usize, xi: &[f64; 3], n_derivatives: usize, out: &mut PointBasis) {
+        let (patch, local) = self.locate(e);
+        self.patches[patch].evaluate(local, xi, n_derivatives, out);
+        if !self.rows.is_plain(e) {
+            out.combine(&self.rows, e);
+        }
+    }
+
+    fn evaluate_grid(&self, e: usize, grid: [&[f64]; 3], out: &mut GridBasis) {
+        let (patch, local) = self.locate(e);
+        let n = self.patches[patch].n_active();
+        let n_points = grid.iter().map(|g| g.len()).product();
+        out.resize(n, n_points);
+        evaluate_tensor(&self.patches[patch], local, grid, out);
+        if !self.rows.is_plain(e) {
+            out.combine(&self.rows, e);
+        }
+    }
+}
+
+impl SplineSpace for PatchSpace {
     fn find_element(&self, patch: usize, xi: &[f64; 3]) -> usize {
         self.first_element[patch] + self.patches[patch].find_element(xi)
     }
@@ -206,45 +222,11 @@ impl Space for PatchSpace {
             let (lower, upper) = k.element(index[d]);
             let ends = k.domain();
             let is_rough = |u: f64| u > ends.0 && u < ends.1 && k.multiplicity(u) > 1;
-            let full = self.collapsed[e].is_some()
-                || p == 1
-                || k.n_elements() == 1
-                || is_rough(lower)
-                || is_rough(upper);
+            let full =
+                !self.rows.is_plain(e) || p == 1 || k.n_elements() == 1 || is_rough(lower) || is_rough(upper);
             counts[d] = if full { p + 1 } else { p };
         }
         counts
-    }
-
-    fn active_functions(&self, e: usize, out: &mut Vec<u32>) {
-        let (patch, local) = self.locate(e);
-        out.clear();
-        self.patches[patch].active_functions(local, out);
-        for entry in out.iter_mut() {
-            *entry = self.functions[patch][*entry as usize];
-        }
-        if let Some(places) = &self.collapsed[e] {
-            merge(out, places, |_, _| {});
-            out.truncate(n_places(places));
-        }
-    }
-
-    fn evaluate(&self, e: usize, xi: &[f64; 3], n_derivatives: usize, out: &mut PointBasis) {
-        let (patch, local) = self.locate(e);
-        self.patches[patch].evaluate(local, xi, n_derivatives, out);
-        if let Some(places) = &self.collapsed[e] {
-            let n = n_places(places);
-            merge(&mut out.values, places, |s, t| *s += t);
-            out.values.truncate(n);
-            if n_derivatives >= 1 {
-                merge(&mut out.first, places, add_each);
-                out.first.truncate(n);
-            }
-            if n_derivatives >= 2 {
-                merge(&mut out.second, places, add_each);
-                out.second.truncate(n);
-            }
-        }
     }
 
     fn greville(&self, face: FaceId) -> Vec<(u32, [f64; 3])> {
@@ -261,30 +243,6 @@ impl Space for PatchSpace {
             })
             .collect()
     }
-
-    fn evaluate_grid(&self, e: usize, grid: [&[f64]; 3], out: &mut GridBasis) {
-        let (patch, local) = self.locate(e);
-        let n = self.patches[patch].n_active();
-        let n_points = grid.iter().map(|g| g.len()).product();
-        out.resize(n, n_points);
-        evaluate_tensor(&self.patches[patch], local, grid, out);
-        if let Some(places) = &self.collapsed[e] {
-            merge_grid(out, places);
-        }
-    }
-}
-
-/// Merges the functions of every point and closes the gaps.
-fn merge_grid(out: &mut GridBasis, places: &[u16]) {
-    let (n, merged, n_points) = (out.n_active, n_places(places), out.n_points);
-    let [first, second, third] = &mut out.first;
-    for list in [&mut out.values, first, second, third] {
-        for q in 0..n_points {
-            merge(&mut list[q * n..(q + 1) * n], places, |s, t| *s += t);
-            list.copy_within(q * n..q * n + merged, q * merged);
-        }
-    }
-    out.resize(merged, n_points);
 }
 
 /// Values and first derivatives of the one-dimensional functions at one grid coordinate.

@@ -9,7 +9,7 @@ use crate::nurbs::interface::FaceId;
 use crate::nurbs::jet::{dot, norm};
 use crate::nurbs::patch::PointBasis;
 use crate::quadrature::{GaussRule, LobattoRule, MAX_GAUSS};
-use crate::space::Space;
+use crate::space::SplineSpace;
 
 /// A point of the surface at which the contact condition is watched.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -32,7 +32,7 @@ pub struct CollocationPoint {
 
 /// Tributary areas `∫ R_i dA` of the functions that do not vanish on the face, by function number \[m²\]. They are
 /// non-negative and sum to the area of the face.
-pub fn tributary_areas(space: &dyn Space, patches: &[Patch], face: &Face) -> BTreeMap<u32, f64> {
+pub fn tributary_areas(space: &dyn SplineSpace, patches: &[Patch], face: &Face) -> BTreeMap<u32, f64> {
     let mut areas = BTreeMap::new();
     let mut active = Vec::new();
     let (mut basis, mut scratch) = (PointBasis::default(), PointBasis::default());
@@ -53,7 +53,7 @@ pub fn tributary_areas(space: &dyn Space, patches: &[Patch], face: &Face) -> BTr
 /// Gauss points of all face elements; `count` points per direction, or as many as the element's matrices take. Areas are Gauss
 /// weight times area element.
 pub fn gauss_points(
-    space: &dyn Space,
+    space: &dyn SplineSpace,
     patches: &[Patch],
     faces: &[Face],
     count: Option<usize>,
@@ -88,7 +88,7 @@ pub fn gauss_points(
 /// Sides of elements that hold one of the places `about`, parameters on faces, are divided there, and `halvings` times towards it by halves: the rule
 /// holds on each part, so that a point stands at the place and others about it (theory Eq. C.125).
 pub fn lobatto_points(
-    space: &dyn Space,
+    space: &dyn SplineSpace,
     patches: &[Patch],
     faces: &[Face],
     (about, halvings): (&[(FaceId, [f64; 3])], u8),
@@ -205,7 +205,7 @@ fn lobatto_on(
 ///
 /// A function that is tied (pole, seam, interface) gives one point. Where faces meet smoothly the areas on both sides add
 /// up; at a sharp edge each face keeps a point with its own normal.
-pub fn greville_points(space: &dyn Space, patches: &[Patch], faces: &[Face]) -> Vec<CollocationPoint> {
+pub fn greville_points(space: &dyn SplineSpace, patches: &[Patch], faces: &[Face]) -> Vec<CollocationPoint> {
     let mut points: Vec<CollocationPoint> = Vec::new();
     let mut of_function: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
     let mut scratch = PointBasis::default();
@@ -249,7 +249,7 @@ const SMOOTH: f64 = 1e-8;
 
 /// Gauss points of the side of element `e` with weights in parameters.
 fn points_on(
-    space: &dyn Space,
+    space: &dyn SplineSpace,
     face: &Face,
     e: usize,
     count: impl Fn(usize) -> usize,

@@ -5,7 +5,7 @@ use iga_core::hierarchical::{PatchTies, SubdomainHierarchy, TwoScale};
 use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::patch::PointBasis;
-use iga_core::space::{Element, Space};
+use iga_core::space::{Element, SplineSpace};
 use iga_core::tensor;
 
 /// Adds a level with elements split into `parts` around each of `regions`, grown by the degree so that the functions there really
@@ -118,7 +118,7 @@ pub fn inside(element: &Element, s: [f64; 3]) -> [f64; 3] {
 pub const PLACES: [[f64; 3]; 2] = [[0.137, 0.761, 0.418], [0.913, 0.294, 0.652]];
 
 /// `Σ R_i c_i` at a point.
-pub fn field<const N: usize>(space: &dyn Space, coefficients: &[[f64; N]], xi: &[f64; 3]) -> [f64; N] {
+pub fn field<const N: usize>(space: &dyn SplineSpace, coefficients: &[[f64; N]], xi: &[f64; 3]) -> [f64; N] {
     let e = space.find_element(0, xi);
     let (mut basis, mut active) = (PointBasis::default(), Vec::new());
     space.evaluate(e, xi, 0, &mut basis);

@@ -9,7 +9,7 @@ use iga_core::hierarchical::{
 };
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::primitives::sphere::{SphereNet, sphere};
-use iga_core::space::{PatchSpace, Space};
+use iga_core::space::{PatchSpace, Space, SplineSpace};
 use iga_core::surface::Face;
 
 use faer::sparse::SparseColMat;
@@ -17,7 +17,7 @@ use faer::sparse::SparseColMat;
 use super::nets::{PLACES, inside, noise, ring, split};
 
 /// Value of `Σ R_i c_i` at parameters of a patch.
-fn value(space: &dyn Space, coefficients: &[[f64; 3]], patch: usize, xi: &[f64; 3]) -> [f64; 3] {
+fn value(space: &dyn SplineSpace, coefficients: &[[f64; 3]], patch: usize, xi: &[f64; 3]) -> [f64; 3] {
     let functions = space.functions_at(space.find_element(patch, xi), xi);
     functions
         .iter()

@@ -8,7 +8,7 @@ use iga_core::hierarchical::{
 use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::patch::PointBasis;
-use iga_core::space::Space;
+use iga_core::space::{Space, SplineSpace};
 use nalgebra::DMatrix;
 
 use super::nets::{PLACES, identity_patch, inside, unit_patch};

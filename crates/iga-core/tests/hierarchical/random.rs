@@ -3,7 +3,7 @@
 use iga_core::ParameterBox;
 use iga_core::hierarchical::{HierarchicalSpace, PatchTies, Prolongation, SubdomainHierarchy};
 use iga_core::nurbs::Patch;
-use iga_core::space::Space;
+use iga_core::space::{Space, SplineSpace};
 use proptest::prelude::*;
 
 use super::nets::{PLACES, field, inside, noise, refine_around, ring, unit_patch};

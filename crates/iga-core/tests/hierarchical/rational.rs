@@ -4,7 +4,7 @@ use iga_core::ParameterBox;
 use iga_core::hierarchical::{HierarchicalSpace, PatchTies, SubdomainHierarchy};
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::patch::{PointBasis, SECOND_DERIVATIVES};
-use iga_core::space::Space;
+use iga_core::space::{Space, SplineSpace};
 
 use super::nets::{PLACES, field, inside, refine_around, ring};
 

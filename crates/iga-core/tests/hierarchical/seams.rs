@@ -4,7 +4,7 @@ use iga_core::ParameterBox;
 use iga_core::SplineError;
 use iga_core::hierarchical::{HierarchicalSpace, IndexBox, PatchTies, Prolongation, SubdomainHierarchy};
 use iga_core::nurbs::Patch;
-use iga_core::space::Space;
+use iga_core::space::{Space, SplineSpace};
 
 use super::nets::{field, noise, refine_around, ring};
 

@@ -2,11 +2,10 @@
 
 use std::sync::Arc;
 
-use adaptive::meshed::{constants, n_elastic_modes};
+use adaptive::meshed::n_elastic_modes;
 use adaptive::sizing::SizeRequest;
 use adaptive::spec::{BodyKind, ByGroup, MeshedSpec};
 use fe_mesh::Mesh;
-use fe_mesh::matrices::Materials;
 use fe_mesh::rules::MassRule;
 use iga_core::elasticity::Material;
 
@@ -93,8 +92,8 @@ fn materials(
         checker.fault(&section.origin, section.path_of("material"), None, message);
         return None;
     }
-    let by_name: Vec<_> = groups.iter().map(|(name, m)| (name.as_str(), constants(m))).collect();
-    if let Err(fault) = Materials::by_group(mesh, &by_name, own.as_ref().map(constants)) {
+    let by_name: Vec<_> = groups.iter().map(|(name, _)| name.as_str()).collect();
+    if let Err(fault) = mesh.by_group(&by_name, own.is_some()) {
         checker.fault_in(section, "groups", fault.to_string());
         return None;
     }
