@@ -5,6 +5,10 @@ use std::collections::HashMap;
 use crate::points::{PressureMean, SurfacePoint};
 use crate::submodel::SparseRows;
 
+/// Share of the area of a corner's function on points with force from which on the corner lies inside the contact: at a straight edge through it, it
+/// is a half, and noise leaves less than a half of the points inside without force.
+const INSIDE: f64 = 0.5;
+
 /// Pressures of contact points from their forces.
 ///
 /// Forces at Greville points are those whose nodal forces `Σ_j R_A(x_j) λ_j` are the nodal forces `∫ R_A p dA` of a pressure `p`. They
@@ -14,7 +18,7 @@ use crate::submodel::SparseRows;
 ///
 /// Gauss points on the sides of a mesh are more than the displacements of its nodes; what forces do in the null space of the compliance is
 /// decided by the penalty factor alone and is noise. Means weighted with the linear functions of the corners are free of it (Eq. C.131); the pressure at
-/// a point is what these means are there. Points without force take part where all corners around them carry some: they lie inside the contact.
+/// a point is what these means are there. Points without force take part where all corners around them lie inside the contact, most of their areas under force.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PressureRecovery {
     /// For every point the points among which its force is shared, with the shares.
@@ -23,8 +27,9 @@ pub struct PressureRecovery {
     corners: SparseRows,
     areas: Vec<f64>,
     pressures: Vec<f64>,
-    /// Whether a corner carries force.
-    is_loaded: Vec<bool>,
+    /// For every corner the area of its function, and how much of it lies on points with force \[m²\].
+    weights: Vec<f64>,
+    loaded: Vec<f64>,
 }
 
 impl PressureRecovery {
@@ -56,9 +61,10 @@ impl PressureRecovery {
             }
             shares.push(row);
         }
-        let (n, is_loaded) = (points.len(), vec![false; corners.n_columns()]);
+        let weights: Vec<f64> = around.iter().map(|points| points.iter().map(|(_, w)| w).sum()).collect();
+        let (n, loaded) = (points.len(), vec![0.0; weights.len()]);
         let areas = points.iter().map(|p| p.area).collect();
-        Self { shares, corners, areas, pressures: vec![0.0; n], is_loaded }
+        Self { shares, corners, areas, pressures: vec![0.0; n], weights, loaded }
     }
 
     /// Pressures of all points under the normal forces `forces` \[Pa\].
@@ -68,16 +74,17 @@ impl PressureRecovery {
     pub fn pressures(&mut self, forces: &[f64]) -> &[f64] {
         assert_eq!(forces.len(), self.areas.len(), "one force per contact point");
         self.pressures.fill(0.0);
-        self.is_loaded.fill(false);
+        self.loaded.fill(0.0);
         let loaded = || forces.iter().enumerate().filter(|(_, force)| **force > 0.0);
         for (j, _) in loaded() {
-            self.corners.row(j).iter().for_each(|&(a, _)| self.is_loaded[a] = true);
+            self.corners.row(j).iter().for_each(|&(a, value)| self.loaded[a] += value * self.areas[j]);
         }
         for (j, force) in loaded() {
             for &(a, share) in self.shares.row(j) {
-                // Points without force are beyond the edge of the contact, but for those with corners that all carry some.
+                // Points without force are beyond the edge of the contact, but for those whose corners all are inside.
                 let corners = self.corners.row(a);
-                let is_inside = !corners.is_empty() && corners.iter().all(|&(c, _)| self.is_loaded[c]);
+                let is_inside = !corners.is_empty()
+                    && corners.iter().all(|&(c, _)| self.loaded[c] > INSIDE * self.weights[c]);
                 let taker = if forces[a] > 0.0 || is_inside { a } else { j };
                 self.pressures[taker] += share * force;
             }
