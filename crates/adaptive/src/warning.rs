@@ -47,7 +47,7 @@ kinds! {
     CoarseTouch = "coarse-touch": "The elements of a mesh are too large for a contact there, as Hertz's theory predicts it.",
     CoarseShape = "coarse-shape": "The sides of a mesh follow the part too roughly for a contact there, whatever their number becomes.",
     MinorContact = "minor-contact": "The force of a contact was too small beside others to judge its zone and penalty factor by.",
-    SlowRise = "slow-rise": "The modes kept let the force between flat faces rise and fall slowly beside the duration of the impact.",
+    SlowRise = "slow-rise": "The bodies have too few modes for flat faces: their force rises and falls over more than 2 % of the duration of the impact.",
     EdgeTouch = "edge-touch": "Bodies touch with an edge or a corner, where elements decide how far they yield.",
     YieldsTwice = "yields-twice": "Modes of a flexible body yield at the touch beside Hertz's law, which holds that already.",
     LargeTurn = "large-turn": "Deformation turns parts of a body so far that linear deformation ends.",

@@ -8,9 +8,8 @@ use crate::jacobian::{PointOf, cross, dot, minus, norm};
 use crate::kind::{ElementKind, SideKind};
 use crate::locate::{OnSurface, SidePoint, bounds, parameters};
 use crate::mesh::Mesh;
+use iga_core::extent::ON_SURFACE;
 
-/// Distance from the surface, as a share of the radius, up to which a disc is meant; a ball so near to the surface would leave the body.
-const ON_SURFACE: f64 = 0.1;
 /// Parts of a radius: as many as elements, between these.
 const PARTS: [usize; 2] = [2, 16];
 /// Gauss points of each part of a radius.

@@ -249,6 +249,20 @@ fn parts_that_do_not_exist_are_refused_with_a_remedy() {
 }
 
 #[test]
+fn a_centre_beside_the_surface_means_the_disc_about_the_nearest_place() {
+    let block = solid::cuboid([0.3, 0.03, 0.01]).unwrap();
+    let radius = 2e-3;
+    for beside in [-0.09, -5e-6, 0.0, 5e-6, 0.09] {
+        let (area, centre) =
+            measured(&around([0.1, 0.0, 0.005 + beside * radius], radius), &block, &Model::Solid, 4);
+        // Gauss points in rings about the centre of a plane disc: round-off.
+        assert!((area / (PI * radius * radius) - 1.0).abs() < ROUND_OFF, "{beside}: {area:e}");
+        let places = centre.iter().zip([0.1, 0.0, 0.005]);
+        assert!(places.fold(0.0_f64, |m, (a, b)| m.max((a - b).abs())) < ROUND_OFF, "{beside}: {centre:?}");
+    }
+}
+
+#[test]
 fn the_longest_element_under_a_place_is_that_of_the_mesh() {
     let block = solid::cuboid([0.03, 0.02, 0.01]).unwrap();
     let fine = block.refined(&[1; 3], &[3, 4, 5], &[]).unwrap();

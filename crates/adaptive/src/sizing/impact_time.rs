@@ -77,15 +77,15 @@ impl fmt::Display for ForceTime {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { contact, scale, duration, speed, frequency } = self;
         let what = match scale {
-            TimeScale::Hertz => "an impact after Hertz",
-            TimeScale::Waves => "the rise of the force against waves",
+            TimeScale::Hertz => "an impact by Hertz's theory",
+            TimeScale::Waves => "the rise of the force while waves run into the bodies",
             TimeScale::Line => "an impact along a line",
-            TimeScale::LineWaves => "the rise of the force along a line against waves",
+            TimeScale::LineWaves => "the rise of the force along a line while waves run into the bodies",
             TimeScale::Flat => "a wave through the body between flat faces",
         };
         write!(
             out,
-            "contact \"{contact}\", {what} at {speed:.3} m/s takes {duration:.2e} s and needs modes up to {frequency:.2e} Hz"
+            "contact \"{contact}\", {what} at {speed:.3} m/s takes {duration:.2e} s; that needs modes up to {frequency:.2e} Hz"
         )
     }
 }

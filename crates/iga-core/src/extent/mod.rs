@@ -49,8 +49,9 @@ pub struct ExtentPoint {
     pub weight: f64,
 }
 
-/// Distance from the surface, as a share of the radius, up to which a disc is meant and no ball: typed digits.
-const ON_SURFACE: f64 = 1e-3;
+/// Distance of the centre from the surface, as a share of the radius, up to which a disc about the nearest place is meant and no ball, for every kind of
+/// body: a ball so near to the surface would leave the body, and sides of a mesh lie beside the shape that they stand for.
+pub const ON_SURFACE: f64 = 0.1;
 /// Points a direction and part of the rules for faces that know no mesh.
 const FINEST: usize = crate::quadrature::MAX_GAUSS;
 

@@ -47,20 +47,26 @@ const SOLVERS: &[Choice] = &[
 const SEARCHES: &[Choice] = &[
     Choice::new("fixed", "the given factor is used throughout"),
     Choice::new("until-converged", "raised by ten until the peak force no longer changes"),
-    Choice::new("until-error", "raised by ten until the solver fails, then lowered (the same, Fig. 3)"),
+    Choice::new(
+        "until-error",
+        "raised by ten until the contact solver fails, then lowered step by step ([A] Fig. 3)",
+    ),
 ];
 
 const DIVISIONS: &[Choice] = &[
     Choice::new("graded", "levels that halve the elements, as many as the interval needs"),
     Choice::new(
         "printed",
-        "Algorithm 3 of the same, with its five levels and ten knots per element and level, which do not resolve every interval",
+        "Algorithm 3 as [A] prints it: five levels, ten knots per element and level; too few for some intervals",
     ),
 ];
 
 const MODES: &[Choice] = &[
-    Choice::new("prolonged", "those of the coarse model, so that the state stays as it is"),
-    Choice::new("own", "those of the fine model, to which the state is handed over and back"),
+    Choice::new("prolonged", "those of the coarse model; the motion goes on without a jump"),
+    Choice::new(
+        "own",
+        "modes of the fine model itself; the motion is projected onto them at the touch and back afterwards",
+    ),
 ];
 
 const TRANSFERS: &[Choice] = &[

@@ -80,7 +80,7 @@ pub const SIMULATION: &[Key] = &[
         "–",
         Need::Default("1e-3"),
         "A run whose energy ledger is open by more than this share of the largest energy has failed. What \
-         `tr-bdf2` and `esdirk4` remove, or add up to a tenth, is recorded and not counted.",
+         `tr-bdf2` and `esdirk4` damp away numerically (`numerical_damping`; it may add up to a tenth) is recorded apart and not part of it.",
     ),
     Key::new("free", Kind::Table(FREE), "", Need::Default("{}"), "Time integration between impacts."),
     Key::new("impact", Kind::Table(IMPACT), "", Need::Default("{}"), "Time integration during impacts."),
