@@ -34,7 +34,8 @@ cp README.md CHANGELOG.md LICENSE-MIT LICENSE-APACHE "$doc/"
 {
     cat LICENSE; echo
     cat crates/fbimpact/assets/DejaVuSans.LICENSE; echo
-    echo "Figures of reports: uPlot"; cat crates/fbimpact/assets/report/uPlot.LICENSE
+    echo "Figures of reports: uPlot"; cat crates/fbimpact/assets/report/uPlot.LICENSE; echo
+    echo "Files of results: HDF5"; cat licenses/HDF5.LICENSE
 } > "$doc/copyright"
 find "$root" -type d -exec chmod 755 {} +
 find "$doc" -type f -exec chmod 644 {} +

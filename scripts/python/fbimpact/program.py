@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import functools
+import importlib.metadata
 import os
 import pathlib
 import shutil
 import subprocess
-from collections.abc import Sequence
+import sysconfig
+import warnings
+from collections.abc import Iterator, Sequence
 
 
 class Error(Exception):
@@ -63,9 +67,10 @@ KINDS: dict[int, type[Error]] = {
 
 
 def find_program() -> str:
-    """Path of the program: `$FBIMPACT`, else `fbimpact` on the path, else what a checkout that holds this package has built.
+    """Path of the program, the first that is there of: `$FBIMPACT`; the one that was installed with this package; `bin` beside it
+    (`pip install --target`); what a checkout that holds it has built; `fbimpact` on the path; the user's scheme of Python.
 
-    Raises `FileError` if there is none.
+    An environment need not be activated for it. Raises `FileError` if there is none.
     """
     given = os.environ.get("FBIMPACT")
     if given:
@@ -73,14 +78,49 @@ def find_program() -> str:
         if found is None:
             raise FileError(f"FBIMPACT={given}: no such program")
         return found
-    found = shutil.which("fbimpact")
-    if found is not None:
-        return found
-    for folder in pathlib.Path(__file__).resolve().parents:
-        built = folder / "target" / "release" / "fbimpact"
-        if built.is_file():
-            return str(built)
+    for place in _places():
+        if place is not None and os.access(place, os.X_OK) and pathlib.Path(place).is_file():
+            return str(place)
     raise FileError("no program fbimpact: put it on the path, or its path into the environment variable FBIMPACT")
+
+
+def _places() -> Iterator[str | os.PathLike[str] | None]:
+    """Where the program may be, the nearest to this package first."""
+    name = "fbimpact.exe" if os.name == "nt" else "fbimpact"
+    package = pathlib.Path(__file__).resolve().parent
+    yield _installed_with(package, name)
+    yield package.parent / "bin" / name
+    for folder in package.parents:
+        if (folder / "Cargo.toml").is_file():
+            yield folder / "target" / "release" / name
+    yield shutil.which("fbimpact")
+    yield pathlib.Path(sysconfig.get_path("scripts", f"{os.name}_user"), name)
+
+
+def _installed_with(package: pathlib.Path, name: str) -> pathlib.Path | None:
+    """The program among the files of the installed distribution whose package this is."""
+    try:
+        distribution = importlib.metadata.distribution("fbimpact")
+    except importlib.metadata.PackageNotFoundError:
+        return None
+    files = [pathlib.Path(str(distribution.locate_file(file))) for file in distribution.files or []]
+    if not any(file.name == "__init__.py" and file.parent.resolve() == package for file in files):
+        return None
+    programs = (file.resolve() for file in files if file.name == name and file.parent.name in ("bin", "Scripts"))
+    return next((file for file in programs if file.is_file()), None)
+
+
+@functools.lru_cache
+def _warn_of_version(program: str) -> None:
+    """Tells once of a program that is not of the version of this package."""
+    try:
+        package = importlib.metadata.version("fbimpact")
+    except importlib.metadata.PackageNotFoundError:
+        return
+    said = subprocess.run([program, "--version"], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True).stdout
+    version = said.split("\n", 1)[0].removeprefix("fbimpact").strip()
+    if version != package:
+        warnings.warn(f"{program} is version {version or 'unknown'}, the Python package is {package}", stacklevel=3)
 
 
 def call(arguments: Sequence[str | os.PathLike[str]], *, log: bool = False) -> str:
@@ -88,7 +128,9 @@ def call(arguments: Sequence[str | os.PathLike[str]], *, log: bool = False) -> s
 
     Raises the `Error` of its exit code with what it said.
     """
-    command = [find_program(), *(os.fspath(argument) for argument in arguments)]
+    program = find_program()
+    _warn_of_version(program)
+    command = [program, *(os.fspath(argument) for argument in arguments)]
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=None if log else subprocess.PIPE, text=True)
     if done.returncode != 0:
         raise error_of(done.returncode, done.stderr or "")
