@@ -15,11 +15,7 @@ chmod 755 "$root"
 install -Dm755 "$program" "$root/usr/bin/fbimpact"
 strip --strip-unneeded "$root/usr/bin/fbimpact" 2>/dev/null || true
 man=$root/usr/share/man/man1
-mkdir -p "$man"
-"$program" man > "$man/fbimpact.1"
-for command in $("$program" --help | sed -n '/^Commands:/,/^$/s/^  \([a-z][a-z-]*\) .*/\1/p' | grep -vx help); do
-    "$program" man "$command" > "$man/fbimpact-$command.1"
-done
+"$program" man --all "$man" > /dev/null
 gzip -9n "$man"/*.1
 completions() { mkdir -p "$(dirname "$root/$2")"; "$program" completions "$1" > "$root/$2"; }
 completions bash usr/share/bash-completion/completions/fbimpact

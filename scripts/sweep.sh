@@ -6,7 +6,7 @@
 #   scripts/sweep.sh scenarios/sphere_on_plane.toml sweep \
 #       'bodies.ball.velocity=[0,0,-0.05] [0,0,-0.1]' 'materials.aluminium.youngs_modulus=70e9..75e9/6'
 #
-# Values are separated by spaces and contain none. A..B/N stands for N values from A to B at equal distances. KEY&KEY=VALUE&VALUE VALUE&VALUE… pairs
+# Values are separated by spaces and contain none. A..B/N stands for N values from A to B at equal distances, [0,0,A]..[0,0,B]/N for N vectors. KEY&KEY=VALUE&VALUE VALUE&VALUE… pairs
 # values of several keys. Options of `fbimpact collect` for the table, such as --column, may be given in COLLECT. Every run leaves in FOLDER, under a name made from its values,
 #   <run>.set   its KEY=VALUE lines      <run>.exit   its exit code
 #   <run>.h5    its result               <run>.log    what it said
@@ -53,18 +53,33 @@ combinations() {
     done
 }
 
-# Prints values, one a line, A..B/N as N values.
+# Prints values, one a line, A..B/N as N values, [A,A,…]..[B,B,…]/N as N vectors.
 expanded() {
     local number='[-+]?[0-9]*\.?[0-9]+([eE][-+]?[0-9]+)?' values value
+    local vector="\[($number)(,$number)*\]"
     read -ra values <<<"$1"
     for value in "${values[@]}"; do
-        if [[ $value =~ ^($number)\.\.($number)/([0-9]+)$ ]]; then
-            LC_ALL=C awk -v a="${BASH_REMATCH[1]}" -v b="${BASH_REMATCH[3]}" -v n="${BASH_REMATCH[5]}" \
-                'BEGIN { for (i = 0; i < n; i++) printf "%.12g\n", (n > 1 ? a + (b - a) * i / (n - 1) : a) }'
+        if [[ $value =~ ^($number)\.\.($number)/([0-9]+)$ || $value =~ ^$vector\.\.$vector/([0-9]+)$ ]]; then
+            LC_ALL=C awk -v range="$value" 'BEGIN {
+                split(range, parts, "[.][.]"); split(parts[2], end, "/"); n = end[2]; is_vector = parts[1] ~ /^\[/
+                gsub(/[][]/, "", parts[1]); gsub(/[][]/, "", end[1])
+                size = split(parts[1], a, ","); if (split(end[1], b, ",") != size) exit 1
+                for (i = 0; i < n; i++) {
+                    line = ""
+                    for (k = 1; k <= size; k++) line = line (k > 1 ? "," : "") sprintf("%.12g", n > 1 ? a[k] + (b[k] - a[k]) * i / (n - 1) : a[k])
+                    print is_vector ? "[" line "]" : line
+                }
+            }'
         else
             printf '%s\n' "$value"
         fi
     done
+}
+
+# Whether two vectors have as many numbers.
+same_size() {
+    local first=${1//[^,]/} second=${2//[^,]/}
+    [ "${#first}" = "${#second}" ]
 }
 
 # Fails for values that are no pairs where keys are, for keys given twice, and for a range without values.
@@ -77,6 +92,10 @@ check() {
             [ -n "$key" ] || fail "'$spec' has an empty key"
             [[ $known != *" $key "* ]] || fail "'$key' is given twice"
             known+="$key "
+        done
+        read -ra values <<<"${spec#*=}"
+        for value in "${values[@]}"; do
+            [[ $value != \[*]..\[*]/* ]] || same_size "${value%%..*}" "${value##*..}" || fail "'$value': both ends of a range have as many numbers"
         done
         mapfile -t values < <(expanded "${spec#*=}")
         [ "${#values[@]}" -gt 0 ] || fail "'$spec' has no values"

@@ -119,6 +119,7 @@ fn a_scenario_whose_contact_a_run_would_refuse_is_not_called_valid_and_refused_o
         let (code, out, err) = output(&[&["check", path.to_str().expect("UTF-8")], more].concat());
         assert_eq!((code, out.as_str()), (4, ""), "{err}");
         assert!(err.contains("refused, 2 bodies") && !err.contains("valid"), "{err}");
+        assert!(err.contains("overlap.toml: model cannot be built"), "{err}");
         assert_eq!(err.matches("the bodies overlap").count(), 1, "{err}");
     }
 }
@@ -288,6 +289,117 @@ fn completions_and_manual_page_are_printed() {
     }
     let (code, out, _) = output(&["man"]);
     assert!(code == 0 && out.starts_with(".ie"), "{}", &out[..20]);
+    let (code, out, _) = output(&["man", "cache", "info"]);
+    assert!(
+        code == 0 && out.contains("fbimpact\\-cache\\-info") && out.contains("\\-\\-cache\\-dir"),
+        "{out}"
+    );
+    let (code, _, err) = output(&["man", "cache", "fly"]);
+    assert!(
+        code == 2 && err.contains("man cache fly: no such command") && err.contains("cache info"),
+        "{err}"
+    );
+    let folder = tempfile::tempdir().expect("a temporary directory");
+    let (code, out, err) = output(&["man", "--all", folder.path().to_str().expect("UTF-8")]);
+    let pages = std::fs::read_dir(folder.path()).expect("a folder").count();
+    assert!(code == 0 && pages == out.lines().count() && out.contains("fbimpact-cache-info.1"), "{out}{err}");
+}
+
+/// What bash offers after some words, in a folder with files of several kinds.
+#[cfg(unix)]
+#[test]
+fn completions_of_bash_offer_files_by_their_ending() {
+    let folder = tempfile::tempdir().expect("a temporary directory");
+    for name in ["a.toml", "b c.toml", "a.h5", "notes.txt"] {
+        std::fs::write(folder.path().join(name), "").expect("written");
+    }
+    std::fs::create_dir(folder.path().join("sub")).expect("made");
+    let (_, script, _) = output(&["completions", "bash"]);
+    let offered = |words: &[&str]| {
+        let words: Vec<String> = words.iter().map(|w| format!("'{w}'")).collect();
+        let ask = format!(
+            "{script}\nCOMP_WORDS=(fbimpact {}); COMP_CWORD={}; _fbimpact_by_ending fbimpact \"${{COMP_WORDS[-1]}}\" \"${{COMP_WORDS[-2]}}\" 2>/dev/null; printf '%s\\n' \"${{COMPREPLY[@]}}\"",
+            words.join(" "),
+            words.len()
+        );
+        let run = std::process::Command::new("bash").args(["-c", &ask]).current_dir(folder.path()).output();
+        let run = run.expect("bash starts");
+        let mut lines: Vec<String> = String::from_utf8_lossy(&run.stdout)
+            .lines()
+            .map(str::to_owned)
+            .filter(|l| !l.is_empty())
+            .collect();
+        lines.sort();
+        lines
+    };
+    assert_eq!(offered(&["run", ""]), ["a.toml", "b c.toml", "sub"]);
+    assert_eq!(offered(&["run", "a.toml", "-o", ""]), ["a.h5", "sub"]);
+    assert_eq!(offered(&["-q", "info", "a"]), ["a.h5"]);
+    assert_eq!(offered(&["plot", "a.h5", "-o", ""]), ["sub"]);
+    assert_eq!(offered(&["export", "a"]), ["a.h5", "a.toml"]);
+    let options = offered(&["run", "--th"]);
+    assert_eq!(options, ["--threads"]);
+    assert!(offered(&["inf"]).contains(&"info".to_owned()));
+}
+
+#[test]
+fn help_has_groups_examples_and_exit_codes_once() {
+    let (_, out, _) = output(&["--help"]);
+    for word in ["Simulate:", "Look at results:", "Exit codes:"] {
+        assert_eq!(out.matches(word).count(), 1, "{word}: {out}");
+    }
+    let (code, out, _) = output(&["run", "--help"]);
+    assert!(code == 0 && out.contains("Examples:\n  # ") && !out.contains("Exit codes"), "{out}");
+}
+
+#[test]
+fn a_scenario_on_standard_input_is_checked() {
+    let text = std::fs::read_to_string(scenario("sphere_on_plane.toml")).expect("readable");
+    let (right, wrong) = (text.clone(), text.replace("density = 2789.0", "density = -1.0"));
+    let run = |text: String| fbimpact().args(["check", "-"]).write_stdin(text).output().expect("it starts");
+    let found = run(right);
+    let err = String::from_utf8(found.stderr).expect("UTF-8");
+    assert!(found.status.success() && err.contains("standard input: valid, 2 bodies"), "{err}");
+    let found = run(wrong);
+    let err = String::from_utf8(found.stderr).expect("UTF-8");
+    assert!(found.status.code() == Some(3) && err.contains("standard input:"), "{err}");
+}
+
+#[test]
+fn words_of_other_programs_are_understood_and_what_is_meant_comes_before_what_is_known() {
+    let path = scenario("sphere_on_plane.toml");
+    for (set, said) in [
+        ("contacts.impact.restitution=0.8", "unknown key: restitution is a result"),
+        (
+            "bodies.ball.geometry.diameter=0.1",
+            "half of the diameter is given, did you mean \"radius\"? Known here",
+        ),
+        (
+            "contacts.impact.master=\"ball\"",
+            "the master is the target, did you mean \"target_body\"? Known here",
+        ),
+        (
+            "contacts.impact.slave=\"ball\"",
+            "carries the contact points, did you mean \"contact_body\"? Known",
+        ),
+        ("materials.aluminium.E=1e9", "unknown key, did you mean \"youngs_modulus\"? Known here are"),
+        ("bodies.ball.velocty=1", "unknown key, did you mean \"velocity\"? Known here are"),
+        ("bodies.ball.xyzzy=1", "unknown key, known here are"),
+    ] {
+        let (code, _, err) = output(&["check", path.to_str().expect("UTF-8"), "--set", set]);
+        assert!(code == 3 && err.contains(said), "{set}: {err}");
+    }
+}
+
+/// Nothing is coloured, whatever stands in the environment.
+#[test]
+fn the_log_has_no_colours() {
+    let path = scenario("sphere_on_plane.toml");
+    for (variable, value) in [("NO_COLOR", "1"), ("CLICOLOR_FORCE", "1")] {
+        let run = fbimpact().args(["check", path.to_str().expect("UTF-8")]).env(variable, value).output();
+        let err = run.expect("the program starts").stderr;
+        assert!(!err.is_empty() && !err.contains(&0x1b), "{variable}");
+    }
 }
 
 #[test]

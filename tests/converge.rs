@@ -284,7 +284,7 @@ fn what_cannot_be_studied_ends_as_documented() {
     assert_eq!(case(&["case.toml", "--tolerance", "-1"]).0, 2);
     assert_eq!(case(&["case.toml", "--jobs", "0"]).0, 2);
     let (code, _, err) = case(&["case.toml", "--set", "resolution.bodies.rood.mesh=2"]);
-    assert!(code == 3 && err.contains("known are \"rod\" or \"floor\""), "{err}");
+    assert!(code == 3 && err.contains("nown are \"rod\" or \"floor\""), "{err}");
     // The scenario as it is has more modes than its mesh.
     let (code, _, err) = case(&["case.toml", "--set", "bodies.rod.reduction.modes=100000"]);
     assert!(code == 4 && err.contains("the scenario as it is: ") && err.contains("modes"), "{code} {err}");

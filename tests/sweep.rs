@@ -149,7 +149,8 @@ fn collect_has_a_row_for_every_run_whatever_became_of_it() {
     assert_eq!(csv.column("status"), expected);
     let velocities = csv.column("set.bodies.ball.velocity");
     assert_eq!(velocities, ["[0, 0, -0.05]", "[0, 0, -0.1]", "", "", "[0, 0, -1]", "", ""]);
-    assert_eq!(csv.names.iter().filter(|n| n.starts_with("set.")).count(), 1, "{:?}", csv.names);
+    let set: Vec<_> = csv.names.iter().filter(|n| n.starts_with("set.")).collect();
+    assert_eq!(set, ["set.bodies.ball.velocity", "set.bodies.ball.velocity[2]"]);
     let peak: f64 = csv.column("impact[1].peak_force")[1].parse().expect("a number");
     // docs/verification.md: 52.08 N.
     assert!((peak - 52.08).abs() < 0.02);
@@ -173,6 +174,27 @@ fn collect_has_a_row_for_every_run_whatever_became_of_it() {
     std::fs::create_dir(at.join("empty")).expect("made");
     let (code, _, err) = fbimpact(at, &["collect", "empty", "-o", "table.csv"]);
     assert!(code == 6 && err.contains("holds no results"), "{err}");
+}
+
+/// Rows in the order of the values, vectors from ranges, their components as numbers; a failed run knows its own.
+#[test]
+fn rows_of_a_sweep_are_in_the_order_given_and_vectors_come_back_as_numbers() {
+    let directory = scratch();
+    let at = directory.path();
+    let script = format!("{ROOT}/scripts/sweep.sh");
+    let vectors = "bodies.ball.velocity=[0,0,-0.2]..[0,0,-0.1]/3 [0,1,-0.1]";
+    let (code, _, err) = output(&script, at, &[&scenario(), "out", vectors]);
+    assert_eq!(code, 1, "a ball that moves on its axis has no velocity across it: {err}");
+    let csv = Csv::read(&at.join("out/table.csv"));
+    assert_eq!(csv.column("set.bodies.ball.velocity[2]"), ["-0.2", "-0.15", "-0.1", "-0.1"]);
+    assert_eq!(csv.column("set.bodies.ball.velocity[1]"), ["0", "0", "0", "1"]);
+    assert!(!csv.names.contains(&"set.bodies.ball.velocity[0]".to_owned()), "{:?}", csv.names);
+    assert_eq!(csv.column("set.bodies.ball.velocity")[1], "[0, 0, -0.15]");
+    let table = fbimpact::hdf5_integrity::open(&at.join("out/table.h5")).expect("a table");
+    let column = table.dataset("runs/set.bodies.ball.velocity[2]").expect("a column");
+    assert_eq!(column.read_raw::<f64>().expect("numbers"), [-0.2, -0.15, -0.1, -0.1]);
+    let (code, _, err) = output(&script, at, &[&scenario(), "out", "bodies.ball.velocity=[0,0]..[1,1,1]/2"]);
+    assert!(code == 2 && err.contains("as many numbers"), "{err}");
 }
 
 #[test]
@@ -199,6 +221,42 @@ fn new_scenario_runs_and_is_never_overwritten() {
     assert_eq!(fbimpact(at, &["new", "mine.toml", "--force"]).0, 0);
     assert_eq!(std::fs::read_to_string(at.join("mine.toml")).expect("there"), text);
     assert_eq!(fbimpact(at, &["new", "no/such/place"]).0, 6);
+}
+
+/// Templates set nothing that the program chooses, are valid and small ones run, without a warning.
+#[test]
+fn every_template_leaves_to_the_program_what_it_chooses_and_runs_without_a_warning() {
+    // What `docs/modelling.md` advises to leave out.
+    let chosen = ["discretisation", "reduction", "interval", "penalty", "\"quasistatic\"", "zone"];
+    let directory = scratch();
+    let at = directory.path();
+    // Impacts of the runs that take a few seconds of a debug-free build; None: `check` has to do.
+    for (name, impacts) in
+        [("drop", Some(1)), ("hammer", None), ("pendulum", Some(1)), ("mesh", None), ("chain", Some(3))]
+    {
+        let file = format!("{name}.toml");
+        let (code, _, err) = fbimpact(at, &["new", name, "--template", name]);
+        assert_eq!(code, 0, "{name}: {err}");
+        let text = std::fs::read_to_string(at.join(&file)).expect("there");
+        let keys = text.lines().filter(|l| !l.trim_start().starts_with('#'));
+        let set: Vec<&str> = keys.filter(|line| chosen.iter().any(|key| line.contains(key))).collect();
+        assert!(set.is_empty(), "{name} sets {set:?}");
+        assert!(text.contains(&format!("fbimpact run {file}")) && !text.contains("NAME"), "{name}");
+        let (code, _, err) = fbimpact(at, &["check", &file]);
+        assert!(code == 0 && err.contains("valid") && !err.contains("WARN"), "{name}: {err}");
+        if let Some(impacts) = impacts {
+            let (code, _, err) = fbimpact(at, &["run", &file]);
+            assert!(code == 0 && !err.contains("WARN"), "{name}: {err}");
+            assert_eq!(err.matches("INFO impact at").count(), impacts, "{name}: {err}");
+        }
+    }
+    // The mesh beside its scenario is never overwritten either, and nothing is written then.
+    std::fs::remove_file(at.join("mesh.toml")).expect("removed");
+    std::fs::write(at.join("mesh.msh"), "mine").expect("written");
+    let (code, _, err) = fbimpact(at, &["new", "mesh", "--template", "mesh"]);
+    assert!(code == 6 && err.contains("mesh.msh") && err.contains("exists"), "{err}");
+    assert_eq!(std::fs::read_to_string(at.join("mesh.msh")).expect("there"), "mine");
+    assert!(!at.join("mesh.toml").exists());
 }
 
 /// Peak force of an elastic sphere on a rigid plane (Hertz, docs/theory.md).

@@ -10,29 +10,17 @@ use crate::expression::named::{NamedExpression, column};
 use crate::provenance;
 use crate::scenario::Override;
 
+pub mod examples;
 mod results;
+pub mod tree;
 
 use results::PROBE_COLUMNS;
 pub use results::{CompareArguments, ExportArguments, PlotArguments, ProbeArguments, ReportArguments};
 
-/// Shown below `--help`.
-const EXIT_CODES: &str = "\
-Exit codes:
-    0  success
-    1  comparison differs, or not converged
-    2  wrong command line
-    3  invalid scenario or tolerance file
-    4  model cannot be built
-    5  run failed; what was computed is kept and readable
-    6  input or output failed
-  130  interrupted; what was computed is kept and readable
-
-Standard output carries results only. Progress and log go to standard error.";
-
 /// Impacts in flexible multibody systems.
 #[derive(Debug, Parser)]
 #[command(name = "fbimpact", version = provenance::VERSION, long_version = provenance::LONG_VERSION)]
-#[command(about, after_help = EXIT_CODES, max_term_width = 100, arg_required_else_help = true)]
+#[command(about, max_term_width = 100, arg_required_else_help = true)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -154,14 +142,12 @@ pub enum LogFormat {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Simulate a scenario and write an HDF5 file
-    #[command(after_help = EXIT_CODES)]
     Run(RunArguments),
     /// Run a scenario with doubled modes, meshes and contact zones, tighter integration and higher penalty factors, and compare
-    #[command(after_help = EXIT_CODES)]
     Converge(ConvergeArguments),
     /// Validate scenarios and report all faults at once
     Check {
-        /// Scenario files
+        /// Scenario files, - for standard input
         #[arg(required = true, value_name = "SCENARIO.toml")]
         scenarios: Vec<PathBuf>,
         /// Print what a run takes as well: degrees of freedom and memory of its models, those of the first touches included, a rough time, and the size of the result
@@ -259,7 +245,6 @@ pub enum Command {
         json: bool,
     },
     /// Compare a result with a reference: datasets, impacts, final state
-    #[command(after_help = EXIT_CODES)]
     Compare(CompareArguments),
     /// Write a small copy of a result, to be kept as a reference for `compare`
     Thin {
@@ -303,15 +288,16 @@ pub enum Command {
     /// Show or clear the folder of models that are kept between runs
     Cache {
         /// What to do
+        #[command(subcommand)]
         action: CacheAction,
-        /// Which folder
-        #[command(flatten)]
-        cache: CacheArguments,
     },
     /// Write a commented scenario to start from
     New {
         /// Name of the scenario; writes NAME.toml
         name: PathBuf,
+        /// What it shows
+        #[arg(short, long, value_name = "TEMPLATE", default_value = "drop")]
+        template: Template,
         /// Replace existing files
         #[arg(long)]
         force: bool,
@@ -340,10 +326,28 @@ pub enum Command {
     },
     /// Print the manual page, of the program or of one command
     Man {
-        /// Command
+        /// Command, such as run or cache info
         #[arg(value_name = "COMMAND")]
-        command: Option<String>,
+        command: Vec<String>,
+        /// Write the pages of all commands into this folder, created if it does not exist
+        #[arg(long, value_name = "DIR", conflicts_with = "command")]
+        all: Option<PathBuf>,
     },
+}
+
+/// Scenarios to start from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Template {
+    /// A ball falls on a rigid floor
+    Drop,
+    /// A hammer strikes a beam that is clamped at a face
+    Hammer,
+    /// A pendulum, bodies on joints, swings against a wall
+    Pendulum,
+    /// A part of finite elements is held at a bore and struck; writes NAME.msh as well
+    Mesh,
+    /// A ball strikes a row of balls
+    Chain,
 }
 
 /// Reference pages.
@@ -423,12 +427,12 @@ pub struct ConvergeArguments {
 }
 
 /// What to do with the folder of models.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, PartialEq, Subcommand)]
 pub enum CacheAction {
-    /// Print the folder, the number of models and their size.
-    Info,
-    /// Remove all models.
-    Clear,
+    /// Print the folder, the number of models and their size
+    Info(CacheArguments),
+    /// Remove all models
+    Clear(CacheArguments),
 }
 
 /// Whether and where models are kept between runs.

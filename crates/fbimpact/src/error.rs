@@ -1,6 +1,6 @@
 //! What can end the program, and the exit code that each case maps to.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use adaptive::AdaptiveError;
@@ -90,6 +90,14 @@ pub enum AppError {
     InterruptedRuns {
         /// Where the runs are.
         folder: PathBuf,
+    },
+    /// What ended a command for one of several scenarios.
+    #[error("{}: {error}", path.display())]
+    OfScenario {
+        /// The scenario.
+        path: PathBuf,
+        /// What it was.
+        error: Box<AppError>,
     },
     /// A command line that names a body which there is not.
     #[error("{option} {name}: no such body, the {holder} has {}", known.join(", "))]
@@ -327,6 +335,14 @@ impl From<AdaptiveError> for AppError {
 }
 
 impl AppError {
+    /// The same with the name of the scenario, where the message has not got it.
+    pub fn of_scenario(self, path: &Path) -> Self {
+        match self {
+            Self::Scenario(_) | Self::Io(_) => self,
+            error => Self::OfScenario { path: path.to_owned(), error: Box::new(error) },
+        }
+    }
+
     /// A model that cannot be built.
     pub fn model(error: AdaptiveError) -> Self {
         Self::Model(Box::new(error))
@@ -348,6 +364,7 @@ impl AppError {
             Self::Differs { .. } | Self::Unconverged { .. } => 1,
             Self::UnknownBody { .. } | Self::Command(_) => 2,
             Self::Scenario(_) => 3,
+            Self::OfScenario { error, .. } => error.code(),
             Self::Model(_) | Self::OtherModes { .. } => 4,
             Self::Run(_) | Self::Threads { .. } | Self::Json(_) => 5,
             Self::Io(_) => 6,

@@ -36,7 +36,7 @@ use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::FromArgMatches;
 
 use cli::{Cli, Command, Page};
 use commands::check::CostFormat;
@@ -46,7 +46,8 @@ use error::AppError;
 /// must be closed first.
 pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     hdf5_integrity::forbid();
-    let cli = match Cli::try_parse_from(arguments) {
+    let matches = cli::tree::command().try_get_matches_from(arguments);
+    let cli = match matches.and_then(|mut found| Cli::from_arg_matches_mut(&mut found)) {
         Ok(cli) => cli,
         Err(error) => {
             // Help and version go to standard output with code 0, everything else to standard error with code 2.
@@ -83,7 +84,7 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
         Command::Modes { scenario, body, json, threads, cache, set, .. } => {
             commands::modes::modes(&scenario, &set.set, body.as_deref(), json, (threads, &bar), &cache)
         }
-        Command::Cache { action, cache } => commands::cache::cache(action, &cache),
+        Command::Cache { action } => commands::cache::cache(&action),
         Command::MeshSize { scenario, body, output, set } => {
             let asked = commands::mesh_size::MeshSize {
                 scenario: &scenario,
@@ -120,9 +121,10 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
             commands::collect::collect(&runs, &output, &column, long)
         }
         Command::Metric { file, expressions } => commands::metric::metric(&file, &expressions),
-        Command::New { name, force } => commands::new::new(&name, force),
+        Command::New { name, template, force } => commands::new::new(&name, template, force),
         Command::Completions { shell } => commands::shell::completions(shell),
-        Command::Man { command } => commands::shell::manual(command.as_deref()),
+        Command::Man { all: Some(folder), .. } => commands::shell::manuals(&folder),
+        Command::Man { command, all: None } => commands::shell::manual(&command),
     }
 }
 

@@ -53,7 +53,7 @@ pub struct Run {
     pub valueless: Vec<(String, ExpressionFault)>,
 }
 
-/// Runs in files and directories, in the order of names within a directory, with the values of the expressions `wanted`.
+/// Runs in files and directories, in a directory in the order of its sweep or of names, with the values of the expressions `wanted`.
 ///
 /// # Errors
 /// [`AppError::Io`] if a directory cannot be read, or if a place is neither a directory nor the name of a run or of a file.
@@ -87,7 +87,17 @@ fn stem(path: &Path) -> PathBuf {
     known_stem(path).unwrap_or_else(|| path.to_owned())
 }
 
-fn in_directory(directory: &Path) -> Result<BTreeSet<PathBuf>, AppError> {
+/// Runs of a folder: those of its plan, if it is that of a sweep, in the order of their values, then all others in the order of their names.
+fn in_directory(directory: &Path) -> Result<Vec<PathBuf>, AppError> {
+    let mut found = found_in(directory)?;
+    let plan = plain_file::text(&directory.join("plan")).unwrap_or_default();
+    let planned = plan.lines().map(|name| directory.join(name));
+    let mut runs: Vec<PathBuf> = planned.filter(|run| found.remove(run)).collect();
+    runs.extend(found);
+    Ok(runs)
+}
+
+fn found_in(directory: &Path) -> Result<BTreeSet<PathBuf>, AppError> {
     let fail = |e: std::io::Error| AppError::system(directory, Access::Read, e);
     let mut stems = BTreeSet::new();
     for entry in std::fs::read_dir(directory).map_err(fail)? {

@@ -76,7 +76,7 @@ pub fn gather(runs: &[Run], is_long: bool) -> Table {
         runs.iter().map(|run| (run, None)).collect()
     };
     let mut columns = run_columns(&rows);
-    columns.extend(varying(runs).into_iter().map(|key| scenario_column(&rows, &key)));
+    columns.extend(scenario_columns(&rows, &varying(runs)));
     for joint in
         runs.iter().flat_map(|r| r.reactions.iter().map(|r| r.joint.as_str())).collect::<BTreeSet<_>>()
     {
@@ -177,6 +177,44 @@ fn scenario_column(rows: &[Row<'_>], key: &str) -> Column {
         return numbers(&name, "", rows, |row| value(row, key).and_then(|v| v.parse().ok()));
     }
     texts(&name, rows, |row| value(row, key).unwrap_or_default().to_owned())
+}
+
+/// Columns of the keys `varying`. Of vectors of numbers, the components that differ are columns of numbers as well, `set.KEY[2]`: runs without a
+/// result know their vectors, or components that were set alone.
+fn scenario_columns(rows: &[Row<'_>], varying: &BTreeSet<String>) -> Vec<Column> {
+    let mut columns: Vec<Column> = varying.iter().map(|key| scenario_column(rows, key)).collect();
+    for key in varying {
+        let Some(size) = vector_size(rows, key) else { continue };
+        for i in 0..size {
+            let own = format!("{key}[{i}]");
+            let component = |row: &Row<'_>| {
+                let alone = || value(row, &own).and_then(|v| v.parse().ok());
+                value(row, key).and_then(vector).map(|v| v[i]).or_else(alone)
+            };
+            let mut seen = rows.iter().filter_map(component);
+            let first = seen.next();
+            if seen.any(|x| Some(x) != first) {
+                let name = format!("set.{own}");
+                columns.retain(|column| column.name != name);
+                columns.push(numbers(&name, "", rows, component));
+            }
+        }
+    }
+    columns
+}
+
+/// Components of the values of a key, if there are any and all are vectors of so many numbers.
+fn vector_size(rows: &[Row<'_>], key: &str) -> Option<usize> {
+    let vectors: Option<Vec<Vec<f64>>> = rows.iter().filter_map(|row| value(row, key)).map(vector).collect();
+    let vectors = vectors?;
+    let size = vectors.first()?.len();
+    vectors.iter().all(|v| v.len() == size).then_some(size)
+}
+
+/// The numbers of a list.
+fn vector(text: &str) -> Option<Vec<f64>> {
+    let inside = text.strip_prefix('[')?.strip_suffix(']')?;
+    inside.split(',').map(|number| number.trim().parse().ok()).collect()
 }
 
 fn value<'a>(row: &Row<'a>, key: &str) -> Option<&'a str> {

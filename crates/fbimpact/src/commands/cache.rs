@@ -1,15 +1,16 @@
 //! `fbimpact cache`: what is in the folder of models, and removing it.
 
 use crate::cache::{CacheSettings, Contents, Folder};
-use crate::cli::{CacheAction, CacheArguments};
+use crate::cli::CacheAction;
 use crate::error::AppError;
 use crate::file_fault::Access;
 
-/// Shows or clears the folder that `arguments` name.
+/// Shows or clears the folder that the arguments of `action` name.
 ///
 /// # Errors
 /// [`AppError::Io`] if the folder cannot be read or a file not be removed.
-pub fn cache(action: CacheAction, arguments: &CacheArguments) -> Result<(), AppError> {
+pub fn cache(action: &CacheAction) -> Result<(), AppError> {
+    let (CacheAction::Info(arguments) | CacheAction::Clear(arguments)) = action;
     let settings = CacheSettings::new(arguments);
     let Some(folder) = settings.folder() else {
         return super::print("no cache\n");
@@ -17,10 +18,10 @@ pub fn cache(action: CacheAction, arguments: &CacheArguments) -> Result<(), AppE
     let path = folder.path();
     let fail = |access| move |e: std::io::Error| AppError::system(path, access, e);
     match action {
-        CacheAction::Info => {
+        CacheAction::Info(_) => {
             super::print(&report(&folder, folder.contents().map_err(fail(Access::Read))?, ""))
         }
-        CacheAction::Clear => {
+        CacheAction::Clear(_) => {
             super::print(&report(&folder, folder.clear().map_err(fail(Access::Remove))?, " removed"))
         }
     }

@@ -40,7 +40,8 @@ pub fn check(
     let mut last = None;
     let mut reports: BTreeMap<String, CostReport> = BTreeMap::new();
     for path in scenarios {
-        let read = scenario::read(path, overrides);
+        let read = scenario::read_or_input(path, overrides);
+        let path = named(path);
         let scenario = match read.and_then(|scenario| accept(path, &scenario).map(|()| scenario)) {
             Ok(scenario) if format != CostFormat::None => scenario,
             Ok(_) => continue,
@@ -50,9 +51,12 @@ pub fn check(
             }
         };
         match while_building(bar, || cost::cost(&scenario, n_threads)) {
-            Ok(report) if format == CostFormat::Table => print(&cost::table(&report))?,
+            Ok(report) if format == CostFormat::Table => {
+                let head = if scenarios.len() > 1 { format!("{}\n", path.display()) } else { String::new() };
+                print(&(head + &cost::table(&report)))?;
+            }
             Ok(report) => drop(reports.insert(path.display().to_string(), report)),
-            Err(error) => later(&mut last, error),
+            Err(error) => later(&mut last, error.of_scenario(path)),
         }
     }
     if format == CostFormat::Json {
@@ -72,7 +76,7 @@ fn accept(path: &Path, scenario: &Scenario) -> Result<(), AppError> {
         scenario.run.joints.len() + scenario.run.loops.len(),
         scenario.run.contacts.len()
     );
-    joints::report(scenario);
+    joints::report(path, scenario);
     tell_units(Some(path), scenario);
     for body in under_constrained(scenario) {
         tracing::warn!(
@@ -80,7 +84,12 @@ fn accept(path: &Path, scenario: &Scenario) -> Result<(), AppError> {
             path.display()
         );
     }
-    Ok(contacts?)
+    contacts.map_err(|error| AppError::from(error).of_scenario(path))
+}
+
+/// What messages call a scenario.
+fn named(path: &Path) -> &Path {
+    if path == Path::new("-") { Path::new("standard input") } else { path }
 }
 
 /// Tells numbers that look as if they were given in other units.

@@ -1,7 +1,9 @@
 //! What `check` says of joints: where they are in space, and where their sides are apart or turned.
 
+use std::path::Path;
+
 use adaptive::model::{Arrangement, PlacedJoint, coordinate_names};
-use adaptive::spec::{GearSpec, JointSpec, RunSpec};
+use adaptive::spec::{GearSpec, JointSpec};
 use nalgebra::Vector3;
 
 use super::digits::short;
@@ -10,43 +12,39 @@ use crate::scenario::Scenario;
 /// Lengths below this part of the scene count as none: round-off of places, and what loops may be open by.
 const CLOSED: f64 = 1e-9;
 
-/// Logs a line for each joint of `scenario`; what cannot be placed is an error of the checks that follow.
-pub fn report(scenario: &Scenario) {
+/// Logs a line for each joint of `scenario` in the file `path`; what cannot be placed is an error of the checks that follow.
+pub fn report(path: &Path, scenario: &Scenario) {
+    let path = path.display();
     let run = &scenario.run;
     if run.joints.is_empty() && run.loops.is_empty() {
         return;
     }
-    report_gears(run);
+    for gear in &run.gears {
+        tracing::info!("{path}: {}", gear_line(gear, &run.joints));
+    }
     let Ok(given) = Arrangement::as_given(run) else { return };
     let closed = Arrangement::new(run);
     let shown = closed.as_ref().unwrap_or(&given);
     let size = extent(shown);
     for (joint, before) in shown.joints.iter().zip(&given.joints) {
-        tracing::info!("{}", line(joint, size, |body| &run.bodies[body].name));
+        tracing::info!("{path}: {}", line(joint, size, |body| &run.bodies[body].name));
         if !joint.closes_loop {
             continue;
         }
         if let Some(open) = opening(before, size) {
             match &closed {
                 Ok(_) => tracing::info!(
-                    "joint \"{}\" closes a loop: with the coordinates given its sides are {open}; the bodies are moved until they meet",
+                    "{path}: joint \"{}\" closes a loop: with the coordinates given its sides are {open}; the bodies are moved until they meet",
                     joint.name
                 ),
                 Err(_) => tracing::warn!(
-                    "joint \"{}\" closes a loop: with the coordinates given its sides are {open}, the parent's at {}, the child's at {}",
+                    "{path}: joint \"{}\" closes a loop: with the coordinates given its sides are {open}, the parent's at {}, the child's at {}",
                     joint.name,
                     place(&before.parent.point, size),
                     place(&before.child.point, size)
                 ),
             }
         }
-    }
-}
-
-/// Logs a line for each gear of `run`.
-fn report_gears(run: &RunSpec) {
-    for gear in &run.gears {
-        tracing::info!("{}", gear_line(gear, &run.joints));
     }
 }
 
@@ -120,8 +118,6 @@ fn extent(arrangement: &Arrangement) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
     use super::*;
     use crate::scenario;
 

@@ -2,21 +2,44 @@
 
 use std::path::{Path, PathBuf};
 
+use crate::cli::Template;
 use crate::error::{AppError, CommandFault};
 use crate::file_fault::{Access, OutputFault};
 use crate::scenario::schema;
 use crate::whole_file;
 
-/// The scenario, with `NAME` for its name.
-const STARTER: &str = include_str!("../starter.toml");
 /// The schema that the scenario names in its first line.
 const SCHEMA: &str = "fbimpact.schema.json";
+/// What the scenario of a mesh takes: the part of the shipped example.
+const MESH: &str = include_str!("../../../../scenarios/connecting_rod.msh");
 
-/// Writes `<name>.toml` and, next to it, the schema for editors if there is none yet.
+impl Template {
+    /// The scenario, with `NAME` for its name.
+    fn text(self) -> &'static str {
+        match self {
+            Self::Drop => include_str!("../templates/drop.toml"),
+            Self::Hammer => include_str!("../templates/hammer.toml"),
+            Self::Pendulum => include_str!("../templates/pendulum.toml"),
+            Self::Mesh => include_str!("../templates/mesh.toml"),
+            Self::Chain => include_str!("../templates/chain.toml"),
+        }
+    }
+
+    /// The ending and the contents of a file that the scenario reads.
+    fn companion(self) -> Option<(&'static str, &'static str)> {
+        match self {
+            Self::Mesh => Some(("msh", MESH)),
+            Self::Drop | Self::Hammer | Self::Pendulum | Self::Chain => None,
+        }
+    }
+}
+
+/// Writes `<name>.toml`, what it reads, and, next to it, the schema for editors if there is none yet. Nothing is written if one of the first
+/// two exists.
 ///
 /// # Errors
-/// [`AppError::Io`] if the scenario exists and `force` is not set, or if it cannot be written.
-pub fn new(name: &Path, force: bool) -> Result<(), AppError> {
+/// [`AppError::Io`] if a file exists and `force` is not set, or if it cannot be written.
+pub fn new(name: &Path, template: Template, force: bool) -> Result<(), AppError> {
     let path = match name.extension() {
         Some(end) if end == "toml" => name.to_owned(),
         _ => {
@@ -28,22 +51,29 @@ pub fn new(name: &Path, force: bool) -> Result<(), AppError> {
     let Some(stem) = path.file_stem().map(|s| s.to_string_lossy().into_owned()) else {
         return Err(CommandFault::NoFileName { path: name.to_owned() }.into());
     };
-    write(&path, &STARTER.replace("NAME", &stem), force)?
-        .then_some(())
-        .ok_or_else(|| AppError::io(&path, OutputFault::Exists))?;
+    let companion = template.companion().map(|(ending, text)| (path.with_extension(ending), text));
+    let files: Vec<&Path> =
+        std::iter::once(path.as_path()).chain(companion.iter().map(|(p, _)| p.as_path())).collect();
+    if !force && let Some(there) = files.iter().find(|f| f.exists()) {
+        return Err(AppError::io(there, OutputFault::Exists));
+    }
+    write(&path, &template.text().replace("NAME", &stem))?;
+    if let Some((companion, text)) = &companion {
+        write(companion, text)?;
+    }
     let schema_path = path.with_file_name(SCHEMA);
-    if !write(&schema_path, &schema::text(), force)? {
+    if force || !schema_path.exists() {
+        write(&schema_path, &schema::text())?;
+    } else {
         tracing::debug!("{} is there already", schema_path.display());
+    }
+    if let Some((companion, _)) = &companion {
+        tracing::info!("{} written, the mesh of its part", companion.display());
     }
     tracing::info!("{} written, next: fbimpact run {}", path.display(), path.display());
     Ok(())
 }
 
-/// Writes a file; `false` if it exists and `force` is not set.
-fn write(path: &Path, text: &str, force: bool) -> Result<bool, AppError> {
-    if !force && path.exists() {
-        return Ok(false);
-    }
-    let written = whole_file::write(path, text.as_bytes());
-    written.map(|()| true).map_err(|e| AppError::system(path, Access::Write, e))
+fn write(path: &Path, text: &str) -> Result<(), AppError> {
+    whole_file::write(path, text.as_bytes()).map_err(|e| AppError::system(path, Access::Write, e))
 }

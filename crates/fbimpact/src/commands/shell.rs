@@ -1,11 +1,14 @@
 //! `fbimpact completions` and `fbimpact man`.
 
+use std::path::Path;
+
 use clap::CommandFactory;
 
-use super::print;
+use super::{check_folder, completion_files, manual, print};
 use crate::cli::Cli;
 use crate::error::{AppError, CommandFault};
-use crate::file_fault::FileFault;
+use crate::file_fault::{Access, FileFault};
+use crate::whole_file;
 
 /// Prints completions for a shell.
 ///
@@ -14,28 +17,33 @@ use crate::file_fault::FileFault;
 pub fn completions(shell: clap_complete::Shell) -> Result<(), AppError> {
     let mut text = Vec::new();
     clap_complete::generate(shell, &mut Cli::command(), "fbimpact", &mut text);
-    print(&String::from_utf8_lossy(&text))
+    print(&completion_files::by_ending(shell, &String::from_utf8_lossy(&text)))
 }
 
 /// Prints the manual page of the program or of one of its commands.
 ///
 /// # Errors
 /// [`AppError::Command`] for an unknown command, [`AppError::Io`] if standard output cannot be written.
-pub fn manual(command: Option<&str>) -> Result<(), AppError> {
-    let mut program = Cli::command();
-    program.build();
-    let page = match command {
-        None => program,
-        Some(name) => {
-            let known = program.get_subcommands().filter(|c| !c.is_hide_set());
-            let known = known.map(|c| c.get_name().to_owned()).collect();
-            let unknown = || CommandFault::UnknownCommand { name: name.to_owned(), known };
-            program.find_subcommand(name).cloned().ok_or_else(unknown)?
-        }
-    };
-    let mut text = Vec::new();
-    clap_mangen::Man::new(page)
-        .render(&mut text)
-        .map_err(|e| AppError::io("standard output", FileFault::Stream(e)))?;
-    print(&String::from_utf8_lossy(&text))
+pub fn manual(words: &[String]) -> Result<(), AppError> {
+    let unknown = || CommandFault::UnknownCommand { name: words.join(" "), known: manual::names() };
+    let page = manual::page(words).ok_or_else(unknown)?;
+    print(&page.map_err(|e| AppError::io("standard output", FileFault::Stream(e)))?)
+}
+
+/// Writes the manual pages of all commands into a folder, created if it does not exist; prints their names.
+///
+/// # Errors
+/// [`AppError::Io`] if they cannot be written.
+pub fn manuals(folder: &Path) -> Result<(), AppError> {
+    std::fs::create_dir_all(folder).map_err(|e| AppError::system(folder, Access::Write, e))?;
+    for words in manual::all() {
+        let name = [&["fbimpact".to_owned()][..], &words].concat().join("-");
+        let path = folder.join(format!("{name}.1"));
+        check_folder(&path)?;
+        let Some(page) = manual::page(&words) else { continue };
+        let page = page.map_err(|e| AppError::io(&path, FileFault::Stream(e)))?;
+        whole_file::write(&path, page.as_bytes()).map_err(|e| AppError::system(&path, Access::Write, e))?;
+        print(&format!("{}\n", path.display()))?;
+    }
+    Ok(())
 }

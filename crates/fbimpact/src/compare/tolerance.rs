@@ -214,8 +214,9 @@ impl Reader {
             location: entry.origin.location(&Origin::Default),
             key: String::new(),
             value: None,
-            message: format!("unknown key \"{}\"{place}, known are {}", entry.key, known.join(", ")),
+            message: format!("unknown key \"{}\"{place}", entry.key),
             suggestion: nearest(&entry.key, known.iter().copied()),
+            known: format!("known are {}", known.join(", ")),
         });
     }
 
@@ -226,6 +227,7 @@ impl Reader {
             value: Some(node.shown()),
             message: message.to_owned(),
             suggestion: None,
+            known: String::new(),
         });
     }
 }
@@ -265,7 +267,7 @@ mod tests {
         let error = rules(text, None).expect_err("faults").to_string();
         for part in [
             "t.toml:1:8: rtol = -1: must be a number >= 0",
-            "t.toml:2:1: unknown key \"rtool\", known are rtol, atol, datasets, features, did you mean \"rtol\"?",
+            "t.toml:2:1: unknown key \"rtool\", did you mean \"rtol\"? Known are rtol, atol, datasets, features",
             "t.toml:4:9: unknown key \"atl\" in datasets.\"a\"",
             "t.toml:5:7: datasets.\"b\" = 3: must be a table",
             "t.toml:6:19: datasets.\"c\".compare = 1: must be true or false",

@@ -35,6 +35,28 @@ const FORMER: &[(&str, &str)] = &[
     ),
 ];
 
+/// Words of other programs, the key that stands for them here, if there is one, and what to know of it.
+const FOREIGN: &[(&[&str], &str, &str)] = &[
+    (
+        &["restitution", "coefficient_of_restitution", "restitution_coefficient", "cor"],
+        "",
+        "restitution is a result and no setting, it follows from waves, damping and friction (`fbimpact info` prints it); for losses see damping of bodies and joints",
+    ),
+    (&["diameter", "d"], "radius", ": half of the diameter is given"),
+    (&["master", "master_body", "master_surface"], "target_body", ": the master is the target"),
+    (&["slave", "slave_body", "slave_surface"], "contact_body", ": the slave carries the contact points"),
+    (&["E", "young", "modulus", "elastic_modulus"], "youngs_modulus", ""),
+    (&["nu", "poisson"], "poissons_ratio", ""),
+    (&["rho"], "density", ""),
+    (&["mu", "friction_coefficient", "coefficient_of_friction"], "friction", ""),
+    (
+        &["dt", "time_step", "step_size", "timestep"],
+        "max_step",
+        ": steps are chosen by the program, the largest may be given",
+    ),
+    (&["t_end", "duration", "stop_time", "end"], "end_time", ""),
+];
+
 /// Collects faults while tables are checked.
 #[derive(Debug, Default)]
 pub struct Checker {
@@ -48,7 +70,7 @@ impl Checker {
     /// Adds a fault at `origin`.
     pub fn fault(&mut self, origin: &Origin, key: String, value: Option<String>, message: String) {
         let location = origin.location(&Origin::Default);
-        self.faults.push(Fault { location, key, value, message, suggestion: None });
+        self.faults.push(Fault { location, key, value, message, suggestion: None, known: String::new() });
     }
 
     /// Adds a fault at item `name` of `section`, or at the section if it has no such item.
@@ -63,9 +85,10 @@ impl Checker {
     /// Adds a fault for a name that is not among `known`.
     pub fn unknown_name(&mut self, section: &Section, name: &str, what: &str, known: &[&str]) {
         let Some(word) = section.text(name).map(str::to_owned) else { return };
-        self.fault_in(section, name, format!("unknown {what}, known are {}", names(known.iter().copied())));
+        self.fault_in(section, name, format!("unknown {what}"));
         if let Some(fault) = self.faults.last_mut() {
             fault.suggestion = nearest(&word, known.iter().copied());
+            fault.known = format!("known are {}", names(known.iter().copied()));
         }
     }
 
@@ -95,13 +118,22 @@ impl Checker {
         }
         let known: Vec<&str> = skip.into_iter().chain(keys.iter().map(|k| k.name)).collect();
         let location = entry.origin.location(&Origin::Default);
-        let message = format!("unknown key, known here are {}", names(known.iter().copied()));
+        let listed = format!("known here are {}", names(known.iter().copied()));
+        let foreign = FOREIGN.iter().find(|(words, name, _)| {
+            words.contains(&entry.key.as_str()) && (name.is_empty() || known.contains(name))
+        });
+        let (message, suggestion) = match foreign {
+            Some((_, "", remark)) => (format!("unknown key: {remark}"), None),
+            Some((_, name, remark)) => (format!("unknown key{remark}"), Some((*name).to_owned())),
+            None => ("unknown key".to_owned(), nearest(&entry.key, known)),
+        };
         self.faults.push(Fault {
             location,
             key: join(path, &entry.key),
             value: Some(entry.node.shown()),
             message,
-            suggestion: nearest(&entry.key, known),
+            suggestion,
+            known: listed,
         });
     }
 
@@ -316,10 +348,10 @@ impl Checker {
             return Checked::Invalid;
         };
         let Some(variant) = variants.iter().find(|v| v.name == name) else {
-            let message = format!("unknown {tag}, known are {}", names(known()));
-            self.fault(&entry.node.origin, full, Some(entry.node.shown()), message);
+            self.fault(&entry.node.origin, full, Some(entry.node.shown()), format!("unknown {tag}"));
             if let Some(fault) = self.faults.last_mut() {
                 fault.suggestion = meant(name, variants.iter().map(|v| (v.name, v.elsewhere)));
+                fault.known = format!("known are {}", names(known()));
             }
             return Checked::Invalid;
         };

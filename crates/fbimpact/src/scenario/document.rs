@@ -175,6 +175,7 @@ pub fn parse_toml(source: &Arc<SourceText>) -> Result<Node, Vec<Fault>> {
         value: None,
         message: format!("not valid TOML: {}", e.message()),
         suggestion: None,
+        known: String::new(),
     };
     Err(errors.iter().map(fault).collect())
 }
@@ -201,6 +202,7 @@ pub fn parse_json(source: &Arc<SourceText>) -> Result<Node, Vec<Fault>> {
                 value: None,
                 message: format!("not valid JSON: {e}"),
                 suggestion: None,
+                known: String::new(),
             }]
         },
     )

@@ -35,6 +35,8 @@ pub struct Fault {
     pub message: String,
     /// Nearest known key or name.
     pub suggestion: Option<String>,
+    /// What there is to choose from, as a fragment such as `known are "a" or "b"`; empty where that is said by the message.
+    pub known: String,
 }
 
 impl Fault {
@@ -63,6 +65,12 @@ impl fmt::Display for Fault {
         f.write_str(&self.message)?;
         if let Some(suggestion) = &self.suggestion {
             write!(f, ", did you mean \"{suggestion}\"?")?;
+        }
+        // What is meant comes first: lists of keys are long.
+        match (&self.suggestion, self.known.split_at_checked(1)) {
+            (Some(_), Some((first, rest))) => write!(f, " {}{rest}", first.to_uppercase())?,
+            (None, Some(_)) => write!(f, ", {}", self.known)?,
+            (_, None) => {}
         }
         let Location::File { line, column, text, width, .. } = &self.location else { return Ok(()) };
         if text.trim().is_empty() {

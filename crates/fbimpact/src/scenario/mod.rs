@@ -26,6 +26,7 @@ mod resolved;
 pub mod schema;
 pub mod reference;
 
+use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -48,6 +49,22 @@ pub use types::{Compression, FileBody, FileOfBody, Scenario, Source};
 pub fn read(path: &Path, overrides: &[Override]) -> Result<Scenario, AppError> {
     let bytes = plain_file::read(path).map_err(|e| AppError::system(path, Access::Read, e))?;
     Ok(parse(path, &bytes, overrides)?)
+}
+
+/// Name of standard input in messages.
+const STANDARD_INPUT: &str = "standard input";
+
+/// Reads and validates a scenario from standard input if `path` is `-`, else as [`read`]. Files that it names are sought in the working directory.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_or_input(path: &Path, overrides: &[Override]) -> Result<Scenario, AppError> {
+    if path != Path::new("-") {
+        return read(path, overrides);
+    }
+    let (name, mut bytes) = (Path::new(STANDARD_INPUT), Vec::new());
+    std::io::stdin().lock().read_to_end(&mut bytes).map_err(|e| AppError::system(name, Access::Read, e))?;
+    Ok(parse(name, &bytes, overrides)?)
 }
 
 /// Validates a scenario given as text; `path` is for messages, and files are sought in its directory.

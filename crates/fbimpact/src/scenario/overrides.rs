@@ -100,6 +100,7 @@ impl Override {
             value: Some(node.shown()),
             message,
             suggestion: None,
+            known: String::new(),
         })
     }
 }

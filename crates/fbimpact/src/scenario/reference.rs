@@ -34,6 +34,7 @@ pub fn markdown() -> String {
     let mut out = HEAD.to_owned();
     let _ = writeln!(out, "\n## Top level\n");
     section(SCENARIO, "", &mut out);
+    places(&mut out);
     curves(&mut out);
     materials(&mut out);
     let _ = writeln!(out, "\n## Units\n\nBy quantity, the unit of plain numbers first.\n");
@@ -121,35 +122,80 @@ fn chapter(title: &str, doc: &str, keys: &[Key], path: &str, out: &mut String) {
     section(keys, path, out);
 }
 
-fn rows(keys: &[Key], out: &mut String) {
-    out.push_str("| key | value | unit | default | meaning |\n|---|---|---|---|---|\n");
-    for key in keys {
-        let degrees = if key.degrees { format!(", `{}_deg`", key.name) } else { String::new() };
-        let default = match (key.need.default().as_deref(), key.need.otherwise()) {
-            (Some("{}" | "[]"), _) => "empty".to_owned(),
-            (Some(text), _) => format!("`{text}`"),
-            (None, Some(text)) => text,
-            (None, None) => "**required**".to_owned(),
-        };
-        let value = match &key.kind {
-            Kind::Choice(choices) => list(choices),
-            Kind::Choices(choices) => format!("a list of some of {}", list(choices)),
-            Kind::ChoiceOrNumber(choices, range) => {
-                format!("{}, or a number {}", list(choices), range.words())
-            }
-            Kind::NumberOrVariants { range, .. } => {
-                format!("a number {}, or a [table](#quantities-over-time)", range.words())
-            }
-            kind => kind.allowed(""),
-        };
-        let unit = if key.unit.is_empty() { "–" } else { key.unit };
-        let conditions = key.conditions().replace('"', "`");
-        let _ = writeln!(
-            out,
-            "| `{}`{degrees} | {value} | {unit} | {default} | {}{conditions} |",
-            key.name, key.doc
-        );
+/// Keys of the part of a body that a joint, a load or a marker takes hold of, which stand once on the page.
+const PLACE: [&str; 5] = ["marker", "face", "point", "radius", "coupling"];
+
+/// Whether `keys` name such a part.
+fn has_place(keys: &[Key]) -> bool {
+    PLACE[1..].iter().all(|name| keys.iter().any(|key| key.name == *name))
+}
+
+/// The keys of a place, with all that they say of any.
+fn places(out: &mut String) {
+    let inside = |keys: &'static [Key], name: &str| -> &'static [Key] {
+        match keys.iter().find(|key| key.name == name).map(|key| &key.kind) {
+            Some(Kind::Table(keys) | Kind::Named(keys)) => keys,
+            _ => &[],
+        }
+    };
+    let of_joints = inside(inside(SCENARIO, "joints"), "parent");
+    let _ = writeln!(
+        out,
+        "\n## Places on bodies\n\nWhat a side of a joint, a load or a marker takes hold of; `[bodies.NAME.markers.NAME]` has no `marker`. \
+         What it means, and the faces of all shapes: [Places](places.md).\n"
+    );
+    out.push_str(TABLE);
+    for key in of_joints.iter().filter(|key| PLACE.contains(&key.name)) {
+        row(key, out);
     }
+}
+
+/// Head of a table of keys.
+const TABLE: &str = "| key | value | unit | default | meaning |\n|---|---|---|---|---|\n";
+
+fn rows(keys: &[Key], out: &mut String) {
+    out.push_str(TABLE);
+    let is_place = |key: &Key| has_place(keys) && PLACE.contains(&key.name);
+    let place: Vec<String> =
+        keys.iter().filter(|key| is_place(key)).map(|key| format!("`{}`", key.name)).collect();
+    let mut is_told = false;
+    for key in keys {
+        if !is_place(key) {
+            row(key, out);
+        } else if !is_told {
+            is_told = true;
+            let _ = writeln!(
+                out,
+                "| {} | – | – | one must be given | [Place](#places-on-bodies) on the body. |",
+                place.join(", ")
+            );
+        }
+    }
+}
+
+fn row(key: &Key, out: &mut String) {
+    let degrees = if key.degrees { format!(", `{}_deg`", key.name) } else { String::new() };
+    let default = match (key.need.default().as_deref(), key.need.otherwise()) {
+        (Some("{}" | "[]"), _) => "empty".to_owned(),
+        (Some(text), _) => format!("`{text}`"),
+        (None, Some(text)) => text,
+        (None, None) => "**required**".to_owned(),
+    };
+    let value = match &key.kind {
+        Kind::Choice(choices) => list(choices),
+        Kind::Choices(choices) => format!("a list of some of {}", list(choices)),
+        Kind::ChoiceOrNumber(choices, range) => {
+            format!("{}, or a number {}", list(choices), range.words())
+        }
+        Kind::NumberOrVariants { range, .. } => {
+            format!("a number {}, or a [table](#quantities-over-time)", range.words())
+        }
+        kind => kind.allowed(""),
+    };
+    let unit = if key.unit.is_empty() { "–" } else { key.unit };
+    let conditions = key.conditions().replace('"', "`");
+    let _ =
+        writeln!(out, "| `{}`{degrees} | {value} | {unit} | {default} | {}{conditions} |", key.name, key.doc);
 }
 
 fn list(choices: &[Choice]) -> String {

@@ -6,8 +6,8 @@ use crate::plot::figure::{Axis, Figure, Panel, entries};
 
 /// Names of the components.
 const AXES: [&str; 3] = ["x", "y", "z"];
-/// Part of the largest component below which one is nothing.
-const NOTHING: f64 = 1e-9;
+/// Part of the largest component below which one is nothing: what rounding and the parts of a mesh leave of symmetry.
+const NOTHING: f64 = 1e-6;
 /// The same of stress: what elements leave of a stress that vanishes.
 const STRESSLESS: f64 = 1e-6;
 
