@@ -175,7 +175,7 @@ class Result:
         return self.table("transfers")
 
     def table(self, name: str) -> xr.Dataset:
-        """A table, its rows along the dimension of its name; rows of two or three numbers have a dimension of their own."""
+        """A table, its rows along the dimension of its name, numbered from 1; rows of two or three numbers have a dimension of their own."""
         with self._open() as file:
             if name not in file or file[name].dtype.names is None:
                 raise KeyError(f"{self.path}: there is no table {name!r}")
@@ -188,7 +188,7 @@ class Result:
                 values = np.array([_text(v) for v in values], dtype=str)
             dimensions = (name,) if values.ndim == 1 else (name, f"{column}_component")
             variables[column] = xr.Variable(dimensions, values, {"units": units.get(column, "–")})
-        return xr.Dataset(variables)
+        return xr.Dataset(variables, {name: np.arange(1, len(rows) + 1)})
 
     def pressure(self, contact: str, time: float | str = "peak") -> xr.Dataset:
         """Pressure at the loaded points of a contact at the stored instant nearest to `time` [s], or at the largest stored force.

@@ -20,7 +20,7 @@ import xarray as xr
 from .program import call, find_program
 from .results import Metric, Result, open_result
 from .sampling import full_factorial
-from .scenario import Scenario, set_lines, write_scenario
+from .scenario import Scenario, plain, set_lines, write_scenario
 
 
 @dataclass(frozen=True)
@@ -87,6 +87,30 @@ class Sweep:
             order = [rows[run.name] for run in self.runs if run.name in rows]
             variables = {name: _column(item, order) for name, item in group.items() if len(item) == len(rows)}
         return xr.Dataset(variables)
+
+    def grid(self, columns: Mapping[str, str] | None = None) -> xr.Dataset:
+        """The numbers of `table` over the values that were swept: a dimension a key, numeric where its values are numbers.
+
+        Of vectors in which one component differs, that component is the axis, `bodies.ball.velocity[2]`. What was not run, or failed, is NaN.
+
+        Raises `ValueError` if vectors differ in several components, or if two runs have the same place.
+        """
+        table = self.table(columns)
+        axes = {name: values for key in _keys(self.runs) for name, values in [_axis(self.runs, key)] if len(set(values)) > 1}
+        levels = {name: sorted(set(values)) for name, values in axes.items()}
+        places = [tuple(levels[name].index(axes[name][i]) for name in axes) for i in range(len(self.runs))]
+        if len(set(places)) < len(places):
+            raise ValueError("two runs have the same values of all keys that differ")
+        shape = tuple(len(values) for values in levels.values())
+        variables: dict[str, xr.Variable] = {}
+        for name, column in table.variables.items():
+            if column.dtype.kind not in "fiu" or str(name).startswith("set."):
+                continue
+            values = np.full(shape, np.nan)
+            for place, value in zip(places, column.values):
+                values[place] = value
+            variables[str(name)] = xr.Variable(tuple(levels), values, column.attrs)
+        return xr.Dataset(variables, {name: np.array(values) for name, values in levels.items()})
 
     def metric(self, expression: str) -> list[Metric | None]:
         """Value of an expression for every run; None for runs without a complete result."""
@@ -210,6 +234,23 @@ class _Work:
             self.is_stopped = True
             for process in self._running:
                 process.send_signal(signal.SIGTERM)
+
+
+def _keys(runs: Sequence[SweepRun]) -> list[str]:
+    """Keys that any run sets, in the order in which they were given."""
+    return list(dict.fromkeys(key for run in runs for key in run.values))
+
+
+def _axis(runs: Sequence[SweepRun], key: str) -> tuple[str, list[Any]]:
+    """Name and value of every run along the axis of a key."""
+    given = [plain(run.values.get(key)) for run in runs]
+    if not all(isinstance(value, list) for value in given):
+        return key, [value if isinstance(value, (int, float)) else str(value) for value in given]
+    differing = [i for i, values in enumerate(zip(*given)) if len(set(map(str, values))) > 1]
+    if len({len(value) for value in given}) > 1 or len(differing) > 1:
+        raise ValueError(f"{key}: vectors differ in several components, they have no place along one axis")
+    at = differing[0] if differing else 0
+    return f"{key}[{at}]", [value[at] for value in given]
 
 
 def _column(item: Any, order: list[int]) -> xr.Variable:

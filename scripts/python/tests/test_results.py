@@ -48,6 +48,7 @@ def test_joints_with_their_coordinates(pendulums):
 def test_tables_have_columns_with_units(ball):
     table = ball.impacts
     assert table.sizes["impacts"] == 1 and table["peak_force"].attrs["units"] == "N"
+    assert table.sel(impacts=1)["peak_force"] == table["peak_force"][0], "rows are numbered from 1"
     assert table["contact"].item() == "impact"
     assert ball.tries["interval_widths"].dims == ("tries", "interval_widths_component")
     assert ball.phases["kind"].values.tolist() == ["impact"] or "free" in ball.phases["kind"].values

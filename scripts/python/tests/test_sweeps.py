@@ -36,6 +36,27 @@ def test_failed_runs_are_rows_and_finished_ones_are_not_made_again(scenarios, tm
         fbimpact.sweep(scenarios / "rod_on_plane.toml", values, tmp_path)
 
 
+def test_a_sweep_is_a_grid_with_numeric_axes(scenarios, tmp_path):
+    path = scenarios / "sphere_on_plane.toml"
+    values = {
+        "bodies.ball.velocity": [[0.0, 0.0, -0.1], [0.0, 0.0, -0.05]],
+        "materials.aluminium.youngs_modulus": [72.8e9, -1.0, 36.4e9],
+    }
+    made = fbimpact.sweep(path, values, tmp_path, jobs=2)
+    grid = made.grid({"late": "bodies.ball.velocity[-1].z"})
+    assert dict(grid.sizes) == {"bodies.ball.velocity[2]": 2, "materials.aluminium.youngs_modulus": 3}
+    assert list(grid["bodies.ball.velocity[2]"].values) == [-0.1, -0.05]
+    peak = grid["impact[1].peak_force"]
+    assert peak.attrs["units"] == "N" and math.isnan(peak.sel({"materials.aluminium.youngs_modulus": -1.0})[0])
+    # Hertz: the force grows with the modulus to the power of 0.4; waves in the ball leave 1e-2.
+    stiff, soft = (peak.sel({"materials.aluminium.youngs_modulus": e})[0].item() for e in (72.8e9, 36.4e9))
+    assert math.isclose(stiff / soft, 2.0**0.4, rel_tol=1e-2)
+    assert "late" in grid and "status" not in grid
+    both = fbimpact.Sweep(tmp_path, [fbimpact.SweepRun(n, {"v": v}, tmp_path) for n, v in (("a", [0.0, 1.0]), ("b", [1.0, 0.0]))])
+    with pytest.raises(ValueError, match="several components"):
+        both.grid()
+
+
 def test_shell_and_package_go_on_with_each_other(scenarios, tmp_path):
     path = scenarios / "sphere_on_plane.toml"
     made = fbimpact.sweep(path, {"bodies.ball.velocity[2]": [-0.05]}, tmp_path)
