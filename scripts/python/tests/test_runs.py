@@ -1,10 +1,12 @@
 import math
 import pathlib
+import shutil
 
 import numpy as np
 import pytest
 
 import fbimpact
+from fbimpact import program
 from fbimpact.program import call
 from fbimpact.scenario import path_of, to_toml
 
@@ -67,10 +69,42 @@ def test_program_is_found(monkeypatch, tmp_path):
         fbimpact.find_program()
     monkeypatch.setenv("FBIMPACT", there)
     assert fbimpact.find_program() == there
-    monkeypatch.delenv("FBIMPACT")
-    monkeypatch.setenv("PATH", str(pathlib.Path(there).parent))
-    assert fbimpact.find_program() == there
     assert "fbimpact" in call(["--version"])
+    # Without the variable: what lies nearest to the package. This one is in no checkout and was not installed.
+    monkeypatch.delenv("FBIMPACT")
+    package = tmp_path / "site" / "fbimpact"
+    shutil.copytree(pathlib.Path(fbimpact.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr(program, "__file__", str(package / "program.py"))
+    monkeypatch.setattr(program, "_installed_with", lambda *_: None)
+    on_path = stub(tmp_path / "path" / "fbimpact")
+    monkeypatch.setenv("PATH", str(on_path.parent))
+    assert fbimpact.find_program() == str(on_path)
+    beside = stub(tmp_path / "site" / "bin" / "fbimpact")
+    assert fbimpact.find_program() == str(beside)
+    installed = stub(tmp_path / "environment" / "fbimpact")
+    monkeypatch.setattr(program, "_installed_with", lambda *_: installed)
+    assert fbimpact.find_program() == str(installed)
+    checkout = stub(tmp_path / "target" / "release" / "fbimpact")
+    (tmp_path / "Cargo.toml").touch()
+    monkeypatch.setattr(program, "_installed_with", lambda *_: None)
+    beside.unlink()
+    assert fbimpact.find_program() == str(checkout)
+
+
+def stub(path: pathlib.Path) -> pathlib.Path:
+    """A file that may be executed."""
+    path.parent.mkdir(parents=True)
+    path.touch(mode=0o755)
+    return path
+
+
+def test_program_of_another_version_is_told(monkeypatch, tmp_path):
+    other = stub(tmp_path / "bin" / "fbimpact")
+    other.write_text("#!/bin/sh\necho fbimpact 9.9.9\n")
+    monkeypatch.setenv("FBIMPACT", str(other))
+    monkeypatch.setattr(program.importlib.metadata, "version", lambda _: "0.1.0")
+    with pytest.warns(UserWarning, match="is version 9.9.9, the Python package is 0.1.0"):
+        call(["--version"])
 
 
 def test_figures_are_drawn(ball, pendulums):
