@@ -1,11 +1,14 @@
 //! Body files: round trips bit by bit, a beam written by hand, faults that name file and dataset.
 
+use adaptive::body::field::Field;
+use adaptive::body::field_body::FieldBody;
 use std::path::PathBuf;
 
 use crate::beam_file::{BENDING, LENGTH, LINE_MASS, write_beam};
 use crate::oracles::modal_truncation;
-use adaptive::elastic_body::geometric_stiffening;
-use adaptive::elastic_body::{ElasticBody, Interface};
+use adaptive::body::reduced::Interface;
+use adaptive::body::reduced::geometric_stiffening;
+use adaptive::elastic_body::ElasticBody;
 use adaptive::spec::{DampingSpec, DiscretisationSpec, ElasticSpec, Place, ReductionSpec};
 use fbimpact::body_file::{BodyFile, read, write_full, write_reduced};
 use ffr_dynamics::body::{ModalDamping, RigidMotion};
@@ -64,7 +67,7 @@ fn reduced(body: &ElasticBody) -> ReducedModel {
     let is_axial = body.assembled.motion == RigidMotion::Axial;
     let place = if is_axial { [0.0; 3] } else { [-0.15, 0.0, 0.0] };
     let turn = UnitQuaternion::from_scaled_axis(Vector3::z() * 0.3);
-    let hub = body.discretised().marker_weights(&Place::Point(place), turn).unwrap();
+    let hub = body.marker_weights(&Place::Point(place), turn).unwrap();
     let marker = hub.marker("hub", shapes).unwrap();
     let frequencies = basis.basis.omega.iter().map(|w| w / std::f64::consts::TAU).collect();
     let (mut data, mut markers, mut frame) = (basis.data, vec![marker.clone()], BodyFrame::Buckens);
@@ -72,13 +75,12 @@ fn reduced(body: &ElasticBody) -> ReducedModel {
     if !is_axial {
         let tangent = marker.tangent_frame(data.motion);
         tip_shapes = tangent.shifted_shapes(&body.assembled, shapes).unwrap();
-        let given = geometric_stiffening(body, tip_shapes.as_ref(), &hub).unwrap();
+        let given = geometric_stiffening(body, &body.assembled, tip_shapes.as_ref(), &hub).unwrap();
         data = data.in_tangent_frame(&tangent).unwrap().with_geometric_stiffening(&given).unwrap();
         markers = vec![marker.in_tangent_frame(&tangent).unwrap()];
         frame = BodyFrame::Tangent { marker: "hub".into() };
     }
-    let tip =
-        body.discretised().flexible_point(&Place::Point([0.0, 0.02, 0.0]), tip_shapes.as_ref()).unwrap();
+    let tip = body.flexible_point(&Place::Point([0.0, 0.02, 0.0]), tip_shapes.as_ref()).unwrap();
     ReducedModel::new(ReducedParts {
         name: "sample".into(),
         frame,
@@ -117,7 +119,6 @@ fn full_bodies_come_back_bit_by_bit() {
     for body in samples() {
         let place = if body.assembled.motion == RigidMotion::Axial { [0.0; 3] } else { [-0.15, 0.0, 0.0] };
         let hub = body
-            .discretised()
             .marker_weights(&Place::Point(place), UnitQuaternion::from_scaled_axis(Vector3::z() * 0.3))
             .unwrap();
         let full = FullBody::new(body.assembled.clone(), vec![("hub".into(), hub)]).unwrap();

@@ -3,6 +3,11 @@
 use std::f64::consts::PI;
 use std::sync::OnceLock;
 
+use crate::blocks;
+use crate::support::scenarios;
+use crate::writers::{Form, gmsh};
+use fe_mesh::ElementKind;
+
 use super::support::{
     Table, Trace, assert_below, assert_close, interpolate, run, run_scenario, without_sizes,
 };
@@ -95,6 +100,24 @@ fn spinning_beam_follows_the_geometrically_exact_one() {
 #[test]
 fn spinning_beam_of_chosen_sizes_follows_the_geometrically_exact_one() {
     assert_spin_up(&run_scenario(&without_sizes("spinning_beam", &[])));
+}
+
+#[test]
+fn spinning_beam_of_finite_elements_follows_the_geometrically_exact_one() {
+    // The strip as a bar of its square section; brick elements of 20 nodes.
+    let path = scenarios::folder("spinning_bricks");
+    let section = 0.07745966692414834;
+    let bar = |[x, y, z]: [f64; 3]| [10.0 * x - 5.0, section * (y - 0.5), section * (z - 0.5)];
+    let mesh = blocks::block(ElementKind::Hex20, [40, 1, 1], bar);
+    std::fs::write(path.join("beam.msh"), gmsh(&mesh, Form::Binary41)).expect("written");
+    let strip = std::fs::read_to_string("scenarios/spinning_beam.toml").expect("a scenario");
+    let own = ["model = \"plane", "thickness", "geometry", "#:schema"];
+    let kept: Vec<&str> = strip.lines().filter(|line| !own.iter().any(|key| line.starts_with(key))).collect();
+    let text = kept
+        .join("\n")
+        .replace("[bodies.beam]\n", "[bodies.beam]\nmodel = \"mesh\"\nfile = \"beam.msh\"\nunits = \"m\"\n")
+        .replace("marker = \"right\"", "point = [5.0, 0.0, 0.0]");
+    assert_spin_up(&run_scenario(&scenarios::valid(&path, &text, &[])));
 }
 
 /// Asserts that `trace` is the spin-up of the reference.

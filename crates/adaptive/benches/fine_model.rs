@@ -8,8 +8,11 @@
 
 use std::hint::black_box;
 
+use adaptive::body::field::Field;
+use adaptive::body::field_body::FieldBody;
+use adaptive::body::reduced::{Interface, ReducedBody};
 use adaptive::contact_zone::ContactZone;
-use adaptive::elastic_body::{ElasticBody, Interface, ReducedBody};
+use adaptive::elastic_body::ElasticBody;
 use adaptive::fine_model::{FineMesh, FineSettings};
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, PointRule, ReductionSpec};
 use adaptive::wanted_interval::WantedInterval;

@@ -9,13 +9,10 @@ use contact_qs::law::penalty;
 use contact_qs::search::{SurfaceModel, SurfaceSite};
 use contact_qs::{ActiveContact, ContactError, PressureRecovery};
 use ffr_dynamics::system::force::BodyState;
-use iga_core::nurbs::FaceId;
 
-use crate::body_model::{BodyModel, FlexibleBody};
+use crate::body_model::{BodyModel, FlexibleModel};
 use crate::detection::{Detector, DetectorTarget, Nearest, Search};
-use crate::elastic_body::ElasticBody;
 use crate::error::{AdaptiveError, ContactModelFault};
-use crate::fine_body::ZoneMesh;
 use crate::fine_model::FineBody;
 use crate::interval::{
     ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalGrid, IntervalSettings, Verdict,
@@ -189,7 +186,7 @@ impl AdaptiveContact {
         (bodies, surfaces): (&[BodyModel], &[Option<Arc<SurfaceModel>>]),
         cache: &ModelCache,
     ) -> Result<Self, AdaptiveError> {
-        let is_mesh = |body: usize| bodies[body].flexible().is_some_and(|f| f.mesh().is_some());
+        let is_mesh = |body: usize| bodies[body].flexible().is_some_and(|f| f.body.mesh().is_some());
         let other = if let Target::Body(other) = spec.target { Some(other) } else { None };
         let has_mesh = [Some(spec.body), other].into_iter().flatten().any(is_mesh);
         if has_mesh && law.transfer.modes == LowModes::Fine {
@@ -253,7 +250,7 @@ impl AdaptiveContact {
             true => LowModes::Prolonged,
             false => self.law.transfer.modes,
         };
-        let on = |body: usize| points_on(request.points, body, own_body.motion);
+        let on = |body: usize| points_on(request.points, body, own_body.motion());
         let (points, places) = on(self.body);
         let (mut target_points, mut target_places) = (Vec::new(), Vec::new());
         if let Some(other) = self.flexible_target {
@@ -271,12 +268,12 @@ impl AdaptiveContact {
         };
         let (mut element, offset) = self.element_at(&mut own, &mut other, (bodies, states), nearest.gap)?;
         let on_body =
-            |body, site, side: &FineSide<'_>| ZoneOnBody { body, site, n_unknowns: side.zone.unknowns.len() };
+            |body, site, side: &FineSide| ZoneOnBody { body, site, n_unknowns: side.zone.unknowns.len() };
         let mut zones = vec![on_body(self.body, site, &own)];
         zones.extend(other.as_ref().zip(target_site).map(|((body, side), site)| on_body(*body, site, side)));
-        let displaced = |(points, places): (&[usize], &[ObservedPlace]), body: usize, side: &FineSide<'_>| {
+        let displaced = |(points, places): (&[usize], &[ObservedPlace]), body: usize, side: &FineSide| {
             let points = if side.points.ncols() == 0 { &[] } else { points };
-            compliances((points, places), body, side.body.motion(), &side.points)
+            compliances((points, places), body, side.body.field().motion(), &side.points)
         };
         let mut observed = displaced((&points, &places), self.body, &own);
         let on_target = other.iter();
@@ -466,18 +463,13 @@ impl FineContact {
 }
 
 /// The model of the contact body or of a flexible target.
-fn flexible(model: &BodyModel) -> FlexibleBody<'_> {
+fn flexible(model: &BodyModel) -> &FlexibleModel {
     model.flexible().expect("the contact body and flexible_target are flexible, see AdaptiveContact::new")
 }
 
 /// The place `site` on a body, for an interval of the widths given.
-fn zone_site(body: &FlexibleBody<'_>, site: &SurfaceSite, widths: [f64; 2]) -> ZoneSite {
-    let of_face = |body: &ElasticBody| {
-        let faces = FaceId::all(&body.shape.patches);
-        faces.iter().position(|f| *f == site.face).unwrap_or_default()
-    };
-    let face = body.spline_body().map_or(site.element, of_face) as u32;
-    ZoneSite { face, centre: site.xi, widths, meets: None }
+fn zone_site(body: &FlexibleModel, site: &SurfaceSite, widths: [f64; 2]) -> ZoneSite {
+    ZoneSite { face: body.body.face_number(site), centre: site.xi, widths, meets: None }
 }
 
 fn is_at_end(interval: &IntervalGrid) -> bool {
@@ -485,20 +477,15 @@ fn is_at_end(interval: &IntervalGrid) -> bool {
 }
 
 /// The fine models among `sides`, by body, that bring modes of their own.
-fn fine_bases<'a>(sides: impl Iterator<Item = (usize, FineSide<'a>)>) -> Vec<(usize, FineBasis)> {
-    let basis = |(index, side): (usize, FineSide<'a>)| {
-        let (assembled, modes) = side.fine_modes?;
-        let ZoneMesh::Splines(mesh) = side.body.into_mesh() else { return None };
-        Some((index, FineBasis { body: FineBody { mesh: *mesh, assembled }, modes }))
-    };
-    sides.filter_map(basis).collect()
+fn fine_bases(sides: impl Iterator<Item = (usize, FineSide)>) -> Vec<(usize, FineBasis)> {
+    sides.filter_map(|(index, side)| Some((index, side.fine_basis?))).collect()
 }
 
 /// Sizes of the fine models of a contact's bodies, together.
-fn sizes(sides: [Option<&FineSide<'_>>; 2]) -> TrialSizes {
+fn sizes(sides: [Option<&FineSide>; 2]) -> TrialSizes {
     sides.into_iter().flatten().fold(TrialSizes::default(), |sum, side| TrialSizes {
-        elements: sum.elements + side.body.n_elements() as u64,
-        dofs: sum.dofs + side.body.n_unknowns() as u64,
+        elements: sum.elements + side.body.field().space().n_elements() as u64,
+        dofs: sum.dofs + side.body.field().n_unknowns() as u64,
         interface: sum.interface + side.zone.unknowns.len() as u64,
     })
 }

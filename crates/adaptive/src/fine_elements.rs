@@ -8,22 +8,23 @@ use faer::{Mat, MatRef};
 use fe_mesh::fault::MeshFault;
 use fe_mesh::refined::{CellBall, RefinedMesh};
 use fe_mesh::{Mesh, MeshSpace};
-use ffr_dynamics::body::AssembledBody;
-use iga_core::assembly::assemble;
-use iga_core::elasticity::{ElementMaterials, Model};
+use ffr_dynamics::body::{AssembledBody, Dof};
+use iga_core::SplineError;
+use iga_core::elasticity::kinematics::PointState;
+use iga_core::elasticity::{ElementMaterials, MaterialField, Model};
+use iga_core::extent::{Extent, ExtentPoint};
 use iga_core::space::Space;
 use nalgebra::Vector3;
 use tracing::debug;
 
+use crate::body::field::Field;
 use crate::contact_zone::ContactZone;
 use crate::error::AdaptiveError;
 use crate::fine_model::{gigabytes, most_gigabytes};
-use crate::gauge::Gauge;
 use crate::interval::{IntervalEnd, IntervalGrid};
 use crate::mesh_surface::{LocalShape, MeshSurface, SideSite};
-use crate::meshed::{assembled_body, dofs_of, geometry};
+use crate::meshed::{MeshedBody, assembled, dofs_of, no_such_place, points_of};
 use crate::smooth_fit::SmoothFit;
-use crate::spec::MeshedSpec;
 use crate::store::{Bytes, meshed_definition};
 use crate::subdivision::SubdivisionError;
 use crate::unsupported::Unsupported;
@@ -65,16 +66,19 @@ struct Footprint {
 
 /// A divided mesh with its zone.
 pub struct FineElements {
-    /// Name of the body.
-    pub name: String,
-    spec: MeshedSpec,
+    body: Arc<MeshedBody>,
+    wanted: WantedZone,
     refined: RefinedMesh,
+    /// Displacements of the free nodes.
+    space: MeshSpace,
+    /// Materials of its elements.
+    pub materials: ElementMaterials,
     surface: Arc<MeshSurface>,
     footprint: Footprint,
     /// The surface through the nodes, where there is a smooth one.
     smooth: Option<SmoothFit>,
-    /// Numbers of the unknowns.
-    pub lookup: DofLookup,
+    dofs: Vec<Dof>,
+    lookup: DofLookup,
 }
 
 impl Footprint {
@@ -111,12 +115,13 @@ impl Footprint {
 }
 
 impl FineElements {
-    /// Divides the mesh of the body `name` about a zone.
+    /// Divides the mesh of `body` about a zone.
     ///
     /// # Errors
     /// [`AdaptiveError::Mesh`] or [`AdaptiveError::Subdivision`] if that would take too many pieces, [`AdaptiveError::Contact`] where the surface has no curvature,
     /// [`AdaptiveError::Unsupported`] if a rigid part of the body would be divided.
-    pub fn build(name: &str, spec: &MeshedSpec, wanted: &WantedZone) -> Result<Self, AdaptiveError> {
+    pub fn build(body: &Arc<MeshedBody>, wanted: &WantedZone) -> Result<Self, AdaptiveError> {
+        let (name, spec) = (body.name.as_str(), &body.spec);
         let fail = |source: MeshFault| AdaptiveError::Mesh { body: name.to_owned(), source };
         let nothing = || {
             let source = ContactError::Empty { width: wanted.widths[0] };
@@ -142,13 +147,17 @@ impl FineElements {
         .map_err(fail)?;
         let n_free = refined.n_free();
         debug!(body = name, levels, elements = refined.mesh().elements().len(), nodes = n_free, "fine model");
-        let surface = MeshSurface::of(&Arc::new(refined.mesh().clone()));
+        let surface = MeshSurface::of(refined.mesh());
         let reach = footprint.half[0].max(footprint.half[1]);
         let smooth = SmoothFit::new(&coarse, &wanted.site, &footprint.shape, reach);
+        let dofs = dofs_of(n_free);
         let fine = Self {
-            name: name.to_owned(),
-            spec: spec.clone(),
-            lookup: DofLookup::new(&dofs_of(n_free)),
+            body: Arc::clone(body),
+            wanted: *wanted,
+            space: MeshSpace::divided(&refined, spec.mass_rule),
+            materials: body.materials.of_parts(refined.parents()),
+            lookup: DofLookup::new(&dofs),
+            dofs,
             refined,
             surface,
             footprint,
@@ -161,7 +170,7 @@ impl FineElements {
 
     /// Refuses what no memory holds, with elements of the size `element`, so many of them `across`.
     fn check_size(&self, (element, across): (f64, usize)) -> Result<(), AdaptiveError> {
-        let (unknowns, interface) = (self.n_unknowns() as f64, self.zone()?.unknowns.len() as f64);
+        let (unknowns, interface) = (self.n_unknowns() as f64, self.contact_zone()?.unknowns.len() as f64);
         let gigabytes = gigabytes(N_COMPONENTS, unknowns, interface);
         let most = most_gigabytes();
         if gigabytes <= most {
@@ -170,52 +179,42 @@ impl FineElements {
         let width = 2.0 * self.footprint.half[0].max(self.footprint.half[1]);
         let source =
             SubdivisionError::TooLarge { width, across, element, unknowns, interface, gigabytes, most };
-        Err(AdaptiveError::Subdivision { body: self.name.clone(), source })
+        Err(AdaptiveError::Subdivision { body: self.body.name.clone(), source })
     }
 
     /// Refuses divided elements at nodes of rigid parts, which are held by the functions of the mesh before.
     fn check_rigid_parts(&self) -> Result<(), AdaptiveError> {
-        if self.spec.rigid_areas.is_empty() {
+        if self.body.spec.rigid_areas.is_empty() {
             return Ok(());
         }
-        let mut count = vec![0u32; self.spec.mesh.elements().len()];
+        let mut count = vec![0u32; self.body.spec.mesh.elements().len()];
         self.refined.parents().iter().for_each(|&p| count[p as usize] += 1);
-        let mut is_divided = vec![false; self.spec.mesh.nodes().len()];
-        for (element, _) in self.spec.mesh.elements().iter().zip(&count).filter(|(_, n)| **n > 1) {
+        let mut is_divided = vec![false; self.body.spec.mesh.nodes().len()];
+        for (element, _) in self.body.spec.mesh.elements().iter().zip(&count).filter(|(_, n)| **n > 1) {
             element.nodes.iter().for_each(|&n| is_divided[n as usize] = true);
         }
-        let held = self.spec.rigid_nodes(&self.name)?;
+        let held = self.body.rigid_nodes()?;
         if held.iter().any(|&n| is_divided[n as usize]) {
-            return Err(AdaptiveError::unsupported_body(&self.name, Unsupported::RigidPartAtTouch));
+            return Err(AdaptiveError::unsupported_body(&self.body.name, Unsupported::RigidPartAtTouch));
         }
         Ok(())
-    }
-
-    /// Number of elements.
-    pub fn n_elements(&self) -> usize {
-        self.refined.mesh().elements().len()
-    }
-
-    /// Number of unknowns.
-    pub fn n_unknowns(&self) -> usize {
-        N_COMPONENTS * self.refined.n_free()
     }
 
     /// Contact points and interface.
     ///
     /// # Errors
     /// [`AdaptiveError::Mesh`] for a side without area, [`AdaptiveError::Contact`] if there is no point.
-    pub fn zone(&self) -> Result<ContactZone, AdaptiveError> {
+    pub fn contact_zone(&self) -> Result<ContactZone, AdaptiveError> {
         let widths = self.footprint.half.map(|h| 2.0 * h);
         let empty = || {
             let source = ContactError::Empty { width: widths[0] };
-            AdaptiveError::Contact { contact: self.name.clone(), source }
+            AdaptiveError::Contact { contact: self.body.name.clone(), source }
         };
         let first = self.surface.nearest(self.footprint.centre.as_ref()).ok_or_else(empty)?;
         let n_free = self.refined.n_free();
         let is_near = |x: &[f64; 3]| self.footprint.contains(x);
         let zone = self.surface.zone_within(first.side, is_near, |n| (n as usize) < n_free, widths);
-        let mut zone = zone.map_err(|source| AdaptiveError::Mesh { body: self.name.clone(), source })?;
+        let mut zone = zone.map_err(|source| AdaptiveError::Mesh { body: self.body.name.clone(), source })?;
         if zone.points.is_empty() {
             return Err(empty());
         }
@@ -226,12 +225,12 @@ impl FineElements {
     }
 
     /// Outward normal of the smooth surface on which the zone lies; none if it lies on the sides as they are.
-    pub fn outward(&self) -> Option<Vector3<f64>> {
+    pub fn normal(&self) -> Option<Vector3<f64>> {
         self.smooth.as_ref().map(SmoothFit::normal)
     }
 
     /// The rows by which the use of the zone is judged.
-    pub fn grid(&self) -> IntervalGrid {
+    pub fn rows(&self) -> IntervalGrid {
         IntervalGrid {
             widths: self.footprint.half.map(|h| 2.0 * h),
             ends: vec![[IntervalEnd::Open; 2]; 2],
@@ -240,7 +239,7 @@ impl FineElements {
     }
 
     /// The rows in which the points of `zone` lie, the outermost ones for those beyond it and on the rim.
-    pub fn contact_elements(&self, zone: &ContactZone) -> Vec<[usize; 2]> {
+    pub fn rows_of(&self, zone: &ContactZone) -> Vec<[usize; 2]> {
         let row =
             |x: f64, half: f64| ((0.5 * (x / half + 1.0) * ROWS as f64).max(0.0) as usize).min(ROWS - 1);
         let rows = |x: &[f64; 3]| {
@@ -254,21 +253,18 @@ impl FineElements {
     /// Stiffness and mass of the free nodes.
     ///
     /// # Errors
-    /// [`AdaptiveError::Geometry`] if there are too many entries or an element is folded; those of [`MeshedSpec::stiffened`].
-    pub fn assemble(&self) -> Result<AssembledBody, AdaptiveError> {
-        let materials = self.materials()?;
-        let matrices = assemble(&self.space(), &Model::Solid, &materials);
-        let matrices = matrices.map_err(|e| geometry(&self.name, e))?;
-        let stiffness = self.spec.stiffened(&self.name, matrices.stiffness)?;
-        let nodes = self.refined.free_nodes();
-        Ok(assembled_body(&self.name, nodes, stiffness, matrices.mass))
+    /// [`AdaptiveError::Geometry`] if there are too many entries or an element is folded; those of [`MeshedBody::held`].
+    pub fn assembled(&self) -> Result<AssembledBody, AdaptiveError> {
+        let mut assembled = assembled(&self.body.name, &self.space, &self.materials)?;
+        assembled.stiffness = self.body.held(assembled.stiffness)?;
+        Ok(assembled)
     }
 
     /// Displacements of the mesh before (n_before x k) on the free nodes: the same fields (theory Eq. A.5).
-    pub fn prolong(&self, shapes: MatRef<'_, f64>) -> Mat<f64> {
+    pub fn prolonged(&self, shapes: MatRef<'_, f64>) -> Mat<f64> {
         let mut fine = Mat::zeros(self.n_unknowns(), shapes.ncols());
         for node in 0..self.refined.n_free() {
-            let functions = self.refined.functions_before(&self.spec.mesh, node);
+            let functions = self.refined.functions_before(&self.body.spec.mesh, node);
             for j in 0..shapes.ncols() {
                 for c in 0..N_COMPONENTS {
                     let value = |(n, w): &(u32, f64)| w * shapes[(N_COMPONENTS * *n as usize + c, j)];
@@ -280,28 +276,64 @@ impl FineElements {
     }
 
     /// The divided mesh.
-    pub fn mesh(&self) -> &Mesh {
+    pub fn divided(&self) -> &Arc<Mesh> {
         self.refined.mesh()
     }
 
-    /// Displacements of its free nodes.
-    fn space(&self) -> MeshSpace<'_> {
-        MeshSpace::divided(&self.refined, self.spec.mass_rule)
+    /// What its matrices are made from.
+    pub fn zone_definition(&self) -> Bytes {
+        let mut key = Bytes(meshed_definition(&self.body.spec));
+        let WantedZone { site: SideSite { side, eta, point }, widths, elements } = &self.wanted;
+        key.add(&(side, eta, point, widths, elements));
+        key
+    }
+}
+
+impl Field for FineElements {
+    fn name(&self) -> &str {
+        &self.body.name
     }
 
-    /// Materials of its elements.
-    ///
-    /// # Errors
-    /// [`AdaptiveError::Mesh`] as of [`MeshedSpec::materials`].
-    pub fn materials(&self) -> Result<ElementMaterials, AdaptiveError> {
-        let of_body = self.spec.materials();
-        let of_body = of_body.map_err(|source| AdaptiveError::Mesh { body: self.name.clone(), source })?;
-        Ok(of_body.of_parts(self.refined.parents()))
+    fn space(&self) -> &dyn Space {
+        &self.space
     }
 
-    /// The field of the unknowns `u` at all nodes, three components each.
-    pub fn at_nodes(&self, u: &[f64]) -> Vec<f64> {
-        let n = self.mesh().nodes().len();
+    fn model(&self) -> &Model {
+        &Model::Solid
+    }
+
+    fn materials(&self) -> &dyn MaterialField {
+        &self.materials
+    }
+
+    fn dofs(&self) -> &[Dof] {
+        &self.dofs
+    }
+
+    fn lookup(&self) -> &DofLookup {
+        &self.lookup
+    }
+
+    fn locate(&self, place: &[f64; 3]) -> Result<(usize, [f64; 3]), AdaptiveError> {
+        let found = self.divided().locate(place);
+        found.map_err(|source| AdaptiveError::Mesh { body: self.body.name.clone(), source })
+    }
+
+    fn points_of(&self, extent: &Extent) -> Result<Vec<ExtentPoint>, AdaptiveError> {
+        points_of(self, self.divided(), extent)
+    }
+
+    fn named_place(&self, marker: &str) -> Result<[f64; 3], AdaptiveError> {
+        Err(no_such_place(self, self.divided(), marker))
+    }
+
+    fn unit_states(&self, e: usize, xi: &[f64; 3]) -> Result<Vec<(u32, Vec<PointState>)>, SplineError> {
+        self.space.unit_states(&self.materials, e, xi)
+    }
+
+    /// With the nodes that follow others.
+    fn drawn_values(&self, u: &[f64]) -> Vec<f64> {
+        let n = self.divided().nodes().len();
         let mut all = u.to_vec();
         all.resize(N_COMPONENTS * n, 0.0);
         for node in self.refined.n_free()..n {
@@ -313,30 +345,6 @@ impl FineElements {
         }
         all
     }
-
-    /// Functions of free nodes that are not zero at a point, with their values.
-    ///
-    /// # Errors
-    /// [`AdaptiveError::Mesh`] if the point is not in the body.
-    pub fn functions_at(&self, place: &[f64; 3]) -> Result<Vec<(u32, f64)>, AdaptiveError> {
-        let (e, xi) = self.locate(place)?;
-        Ok(self.space().functions_at(e, &xi))
-    }
-
-    fn locate(&self, place: &[f64; 3]) -> Result<(usize, [f64; 3]), AdaptiveError> {
-        let found = self.mesh().locate(place);
-        found.map_err(|source| AdaptiveError::Mesh { body: self.name.clone(), source })
-    }
-
-    /// Strain and stress at a point by the free nodes.
-    ///
-    /// # Errors
-    /// [`AdaptiveError::Mesh`] if the point is not in the body, [`AdaptiveError::Geometry`] if an element about it is folded.
-    pub fn gauge(&self, place: &[f64; 3]) -> Result<Gauge, AdaptiveError> {
-        let (e, xi) = self.locate(place)?;
-        let gauge = Gauge::of_elements(&self.space(), &self.materials()?, (e, &xi));
-        gauge.map_err(|e| geometry(&self.name, e))
-    }
 }
 
 /// Puts points and sides of `zone` on the surface `fit`, so far inside that none of it stands out of where they were (theory Eq. C.74).
@@ -344,12 +352,4 @@ fn smooth(zone: &mut ContactZone, fit: &SmoothFit) {
     let places = zone.points.iter().map(|p| p.position).chain(zone.nodes().into_iter().map(|(_, x)| x));
     let outmost = places.map(|x| fit.above(&x)).fold(f64::NEG_INFINITY, f64::max);
     zone.move_to(|x| (Vector3::from(*x) + (fit.above(x) - outmost) * fit.normal()).into());
-}
-
-/// What the matrices of a body of finite elements are made from that is divided for `wanted`.
-pub fn zone_definition(spec: &MeshedSpec, wanted: &WantedZone) -> Bytes {
-    let mut key = Bytes(meshed_definition(spec));
-    let WantedZone { site: SideSite { side, eta, point }, widths, elements } = wanted;
-    key.add(&(side, eta, point, widths, elements));
-    key
 }

@@ -17,7 +17,8 @@ use ffr_dynamics::reduction::problem::ElasticProblem;
 use ffr_dynamics::reduction::static_answers::{TakenLoads, with_static_answers};
 use iga_core::ParameterBox;
 use iga_core::assembly::{assemble, unknowns};
-use iga_core::elasticity::Model;
+use iga_core::elasticity::{Material, MaterialField, Model};
+use iga_core::extent::{Extent, ExtentPoint};
 use iga_core::hierarchical::{HierarchicalSpace, Prolongation};
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::{FaceId, Patch, Shape};
@@ -26,8 +27,10 @@ use iga_core::surface::CollocationPoint;
 use nalgebra::Vector3;
 use tracing::debug;
 
+use crate::body::field::Field;
+use crate::body::reduced::ReducedBody;
 use crate::contact_zone::ContactZone;
-use crate::elastic_body::{Discretised, ElasticBody, ReducedBody, rigid_motion};
+use crate::elastic_body::{Discretised, ElasticBody, locate, named_place, points_of, rigid_motion};
 use crate::error::AdaptiveError;
 use crate::lattice::DirectionLattice;
 use crate::rotated_net::{NetRotation, RotatedNet};
@@ -122,6 +125,8 @@ pub struct FineMesh {
     pub shape: Arc<Shape>,
     /// Kinematics.
     pub model: Model,
+    /// Material.
+    pub material: Material,
     /// Rigid motions of the model.
     pub motion: RigidMotion,
     /// How its elements were divided.
@@ -153,7 +158,7 @@ pub struct TurnedMesh {
 /// A refined body before reduction; dereferences to its mesh.
 pub struct FineBody {
     /// All but the matrices.
-    pub mesh: FineMesh,
+    pub mesh: Arc<FineMesh>,
     /// Matrices.
     pub assembled: AssembledBody,
 }
@@ -178,7 +183,7 @@ impl FineBody {
     ) -> Result<Self, AdaptiveError> {
         let mesh = FineMesh::build(coarse, wanted, settings)?;
         let assembled = mesh.assemble(coarse)?;
-        Ok(Self { mesh, assembled })
+        Ok(Self { mesh: Arc::new(mesh), assembled })
     }
 
     /// As [`FineMesh::reduce`] with the body's own matrices.
@@ -262,6 +267,7 @@ impl FineMesh {
             name: coarse.name.clone(),
             shape: coarse.spec.shape.clone(),
             model: coarse.spec.model,
+            material: coarse.spec.material,
             motion: rigid_motion(&coarse.spec.model),
             plan,
             intervals,
@@ -289,7 +295,7 @@ impl FineMesh {
     ///
     /// # Errors
     /// [`AdaptiveError::Geometry`] if the mapping folds, or there are too many entries; those of
-    /// [`Discretised::stiffened`] for rigid parts.
+    /// [`Field::stiffened`] for rigid parts.
     pub fn assemble(&self, coarse: &ElasticBody) -> Result<AssembledBody, AdaptiveError> {
         self.assemble_on(&self.space, coarse)
     }
@@ -302,7 +308,7 @@ impl FineMesh {
         let fail = |source| AdaptiveError::Geometry { body: self.name.clone(), source };
         let ElasticSpec { material, rigid_areas, .. } = &coarse.spec;
         let matrices = assemble(space, &self.model, material).map_err(fail)?;
-        let stiffness = self.discretised().stiffened(matrices.stiffness, rigid_areas, material)?;
+        let stiffness = self.stiffened(matrices.stiffness, rigid_areas, material)?;
         Ok(AssembledBody {
             name: self.name.clone(),
             motion: self.motion,
@@ -331,22 +337,9 @@ impl FineMesh {
         self.space.control_points().iter().map(place).collect()
     }
 
-    /// What points, markers and contact zones need.
+    /// What contact zones on its faces need.
     pub fn discretised(&self) -> Discretised<'_> {
-        Discretised {
-            name: &self.name,
-            shape: &self.shape,
-            patches: &self.patches,
-            space: &self.space,
-            model: &self.model,
-            dofs: &self.dofs,
-            lookup: &self.lookup,
-        }
-    }
-
-    /// Number of unknowns.
-    pub fn n_unknowns(&self) -> usize {
-        self.dofs.len()
+        Discretised { patches: &self.patches, space: &self.space, model: &self.model, lookup: &self.lookup }
     }
 
     /// Displacements of the coarse unknowns (n_coarse x k) on the fine ones: the same displacement fields (theory Eq. A.5).
@@ -395,7 +388,7 @@ impl FineMesh {
             }
             LowModes::Fine => {
                 let modes = problem.lowest_modes(reduced.first_static()).map_err(fail)?;
-                let loads = self.discretised().load_columns(assembled, &coarse.1.loads)?;
+                let loads = self.load_columns(assembled, &coarse.1.loads)?;
                 let taken = TakenLoads::Given(&reduced.static_loads);
                 with_static_answers(&problem, ReducedBasis::from_modes(modes, rigid), loads.as_ref(), taken)
                     .map_err(fail)?
@@ -428,6 +421,44 @@ impl FineMesh {
     fn rows(&self, interval: &FineInterval, face: FaceId, place: (&[f64; 3], &[f64; 3])) -> [usize; 2] {
         let part = interval.parts.iter().position(|p| p.face.id == face).unwrap_or_default();
         interval.rows(part, finest_knots(&self.space, face.patch), place)
+    }
+}
+
+impl Field for FineMesh {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn space(&self) -> &dyn Space {
+        &self.space
+    }
+
+    fn model(&self) -> &Model {
+        &self.model
+    }
+
+    fn materials(&self) -> &dyn MaterialField {
+        &self.material
+    }
+
+    fn dofs(&self) -> &[Dof] {
+        &self.dofs
+    }
+
+    fn lookup(&self) -> &DofLookup {
+        &self.lookup
+    }
+
+    fn locate(&self, place: &[f64; 3]) -> Result<(usize, [f64; 3]), AdaptiveError> {
+        locate(self, (&self.shape, &self.space), place)
+    }
+
+    fn points_of(&self, extent: &Extent) -> Result<Vec<ExtentPoint>, AdaptiveError> {
+        points_of(self, (&self.shape, &self.space), extent)
+    }
+
+    fn named_place(&self, marker: &str) -> Result<[f64; 3], AdaptiveError> {
+        named_place(self, &self.shape, marker)
     }
 }
 

@@ -2,14 +2,7 @@
 
 use contact_qs::points::DofLookup;
 use faer::{Mat, MatMut, MatRef};
-use fe_mesh::MeshSpace;
-use iga_core::SplineError;
 use iga_core::elasticity::kinematics::PointState;
-use iga_core::elasticity::{Material, MaterialField};
-use iga_core::recovery::RecoveryWorkspace;
-
-use crate::elastic_body::Discretised;
-use crate::error::AdaptiveError;
 
 /// Numbers of a state: six strains, then six stresses.
 pub const N_NUMBERS: usize = 12;
@@ -21,35 +14,8 @@ pub struct Gauge {
 }
 
 impl Gauge {
-    /// The gauge of a body of splines, of `material`, at `place` in the model's components \[m\].
-    ///
-    /// # Errors
-    /// [`AdaptiveError::Geometry`] if the point is not in the body.
-    pub fn of_splines(
-        mesh: &Discretised<'_>,
-        material: &Material,
-        place: &[f64; 3],
-    ) -> Result<Self, AdaptiveError> {
-        let (e, xi) = mesh.locate(place)?;
-        let states = RecoveryWorkspace::default()
-            .unit_states(mesh.space, mesh.model, material, e, &xi)
-            .map_err(|source| AdaptiveError::Geometry { body: mesh.name.to_owned(), source })?;
-        Ok(Self::of(states))
-    }
-
-    /// The gauge at the parameters `xi` of element `e` of a mesh with the functions `space`.
-    ///
-    /// # Errors
-    /// [`SplineError::Folded`] where an element is folded.
-    pub fn of_elements(
-        space: &MeshSpace<'_>,
-        materials: &dyn MaterialField,
-        (e, xi): (usize, &[f64; 3]),
-    ) -> Result<Self, SplineError> {
-        Ok(Self::of(space.unit_states(materials, e, xi)?))
-    }
-
-    fn of(states: Vec<(u32, Vec<PointState>)>) -> Self {
+    /// The gauge of the states `states` by a unit of each function, a component at a time.
+    pub fn of(states: Vec<(u32, Vec<PointState>)>) -> Self {
         let entries = states.into_iter().flat_map(|(function, states)| {
             states.into_iter().enumerate().map(move |(c, state)| (function, c, state))
         });

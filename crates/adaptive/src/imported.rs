@@ -7,8 +7,8 @@ use ffr_dynamics::kinematics::{Marker, MarkerWeights};
 use ffr_dynamics::reduction::modal::all_modes;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
+use crate::body::reduced::free_modes_answering;
 use crate::body_damping::damping;
-use crate::elastic_body::free_modes_answering;
 use crate::error::AdaptiveError;
 use crate::marker_loads::{MarkerLoads, answers_by_marker, load_columns};
 use crate::spec::{ImportedSpec, Place, ReductionSpec};

@@ -4,15 +4,13 @@ use contact_qs::points::DofLookup;
 use faer::MatRef;
 use iga_core::SplineError;
 use iga_core::elasticity::kinematics::PointState;
-use iga_core::elasticity::{MaterialField, Model};
 use iga_core::recovery::RecoveryWorkspace;
-use iga_core::space::{GridBasis, Integrand, Space};
+use iga_core::space::{GridBasis, Integrand};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::elastic_body::ElasticBody;
+use crate::body::field::Field;
 use crate::error::AdaptiveError;
 use crate::imported::ImportedModel;
-use crate::spec::MeshedSpec;
 
 /// What the modes do at a point of a body.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -36,73 +34,33 @@ pub trait ModeFields {
     fn for_each_point(&self, take: &mut dyn FnMut(GradientsAt)) -> Result<(), AdaptiveError>;
 }
 
-/// A body of splines with modes.
-pub struct SplineFields<'a> {
-    /// The body.
-    pub body: &'a ElasticBody,
+/// A flexible body with modes.
+pub struct FieldModes<'a> {
+    /// Its displacements.
+    pub field: &'a dyn Field,
     /// Modes at its unknowns.
     pub shapes: MatRef<'a, f64>,
 }
 
-/// A body of finite elements with modes.
-pub struct MeshFields<'a> {
-    /// Name of the body.
-    pub name: &'a str,
-    /// The body.
-    pub spec: &'a MeshedSpec,
-    /// Numbers of its unknowns.
-    pub lookup: &'a DofLookup,
-    /// Modes at its unknowns.
-    pub shapes: MatRef<'a, f64>,
-}
-
-impl ModeFields for SplineFields<'_> {
+impl ModeFields for FieldModes<'_> {
     fn for_each_point(&self, take: &mut dyn FnMut(GradientsAt)) -> Result<(), AdaptiveError> {
-        let (body, spec) = (self.body, &self.body.spec);
-        let fields = SpaceFields {
-            space: &body.space,
-            model: &spec.model,
-            materials: &spec.material,
-            lookup: &body.lookup,
-            shapes: self.shapes,
-        };
-        fields.for_each(take).map_err(|source| AdaptiveError::Geometry { body: body.name.clone(), source })
+        self.for_each(take).map_err(|source| self.field.geometry_fault(source))
     }
 }
 
-impl ModeFields for MeshFields<'_> {
-    fn for_each_point(&self, take: &mut dyn FnMut(GradientsAt)) -> Result<(), AdaptiveError> {
-        let body = || self.name.to_owned();
-        let materials =
-            self.spec.materials().map_err(|source| AdaptiveError::Mesh { body: body(), source })?;
-        let (space, lookup, shapes) = (&self.spec.space(), self.lookup, self.shapes);
-        let fields = SpaceFields { space, model: &Model::Solid, materials: &materials, lookup, shapes };
-        fields.for_each(take).map_err(|source| AdaptiveError::Geometry { body: body(), source })
-    }
-}
-
-/// Modes of any space.
-struct SpaceFields<'a> {
-    space: &'a dyn Space,
-    model: &'a Model,
-    materials: &'a dyn MaterialField,
-    lookup: &'a DofLookup,
-    shapes: MatRef<'a, f64>,
-}
-
-impl SpaceFields<'_> {
+impl FieldModes<'_> {
     fn for_each(&self, take: &mut dyn FnMut(GradientsAt)) -> Result<(), SplineError> {
-        let (space, model) = (self.space, self.model);
+        let (space, model, lookup) = (self.field.space(), self.field.model(), self.field.lookup());
         let (mut work, mut rule) = (RecoveryWorkspace::default(), GridBasis::default());
         for e in 0..space.n_elements() {
-            let material = self.materials.on(e);
+            let material = self.field.materials().on(e);
             let density = material.density();
             space.tabulate(e, Integrand::Sample, &mut rule);
             for (xi, weight) in rule.parameters.iter().zip(&rule.weights) {
                 let functions = work.functions(space, e, xi)?;
                 let mass = density * weight * work.determinant(space, e, xi)?;
                 let slopes = functions.iter().map(|f| (f.number, f.gradient));
-                let gradients = gradients(slopes, self.lookup, self.shapes, model.dimension());
+                let gradients = gradients(slopes, lookup, self.shapes, model.dimension());
                 let stress = |g: &Matrix3<f64>| {
                     let rows = std::array::from_fn(|i| std::array::from_fn(|j| g[(i, j)]));
                     tensor(&PointState::new(model, material, &rows, g[(0, 0)]).stress)

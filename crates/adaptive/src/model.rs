@@ -1,5 +1,6 @@
 //! All models of a run, built from its specification.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use contact_qs::Sphere;
@@ -9,17 +10,18 @@ use ffr_dynamics::system::Multibody;
 use ffr_dynamics::system::gear::Gear;
 
 use crate::adaptive_contact::{AdaptiveContact, TrialSizes};
-use crate::body_model::{BodyModel, ElasticModel, FullModel};
+use crate::body_model::{BodyModel, FlexibleModel, FullModel};
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::mesh_touch::{MeshTouch, touches};
+use crate::meshed::MeshedBody;
 use crate::plausibility::overlap::check_undeformed;
 use crate::point_compliance::{PointCompliance, of_body};
 use crate::record::{BodyLayout, JointLayout, PointLayout, RunLayout, Timings};
 use crate::simulation::{Observed, ObservedPoint, System};
 use crate::sizing::impact_time::line_frequencies;
-use crate::spec::{BodyKind, PointSpec, RunSpec, StressSpec, Target};
-use crate::store::{ModelCache, body_definition};
+use crate::spec::{BodyKind, BodySpec, PointSpec, RunSpec, StressSpec, Target};
+use crate::store::{ModelCache, body_definition, meshed_definition};
 use crate::work::{self, Work};
 
 mod arrangement;
@@ -183,12 +185,7 @@ impl RunModel {
         for (i, body) in self.bodies.iter().enumerate() {
             let Some(flexible) = body.flexible() else { continue };
             let Some(residual) = &flexible.reduced.residual else { continue };
-            all.extend(of_body(
-                &self.observed.points,
-                (i, flexible.motion, flexible.lookup),
-                |place| flexible.shown_at(place),
-                residual,
-            )?);
+            all.extend(of_body(&self.observed.points, (i, flexible.body.as_field()), residual)?);
         }
         Ok(all)
     }
@@ -245,7 +242,7 @@ impl RunModel {
         let (body, target) = self.system.forces()[i].contact.bodies();
         let models = [Some(body), target].into_iter().flatten();
         models.filter_map(|b| self.bodies[b].flexible()).fold(TrialSizes::default(), |sum, e| TrialSizes {
-            elements: sum.elements + e.n_elements as u64,
+            elements: sum.elements + e.body.space().n_elements() as u64,
             dofs: sum.dofs + e.reduced.basis.shapes.nrows() as u64,
             interface: sum.interface + e.interface.unknowns.len() as u64,
         })
@@ -286,42 +283,38 @@ fn at_body(spec: &RunSpec, i: usize, what: &str) -> Work {
 
 /// Full models of the bodies; equal ones are built once.
 fn full_models<'a>(spec: &'a RunSpec, plans: &[ContactPlan]) -> Result<Vec<FullModel<'a>>, AdaptiveError> {
-    let mut full: Vec<FullModel<'a>> = Vec::with_capacity(spec.bodies.len());
-    let mut definitions: Vec<Vec<u8>> = Vec::with_capacity(spec.bodies.len());
-    for (i, body) in spec.bodies.iter().enumerate() {
-        let elastic = match &body.kind {
-            BodyKind::Elastic(elastic) => elastic,
-            BodyKind::Rigid(rigid) => {
-                full.push(FullModel::Rigid(rigid));
-                definitions.push(Vec::new());
-                continue;
-            }
-            BodyKind::Imported(imported) => {
-                full.push(FullModel::Imported(imported));
-                definitions.push(Vec::new());
-                continue;
+    let mut splines: Vec<(Vec<u8>, Arc<ElasticBody>)> = Vec::new();
+    let mut meshes: Vec<(Vec<u8>, Arc<MeshedBody>)> = Vec::new();
+    let full = |(i, body): (usize, &'a BodySpec)| {
+        let (name, _work) = (body.name.as_str(), at_body(spec, i, "matrices"));
+        Ok(match &body.kind {
+            BodyKind::Rigid(rigid) => FullModel::Rigid(rigid),
+            BodyKind::Imported(imported) => FullModel::Imported(imported),
+            BodyKind::Elastic(elastic) => {
+                let mut elastic = (**elastic).clone();
+                elastic.discretisation.refine.extend(refinements(spec, plans, i)?);
+                let definition = body_definition(&elastic);
+                let body = match splines.iter().find(|(other, _)| *other == definition) {
+                    Some((_, equal)) => equal.copied(name, elastic),
+                    None => ElasticBody::build(name, elastic)?,
+                };
+                let body = Arc::new(body);
+                splines.push((definition, Arc::clone(&body)));
+                FullModel::Flexible(body)
             }
             BodyKind::Meshed(meshed) => {
-                full.push(FullModel::Meshed(meshed));
-                definitions.push(Vec::new());
-                continue;
+                let definition = meshed_definition(meshed);
+                let body = match meshes.iter().find(|(other, _)| *other == definition) {
+                    Some((_, equal)) => equal.copied(name, (**meshed).clone()),
+                    None => MeshedBody::build(name, (**meshed).clone())?,
+                };
+                let body = Arc::new(body);
+                meshes.push((definition, Arc::clone(&body)));
+                FullModel::Flexible(body)
             }
-        };
-        let mut elastic = (**elastic).clone();
-        elastic.discretisation.refine.extend(refinements(spec, plans, i)?);
-        let definition = body_definition(&elastic);
-        let equal = definitions.iter().position(|d| *d == definition).and_then(|k| full[k].elastic());
-        let model = match equal {
-            Some(equal) => equal.copied(&body.name, elastic),
-            None => {
-                let _work = at_body(spec, i, "matrices");
-                ElasticBody::build(&body.name, elastic)?
-            }
-        };
-        full.push(FullModel::Elastic(Box::new(model)));
-        definitions.push(definition);
-    }
-    Ok(full)
+        })
+    };
+    spec.bodies.iter().enumerate().map(full).collect()
 }
 
 fn observed_points(spec: &RunSpec, bodies: &[BodyModel]) -> Result<Vec<ObservedPoint>, AdaptiveError> {

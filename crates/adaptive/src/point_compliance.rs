@@ -1,12 +1,12 @@
 //! Displacement, strain and stress at observed points by the forces on an interface (docs/theory.md Eqs. A.33, M.52).
 
-use contact_qs::points::DofLookup;
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::reduction::ResidualFlexibility;
 use iga_core::elasticity::kinematics::PointState;
 use nalgebra::Vector3;
 
+use crate::body::field::Field;
 use crate::error::AdaptiveError;
 use crate::gauge::{self, Gauge};
 use crate::simulation::ObservedPoint;
@@ -49,23 +49,19 @@ pub fn add_places(key: &mut Bytes, unknowns: &[usize], places: &[ObservedPlace])
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PlaceFunctions {
     /// Its displacement.
-    pub functions: Functions,
+    pub functions: Vec<(u32, f64)>,
     /// Strain and stress, if they are observed.
     pub gauge: Option<Gauge>,
 }
 
 impl PlaceFunctions {
-    /// What `place` shows, by the functions and the gauge of a mesh.
+    /// What `place` shows of the unknowns of `field`.
     ///
     /// # Errors
-    /// Those of both.
-    pub fn new(
-        place: &ObservedPlace,
-        functions_at: impl FnOnce(&[f64; 3]) -> Result<Functions, AdaptiveError>,
-        gauge_at: impl FnOnce(&[f64; 3]) -> Result<Gauge, AdaptiveError>,
-    ) -> Result<Self, AdaptiveError> {
-        let gauge = if place.has_gauge { Some(gauge_at(&place.place)?) } else { None };
-        Ok(Self { functions: functions_at(&place.place)?, gauge })
+    /// [`AdaptiveError`] if the point is not in the body.
+    pub fn new(place: &ObservedPlace, field: &dyn Field) -> Result<Self, AdaptiveError> {
+        let gauge = if place.has_gauge { Some(field.gauge_at(&place.place)?) } else { None };
+        Ok(Self { functions: field.functions_at(&place.place)?, gauge })
     }
 
     /// Columns of it in [`point_rows`].
@@ -80,18 +76,10 @@ pub fn n_columns(places: &[ObservedPlace], n_components: usize) -> usize {
     places.iter().map(of).sum()
 }
 
-/// Functions that are not zero at a point, with their values.
-pub type Functions = Vec<(u32, f64)>;
-
-/// What places, which `places` belong to, show of unit forces at the interface of `residual`: a row per unknown of the interface, the
+/// What places of `field`, which `places` belong to, show of unit forces at the interface of `residual`: a row per unknown of the interface, the
 /// components of the displacement [m/N] of a place and, with a gauge, the numbers of its state after those of the place before.
-pub fn point_rows(
-    places: &[PlaceFunctions],
-    lookup: &DofLookup,
-    motion: RigidMotion,
-    residual: &ResidualFlexibility,
-) -> Mat<f64> {
-    let (n, interface) = (motion.n_components(), residual.interface());
+pub fn point_rows(places: &[PlaceFunctions], field: &dyn Field, residual: &ResidualFlexibility) -> Mat<f64> {
+    let (n, lookup, interface) = (field.motion().n_components(), field.lookup(), residual.interface());
     let n_columns = places.iter().map(|place| place.n_columns(n)).sum();
     if n_columns == 0 {
         return Mat::zeros(interface.len(), 0);
@@ -153,18 +141,18 @@ pub fn points_on(
     on_body.map(|(i, p)| (i, place(p))).unzip()
 }
 
-/// Compliances of the points of `all` on a body, its number, motions and unknowns given, whose interface has the flexibility `residual` for the whole
-/// run.
+/// Compliances of the points of `all` on a body, its number and field given, of which an interface has the flexibility `residual`.
 ///
 /// # Errors
-/// Those of `show`, which says what a place shows of the body's unknowns.
+/// [`AdaptiveError`] if a point is not in the body.
 pub fn of_body(
     all: &[ObservedPoint],
-    (body, motion, lookup): (usize, RigidMotion, &DofLookup),
-    show: impl Fn(&ObservedPlace) -> Result<PlaceFunctions, AdaptiveError>,
+    (body, field): (usize, &dyn Field),
     residual: &ResidualFlexibility,
 ) -> Result<Vec<PointCompliance>, AdaptiveError> {
+    let motion = field.motion();
     let (points, places) = points_on(all, body, motion);
-    let shown: Vec<PlaceFunctions> = places.iter().map(show).collect::<Result<_, AdaptiveError>>()?;
-    Ok(compliances((&points, &places), body, motion, &point_rows(&shown, lookup, motion, residual)))
+    let shown = places.iter().map(|place| PlaceFunctions::new(place, field));
+    let shown: Vec<PlaceFunctions> = shown.collect::<Result<_, AdaptiveError>>()?;
+    Ok(compliances((&points, &places), body, motion, &point_rows(&shown, field, residual)))
 }

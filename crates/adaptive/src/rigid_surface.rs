@@ -79,20 +79,12 @@ impl RigidSurface {
     /// The side of a contact that body `body` with this surface is, by smooth parts of its faces or, with `has_edges`, edges included (theory
     /// Eq. C.80).
     pub fn side(&self, body: usize, has_edges: bool) -> ContactSide<'_> {
-        let splines = Discretised {
-            name: "",
-            shape: &self.shape,
-            patches: &self.shape.patches,
-            space: &self.space,
-            model: &self.model,
-            dofs: &[],
-            lookup: &self.lookup,
-        };
+        let (patches, space, model, lookup) = (&self.shape.patches, &self.space, &self.model, &self.lookup);
         ContactSide {
             body,
             motion: self.geometry().motion(),
             lookup: &self.lookup,
-            splines: Some(splines),
+            splines: Some(Discretised { patches, space, model, lookup }),
             zone: if has_edges { &self.whole } else { &self.faces },
             shapes: self.shapes.as_ref(),
             compliance: None,

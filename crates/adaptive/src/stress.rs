@@ -7,8 +7,8 @@ use faer::Mat;
 use iga_core::elasticity::kinematics::von_mises;
 
 use crate::adaptive_contact::ZoneModel;
-use crate::body_model::FlexibleBody;
-use crate::elastic_body::ReducedBody;
+use crate::body::reduced::ReducedBody;
+use crate::body_model::FlexibleModel;
 use crate::error::AdaptiveError;
 use crate::record::{StressRecord, StressState};
 use crate::spec::StressSpec;
@@ -20,21 +20,21 @@ use crate::spec::StressSpec;
 /// [`AdaptiveError::Geometry`] or [`AdaptiveError::Mesh`] if a point of the line is not in the body.
 pub fn evaluate(
     request: &StressSpec,
-    body: &FlexibleBody<'_>,
+    body: &FlexibleModel,
     zones: &[ZoneModel],
     state: &StressState,
 ) -> Result<StressRecord, AdaptiveError> {
-    let own = displacement(body.reduced, state);
+    let own = displacement(&body.reduced, state);
     let on_zones = zones.iter().zip(&state.zones);
     let on_zones: Vec<(&ZoneModel, Vec<f64>)> =
         on_zones.map(|(zone, load)| (zone, zone.residual.displacement(&load.forces))).collect();
     let mut record = StressRecord { name: request.name.clone(), time: state.time, ..StressRecord::default() };
     for place in line(request) {
-        let mut sum = body.gauge_at(&place)?.at(body.lookup, &own);
+        let mut sum = body.body.gauge_at(&place)?.at(body.lookup(), &own);
         for (zone, u) in &on_zones {
-            sum.add_scaled(&zone.gauge_at(&place, body)?.at(zone.lookup(body), u), 1.0);
+            sum.add_scaled(&zone.model.field().gauge_at(&place)?.at(zone.model.field().lookup(), u), 1.0);
         }
-        record.points.push(body.motion.in_space(&place).into());
+        record.points.push(body.motion().in_space(&place).into());
         record.von_mises.push(von_mises(&sum.stress));
         record.stress.push(sum.stress);
     }

@@ -1,5 +1,6 @@
 //! Markers with an extent: they follow rigid motions, their forces are the transpose of their motion, bodies held at them converge.
 
+use adaptive::body::field::Field;
 use adaptive::elastic_body::ElasticBody;
 use adaptive::spec::{Area, Coupling, DiscretisationSpec, ElasticSpec, Extent, Place, ReductionSpec};
 use faer::Mat;
@@ -89,7 +90,7 @@ fn markers_follow_rigid_motions_and_spread_forces_with_the_same_resultant() {
         let assembled = &body.assembled;
         for extent in extents {
             let place = Place::Area(area(&spec, extent.clone(), Coupling::Average));
-            let weights = body.discretised().marker_weights(&place, UnitQuaternion::identity()).unwrap();
+            let weights = body.marker_weights(&place, UnitQuaternion::identity()).unwrap();
             let (x, directions) = (weights.position(), assembled.motion.directions());
             for &d in directions {
                 let found = motion(&weights, &assembled.rigid_field(d));
@@ -121,7 +122,7 @@ fn the_mean_rotation_is_that_of_the_least_squares() {
     let spec = spec(solid::cuboid([0.03, 0.02, 0.01]).unwrap(), Model::Solid, 3, &[2, 2, 2]);
     let body = ElasticBody::build("block", spec.clone()).unwrap();
     let place = Place::Area(area(&spec, face("x+"), Coupling::Average));
-    let weights = body.discretised().marker_weights(&place, UnitQuaternion::identity()).unwrap();
+    let weights = body.marker_weights(&place, UnitQuaternion::identity()).unwrap();
     // Splines of degree 3 hold z³: blossoms of the knots, here by the mean of products of knot averages.
     let coefficients = cubic(&body);
     let found = motion(&weights, &coefficients);
@@ -153,7 +154,7 @@ fn beam(elements: [usize; 3], coupling: Coupling) -> (ElasticBody, MarkerWeights
         spec.rigid_areas.push(foot.clone());
     }
     let body = ElasticBody::build("beam", spec).unwrap();
-    let weights = body.discretised().marker_weights(&Place::Area(foot), UnitQuaternion::identity()).unwrap();
+    let weights = body.marker_weights(&Place::Area(foot), UnitQuaternion::identity()).unwrap();
     (body, weights)
 }
 
@@ -168,7 +169,7 @@ fn sag(body: &ElasticBody, support: &MarkerWeights, tip: [f64; 3]) -> f64 {
     let u = problem.held_at_point(load.as_ref(), reactions.as_ref()).unwrap();
     let held = motion(support, &u.col(0).iter().copied().collect::<Vec<_>>());
     assert!(held.iter().all(|m| m.abs() < 1e-12), "the support moves: {held:?}");
-    -body.discretised().flexible_point(&Place::Point(tip), u.as_ref()).unwrap().shapes[0].z
+    -body.flexible_point(&Place::Point(tip), u.as_ref()).unwrap().shapes[0].z
 }
 
 const TIP: [f64; 3] = [0.15, 0.0, 0.0];
@@ -202,7 +203,7 @@ fn a_cantilever_on_its_face_converges_where_one_on_a_point_does_not() {
     let point = MESHES.map(|mesh| {
         let (body, _) = beam(mesh, Coupling::Average);
         let middle = Place::Point([-0.15, 0.0, 0.0]);
-        let held = body.discretised().marker_weights(&middle, UnitQuaternion::identity()).unwrap();
+        let held = body.marker_weights(&middle, UnitQuaternion::identity()).unwrap();
         sag(&body, &held, TIP)
     });
     assert!(point[2] > 1.05 * point[1] && point[1] > 1.01 * point[0], "{point:?}");
@@ -216,9 +217,7 @@ fn compliance(size: [f64; 3], elements: [usize; 3], place: &Extent, coupling: Co
         spec.rigid_areas.push(pin.clone());
     }
     let body = ElasticBody::build("block", spec.clone()).unwrap();
-    let weights = |area: Area| {
-        body.discretised().marker_weights(&Place::Area(area), UnitQuaternion::identity()).unwrap()
-    };
+    let weights = |area: Area| body.marker_weights(&Place::Area(area), UnitQuaternion::identity()).unwrap();
     let (foot, pin) = (weights(area(&spec, face("z-"), Coupling::Average)), weights(pin));
     let n = body.assembled.dofs.len();
     let load = pin.forces(RigidMotion::Spatial, n).unwrap();

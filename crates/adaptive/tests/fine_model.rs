@@ -1,6 +1,8 @@
 //! Fine models: their points, and their contact against globally refined models.
 
 use crate::impacts;
+use adaptive::body::field::Field;
+use adaptive::body::field_body::FieldBody;
 use std::collections::BTreeMap;
 
 use crate::bodies::{block, rod, sphere, wanted_at};
@@ -92,10 +94,7 @@ fn a_fine_model_presses_like_the_globally_refined_one_with_fewer_dofs() {
         let points: Vec<SurfacePoint> = zone
             .points
             .iter()
-            .map(|p| SurfacePoint {
-                functions: whole.discretised().functions_at(&p.position).unwrap(),
-                ..p.clone()
-            })
+            .map(|p| SurfacePoint { functions: whole.functions_at(&p.position).unwrap(), ..p.clone() })
             .collect();
         let mut unknowns: Vec<usize> = points
             .iter()
@@ -186,8 +185,8 @@ fn prolonged_modes_are_the_same_displacements() {
             |functions: &[(u32, f64)], lookup: &DofLookup, shapes: &Mat<f64>, j: usize, c: usize| -> f64 {
                 functions.iter().filter_map(|&(n, v)| Some(v * shapes[(lookup.number(n, c)?, j)])).sum()
             };
-        let on_coarse = coarse.discretised().functions_at(&place).unwrap();
-        let on_fine = fine.discretised().functions_at(&place).unwrap();
+        let on_coarse = coarse.functions_at(&place).unwrap();
+        let on_fine = fine.functions_at(&place).unwrap();
         for j in 0..10 {
             for c in 0..2 {
                 let a = at(&on_coarse, &coarse.lookup, &reduced.basis.shapes, j, c);

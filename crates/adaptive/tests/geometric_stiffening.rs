@@ -1,9 +1,12 @@
 //! Geometric stiffening of plane-stress strips and solid bars: tension under a spin, identities, the spin-up manoeuvre.
 
+use adaptive::body::field::Field;
+use adaptive::body::field_body::FieldBody;
 use std::f64::consts::TAU;
 
-use adaptive::elastic_body::geometric_stiffening;
-use adaptive::elastic_body::{ElasticBody, Interface, ReducedBody};
+use adaptive::body::reduced::geometric_stiffening;
+use adaptive::body::reduced::{Interface, ReducedBody};
+use adaptive::elastic_body::ElasticBody;
 use adaptive::marker_loads::MarkerLoads;
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, Place, ReductionSpec};
 use faer::Mat;
@@ -59,8 +62,7 @@ struct Held {
 
 fn held(body: ElasticBody) -> Held {
     let place = [-0.5 * LENGTH, 0.0, 0.0];
-    let support =
-        body.discretised().marker_weights(&Place::Point(place), UnitQuaternion::identity()).unwrap();
+    let support = body.marker_weights(&Place::Point(place), UnitQuaternion::identity()).unwrap();
     let direction = |c: usize| std::array::from_fn(|k| if k == c { 1.0 } else { 0.0 });
     let load = MarkerLoads {
         name: "hub".into(),
@@ -74,8 +76,7 @@ fn held(body: ElasticBody) -> Held {
     let shapes = frame.shifted_shapes(&body.assembled, basis.shapes.as_ref()).unwrap();
     let data = data.in_tangent_frame(&frame).unwrap();
     let hub = hub.in_tangent_frame(&frame).unwrap();
-    let tip =
-        body.discretised().flexible_point(&Place::Point([0.5 * LENGTH, 0.0, 0.0]), shapes.as_ref()).unwrap();
+    let tip = body.flexible_point(&Place::Point([0.5 * LENGTH, 0.0, 0.0]), shapes.as_ref()).unwrap();
     Held { body, support, shapes, data, hub, tip }
 }
 
@@ -143,11 +144,10 @@ fn spinning_bars_are_stiffened_by_their_tension() {
     };
     for body in [strip(24, 6), bar(vec![24, 1, 1])] {
         let support = body
-            .discretised()
             .marker_weights(&Place::Point([-0.5 * LENGTH, 0.0, 0.0]), UnitQuaternion::identity())
             .unwrap();
         let shapes = trial_shapes(&body, 2);
-        let given = geometric_stiffening(&body, shapes.as_ref(), &support).unwrap();
+        let given = geometric_stiffening(&body, &body.assembled, shapes.as_ref(), &support).unwrap();
         // The frame's origin is the middle: X_x = x - L/2, the load of a spin about the hub is that of X_x + L/2.
         let spin = &given.position[0][0] + faer::Scale(0.5 * LENGTH) * &given.translation[0];
         for (i, j) in [(0, 0), (0, 1), (1, 1)] {
@@ -167,10 +167,8 @@ fn spinning_bars_are_stiffened_by_their_tension() {
 #[test]
 fn shapes_that_do_not_deform_gain_nothing_and_axisymmetric_bodies_are_refused() {
     let body = strip(8, 4);
-    let support = body
-        .discretised()
-        .marker_weights(&Place::Point([-0.5 * LENGTH, 0.0, 0.0]), UnitQuaternion::identity())
-        .unwrap();
+    let support =
+        body.marker_weights(&Place::Point([-0.5 * LENGTH, 0.0, 0.0]), UnitQuaternion::identity()).unwrap();
     let dofs = &body.assembled.dofs;
     let moved = Mat::from_fn(dofs.len(), 3, |i, j| match j {
         2 => {
@@ -182,7 +180,7 @@ fn shapes_that_do_not_deform_gain_nothing_and_axisymmetric_bodies_are_refused() 
         }
         c => f64::from(dofs[i].component as usize == c),
     });
-    let given = geometric_stiffening(&body, moved.as_ref(), &support).unwrap();
+    let given = geometric_stiffening(&body, &body.assembled, moved.as_ref(), &support).unwrap();
     for matrix in given.translation[..2].iter().chain(given.position[..2].iter().flat_map(|p| &p[..2])) {
         for (i, j) in [(0, 0), (0, 1), (1, 1), (0, 2), (1, 2)] {
             assert!(matrix[(i, j)].abs() < 1e-10 * matrix.norm_max().max(LINE_MASS), "{i} {j}");
@@ -191,12 +189,9 @@ fn shapes_that_do_not_deform_gain_nothing_and_axisymmetric_bodies_are_refused() 
     }
     let rod = iga_core::nurbs::primitives::axisymmetric::rod(0.1, LENGTH).unwrap();
     let axial = crate::geometric_stiffening::body(rod, Model::Axisymmetric, vec![2, 2], vec![1, 2], 2);
-    let marker = axial
-        .discretised()
-        .marker_weights(&Place::Point([0.0, 0.0, 0.0]), UnitQuaternion::identity())
-        .unwrap();
+    let marker = axial.marker_weights(&Place::Point([0.0, 0.0, 0.0]), UnitQuaternion::identity()).unwrap();
     let none = Mat::<f64>::zeros(axial.assembled.dofs.len(), 0);
-    assert!(geometric_stiffening(&axial, none.as_ref(), &marker).is_err());
+    assert!(geometric_stiffening(&axial, &axial.assembled, none.as_ref(), &marker).is_err());
 }
 
 /// Angle of the spin-up manoeuvre and its derivatives.
@@ -257,7 +252,8 @@ fn reference() -> Vec<[f64; 3]> {
 #[test]
 fn strip_follows_the_spin_up_reference_and_diverges_without_stiffening() {
     let held = held(strip(20, 20));
-    let given = geometric_stiffening(&held.body, held.shapes.as_ref(), &held.support).unwrap();
+    let given =
+        geometric_stiffening(&held.body, &held.body.assembled, held.shapes.as_ref(), &held.support).unwrap();
     let reference = reference();
     let times: Vec<f64> = reference.iter().map(|r| r[0]).collect();
     let curve = tip_motion(&held, Some(&given), &times);

@@ -1,5 +1,6 @@
 //! Named points of the balls of the catalogue as markers.
 
+use adaptive::body::field::Field;
 use adaptive::elastic_body::ElasticBody;
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, Place, ReductionSpec};
 use iga_core::elasticity::{Material, Model};
@@ -22,10 +23,7 @@ fn every_marker_of_every_ball_follows_rigid_motions() {
             let spec = ElasticSpec::new(shape, Model::Solid, steel, discretisation, reduction);
             let body = ElasticBody::build("ball", spec).unwrap();
             for (name, place) in &body.spec.shape.markers {
-                let weights = body
-                    .discretised()
-                    .marker_weights(&Place::Point(*place), UnitQuaternion::identity())
-                    .unwrap();
+                let weights = body.marker_weights(&Place::Point(*place), UnitQuaternion::identity()).unwrap();
                 let outcome = weights.check_rigid_motions(&body.assembled);
                 assert!(outcome.is_ok(), "{net:?}, {n} elements, {name}: {outcome:?}");
             }

@@ -4,13 +4,14 @@ use crate::blocks;
 use std::sync::Arc;
 
 use crate::balls::Ball;
-use adaptive::elastic_body::Interface;
+use adaptive::body::field::Field;
+use adaptive::body::field_body::FieldBody;
+use adaptive::body::reduced::Interface;
 use adaptive::fine_elements::{FineElements, WantedZone};
 use adaptive::mesh_surface::{MeshSurface, SideSite};
-use adaptive::meshed::MeshedModel;
+use adaptive::meshed::MeshedBody;
 use adaptive::smooth_fit::SmoothFit;
 use adaptive::spec::{DampingSpec, FrameSpec, MeshedSpec, ReductionSpec};
-use adaptive::store::ModelCache;
 use fe_mesh::rules::MassRule;
 use fe_mesh::{ElementKind, Mesh};
 use ffr_dynamics::reduction::problem::ElasticProblem;
@@ -30,6 +31,7 @@ fn spec(mesh: Mesh) -> MeshedSpec {
         rigid_areas: Vec::new(),
         damping: DampingSpec::default(),
         frame: FrameSpec::default(),
+        geometric_stiffening: false,
     }
 }
 
@@ -46,11 +48,11 @@ fn modes_of_a_mesh_are_modes_of_its_pieces_with_the_same_frequencies() {
     let spec = spec(Mesh::new(mesh, 1.0).unwrap());
     let (_, at) = site(&spec.mesh, [0.015, 0.0104, 0.02]);
     let wanted = WantedZone { site: at, widths: [2e-3, 1e-3], elements: None };
-    let fine = FineElements::build("block", &spec, &wanted).unwrap();
-    let model = MeshedModel::build("block", &spec, Interface::default(), &ModelCache::default()).unwrap();
-    let basis = &model.reduced.basis;
-    let assembled = fine.assemble().unwrap();
-    let shapes = fine.prolong(basis.shapes.as_ref());
+    let body = Arc::new(MeshedBody::build("block", spec).unwrap());
+    let fine = FineElements::build(&body, &wanted).unwrap();
+    let basis = body.reduce(&Interface::default()).unwrap().basis;
+    let assembled = fine.assembled().unwrap();
+    let shapes = fine.prolonged(basis.shapes.as_ref());
     let problem = ElasticProblem::free(&assembled, &[]).unwrap();
     let energies = shapes.transpose() * problem.stiffness_product(shapes.as_ref());
     for (i, omega) in basis.omega.iter().enumerate() {
@@ -65,7 +67,7 @@ fn modes_of_a_mesh_are_modes_of_its_pieces_with_the_same_frequencies() {
         }
     }
     // Sides of the zone and their ring are of the finest level, with free nodes: at least six across the narrower width.
-    let zone = fine.zone().unwrap();
+    let zone = fine.contact_zone().unwrap();
     let near = zone.points.iter().filter(|p| (p.position[1] - at.point[1]).abs() < 0.5e-3);
     let near: Vec<_> = near.filter(|p| (p.position[0] - at.point[0]).abs() < 0.1e-3).collect();
     assert!(near.len() > 6, "{}", near.len());

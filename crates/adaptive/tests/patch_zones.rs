@@ -1,5 +1,7 @@
 //! Contact zones on bodies of several patches: away from seams, over them, and where three or four patches meet.
 
+use adaptive::body::field::Field;
+use adaptive::body::field_body::FieldBody;
 use std::collections::BTreeMap;
 
 use crate::bodies::{block, wanted_at};

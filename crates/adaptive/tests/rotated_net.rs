@@ -1,6 +1,7 @@
 //! Coarse models on turned nets: fields are carried over, all places of a ball are one, an ellipsoid stays the same body.
 
 use crate::bodies::{ball, wanted_at};
+use adaptive::body::field_body::FieldBody;
 use adaptive::elastic_body::ElasticBody;
 use adaptive::fine_model::{FineMesh, FineSettings};
 use adaptive::rotated_net::{NetRotation, RotatedNet};

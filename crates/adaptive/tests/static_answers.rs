@@ -1,11 +1,14 @@
 //! Joints on faces of bars: frequencies, sag and prescribed motions of bodies whose bases have static answers.
 
 use crate::impacts;
+use adaptive::body::field::Field;
+use adaptive::body::field_body::FieldBody;
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use crate::impacts::finished;
-use adaptive::elastic_body::{ElasticBody, Interface};
+use adaptive::body::reduced::Interface;
+use adaptive::elastic_body::ElasticBody;
 use adaptive::marker_loads::MarkerLoads;
 use adaptive::model::RunModel;
 use adaptive::record::GaugeRequest;

@@ -6,9 +6,9 @@ use std::sync::{Arc, Mutex};
 
 use crate::bodies::{block, sphere, wanted_at};
 use crate::impacts::{STEEL, contact, law, spec};
+use adaptive::body::reduced::modes_key;
+use adaptive::body::reduced::{Interface, InterfaceModes};
 use adaptive::driver::run;
-use adaptive::elastic_body::modes_key;
-use adaptive::elastic_body::{Interface, InterfaceModes};
 use adaptive::fine_model::FineSettings;
 use adaptive::fine_model::zone_definition;
 use adaptive::model::RunModel;

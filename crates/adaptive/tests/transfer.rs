@@ -1,6 +1,7 @@
 //! Transfer of states between coarse and fine models.
 
 use crate::bodies::{rod, sphere, wanted_at};
+use adaptive::body::field_body::FieldBody;
 use adaptive::fine_model::{FineBody, FineSettings};
 use adaptive::paper::transfer::StateTransfer;
 use adaptive::spec::LowModes;

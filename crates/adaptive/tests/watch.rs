@@ -64,6 +64,7 @@ fn meshed() -> BodySpec {
         rigid_areas: Vec::new(),
         damping: DampingSpec::default(),
         frame: FrameSpec::default(),
+        geometric_stiffening: false,
     };
     let motion = InitialMotion {
         position: Vector3::new(0.0, 0.0, RADIUS),

@@ -35,10 +35,8 @@ pub fn alone(scenario: &Scenario, body: usize) -> Scenario {
             make_rigid(body);
         }
         // Damping of one body depends on the modes of all.
-        match &mut body.kind {
-            BodyKind::Elastic(elastic) => elastic.damping = DampingSpec::None,
-            BodyKind::Meshed(meshed) => meshed.damping = DampingSpec::None,
-            BodyKind::Imported(_) | BodyKind::Rigid(_) => {}
+        if let Some((damping, _)) = body.kind.held_mut() {
+            *damping = DampingSpec::None;
         }
     }
     run.points.clear();
@@ -61,7 +59,7 @@ fn involved(run: &RunSpec, body: Option<usize>) -> Vec<bool> {
 
 /// Whether `contact` matters to body `body` of the run: what a rigid one meets changes nothing of it.
 fn is_of(contact: &ContactSpec, run: &RunSpec, body: Option<usize>) -> bool {
-    let Some(body) = body.filter(|&i| !matches!(run.bodies[i].kind, BodyKind::Rigid(_))) else {
+    let Some(body) = body.filter(|&i| !run.bodies[i].kind.is_rigid()) else {
         return false;
     };
     contact.body == body || matches!(contact.target, Target::Body(other) if other == body)

@@ -14,7 +14,6 @@ use adaptive::spec::ImportedSpec;
 use adaptive::spec::{BodyKind, BodySpec, RunSpec};
 use adaptive::store::ModelCache;
 use ffr_dynamics::system::SystemModes;
-use iga_core::space::Space;
 
 use crate::error::AppError;
 use crate::one_body;
@@ -199,12 +198,7 @@ pub fn system_modes(
 }
 
 fn body_modes(body: &BodyModel, spec: &BodySpec) -> BodyModes {
-    let n_elements = match &spec.kind {
-        BodyKind::Meshed(meshed) => meshed.mesh.elements().len(),
-        _ => 0,
-    };
     let n_dofs = match &spec.kind {
-        BodyKind::Meshed(meshed) => 3 * meshed.mesh.nodes().len(),
         BodyKind::Imported(ImportedSpec::Full { body, .. }) => body.body().dofs.len(),
         _ => 0,
     };
@@ -213,15 +207,14 @@ fn body_modes(body: &BodyModel, spec: &BodySpec) -> BodyModes {
         mass: body.data.mass,
         frequencies: body.frequencies(),
         coordinates: coordinates(body),
-        n_elements,
         n_dofs,
         ..BodyModes::default()
     };
-    let Some(elastic) = body.elastic() else { return plain };
+    let Some(flexible) = body.flexible() else { return plain };
     BodyModes {
-        n_elements: elastic.body.space.n_elements(),
-        n_dofs: elastic.body.n_unknowns(),
-        n_interface: elastic.interface.unknowns.len(),
+        n_elements: flexible.body.space().n_elements(),
+        n_dofs: flexible.body.n_unknowns(),
+        n_interface: flexible.interface.unknowns.len(),
         ..plain
     }
 }

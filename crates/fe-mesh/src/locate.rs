@@ -154,17 +154,17 @@ impl Mesh {
         if nearest.distance > OUTSIDE * size {
             return Err(lost(nearest.distance));
         }
-        Ok((nearest.face.element as usize, self.in_element(&nearest)))
+        Ok((nearest.face.element as usize, self.in_element(nearest.face, &nearest.eta)))
     }
 
-    /// Parameters in the element of a point on its side.
-    pub fn in_element(&self, at: &OnSurface) -> [f64; 3] {
-        let kind = self.elements().get(at.face.element as usize).kind;
-        let (side, local) = kind.side_nodes(at.face.side as usize);
+    /// Parameters in its element of the point with the parameters `eta` of the side `face`.
+    pub fn in_element(&self, face: Face, eta: &[f64; 2]) -> [f64; 3] {
+        let kind = self.elements().get(face.element as usize).kind;
+        let (side, local) = kind.side_nodes(face.side as usize);
         let nodes = kind.node_parameters();
         let places: Vec<[f64; 3]> = local.iter().map(|&k| nodes[k as usize]).collect();
         let mut functions = Functions::default();
-        side.functions(&at.eta, &mut functions);
+        side.functions(eta, &mut functions);
         position(&functions.values, &places)
     }
 

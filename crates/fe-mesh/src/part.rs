@@ -4,84 +4,47 @@ use std::cmp::Ordering;
 
 use crate::boundary::Face;
 use crate::fault::MeshFault;
-use crate::jacobian::{PointOf, cross, dot, minus, norm};
+use crate::jacobian::{PointOf, determinant, dot, inverse, minus, norm};
 use crate::kind::{ElementKind, SideKind};
 use crate::locate::{OnSurface, SidePoint, bounds, parameters};
 use crate::mesh::Mesh;
-use iga_core::extent::ON_SURFACE;
+use iga_core::elasticity::Model;
+use iga_core::extent::ExtentPoint;
+use iga_core::extent::around::{Found, Nearest, Surroundings, around};
 
-/// Parts of a radius: as many as elements, between these.
-const PARTS: [usize; 2] = [2, 16];
-/// Gauss points of each part of a radius.
-const LINE: [(f64, f64); 3] =
-    [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)];
 /// Iterations that bring a point of a disc onto the surface.
 const MAX_STEPS: usize = 30;
+/// How far beyond the edges of a side, in its parameters, a point lies on it, and beside the line along which it is sought, in the size of the side:
+/// round-off.
+const ROUND_OFF: f64 = 1e-9;
 
-/// Quadrature points of a part with the functions that are not zero there.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Part {
-    points: Vec<([f64; 3], f64)>,
-    starts: Vec<usize>,
-    functions: Vec<(u32, f64)>,
-}
-
-impl Part {
-    fn push(&mut self, point: [f64; 3], weight: f64, nodes: &[u32], values: &[f64]) {
-        self.starts.push(self.functions.len());
-        self.points.push((point, weight));
-        self.functions.extend(nodes.iter().copied().zip(values.iter().copied()));
-    }
-
-    /// Number of points.
-    pub fn len(&self) -> usize {
-        self.points.len()
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.points.is_empty()
-    }
-
-    /// Position \[m\] and area, inside a body volume, \[m² or m³\] of point `i`, and the nodes whose functions are not zero there, each with
-    /// its value.
-    ///
-    /// # Panics
-    /// If there is no such point.
-    pub fn point(&self, i: usize) -> ([f64; 3], f64, &[(u32, f64)]) {
-        let end = self.starts.get(i + 1).copied().unwrap_or(self.functions.len());
-        let (point, weight) = self.points[i];
-        (point, weight, &self.functions[self.starts[i]..end])
-    }
-
-    /// Area or volume \[m² or m³\].
-    pub fn measure(&self) -> f64 {
-        self.points.iter().map(|(_, weight)| weight).sum()
-    }
-
-    /// Centroid \[m\].
-    pub fn centroid(&self) -> [f64; 3] {
-        let total = self.measure();
-        [0, 1, 2].map(|d| self.points.iter().map(|(p, w)| p[d] * w).sum::<f64>() / total)
-    }
-}
-
-/// A face near a disc.
-struct NearFace {
-    kind: SideKind,
-    nodes: Vec<u32>,
+/// A side, or an element, near the centre of an extent.
+struct Near<Of, Kind> {
+    of: Of,
+    kind: Kind,
     places: Vec<[f64; 3]>,
     centre: [f64; 3],
     reach: f64,
 }
 
-/// An element near a ball.
-struct NearElement<'a> {
-    kind: ElementKind,
-    nodes: &'a [u32],
-    places: Vec<[f64; 3]>,
-    centre: [f64; 3],
-    reach: f64,
+impl<Of, Kind> Near<Of, Kind> {
+    fn new(of: Of, kind: Kind, places: Vec<[f64; 3]>) -> Self {
+        let (low, high) = bounds(&places);
+        let centre = std::array::from_fn(|d| 0.5 * (low[d] + high[d]));
+        Self { of, kind, places, centre, reach: 0.5 * norm(&minus(&high, &low)) }
+    }
+
+    fn is_within(&self, point: &[f64; 3], distance: f64) -> bool {
+        norm(&minus(&self.centre, point)) <= distance + self.reach
+    }
+}
+
+/// The surroundings of an extent in a mesh.
+struct About<'a> {
+    mesh: &'a Mesh,
+    radius: f64,
+    sides: Vec<Near<Face, SideKind>>,
+    elements: Vec<Near<usize, ElementKind>>,
 }
 
 impl Mesh {
@@ -89,204 +52,136 @@ impl Mesh {
     ///
     /// # Errors
     /// As [`Mesh::face_group`].
-    pub fn face_part(&self, name: &str) -> Result<Part, MeshFault> {
+    pub fn face_part(&self, name: &str) -> Result<Vec<ExtentPoint>, MeshFault> {
         Ok(self.part_of(self.face_group(name)?))
     }
 
     /// The sides `faces`.
-    pub fn part_of(&self, faces: &[Face]) -> Part {
-        let (mut part, mut at, mut places) = (Part::default(), SidePoint::default(), Vec::new());
+    pub fn part_of(&self, faces: &[Face]) -> Vec<ExtentPoint> {
+        let (mut part, mut at, mut places) = (Vec::new(), SidePoint::default(), Vec::new());
         for &face in faces {
             let (kind, nodes) = self.face(face);
             self.places(&nodes, &mut places);
-            for point in kind.rule() {
-                at.evaluate(kind, &places, &point.xi);
-                part.push(at.position, point.weight * norm(&at.area), &nodes, &at.functions.values);
+            for rule in kind.rule() {
+                at.evaluate(kind, &places, &rule.xi);
+                let (element, xi) = (face.element as usize, self.in_element(face, &rule.xi));
+                part.push(ExtentPoint {
+                    element,
+                    xi,
+                    point: at.position,
+                    weight: rule.weight * norm(&at.area),
+                });
             }
         }
         part
     }
 
-    /// What lies within `radius` of `point`: of a point on the surface what lies over a disc in the plane that touches it there, of one inside a ball.
+    /// What lies within `radius` of `point`, see [`around`].
     ///
     /// # Errors
     /// [`MeshFault::BeyondBody`] if it leaves the body, [`MeshFault::PointNotFound`] if the point does.
-    pub fn around(&self, point: &[f64; 3], radius: f64) -> Result<Part, MeshFault> {
-        let lost = MeshFault::PointNotFound { point: *point, distance: f64::INFINITY };
-        let nearest = self.nearest(point).ok_or(lost)?;
-        if nearest.distance <= ON_SURFACE * radius {
-            return self.disc(&nearest, radius).ok_or(MeshFault::BeyondBody {
-                kind: "disc",
-                radius,
-                point: *point,
-            });
-        }
-        self.locate(point)?;
-        self.ball(point, radius).ok_or(MeshFault::BeyondBody { kind: "ball", radius, point: *point })
+    pub fn around(&self, point: &[f64; 3], radius: f64) -> Result<Vec<ExtentPoint>, MeshFault> {
+        let side = |&face: &Face| {
+            let (kind, nodes) = self.face(face);
+            let places = nodes.iter().map(|&n| self.nodes()[n as usize]).collect();
+            Some(Near::new(face, kind, places)).filter(|near| near.is_within(point, 2.0 * radius))
+        };
+        let element = |(e, element): (usize, crate::raw::Element<'_>)| {
+            let places = element.nodes.iter().map(|&n| self.nodes()[n as usize]).collect();
+            Some(Near::new(e, element.kind, places)).filter(|near| near.is_within(point, radius))
+        };
+        let sides = self.surface().iter().filter_map(side).collect();
+        let elements = self.elements().iter().enumerate().filter_map(element).collect();
+        around(&About { mesh: self, radius, sides, elements }, point, radius)
+    }
+}
+
+impl Surroundings for About<'_> {
+    type Start = ();
+    type Fault = MeshFault;
+
+    fn model(&self) -> &Model {
+        &Model::Solid
     }
 
-    fn disc(&self, centre: &OnSurface, radius: f64) -> Option<Part> {
+    fn nearest(&self, point: &[f64; 3]) -> Option<Nearest<()>> {
+        let OnSurface { face, eta, point, distance } = self.mesh.nearest(point)?;
+        let (kind, nodes) = self.mesh.face(face);
+        let (mut at, mut places) = (SidePoint::default(), Vec::new());
+        self.mesh.places(&nodes, &mut places);
+        at.evaluate(kind, &places, &eta);
+        let length = norm(&at.area);
+        let normal = (length > 0.0).then(|| at.area.map(|x| x / length));
+        Some(Nearest { distance, point, normal, start: () })
+    }
+
+    /// Of several sides the nearest one, from outside, no further than a diameter.
+    fn over(&self, target: &[f64; 3], normal: &[f64; 3], _start: ()) -> Option<(Found<()>, f64)> {
+        let hits = self.sides.iter().filter_map(|near| Some((near, hit(near, target, normal)?)));
+        let reached = hits.filter(|(_, (_, height))| height.abs() <= 2.0 * self.radius);
+        let (near, (eta, _)) = reached.min_by(|a, b| a.1.1.abs().total_cmp(&b.1.1.abs()))?;
         let mut at = SidePoint::default();
-        let (kind, nodes) = self.face(centre.face);
-        let mut places = Vec::new();
-        self.places(&nodes, &mut places);
-        at.evaluate(kind, &places, &centre.eta);
-        let normal = at.area.map(|x| x / norm(&at.area));
-        let size = norm(&minus(&places[0], &places[1]));
-        let along = at.tangents[0].map(|x| x / norm(&at.tangents[0]));
-        let across = cross(&normal, &along);
-        let near: Vec<NearFace> = self
-            .surface()
-            .iter()
-            .map(|&face| self.near_face(face))
-            .filter(|f| norm(&minus(&f.centre, &centre.point)) <= 2.0 * radius + f.reach)
-            .collect();
-        let parts = ((radius / size).ceil() as usize).clamp(PARTS[0], PARTS[1]);
-        let n_directions = 12 * parts;
-        let mut part = Part::default();
-        for i in 0..parts {
-            for (s, w) in LINE {
-                let step = radius / parts as f64;
-                let (r, weight) = ((i as f64 + 0.5 + 0.5 * s) * step, 0.5 * w * step);
-                for k in 0..n_directions {
-                    let angle = std::f64::consts::TAU * (k as f64 + 0.5) / n_directions as f64;
-                    let (sin, cos) = angle.sin_cos();
-                    let start: [f64; 3] =
-                        std::array::from_fn(|d| centre.point[d] + r * (cos * along[d] + sin * across[d]));
-                    let area = weight * r * std::f64::consts::TAU / n_directions as f64;
-                    let (face, eta) = drop_onto(&near, &start, &normal, 2.0 * radius)?;
-                    at.evaluate(face.kind, &face.places, &eta);
-                    let slope = dot(&at.area, &normal) / norm(&at.area);
-                    part.push(at.position, area / slope, &face.nodes, &at.functions.values);
-                }
-            }
-        }
-        Some(part)
+        at.evaluate(near.kind, &near.places, &eta);
+        let (element, xi) = (near.of.element as usize, self.mesh.in_element(near.of, &eta));
+        let first = norm(&minus(&near.places[0], &near.places[1]));
+        let found = Found { element, xi, point: at.position, sides: [first, 0.0, 0.0], start: () };
+        Some((found, dot(&at.area, normal) / norm(&at.area)))
     }
 
-    fn near_face(&self, face: Face) -> NearFace {
-        let (kind, nodes) = self.face(face);
-        let mut places = Vec::new();
-        self.places(&nodes, &mut places);
-        let (low, high) = bounds(&places);
-        let centre = std::array::from_fn(|d| 0.5 * (low[d] + high[d]));
-        NearFace { kind, nodes, places, centre, reach: 0.5 * norm(&minus(&high, &low)) }
+    fn inside(&self, target: &[f64; 3], _start: Option<()>) -> Option<Found<()>> {
+        let near = self.elements.iter().filter(|near| near.is_within(target, 0.0));
+        let mut found = near.filter_map(|near| Some((near, parameters(near.kind, &near.places, target)?)));
+        let (near, xi) = found.next()?;
+        let mut at = PointOf::default();
+        at.evaluate(near.kind, &near.places, &xi);
+        let first = norm(&minus(&near.places[0], &near.places[1]));
+        Some(Found { element: near.of, xi, point: at.position, sides: [first, 0.0, 0.0], start: () })
     }
 
-    fn ball(&self, centre: &[f64; 3], radius: f64) -> Option<Part> {
-        let near = self.near_elements(centre, radius);
-        let smallest =
-            near.iter().map(|e| norm(&minus(&e.places[0], &e.places[1]))).fold(f64::INFINITY, f64::min);
-        let parts = ((radius / smallest).ceil() as usize).clamp(PARTS[0], PARTS[1] / 2);
-        let (mut part, mut at) = (Part::default(), PointOf::default());
-        for (place, volume) in ball_rule(parts) {
-            let point: [f64; 3] = std::array::from_fn(|d| centre[d] + radius * place[d]);
-            let (element, xi) = near.iter().find_map(|e| {
-                let is_near = norm(&minus(&e.centre, &point)) <= e.reach;
-                Some((e, is_near.then(|| parameters(e.kind, &e.places, &point)).flatten()?))
-            })?;
-            at.evaluate(element.kind, &element.places, &xi);
-            part.push(at.position, volume * radius.powi(3), element.nodes, &at.functions.values);
-        }
-        Some(part)
+    fn check_inside(&self, point: &[f64; 3]) -> Result<(), MeshFault> {
+        self.mesh.locate(point).map(|_| ())
     }
 
-    fn near_elements(&self, point: &[f64; 3], radius: f64) -> Vec<NearElement<'_>> {
-        let near = |element: crate::raw::Element<'_>| {
-            let mut places = Vec::new();
-            self.places(element.nodes, &mut places);
-            let (low, high) = bounds(&places);
-            let centre: [f64; 3] = std::array::from_fn(|d| 0.5 * (low[d] + high[d]));
-            (places, centre, 0.5 * norm(&minus(&high, &low)))
-        };
-        let mut all = Vec::new();
-        for e in 0..self.elements().len() {
-            let element = self.elements().get(e);
-            let (places, centre, reach) = near(element);
-            if norm(&minus(&centre, point)) <= radius + reach {
-                all.push(NearElement { kind: element.kind, nodes: element.nodes, places, centre, reach });
-            }
-        }
-        all
+    fn leaves(&self, kind: &'static str, radius: f64, point: [f64; 3]) -> MeshFault {
+        MeshFault::BeyondBody { kind, radius, point }
     }
 }
 
-/// Points and volumes of a rule for the ball of radius one, each radius cut into `parts`.
-fn ball_rule(parts: usize) -> Vec<([f64; 3], f64)> {
-    let (levels, n_directions) = (2 * parts, 8 * parts);
-    let mut rule = Vec::new();
-    for i in 0..parts {
-        for (s, w) in LINE {
-            let step = 1.0 / parts as f64;
-            let (r, weight) = ((i as f64 + 0.5 + 0.5 * s) * step, 0.5 * w * step);
-            for (level, (t, v)) in (0..levels).flat_map(|level| LINE.map(|point| (level, point))) {
-                let height = ((level as f64 + 0.5 + 0.5 * t) / levels as f64).mul_add(2.0, -1.0);
-                let width = (1.0 - height * height).max(0.0).sqrt();
-                let share = weight * r * r * v / levels as f64 * std::f64::consts::TAU / n_directions as f64;
-                rule.extend((0..n_directions).map(|k| {
-                    let (sin, cos) =
-                        (std::f64::consts::TAU * (k as f64 + 0.5) / n_directions as f64).sin_cos();
-                    ([r * width * cos, r * width * sin, r * height], share)
-                }));
-            }
+/// Parameters at which a line through `start` along `normal` meets a side from outside, and the height there.
+fn hit(near: &Near<Face, SideKind>, start: &[f64; 3], normal: &[f64; 3]) -> Option<([f64; 2], f64)> {
+    let beside = |to: &[f64; 3]| {
+        let height = dot(to, normal);
+        norm(&std::array::from_fn(|d| to[d] - height * normal[d]))
+    };
+    if beside(&minus(&near.centre, start)) > near.reach {
+        return None;
+    }
+    let is_triangle = near.kind.n_corners() == 3;
+    let mut eta = if is_triangle { [1.0 / 3.0; 2] } else { [0.0; 2] };
+    let (mut height, mut at) = (0.0_f64, SidePoint::default());
+    for _ in 0..MAX_STEPS {
+        at.evaluate(near.kind, &near.places, &eta);
+        // x(eta) - height normal = start, linearised; the unknowns are the changes of eta and the new height.
+        let rest = minus(start, &at.position);
+        let map: [[f64; 3]; 3] = std::array::from_fn(|i| [at.tangents[0][i], at.tangents[1][i], -normal[i]]);
+        let size = determinant(&map);
+        if size.abs().partial_cmp(&0.0) != Some(Ordering::Greater) {
+            break;
+        }
+        let step = inverse(&map, size).map(|row| dot(&row, &rest));
+        let long = step[0].hypot(step[1]).max(1.0);
+        eta = [eta[0] + step[0] / long, eta[1] + step[1] / long];
+        height = step[2];
+        if step[0].hypot(step[1]) < 1e-13 {
+            break;
         }
     }
-    rule
-}
-
-/// The face that a line through `start` along `normal` meets from outside, nearest to `start` and no further than `reach`.
-fn drop_onto<'a>(
-    near: &'a [NearFace],
-    start: &[f64; 3],
-    normal: &[f64; 3],
-    reach: f64,
-) -> Option<(&'a NearFace, [f64; 2])> {
-    let mut best: Option<(&NearFace, [f64; 2], f64)> = None;
-    let mut at = SidePoint::default();
-    for face in near {
-        let to = minus(&face.centre, start);
-        let height = dot(&to, normal);
-        let aside = norm(&std::array::from_fn(|d| to[d] - height * normal[d]));
-        if aside > face.reach {
-            continue;
-        }
-        let is_triangle = face.kind.n_corners() == 3;
-        let mut eta = if is_triangle { [1.0 / 3.0; 2] } else { [0.0; 2] };
-        let mut up = 0.0;
-        for _ in 0..MAX_STEPS {
-            at.evaluate(face.kind, &face.places, &eta);
-            // x(eta) - up normal = start, linearised; the unknowns are the changes of eta and the new height.
-            let rest = minus(start, &at.position);
-            let map: [[f64; 3]; 3] =
-                std::array::from_fn(|i| [at.tangents[0][i], at.tangents[1][i], -normal[i]]);
-            let determinant = crate::jacobian::determinant(&map);
-            if determinant.abs().partial_cmp(&0.0) != Some(Ordering::Greater) {
-                break;
-            }
-            let step = crate::jacobian::inverse(&map, determinant).map(|row| dot(&row, &rest));
-            let long = step[0].hypot(step[1]).max(1.0);
-            eta = [eta[0] + step[0] / long, eta[1] + step[1] / long];
-            up = step[2];
-            if step[0].hypot(step[1]) < 1e-13 {
-                break;
-            }
-        }
-        let slack = 1e-9;
-        let is_inside = if is_triangle {
-            eta[0] >= -slack && eta[1] >= -slack && eta[0] + eta[1] <= 1.0 + slack
-        } else {
-            eta.iter().all(|x| x.abs() <= 1.0 + slack)
-        };
-        at.evaluate(face.kind, &face.places, &eta);
-        let miss = {
-            let to = minus(&at.position, start);
-            let height = dot(&to, normal);
-            norm(&std::array::from_fn(|d| to[d] - height * normal[d]))
-        };
-        let is_hit = is_inside && miss < 1e-9 * face.reach && dot(&at.area, normal) > 0.0;
-        if is_hit && up.abs() <= reach && best.as_ref().is_none_or(|b| up.abs() < b.2) {
-            best = Some((face, eta, up.abs()));
-        }
-    }
-    best.map(|(face, eta, _)| (face, eta))
+    let is_inside = if is_triangle {
+        eta[0] >= -ROUND_OFF && eta[1] >= -ROUND_OFF && eta[0] + eta[1] <= 1.0 + ROUND_OFF
+    } else {
+        eta.iter().all(|x| x.abs() <= 1.0 + ROUND_OFF)
+    };
+    at.evaluate(near.kind, &near.places, &eta);
+    let is_on_line = beside(&minus(&at.position, start)) < ROUND_OFF * near.reach;
+    (is_inside && is_on_line && dot(&at.area, normal) > 0.0).then_some((eta, height))
 }

@@ -10,6 +10,7 @@ mod hanging;
 mod names;
 
 use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
 
 use iga_core::space::Rows;
 
@@ -27,12 +28,12 @@ use names::{Numbers, is_on_side, name};
 /// A mesh some of whose elements are divided.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RefinedMesh {
-    mesh: Mesh,
+    mesh: Arc<Mesh>,
     n_free: usize,
     /// The free nodes that each node behind these follows, with their weights.
     hanging: Vec<Vec<(u32, f64)>>,
     /// Functions of the free nodes on every element with a node that follows others.
-    rows: Rows,
+    rows: Arc<Rows>,
     /// Element of the mesh before, of every element.
     parents: Vec<u32>,
     /// Element and parameters in the mesh before, of the nodes that were not there.
@@ -70,7 +71,7 @@ impl RefinedMesh {
     }
 
     /// All elements with all nodes.
-    pub fn mesh(&self) -> &Mesh {
+    pub fn mesh(&self) -> &Arc<Mesh> {
         &self.mesh
     }
 
@@ -90,7 +91,7 @@ impl RefinedMesh {
     }
 
     /// The functions of the free nodes on each element.
-    pub(crate) fn rows(&self) -> &Rows {
+    pub(crate) fn rows(&self) -> &Arc<Rows> {
         &self.rows
     }
 
@@ -199,8 +200,8 @@ impl<'a> Pieces<'a> {
         let faces = self.before.faces().iter().map(|(name, faces)| (name.clone(), group(faces))).collect();
         let surface = self.surface.iter().map(|(face, _)| *face).collect();
         let mesh = Mesh::divided((nodes, self.elements), surface, faces);
-        let rows = rows(mesh.elements(), n_free, &hanging);
-        RefinedMesh { mesh, n_free, hanging, rows, parents: self.parents, origins, n_before }
+        let rows = Arc::new(rows(mesh.elements(), n_free, &hanging));
+        RefinedMesh { mesh: Arc::new(mesh), n_free, hanging, rows, parents: self.parents, origins, n_before }
     }
 }
 

@@ -1,5 +1,7 @@
 //! Meshes as spaces of displacements, behind the trait that splines stand behind as well.
 
+use std::sync::Arc;
+
 use iga_core::elasticity::{ElementMaterials, Material};
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::space::{Cell, Element, GridBasis, Integrand, Rows, Space};
@@ -15,10 +17,11 @@ use crate::shape::Functions;
 ///
 /// All elements are plain displacement elements with the rules of [`crate::rules`]: hex8 has neither a mean dilatation nor incompatible
 /// modes.
-pub struct MeshSpace<'a> {
-    mesh: &'a Mesh,
-    rows: &'a Rows,
-    nodes: &'a [[f64; 3]],
+pub struct MeshSpace {
+    mesh: Arc<Mesh>,
+    rows: Arc<Rows>,
+    /// Number of nodes with a function, which come first.
+    n_free: usize,
     tables: Vec<KindTables>,
 }
 
@@ -59,26 +62,29 @@ fn evaluate(kind: ElementKind, xi: &[f64; 3], n_derivatives: usize, out: &mut Po
     }
 }
 
-impl<'a> MeshSpace<'a> {
+impl MeshSpace {
     /// The functions of all nodes of `mesh`; masses are integrated by `rule`.
-    pub fn new(mesh: &'a Mesh, rule: MassRule) -> Self {
-        Self::with_rows(mesh, Rows::none(), mesh.nodes(), rule)
+    pub fn new(mesh: impl Into<Arc<Mesh>>, rule: MassRule) -> Self {
+        let mesh = mesh.into();
+        let n_free = mesh.nodes().len();
+        Self::with_rows(mesh, Arc::new(Rows::none()), n_free, rule)
     }
 
     /// The functions of the free nodes of a divided mesh.
-    pub fn divided(refined: &'a RefinedMesh, rule: MassRule) -> Self {
-        Self::with_rows(refined.mesh(), refined.rows(), refined.free_nodes(), rule)
+    pub fn divided(refined: &RefinedMesh, rule: MassRule) -> Self {
+        Self::with_rows(Arc::clone(refined.mesh()), Arc::clone(refined.rows()), refined.n_free(), rule)
     }
 
-    fn with_rows(mesh: &'a Mesh, rows: &'a Rows, nodes: &'a [[f64; 3]], rule: MassRule) -> Self {
+    fn with_rows(mesh: Arc<Mesh>, rows: Arc<Rows>, n_free: usize, rule: MassRule) -> Self {
         let there = |kind: &ElementKind| mesh.elements().iter().any(|e| e.kind == *kind);
         let kinds = ElementKind::ALL.into_iter().filter(there);
-        Self { mesh, rows, nodes, tables: kinds.map(|kind| KindTables::new(kind, rule)).collect() }
+        let tables = kinds.map(|kind| KindTables::new(kind, rule)).collect();
+        Self { mesh, rows, n_free, tables }
     }
 
     /// The mesh with all its nodes.
-    pub fn mesh(&self) -> &'a Mesh {
-        self.mesh
+    pub fn mesh(&self) -> &Arc<Mesh> {
+        &self.mesh
     }
 
     fn tables(&self, e: usize) -> Option<&KindTables> {
@@ -87,21 +93,21 @@ impl<'a> MeshSpace<'a> {
     }
 }
 
-impl Space for MeshSpace<'_> {
+impl Space for MeshSpace {
     fn dimension(&self) -> usize {
         3
     }
 
     fn n_functions(&self) -> usize {
-        self.nodes.len()
+        self.n_free
     }
 
     fn control_points(&self) -> &[[f64; 3]] {
-        self.nodes
+        &self.mesh.nodes()[..self.n_free]
     }
 
     fn anchors(&self) -> Vec<[f64; 3]> {
-        self.nodes.to_vec()
+        self.control_points().to_vec()
     }
 
     fn n_elements(&self) -> usize {
@@ -130,7 +136,7 @@ impl Space for MeshSpace<'_> {
     fn evaluate(&self, e: usize, xi: &[f64; 3], n_derivatives: usize, out: &mut PointBasis) {
         evaluate(self.mesh.elements().get(e).kind, xi, n_derivatives, out);
         if !self.rows.is_plain(e) {
-            out.combine(self.rows, e);
+            out.combine(&self.rows, e);
         }
     }
 
@@ -138,7 +144,7 @@ impl Space for MeshSpace<'_> {
         let Some(tables) = self.tables(e) else { return };
         out.copy_from(if integrand == Integrand::Mass { &tables.mass } else { &tables.stiffness });
         if !self.rows.is_plain(e) {
-            out.combine(self.rows, e);
+            out.combine(&self.rows, e);
         }
     }
 

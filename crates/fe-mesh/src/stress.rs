@@ -12,7 +12,7 @@ use crate::kind::ElementKind;
 use crate::shape::Functions;
 use crate::space::MeshSpace;
 
-impl MeshSpace<'_> {
+impl MeshSpace {
     /// Stress `xx, yy, zz, xy, yz, zx` at every node of the mesh under the displacements `u` of the functions: what the points of the
     /// stiffness rule show, continued linearly to the nodes of each element by least squares and averaged over the elements of a node
     /// \[Pa\]. The points of the rule are where the stress of displacement elements is best (J. Barlow, Int. J. Numer. Meth. Eng. 10, 1976).

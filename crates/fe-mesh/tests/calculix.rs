@@ -31,7 +31,7 @@ fn deviations(name: &str) -> [f64; 2] {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/calculix");
     let mesh =
         read(&std::fs::read(folder.join(format!("{name}.inp"))).expect("readable"), 1.0).expect("a mesh");
-    let matrices = assemble(&MeshSpace::new(&mesh, MassRule::AsStiffness), &Model::Solid, &steel());
+    let matrices = assemble(&MeshSpace::new(mesh.clone(), MassRule::AsStiffness), &Model::Solid, &steel());
     let matrices = matrices.expect("matrices");
     let text = std::fs::read_to_string(folder.join(format!("{name}.ref"))).expect("readable");
     let entries = |letter: &str, share: usize| -> Vec<(usize, usize, f64)> {

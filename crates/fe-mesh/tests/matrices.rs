@@ -8,7 +8,7 @@ use iga_core::assembly::{AssembledMatrices, assemble};
 use iga_core::elasticity::{Material, MaterialField, Model};
 
 fn matrices(mesh: &Mesh) -> AssembledMatrices {
-    assemble(&MeshSpace::new(mesh, MassRule::Exact), &Model::Solid, &steel()).expect("matrices")
+    assemble(&MeshSpace::new(mesh.clone(), MassRule::Exact), &Model::Solid, &steel()).expect("matrices")
 }
 
 fn times(matrix: &SparseColMat<u32, f64>, x: &[f64]) -> Vec<f64> {

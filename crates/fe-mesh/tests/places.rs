@@ -2,7 +2,10 @@
 
 use crate::blocks::{block, shaken};
 use fe_mesh::raw::{FaceSource, RawMesh};
-use fe_mesh::{ElementKind, Mesh};
+use fe_mesh::rules::MassRule;
+use fe_mesh::{ElementKind, Mesh, MeshSpace};
+use iga_core::extent::{centroid, measure};
+use iga_core::space::Space;
 
 fn mesh(kind: ElementKind) -> Mesh {
     Mesh::new(block(kind, [3, 3, 3], |x| shaken(x, 0.05)), 1.0).expect("a mesh")
@@ -17,10 +20,10 @@ fn faces_have_their_area_centre_and_outward_normal() {
         assert_eq!(total, mesh.surface().len());
         for (name, axis, end) in [("x-", 0, 0.0), ("x+", 0, 1.0), ("y+", 1, 1.0), ("z-", 2, 0.0)] {
             let part = mesh.face_part(name).expect("a face");
-            assert!((part.measure() - 1.0).abs() < 1e-13);
+            assert!((measure(&part) - 1.0).abs() < 1e-13);
             for d in 0..3 {
                 let expected = if d == axis { end } else { 0.5 };
-                assert!((part.centroid()[d] - expected).abs() < 1e-13, "{kind:?} {name}");
+                assert!((centroid(&part)[d] - expected).abs() < 1e-13, "{kind:?} {name}");
             }
             let (mut at, mut places) = (fe_mesh::locate::SidePoint::default(), Vec::new());
             for &face in mesh.face_group(name).expect("a face") {
@@ -64,17 +67,22 @@ fn discs_and_balls_have_their_measure() {
         let disc = mesh.around(&[0.5, 0.45, 1.0], 0.3).expect("a disc");
         let area = std::f64::consts::PI * 0.09;
         // The rule is exact in a plane.
-        assert!((disc.measure() / area - 1.0).abs() < 1e-12);
-        assert!((disc.centroid()[1] - 0.45).abs() < 1e-12 && (disc.centroid()[2] - 1.0).abs() < 1e-12);
+        assert!((measure(&disc) / area - 1.0).abs() < 1e-12);
+        assert!((centroid(&disc)[1] - 0.45).abs() < 1e-12 && (centroid(&disc)[2] - 1.0).abs() < 1e-12);
         let ball = mesh.around(&[0.5, 0.5, 0.45], 0.2).expect("a ball");
-        assert!((ball.measure() / (4.0 / 3.0 * std::f64::consts::PI * 0.008) - 1.0).abs() < 1e-12);
+        assert!((measure(&ball) / (4.0 / 3.0 * std::f64::consts::PI * 0.008) - 1.0).abs() < 1e-12);
         for (point, radius, word) in [([0.1, 0.5, 1.0], 0.3, "disc"), ([0.15, 0.5, 0.5], 0.2, "ball")] {
             let fault = mesh.around(&point, radius).expect_err("leaves the body").to_string();
             assert!(fault.contains(word) && fault.contains("smaller radius"), "{fault}");
         }
-        for i in 0..disc.len() {
-            let (_, _, functions) = disc.point(i);
-            assert!((functions.iter().map(|f| f.1).sum::<f64>() - 1.0).abs() < 1e-13);
+        // Elements and parameters are those of the points.
+        let space = MeshSpace::new(mesh.clone(), MassRule::Exact);
+        for point in disc.iter().chain(&ball) {
+            let functions = space.functions_at(point.element, &point.xi);
+            for d in 0..3 {
+                let sum: f64 = functions.iter().map(|(node, v)| v * mesh.nodes()[*node as usize][d]).sum();
+                assert!((sum - point.point[d]).abs() < 1e-12, "{sum} {}", point.point[d]);
+            }
         }
     }
 }

@@ -10,6 +10,7 @@ use fe_mesh::surface::Surface;
 use fe_mesh::{ElementKind, Mesh, MeshSpace};
 use iga_core::assembly::{AssembledMatrices, assemble};
 use iga_core::elasticity::Model;
+use iga_core::extent::measure;
 
 /// More pieces than any of these meshes has.
 const MOST: usize = 200_000;
@@ -83,12 +84,12 @@ fn a_divided_mesh_keeps_volume_mass_inertia_and_surface() {
             let change = volume(refined.mesh()) / volume(&mesh) - 1.0;
             // Rules of the mass integrate the determinant exactly: sums over some thousand points.
             assert!(change.abs() < 1e-12, "{kind:?}: {change:e}");
-            let area = |mesh: &Mesh| mesh.part_of(mesh.surface()).measure();
+            let area = |mesh: &Mesh| measure(&mesh.part_of(mesh.surface()));
             // Area elements are roots: what the rule of larger sides leaves.
             assert!((area(refined.mesh()) / area(&mesh) - 1.0).abs() < 1e-4, "{kind:?}");
             for (name, faces) in mesh.faces() {
                 let (_, own) = refined.mesh().faces().iter().find(|(n, _)| n == name).unwrap();
-                let of = |mesh: &Mesh, faces| mesh.part_of(faces).measure();
+                let of = |mesh: &Mesh, faces| measure(&mesh.part_of(faces));
                 let change = of(refined.mesh(), own) / of(&mesh, faces) - 1.0;
                 assert!(change.abs() < 1e-3, "{kind:?}, {name}: {change:e}");
             }

@@ -60,7 +60,7 @@ fn for_each_space(check: &dyn Fn(&str, &dyn Space, Place<'_>)) {
     }
     for kind in ElementKind::ALL {
         let mesh = Mesh::new(block(kind, [2, 1, 1], mapped), 1.0).unwrap();
-        check(kind.name(), &MeshSpace::new(&mesh, MassRule::Exact), &|e, xi| place_in(&mesh, e, xi));
+        check(kind.name(), &MeshSpace::new(mesh.clone(), MassRule::Exact), &|e, xi| place_in(&mesh, e, xi));
         let corner = mapped([0.0, 0.1, 0.2]);
         let is_near = |ball: &CellBall| {
             let aside: f64 = (0..3).map(|d| (ball.centre[d] - corner[d]).powi(2)).sum();

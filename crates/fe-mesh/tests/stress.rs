@@ -10,8 +10,8 @@ use iga_core::elasticity::kinematics::PointState;
 use iga_core::elasticity::{Material, MaterialField, Model};
 use nalgebra::{Matrix3, Vector3};
 
-fn space(mesh: &Mesh) -> MeshSpace<'_> {
-    MeshSpace::new(mesh, MassRule::Exact)
+fn space(mesh: &Mesh) -> MeshSpace {
+    MeshSpace::new(mesh.clone(), MassRule::Exact)
 }
 
 /// The state under `u`, three per node, at a point of `mesh`.

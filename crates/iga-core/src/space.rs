@@ -161,7 +161,7 @@ impl PointBasis {
 ///
 /// Functions are numbered globally, dependent ones not at all. On an element they are stacked in the order of
 /// [`Space::active_functions`], every one once.
-pub trait Space: Sync {
+pub trait Space: Send + Sync {
     /// Number of parametric directions: 1, 2 or 3.
     fn dimension(&self) -> usize;
 

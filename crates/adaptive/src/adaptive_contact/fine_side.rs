@@ -1,6 +1,7 @@
 //! Fine models of the two sides of a contact, and the force element that they make.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use contact_qs::points::InterfaceCompliance;
 use contact_qs::{ActiveContact, ZoneVibration};
@@ -8,22 +9,17 @@ use faer::{Mat, MatRef};
 use ffr_dynamics::body::{AssembledBody, ModalDamping};
 use ffr_dynamics::reduction::{FreeFlexibility, ResidualFlexibility, ResidualModes};
 use ffr_dynamics::system::force::{BodyState, Motion};
-use iga_core::elasticity::Model;
-use iga_core::nurbs::FaceId;
-use iga_core::surface::Face;
 use nalgebra::Vector3;
 
 use super::zone_model::ZoneModel;
-use super::{AdaptiveContact, CancelCheck, WIDEST};
+use super::{AdaptiveContact, CancelCheck, FineBasis, WIDEST};
+use crate::body::fine::FineModel;
+use crate::body::reduced::with_critical;
 use crate::body_damping::damping;
-use crate::body_model::{BodyModel, FlexibleBody};
-use crate::contact_zone::{ContactZone, PointsAbout, ZoneExtent};
-use crate::elastic_body::{ElasticBody, with_critical};
+use crate::body_model::{BodyModel, FlexibleModel};
+use crate::contact_zone::{ContactZone, ZoneExtent};
 use crate::error::{AdaptiveError, ContactModelFault};
-use crate::fine_body::FineBodyModel;
-use crate::fine_elements::{FineElements, WantedZone};
-use crate::fine_model::{ELEMENTS, FineBody, FineMesh, FineSettings};
-use crate::mesh_surface::MeshSurface;
+use crate::fine_model::FineBody;
 use crate::paper::fine_modes::FineModes;
 use crate::point_compliance::{ObservedPlace, PlaceFunctions, n_columns, point_rows};
 use crate::record::ZoneSite;
@@ -31,13 +27,12 @@ use crate::rigid_surface::RigidSurface;
 use crate::spec::{LowModes, Target, Treatment};
 use crate::store::{ModelKey, StoredModel, matrix, matrix_values};
 use crate::unsupported::Unsupported;
-use crate::wanted_interval::WantedInterval;
 use crate::zone_contact::{ContactSide, FALLBACK_PENALTY, ZoneContact};
 
 /// Fine model of one body for one contact.
-pub struct FineSide<'a> {
+pub struct FineSide {
     /// The refined body.
-    pub body: FineBodyModel<'a>,
+    pub body: Box<dyn FineModel>,
     /// Contact points and interface.
     pub zone: ContactZone,
     /// Low-frequency modes at the unknowns.
@@ -46,12 +41,12 @@ pub struct FineSide<'a> {
     answer: ZoneAnswer,
     /// Displacements, strains and stresses at observed points by forces at the interface, as of [`point_rows`]; no columns if the zone vibrates.
     pub points: Mat<f64>,
-    /// Modes of its own, if the body changes to them.
-    pub fine_modes: Option<(AssembledBody, FineModes)>,
+    /// The model with modes of its own, if the body changes to them.
+    pub fine_basis: Option<FineBasis>,
 }
 
 /// The fine model of a body without its matrices, and its contact zone.
-pub(super) type FineZone<'a> = (FineBodyModel<'a>, ContactZone);
+pub(super) type FineZone = (Box<dyn FineModel>, ContactZone);
 
 /// A refined contact, built again.
 pub struct RebuiltContact {
@@ -70,66 +65,21 @@ enum ZoneAnswer {
 }
 
 impl AdaptiveContact {
-    /// The mesh of the body `elastic` refined at `site`, and what it was made from.
-    fn mesh(
+    /// The fine model of `body` at `site`.
+    pub(super) fn fine_body(
         &self,
-        body: &ElasticBody,
+        body: &FlexibleModel,
         site: &ZoneSite,
-    ) -> Result<(FineMesh, WantedInterval, FineSettings), AdaptiveError> {
-        let patches = &body.shape.patches;
-        let faces = FaceId::all(patches);
-        let Some(&face) = faces.get(site.face as usize) else {
-            let (face, count) = (site.face, faces.len());
+    ) -> Result<Box<dyn FineModel>, AdaptiveError> {
+        let (face, count) = (site.face, body.body.n_faces());
+        if face as usize >= count {
             return Err(self.without_model(ContactModelFault::UnknownFace { face, count }));
-        };
-        let (width, size) = (site.widths[0].max(site.widths[1]), body.size());
-        if width > WIDEST * size {
+        }
+        let (width, size) = (site.widths[0].max(site.widths[1]), body.body.size());
+        if width > WIDEST * size && !site.is_whole() {
             return Err(self.without_model(ContactModelFault::TooWide { width, size }));
         }
-        let face = Face::new(patches, face, body.spec.model == Model::Axisymmetric);
-        let wanted = WantedInterval { face, centre: site.centre, widths: site.widths };
-        let given = &self.law.interval;
-        let settings = FineSettings {
-            division: given.division,
-            elements: given.elements.unwrap_or(ELEMENTS),
-            growth: None,
-        };
-        Ok((FineMesh::build(body, &[wanted], &settings)?, wanted, settings))
-    }
-
-    /// The fine model of `body` at `site`, and what it was made from.
-    pub(super) fn fine_body<'a>(
-        &self,
-        body: &FlexibleBody<'a>,
-        site: &ZoneSite,
-    ) -> Result<FineBodyModel<'a>, AdaptiveError> {
-        if let Some(splines) = body.spline_body() {
-            if site.is_whole() {
-                let faces = FaceId::all(&splines.shape.patches);
-                let about = site.place().and_then(|(face, xi)| {
-                    Some(PointsAbout { face: *faces.get(face as usize)?, xi, meets: site.meets })
-                });
-                return Ok(FineBodyModel::Whole(splines, about));
-            }
-            let (mesh, wanted, settings) = self.mesh(splines, site)?;
-            return Ok(FineBodyModel::Splines { mesh: Box::new(mesh), wanted, settings });
-        }
-        let Some(spec) = body.mesh() else {
-            return Err(self.without_model(ContactModelFault::UnknownPlace));
-        };
-        let side = site.face as usize;
-        let count = spec.mesh.surface().len();
-        if side >= count {
-            return Err(self.without_model(ContactModelFault::UnknownFace { face: site.face, count }));
-        }
-        let (width, size) = (site.widths[0].max(site.widths[1]), body.size);
-        if width > WIDEST * size {
-            return Err(self.without_model(ContactModelFault::TooWide { width, size }));
-        }
-        let place = MeshSurface::of(&spec.mesh).site(side, [site.centre[0], site.centre[1]]);
-        let wanted = WantedZone { site: place, widths: site.widths, elements: self.law.interval.elements };
-        let mesh = FineElements::build(body.name, spec, &wanted)?;
-        Ok(FineBodyModel::Elements { mesh: Box::new(mesh), wanted })
+        Arc::clone(&body.body).refined(site, &self.law.interval)
     }
 
     /// Whether fine models can be built again from their sites: their zones are quasistatic, on prolonged modes.
@@ -141,36 +91,38 @@ impl AdaptiveContact {
     ///
     /// # Errors
     /// [`AdaptiveError`] with the name of body or contact.
-    pub fn zone_model(&self, body: &FlexibleBody<'_>, site: &ZoneSite) -> Result<ZoneModel, AdaptiveError> {
+    pub fn zone_model(&self, body: &FlexibleModel, site: &ZoneSite) -> Result<ZoneModel, AdaptiveError> {
         let (side, residual) = self.side_again(body, site)?;
         Ok(side.into_model(residual))
     }
 
     /// The same as a side of the contact, with the flexibility of its interface.
-    fn side_again<'a>(
+    fn side_again(
         &self,
-        body: &FlexibleBody<'a>,
+        body: &FlexibleModel,
         site: &ZoneSite,
-    ) -> Result<(FineSide<'a>, ResidualFlexibility), AdaptiveError> {
+    ) -> Result<(FineSide, ResidualFlexibility), AdaptiveError> {
         let zone = self.fine_zone(body, site)?;
-        let flexibility = flexibility(body, &zone)?;
+        let flexibility = flexibility(&zone)?;
         side_with(body, zone, flexibility)
     }
 
     /// Both sides of the contact again, side by side; equal ones share the flexibility of their interface.
-    fn sides_again<'a>(
+    fn sides_again(
         &self,
-        [own, other]: [&FlexibleBody<'a>; 2],
+        [own, other]: [&FlexibleModel; 2],
         [own_site, other_site]: [&ZoneSite; 2],
-    ) -> Result<[(FineSide<'a>, ResidualFlexibility); 2], AdaptiveError> {
+    ) -> Result<[(FineSide, ResidualFlexibility); 2], AdaptiveError> {
         let zones = rayon::join(|| self.fine_zone(own, own_site), || self.fine_zone(other, other_site));
         let (own_zone, other_zone) = (zones.0?, zones.1?);
-        let key = |body, (fine, zone): &FineZone<'a>| fine.compliance_key(body, (&zone.unknowns, &[]), false);
-        let flexibilities = if key(own, &own_zone)? == key(other, &other_zone)? {
-            let shared = flexibility(own, &own_zone)?;
+        let key = |body: &FlexibleModel, (fine, zone): &FineZone| {
+            fine.compliance_key(&body.reduced, (&zone.unknowns, &[]), false)
+        };
+        let flexibilities = if key(own, &own_zone) == key(other, &other_zone) {
+            let shared = flexibility(&own_zone)?;
             (shared.clone(), shared)
         } else {
-            let both = rayon::join(|| flexibility(own, &own_zone), || flexibility(other, &other_zone));
+            let both = rayon::join(|| flexibility(&own_zone), || flexibility(&other_zone));
             (both.0?, both.1?)
         };
         Ok([side_with(own, own_zone, flexibilities.0)?, side_with(other, other_zone, flexibilities.1)?])
@@ -190,12 +142,12 @@ impl AdaptiveContact {
         let on_body = super::flexible(&bodies[self.body]);
         let (mut own, residual, mut other, other_residual) = match self.flexible_target {
             None => {
-                let (own, residual) = self.side_again(&on_body, &site(0)?)?;
+                let (own, residual) = self.side_again(on_body, &site(0)?)?;
                 (own, residual, None, None)
             }
             Some(index) => {
                 let on_target = super::flexible(&bodies[index]);
-                let sides = self.sides_again([&on_body, &on_target], [&site(0)?, &site(1)?])?;
+                let sides = self.sides_again([on_body, on_target], [&site(0)?, &site(1)?])?;
                 let [(own, residual), (other, other_residual)] = sides;
                 (own, residual, Some((index, other)), Some(other_residual))
             }
@@ -215,85 +167,87 @@ impl AdaptiveContact {
     ///
     /// # Errors
     /// [`AdaptiveError`] with the name of body or contact, or the error of `check_cancel`.
-    pub(super) fn side<'a>(
+    pub(super) fn side(
         &self,
-        body: FlexibleBody<'a>,
-        (fine, zone): FineZone<'a>,
+        body: &FlexibleModel,
+        (fine, zone): FineZone,
         places: &[ObservedPlace],
         modes: LowModes,
         check_cancel: &mut CancelCheck<'_>,
-    ) -> Result<FineSide<'a>, AdaptiveError> {
+    ) -> Result<FineSide, AdaptiveError> {
         check_cancel()?;
         // Zones that vibrate have no static answer.
         let places = if self.is_vibrating() { &[] } else { places };
-        let shown: Vec<PlaceFunctions> =
-            places.iter().map(|place| fine.shown_at(place, &body)).collect::<Result<_, AdaptiveError>>()?;
-        if modes == LowModes::Fine && !matches!(fine, FineBodyModel::Whole(..)) {
-            return self.side_with_modes(&body, (fine, zone), &shown, check_cancel);
+        let field = fine.field();
+        let shown = places.iter().map(|place| PlaceFunctions::new(place, field));
+        let shown: Vec<PlaceFunctions> = shown.collect::<Result<_, AdaptiveError>>()?;
+        if modes == LowModes::Fine && !fine.is_own() {
+            return self.side_with_modes(body, (fine, zone), &shown, check_cancel);
         }
-        let points =
-            |residual: &ResidualFlexibility| point_rows(&shown, fine.lookup(), fine.motion(), residual);
-        let n_rows = n_columns(places, fine.motion().n_components());
+        let points = |residual: &ResidualFlexibility| point_rows(&shown, field, residual);
+        let n_rows = n_columns(places, field.motion().n_components());
         let unknowns = &zone.unknowns;
         let has_modes = self.is_vibrating() || !places.is_empty();
-        let key = fine.compliance_key(&body, (unknowns, places), has_modes)?;
+        let key = fine.compliance_key(&body.reduced, (unknowns, places), has_modes);
         let key = ModelKey { kind: if self.is_vibrating() { "zone-modes" } else { key.kind }, ..key };
-        let low = fine.low_modes(&body)?;
+        let low = fine.low_modes(&body.reduced);
         let (answer, points) = self.cache.recent(
             key,
             |stored| self.answer_from(stored, unknowns.len(), n_rows),
             || {
                 self.cache.count_fine_model();
-                let assembled = fine.assemble(&body)?;
+                let assembled = fine.assemble()?;
                 check_cancel()?;
-                let flexibility = fine.flexibility(&assembled, &body, unknowns)?;
+                let flexibility = fine.flexibility(&assembled, unknowns)?;
                 check_cancel()?;
                 let free = ZoneAnswer::Static(flexibility.compliance().clone());
                 if !has_modes {
                     return Ok::<_, AdaptiveError>((free, Mat::zeros(unknowns.len(), 0)));
                 }
-                let residual = fine.residual(flexibility, &body, low.clone())?;
+                let residual = fine.residual(flexibility, low.clone())?;
                 let answer =
-                    if self.is_vibrating() { self.answer(body.name, &residual, &assembled)? } else { free };
+                    if self.is_vibrating() { self.answer(body.name(), &residual, &assembled)? } else { free };
                 Ok((answer, points(&residual)))
             },
             stored_answer,
         )?;
         let answer = match answer {
-            ZoneAnswer::Static(free) => ZoneAnswer::Static(low.take_out(free, unknowns, fine.turn(&body))),
+            ZoneAnswer::Static(free) => ZoneAnswer::Static(low.take_out(free, unknowns, fine.turn())),
             vibrating @ ZoneAnswer::Vibrating(_) => vibrating,
         };
-        let shapes = fine.shapes(&body)?;
-        Ok(FineSide { body: fine, zone, shapes, answer, points, fine_modes: None })
+        let shapes = fine.shapes(&body.reduced);
+        Ok(FineSide { body: fine, zone, shapes, answer, points, fine_basis: None })
     }
 
     /// The same with modes of the fine model's own, which meshes do not have; `shown` is what the observed places show.
-    fn side_with_modes<'a>(
+    fn side_with_modes(
         &self,
-        body: &FlexibleBody<'a>,
-        (fine, zone): (FineBodyModel<'a>, ContactZone),
+        body: &FlexibleModel,
+        (fine, zone): FineZone,
         shown: &[PlaceFunctions],
         check_cancel: &mut CancelCheck<'_>,
-    ) -> Result<FineSide<'a>, AdaptiveError> {
-        let FineBodyModel::Splines { mesh, wanted, settings } = fine else {
-            return Err(AdaptiveError::unsupported_body(body.name, Unsupported::FineModesOfMesh));
+    ) -> Result<FineSide, AdaptiveError> {
+        let (Some(mesh), Some(splines)) = (fine.splines().cloned(), body.body.splines()) else {
+            return Err(AdaptiveError::unsupported_body(body.name(), Unsupported::FineModesOfMesh));
         };
-        let Some(splines) = body.spline_body() else {
-            return Err(AdaptiveError::unsupported_body(body.name, Unsupported::FineModesOfMesh));
-        };
-        let coarse = (splines, body.reduced);
+        let coarse = (splines, &body.reduced);
         self.cache.count_fine_model();
         let assembled = mesh.assemble(splines)?;
-        let fine = FineBody { mesh: *mesh, assembled };
-        let (basis, residual) = fine.reduce(coarse, &zone.unknowns, LowModes::Fine)?;
+        let refined = FineBody { mesh, assembled };
+        let (basis, residual) = refined.reduce(coarse, &zone.unknowns, LowModes::Fine)?;
         check_cancel()?;
-        let answer = self.answer(body.name, &residual, &fine.assembled)?;
-        let points = point_rows(shown, &fine.mesh.lookup, fine.mesh.motion, &residual);
-        let modes = FineModes::new(coarse, &fine, basis, self.law.transfer.method)?;
+        let answer = self.answer(body.name(), &residual, &refined.assembled)?;
+        let points = point_rows(shown, fine.field(), &residual);
+        let modes = FineModes::new(coarse, &refined, basis, self.law.transfer.method)?;
         let shapes = modes.reduced.shapes().to_owned();
-        let FineBody { mesh, assembled } = fine;
-        let body = FineBodyModel::Splines { mesh: Box::new(mesh), wanted, settings };
-        Ok(FineSide { body, zone, shapes, answer, points, fine_modes: Some((assembled, modes)) })
+        Ok(FineSide {
+            body: fine,
+            zone,
+            shapes,
+            answer,
+            points,
+            fine_basis: Some(FineBasis { body: refined, modes }),
+        })
     }
 
     /// How the zone of the body called `name` answers.
@@ -329,16 +283,16 @@ impl AdaptiveContact {
     /// The vibration of the contact zone on body `index`; none if it answers quasistatically.
     fn vibration(
         &self,
-        side: &FineSide<'_>,
+        side: &FineSide,
         (index, body): (usize, &BodyModel),
     ) -> Result<Option<ZoneVibration>, AdaptiveError> {
-        let (ZoneAnswer::Vibrating(modes), Some(elastic)) = (&side.answer, body.elastic()) else {
+        let (ZoneAnswer::Vibrating(modes), Some(elastic)) = (&side.answer, body.flexible()) else {
             return Ok(None);
         };
         let n_low = side.shapes.ncols();
         let frequencies = body.data.modal_stiffness.iter().copied().chain(modes.omega.iter().map(|w| w * w));
         let stiffness: Vec<f64> = frequencies.collect();
-        let own = damping(&elastic.body.spec.damping, &stiffness, stiffness.len())
+        let own = damping(elastic.body.settings().damping, &stiffness, stiffness.len())
             .map_err(|source| AdaptiveError::Reduction { body: body.name.clone(), source })?;
         let all = match self.law.treatment {
             Treatment::Damped => {
@@ -367,10 +321,10 @@ impl AdaptiveContact {
     ///
     /// # Errors
     /// As [`AdaptiveContact::element`].
-    pub(super) fn element_at<'a>(
+    pub(super) fn element_at(
         &self,
-        own: &mut FineSide<'a>,
-        other: &mut Option<(usize, FineSide<'a>)>,
+        own: &mut FineSide,
+        other: &mut Option<(usize, FineSide)>,
         (bodies, states): (&[BodyModel], &[BodyState]),
         gap: f64,
     ) -> Result<(Box<dyn ActiveContact>, f64), AdaptiveError> {
@@ -392,8 +346,8 @@ impl AdaptiveContact {
     /// [`AdaptiveError::Contact`] if points, surfaces and settings do not fit each other.
     pub(super) fn element(
         &self,
-        own: &FineSide<'_>,
-        other: Option<&(usize, FineSide<'_>)>,
+        own: &FineSide,
+        other: Option<&(usize, FineSide)>,
         bodies: &[BodyModel],
     ) -> Result<Box<dyn ActiveContact>, AdaptiveError> {
         let contact = self.contact_of_points(own, other, bodies)?;
@@ -426,8 +380,8 @@ impl AdaptiveContact {
     /// The same of a contact whose zones vibrate: their static answer, which the modes add up to (Eq. R.20).
     pub(super) fn static_weight(
         &self,
-        own: &mut FineSide<'_>,
-        other: &mut Option<(usize, FineSide<'_>)>,
+        own: &mut FineSide,
+        other: &mut Option<(usize, FineSide)>,
         (bodies, states): (&[BodyModel], &[BodyState]),
     ) -> Result<Option<f64>, AdaptiveError> {
         let moving = own.hold();
@@ -442,8 +396,8 @@ impl AdaptiveContact {
 
     fn contact_of_points(
         &self,
-        own: &FineSide<'_>,
-        other: Option<&(usize, FineSide<'_>)>,
+        own: &FineSide,
+        other: Option<&(usize, FineSide)>,
         bodies: &[BodyModel],
     ) -> Result<ZoneContact, AdaptiveError> {
         let has_edges = own.zone.extent == ZoneExtent::Whole;
@@ -459,11 +413,11 @@ impl AdaptiveContact {
     }
 }
 
-impl FineSide<'_> {
+impl FineSide {
     /// What is looked at of it later.
     fn into_model(self, residual: ResidualFlexibility) -> ZoneModel {
-        let Self { body, zone, shapes, .. } = self;
-        ZoneModel { mesh: body.into_mesh(), zone, shapes, residual }
+        let Self { body: model, zone, shapes, .. } = self;
+        ZoneModel { model, zone, shapes, residual }
     }
 
     /// Puts the static answer in the place of vibration; returns what was there.
@@ -507,9 +461,9 @@ impl FineSide<'_> {
     fn contact_side<'a>(&'a self, body: usize, shapes: MatRef<'a, f64>) -> ContactSide<'a> {
         ContactSide {
             body,
-            motion: self.body.motion(),
-            lookup: self.body.lookup(),
-            splines: self.body.splines(),
+            motion: self.body.field().motion(),
+            lookup: self.body.field().lookup(),
+            splines: self.body.faces(),
             zone: &self.zone,
             shapes,
             compliance: self.compliance(),
@@ -518,32 +472,29 @@ impl FineSide<'_> {
     }
 }
 
-/// Flexibility of the interface of the zone, a fine model of `body`.
-fn flexibility(
-    body: &FlexibleBody<'_>,
-    (fine, zone): &FineZone<'_>,
-) -> Result<FreeFlexibility, AdaptiveError> {
-    fine.flexibility(&*fine.assemble(body)?, body, &zone.unknowns)
+/// Flexibility of the interface of the zone.
+fn flexibility((fine, zone): &FineZone) -> Result<FreeFlexibility, AdaptiveError> {
+    fine.flexibility(&*fine.assemble()?, &zone.unknowns)
 }
 
 /// The side of `body` with its zone, built again, and what the modes of the body leave of `flexibility`.
-fn side_with<'a>(
-    body: &FlexibleBody<'a>,
-    (fine, zone): FineZone<'a>,
+fn side_with(
+    body: &FlexibleModel,
+    (fine, zone): FineZone,
     flexibility: FreeFlexibility,
-) -> Result<(FineSide<'a>, ResidualFlexibility), AdaptiveError> {
-    let residual = fine.residual(flexibility, body, fine.low_modes(body)?)?;
+) -> Result<(FineSide, ResidualFlexibility), AdaptiveError> {
+    let residual = fine.residual(flexibility, fine.low_modes(&body.reduced))?;
     let answer = ZoneAnswer::Static(residual.compliance().clone());
-    let shapes = fine.shapes(body)?;
-    let side = FineSide { body: fine, zone, shapes, answer, points: Mat::new(), fine_modes: None };
+    let shapes = fine.shapes(&body.reduced);
+    let side = FineSide { body: fine, zone, shapes, answer, points: Mat::new(), fine_basis: None };
     Ok((side, residual))
 }
 
 /// The side whose zone lies on a smooth surface in place of its sides, and the outward normal of that; the contact body's of two.
-fn smooth_side<'s, 'a>(
-    own: &'s mut FineSide<'a>,
-    other: &'s mut Option<(usize, FineSide<'a>)>,
-) -> Option<(Vector3<f64>, &'s mut FineSide<'a>)> {
+fn smooth_side<'s>(
+    own: &'s mut FineSide,
+    other: &'s mut Option<(usize, FineSide)>,
+) -> Option<(Vector3<f64>, &'s mut FineSide)> {
     let sides = [Some(own), other.as_mut().map(|(_, side)| side)];
     sides.into_iter().flatten().find_map(|side| Some((side.body.outward()?, side)))
 }

@@ -1,11 +1,9 @@
 //! Whether the contact zone of the last impact holds the next one as well, so that its fine model serves again (theory A.1).
 
 use ffr_dynamics::body::RigidMotion;
-use iga_core::nurbs::FaceId;
 
-use crate::body_model::FlexibleBody;
+use crate::body_model::FlexibleModel;
 use crate::interval::least_utilisation;
-use crate::mesh_surface::MeshSurface;
 use crate::record::ZoneSite;
 
 /// Distance from the axis, as a share of the body's size, that is round-off.
@@ -16,15 +14,16 @@ const ON_AXIS: f64 = 1e-12;
 ///
 /// Contact must end an element before the zone does, and fill the least share of it that is accepted.
 pub(super) fn holds(
-    body: &FlexibleBody<'_>,
+    body: &FlexibleModel,
     (kept, wanted): (&ZoneSite, &ZoneSite),
     elements: usize,
     target: f64,
 ) -> bool {
-    let Some([from, to]) = places(body, [kept, wanted]) else { return false };
+    let Some([from, to]) = body.body.zone_places([kept, wanted]) else { return false };
     let moved = from.iter().zip(&to).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
     // From the axis of an axisymmetric model the zone leads one way.
-    let is_from_axis = body.motion == RigidMotion::Axial && is_on_axis(body, &from) && is_on_axis(body, &to);
+    let is_from_axis =
+        body.motion() == RigidMotion::Axial && is_on_axis(body, &from) && is_on_axis(body, &to);
     let sides = if is_from_axis { 1.0 } else { 2.0 };
     let mut directions = kept.widths.iter().zip(&wanted.widths).filter(|(kept, _)| **kept > 0.0);
     directions.all(|(kept, wanted)| is_accepted(*kept, target * wanted, moved, (sides, elements), target))
@@ -37,23 +36,9 @@ fn is_accepted(kept: f64, touched: f64, moved: f64, (sides, elements): (f64, usi
     touched / sides + moved <= kept / sides - edge && touched >= least_utilisation(target) * kept
 }
 
-/// Undeformed places of two zones; none on different faces of a body of splines, whose directions are others.
-fn places(body: &FlexibleBody<'_>, sites: [&ZoneSite; 2]) -> Option<[[f64; 3]; 2]> {
-    if let Some(mesh) = body.mesh() {
-        let surface = MeshSurface::of(&mesh.mesh);
-        let place = |s: &ZoneSite| surface.site(s.face as usize, [s.centre[0], s.centre[1]]).point;
-        return Some(sites.map(place));
-    }
-    let body = body.spline_body()?;
-    let faces = FaceId::all(&body.shape.patches);
-    let face = faces.get(sites[0].face as usize).filter(|_| sites[0].face == sites[1].face)?;
-    let patch = &body.shape.patches[face.patch];
-    Some(sites.map(|site| patch.point(&site.centre)))
-}
-
 /// Whether a point of an axisymmetric body lies on the axis, to round-off.
-fn is_on_axis(body: &FlexibleBody<'_>, point: &[f64; 3]) -> bool {
-    point[0].abs() <= ON_AXIS * body.size
+fn is_on_axis(body: &FlexibleModel, point: &[f64; 3]) -> bool {
+    point[0].abs() <= ON_AXIS * body.body.size()
 }
 
 #[cfg(test)]

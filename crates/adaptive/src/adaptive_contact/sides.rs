@@ -2,7 +2,7 @@
 
 use super::fine_side::{FineSide, FineZone};
 use super::{AdaptiveContact, CancelCheck};
-use crate::body_model::FlexibleBody;
+use crate::body_model::FlexibleModel;
 use crate::error::AdaptiveError;
 use crate::point_compliance::ObservedPlace;
 use crate::record::ZoneSite;
@@ -13,7 +13,7 @@ use crate::work;
 #[derive(Clone, Copy)]
 pub(super) struct SideRequest<'b, 's> {
     /// The body.
-    pub body: FlexibleBody<'b>,
+    pub body: &'b FlexibleModel,
     /// Where its contact zone is.
     pub site: &'s ZoneSite,
     /// The places that it shows beside the zone.
@@ -28,17 +28,17 @@ impl AdaptiveContact {
     ///
     /// # Errors
     /// [`AdaptiveError`] with the name of body or contact, or the error of `check_cancel`.
-    pub(super) fn both_sides<'b>(
+    pub(super) fn both_sides(
         &self,
-        own: SideRequest<'b, '_>,
-        target: SideRequest<'b, '_>,
+        own: SideRequest<'_, '_>,
+        target: SideRequest<'_, '_>,
         check_cancel: &mut CancelCheck<'_>,
-    ) -> Result<(FineSide<'b>, FineSide<'b>), AdaptiveError> {
+    ) -> Result<(FineSide, FineSide), AdaptiveError> {
         check_cancel()?;
-        if own.body.is_like(&target.body) {
+        if own.body.is_like(target.body) {
             let zones = rayon::join(
-                || self.fine_zone(&own.body, own.site),
-                || self.fine_zone(&target.body, target.site),
+                || self.fine_zone(own.body, own.site),
+                || self.fine_zone(target.body, target.site),
             );
             // The second takes the matrices of the first.
             let own = self.side(own.body, zones.0?, own.places, own.modes, check_cancel)?;
@@ -54,13 +54,14 @@ impl AdaptiveContact {
     ///
     /// # Errors
     /// [`AdaptiveError`] with the name of body or contact, or the error of `check_cancel`.
-    pub(super) fn side_on<'b>(
+    pub(super) fn side_on(
         &self,
-        request: SideRequest<'b, '_>,
+        request: SideRequest<'_, '_>,
         check_cancel: &mut CancelCheck<'_>,
-    ) -> Result<FineSide<'b>, AdaptiveError> {
-        let zone = self.fine_zone(&request.body, request.site)?;
-        let _work = work::begin(format!("\"{}\" with {} unknowns", request.body.name, zone.0.n_unknowns()));
+    ) -> Result<FineSide, AdaptiveError> {
+        let zone = self.fine_zone(request.body, request.site)?;
+        let _work =
+            work::begin(format!("\"{}\" with {} unknowns", request.body.name(), zone.0.field().n_unknowns()));
         self.side(request.body, zone, request.places, request.modes, check_cancel)
     }
 
@@ -68,11 +69,7 @@ impl AdaptiveContact {
     ///
     /// # Errors
     /// [`AdaptiveError`] with the name of body or contact.
-    pub(super) fn fine_zone<'a>(
-        &self,
-        body: &FlexibleBody<'a>,
-        site: &ZoneSite,
-    ) -> Result<FineZone<'a>, AdaptiveError> {
+    pub(super) fn fine_zone(&self, body: &FlexibleModel, site: &ZoneSite) -> Result<FineZone, AdaptiveError> {
         let fine = self.fine_body(body, site)?;
         let zone = fine.zone(self.law.points, &self.name)?;
         Ok((fine, zone))

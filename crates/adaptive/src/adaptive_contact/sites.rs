@@ -105,11 +105,11 @@ impl AdaptiveContact {
             return Err(self.without_model(ContactModelFault::FlatMesh { body }));
         }
         let widths = self.widths(bodies, request, predicted);
-        let mut own = zone_site(&own_body, &nearest.contact, widths);
+        let mut own = zone_site(own_body, &nearest.contact, widths);
         let mut target = target.map(|(other, there)| {
             let widths = self.target_widths(bodies, states, (&nearest.contact, widths), (other, there));
             let widths = widths.map(without_round_off);
-            zone_site(&flexible(&bodies[other]), there, widths)
+            zone_site(flexible(&bodies[other]), there, widths)
         });
         if request.widths.is_none()
             && let Some(kept) = self.kept_zones(bodies, &request.history, [Some(own), target])
@@ -133,13 +133,13 @@ impl AdaptiveContact {
         if whole == Some(TouchKind::Edge)
             && let Some(meets) = self.met_place(bodies, states, nearest)
         {
-            let site = zone_site(&flexible(body), &nearest.contact, ZoneSite::ALL_WIDTHS);
+            let site = zone_site(flexible(body), &nearest.contact, ZoneSite::ALL_WIDTHS);
             return ZoneSite { meets: Some(meets), ..site };
         }
         let is_bent = || height_between_points(body) > MISSED_SURFACE * self.detector.size();
         let is_on_plane = matches!(self.target, Target::Plane { .. });
         if whole == Some(TouchKind::Edge) && (!is_on_plane || is_bent()) {
-            return zone_site(&flexible(body), &nearest.contact, ZoneSite::ALL_WIDTHS);
+            return zone_site(flexible(body), &nearest.contact, ZoneSite::ALL_WIDTHS);
         }
         ZoneSite::WHOLE
     }
@@ -202,8 +202,8 @@ impl AdaptiveContact {
     fn flat_mesh(&self, bodies: &[BodyModel], states: &[BodyState], nearest: &Nearest) -> Option<usize> {
         let places = [Some((self.body, &nearest.contact)), self.flexible_target.zip(nearest.target.as_ref())];
         let is_flat = |(body, site): &(usize, &SurfaceSite)| {
-            let Some(spec) = flexible(&bodies[*body]).mesh() else { return false };
-            let surface = MeshSurface::of(&spec.mesh);
+            let Some(mesh) = flexible(&bodies[*body]).body.mesh() else { return false };
+            let surface = MeshSurface::of(&mesh.spec.mesh);
             let normal = states[*body].rotation.inverse_transform_vector(&nearest.normal);
             let place = surface.site(site.element, [site.xi[0], site.xi[1]]);
             surface.is_flat_against(&place, &normal, NEARLY_PARALLEL)
@@ -266,7 +266,7 @@ impl AdaptiveContact {
 
     /// The widths that an interval has if `widths` are wished for \[m\].
     pub fn granted(&self, bodies: &[BodyModel], widths: [f64; 2]) -> [f64; 2] {
-        let widest = WIDEST * flexible(&bodies[self.body]).size;
+        let widest = WIDEST * flexible(&bodies[self.body]).body.size();
         widths.map(|w| without_round_off(w).min(widest))
     }
 
@@ -281,7 +281,7 @@ impl AdaptiveContact {
         let elements = given.elements.unwrap_or(ELEMENTS);
         let of_target = self.flexible_target.unwrap_or(self.body);
         let holds = |body: usize, kept: &ZoneSite, wanted: &ZoneSite| {
-            kept_zone::holds(&flexible(&bodies[body]), (kept, wanted), elements, given.target_utilisation)
+            kept_zone::holds(flexible(&bodies[body]), (kept, wanted), elements, given.target_utilisation)
         };
         let own = history.zones[0].filter(|kept| wanted[0].is_some_and(|w| holds(self.body, kept, &w)))?;
         match (history.zones[1], wanted[1]) {

@@ -9,11 +9,10 @@ use nalgebra::{Matrix3, Vector3};
 use contact_qs::search::SurfaceSite;
 
 use super::{AdaptiveContact, WIDEST, flexible};
-use crate::body_model::{BodyModel, FlexibleBody};
+use crate::body_model::{BodyModel, FlexibleModel};
 use crate::detection::{Nearest, Search};
 use crate::error::AdaptiveError;
-use crate::local_surface::{SurfaceView, plane_compliance};
-use crate::mesh_surface::MeshSurface;
+use crate::local_surface::SurfaceView;
 use crate::predict::{
     HertzLaw, HertzPrediction, ImpactLaw, LineLaw, LocalSurface, StraightLine, half_extents, hertz_impact,
     interval_width, inverse_effective_mass, widths_along,
@@ -38,7 +37,7 @@ impl AdaptiveContact {
         nearest: &Nearest,
         peak: Option<f64>,
     ) -> PredictedWidths {
-        let blind = BLIND_WIDTH * flexible(&bodies[self.body]).size;
+        let blind = BLIND_WIDTH * flexible(&bodies[self.body]).body.size();
         let known = self.partners(bodies, states, nearest).and_then(|p| self.hertz_widths(bodies, &p, peak));
         known.unwrap_or(PredictedWidths { widths: [blind; 2], least: [0.0; 2], is_known: false })
     }
@@ -56,14 +55,12 @@ impl AdaptiveContact {
         let approach = LEAST_APPROACH * self.detector.size();
         let Some(law) = self.impact_law(bodies, own, other) else {
             // Along a straight line, as far as the bodies go; the width across is that of a line contact as long as the body.
-            let line = StraightLine::new(&[own.surface, other.surface], body.size, body.size)?;
+            let line = StraightLine::new(&[own.surface, other.surface], body.body.size(), body.body.size())?;
             let half = line.law.half_width_of_impact(inverse_mass, speed);
-            let across = interval_width(half, target, false).max(LEAST_ACROSS * body.size);
-            let widths = own.tangents.map(
-                |tangent| {
-                    if line.is_across(&tangent) { across } else { WIDEST * body.size }
-                },
-            );
+            let across = interval_width(half, target, false).max(LEAST_ACROSS * body.body.size());
+            let widths = own
+                .tangents
+                .map(|tangent| if line.is_across(&tangent) { across } else { WIDEST * body.body.size() });
             return Some(PredictedWidths { widths, least: [0.0; 2], is_known: true });
         };
         let (extents, least, from_axis) = match law {
@@ -82,7 +79,7 @@ impl AdaptiveContact {
                 };
                 let extents = |h: &HertzPrediction| half_extents(h, &own.tangents);
                 let least = extents(&law.at_force(ImpactLaw::Point(law).force(approach).0));
-                let from_axis = body.motion == RigidMotion::Axial;
+                let from_axis = body.motion() == RigidMotion::Axial;
                 (hertz.map_or([0.0; 2], |h| extents(&h)), least, from_axis)
             }
         };
@@ -107,7 +104,7 @@ impl AdaptiveContact {
         let tangents = |body: usize, site: &SurfaceSite| {
             let body_model = flexible(&bodies[body]);
             let view = view(&bodies[body], &states[body], site)?;
-            (body_model.motion == RigidMotion::Spatial).then_some(view.tangents)
+            (body_model.motion() == RigidMotion::Spatial).then_some(view.tangents)
         };
         match (tangents(self.body, here), tangents(other, there)) {
             (Some(own), Some(target)) => widths_along(widths, &own, &target),
@@ -119,22 +116,22 @@ impl AdaptiveContact {
     /// The law by which two bodies press each other; none for surfaces that are flat on each other.
     fn impact_law(&self, bodies: &[BodyModel], own: &Partner, other: &Partner) -> Option<ImpactLaw> {
         let body = flexible(&bodies[self.body]);
-        let thickness = |of: &FlexibleBody<'_>| of.spline_body().and_then(|b| b.spec.model.thickness());
+        let thickness = |of: &FlexibleModel| of.body.model().thickness();
         let surfaces = [own.surface, other.surface];
-        let Some(own_thickness) = thickness(&body) else {
+        let Some(own_thickness) = thickness(body) else {
             return HertzLaw::new(&surfaces).map(ImpactLaw::Point);
         };
         let curvature = own.surface.in_plane() + other.surface.in_plane();
         // A thin target yields more under the same force.
         let share = match self.target {
             Target::Body(target) => {
-                let of_target = bodies[target].flexible().as_ref().and_then(thickness);
+                let of_target = bodies[target].flexible().and_then(thickness);
                 own_thickness / of_target.unwrap_or(own_thickness)
             }
             Target::Plane { .. } => 1.0,
         };
         let compliance = own.surface.compliance + share * other.surface.compliance;
-        LineLaw::new(curvature, compliance, body.size, own_thickness).map(ImpactLaw::Line)
+        LineLaw::new(curvature, compliance, body.body.size(), own_thickness).map(ImpactLaw::Line)
     }
 
     fn partners(&self, bodies: &[BodyModel], states: &[BodyState], nearest: &Nearest) -> Option<Partners> {
@@ -177,12 +174,10 @@ impl AdaptiveContact {
 
 /// The surface of `body` at `site`; none where it has no curvatures.
 fn view(body: &BodyModel, state: &BodyState, site: &SurfaceSite) -> Option<SurfaceView> {
-    if let Some(mesh) = body.flexible().and_then(|flexible| flexible.mesh()) {
-        let side = MeshSurface::of(&mesh.mesh).site(site.element, [site.xi[0], site.xi[1]]);
-        return SurfaceView::of_mesh(mesh, &state.rotation, &side);
+    match body.flexible() {
+        Some(flexible) => flexible.body.view_at(&state.rotation, site),
+        None => SurfaceView::new((body.geometry()?, 0.0), &state.rotation, site.face, &site.xi),
     }
-    let compliance = body.elastic().map_or(0.0, |e| plane_compliance(&e.body.spec.material));
-    SurfaceView::new((body.geometry()?, compliance), &state.rotation, site.face, &site.xi)
 }
 
 /// Widths of a first interval.

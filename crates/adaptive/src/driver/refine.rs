@@ -364,7 +364,7 @@ impl Driver<'_> {
 /// The building of fine models for contact `i`.
 fn fine_models(model: &RunModel, i: usize) -> Stage<'_> {
     let (body, target) = model.system.forces()[i].contact.bodies();
-    let flexible = |body: usize| model.bodies[body].flexible().map(|flexible| flexible.name);
+    let flexible = |body: usize| model.bodies[body].flexible().map(|flexible| flexible.name());
     let body = flexible(body).unwrap_or_default();
     Stage::FineModels { contact: &model.contacts[i].name, body, target: target.and_then(flexible) }
 }

@@ -12,10 +12,10 @@ use super::default_penalty::{self, Side};
 use super::plan::{ContactPlan, request, requests};
 use super::{BodyModel, ContactModel};
 use crate::adaptive_contact::AdaptiveContact;
+use crate::body::reduced::{Interface, InterfaceModes};
 use crate::body_model::FullModel;
 use crate::contact_zone::ContactZone;
 use crate::detection::InactiveContact;
-use crate::elastic_body::{Interface, InterfaceModes};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::marker_loads::MarkerLoads;
 use crate::mesh_surface::{MeshSurface, SideSite};
@@ -23,7 +23,6 @@ use crate::plausibility::contact_strain::contact_modulus;
 use crate::plausibility::motion::wave_speed;
 use crate::simulation::RunContact;
 use crate::sizing::zone::{predicted_line, predicted_zone};
-use crate::spec::ImportedSpec;
 use crate::spec::{
     BodyKind, ContactLaw, ContactSpec, HertzSpec, HertzSphere, MeshedSpec, ReductionSpec, RefinementSpec,
     RunSpec, SurfaceLaw, Target, Treatment,
@@ -139,14 +138,14 @@ pub fn zones(
             }
         };
         check_line(spec, poses, (contact, plan))?;
-        let zone = |body: usize, site: TouchSite| match (site, &full[body]) {
-            (TouchSite::Face(site), FullModel::Elastic(body)) => request(contact, law, site).zone(body),
-            (TouchSite::Side(site), FullModel::Meshed(mesh)) => {
-                mesh_zone(spec, poses, (contact, law), (body, mesh, &site))
-            }
-            _ => {
-                let source = ContactError::Nothing { what: "a body has no surface to touch" };
-                Err(AdaptiveError::Contact { contact: contact.name.clone(), source })
+        let zone = |body: usize, site: TouchSite| {
+            let FullModel::Flexible(full) = &full[body] else { return Err(no_surface(contact)) };
+            match (site, full.splines(), full.mesh()) {
+                (TouchSite::Face(site), Some(body), _) => request(contact, law, site).zone(body),
+                (TouchSite::Side(site), _, Some(mesh)) => {
+                    mesh_zone(spec, poses, (contact, law), (body, &mesh.spec, &site))
+                }
+                _ => Err(no_surface(contact)),
             }
         };
         let own = zone(contact.body, sites.contact_body)?;
@@ -158,6 +157,12 @@ pub fn zones(
         Ok(Some(Zones { contact_body: own, target }))
     };
     spec.contacts.iter().zip(plans).map(of).collect()
+}
+
+/// `contact` with a body that has no surface.
+fn no_surface(contact: &ContactSpec) -> AdaptiveError {
+    let source = ContactError::Nothing { what: "a body has no surface to touch" };
+    AdaptiveError::Contact { contact: contact.name.clone(), source }
 }
 
 /// The zone of `contact` on the mesh of a body, its number, what it is made from and the place given.
@@ -242,24 +247,12 @@ pub fn interfaces(spec: &RunSpec, zones: &[Option<Zones>]) -> Result<Vec<Interfa
         let mut interface = interface_of(spec, b, zones)?;
         interface.unknowns.sort_unstable();
         interface.unknowns.dedup();
-        if has_static_answers(&spec.bodies[b].kind) {
+        if spec.bodies[b].kind.has_static_answers() {
             interface.loads = MarkerLoads::on_body(spec, b);
         }
         Ok(interface)
     };
     (0..spec.bodies.len()).map(of_body).collect()
-}
-
-/// Whether a body's basis is to have static answers: reduced ones are as they are, and every mode leaves nothing out.
-fn has_static_answers(kind: &BodyKind) -> bool {
-    match kind {
-        BodyKind::Elastic(body) => body.has_static_answers(),
-        BodyKind::Meshed(body) => body.static_answers && body.reduction != ReductionSpec::All,
-        BodyKind::Imported(ImportedSpec::Full { reduction, static_answers, .. }) => {
-            *static_answers && *reduction != ReductionSpec::All
-        }
-        BodyKind::Imported(ImportedSpec::Reduced(_)) | BodyKind::Rigid(_) => false,
-    }
 }
 
 /// What the contacts of body `index` ask of its reduction. Coarse ones take the modes that there are; adaptive ones need no
@@ -286,11 +279,7 @@ fn interface_of(spec: &RunSpec, index: usize, zones: &[Option<Zones>]) -> Result
     }
     let modes = modes.unwrap_or_default();
     let needs_bounds = modes != InterfaceModes::Dynamic;
-    let reduction = match &body.kind {
-        BodyKind::Elastic(elastic) => Some(elastic.reduction),
-        BodyKind::Meshed(meshed) => Some(meshed.reduction),
-        BodyKind::Imported(_) | BodyKind::Rigid(_) => None,
-    };
+    let reduction = body.kind.reduction().filter(|_| body.kind.has_elements());
     if needs_bounds && !matches!(reduction, Some(ReductionSpec::CraigBampton { .. })) {
         return unsupported(Unsupported::NoInterfaceModes { model: modes.name() });
     }
@@ -317,7 +306,7 @@ pub fn build_contact(
     let fail = |source| AdaptiveError::Contact { contact: spec.name.clone(), source };
     let without_model = |fault| AdaptiveError::ContactModel { contact: spec.name.clone(), fault };
     let flexible = |body: usize| bodies[body].flexible();
-    let size = flexible(spec.body).map_or(0.0, |e| e.size);
+    let size = flexible(spec.body).map_or(0.0, |e| e.body.size());
     let (element, width, size): (Box<dyn ActiveContact>, _, _) = match (&spec.law, spec.target, zones) {
         (ContactLaw::Surface(_), target, _) if *plan == ContactPlan::AtTouch => {
             let target = match target {
@@ -438,7 +427,8 @@ const DENSEST: f64 = 2.26e4;
 
 /// Speed of waves in the slower of the materials that meet; infinite between rigid ones [m/s].
 fn slowest_wave(spec: &ContactSpec, bodies: &[BodyModel]) -> f64 {
-    let material = |body: usize| bodies[body].flexible().and_then(|flexible| flexible.material);
+    let material =
+        |body: usize| bodies[body].flexible().and_then(|flexible| flexible.body.slowest_material());
     let of_body = |body: usize, sphere: Option<&HertzSphere>| match (material(body), sphere) {
         (Some(material), _) => wave_speed(material.youngs_modulus(), material.density()),
         (None, Some(sphere)) => {
@@ -466,7 +456,7 @@ fn modulus(spec: &ContactSpec, bodies: &[BodyModel]) -> f64 {
         return contact_modulus(&law.solids().map(|solid| (solid.young, solid.poisson)));
     }
     let of_body = |body: usize| {
-        let material = bodies[body].flexible().and_then(|flexible| flexible.material);
+        let material = bodies[body].flexible().and_then(|flexible| flexible.body.slowest_material());
         material.map_or((f64::INFINITY, 0.0), |m| (m.youngs_modulus(), m.poissons_ratio()))
     };
     match spec.target {

@@ -1,25 +1,20 @@
 //! What the models of a run take to be built, estimated before anything is factorised.
 
+use std::sync::Arc;
+
 use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::reduction::Pencil;
 use ffr_dynamics::system::force::BodyState;
-use iga_core::elasticity::Model;
-use iga_core::space::Space;
-use iga_core::surface::Face;
 
 use super::contacts::{interfaces, takes_part, zones};
 use super::plan::{self, ContactPlan};
 use super::{full_models, resolution, start};
 use crate::body_model::FullModel;
-use crate::contact_zone::ContactZone;
-use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
-use crate::fine_elements::{FineElements, WantedZone};
-use crate::fine_model::{ELEMENTS, FineMesh, FineSettings};
+use crate::record::ZoneSite;
 use crate::sizing::zone::predicted_zone;
-use crate::spec::{ContactLaw, ContactSpec, ImportedSpec, MeshedSpec, RunSpec, SurfaceLaw, Target};
+use crate::spec::{ContactLaw, ContactSpec, ImportedSpec, RunSpec, SurfaceLaw, Target};
 use crate::touch_sites::TouchSite;
-use crate::wanted_interval::WantedInterval;
 
 /// Bytes of an entry of a sparse matrix with its index.
 const SPARSE_ENTRY: f64 = 12.0;
@@ -62,7 +57,7 @@ pub fn costs(spec: &RunSpec) -> Result<Vec<ModelCost>, AdaptiveError> {
     let full = full_models(spec, &plans)?;
     let interfaces = interfaces(spec, &zones(spec, (&plans, &poses), &full)?)?;
     let mut costs = Vec::new();
-    for (index, ((body, full), interface)) in spec.bodies.iter().zip(&full).zip(&interfaces).enumerate() {
+    for (index, (full, interface)) in full.iter().zip(&interfaces).enumerate() {
         let contacts = spec.contacts.iter().zip(&plans).filter(|(_, plan)| **plan == ContactPlan::AtTouch);
         let (whole, smooth): (Vec<_>, Vec<_>) = contacts
             .map(|(contact, _)| contact)
@@ -70,20 +65,21 @@ pub fn costs(spec: &RunSpec) -> Result<Vec<ModelCost>, AdaptiveError> {
             .partition(|contact| plan::is_whole(spec, contact, &poses));
         let touches = smooth.into_iter().filter_map(|contact| touch(spec, &poses, contact, index));
         match full {
-            FullModel::Elastic(coarse) => {
-                costs.push(cost(&coarse.assembled, coarse.space.n_elements(), &interface.unknowns)?);
-                for contact in whole {
-                    costs.push(whole_surface(coarse, contact)?);
-                }
-                for touch in touches {
-                    costs.extend(fine_splines(coarse, &touch)?);
-                }
-            }
-            FullModel::Meshed(meshed) => {
-                let n_elements = meshed.mesh.elements().len();
-                costs.push(cost(&meshed.assembled(&body.name)?, n_elements, &interface.unknowns)?);
-                for touch in touches {
-                    costs.extend(fine_elements(&body.name, meshed, &touch)?);
+            FullModel::Flexible(coarse) => {
+                let n_elements = coarse.space().n_elements();
+                costs.push(cost(coarse.assembled(), n_elements, &interface.unknowns)?);
+                let whole = whole.into_iter().filter_map(|contact| {
+                    let ContactLaw::Surface(law) = &contact.law else { return None };
+                    Some((contact, law, ZoneSite::WHOLE))
+                });
+                let touches = touches
+                    .map(|touch| (touch.contact, touch.law, coarse.zone_site(&touch.site, touch.width)));
+                for (contact, law, site) in whole.chain(touches) {
+                    let fine = Arc::clone(coarse).refined(&site, &law.interval)?;
+                    let zone = fine.zone(law.points, &contact.name)?;
+                    let n_elements = fine.field().space().n_elements();
+                    let fine = cost(&*fine.assemble()?, n_elements, &zone.unknowns)?;
+                    costs.push(ModelCost { contact: Some(contact.name.clone()), ..fine });
                 }
             }
             FullModel::Imported(ImportedSpec::Full { body, .. }) => {
@@ -118,41 +114,6 @@ fn touch<'a>(
         _ => return None,
     };
     Some(Touch { contact, law, site: zone.sites[side]?, width: law.interval.width.unwrap_or(zone.width) })
-}
-
-/// The model of a body of splines with its whole surface as interface.
-fn whole_surface(body: &ElasticBody, contact: &ContactSpec) -> Result<ModelCost, AdaptiveError> {
-    let fail = |source| AdaptiveError::Contact { contact: contact.name.clone(), source };
-    let zone = ContactZone::whole(&body.discretised(), None).map_err(fail)?;
-    let whole = cost(&body.assembled, body.space.n_elements(), &zone.unknowns)?;
-    Ok(ModelCost { contact: Some(contact.name.clone()), ..whole })
-}
-
-/// The fine model of a body of splines.
-fn fine_splines(coarse: &ElasticBody, touch: &Touch<'_>) -> Result<Option<ModelCost>, AdaptiveError> {
-    let (TouchSite::Face(site), interval) = (touch.site, &touch.law.interval) else { return Ok(None) };
-    let face = Face::new(&coarse.shape.patches, site.face, coarse.spec.model == Model::Axisymmetric);
-    let wanted = WantedInterval { face, centre: site.xi, widths: [touch.width; 2] };
-    let elements = interval.elements.unwrap_or(ELEMENTS);
-    let settings = FineSettings { division: interval.division, elements, growth: None };
-    let mesh = FineMesh::build(coarse, &[wanted], &settings)?;
-    let fail = |source| AdaptiveError::Contact { contact: touch.contact.name.clone(), source };
-    let zone = mesh.zone(0, touch.law.points).map_err(fail)?;
-    let fine = cost(&mesh.assemble(coarse)?, mesh.space.n_elements(), &zone.unknowns)?;
-    Ok(Some(ModelCost { contact: Some(touch.contact.name.clone()), ..fine }))
-}
-
-/// The fine model of a body from a mesh.
-fn fine_elements(
-    name: &str,
-    spec: &MeshedSpec,
-    touch: &Touch<'_>,
-) -> Result<Option<ModelCost>, AdaptiveError> {
-    let TouchSite::Side(site) = touch.site else { return Ok(None) };
-    let wanted = WantedZone { site, widths: [touch.width; 2], elements: touch.law.interval.elements };
-    let mesh = FineElements::build(name, spec, &wanted)?;
-    let fine = cost(&mesh.assemble()?, mesh.n_elements(), &mesh.zone()?.unknowns)?;
-    Ok(Some(ModelCost { contact: Some(touch.contact.name.clone()), ..fine }))
 }
 
 /// A model from its matrices, the unknowns `interface` being eliminated last.

@@ -10,8 +10,9 @@ use ffr_dynamics::system::force::{BodyState, Motion};
 use nalgebra::Vector3;
 
 use super::BodyModel;
-use crate::body_model::FlexibleBody;
+use crate::body_model::FlexibleModel;
 use crate::contact_zone::ContactZone;
+use crate::elastic_body::ElasticBody;
 use crate::local_surface::plane_compliance;
 use crate::spec::{SurfaceLaw, Treatment};
 use crate::zone_contact::ContactSide;
@@ -22,7 +23,7 @@ pub struct Side<'a> {
     /// Index of the body.
     pub body: usize,
     /// Its model.
-    pub model: FlexibleBody<'a>,
+    pub model: &'a FlexibleModel,
     /// Its zone.
     pub zone: &'a ContactZone,
 }
@@ -66,18 +67,26 @@ pub fn set(
 impl<'a> Side<'a> {
     /// What the contact is built from; with a compliance of the interface if it is quasistatic.
     pub fn of_contact(&self, law: &SurfaceLaw) -> ContactSide<'a> {
-        let FlexibleBody { motion, reduced, interface, lookup, .. } = self.model;
+        let FlexibleModel { body: full, reduced, interface, .. } = self.model;
         let residual = reduced.residual.as_ref().filter(|_| law.treatment == Treatment::Quasistatic);
         let compliance = residual
             .map(|r| InterfaceCompliance { dofs: &interface.unknowns, compliance: r.compliance().as_ref() });
-        let (body, zone, splines) = (self.body, self.zone, self.model.splines());
-        ContactSide { body, motion, lookup, splines, zone, shapes: reduced.shapes(), compliance, meets: None }
+        ContactSide {
+            body: self.body,
+            motion: full.motion(),
+            lookup: full.lookup(),
+            splines: full.splines().map(ElasticBody::discretised),
+            zone: self.zone,
+            shapes: reduced.shapes(),
+            compliance,
+            meets: None,
+        }
     }
 
     /// `max_i(A_ii w_i)` of the body's modes along `normal`, in its frame (Eq. P.8); of a half space if it has none (Eq. P.9)
     /// [m³/N].
     fn weight(&self, normal: &Vector3<f64>) -> Result<f64, ContactError> {
-        let FlexibleBody { motion, lookup, .. } = self.model;
+        let (motion, lookup) = (self.model.motion(), self.model.lookup());
         let basis = &self.model.reduced.basis;
         let submodel = contact_submodel(motion, &self.zone.points, lookup, basis.shapes.as_ref(), None)?;
         let nc = motion.n_components();
@@ -92,7 +101,7 @@ impl<'a> Side<'a> {
         if largest > 0.0 {
             return Ok(largest);
         }
-        let compliance = self.model.material.map_or(0.0, plane_compliance);
+        let compliance = self.model.body.slowest_material().map_or(0.0, plane_compliance);
         Ok(areas().map(|w| half_space_weight(w, compliance)).fold(0.0, f64::max))
     }
 }

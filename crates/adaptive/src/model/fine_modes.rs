@@ -8,7 +8,7 @@ use tracing::warn;
 
 use super::contacts::takes_part;
 use super::plan::ContactPlan;
-use super::{BodyModel, ElasticModel, RunModel, held_damping, joints, observed_points};
+use super::{BodyModel, FlexibleModel, RunModel, held_damping, joints, observed_points};
 use crate::adaptive_contact::FineBasis;
 use crate::body_model::FineState;
 use crate::error::AdaptiveError;
@@ -45,9 +45,9 @@ pub fn needs_fine_modes(
                 let (body, other) = (body.name.clone(), other.name.clone());
                 return refuse(Unsupported::FineModesShared { body, other });
             }
-            if let Some(elastic) = body.elastic() {
-                check_fine_modes(&elastic.body, &elastic.reduced)?;
-                warn_of_cut_group(elastic);
+            if let Some(flexible) = body.flexible() {
+                check_fine_modes(flexible.body.as_ref(), &flexible.reduced)?;
+                warn_of_cut_group(flexible);
             }
         }
     }
@@ -55,12 +55,12 @@ pub fn needs_fine_modes(
 }
 
 /// Modes of equal frequency span a space, of which coarse and fine model have another part each if the count cuts it.
-fn warn_of_cut_group(elastic: &ElasticModel) {
-    let (basis, motion) = (&elastic.reduced.basis, elastic.body.assembled.motion);
+fn warn_of_cut_group(flexible: &FlexibleModel) {
+    let (basis, motion) = (&flexible.reduced.basis, flexible.motion());
     // Twist-free modes about an axis are simple: frequencies that happen to lie close together are no group.
     let Some((fewer, more)) = basis.multiplet.filter(|_| motion != RigidMotion::Axial) else { return };
     warn!(
-        body = elastic.body.name,
+        body = flexible.name(),
         "{} modes cut through a group of equal frequencies, which loses energy when models change; {fewer} or {more} modes do not",
         basis.n_low
     );
@@ -74,7 +74,7 @@ impl RunModel {
 
     /// Whether `body` has modes of its own at present.
     pub fn has_fine_modes(&self, body: usize) -> bool {
-        self.bodies[body].elastic().is_some_and(|elastic| elastic.fine.is_some())
+        self.bodies[body].flexible().is_some_and(|elastic| elastic.fine.is_some())
     }
 
     /// Gives `body` a fine model with its modes and maps its part of the state `y` at time `t`.
@@ -89,7 +89,7 @@ impl RunModel {
     ) -> Result<(), AdaptiveError> {
         self.map_to_fine_modes(body, &modes, y)?;
         let model = &mut self.bodies[body];
-        let Some(elastic) = model.elastic_mut() else { return Ok(()) };
+        let Some(elastic) = model.flexible_mut() else { return Ok(()) };
         let mut state = FineState { fine, modes, surface: None };
         std::mem::swap(&mut elastic.reduced, &mut state.modes.view);
         let Some(seen) = model.flexible().map(|flexible| flexible.surface()).transpose()? else {
@@ -109,7 +109,7 @@ impl RunModel {
         let Some(mut state) = self.take_fine_state(body) else { return Ok(()) };
         let map = |x: &[f64]| state.modes.transfer.coarse(x);
         self.map_elastic(body, map, y)?;
-        if let Some(elastic) = self.bodies[body].elastic_mut() {
+        if let Some(elastic) = self.bodies[body].flexible_mut() {
             std::mem::swap(&mut elastic.reduced, &mut state.modes.view);
             let data = elastic.reduced.data.clone();
             self.bodies[body].data = data;
@@ -136,11 +136,11 @@ impl RunModel {
     }
 
     fn take_fine_state(&mut self, body: usize) -> Option<Box<FineState>> {
-        self.bodies[body].elastic_mut()?.fine.take()
+        self.bodies[body].flexible_mut()?.fine.take()
     }
 
     fn set_fine_state(&mut self, body: usize, state: Option<Box<FineState>>) {
-        if let Some(elastic) = self.bodies[body].elastic_mut() {
+        if let Some(elastic) = self.bodies[body].flexible_mut() {
             elastic.fine = state;
         }
     }

@@ -8,17 +8,7 @@ use super::BodyModel;
 use crate::body_damping::{damping, law};
 use crate::error::AdaptiveError;
 use crate::simulation::System;
-use crate::spec::{BodyKind, DampingSpec, ImportedSpec, RunSpec};
-
-/// The damping that `spec` gives each body of `bodies`; none of rigid ones and of those that bring theirs in a file.
-fn of_spec(spec: &RunSpec, body: usize) -> Option<&DampingSpec> {
-    match &spec.bodies[body].kind {
-        BodyKind::Elastic(elastic) => Some(&elastic.damping),
-        BodyKind::Meshed(meshed) => Some(&meshed.damping),
-        BodyKind::Imported(ImportedSpec::Full { damping, .. }) => Some(damping),
-        BodyKind::Imported(ImportedSpec::Reduced(_)) | BodyKind::Rigid(_) => None,
-    }
-}
+use crate::spec::{DampingSpec, RunSpec};
 
 /// Lets the damping ratios of the bodies hold for the modes of the system as it is joined in the pose of `y` at time `t` (Eq. F.31 to
 /// F.35).
@@ -32,7 +22,7 @@ pub(super) fn hold(
     (t, y): (f64, &[f64]),
 ) -> Result<(), AdaptiveError> {
     let of_body = |(i, body): (usize, &BodyModel)| {
-        let Some(asked) = of_spec(spec, i).filter(|asked| **asked != DampingSpec::None) else {
+        let Some(asked) = spec.bodies[i].kind.damping().filter(|asked| **asked != DampingSpec::None) else {
             return Ok(None);
         };
         own(asked, body).map_err(|source| AdaptiveError::Reduction { body: body.name.clone(), source })

@@ -11,7 +11,6 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::BodyModel;
 use crate::body_model::BodyForm;
 use crate::error::AdaptiveError;
-use crate::gauge::Gauge;
 use crate::record::NameAndUnit;
 use crate::spec::{Area, Attachment, CoordinateSpec, GearSpec, JointSpec, Place, RunSpec, TimeCurve};
 use crate::unsupported::Unsupported;
@@ -23,19 +22,18 @@ impl BodyModel {
     /// [`AdaptiveError`] if there is no such place.
     pub fn point(&self, place: &Place) -> Result<FlexiblePoint, AdaptiveError> {
         match &self.form {
-            BodyForm::Elastic(e) => {
-                let (mesh, shapes) = e.in_use();
-                mesh.flexible_point(place, shapes)
+            BodyForm::Flexible(flexible) => {
+                let (field, shapes) = flexible.in_use();
+                field.flexible_point(place, shapes)
             }
             BodyForm::Imported(imported) => imported.point(&self.name, place),
-            BodyForm::Meshed(meshed) => meshed.point(&self.name, place),
             BodyForm::Rigid(_) => Ok(FlexiblePoint::rigid(self.rigid_place(place)?)),
         }
     }
 
     /// Whether there are strain and stress at `place`.
     pub fn has_gauge(&self, place: &Place) -> bool {
-        matches!(self.form, BodyForm::Elastic(_) | BodyForm::Meshed(_)) && !matches!(place, Place::Area(_))
+        matches!(self.form, BodyForm::Flexible(_)) && !matches!(place, Place::Area(_))
     }
 
     /// Strain and stress at the single point `place` by a unit of each elastic coordinate (theory Eq. M.51).
@@ -49,18 +47,9 @@ impl BodyModel {
             Place::Area(_) => return refuse(Unsupported::GaugeOfArea),
             Place::Marker(_) => self.data.motion.components(self.point(place)?.position.as_ref()),
         };
-        match &self.form {
-            BodyForm::Elastic(e) => {
-                let (mesh, shapes) = e.in_use();
-                let gauge = Gauge::of_splines(&mesh, &e.body.spec.material, &at)?;
-                Ok(gauge.of_modes(mesh.lookup, shapes))
-            }
-            BodyForm::Meshed(meshed) => {
-                let gauge = meshed.spec.gauge(&self.name, &at)?;
-                Ok(gauge.of_modes(&meshed.lookup, meshed.reduced.shapes()))
-            }
-            BodyForm::Imported(_) | BodyForm::Rigid(_) => refuse(Unsupported::GaugeWithoutElements),
-        }
+        let Some(flexible) = self.flexible() else { return refuse(Unsupported::GaugeWithoutElements) };
+        let (field, shapes) = flexible.in_use();
+        Ok(field.gauge_at(&at)?.of_modes(field.lookup(), shapes))
     }
 
     fn marker(
@@ -70,16 +59,15 @@ impl BodyModel {
         rotation: UnitQuaternion<f64>,
     ) -> Result<Marker, AdaptiveError> {
         match &self.form {
-            BodyForm::Elastic(_) | BodyForm::Meshed(_) if !matches!(place, Place::Area(_)) => {
+            BodyForm::Flexible(_) if !matches!(place, Place::Area(_)) => {
                 let what = Unsupported::PointOfFlexibleBody { user: name.to_owned() };
                 Err(AdaptiveError::unsupported_body(&self.name, what))
             }
-            BodyForm::Elastic(e) => {
-                let (mesh, shapes) = e.in_use();
-                mesh.marker(name, place, rotation, shapes)
+            BodyForm::Flexible(flexible) => {
+                let (field, shapes) = flexible.in_use();
+                field.marker(name, place, rotation, shapes)
             }
             BodyForm::Imported(imported) => imported.marker(&self.name, name, place, rotation),
-            BodyForm::Meshed(meshed) => meshed.marker(&self.name, name, place, rotation),
             BodyForm::Rigid(_) => Ok(Marker::rigid(name, self.rigid_place(place)?, rotation)),
         }
     }

@@ -135,12 +135,12 @@ fn find_sites(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Res
 fn check_surfaces(spec: &RunSpec, contact: &ContactSpec) -> Result<(), AdaptiveError> {
     let refused = |what| Err(AdaptiveError::unsupported_contact(&contact.name, what));
     let own = &spec.bodies[contact.body];
-    if !matches!(own.kind, BodyKind::Elastic(_) | BodyKind::Meshed(_)) {
+    if !own.kind.has_elements() {
         return refused(Unsupported::RigidContactBody { body: own.name.clone() });
     }
     let Target::Body(other) = contact.target else { return Ok(()) };
     let target = &spec.bodies[other];
-    if target.geometry().is_none() && !matches!(target.kind, BodyKind::Meshed(_)) {
+    if target.geometry().is_none() && !target.kind.has_elements() {
         return refused(Unsupported::NoSurface { body: target.name.clone() });
     }
     Ok(())

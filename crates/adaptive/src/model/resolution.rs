@@ -6,7 +6,6 @@ use super::plan::{ContactPlan, plans};
 use super::start;
 use crate::error::AdaptiveError;
 use crate::fine_model::ELEMENTS;
-use crate::spec::ImportedSpec;
 use crate::spec::{
     BodyKind, BodySpec, ContactLaw, ContactSpec, PenaltySearch, ReductionSpec, RefinementSpec, RunSpec,
     SurfaceLaw, Target, Treatment,
@@ -43,20 +42,14 @@ pub fn subjects(spec: &RunSpec) -> Result<Subjects, AdaptiveError> {
     };
     Ok(Subjects {
         modes: bodies(has_modes),
-        mesh: bodies(|kind| matches!(kind, BodyKind::Elastic(_))),
+        mesh: bodies(|kind| kind.elastic().is_some()),
         zone: contacts(&|i, law| has_zone(spec, &plans, i, law)),
         penalty: contacts(&|_, law| has_penalty(law)),
     })
 }
 
 fn has_modes(kind: &BodyKind) -> bool {
-    let reduction = match kind {
-        BodyKind::Elastic(elastic) => elastic.reduction,
-        BodyKind::Imported(ImportedSpec::Full { reduction, .. }) => *reduction,
-        BodyKind::Meshed(meshed) => meshed.reduction,
-        BodyKind::Rigid(_) | BodyKind::Imported(ImportedSpec::Reduced(_)) => return false,
-    };
-    reduction != ReductionSpec::All
+    kind.reduction().is_some_and(|reduction| reduction != ReductionSpec::All)
 }
 
 fn has_zone(spec: &RunSpec, plans: &[ContactPlan], contact: usize, law: &SurfaceLaw) -> bool {
@@ -93,17 +86,15 @@ pub fn refined<'a>(spec: &'a RunSpec, plans: &[ContactPlan]) -> Cow<'a, RunSpec>
     let mut fine = spec.clone();
     for (index, body) in fine.bodies.iter_mut().enumerate() {
         let factors = spec.resolution.body(index);
-        match &mut body.kind {
-            BodyKind::Elastic(elastic) => {
-                factors.apply(elastic);
-                for refinement in &mut elastic.discretisation.refine {
-                    let zone = zone_factor(spec, plans, index, refinement);
-                    factors.refinement(refinement, zone);
-                }
+        if let Some(reduction) = body.kind.reduction_mut() {
+            *reduction = factors.reduction(*reduction);
+        }
+        if let BodyKind::Elastic(elastic) = &mut body.kind {
+            factors.apply(elastic);
+            for refinement in &mut elastic.discretisation.refine {
+                let zone = zone_factor(spec, plans, index, refinement);
+                factors.refinement(refinement, zone);
             }
-            BodyKind::Imported(imported) => factors.apply_imported(imported),
-            BodyKind::Meshed(meshed) => meshed.reduction = factors.reduction(meshed.reduction),
-            BodyKind::Rigid(_) => {}
         }
     }
     for (index, contact) in fine.contacts.iter_mut().enumerate() {

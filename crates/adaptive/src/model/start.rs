@@ -3,7 +3,7 @@
 use std::ops::DerefMut;
 
 use ffr_dynamics::DynamicsError;
-use ffr_dynamics::body::{RigidMotion, StandardInputData};
+use ffr_dynamics::body::StandardInputData;
 use ffr_dynamics::system::ActiveForce;
 use ffr_dynamics::system::force::BodyState;
 use ffr_dynamics::system::{JointKind, Multibody};
@@ -35,12 +35,10 @@ pub fn poses(spec: &RunSpec) -> Result<Vec<BodyState>, AdaptiveError> {
 pub(super) fn rigid_models(spec: &RunSpec) -> Result<Vec<BodyModel>, AdaptiveError> {
     let rigid = spec.bodies.iter().map(|body| {
         let motion = match &body.kind {
-            BodyKind::Elastic(elastic) => crate::elastic_body::rigid_motion(&elastic.model),
-            BodyKind::Rigid(rigid) => rigid.motion,
-            BodyKind::Meshed(_) => RigidMotion::Spatial,
             BodyKind::Imported(imported) => {
                 return Ok(BodyModel::imported(body.name.clone(), ImportedModel::rigid(imported)?));
             }
+            kind => kind.motion(),
         };
         // Poses do not depend on masses.
         let data = StandardInputData::rigid(motion, 1.0, Vector3::zeros(), Matrix3::identity())?;

@@ -97,7 +97,7 @@ impl RunModel {
             let contact = self.contacts.get(load.contact as usize).and_then(|c| c.refinement.as_ref());
             let Some(contact) = contact else {
                 return Err(AdaptiveError::Unsupported {
-                    subject: format!("stress in body \"{}\"", body.name),
+                    subject: format!("stress in body \"{}\"", body.name()),
                     what: Box::new(Unsupported::NoFineModels { contact: load.contact }),
                 });
             };

@@ -9,8 +9,11 @@ use ffr_dynamics::reduction::dense;
 use ffr_dynamics::reduction::modal::ReducedBasis;
 use nalgebra::UnitQuaternion;
 
+use crate::body::field::Field;
+use crate::body::field_body::FieldBody;
+use crate::body::reduced::ReducedBody;
 use crate::body_damping::damping;
-use crate::elastic_body::{ElasticBody, ReducedBody};
+use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::fine_model::FineBody;
 use crate::paper::transfer::StateTransfer;
@@ -32,12 +35,12 @@ pub struct FineModes {
 ///
 /// # Errors
 /// [`AdaptiveError::Unsupported`] with a remedy.
-pub fn check_fine_modes(body: &ElasticBody, reduced: &ReducedBody) -> Result<(), AdaptiveError> {
-    let refuse = |what| Err(AdaptiveError::unsupported_body(&body.name, what));
+pub fn check_fine_modes(body: &dyn FieldBody, reduced: &ReducedBody) -> Result<(), AdaptiveError> {
+    let refuse = |what| Err(AdaptiveError::unsupported_body(body.name(), what));
     if reduced.basis.n_modes() != reduced.basis.n_low {
         return refuse(Unsupported::FineModesOfInterface);
     }
-    if body.spec.geometric_stiffening {
+    if body.settings().is_stiffened {
         return refuse(Unsupported::FineModesStiffened);
     }
     Ok(())
@@ -65,7 +68,7 @@ impl FineModes {
         data.modal_damping = damping(&body.spec.damping, &stiffness, basis.first_static()).map_err(fail)?;
         let mut framed = None;
         if let FrameSpec::Tangent(place) = &body.spec.frame {
-            let support = fine.discretised().marker_weights(place, UnitQuaternion::identity())?;
+            let support = fine.marker_weights(place, UnitQuaternion::identity())?;
             let marker = support.marker("frame", basis.shapes.as_ref()).map_err(fail)?;
             let frame = marker.tangent_frame(body.assembled.motion);
             framed = Some(frame.shifted_shapes(&fine.assembled, basis.shapes.as_ref()).map_err(fail)?);

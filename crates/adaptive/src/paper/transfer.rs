@@ -131,7 +131,7 @@ pub fn interpolated_at_gauss_points(
             }
         }
     }
-    Mat::from_fn(coarse.n_unknowns(), shapes.ncols(), |i, k| {
+    Mat::from_fn(coarse.assembled.n_unknowns(), shapes.ncols(), |i, k| {
         let dof = coarse.assembled.dofs[i];
         let node = dof.node as usize;
         sums[(node, k * n_components + dof.component as usize)] / counts[node]

@@ -243,9 +243,11 @@ impl LinearBody {
         let lowest: Vec<usize> = (0..model.coordinates().free.min(n)).take(N_BUCKLING).collect();
         let first = lowest.first().map_or(f64::INFINITY, |j| frequencies[*j]);
         let is_slender = model.flexible().is_some_and(|flexible| {
-            let speed =
-                flexible.material.map_or(f64::INFINITY, |m| (m.youngs_modulus() / m.density()).sqrt());
-            first * flexible.size < SLENDER * speed
+            let speed = flexible
+                .body
+                .slowest_material()
+                .map_or(f64::INFINITY, |m| (m.youngs_modulus() / m.density()).sqrt());
+            first * flexible.body.size() < SLENDER * speed
         });
         let held = held.filter(|marker| marker.n_modes() == n || marker.is_still());
         let at_marker = |j: usize| {

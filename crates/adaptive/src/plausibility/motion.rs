@@ -5,7 +5,7 @@ use ffr_dynamics::system::force::BodyState;
 use nalgebra::Vector3;
 
 use super::finding::{BodyQuantity, ContactQuantity};
-use crate::body_model::{BodyModel, FlexibleBody};
+use crate::body_model::{BodyModel, FlexibleModel};
 use crate::error::AdaptiveError;
 use crate::model::RunModel;
 use crate::spec::RunSettings;
@@ -65,11 +65,11 @@ impl MotionLimits {
                 return fail(BodyQuantity::Distance, moved, self.reach);
             }
             let Some(flexible) = models[b].flexible() else { continue };
-            let displacement = largest(&flexible, &limits.largest, &state.elastic, limits.size);
+            let displacement = largest(flexible, &limits.largest, &state.elastic, limits.size);
             if exceeds(displacement, limits.size) {
                 return fail(BodyQuantity::Displacement, displacement, limits.size);
             }
-            let speed = largest(&flexible, &limits.largest, &state.elastic_rates, limits.wave_speed);
+            let speed = largest(flexible, &limits.largest, &state.elastic_rates, limits.wave_speed);
             if exceeds(speed, limits.wave_speed) {
                 return fail(BodyQuantity::DeformationSpeed, speed, limits.wave_speed);
             }
@@ -117,24 +117,30 @@ fn limits(body: &BodyModel, state: &BodyState) -> BodyLimits {
     let shapes = flexible.reduced.shapes();
     BodyLimits {
         start,
-        size: flexible.size,
-        wave_speed: flexible.material.map_or(f64::INFINITY, |m| wave_speed(m.youngs_modulus(), m.density())),
-        largest: (0..shapes.ncols()).map(|j| over_nodes(&flexible, |unknown| shapes[(unknown, j)])).collect(),
+        size: flexible.body.size(),
+        wave_speed: flexible
+            .body
+            .slowest_material()
+            .map_or(f64::INFINITY, |m| wave_speed(m.youngs_modulus(), m.density())),
+        largest: (0..shapes.ncols()).map(|j| over_nodes(flexible, |unknown| shapes[(unknown, j)])).collect(),
     }
 }
 
 /// Largest vector at a node of a field with the values `value` at the unknowns.
-fn over_nodes(flexible: &FlexibleBody<'_>, value: impl Fn(usize) -> f64) -> f64 {
-    let n_components = flexible.motion.n_components();
+fn over_nodes(flexible: &FlexibleModel, value: impl Fn(usize) -> f64) -> f64 {
+    let n_components = flexible.motion().n_components();
     let square = |node: usize| -> f64 {
-        let unknowns = (0..n_components).filter_map(|c| flexible.lookup.number(node as u32, c));
+        let unknowns = (0..n_components).filter_map(|c| flexible.lookup().number(node as u32, c));
         unknowns.map(|unknown| value(unknown).powi(2)).sum()
     };
-    (0..flexible.n_nodes()).map(square).fold(0.0, |m: f64, s| if s > m || s.is_nan() { s } else { m }).sqrt()
+    (0..flexible.body.space().n_functions())
+        .map(square)
+        .fold(0.0, |m: f64, s| if s > m || s.is_nan() { s } else { m })
+        .sqrt()
 }
 
 /// Largest value of the field `Σ φ_j x_j` at a node; of its bound `Σ |x_j| max|φ_j|` as long as that is below `limit`.
-fn largest(flexible: &FlexibleBody<'_>, bounds: &[f64], coordinates: &[f64], limit: f64) -> f64 {
+fn largest(flexible: &FlexibleModel, bounds: &[f64], coordinates: &[f64], limit: f64) -> f64 {
     let bound: f64 = bounds.iter().zip(coordinates).map(|(b, x)| b * x.abs()).sum();
     // Own modes of a fine model may be of another number.
     if bound <= limit || bounds.len() != coordinates.len() {

@@ -7,7 +7,8 @@ use ffr_dynamics::system::force::BodyState;
 use iga_core::elasticity::Model;
 use iga_core::nurbs::Patch;
 
-use crate::body_model::{BodyModel, ElasticModel};
+use crate::body_model::BodyModel;
+use crate::elastic_body::ElasticBody;
 use crate::marker_loads::{HeldPlace, PLACE_ERROR};
 use crate::record::ImpactRecord;
 use crate::sizing::proportions::lengths;
@@ -89,17 +90,22 @@ pub fn slow_rise(contact: &str, bodies: &[&BodyModel], impact: &ImpactRecord) ->
 /// between points, far below the way of bodies that pass through each other.
 pub const MISSED_SURFACE: f64 = 1e-5;
 
+/// The splines of a body; none of one of other elements.
+fn splines(body: &BodyModel) -> Option<&ElasticBody> {
+    body.flexible()?.body.splines()
+}
+
 /// Length of the longest side of an element of a body; none of one that is not of splines \[m\].
 pub fn longest_element_of(body: &BodyModel) -> Option<f64> {
-    let elements = longest_elements(&body.elastic()?.body.shape.patches);
+    let elements = longest_elements(&splines(body)?.shape.patches);
     Some(elements.iter().map(|e| e.length).fold(0.0, f64::max))
 }
 
 /// How far the surface of a body rises between neighbouring contact points of its whole surface at most \[m\]: the height of arcs over the chords of
 /// elements' sides, a quarter of it where a point stands in the middle, as from degree 2 on; zero for one that is not of splines.
 pub fn height_between_points(body: &BodyModel) -> f64 {
-    let Some(elastic) = body.elastic() else { return 0.0 };
-    let heights = elastic.body.shape.patches.iter().flat_map(|patch| {
+    let Some(splines) = splines(body) else { return 0.0 };
+    let heights = splines.shape.patches.iter().flat_map(|patch| {
         (0..patch.dimension()).map(move |d| {
             let height = largest_over_sides(patch, d, |[a, middle, b]| {
                 (0..3).map(|c| (middle[c] - 0.5 * (a[c] + b[c])).powi(2)).sum::<f64>().sqrt()
@@ -132,10 +138,10 @@ pub fn edge_touch((contact, time): (&str, f64), body: &BodyModel) -> Option<Warn
 
 /// The warning of a body whose mesh puts the frequency of its highest mode off by more than one per cent (Eq. P.6).
 pub fn coarse_mesh(body: &BodyModel) -> Option<Warning> {
-    let elastic = body.elastic()?;
+    let elastic = splines(body)?;
     let highest = highest_free_mode(body).filter(|f| *f > 0.0)?;
     let wave = shortest_wave(elastic, highest);
-    let elements = longest_elements(&elastic.body.shape.patches);
+    let elements = longest_elements(&elastic.shape.patches);
     let of = |e: &Element| (wave.error(e.length, e.degree), *e);
     let (error, worst) = elements.iter().map(of).max_by(|a, b| a.0.total_cmp(&b.0))?;
     let is_coarse = error > FREQUENCY_ERROR;
@@ -168,15 +174,15 @@ pub fn coarse_place(body: &BodyModel) -> Option<Warning> {
     // Elements over the radius that a place has and needs.
     let sizes = flexible.interface.loads.iter().filter_map(|load| {
         let HeldPlace { area, radius, elements, .. } = load.held_place()?;
-        Some((load, area, radius / flexible.longest_element_at(area)?, elements))
+        Some((load, area, radius / flexible.body.longest_element_at(area)?, elements))
     });
     let (load, area, found, limit) = sizes.min_by(|a, b| (a.2 / a.3).total_cmp(&(b.2 / b.3)))?;
     let remedy = match area.coupling {
-        Coupling::Average if flexible.mesh().is_some() => {
+        Coupling::Average if flexible.body.mesh().is_some() => {
             "make the elements of the mesh smaller there or give the place a larger radius"
         }
         Coupling::Average => "refine bodies.{}.discretisation there or give the place a larger radius",
-        Coupling::Rigid if flexible.mesh().is_some() => {
+        Coupling::Rigid if flexible.body.mesh().is_some() => {
             "take coupling = \"average\", hold a whole face, make the elements of the mesh smaller there or give the place a larger radius"
         }
         Coupling::Rigid => {
@@ -253,8 +259,8 @@ fn subject(body: &BodyModel) -> String {
 
 /// The shortest wave of frequency `frequency` \[Hz\] that a body carries: of shear or, where that is longer than twice the
 /// body is thick, of bending (longitudinal in axisymmetric models).
-fn shortest_wave(elastic: &ElasticModel, frequency: f64) -> Wave {
-    let material = &elastic.body.spec.material;
+fn shortest_wave(elastic: &ElasticBody, frequency: f64) -> Wave {
+    let material = &elastic.spec.material;
     let (young, poisson, density) =
         (material.youngs_modulus(), material.poissons_ratio(), material.density());
     let shear = (young / (2.0 * (1.0 + poisson) * density)).sqrt() / frequency;
@@ -263,7 +269,7 @@ fn shortest_wave(elastic: &ElasticModel, frequency: f64) -> Wave {
         return Wave::straight(shear);
     }
     let bar = (young / density).sqrt();
-    match elastic.body.spec.model {
+    match elastic.spec.model {
         Model::Axisymmetric => Wave::straight(bar / frequency),
         // c_b = sqrt(ω r c_0) with the radius of gyration r = d / sqrt(12) of a rectangle.
         _ => {
@@ -274,11 +280,11 @@ fn shortest_wave(elastic: &ElasticModel, frequency: f64) -> Wave {
 }
 
 /// Least length of the body's parameter lines \[m\], the thickness of a wall; the diameter of an axisymmetric one counts if less.
-fn thickness(elastic: &ElasticModel) -> f64 {
-    let shape = &elastic.body.spec.shape;
+fn thickness(elastic: &ElasticBody) -> f64 {
+    let shape = &elastic.spec.shape;
     let mut extents = lengths(shape);
-    if elastic.body.spec.model == Model::Axisymmetric {
-        let nodes = &elastic.body.assembled.nodes;
+    if elastic.spec.model == Model::Axisymmetric {
+        let nodes = &elastic.assembled.nodes;
         extents[0] = 2.0 * nodes.iter().fold(0.0, |r: f64, x| r.max(x[0]));
     }
     extents.into_iter().fold(f64::INFINITY, f64::min)

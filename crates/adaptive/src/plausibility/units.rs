@@ -4,9 +4,8 @@
 use std::fmt;
 
 use iga_core::elasticity::Material;
-use iga_core::nurbs::jet::diagonal;
 
-use crate::spec::{BodyKind, ImportedSpec, RunSpec};
+use crate::spec::RunSpec;
 
 /// Speeds of waves along a rod of solids, from soft rubber to diamond [m/s].
 const WAVE_SPEEDS: [f64; 2] = [0.1e3, 20e3];
@@ -103,7 +102,7 @@ impl fmt::Display for UnitsDoubt {
 pub fn doubts(spec: &RunSpec) -> Vec<UnitsDoubt> {
     let mut found: Vec<UnitsDoubt> = Vec::new();
     for body in &spec.bodies {
-        let (materials, size) = of_kind(&body.kind);
+        let (materials, size) = (body.kind.materials(), body.kind.diagonal().unwrap_or_default());
         for material in materials.into_iter().filter(|m| !is_plausible(m)) {
             let what = Doubtful::Material(material);
             if found.iter().all(|doubt| doubt.what != what) {
@@ -115,26 +114,6 @@ pub fn doubts(spec: &RunSpec) -> Vec<UnitsDoubt> {
         }
     }
     found
-}
-
-/// Materials and size of a body \[m\]; none and zero where it has none.
-fn of_kind(kind: &BodyKind) -> (Vec<Material>, f64) {
-    let of_shape = |shape: &iga_core::nurbs::Shape| {
-        let points: Vec<[f64; 3]> = shape.patches.iter().flat_map(|p| p.control_points().to_vec()).collect();
-        diagonal(&points)
-    };
-    match kind {
-        BodyKind::Elastic(elastic) => (vec![elastic.material], of_shape(&elastic.shape)),
-        BodyKind::Rigid(rigid) => {
-            (Vec::new(), rigid.shape.as_ref().map_or(0.0, |(shape, _)| of_shape(shape)))
-        }
-        BodyKind::Meshed(meshed) => {
-            let own = meshed.material.into_iter().chain(meshed.groups.iter().map(|(_, material)| *material));
-            (own.collect(), meshed.mesh.size())
-        }
-        BodyKind::Imported(ImportedSpec::Full { body, .. }) => (Vec::new(), diagonal(&body.body().nodes)),
-        BodyKind::Imported(ImportedSpec::Reduced(_)) => (Vec::new(), 0.0),
-    }
 }
 
 fn wave_speed(material: &Material) -> f64 {

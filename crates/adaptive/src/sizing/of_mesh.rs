@@ -5,6 +5,7 @@ use super::key::mesh_key;
 use super::mode_count::{ChosenModes, GROUP, WITHOUT_FORCES, chosen_from, least, most};
 use super::spectrum::FrequencyProblem;
 use crate::error::AdaptiveError;
+use crate::meshed::MeshedBody;
 use crate::spec::MeshedSpec;
 use crate::store::{ModelCache, StoredModel};
 use crate::work;
@@ -38,7 +39,7 @@ fn count(name: &str, spec: &MeshedSpec, limit: f64) -> Result<(usize, f64), Adap
     let (motion, most) = (RigidMotion::Spatial, most(spec.reduction));
     let least = if limit > 0.0 { least(motion) } else { WITHOUT_FORCES };
     let _work = work::begin(format!("modes of a mesh with {} unknowns", 3 * spec.mesh.nodes().len()));
-    let body = spec.assembled(name)?;
+    let body = MeshedBody::build(name, spec.clone())?.assembled;
     let problem = FrequencyProblem::new(name, &body)?;
     let below = if limit > 0.0 { problem.below(limit)? } else { 0 };
     // A few modes more show whether the count cuts through a group.

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::imported::ImportedSpec;
 use super::reduction::{DampingSpec, ReductionSpec};
 use fe_mesh::Mesh;
 use fe_mesh::rules::MassRule;
@@ -12,43 +11,6 @@ use iga_core::elasticity::{Material, Model};
 use iga_core::extent::Extent;
 use iga_core::nurbs::Shape;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-
-/// A body.
-#[derive(Debug, Clone, PartialEq)]
-pub struct BodySpec {
-    /// Name.
-    pub name: String,
-    /// What it is.
-    pub kind: BodyKind,
-    /// Motion at the start. Of a body that is the child of a joint only the rotation counts, as the one with all joint coordinates
-    /// at zero.
-    pub motion: InitialMotion,
-}
-
-/// Elastic, rigid, or from a file.
-#[derive(Debug, Clone, PartialEq)]
-pub enum BodyKind {
-    /// An elastic body.
-    Elastic(Box<ElasticSpec>),
-    /// A rigid body.
-    Rigid(RigidSpec),
-    /// A body from a file.
-    Imported(ImportedSpec),
-    /// An elastic body of finite elements.
-    Meshed(Box<MeshedSpec>),
-}
-
-impl BodyKind {
-    /// Rigid motions of the body.
-    pub fn motion(&self) -> RigidMotion {
-        match self {
-            Self::Elastic(elastic) => rigid_motion(&elastic.model),
-            Self::Rigid(rigid) => rigid.motion,
-            Self::Imported(imported) => imported.motion(),
-            Self::Meshed(_) => RigidMotion::Spatial,
-        }
-    }
-}
 
 /// An exact shape and its kinematics, of which surfaces are made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,25 +30,6 @@ impl Geometry<'_> {
     /// Whether its surface is turned about the axis.
     pub fn is_axisymmetric(&self) -> bool {
         *self.model == Model::Axisymmetric
-    }
-}
-
-impl BodySpec {
-    /// The exact shape of the body, if it has one.
-    pub fn geometry(&self) -> Option<Geometry<'_>> {
-        match &self.kind {
-            BodyKind::Elastic(elastic) => Some(elastic.geometry()),
-            BodyKind::Rigid(rigid) => rigid.geometry(),
-            BodyKind::Imported(_) | BodyKind::Meshed(_) => None,
-        }
-    }
-
-    /// The elastic body, if it is one.
-    pub fn elastic(&self) -> Option<&ElasticSpec> {
-        match &self.kind {
-            BodyKind::Elastic(elastic) => Some(elastic),
-            BodyKind::Rigid(_) | BodyKind::Imported(_) | BodyKind::Meshed(_) => None,
-        }
     }
 }
 
@@ -266,6 +209,8 @@ pub struct MeshedSpec {
     pub damping: DampingSpec,
     /// Reference frame.
     pub frame: FrameSpec,
+    /// Whether inertia forces stiffen the body.
+    pub geometric_stiffening: bool,
 }
 
 /// Reference frames.

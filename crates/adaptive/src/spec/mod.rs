@@ -3,6 +3,7 @@
 pub mod body;
 pub mod contact;
 pub mod imported;
+pub mod kind;
 pub mod joint;
 pub mod reduction;
 pub mod resolution;
@@ -15,8 +16,8 @@ use nalgebra::Vector3;
 use crate::record::GaugeRequest;
 
 pub use body::{
-    Area, BodyKind, BodySpec, ByGroup, Coupling, DiscretisationSpec, ElasticSpec, FrameSpec, Geometry,
-    InitialMotion, MeshedSpec, Place, RefinementSpec, RigidSpec,
+    Area, ByGroup, Coupling, DiscretisationSpec, ElasticSpec, FrameSpec, Geometry, InitialMotion, MeshedSpec,
+    Place, RefinementSpec, RigidSpec,
 };
 pub use contact::{
     ContactLaw, ContactSpec, DivisionRule, HertzPartner, HertzSpec, HertzSphere, IntervalSpec, LowModes,
@@ -25,6 +26,7 @@ pub use contact::{
 pub use iga_core::extent::Extent;
 pub use imported::ImportedSpec;
 pub use joint::{Attachment, CoordinateSpec, GearSpec, JointSpec, LoadSpec};
+pub use kind::{BodyKind, BodySpec};
 pub use reduction::{DampingSpec, ReductionSpec};
 pub use resolution::{BodyFactors, ContactFactors, Resolution};
 pub use time_curve::TimeCurve;
@@ -170,6 +172,6 @@ impl RunSpec {
             let ends = [joint.parent.body, joint.child.body];
             joint.kind == JointKind::Fixed && ends.contains(&Some(body)) && ends.contains(&None)
         };
-        matches!(self.bodies[body].kind, BodyKind::Rigid(_)) && self.joints.iter().any(holds)
+        self.bodies[body].kind.is_rigid() && self.joints.iter().any(holds)
     }
 }

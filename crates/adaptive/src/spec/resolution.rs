@@ -9,7 +9,6 @@ use super::RunSettings;
 use super::body::{DiscretisationSpec, ElasticSpec, RefinementSpec};
 use super::contact::{PenaltySearch, SurfaceLaw};
 use super::reduction::ReductionSpec;
-use crate::spec::ImportedSpec;
 
 /// Factors for the bodies and contacts of a run, in their order; what lies beyond the lists is left as it is.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -84,18 +83,10 @@ impl Resolution {
 }
 
 impl BodyFactors {
-    /// Applies the factors to an elastic body; refinements are left as they are (see [`BodyFactors::refinement`]).
+    /// Divides the elements of a body of splines; refinements are left as they are (see [`BodyFactors::refinement`]).
     pub fn apply(&self, body: &mut ElasticSpec) {
-        body.reduction = self.reduction(body.reduction);
         let ElasticSpec { shape, discretisation, .. } = body;
         self.divide(shape, discretisation);
-    }
-
-    /// Applies the factors to a body from a file; one that comes reduced has nothing to vary.
-    pub fn apply_imported(&self, body: &mut ImportedSpec) {
-        if let ImportedSpec::Full { reduction, .. } = body {
-            *reduction = self.reduction(*reduction);
-        }
     }
 
     /// `spec` with as many times the modes.

@@ -59,8 +59,11 @@ pub fn meshed_definition(spec: &MeshedSpec) -> Vec<u8> {
         rigid_areas,
         damping: _,
         frame: _,
+        geometric_stiffening: _,
     } = spec;
     let mut key = Bytes::default();
+    // No definition of a body of splines begins like this.
+    key.add("mesh");
     key.add(mesh.nodes());
     key.add(&mesh.elements().len());
     for element in mesh.elements().iter() {

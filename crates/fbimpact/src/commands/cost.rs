@@ -120,8 +120,7 @@ fn states(spec: &RunSpec) -> f64 {
 fn state_bytes(spec: &RunSpec) -> usize {
     let elastic = |body: &BodySpec| match &body.kind {
         BodyKind::Rigid(_) => 0,
-        BodyKind::Elastic(elastic) => 2 * elastic.reduction.modes().unwrap_or(USUAL_COORDINATES),
-        BodyKind::Meshed(_) | BodyKind::Imported(_) => 2 * USUAL_COORDINATES,
+        kind => 2 * kind.reduction().and_then(|r| r.modes()).unwrap_or(USUAL_COORDINATES),
     };
     let bodies: usize = spec.bodies.iter().map(|body| OF_BODY + elastic(body)).sum();
     let joints = spec.joints.len() + spec.loops.len();

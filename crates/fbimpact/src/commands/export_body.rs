@@ -1,9 +1,10 @@
 //! `fbimpact export-body`: a body of a scenario as a body file.
 
 use adaptive::AdaptiveError;
-use adaptive::elastic_body::{ElasticBody, Interface};
+use adaptive::body::built;
+use adaptive::body::reduced::Interface;
 use adaptive::marker_loads::MarkerLoads;
-use adaptive::spec::{Area, BodyKind, BodySpec, ElasticSpec, FrameSpec, Place};
+use adaptive::spec::{Area, BodySpec, Place};
 use adaptive::store::ModelCache;
 use ffr_dynamics::interchange::{BodyFrame, FullBody, ReducedModel, ReducedParts};
 use ffr_dynamics::kinematics::MarkerWeights;
@@ -18,7 +19,7 @@ use crate::scenario::{self, Override};
 use crate::sizing::sized;
 
 /// Writes the body with its faces and its markers that have an extent as markers, reduced to its free modes and the static answers to
-/// its joints and loads in a Buckens frame, or with unreduced matrices (`is_full`), and with the named points of its shape for output.
+/// its joints and loads in a Buckens frame, or with unreduced matrices (`is_full`), and with its named points for output.
 ///
 /// # Errors
 /// [`AppError::UnknownBody`], [`AppError::Command`] for a rigid body, [`AppError::Model`] if it cannot be built, [`AppError::Io`] for the file, also if
@@ -35,54 +36,50 @@ pub fn export_body(
     check_folder(export.output)?;
     let areas = scenario.areas(export.body);
     let index = body_index(export.body, scenario.run.bodies.iter().map(|b| &b.name))?;
+    let points = scenario.points(export.body);
     let text = while_building(bar, || {
         let scenario = sized(&scenario, n_threads, &ModelCache::default())?;
-        let body = scenario.run.bodies[index].clone();
-        write((export, is_full), body, MarkerLoads::on_body(&scenario.run, index), &areas)
+        let loads = MarkerLoads::on_body(&scenario.run, index);
+        write((export, is_full), &scenario.run.bodies[index], loads, (&areas, &points))
     });
     print(&text?)
 }
 
 fn write(
     (export, is_full): (&BodyExport<'_>, bool),
-    spec: BodySpec,
+    spec: &BodySpec,
     loads: Vec<MarkerLoads>,
-    areas: &[(String, Area)],
+    (areas, points): (&[(String, Area)], &[(String, [f64; 3])]),
 ) -> Result<String, AppError> {
-    let elastic = match spec.kind {
-        BodyKind::Elastic(elastic) => elastic,
-        kind => {
-            let is_rigid = matches!(kind, BodyKind::Rigid(_));
-            let what = if is_rigid { "rigid" } else { "from a file already" };
-            return Err(CommandFault::NoFullModel { name: spec.name, what }.into());
-        }
+    let Some(body) = built(&spec.name, &spec.kind).map_err(AppError::model)? else {
+        let is_rigid = spec.kind.is_rigid();
+        let what = if is_rigid { "rigid" } else { "from a file already" };
+        return Err(CommandFault::NoFullModel { name: spec.name.clone(), what }.into());
     };
-    let elastic = ElasticSpec { frame: FrameSpec::Buckens, geometric_stiffening: false, ..*elastic };
-    let body = ElasticBody::build(&spec.name, elastic).map_err(AppError::model)?;
-    let markers = markers(&body, areas)?;
+    let markers = markers(body.as_ref(), areas)?;
     let (name, path) = (export.body, export.output.display());
     let unfit = |source| AppError::model(AdaptiveError::Reduction { body: name.to_owned(), source });
     if is_full {
         let n = body.n_unknowns();
-        let points = body.spec.shape.markers.iter().map(|(name, place)| {
-            Ok((name.clone(), body.discretised().point_weights(place).map_err(AppError::model)?))
-        });
+        let points = points
+            .iter()
+            .map(|(name, place)| Ok((name.clone(), body.point_weights(place).map_err(AppError::model)?)));
         let points = points.collect::<Result<Vec<_>, AppError>>()?;
-        let full = FullBody::new(body.assembled, markers)
+        let full = FullBody::new(body.assembled().clone(), markers)
             .and_then(|full| full.with_points(points))
             .map_err(unfit)?;
         body_file::write_full(export.output, &full)?;
         return Ok(format!("{path}: {name}, {n} degrees of freedom, {} markers\n", full.markers().len()));
     }
-    let loads = if body.spec.has_static_answers() { loads } else { Vec::new() };
-    let reduced = body.reduce(&Interface { loads, ..Interface::default() }).map_err(AppError::model)?;
+    let loads = if spec.kind.has_static_answers() { loads } else { Vec::new() };
+    let interface = Interface { loads, ..Interface::default() };
+    let reduced = body.reduce_in_mean_axes(&interface, &ModelCache::default()).map_err(AppError::model)?;
     let shapes = reduced.basis.shapes.as_ref();
     let markers =
         markers.iter().map(|(name, weights)| weights.marker(name, shapes)).collect::<Result<Vec<_>, _>>();
     let markers = markers.map_err(|e| AppError::model(AdaptiveError::Model(e)))?;
-    let points = body.spec.shape.markers.iter().map(|(name, place)| {
-        let point =
-            body.discretised().flexible_point(&Place::Point(*place), shapes).map_err(AppError::model)?;
+    let points = points.iter().map(|(name, place)| {
+        let point = body.flexible_point(&Place::Point(*place), shapes).map_err(AppError::model)?;
         Ok((name.clone(), point))
     });
     let points = points.collect::<Result<_, AppError>>()?;
@@ -101,11 +98,12 @@ fn write(
 }
 
 /// The parts of the body that can be held, with the axes of the body.
-fn markers(body: &ElasticBody, areas: &[(String, Area)]) -> Result<Vec<(String, MarkerWeights)>, AppError> {
+fn markers(
+    body: &dyn adaptive::body::field_body::FieldBody,
+    areas: &[(String, Area)],
+) -> Result<Vec<(String, MarkerWeights)>, AppError> {
     let weights = |area: &Area| {
-        body.discretised()
-            .marker_weights(&Place::Area(area.clone()), UnitQuaternion::identity())
-            .map_err(AppError::model)
+        body.marker_weights(&Place::Area(area.clone()), UnitQuaternion::identity()).map_err(AppError::model)
     };
     areas.iter().map(|(name, area)| Ok((name.clone(), weights(area)?))).collect()
 }

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use adaptive::spec::{BodyKind, BodySpec, ImportedSpec, RunSpec};
-use iga_core::nurbs::jet::diagonal;
 
 /// Size of each body by name: the diagonal of the box about its control points, or its radius of gyration where it has none \[m\].
 pub fn sizes(spec: &RunSpec) -> BTreeMap<String, f64> {
@@ -12,15 +11,11 @@ pub fn sizes(spec: &RunSpec) -> BTreeMap<String, f64> {
 
 fn size(body: &BodySpec) -> f64 {
     match &body.kind {
-        BodyKind::Elastic(elastic) => {
-            diagonal(elastic.shape.patches.iter().flat_map(|p| p.control_points().iter()))
-        }
         BodyKind::Rigid(rigid) => gyration(0.5 * rigid.inertia.trace(), rigid.mass),
-        BodyKind::Meshed(meshed) => meshed.mesh.size(),
-        BodyKind::Imported(ImportedSpec::Full { body, .. }) => diagonal(&body.body().nodes),
         BodyKind::Imported(ImportedSpec::Reduced(model)) => {
             gyration(model.data().second_moment.trace(), model.data().mass)
         }
+        kind => kind.diagonal().unwrap_or_default(),
     }
 }
 

@@ -73,8 +73,7 @@ impl<'a> Probe<'a> {
         cache: &ModelCache,
     ) -> Result<Self, AppError> {
         let rows = |model: &RunModel, body: usize, zone: &ZoneModel| {
-            let Some(flexible) = model.bodies[body].flexible() else { return Ok(Vec::new()) };
-            zone.compliances(&model.observed.points, (body, &flexible)).map_err(AppError::model)
+            zone.compliances(&model.observed.points, body).map_err(AppError::model)
         };
         let mut rebuilt = Rebuilt::new(states, threads, cache, Box::new(rows))?;
         let number = body.index.unwrap_or_default();

@@ -8,6 +8,7 @@ use fe_mesh::Mesh;
 use fe_mesh::fault::MeshFault;
 use iga_core::SplineError;
 use iga_core::elasticity::Model;
+use iga_core::extent::centroid;
 use iga_core::nurbs::Shape;
 
 /// A place as the scenario gives it.
@@ -251,7 +252,7 @@ impl BodyPlaces {
             (Some((shape, model)), _) => Ok(Area::new(extent.clone(), coupling, shape, model)?),
             (None, Extent::Face(name)) if self.mesh().is_some() => {
                 let part = self.mesh().map(|mesh| mesh.face_part(name)).transpose()?;
-                let centre = part.map(|part| part.centroid()).unwrap_or_default();
+                let centre = part.map(|part| centroid(&part)).unwrap_or_default();
                 Ok(Area { extent: extent.clone(), centre, coupling })
             }
             (None, Extent::Around { point, radius }) => {

@@ -36,6 +36,12 @@ impl Scenario {
     pub fn areas(&self, name: &str) -> Vec<(String, Area)> {
         self.body(name).map(|body| body.places.areas()).unwrap_or_default()
     }
+
+    /// Named points of the body `name`, in the components of its model \[m\].
+    pub fn points(&self, name: &str) -> Vec<(String, [f64; 3])> {
+        let points = self.body(name).map(|body| body.places.points());
+        points.into_iter().flatten().map(|(name, at)| (name.clone(), *at)).collect()
+    }
 }
 
 /// A body of the scenario file.

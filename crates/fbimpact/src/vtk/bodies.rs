@@ -4,8 +4,7 @@ use std::sync::Arc;
 
 use adaptive::AdaptiveError;
 use adaptive::adaptive_contact::ZoneModel;
-use adaptive::body_model::{BodyForm, FlexibleBody};
-use adaptive::fine_body::ZoneMesh;
+use adaptive::body::field::Field;
 use adaptive::model::RunModel;
 use adaptive::spec::BodyKind;
 use faer::{Mat, MatRef};
@@ -74,8 +73,8 @@ pub struct Drawn<'a> {
     pub rate: Vec<f64>,
     /// Which fine model it is drawn on; none: its own.
     pub mesh: Option<(usize, usize)>,
-    /// The body whose elements it is drawn on, or those of a fine model of it; none of a rigid body.
-    elements: Option<(FlexibleBody<'a>, Option<&'a ZoneModel>)>,
+    /// The displacements on the elements that it is drawn on; none of a rigid body.
+    elements: Option<&'a dyn Field>,
 }
 
 impl Bodies {
@@ -133,19 +132,19 @@ impl Bodies {
 
     fn drawn<'a>(&'a self, body: &'a Shown, local: &LocalDisplacement, i: usize) -> Drawn<'a> {
         let coordinates = (body.motion.elastic(i), body.motion.rates(i));
-        let flexible = self.rebuilt.model.bodies[body.number].flexible();
-        if let (Some(flexible), Some((contact, displacement))) = (flexible, &local.zone) {
+        if let Some((contact, displacement)) = &local.zone {
             let zones = self.rebuilt.contacts.zones.of_contact(*contact);
             let of_body = zones.iter().find(|z| z.body == body.number);
             if let Some((zone, geometry)) = of_body.and_then(|z| Some((&z.model, z.view.as_ref()?))) {
                 let (displacement, rate) = fields(zone.shapes.as_ref(), coordinates, displacement);
+                let field = zone.model.field();
                 return Drawn {
                     body,
                     geometry: geometry.drawn(),
-                    displacement: zone.field(&displacement, &flexible),
-                    rate: zone.field(&rate, &flexible),
+                    displacement: field.drawn_values(&displacement),
+                    rate: field.drawn_values(&rate),
                     mesh: self.rebuilt.contacts.zones.number(*contact).map(|n| (*contact, n)),
-                    elements: Some((flexible, Some(zone))),
+                    elements: Some(field),
                 };
             }
         }
@@ -173,10 +172,10 @@ impl Bodies {
         Drawn {
             body,
             geometry,
-            displacement: flexible.field(&displacement),
-            rate: flexible.field(&rate),
+            displacement: flexible.body.drawn_values(&displacement),
+            rate: flexible.body.drawn_values(&rate),
             mesh: None,
-            elements: Some((flexible, None)),
+            elements: Some(flexible.body.as_field()),
         }
     }
 
@@ -215,9 +214,7 @@ impl Drawn<'_> {
     /// # Errors
     /// [`AppError::Model`] if the point is not on the body.
     pub fn functions_at(&self, point: &[f64; 3]) -> Result<Vec<(u32, f64)>, AppError> {
-        let Some((body, zone)) = &self.elements else { return Ok(Vec::new()) };
-        let functions = zone.map_or_else(|| body.functions_at(point), |zone| zone.functions_at(point, body));
-        functions.map_err(AppError::model)
+        self.elements.map_or(Ok(Vec::new()), |field| field.functions_at(point).map_err(AppError::model))
     }
 }
 
@@ -247,21 +244,17 @@ fn check_names(scenario: &Scenario, wanted: &[String]) -> Result<(), AppError> {
 
 /// The geometry of fine models in cells of the kind `cells`.
 fn zone_geometry(cells: Cells) -> impl Fn(&RunModel, usize, &ZoneModel) -> Result<ZoneGeometry, AppError> {
-    move |model, body, zone| match &zone.mesh {
-        ZoneMesh::Own => Ok(None),
-        ZoneMesh::Splines(mesh) => {
-            let Some(elastic) = model.bodies[body].elastic() else { return Ok(None) };
-            let spec = &elastic.body.spec;
-            let elasticity = Elasticity { model: spec.model, material: spec.material };
+    move |_, _, zone| {
+        if let Some(mesh) = zone.model.splines() {
+            let elasticity = Elasticity { model: mesh.model, material: mesh.material };
             let (patches, space) = (mesh.patches.as_slice(), Box::new(mesh.space.clone()));
             let geometry = BodyGeometry::new(space, patches, mesh.motion, Some(elasticity), cells);
-            Ok(Some(ShownGeometry::Splines(Box::new(geometry))))
+            return Ok(Some(ShownGeometry::Splines(Box::new(geometry))));
         }
-        ZoneMesh::Elements(fine) => {
-            let (mesh, materials) =
-                (Arc::new(fine.mesh().clone()), fine.materials().map_err(AppError::model)?);
-            Ok(Some(ShownGeometry::Mesh(Box::new(MeshGeometry { mesh, materials }))))
-        }
+        Ok(zone.model.mesh().map(|fine| {
+            let (mesh, materials) = (Arc::clone(fine.divided()), fine.materials.clone());
+            ShownGeometry::Mesh(Box::new(MeshGeometry { mesh, materials }))
+        }))
     }
 }
 
@@ -272,22 +265,17 @@ fn shape(
     number: usize,
     cells: Cells,
 ) -> Result<Option<ShownGeometry>, AppError> {
-    let name = &of_file.name;
-    if let Some(elastic) = model.bodies[number].elastic() {
-        let full = &elastic.body;
-        let material = full.spec.material;
-        let elasticity = Some(Elasticity { model: full.spec.model, material });
-        let motion = full.assembled.motion;
-        let space = Box::new(full.space.clone());
-        let geometry = BodyGeometry::new(space, &full.shape.patches, motion, elasticity, cells);
-        return Ok(Some(ShownGeometry::Splines(Box::new(geometry))));
-    }
-    if let BodyForm::Meshed(meshed) = &model.bodies[number].form {
-        let materials = meshed.spec.materials();
-        let materials = materials
-            .map_err(|source| AppError::model(AdaptiveError::Mesh { body: name.clone(), source }))?;
-        let mesh = Arc::clone(&meshed.spec.mesh);
-        return Ok(Some(ShownGeometry::Mesh(Box::new(MeshGeometry { mesh, materials }))));
+    if let Some(flexible) = model.bodies[number].flexible() {
+        if let Some(full) = flexible.body.splines() {
+            let elasticity = Some(Elasticity { model: full.spec.model, material: full.spec.material });
+            let (space, motion) = (Box::new(full.space.clone()), full.assembled.motion);
+            let geometry = BodyGeometry::new(space, &full.shape.patches, motion, elasticity, cells);
+            return Ok(Some(ShownGeometry::Splines(Box::new(geometry))));
+        }
+        if let Some(full) = flexible.body.mesh() {
+            let (mesh, materials) = (Arc::clone(&full.spec.mesh), full.materials.clone());
+            return Ok(Some(ShownGeometry::Mesh(Box::new(MeshGeometry { mesh, materials }))));
+        }
     }
     Ok(shape_alone(of_file, cells)?.map(|geometry| ShownGeometry::Splines(Box::new(geometry))))
 }

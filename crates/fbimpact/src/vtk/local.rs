@@ -1,6 +1,5 @@
 //! The quasistatic displacement of contact zones, as bodies are drawn with it.
 
-use adaptive::fine_body::ZoneMesh;
 use adaptive::model::RunModel;
 
 use super::shown::ZoneGeometry;
@@ -28,7 +27,7 @@ pub fn displacements(
         let zone = &zones.of_contact(load.contact)[load.zone];
         let displacement = || zone.model.residual.displacement(&load.forces);
         let found = &mut all[zone.body];
-        if matches!(zone.model.mesh, ZoneMesh::Own) {
+        if zone.model.model.is_own() {
             add(&mut found.own, &displacement());
         } else if load.total > largest[zone.body] {
             largest[zone.body] = load.total;

@@ -56,7 +56,7 @@ impl MeshGeometry {
         view: View,
     ) -> Result<Grid, SplineError> {
         let mut grid = grid(&self.mesh, pose, (displacement, rate), view);
-        let space = MeshSpace::new(&self.mesh, MassRule::Exact);
+        let space = MeshSpace::new(Arc::clone(&self.mesh), MassRule::Exact);
         for stress in space.nodal_stress(&self.materials, displacement)? {
             grid.von_mises.push([von_mises(&stress)]);
             grid.stress.push(rotated(&in_body(RigidMotion::Spatial, &stress), &pose.rotation));

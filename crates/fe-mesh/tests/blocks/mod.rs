@@ -16,7 +16,7 @@ pub fn steel() -> Material {
 
 /// Integrals of `mesh`, of every element times `factor`.
 pub fn integrals(mesh: &Mesh, factor: &dyn Fn(usize) -> f64) -> MassProperties {
-    let space = MeshSpace::new(mesh, MassRule::Exact);
+    let space = MeshSpace::new(mesh.clone(), MassRule::Exact);
     MassProperties::of_space(&space, &Model::Solid, factor).expect("no element is folded")
 }
 

@@ -58,7 +58,7 @@ impl Material {
 }
 
 /// Materials of the elements of a body; a single one is that of all.
-pub trait MaterialField: Sync {
+pub trait MaterialField: Send + Sync {
     /// The material of element `e`.
     fn on(&self, e: usize) -> &Material;
 }

@@ -4,18 +4,18 @@
 //! things make integrals over it converge under refinement: faces take their Gauss points from the elements of the space
 //! that is integrated, discs and balls are at least as dense as its elements.
 
-mod ball;
-mod disc;
+pub mod around;
 mod face;
+mod splines;
 
 use crate::SplineError;
 use crate::elasticity::Model;
+use crate::mapping::PointMap;
 use crate::nurbs::Shape;
-use crate::nurbs::jet::{diagonal, norm};
-use crate::nurbs::patch::PointBasis;
-use crate::quadrature::GaussRule;
-use crate::space::{PatchSpace, SplineSpace};
-use crate::surface::BodySurface;
+use crate::nurbs::jet::{difference, norm};
+use crate::space::{Cell, GridBasis, PatchSpace, Space, SplineSpace};
+use around::around;
+use splines::Splines;
 
 /// A part of a body.
 #[derive(Debug, Clone, PartialEq)]
@@ -49,6 +49,17 @@ pub struct ExtentPoint {
     pub weight: f64,
 }
 
+/// Area or volume of the part with the quadrature points `points` \[m² or m³\].
+pub fn measure(points: &[ExtentPoint]) -> f64 {
+    points.iter().map(|p| p.weight).sum()
+}
+
+/// Its centroid, in the model's components \[m\].
+pub fn centroid(points: &[ExtentPoint]) -> [f64; 3] {
+    let total = measure(points);
+    [0, 1, 2].map(|c| points.iter().map(|p| p.weight * p.point[c]).sum::<f64>() / total)
+}
+
 /// Distance of the centre from the surface, as a share of the radius, up to which a disc about the nearest place is meant and no ball, for every kind of
 /// body: a ball so near to the surface would leave the body, and sides of a mesh lie beside the shape that they stand for.
 pub const ON_SURFACE: f64 = 0.1;
@@ -77,9 +88,15 @@ impl Extent {
                 let count = |e: usize| space.gauss_counts(e).map(|n| (n + 3).min(FINEST));
                 face::points(shape, space, model, name, count, 1)?
             }
-            Self::Around { point, radius } => around(shape, space, model, point, *radius)?,
+            Self::Around { point, radius } => {
+                if !(radius.is_finite() && *radius > 0.0) {
+                    let reason = "must be a positive, finite length in metres";
+                    return Err(SplineError::Dimension { name: "radius", value: *radius, reason });
+                }
+                around(&Splines::new(shape, space, model, *radius), point, *radius)?
+            }
         };
-        let total: f64 = points.iter().map(|p| p.weight).sum();
+        let total = measure(&points);
         if total > 0.0 && total.is_finite() {
             return Ok(points);
         }
@@ -98,11 +115,11 @@ impl Extent {
                 let space = PatchSpace::new(shape.patches.clone())?;
                 // Arcs of 90° in two parts of sixteen points: far below round-off.
                 let points = face::points(shape, &space, model, name, |_| [FINEST; 3], 2)?;
-                let total: f64 = points.iter().map(|p| p.weight).sum();
+                let total = measure(&points);
                 if total.is_nan() || total <= 0.0 {
                     return Err(SplineError::EmptyExtent { extent: self.name() });
                 }
-                [0, 1, 2].map(|c| points.iter().map(|p| p.weight * p.point[c]).sum::<f64>() / total)
+                centroid(&points)
             }
         };
         if *model == Model::Axisymmetric {
@@ -124,11 +141,7 @@ impl Extent {
         if matches!(self, Self::Face(_)) {
             return Ok(None);
         }
-        let mut longest = 0.0_f64;
-        for p in self.points(shape, space, model)? {
-            longest = sides(shape, space, p.element, &p.xi).into_iter().fold(longest, f64::max);
-        }
-        Ok(Some(longest))
+        Ok(Some(longest_element(space, &self.points(shape, space, model)?)))
     }
 
     /// In words, for messages.
@@ -142,104 +155,29 @@ impl Extent {
     }
 }
 
-/// Sides of an element as they are at the parameters `xi` in it, zero along directions that the space does not have \[m\].
-fn sides(shape: &Shape, space: &dyn SplineSpace, element: usize, xi: &[f64; 3]) -> [f64; 3] {
-    let element = space.element(element);
-    let jet = shape.patches[element.patch].jet(xi, 1, &mut PointBasis::default());
-    std::array::from_fn(|d| {
-        if d < space.dimension() { norm(&jet.first[d]) * (element.upper[d] - element.lower[d]) } else { 0.0 }
-    })
-}
-
-/// Points of a disc or ball.
-fn around(
-    shape: &Shape,
-    space: &dyn SplineSpace,
-    model: &Model,
-    point: &[f64; 3],
-    radius: f64,
-) -> Result<Vec<ExtentPoint>, SplineError> {
-    if !(radius.is_finite() && radius > 0.0) {
-        let reason = "must be a positive, finite length in metres";
-        return Err(SplineError::Dimension { name: "radius", value: radius, reason });
+/// Longest side of the elements of `space` at `points`, as it is there \[m\]: of simplices those between their parametric directions, too.
+pub fn longest_element(space: &dyn Space, points: &[ExtentPoint]) -> f64 {
+    let (mut basis, mut active, mut nodes) = (GridBasis::default(), Vec::new(), Vec::new());
+    let mut longest = 0.0_f64;
+    for p in points {
+        space.evaluate_grid(p.element, p.xi.each_ref().map(std::slice::from_ref), &mut basis);
+        space.active_functions(p.element, &mut active);
+        nodes.clear();
+        nodes.extend(active.iter().map(|&a| space.control_points()[a as usize]));
+        let map = PointMap::new(space.dimension(), &nodes, basis.values_at(0), basis.first_at(0));
+        let element = space.element(p.element);
+        let side = |d: usize| {
+            let width = element.upper[d] - element.lower[d];
+            map.jacobian.map(|row| if d < space.dimension() { row[d] * width } else { 0.0 })
+        };
+        let sides = [side(0), side(1), side(2)];
+        let between: &[[usize; 2]] = match element.cell {
+            Cell::Box => &[],
+            Cell::Wedge => &[[0, 1]],
+            Cell::Tetrahedron => &[[0, 1], [1, 2], [2, 0]],
+        };
+        let between = between.iter().map(|&[a, b]| norm(&difference(&sides[a], &sides[b])));
+        longest = sides.iter().map(norm).chain(between).fold(longest, f64::max);
     }
-    let surface = BodySurface::new(&shape.patches, *model == Model::Axisymmetric);
-    let nearest = surface.closest(&shape.patches, point);
-    let body = Around { shape, space, model, point: *point, radius };
-    match nearest {
-        Some(at) if at.measure <= ON_SURFACE * radius => disc::points(&body, &surface, &at),
-        _ => ball::points(&body),
-    }
-}
-
-/// A disc or ball on a body.
-struct Around<'a> {
-    shape: &'a Shape,
-    space: &'a dyn SplineSpace,
-    model: &'a Model,
-    point: [f64; 3],
-    radius: f64,
-}
-
-impl Around<'_> {
-    /// The point at parameters `xi` of `patch`, to which a plane measure `weight` belongs.
-    fn at(&self, patch: usize, xi: [f64; 3], weight: f64) -> ExtentPoint {
-        let point = self.shape.patches[patch].point(&xi);
-        let element = self.space.find_element(patch, &xi);
-        ExtentPoint { element, xi, point, weight: weight * self.model.measure(&point) }
-    }
-
-    /// Size of the smallest element at `points` along all directions but the one fixed there \[m\].
-    fn smallest_element(&self, points: &[(ExtentPoint, Option<usize>)]) -> f64 {
-        let mut smallest = f64::INFINITY;
-        for (p, fixed) in points {
-            let sides = sides(self.shape, self.space, p.element, &p.xi);
-            for d in (0..self.space.dimension()).filter(|&d| Some(d) != *fixed) {
-                smallest = smallest.min(sides[d]);
-            }
-        }
-        smallest
-    }
-
-    /// Distance that counts as none: round-off of a search \[m\].
-    fn slack(&self) -> f64 {
-        let size = self.shape.patches.iter().map(|p| diagonal(p.control_points())).fold(0.0, f64::max);
-        1e-9 * self.radius + 1e-12 * size
-    }
-
-    /// Parts into which a radius is cut so that none is longer than an element of size `h`, at most `most`.
-    fn parts(&self, h: f64, most: usize) -> usize {
-        // A quotient that is no number or infinite ends at the limit.
-        let wanted = (self.radius / h).ceil();
-        if wanted < most as f64 { (wanted as usize).max(LEAST_PARTS) } else { most }
-    }
-
-    fn leaves(&self, kind: &'static str) -> SplineError {
-        SplineError::ExtentBeyondBody { kind, radius: self.radius, point: self.point }
-    }
-}
-
-/// Parts of the radius on coarse meshes: knot lines that cross the extent make kinks of the functions there.
-const LEAST_PARTS: usize = 2;
-/// Gauss points of each part of a radius.
-const PART_POINTS: usize = 4;
-
-/// Points and weights on `[lower, upper]` in `parts` equal parts.
-fn composite(lower: f64, upper: f64, parts: usize) -> Vec<(f64, f64)> {
-    let rule = GaussRule::new(PART_POINTS);
-    let size = (upper - lower) / parts as f64;
-    let part = |i: usize| {
-        let (start, mut points) = (lower + i as f64 * size, Vec::with_capacity(PART_POINTS));
-        rule.points_on(start, start + size, &mut points);
-        points.into_iter().zip(rule.weights.iter().map(|w| 0.5 * size * w)).collect::<Vec<_>>()
-    };
-    (0..parts).flat_map(part).collect()
-}
-
-/// Cosine and sine of `n` directions around the circle, none of them along an axis.
-fn directions(n: usize) -> impl Iterator<Item = (f64, f64)> {
-    (0..n).map(move |k| {
-        let (sin, cos) = (std::f64::consts::TAU * (k as f64 + 0.5) / n as f64).sin_cos();
-        (cos, sin)
-    })
+    longest
 }

@@ -31,16 +31,8 @@ impl Default for Rows {
 
 impl Rows {
     /// Those of a space whose elements are all plain.
-    pub fn none() -> &'static Self {
-        static NONE: Rows = Rows {
-            starts: Vec::new(),
-            functions: Vec::new(),
-            operators: Vec::new(),
-            row_ends: Vec::new(),
-            columns: Vec::new(),
-            entries: Vec::new(),
-        };
-        &NONE
+    pub fn none() -> Self {
+        Self::default()
     }
 
     /// Adds the next element, a plain one with `functions`.

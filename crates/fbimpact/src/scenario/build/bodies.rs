@@ -9,7 +9,7 @@ use super::super::body_places::{BodyPlaces, GivenPlace};
 use super::super::check::Checker;
 use super::super::section::Section;
 use super::super::types::FileOfBody;
-use super::body_parts::{Context, GivenFrame, damping, elastic_model, frame, material};
+use super::body_parts::{Context, GivenFrame, damping, elastic_model, frame, material, stiffening};
 use super::built_bodies::{Built, BuiltBodies, Moving, MovingFacts, Plane};
 use super::discretisation::{discretisation, reduction};
 use super::joints::GROUND;
@@ -228,10 +228,7 @@ fn elastic(
     let mesh = mesh.and_then(|d| discretisation(checker, d, &facts?, places.as_ref()));
     let basis = section.table("reduction").and_then(|r| reduction(checker, r));
     let damping = damping(checker, section);
-    let geometric_stiffening = section.boolean("geometric_stiffening")?;
-    if geometric_stiffening && frame == Some(GivenFrame::Buckens) {
-        checker.fault_in(section, "geometric_stiffening", "needs frame = \"tangent\"".into());
-    }
+    let geometric_stiffening = stiffening(checker, section, frame.as_ref())?;
     if geometric_stiffening && model == "axisymmetric" {
         let message = "has no meaning for model \"axisymmetric\", which does not turn".into();
         checker.fault_in(section, "geometric_stiffening", message);

@@ -146,3 +146,12 @@ fn constants(root: &Section, section: &Section) -> Option<[f64; 3]> {
         ["youngs_modulus", "poissons_ratio", "density"].map(|k| material.number(k));
     Some([young?, poisson?, density?])
 }
+
+/// Whether inertia forces stiffen a body whose frame is `frame`.
+pub fn stiffening(checker: &mut Checker, section: &Section, frame: Option<&GivenFrame>) -> Option<bool> {
+    let is_stiffened = section.boolean("geometric_stiffening")?;
+    if is_stiffened && frame == Some(&GivenFrame::Buckens) {
+        checker.fault_in(section, "geometric_stiffening", "needs frame = \"tangent\"".into());
+    }
+    Some(is_stiffened)
+}

@@ -170,13 +170,10 @@ impl Moving {
         if !self.facts.follows_joint {
             return;
         }
-        match (&mut self.spec.kind, place) {
-            (BodyKind::Elastic(elastic), _) => elastic.frame = FrameSpec::Tangent(place.clone()),
-            (BodyKind::Meshed(meshed), _) => meshed.frame = FrameSpec::Tangent(place.clone()),
-            (BodyKind::Imported(imported), Place::Marker(marker)) => {
-                imported.set_frame_marker(marker.clone());
-            }
-            (BodyKind::Imported(_) | BodyKind::Rigid(_), _) => {}
+        if let Some(frame) = self.spec.kind.frame_mut() {
+            *frame = FrameSpec::Tangent(place.clone());
+        } else if let (BodyKind::Imported(imported), Place::Marker(marker)) = (&mut self.spec.kind, place) {
+            imported.set_frame_marker(marker.clone());
         }
     }
 }

@@ -14,7 +14,7 @@ use super::super::body_places::{BodyPlaces, GivenPlace};
 use super::super::check::Checker;
 use super::super::section::Section;
 use super::super::types::FileOfBody;
-use super::body_parts::{Context, GivenFrame, damping, frame, optional_material};
+use super::body_parts::{Context, GivenFrame, damping, frame, optional_material, stiffening};
 use super::built_bodies::MovingFacts;
 use super::discretisation::{Basis, reduction};
 
@@ -32,6 +32,7 @@ pub fn meshed(
     }
     let frame = frame(checker, context, section, name);
     let damping = damping(checker, section);
+    let geometric_stiffening = stiffening(checker, section, frame.as_ref());
     let basis = section.table("reduction").and_then(|table| reduction(checker, table));
     let source = section.mesh_file()?;
     let mesh = Arc::clone(&source.mesh);
@@ -58,6 +59,7 @@ pub fn meshed(
         rigid_areas: Vec::new(),
         damping: damping?,
         frame,
+        geometric_stiffening: geometric_stiffening?,
     };
     let unit = length(&source.units);
     let file = FileOfBody { path: source.path.clone(), sha256: source.sha256.clone(), unit };

@@ -23,7 +23,7 @@ mod settings;
 
 use std::collections::HashMap;
 
-use adaptive::spec::{Area, BodyKind, Coupling, JointSpec, LoadSpec, Place, Resolution, RunSpec};
+use adaptive::spec::{Area, Coupling, JointSpec, LoadSpec, Place, Resolution, RunSpec};
 use ffr_dynamics::body::RigidMotion;
 
 use super::check::Checker;
@@ -117,10 +117,8 @@ fn take_from_joints(bodies: &mut BuiltBodies, joints: &[(JointSpec, bool)], load
             moving.follow(place);
         }
         let held = || held.get(&index).into_iter().flatten().copied();
-        match &mut moving.spec.kind {
-            BodyKind::Elastic(elastic) => elastic.rigid_areas = rigid_areas(held()),
-            BodyKind::Meshed(meshed) => meshed.rigid_areas = rigid_areas(held()),
-            BodyKind::Imported(_) | BodyKind::Rigid(_) => {}
+        if let Some((_, areas)) = moving.spec.kind.held_mut() {
+            *areas = rigid_areas(held());
         }
     }
 }

@@ -80,6 +80,11 @@ const TO_REDUCE: &[Condition] =
 const MESHED: Condition =
     Condition::new("for flexible bodies with a shape", Test::NoneOf("model", &["rigid", "imported", "mesh"]));
 /// The frame follows a place, which is to be given.
+const WITH_ELEMENTS: Condition = Condition::new(
+    "for flexible bodies with a shape or a mesh",
+    Test::NoneOf("model", &["rigid", "imported"]),
+);
+
 const FOLLOWING: &[Condition] = &[
     TO_REDUCE[0],
     TO_REDUCE[1],
@@ -251,7 +256,7 @@ pub const BODY: &[Key] = &[
         Need::Default("false"),
         "Whether inertia forces stiffen the body, as rotors need it; with a `tangent` frame, not for `axisymmetric`. A reduced body \
          file brings its own.",
-    ).when(&[MESHED]),
+    ).when(&[WITH_ELEMENTS]),
     Key::new(
         "position",
         Kind::Vector(3, COORDINATE),
