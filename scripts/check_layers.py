@@ -2,8 +2,8 @@
 """Checks the layers of the workspace: no crate names one above it, no modules of a crate name each other in a circle, and no file of
 tests is left out of the test executable of its crate.
 
-A file and those of its own folder count as one room: `foo.rs` may use what is in `foo/`, and a file in `foo/` what `foo.rs`
-declares. What a module re-exports counts as named where it is declared. Only code counts, not documentation and unit tests.
+A file and those of its own folder are one room: `foo.rs` may use what is in `foo/`, and a file in `foo/` what `foo.rs`
+declares; no circle leads out of a room and back, over another file of it either. What a module re-exports counts as named where it is declared. Only code counts, not documentation and unit tests.
 
 Usage: scripts/check_layers.py [--list]
 """
@@ -75,8 +75,8 @@ def resolve(path, known, exported):
     return tuple(module)
 
 
-def paths(module, text):
-    """Paths from the root of the crate that `text` of `module` names by crate, super or self."""
+def paths(module, text, children):
+    """Paths from the root of the crate that `text` of `module` names by crate, super or self, or by the name of one of its `children`."""
     for match in PATH.finditer(text):
         root, ups, tail, tree = match.groups()
         up = len(module) - 1 - ups.count("super")
@@ -84,6 +84,12 @@ def paths(module, text):
         path = base + [p for p in (tail or "").split("::") if p]
         for branch in branches(text, match.end()) if tree else [[]]:
             yield [p for p in path + branch if p != "self"]
+    # Children by their names alone.
+    for match in re.finditer(r"\buse ((?:\w+::)+)(\w+|\{)", text):
+        head = [p for p in match[1].split("::") if p]
+        if head[0] in children:
+            for branch in branches(text, match.end()) if match[2] == "{" else [[match[2]]]:
+                yield [*module, *head, *(p for p in branch if p != "self")]
 
 
 def exports(known):
@@ -106,7 +112,8 @@ def exports(known):
 
 def references(module, text, known, exported):
     """Modules that `text` of `module` names."""
-    return {resolve(path, known, exported) for path in paths(module, text)}
+    children = {m[-1] for m in known if m and m[:-1] == module}
+    return {resolve(path, known, exported) for path in paths(module, text, children)}
 
 
 def circles(edges):
@@ -144,10 +151,16 @@ def circles_of(crate):
     edges = {}
     for module, text in known.items():
         for target in references(module, text, known, exported):
-            n = min(len(module), len(target))
-            if module[:n] != target[:n]:
+            # The root of a crate only lists its files.
+            if module and target and module != target:
                 edges.setdefault(module, set()).add(target)
-    return circles(edges), edges
+    return [circle for circle in circles(edges) if not is_room(circle)], edges
+
+
+def is_room(circle):
+    """Whether a circle is a file with some of its own folder."""
+    head = min(circle, key=len)
+    return all(module[: len(head)] == head for module in circle)
 
 
 def tests_left_out():

@@ -146,7 +146,7 @@ fn faults_of_full_files_name_key_and_remedy() {
             (
                 &["bodies.beam.geometric_stiffening=true"],
                 "bodies.beam.geometric_stiffening",
-                "with a shape only",
+                "with a shape or a mesh only",
             ),
             (&["bodies.beam.markers.m.point=[0,0]"], "bodies.beam.markers", "those of the file"),
             (&["bodies.beam.reduction.modes=61"], "bodies.beam.reduction.modes", "at most 60"),
@@ -205,7 +205,7 @@ fn reduced_files_take_no_reduction() {
             (
                 &["bodies.rod.geometric_stiffening=false"],
                 "bodies.rod.geometric_stiffening",
-                "with a shape only",
+                "with a shape or a mesh only",
             ),
         ],
     );

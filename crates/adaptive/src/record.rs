@@ -3,6 +3,7 @@
 use iga_core::elasticity::kinematics::PointState;
 use serde::{Deserialize, Serialize};
 
+use crate::spec::GaugeRequest;
 use crate::store::CacheUse;
 
 /// Fixed facts of a run that an observer needs before the first sample.
@@ -42,22 +43,6 @@ pub struct PointLayout {
     pub gauge: GaugeRequest,
     /// Whether their components are those of an axisymmetric model.
     pub is_axisymmetric: bool,
-}
-
-/// What of strain and stress is recorded at a point.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct GaugeRequest {
-    /// Strain.
-    pub strain: bool,
-    /// Stress.
-    pub stress: bool,
-}
-
-impl GaugeRequest {
-    /// Whether anything is.
-    pub fn is_any(self) -> bool {
-        self.strain || self.stress
-    }
 }
 
 /// Name and coordinates of a joint.

@@ -5,6 +5,11 @@ use std::f64::consts::TAU;
 /// Shifted waves on either side that count; of degree 1, where they fall off most slowly, 6 % are left out.
 const SHIFTS: i32 = 10;
 
+/// Speed of longitudinal waves in a bar of the modulus `young` \[Pa\] and density `density` [kg/m³], `c = sqrt(E/ρ)` [m/s].
+pub fn wave_speed(young: f64, density: f64) -> f64 {
+    (young / density).sqrt()
+}
+
 /// A wave that a body carries.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wave {

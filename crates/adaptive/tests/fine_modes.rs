@@ -2,7 +2,7 @@
 
 use crate::impacts::{ALUMINIUM, STEEL, Trace, body, contact, finished, spec, sphere};
 use adaptive::model::RunModel;
-use adaptive::record::GaugeRequest;
+use adaptive::spec::GaugeRequest;
 use adaptive::spec::LowModes;
 use adaptive::spec::TransferMethod;
 use adaptive::spec::{

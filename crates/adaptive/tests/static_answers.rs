@@ -11,7 +11,7 @@ use adaptive::body::reduced::Interface;
 use adaptive::elastic_body::ElasticBody;
 use adaptive::marker_loads::MarkerLoads;
 use adaptive::model::RunModel;
-use adaptive::record::GaugeRequest;
+use adaptive::spec::GaugeRequest;
 use adaptive::spec::ImportedSpec;
 use adaptive::spec::{
     Attachment, BodyKind, BodySpec, CoordinateSpec, DampingSpec, DiscretisationSpec, ElasticSpec,

@@ -3,8 +3,9 @@
 use crate::impacts::{ALUMINIUM, STEEL, contact, finished, law, spec, sphere};
 use adaptive::driver::resume;
 use adaptive::model::RunModel;
-use adaptive::record::{GaugeRequest, Sample};
+use adaptive::record::Sample;
 use adaptive::recording::Recording;
+use adaptive::spec::GaugeRequest;
 use adaptive::spec::LowModes;
 use adaptive::spec::{
     BodySpec, ContactLaw, ContactSpec, PenaltySearch, Place, PointSpec, RefinementSpec, RunSpec, SurfaceLaw,

@@ -2,9 +2,9 @@
 
 use crate::impacts::{ALUMINIUM, STEEL, Solid, Trace, contact, finished, law, spec, sphere, try_run};
 use adaptive::AdaptiveError;
-use adaptive::record::GaugeRequest;
 use adaptive::record::StressRecord;
 use adaptive::record::TrialOutcome;
+use adaptive::spec::GaugeRequest;
 use adaptive::spec::LowModes;
 use adaptive::spec::{
     BodyKind, BodySpec, ContactLaw, DiscretisationSpec, ElasticSpec, InitialMotion, Place, PointSpec,

@@ -20,7 +20,6 @@ use crate::error::{AdaptiveError, ContactModelFault};
 use crate::marker_loads::MarkerLoads;
 use crate::mesh_surface::{MeshSurface, SideSite};
 use crate::plausibility::contact_strain::contact_modulus;
-use crate::plausibility::motion::wave_speed;
 use crate::simulation::RunContact;
 use crate::sizing::zone::{predicted_line, predicted_zone};
 use crate::spec::{
@@ -30,6 +29,7 @@ use crate::spec::{
 use crate::store::ModelCache;
 use crate::touch_sites::TouchSite;
 use crate::unsupported::Unsupported;
+use crate::wave::wave_speed;
 use crate::zone_at_start::wanted_refinement;
 use crate::zone_contact::{FALLBACK_PENALTY, ZoneContact};
 use crate::zone_on_mesh::{refined_line, zone_along_line, zone_on_mesh};

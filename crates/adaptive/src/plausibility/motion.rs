@@ -9,6 +9,7 @@ use crate::body_model::{BodyModel, FlexibleModel};
 use crate::error::AdaptiveError;
 use crate::model::RunModel;
 use crate::spec::RunSettings;
+use crate::wave::wave_speed;
 
 /// A body is lost when it is so many times farther from its start than bodies, given motions and gravity reach.
 const LOST: f64 = 1e6;
@@ -97,11 +98,6 @@ fn beyond(
 ) -> Option<AdaptiveError> {
     let contact = contact.to_owned();
     (value > limit).then_some(AdaptiveError::ImplausibleContact { contact, time, quantity, value, limit })
-}
-
-/// Speed of longitudinal waves in a bar of the modulus `young` \[Pa\] and density `density` [kg/m³], `c = sqrt(E/ρ)` [m/s].
-pub fn wave_speed(young: f64, density: f64) -> f64 {
-    (young / density).sqrt()
 }
 
 /// Whether `value` is above `limit`, or no number.

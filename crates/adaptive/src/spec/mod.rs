@@ -13,8 +13,6 @@ use ffr_dynamics::integration::Method as IntegrationMethod;
 use ffr_dynamics::system::JointKind;
 use nalgebra::Vector3;
 
-use crate::record::GaugeRequest;
-
 pub use body::{
     Area, ByGroup, Coupling, DiscretisationSpec, ElasticSpec, FrameSpec, Geometry, InitialMotion, MeshedSpec,
     Place, RefinementSpec, RigidSpec,
@@ -102,6 +100,22 @@ pub struct RunSettings {
 
 /// Time between stored states in free phases unless it is given, if nothing vibrates fast \[s\].
 pub const FREE_INTERVAL: f64 = 1e-3;
+
+/// What of strain and stress is recorded at a point.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct GaugeRequest {
+    /// Strain.
+    pub strain: bool,
+    /// Stress.
+    pub stress: bool,
+}
+
+impl GaugeRequest {
+    /// Whether anything is.
+    pub fn is_any(self) -> bool {
+        self.strain || self.stress
+    }
+}
 
 /// A point to observe.
 #[derive(Debug, Clone, PartialEq)]

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::time::Instant;
 
 use adaptive::model::{ModelCost, costs};
-use adaptive::record::GaugeRequest;
+use adaptive::spec::GaugeRequest;
 use adaptive::spec::{BodyKind, BodySpec, FREE_INTERVAL, PointSpec, RunSpec};
 use adaptive::store::ModelCache;
 use faer::linalg::matmul::matmul;

@@ -1,6 +1,6 @@
 //! Output requests: bodies, markers and points that exist.
 
-use adaptive::record::GaugeRequest;
+use adaptive::spec::GaugeRequest;
 use adaptive::spec::{Place, PointSpec, StressInstant, StressSpec};
 
 use super::super::body_places::{BodyPlaces, GivenPlace};
