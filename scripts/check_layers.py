@@ -96,7 +96,7 @@ def exports(known):
     """What every module re-exports: (module, name) -> path."""
     found = {}
     for module, text in known.items():
-        for match in re.finditer(r"\bpub(?:\([^)]*\))? use ((?:\w+::)+)(\w+|\{)", text):
+        for match in re.finditer(r"\bpub(?:\([^)]*\))? use ((?:\w+::)+)(\w+|\{)(?: as (\w+))?", text):
             head = [p for p in match[1].split("::") if p]
             base = {"crate": [], "self": list(module), "super": list(module[:-1])}.get(head[0])
             if base is None:
@@ -106,7 +106,7 @@ def exports(known):
             path = base + head[1:]
             for branch in branches(text, match.end()) if match[2] == "{" else [[match[2]]]:
                 if branch:
-                    found[module, branch[-1]] = path + branch
+                    found[module, match[3] or branch[-1]] = path + branch
     return found
 
 

@@ -67,6 +67,29 @@ fn free_frequencies(text: &str, set: &[&str]) -> Vec<f64> {
 }
 
 #[test]
+fn a_mesh_that_is_written_to_a_file_is_the_same_body() {
+    let clamped = format!("{WORLD}{ALUMINIUM}{BAR}{CLAMP}");
+    let own = system_frequencies(&valid(&clamped, &[]));
+    std::fs::write(files().join("clamped.toml"), &clamped).unwrap();
+    for (file, how, reduction) in [
+        ("full.h5", &["--full"][..], "reduction = { method = \"modal\", modes = 20 }\n"),
+        ("reduced.h5", &[], ""),
+    ] {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_fbimpact"));
+        let export = program.current_dir(files()).args(["export-body", "clamped.toml", "--body", "beam"]);
+        let done = export.args(how).args(["-o", file]).output().unwrap();
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let body = format!("[bodies.beam]\nmodel = \"imported\"\nfile = \"{file}\"\n{reduction}");
+        let clamp = CLAMP.replace("face = \"x-\"", "marker = \"x-\"");
+        let found = system_frequencies(&valid(&format!("{WORLD}{body}{clamp}"), &[]));
+        for (found, own) in found.iter().zip(&own).take(10) {
+            // Modes are right to 1e-9 or so.
+            assert!((found / own - 1.0).abs() < 1e-8, "{file}: {found} {own}");
+        }
+    }
+}
+
+#[test]
 fn twenty_frequencies_are_those_of_calculix_on_the_same_mesh() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/mesh_parts");
     let text = format!(

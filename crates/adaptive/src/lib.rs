@@ -45,6 +45,7 @@ pub mod meshed;
 pub mod mode_gradients;
 pub mod store;
 pub mod mesh_touch;
+mod system;
 pub mod model;
 pub mod impact_monitor;
 pub mod plausibility;

@@ -22,30 +22,29 @@ use crate::simulation::{Observed, ObservedPoint, System};
 use crate::sizing::impact_time::line_frequencies;
 use crate::spec::{BodyKind, BodySpec, PointSpec, RunSpec, StressSpec, Target};
 use crate::store::{ModelCache, body_definition, meshed_definition};
+use crate::system::{joints, start};
 use crate::work::{self, Work};
 
 mod arrangement;
 mod contacts;
 mod cost;
 mod default_penalty;
-mod joints;
 mod fine_modes;
 mod held_damping;
 mod plan;
 mod resolution;
-mod start;
 mod stress;
 
+pub use crate::system::joints::coordinate_names;
+pub use crate::system::start::poses as start_poses;
 pub use arrangement::{Arrangement, PlacedJoint, PlacedMarker, PlacedTouch};
 use contacts::{
     BuiltContact, adaptive_contacts, build_contact, check_mesh_zones, interfaces, refinements, zones,
 };
 pub use cost::{ModelCost, costs};
 use fine_modes::needs_fine_modes;
-pub use joints::coordinate_names;
 use plan::ContactPlan;
 pub use resolution::{Subjects, subjects};
-pub use start::poses as start_poses;
 
 /// Models, initial state and requests of a run.
 pub struct RunModel {

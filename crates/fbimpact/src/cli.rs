@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::builder::TypedValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::cache::DEFAULT_LIMIT;
+use crate::cache::{CacheSettings, DEFAULT_LIMIT};
 use crate::expression::named::{NamedExpression, column};
 use crate::provenance;
 use crate::scenario::Override;
@@ -448,6 +448,16 @@ pub struct CacheArguments {
     /// Size of that folder, above which the least recently used models are removed
     #[arg(long, value_name = "GIB", default_value_t = DEFAULT_LIMIT, value_parser = tolerance)]
     pub cache_limit: f64,
+}
+
+impl CacheArguments {
+    /// What they ask for, otherwise the environment.
+    pub fn settings(&self) -> CacheSettings {
+        if self.no_cache {
+            return CacheSettings::NONE;
+        }
+        CacheSettings::kept(self.cache_dir.clone(), self.cache_limit)
+    }
 }
 
 /// `--set`.

@@ -6,10 +6,10 @@ use ffr_dynamics::system::{FreeDirections, JointKind};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::BodyModel;
-use super::start::{poses, rigid_models};
 use crate::error::AdaptiveError;
 use crate::sizing::zone::{PredictedZone, predicted_zone};
 use crate::spec::{Attachment, ContactLaw, ContactSpec, JointSpec, Place, RunSpec, Target};
+use crate::system::start::{poses, rigid_models};
 use crate::touch_sites::{TouchSite, first_sites};
 
 /// A place with axes in space.

@@ -8,12 +8,13 @@ use ffr_dynamics::system::force::BodyState;
 
 use super::contacts::{interfaces, takes_part, zones};
 use super::plan::{self, ContactPlan};
-use super::{full_models, resolution, start};
+use super::{full_models, resolution};
 use crate::body_model::FullModel;
 use crate::error::AdaptiveError;
 use crate::record::ZoneSite;
 use crate::sizing::zone::predicted_zone;
 use crate::spec::{ContactLaw, ContactSpec, ImportedSpec, RunSpec, SurfaceLaw, Target};
+use crate::system::start;
 use crate::touch_sites::TouchSite;
 
 /// Bytes of an entry of a sparse matrix with its index.

@@ -3,13 +3,13 @@
 use std::borrow::Cow;
 
 use super::plan::{ContactPlan, plans};
-use super::start;
 use crate::error::AdaptiveError;
 use crate::fine_model::ELEMENTS;
 use crate::spec::{
     BodyKind, BodySpec, ContactLaw, ContactSpec, PenaltySearch, ReductionSpec, RefinementSpec, RunSpec,
     SurfaceLaw, Target, Treatment,
 };
+use crate::system::start;
 use crate::zone_at_start::is_about;
 
 /// Names of the bodies and contacts that the factors of a [`crate::spec::Resolution`] act on.

@@ -4,7 +4,6 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use super::Folder;
-use crate::cli::CacheArguments;
 
 /// Bytes of a GiB.
 const GIB: f64 = (1u64 << 30) as f64;
@@ -21,21 +20,19 @@ pub struct CacheSettings {
 }
 
 impl CacheSettings {
-    /// What the command line says, otherwise the environment.
-    pub fn new(arguments: &CacheArguments) -> Self {
-        let path = match (&arguments.cache_dir, arguments.no_cache) {
-            (_, true) => None,
-            (Some(given), false) => Some(given.clone()),
-            (None, false) => default_folder(),
-        };
+    /// Models kept in `folder`, without one in that of the environment, `gib` GiB of them.
+    pub fn kept(folder: Option<PathBuf>, gib: f64) -> Self {
         #[expect(
             clippy::cast_possible_truncation,
             clippy::cast_sign_loss,
             reason = "the limit is not negative; more than 2^64 bytes are cut to that"
         )]
-        let limit = (arguments.cache_limit * GIB) as u64;
-        Self { path, limit }
+        let limit = (gib * GIB) as u64;
+        Self { path: folder.or_else(default_folder), limit }
     }
+
+    /// Nothing is kept.
+    pub const NONE: Self = Self { path: None, limit: 0 };
 
     /// The folder with its limit; none if nothing is kept.
     pub fn folder(&self) -> Option<Folder> {

@@ -7,7 +7,7 @@ use indicatif::ProgressBar;
 
 use super::recording::record;
 use super::stop::{Held, Stop};
-use crate::cache::{self, CacheSettings};
+use crate::cache;
 use crate::cli::RunArguments;
 use crate::error::AppError;
 use crate::progress::Progress;
@@ -47,7 +47,7 @@ pub(super) fn begin(
         }
     }
     stop.hold(Held { output, recorder: None, is_restart_own, bar: bar.clone(), time: 0.0 });
-    let cache = cache::open(&CacheSettings::new(&arguments.cache));
+    let cache = cache::open(&arguments.cache.settings());
     // The result shall hold the sizes that the run has.
     let progress = Progress::new(bar.clone());
     progress.stage(Some("choosing meshes and numbers of modes".into()));

@@ -11,7 +11,7 @@ use crate::file_fault::Access;
 /// [`AppError::Io`] if the folder cannot be read or a file not be removed.
 pub fn cache(action: &CacheAction) -> Result<(), AppError> {
     let (CacheAction::Info(arguments) | CacheAction::Clear(arguments)) = action;
-    let settings = CacheSettings::new(arguments);
+    let settings = arguments.settings();
     let Some(folder) = settings.folder() else {
         return super::print("no cache\n");
     };

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::{check_folder, print, threads};
-use crate::cache::{self, CacheSettings};
+use crate::cache;
 use crate::cli::ExportArguments;
 use crate::error::{AppError, CommandFault};
 use crate::file_fault::{Access, FileFault};
@@ -39,7 +39,7 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
     let instants = chosen(&states.time, (arguments.times, arguments.every), &states.peaks()?)?;
     tell_instants(&states.time, &instants);
     let cells = if arguments.plain { Cells::Linear(1) } else { Cells::Bezier };
-    let cache = cache::open(&CacheSettings::new(&arguments.cache));
+    let cache = cache::open(&arguments.cache.settings());
     let mut bodies = Bodies::build(&states, &arguments.bodies, cells, (n_threads, &cache))?;
     let mut contacts = contact_pressures(&states, &bodies)?;
     let (stem, folder) = folder_of(arguments)?;

@@ -7,7 +7,7 @@ use indicatif::ProgressBar;
 
 use super::digits::short;
 use super::{body_index, print, threads};
-use crate::cache::{self, CacheSettings};
+use crate::cache;
 use crate::cli::CacheArguments;
 use crate::error::AppError;
 use crate::progress::while_building;
@@ -29,7 +29,7 @@ pub fn modes(
     let n_threads = threads(n_threads)?;
     let scenario = scenario::read(path, overrides)?;
     let index = body.map(|name| body_index(name, scenario.bodies.iter().map(|b| &b.name))).transpose()?;
-    let cache = cache::open(&CacheSettings::new(cache));
+    let cache = cache::open(&cache.settings());
     let report = while_building(bar, || simulate::modes_with(&scenario, index, n_threads, &cache))?;
     let text =
         if json { serde_json::to_string_pretty(&report).map(|t| t + "\n") } else { Ok(table(&report)) };

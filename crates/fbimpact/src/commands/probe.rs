@@ -5,7 +5,7 @@ use std::ops::Range;
 use ffr_dynamics::body::RigidMotion;
 
 use super::{print, threads};
-use crate::cache::{self, CacheSettings};
+use crate::cache;
 use crate::cli::ProbeArguments;
 use crate::error::{AppError, CommandFault};
 use crate::probe::places::{Line, WantedPoint};
@@ -46,7 +46,7 @@ pub fn probe(arguments: &ProbeArguments) -> Result<(), AppError> {
     let wanted: Vec<WantedPoint> =
         points.chain(arguments.marker.iter().cloned().map(WantedPoint::Marker)).collect();
     let n_threads = threads(arguments.threads)?;
-    let cache = cache::open(&CacheSettings::new(&arguments.cache));
+    let cache = cache::open(&arguments.cache.settings());
     let mut probe = Probe::new(&states, (body, &wanted), n_threads, &cache)?;
     for (contact, reason) in probe.left_out() {
         tracing::warn!("local deformation and stress by contact \"{contact}\" are left out: {reason}");

@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::plot::labelled;
 use super::{check_folder, print, threads};
-use crate::cache::{self, CacheSettings};
+use crate::cache;
 use crate::cli::ReportArguments;
 use crate::error::{AppError, CommandFault};
 use crate::file_fault::{Access, FileFault};
@@ -106,7 +106,7 @@ fn scenes(arguments: &ReportArguments) -> Result<Vec<Scene>, AppError> {
         return Ok(Vec::new());
     }
     let n_threads = threads(arguments.threads)?;
-    let cache = cache::open(&CacheSettings::new(&arguments.cache));
+    let cache = cache::open(&arguments.cache.settings());
     arguments.files.iter().map(|path| scene(path, &arguments.bodies, (n_threads, &cache))).collect()
 }
 

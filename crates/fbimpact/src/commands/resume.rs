@@ -8,7 +8,7 @@ use indicatif::ProgressBar;
 use super::begin::begin;
 use super::recording::finish;
 use super::stop::Stop;
-use crate::cache::{self, CacheSettings};
+use crate::cache;
 use crate::cli::RunArguments;
 use crate::error::AppError;
 use crate::file_fault::{OutputFault, ResumeFault};
@@ -53,7 +53,7 @@ pub fn resume(
     let mut recorder =
         Recorder::create(&part, &scenario, n_threads).map_err(|fault| AppError::io(&part, fault))?;
     recorder.take_up(restart).map_err(|fault| AppError::io(&part, OutputFault::Recording(fault)))?;
-    let cache = cache::open(&CacheSettings::new(&arguments.cache));
+    let cache = cache::open(&arguments.cache.settings());
     let outcome = finish(recorder, output, (stop, bar, Instant::now()), |observer| {
         simulate_with(&scenario, Some(&point), observer, n_threads, &cache)
     });

@@ -8,8 +8,7 @@ use ffr_dynamics::system::{CoordinateForce, FreeDirections, GROUND, JointKind, S
 use iga_core::elasticity::kinematics::PointState;
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::BodyModel;
-use crate::body_model::BodyForm;
+use crate::body_model::{BodyForm, BodyModel};
 use crate::error::AdaptiveError;
 use crate::record::NameAndUnit;
 use crate::spec::{Area, Attachment, CoordinateSpec, GearSpec, JointSpec, Place, RunSpec, TimeCurve};

@@ -9,8 +9,9 @@ use ffr_dynamics::system::force::BodyState;
 use ffr_dynamics::system::{JointKind, Multibody};
 use nalgebra::{Matrix3, Vector3};
 
-use super::{BodyModel, joints};
+use super::joints;
 use crate::body_model::BodyForm;
+use crate::body_model::BodyModel;
 use crate::error::AdaptiveError;
 use crate::imported::ImportedModel;
 use crate::spec::{BodyKind, BodySpec, InitialMotion, RunSpec};
@@ -32,7 +33,7 @@ pub fn poses(spec: &RunSpec) -> Result<Vec<BodyState>, AdaptiveError> {
 ///
 /// # Errors
 /// [`AdaptiveError::Model`] as [`StandardInputData::rigid`].
-pub(super) fn rigid_models(spec: &RunSpec) -> Result<Vec<BodyModel>, AdaptiveError> {
+pub(crate) fn rigid_models(spec: &RunSpec) -> Result<Vec<BodyModel>, AdaptiveError> {
     let rigid = spec.bodies.iter().map(|body| {
         let motion = match &body.kind {
             BodyKind::Imported(imported) => {
