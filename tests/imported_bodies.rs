@@ -78,8 +78,8 @@ fn assert_faults(text: &str, cases: &[(&[&str], &str, &str)]) {
     for (set, key, words) in cases {
         let faults = parse(text, set).expect_err(&format!("{set:?} is a fault"));
         assert_eq!(faults.len(), 1, "{set:?}: {faults:?}");
-        assert_eq!(&faults[0].key, key, "{set:?}: {}", faults[0].message);
-        assert!(faults[0].message.contains(words), "{set:?}: {}", faults[0].message);
+        assert_eq!(&faults[0].key, key, "{set:?}: {}", faults[0]);
+        assert!(faults[0].to_string().contains(words), "{set:?}: {}", faults[0]);
     }
 }
 
@@ -153,7 +153,7 @@ fn faults_of_full_files_name_key_and_remedy() {
             (
                 &["output.points.tip.marker=tipp"],
                 "output.points.tip.marker",
-                "known are \"hinge\" or \"tip\"",
+                "Known are \"hinge\" or \"tip\"",
             ),
             (&["joints.hinge.parent={body=\"ground\"}"], "joints.hinge.parent.point", "missing"),
             (&["joints.hinge.child.marker=x"], "joints.hinge.child.marker", "beam.h5, known are"),

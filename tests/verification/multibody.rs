@@ -104,7 +104,8 @@ fn spinning_beam_of_chosen_sizes_follows_the_geometrically_exact_one() {
 
 #[test]
 fn spinning_beam_of_finite_elements_follows_the_geometrically_exact_one() {
-    // The strip as a bar of its square section; brick elements of 20 nodes.
+    // The strip as a bar of its square section; brick elements of 20 nodes. In space the first mode along it, of which the extension
+    // is made, is beyond the twentieth.
     let path = scenarios::folder("spinning_bricks");
     let section = 0.07745966692414834;
     let bar = |[x, y, z]: [f64; 3]| [10.0 * x - 5.0, section * (y - 0.5), section * (z - 0.5)];
@@ -115,7 +116,8 @@ fn spinning_beam_of_finite_elements_follows_the_geometrically_exact_one() {
     let kept: Vec<&str> = strip.lines().filter(|line| !own.iter().any(|key| line.starts_with(key))).collect();
     let text = kept
         .join("\n")
-        .replace("[bodies.beam]\n", "[bodies.beam]\nmodel = \"mesh\"\nfile = \"beam.msh\"\nunits = \"m\"\n")
+        .replace("[bodies.beam]\n", "[bodies.beam]\nmodel = \"mesh\"\nfile = \"beam.msh\"\nunits = \"m\"\n\
+             reduction = { method = \"modal\", modes = 40 }\n")
         .replace("marker = \"right\"", "point = [5.0, 0.0, 0.0]");
     assert_spin_up(&run_scenario(&scenarios::valid(&path, &text, &[])));
 }

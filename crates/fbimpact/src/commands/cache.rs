@@ -1,6 +1,6 @@
 //! `fbimpact cache`: what is in the folder of models, and removing it.
 
-use crate::cache::{CacheSettings, Contents, Folder};
+use crate::cache::{Contents, Folder};
 use crate::cli::CacheAction;
 use crate::error::AppError;
 use crate::file_fault::Access;
