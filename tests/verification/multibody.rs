@@ -116,8 +116,11 @@ fn spinning_beam_of_finite_elements_follows_the_geometrically_exact_one() {
     let kept: Vec<&str> = strip.lines().filter(|line| !own.iter().any(|key| line.starts_with(key))).collect();
     let text = kept
         .join("\n")
-        .replace("[bodies.beam]\n", "[bodies.beam]\nmodel = \"mesh\"\nfile = \"beam.msh\"\nunits = \"m\"\n\
-             reduction = { method = \"modal\", modes = 40 }\n")
+        .replace(
+            "[bodies.beam]\n",
+            "[bodies.beam]\nmodel = \"mesh\"\nfile = \"beam.msh\"\nunits = \"m\"\n\
+             reduction = { method = \"modal\", modes = 40 }\n",
+        )
         .replace("marker = \"right\"", "point = [5.0, 0.0, 0.0]");
     assert_spin_up(&run_scenario(&scenarios::valid(&path, &text, &[])));
 }

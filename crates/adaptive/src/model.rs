@@ -19,7 +19,7 @@ use crate::plausibility::overlap::check_undeformed;
 use crate::point_compliance::{PointCompliance, of_body};
 use crate::record::{BodyLayout, JointLayout, PointLayout, RunLayout, Timings};
 use crate::simulation::{Observed, ObservedPoint, System};
-use crate::sizing::impact_time::line_frequencies;
+use crate::sizing::impact_time::{ForceNeeds, force_needs};
 use crate::spec::{BodyKind, BodySpec, PointSpec, RunSpec, StressSpec, Target};
 use crate::store::{ModelCache, body_definition, meshed_definition};
 use crate::system::{joints, start};
@@ -71,7 +71,7 @@ pub struct RunModel {
     /// What the models were built from, where models of bodies change in the course of the run.
     source: Option<Box<RunSpec>>,
     /// Frequency up to which the modes of the bodies of each contact are to follow its force, if they touch along a line \[Hz\].
-    pub line_frequencies: Vec<Option<f64>>,
+    pub force_needs: Vec<ForceNeeds>,
 }
 
 /// What of a contact does not change in a run.
@@ -168,7 +168,7 @@ impl RunModel {
             source: needs_fine_modes(spec, &plans, &bodies)?.then(|| Box::new(spec.clone())),
             cache: cache.clone(),
             touches: spec.contacts.iter().flat_map(|c| touches(spec, &poses, c)).collect(),
-            line_frequencies: line_frequencies(spec, &poses),
+            force_needs: force_needs(spec, &poses),
             system,
             initial,
             bodies,

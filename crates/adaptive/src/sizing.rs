@@ -14,6 +14,7 @@ pub mod mesh;
 pub mod mode_count;
 mod of_mesh;
 pub mod proportions;
+mod radiation;
 pub mod rise;
 mod spectrum;
 pub mod zone;
@@ -98,11 +99,12 @@ fn sizes(
 ) -> Result<ChosenSizes, AdaptiveError> {
     let candidate = Candidate::new(name, elastic, wish);
     let limit = time.map_or(0.0, |t| t.frequency);
-    let key: ModelKey = key::sizes_key(&candidate.spec, wish, limit);
+    let most = mode_count::most(elastic.reduction, time);
+    let key: ModelKey = key::sizes_key(&candidate.spec, wish, (limit, most));
     let numbers = cache.recent(
         key,
         Numbers::from_stored,
-        || Numbers::compute(&candidate, wish, limit, elastic.reduction),
+        || Numbers::compute(&candidate, wish, (limit, most), elastic.reduction),
         Numbers::stored,
     )?;
     Ok(numbers.with_reason(wish, time))
@@ -121,14 +123,13 @@ impl Numbers {
     fn compute(
         candidate: &Candidate<'_>,
         wish: SizeRequest,
-        limit: f64,
+        (limit, most): (f64, usize),
         reduction: ReductionSpec,
     ) -> Result<Self, AdaptiveError> {
         let given = match reduction {
             ReductionSpec::Modal { modes } | ReductionSpec::CraigBampton { modes, .. } => modes,
             ReductionSpec::All => mode_count::WITHOUT_FORCES,
         };
-        let most = mode_count::most(reduction);
         let mut solved = Vec::new();
         let (modes, highest) =
             if wish.modes { mode_count::count(candidate, limit, most, &mut solved)? } else { (given, 0.0) };
@@ -248,12 +249,12 @@ impl<'a> Candidate<'a> {
         Ok(Spectrum { elements: elements.to_vec(), ..spectrum })
     }
 
-    /// As [`Self::spectrum`], or nothing as [`FrequencyProblem::lowest_reaching`].
+    /// As [`Self::spectrum`], or a count as [`FrequencyProblem::lowest_reaching`].
     fn spectrum_reaching(
         &self,
         elements: &[usize],
         at: (f64, usize, usize),
-    ) -> Result<Option<Spectrum>, AdaptiveError> {
+    ) -> Result<Result<Spectrum, usize>, AdaptiveError> {
         let _work = self.trial(elements);
         let body = self.build(elements)?;
         let spectrum = FrequencyProblem::new(self.name, &body.assembled)?.lowest_reaching(at)?;

@@ -78,8 +78,9 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
             };
             commands::check::check(&scenarios, &set.set, format, (threads, &bar))
         }
-        Command::Modes { scenario, system: true, is_static, json, threads, set, .. } => {
-            commands::system_modes::system_modes(&scenario, &set.set, is_static, json, (threads, &bar))
+        Command::Modes { scenario, system: true, is_static, json, threads, cache, set, .. } => {
+            let form = (is_static, json);
+            commands::system_modes::system_modes(&scenario, &set.set, form, (threads, &bar), &cache)
         }
         Command::Modes { scenario, body, json, threads, cache, set, .. } => {
             commands::modes::modes(&scenario, &set.set, body.as_deref(), json, (threads, &bar), &cache)

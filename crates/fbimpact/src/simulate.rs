@@ -187,11 +187,23 @@ pub fn system_modes(
     is_static: bool,
     threads: usize,
 ) -> Result<(Vec<String>, SystemModes), AppError> {
-    let cache = ModelCache::default();
-    let scenario = &*sized(scenario, threads, &cache)?;
+    system_modes_with(scenario, is_static, threads, &ModelCache::default())
+}
+
+/// As [`system_modes`], with the models that are in `cache`, which keeps those that are built.
+///
+/// # Errors
+/// As [`system_modes`].
+pub fn system_modes_with(
+    scenario: &Scenario,
+    is_static: bool,
+    threads: usize,
+    cache: &ModelCache,
+) -> Result<(Vec<String>, SystemModes), AppError> {
+    let scenario = &*sized(scenario, threads, cache)?;
     let mut spec = scenario.run.clone();
     spec.settings.static_start |= is_static;
-    let model = build(&spec, threads, &cache)?;
+    let model = build(&spec, threads, cache)?;
     let modes = model.system.small_vibrations(0.0, &model.initial);
     let names = model.bodies.iter().map(|b| b.name.clone()).collect();
     Ok((names, modes.map_err(|e| AppError::model(AdaptiveError::Model(e)))?))

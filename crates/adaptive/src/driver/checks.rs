@@ -91,8 +91,8 @@ impl Driver<'_> {
         }
         let (body, target) = self.model.system.forces()[i].contact.bodies();
         let bodies = [Some(body), target].into_iter().flatten();
-        let wanted = self.model.line_frequencies[i];
-        let few = |b| Some((b, few_modes(&self.model.bodies[b], impact, wanted)?));
+        let needs = &self.model.force_needs[i];
+        let few = |b: usize| Some((b, few_modes((b, &self.model.bodies[b]), impact, needs)?));
         let mut warnings: Vec<(usize, Warning)> = bodies.filter_map(few).collect();
         if whole == Some(TouchKind::Flat) {
             let touching: Vec<_> =

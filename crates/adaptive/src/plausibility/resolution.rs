@@ -11,6 +11,7 @@ use crate::body_model::BodyModel;
 use crate::elastic_body::ElasticBody;
 use crate::marker_loads::{HeldPlace, PLACE_ERROR};
 use crate::record::ImpactRecord;
+use crate::sizing::impact_time::ForceNeeds;
 use crate::sizing::proportions::lengths;
 use crate::spec::Coupling;
 use crate::warning::{Warning, WarningKind};
@@ -41,12 +42,18 @@ fn highest_free_mode(body: &BodyModel) -> Option<f64> {
     body.frequencies().into_iter().take(body.coordinates().free).reduce(f64::max)
 }
 
-/// The warning of a body whose modes end below what an impact excites, if they do (Eq. P.5); `wanted` is the frequency up to which the program
-/// would take modes for a touch along a line, the half of which is enough (Eq. N.5).
-pub fn few_modes(body: &BodyModel, impact: &ImpactRecord, wanted: Option<f64>) -> Option<Warning> {
+/// The warning of body `number` whose modes end below what an impact excites, if they do (Eq. P.5). `needs` has the frequency up to which the program
+/// would take modes for a touch along a line (Eq. N.5), and for what waves take up (Eq. N.9); the half of either is enough.
+pub fn few_modes(
+    (number, body): (usize, &BodyModel),
+    impact: &ImpactRecord,
+    needs: &ForceNeeds,
+) -> Option<Warning> {
     let highest = highest_free_mode(body)?;
     let duration = pulse_duration(impact);
-    let limit = (CYCLES / duration).max(wanted.map_or(0.0, |frequency| 0.5 * frequency));
+    let radiated = needs.radiated(number, (impact.impulse, impact.approach_velocity, duration));
+    let limit =
+        (CYCLES / duration).min(0.5 * radiated).max(needs.line.map_or(0.0, |frequency| 0.5 * frequency));
     let is_few = duration > 0.0 && highest < limit;
     is_few.then(|| Warning {
         kind: WarningKind::FewModes,

@@ -16,6 +16,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::extent::extent;
 use super::proportions::lengths;
+use super::radiation::Radiation;
 pub use super::rise::TimeScale;
 use super::rise::{TouchLine, Touching, length_along, line_time, point_time};
 use crate::elastic_body::rigid_motion;
@@ -31,7 +32,8 @@ use crate::zone_at_start::ContactSite;
 /// Speed of impacts when nothing moves and nothing falls at the start [m/s].
 const UNKNOWN_SPEED: f64 = 1.0;
 /// Frequency times duration up to which modes follow the force of flat faces, which jumps: what rings above takes less
-/// than a thousandth of the velocity of separation, and an impact ends `1/f` late (Eq. C.57).
+/// than a thousandth of the velocity of separation, and an impact ends `1/f` late (Eq. C.57). Stout bodies have more modes below it than are
+/// taken.
 const FLAT: f64 = 60.0;
 /// The same of solid bodies, whose number of modes grows with the cube of the frequency.
 const FLAT_SOLID: f64 = 10.0;
@@ -62,14 +64,20 @@ pub struct ForceTime {
     pub duration: f64,
     /// Speed that it was estimated for [m/s].
     pub speed: f64,
-    /// Frequency up to which modes follow \[Hz\].
+    /// Frequency up to which the body has modes \[Hz\].
     pub frequency: f64,
 }
 
-impl ForceTime {
-    fn new(contact: &str, (scale, flat): (TimeScale, f64), duration: f64, speed: f64) -> Self {
-        let frequency = if scale == TimeScale::Flat { flat / duration } else { pulse_frequency(duration) };
-        Self { contact: contact.to_owned(), scale, duration, speed, frequency }
+/// Frequencies of neighbours among the values that `frequency` is rounded up to: a tenfold speed, 1.6 times the frequency, makes four of them, so
+/// that runs at similar speeds share what is chosen.
+const STEP: f64 = 1.122_018_454_301_963_3;
+
+/// The least of the rounded frequencies that is not below `frequency`.
+fn rounded_up(frequency: f64) -> f64 {
+    if frequency > 0.0 && frequency.is_finite() {
+        STEP.powf((frequency.ln() / STEP.ln() - 1e-9).ceil())
+    } else {
+        frequency
     }
 }
 
@@ -81,7 +89,13 @@ impl fmt::Display for ForceTime {
             TimeScale::Waves => "the rise of the force while waves run into the bodies",
             TimeScale::Line => "an impact along a line",
             TimeScale::LineWaves => "the rise of the force along a line while waves run into the bodies",
-            TimeScale::Flat => "a wave through the body between flat faces",
+            TimeScale::Flat => {
+                return write!(
+                    out,
+                    "contact \"{contact}\", a wave through the body between flat faces or at an edge takes {duration:.2e} s; force rises and falls \
+                     within half a period of the highest mode, and more of them (reduction.modes) sharpen it"
+                );
+            }
         };
         write!(
             out,
@@ -96,13 +110,13 @@ pub fn shortest(spec: &RunSpec, poses: &[BodyState]) -> Vec<Option<ForceTime>> {
     let mut times: Vec<Option<ForceTime>> = vec![None; spec.bodies.len()];
     let assembly = assemblies(spec);
     for contact in &spec.contacts {
-        let time = scene.time(contact);
-        let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
-        for of in [Some(contact.body), other].into_iter().flatten() {
-            let joined = (0..times.len()).filter(|&i| assembly[i] == assembly[of]);
-            for i in joined.collect::<Vec<_>>() {
-                if times[i].as_ref().is_none_or(|t| t.frequency < time.frequency) {
-                    times[i] = Some(time.clone());
+        for BodyForce { body: of, time, of_force, .. } in scene.forces(contact) {
+            let joined: Vec<usize> = (0..times.len()).filter(|&i| assembly[i] == assembly[of]).collect();
+            // What joints pass on is the force, not what little a massive body takes of it.
+            let frequency = if joined.len() == 1 { time.frequency } else { of_force };
+            for i in joined {
+                if times[i].as_ref().is_none_or(|t| t.frequency < frequency) {
+                    times[i] = Some(ForceTime { frequency, ..time.clone() });
                 }
             }
         }
@@ -110,12 +124,34 @@ pub fn shortest(spec: &RunSpec, poses: &[BodyState]) -> Vec<Option<ForceTime>> {
     times
 }
 
-/// Frequency up to which the modes of the bodies of each contact are to follow its force, if they touch along a line \[Hz\].
-pub fn line_frequencies(spec: &RunSpec, poses: &[BodyState]) -> Vec<Option<f64>> {
-    let scene = Scene { spec, poses };
+/// What the force of a contact asks of the modes of its bodies, beside what its duration tells.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ForceNeeds {
+    /// Frequency up to which modes are to follow a force along a line \[Hz\].
+    pub line: Option<f64>,
+    /// Bodies on no joints, and what they take up of a force at a point.
+    radiation: Vec<(usize, Radiation)>,
+}
+
+impl ForceNeeds {
+    /// Frequency above which waves in `body` take up nothing worth following of a force at a point that changes the momentum of the bodies by `impulse`
+    /// \[N s\] in a `duration` \[s\], after they have met with a `speed` [m/s]; infinite where nothing is known of it \[Hz\].
+    pub fn radiated(&self, body: usize, (impulse, speed, duration): (f64, f64, f64)) -> f64 {
+        let mass = 0.5 * impulse.abs() / speed.abs();
+        let of_body = self.radiation.iter().find(|(b, _)| *b == body && mass.is_finite());
+        of_body.map_or(f64::INFINITY, |(_, radiation)| radiation.frequency(mass, duration))
+    }
+}
+
+/// The needs of each contact.
+pub fn force_needs(spec: &RunSpec, poses: &[BodyState]) -> Vec<ForceNeeds> {
+    let (scene, assembly) = (Scene { spec, poses }, assemblies(spec));
+    let is_free = |body: &usize| assembly.iter().filter(|n| **n == assembly[*body]).count() == 1;
     let of_contact = |contact: &ContactSpec| {
-        let time = scene.time(contact);
-        time.scale.is_line().then_some(time.frequency)
+        let forces = scene.forces(contact);
+        let line = forces.first().filter(|f| f.time.scale.is_line()).map(|f| f.time.frequency);
+        let free = forces.iter().filter(|f| is_free(&f.body) && scene.is_pulse(contact.body, f.time.scale));
+        ForceNeeds { line, radiation: free.filter_map(|f| Some((f.body, f.radiation?))).collect() }
     };
     spec.contacts.iter().map(of_contact).collect()
 }
@@ -138,6 +174,8 @@ struct Partner {
     inverse_mass: f64,
     /// Inverse impedance against waves along the body [s/kg].
     mobility: f64,
+    /// What waves take up; none of rigid bodies.
+    radiation: Option<Radiation>,
     /// Velocity of the place that touches [m/s].
     velocity: Vector3<f64>,
 }
@@ -161,6 +199,16 @@ pub(super) struct Meeting {
     points: [Vector3<f64>; 2],
 }
 
+/// The force of a contact on one of its bodies.
+struct BodyForce {
+    body: usize,
+    /// How fast it changes, and up to which frequency the body has modes for it.
+    time: ForceTime,
+    /// Frequency up to which the force itself has a part that counts \[Hz\].
+    of_force: f64,
+    radiation: Option<Radiation>,
+}
+
 /// Two bodies that are going to meet.
 pub(super) struct Impact {
     /// Where.
@@ -171,23 +219,46 @@ pub(super) struct Impact {
     pub inverse_mass: f64,
     /// Of both against waves [s/kg].
     pub mobility: f64,
+    /// What waves take up in either.
+    radiation: Vec<Option<Radiation>>,
 }
 
 impl Scene<'_> {
-    fn time(&self, contact: &ContactSpec) -> ForceTime {
+    /// The force of `contact` on each of its bodies.
+    fn forces(&self, contact: &ContactSpec) -> Vec<BodyForce> {
         let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
-        let Impact { meeting, speed, inverse_mass, mobility } = self.impact(contact);
+        let Impact { meeting, speed, inverse_mass, mobility, radiation } = self.impact(contact);
         let touching = Touching { inverse_mass, mobility, speed };
         let known = meeting.surfaces.as_ref().and_then(|surfaces| match self.line(contact, &meeting) {
             Some(line) => line_time(surfaces, line, touching),
             None => point_time(surfaces, touching),
         });
-        let (scale, duration) = known.unwrap_or_else(|| (TimeScale::Flat, self.flat_time(contact, other)));
         let is_flat_model =
             |e: &ElasticSpec| matches!(e.model, Model::Axisymmetric) || e.model.thickness().is_some();
         let is_solid = !self.spec.bodies[contact.body].elastic().is_some_and(is_flat_model);
-        let flat = if is_solid { FLAT_SOLID } else { FLAT };
-        ForceTime::new(&contact.name, (scale, flat), duration, speed)
+        let force = |(body, radiation): (usize, Option<Radiation>)| {
+            let (scale, duration, of_force, frequency) = match known {
+                Some((scale, duration)) => {
+                    let all = pulse_frequency(duration);
+                    let radiated = radiation.filter(|_| self.is_pulse(contact.body, scale));
+                    let radiated = radiated.map_or(all, |r| r.frequency(1.0 / inverse_mass, duration));
+                    (scale, duration, rounded_up(all), rounded_up(all.min(radiated)))
+                }
+                None => {
+                    let duration = self.wave_time(body);
+                    let frequency = if is_solid { FLAT_SOLID } else { FLAT } / duration;
+                    (TimeScale::Flat, duration, frequency, frequency)
+                }
+            };
+            let time = ForceTime { contact: contact.name.clone(), scale, duration, speed, frequency };
+            BodyForce { body, time, of_force, radiation }
+        };
+        [Some(contact.body), other].into_iter().flatten().zip(radiation).map(force).collect()
+    }
+
+    /// Whether the force of a touch on `body` is a single pulse of which waves take a part that is known.
+    fn is_pulse(&self, body: usize, scale: TimeScale) -> bool {
+        scale == TimeScale::Hertz || (scale == TimeScale::Line && self.thickness(body).is_some())
     }
 
     /// The line along which the bodies of `contact` touch, if they do.
@@ -223,7 +294,8 @@ impl Scene<'_> {
             bodies.filter_map(|(body, point)| Some(self.partner(body?, point, &meeting.normal))).collect();
         let sum = |of: fn(&Partner) -> f64| partners.iter().map(of).sum::<f64>();
         let (inverse_mass, mobility) = (sum(|p| p.inverse_mass), sum(|p| p.mobility));
-        Impact { speed: self.speed(&partners, &meeting), meeting, inverse_mass, mobility }
+        let radiation = partners.iter().map(|p| p.radiation).collect();
+        Impact { speed: self.speed(&partners, &meeting), meeting, inverse_mass, mobility, radiation }
     }
 
     /// Thickness of a plane model.
@@ -350,19 +422,19 @@ impl Scene<'_> {
     /// A partner that touches at `point` of space, as if it hung on no joint.
     fn partner(&self, body: usize, point: Vector3<f64>, normal: &Vector3<f64>) -> Partner {
         let pose = &self.poses[body];
-        let (motion, mass, centre, inertia, mobility) = match &self.spec.bodies[body].kind {
-            BodyKind::Elastic(elastic) => inertia(elastic),
-            BodyKind::Rigid(rigid) => {
-                let mass = if self.spec.is_held(body) { f64::INFINITY } else { rigid.mass };
-                let inertia = if mass.is_finite() { rigid.inertia } else { Matrix3::zeros() };
-                (rigid.motion, mass, rigid.centre_of_mass, inertia, 0.0)
-            }
-            BodyKind::Meshed(meshed) => inertia_of_mesh(meshed),
-            // No contact acts on a body from a file.
-            BodyKind::Imported(_) => {
-                (RigidMotion::Axial, f64::INFINITY, Vector3::zeros(), Matrix3::identity(), 0.0)
-            }
-        };
+        let Inertia { motion, mass, centre, inertia, mobility, radiation } =
+            match &self.spec.bodies[body].kind {
+                BodyKind::Elastic(elastic) => inertia(elastic),
+                BodyKind::Rigid(rigid) => {
+                    let mass = if self.spec.is_held(body) { f64::INFINITY } else { rigid.mass };
+                    let inertia = if mass.is_finite() { rigid.inertia } else { Matrix3::zeros() };
+                    let (motion, centre) = (rigid.motion, rigid.centre_of_mass);
+                    Inertia { motion, mass, centre, inertia, ..Inertia::unknown(rigid.motion) }
+                }
+                BodyKind::Meshed(meshed) => inertia_of_mesh(meshed),
+                // No contact acts on a body from a file.
+                BodyKind::Imported(_) => Inertia::unknown(RigidMotion::Axial),
+            };
         let (arm, from_centre) = (point - pose.position, point - pose.position - pose.rotation * centre);
         let inverse_mass = if motion == RigidMotion::Axial {
             1.0 / mass
@@ -371,7 +443,7 @@ impl Scene<'_> {
             inverse_effective_mass(mass, &(axes * inertia * axes.transpose()), &from_centre, normal)
         };
         let velocity = pose.velocity + (pose.rotation * pose.angular_velocity_in_body).cross(&arm);
-        Partner { inverse_mass, mobility, velocity }
+        Partner { inverse_mass, mobility, radiation, velocity }
     }
 
     /// Speed of the places that meet; what gravity adds over the gap; that of the fastest body if they are at rest.
@@ -398,11 +470,9 @@ impl Scene<'_> {
         }
     }
 
-    /// Time of a wave there and back through the shorter of the two bodies.
-    fn flat_time(&self, contact: &ContactSpec, other: Option<usize>) -> f64 {
-        let time = |body: usize| Some(2.0 * self.size(body) / slowest_bar(&self.spec.bodies[body].kind)?);
-        let times = [Some(contact.body), other].into_iter().flatten().filter_map(time);
-        times.fold(f64::INFINITY, f64::min)
+    /// Time of a wave there and back through a body; infinite without waves.
+    fn wave_time(&self, body: usize) -> f64 {
+        slowest_bar(&self.spec.bodies[body].kind).map_or(f64::INFINITY, |c| 2.0 * self.size(body) / c)
     }
 }
 
@@ -419,29 +489,61 @@ fn slowest_bar(body: &BodyKind) -> Option<f64> {
     }
 }
 
+/// What an impact meets of a body.
+struct Inertia {
+    motion: RigidMotion,
+    /// [kg].
+    mass: f64,
+    centre: Vector3<f64>,
+    /// About the centre [kg m²].
+    inertia: Matrix3<f64>,
+    /// Inverse impedance `L / (rho c V)` of a bar as long as the body [s/kg].
+    mobility: f64,
+    radiation: Option<Radiation>,
+}
+
+impl Inertia {
+    fn unknown(motion: RigidMotion) -> Self {
+        let (mass, centre, inertia) = (f64::INFINITY, Vector3::zeros(), Matrix3::identity());
+        Self { motion, mass, centre, inertia, mobility: 0.0, radiation: None }
+    }
+}
+
 /// The same as [`inertia`] of a body of finite elements.
-fn inertia_of_mesh(body: &MeshedSpec) -> (RigidMotion, f64, Vector3<f64>, Matrix3<f64>, f64) {
-    let unknown = (RigidMotion::Spatial, f64::INFINITY, Vector3::zeros(), Matrix3::identity(), 0.0);
+fn inertia_of_mesh(body: &MeshedSpec) -> Inertia {
+    let unknown = Inertia::unknown(RigidMotion::Spatial);
     let (Ok(materials), Some(slowest)) = (body.materials(), body.slowest_material()) else { return unknown };
     let density = |e: usize| materials.on(e).density();
     let Ok(found) = MassProperties::of_space(&body.space(), &Model::Solid, &density) else { return unknown };
-    let mobility = body.mesh.size() / (found.volume * bar_speed(slowest));
-    let inertia = Matrix3::from(found.central_inertia());
-    (RigidMotion::Spatial, found.volume, Vector3::from(found.centre()), inertia, mobility)
+    // The moments of a density: its volume is the mass.
+    let (mass, length) = (found.volume, body.mesh.size());
+    Inertia {
+        motion: RigidMotion::Spatial,
+        mass,
+        centre: Vector3::from(found.centre()),
+        inertia: Matrix3::from(found.central_inertia()),
+        mobility: length / (mass * bar_speed(slowest)),
+        radiation: Some(Radiation::new(slowest, mass / slowest.density(), length, None)),
+    }
 }
 
-/// Motions, mass, centre, central inertia, inverse impedance `L / (rho c V)` of a body: that of a bar as long as the body.
-fn inertia(body: &ElasticSpec) -> (RigidMotion, f64, Vector3<f64>, Matrix3<f64>, f64) {
+fn inertia(body: &ElasticSpec) -> Inertia {
     let (motion, density) = (rigid_motion(&body.model), body.material.density());
     let Ok(properties) = MassProperties::of(&body.shape, &body.model) else {
-        return (motion, f64::INFINITY, Vector3::zeros(), Matrix3::identity(), 0.0);
+        return Inertia::unknown(motion);
     };
     let (mass, rows) = (density * properties.volume, properties.central_inertia());
-    let length = lengths(&body.shape).into_iter().fold(0.0, f64::max);
-    let length =
-        if body.model.thickness().is_some() { length.max(length_along(&body.shape)) } else { length };
-    let inertia = Matrix3::from_fn(|i, j| density * rows[i][j]);
-    (motion, mass, Vector3::from(properties.centre()), inertia, length / (mass * bar_speed(&body.material)))
+    let is_plane = body.model.thickness().is_some();
+    let longest = lengths(&body.shape).into_iter().fold(0.0, f64::max);
+    let length = if is_plane { longest.max(length_along(&body.shape)) } else { longest };
+    Inertia {
+        motion,
+        mass,
+        centre: Vector3::from(properties.centre()),
+        inertia: Matrix3::from_fn(|i, j| density * rows[i][j]),
+        mobility: length / (mass * bar_speed(&body.material)),
+        radiation: Some(Radiation::new(&body.material, properties.volume, longest, body.model.thickness())),
+    }
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Elements that resolve the kept modes: guessed from the proportions, then checked with finer meshes.
 //!
-//! Each direction is doubled by itself, those that shared faces of patches turn into one another together. Frequencies of conforming models fall to their limits from above, so the change tells
+//! Each direction is refined by itself, those that shared faces of patches turn into one another together. Frequencies of conforming models fall to their limits from above, so the change tells
 //! the error that the direction makes, and the sum over directions that of the mesh (Eqs. N.2, N.3).
 
 use std::fmt;
@@ -13,8 +13,13 @@ use crate::error::AdaptiveError;
 pub const TOLERANCE: f64 = 1e-3;
 /// Unknowns of a mesh that is tried, doubled ones included; eigenmodes of larger solids take minutes.
 pub const MOST_UNKNOWNS: usize = 40_000;
+/// Unknowns up to which a mesh is doubled to check it; larger ones take longer than the body itself.
+const CHEAP: usize = 10_000;
 /// Error that a user may count on (docs/verification.md); above it twice as many unknowns are tried.
 const PROMISED: f64 = 3e-3;
+/// Modes whose frequencies are checked. Meshes for more have as many more elements as their waves ask for (Eqs. N.1, N.6), times what the check has
+/// found those of the checked ones to want.
+pub const CHECKED: usize = 20;
 /// Power of the element's size with which errors fall as far as two meshes do not show a smaller one: the least of singular nets; smooth
 /// modes have twice the degree.
 const USUAL: f64 = 2.0;
@@ -41,14 +46,25 @@ pub struct ChosenMesh {
     pub modes: usize,
 }
 
+impl ChosenMesh {
+    /// Number of frequencies that `error` is about.
+    fn checked(&self) -> usize {
+        self.modes.min(CHECKED)
+    }
+}
+
 impl fmt::Display for ChosenMesh {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { elements, error, modes } = self;
+        let checked = self.checked();
         let list = elements.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
-        write!(out, "{list} elements chosen: the {modes} lowest frequencies are right to {error:.1e}")?;
+        write!(out, "{list} elements chosen: the {checked} lowest frequencies are right to {error:.1e}")?;
         if *error > TOLERANCE {
             let most = if self.error > PROMISED { 2 * MOST_UNKNOWNS } else { MOST_UNKNOWNS };
             write!(out, ", not to {TOLERANCE:.0e}, within {most} degrees of freedom")?;
+        }
+        if *modes > checked {
+            write!(out, "; {modes} have as many elements over a wave")?;
         }
         Ok(())
     }
@@ -64,8 +80,9 @@ pub fn mesh(
     n_modes: usize,
     solved: Vec<Spectrum>,
 ) -> Result<(Vec<usize>, f64), AdaptiveError> {
-    let mut elements = first_elements(&candidate.spec, n_modes);
-    let mut check = Check::new(candidate, n_modes, solved);
+    let first = first_elements(&candidate.spec, n_modes.min(CHECKED));
+    let mut elements = first.clone();
+    let mut check = Check::new(candidate, n_modes.min(CHECKED), solved);
     for round in 1.. {
         let mut errors = check.errors(&elements, Known::Converged)?;
         if errors.iter().sum::<f64>() <= TOLERANCE {
@@ -77,6 +94,10 @@ pub fn mesh(
         let is_last = round == ROUNDS || !check.is_feasible(&next, most);
         tracing::debug!(?elements, ?errors, "mesh checked");
         if error <= TOLERANCE || is_last {
+            if n_modes > CHECKED {
+                let wanted = first_elements(&candidate.spec, n_modes);
+                elements = in_proportion(&wanted, &elements, &first);
+            }
             return Ok((elements, error));
         }
         elements = next;
@@ -84,11 +105,21 @@ pub fn mesh(
     unreachable!("the last round returns")
 }
 
-/// `elements` with those of the directions of `group` halved.
-fn doubled(elements: &[usize], group: &[usize]) -> Vec<usize> {
-    let mut finer = elements.to_vec();
-    group.iter().for_each(|&d| finer[d] *= 2);
-    finer
+/// The `wanted` elements times what was `found` to be needed of the `first` ones.
+fn in_proportion(wanted: &[usize], found: &[usize], first: &[usize]) -> Vec<usize> {
+    let scaled = |((n, found), first): ((&usize, &usize), &usize)| (n * found).div_ceil(*first);
+    wanted.iter().zip(found).zip(first).map(scaled).collect()
+}
+
+/// `elements` with those of the directions of `group` halved, or with a third more of them if that makes more than [`CHEAP`] unknowns.
+fn finer(candidate: &Candidate<'_>, elements: &[usize], group: &[usize]) -> Vec<usize> {
+    let with = |more: fn(usize) -> usize| {
+        let mut finer = elements.to_vec();
+        group.iter().for_each(|&d| finer[d] += more(finer[d]));
+        finer
+    };
+    let doubled = with(|n| n);
+    if candidate.unknowns(&doubled) <= CHEAP { doubled } else { with(|n| n.div_ceil(3)) }
 }
 
 /// Errors that need not be found again.
@@ -132,7 +163,7 @@ impl<'a> Check<'a> {
     /// error will do.
     fn is_feasible(&self, elements: &[usize], most: usize) -> bool {
         let fits = |g: usize| {
-            self.candidate.unknowns(&doubled(elements, &self.groups[g])) <= most
+            self.candidate.unknowns(&finer(self.candidate, elements, &self.groups[g])) <= most
                 || self.last[g]
                     .as_ref()
                     .is_some_and(|last| self.is_known(Known::Converged, last, elements, g))
@@ -158,24 +189,26 @@ impl<'a> Check<'a> {
     /// Whether the last error of group `g` does for `elements`.
     fn is_known(&self, known: Known, (of, error): &(Vec<usize>, f64), elements: &[usize], g: usize) -> bool {
         let is_unchanged = self.groups[g].iter().all(|&d| of[d] == elements[d]);
-        let is_large = self.candidate.unknowns(&doubled(elements, &self.groups[g])) > MOST_UNKNOWNS;
+        let finer = finer(self.candidate, elements, &self.groups[g]);
+        let is_large = self.candidate.unknowns(&finer) > MOST_UNKNOWNS;
         let is_enough = (known == Known::Converged || is_large) && *error <= share(self.groups.len());
         of == elements || (is_unchanged && is_enough)
     }
 
     fn error(&mut self, elements: &[usize], g: usize) -> Result<f64, AdaptiveError> {
-        let finer = doubled(elements, &self.groups[g]);
+        let finer = finer(self.candidate, elements, &self.groups[g]);
         let (coarse, fine) = (self.frequencies(elements)?, self.frequencies(&finer)?);
         let change = coarse.iter().zip(&fine).map(|(c, f)| (c / f - 1.0).abs()).fold(0.0, f64::max);
         let last = self.last[g].as_ref().filter(|(_, error)| *error < RESOLVED);
         let d = self.groups[g][0];
+        let growth = finer[d] as f64 / elements[d] as f64;
         if let Some((before, error)) = last.filter(|(before, _)| before[d] != elements[d]) {
             // The estimates have the same factor where the rate is the usual one.
-            let fall = error / error_of(change, self.rates[g]);
+            let fall = error / error_of(change, growth, self.rates[g]);
             let rate = fall.ln() / (elements[d] as f64 / before[d] as f64).ln();
             self.rates[g] = rate.clamp(SLOWEST, 2.0 * self.candidate.degrees()[d] as f64);
         }
-        let error = error_of(change, self.rates[g]);
+        let error = error_of(change, growth, self.rates[g]);
         self.last[g] = Some((elements.to_vec(), error));
         Ok(error)
     }
@@ -192,9 +225,9 @@ impl<'a> Check<'a> {
     }
 }
 
-/// Error of a frequency that a mesh of half the size changes by `change`, at a rate (Eq. N.2).
-fn error_of(change: f64, rate: f64) -> f64 {
-    change / (1.0 - 0.5_f64.powf(rate.min(USUAL)))
+/// Error of a frequency that a mesh of `growth` times the elements changes by `change`, at a rate (Eq. N.2).
+fn error_of(change: f64, growth: f64, rate: f64) -> f64 {
+    change / (1.0 - growth.powf(-rate.min(USUAL)))
 }
 
 /// Part of the error that each of `n` groups may make for a mesh to be kept at once.
@@ -236,7 +269,11 @@ mod tests {
     #[test]
     fn what_a_finer_mesh_changes_tells_the_error_at_the_rate_seen() {
         // 1 + 1/4 + 1/16 + … of the change, and 1 + 1/2 + 1/4 + …
-        assert!((error_of(3.0, 6.0) - 4.0).abs() < 1e-12 && (error_of(3.0, 1.0) - 6.0).abs() < 1e-12);
+        // With half as many more elements 1 + 4/9 + 16/81 + …
+        assert!((error_of(5.0, 1.5, 6.0) - 9.0).abs() < 1e-12);
+        assert!(
+            (error_of(3.0, 2.0, 6.0) - 4.0).abs() < 1e-12 && (error_of(3.0, 2.0, 1.0) - 6.0).abs() < 1e-12
+        );
     }
 
     #[test]
@@ -245,5 +282,11 @@ mod tests {
         assert_eq!(mesh(2.5e-4), "2 x 40 elements chosen: the 20 lowest frequencies are right to 2.5e-4");
         assert!(mesh(2e-3).ends_with(", not to 1e-3, within 40000 degrees of freedom"));
         assert!(mesh(8e-3).ends_with(", not to 1e-3, within 80000 degrees of freedom"));
+        let many = ChosenMesh { elements: vec![9, 9], error: 1e-4, modes: 75 }.to_string();
+        assert_eq!(
+            many,
+            "9 x 9 elements chosen: the 20 lowest frequencies are right to 1.0e-4; 75 have as many elements over a wave"
+        );
+        assert_eq!(in_proportion(&[8, 3], &[6, 1], &[4, 1]), [12, 3]);
     }
 }

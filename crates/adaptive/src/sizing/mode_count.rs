@@ -6,7 +6,8 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::reduction::neighbouring_counts;
 
 use super::first_elements::first_elements;
-use super::impact_time::ForceTime;
+use super::impact_time::{ForceTime, TimeScale};
+use super::mesh::CHECKED;
 use super::{Candidate, Spectrum};
 use crate::elastic_body::rigid_motion;
 use crate::error::AdaptiveError;
@@ -16,6 +17,8 @@ use crate::spec::ReductionSpec;
 pub const WITHOUT_FORCES: usize = 20;
 /// Most modes that are chosen.
 pub const MOST: usize = 300;
+/// Most modes that are chosen for a force that jumps: each further one makes it rise a little sooner, none is the last that counts.
+pub const MOST_OF_JUMPS: usize = 80;
 /// Least number of modes of a body: ten distinct frequencies, which lie in groups where the model has bending or rotations.
 pub fn least(motion: RigidMotion) -> usize {
     if motion == RigidMotion::Axial { 10 } else { 20 }
@@ -35,7 +38,8 @@ pub struct ChosenModes {
 impl ChosenModes {
     /// Whether more modes would be needed than are ever chosen.
     pub fn is_cut(&self) -> bool {
-        self.time.as_ref().is_some_and(|t| t.frequency > self.highest) && self.modes >= MOST
+        let is_cut = |t: &ForceTime| t.scale != TimeScale::Flat && t.frequency > self.highest;
+        self.time.as_ref().is_some_and(is_cut) && self.modes >= MOST
     }
 }
 
@@ -64,27 +68,30 @@ pub fn count(
     let motion = rigid_motion(&candidate.spec.model);
     let least = if limit > 0.0 { least(motion) } else { WITHOUT_FORCES };
     // A few modes more show whether the count cuts through a group.
-    let mut wanted = least + GROUP;
+    let (mut wanted, mut resolved) = (least + GROUP, least.min(CHECKED));
     let spectrum = loop {
         let elements = if candidate.chooses_elements {
-            first_elements(&candidate.spec, wanted)
+            first_elements(&candidate.spec, resolved)
         } else {
             candidate.spec.discretisation.elements.clone()
         };
         let is_last = wanted >= most + GROUP;
-        let spectrum = if is_last || limit <= 0.0 {
-            Some(candidate.spectrum(&elements, wanted)?)
-        } else {
-            candidate.spectrum_reaching(&elements, (limit, wanted, GROUP))?
-        };
         // A count in single precision is as good as certain; the frequencies are.
         let reaches = |s: &Spectrum| {
             s.frequencies.partition_point(|f| *f <= limit) + GROUP <= s.frequencies.len() || s.is_complete
         };
-        match spectrum {
-            Some(spectrum) if is_last || reaches(&spectrum) => break spectrum,
-            _ => wanted = (2 * wanted).min(most + GROUP),
-        }
+        let below = if is_last || limit <= 0.0 {
+            break candidate.spectrum(&elements, wanted)?;
+        } else {
+            match candidate.spectrum_reaching(&elements, (limit, wanted, GROUP))? {
+                Ok(spectrum) if reaches(&spectrum) => break spectrum,
+                Ok(_) => wanted,
+                Err(below) => below,
+            }
+        };
+        wanted = (below + below / 4 + GROUP).max(wanted + least).min(most + GROUP);
+        // Where half the waves have two elements a half wave, the shortest ones are right to a per cent: enough to count them.
+        resolved = wanted / 2;
     };
     let chosen = chosen_from(&spectrum.frequencies, limit, (least, most), motion);
     solved.push(spectrum);
@@ -103,11 +110,12 @@ pub fn chosen_from(
     (n, known.get(n.saturating_sub(1)).copied().unwrap_or(0.0))
 }
 
-/// Most modes of a body that is reduced by `reduction`.
-pub fn most(reduction: ReductionSpec) -> usize {
+/// Most modes of a body that is reduced by `reduction`, with the fastest force on it.
+pub fn most(reduction: ReductionSpec, time: Option<&ForceTime>) -> usize {
+    let most = if time.is_some_and(|t| t.scale == TimeScale::Flat) { MOST_OF_JUMPS } else { MOST };
     match reduction {
-        ReductionSpec::CraigBampton { fixed_interface_modes: Some(n), .. } => n.min(MOST),
-        _ => MOST,
+        ReductionSpec::CraigBampton { fixed_interface_modes: Some(n), .. } => n.min(most),
+        _ => most,
     }
 }
 

@@ -22,21 +22,22 @@ pub fn modes(
     cache: &ModelCache,
 ) -> Result<ChosenModes, AdaptiveError> {
     let limit = time.map_or(0.0, |t| t.frequency);
+    let most = most(spec.reduction, time);
     let (modes, highest) = cache.recent(
-        mesh_key(spec, limit),
+        mesh_key(spec, (limit, most)),
         |stored| match (&stored.counts[..], &stored.values[..]) {
             ([modes], [highest]) => Some((usize::try_from(*modes).ok()?, *highest)),
             _ => None,
         },
-        || count(name, spec, limit),
+        || count(name, spec, (limit, most)),
         |(modes, highest)| StoredModel { counts: vec![*modes as u64], values: vec![*highest] },
     )?;
     Ok(ChosenModes { modes, highest, time: time.cloned() })
 }
 
 /// The number, and the frequency of the last \[Hz\].
-fn count(name: &str, spec: &MeshedSpec, limit: f64) -> Result<(usize, f64), AdaptiveError> {
-    let (motion, most) = (RigidMotion::Spatial, most(spec.reduction));
+fn count(name: &str, spec: &MeshedSpec, (limit, most): (f64, usize)) -> Result<(usize, f64), AdaptiveError> {
+    let motion = RigidMotion::Spatial;
     let least = if limit > 0.0 { least(motion) } else { WITHOUT_FORCES };
     let _work = work::begin(format!("modes of a mesh with {} unknowns", 3 * spec.mesh.nodes().len()));
     let body = MeshedBody::build(name, spec.clone())?.assembled;

@@ -56,18 +56,21 @@ impl<'a> FrequencyProblem<'a> {
     }
 
     /// As [`Self::lowest`], if no more than `n - margin` frequencies lie below `limit` \[Hz\] or there are no more than `n`; otherwise
-    /// nothing, as a count of the eigenvalues below the limit (Eq. R.3) tells for the price of a factorisation.
+    /// their number, which a count of the eigenvalues below the limit (Eq. R.3) tells for the price of a factorisation.
     ///
     /// # Errors
     /// [`AdaptiveError::Reduction`] naming the body.
     pub fn lowest_reaching(
         self,
         (limit, n, margin): (f64, usize, usize),
-    ) -> Result<Option<Spectrum>, AdaptiveError> {
-        if n < self.available() && self.below(limit)? + margin > n {
-            return Ok(None);
+    ) -> Result<Result<Spectrum, usize>, AdaptiveError> {
+        if n < self.available() {
+            let below = self.below(limit)?;
+            if below + margin > n {
+                return Ok(Err(below));
+            }
         }
-        self.lowest(n).map(Some)
+        self.lowest(n).map(Ok)
     }
 
     /// Number of frequencies of elastic modes below `limit` \[Hz\].

@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-use super::Folder;
+use super::{DEFAULT_LIMIT, Folder};
 
 /// Bytes of a GiB.
 const GIB: f64 = (1u64 << 30) as f64;
@@ -33,6 +33,11 @@ impl CacheSettings {
 
     /// Nothing is kept.
     pub const NONE: Self = Self { path: None, limit: 0 };
+
+    /// What the environment says, with the usual limit.
+    pub fn of_environment() -> Self {
+        Self::kept(None, DEFAULT_LIMIT)
+    }
 
     /// The folder with its limit; none if nothing is kept.
     pub fn folder(&self) -> Option<Folder> {

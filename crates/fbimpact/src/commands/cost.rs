@@ -6,11 +6,11 @@ use std::time::Instant;
 use adaptive::model::{ModelCost, costs};
 use adaptive::spec::GaugeRequest;
 use adaptive::spec::{BodyKind, BodySpec, FREE_INTERVAL, PointSpec, RunSpec};
-use adaptive::store::ModelCache;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
 use serde::Serialize;
 
+use crate::cache::{self, CacheSettings};
 use crate::error::AppError;
 use crate::scenario::Scenario;
 use crate::sizing::sized;
@@ -70,7 +70,7 @@ pub struct ModelRow {
 /// # Errors
 /// [`AppError::Model`] if a mesh cannot be made or no memory holds a model.
 pub fn cost(scenario: &Scenario, threads: usize) -> Result<CostReport, AppError> {
-    let sized = sized(scenario, threads, &ModelCache::default())?;
+    let sized = sized(scenario, threads, &cache::open(&CacheSettings::of_environment()))?;
     let spec = &sized.run;
     let models = thread_pool(threads)?.install(|| costs(spec)).map_err(AppError::model)?;
     let rate = products_per_second() * threads as f64;

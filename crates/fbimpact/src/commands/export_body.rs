@@ -13,6 +13,7 @@ use nalgebra::UnitQuaternion;
 
 use super::{BodyExport, body_index, check_distinct, check_folder, print, threads};
 use crate::body_file;
+use crate::cache::{self, CacheSettings};
 use crate::error::{AppError, CommandFault};
 use crate::progress::while_building;
 use crate::scenario::{self, Override};
@@ -38,7 +39,7 @@ pub fn export_body(
     let index = body_index(export.body, scenario.run.bodies.iter().map(|b| &b.name))?;
     let points = scenario.points(export.body);
     let text = while_building(bar, || {
-        let scenario = sized(&scenario, n_threads, &ModelCache::default())?;
+        let scenario = sized(&scenario, n_threads, &cache::open(&CacheSettings::of_environment()))?;
         let loads = MarkerLoads::on_body(&scenario.run, index);
         write((export, is_full), &scenario.run.bodies[index], loads, (&areas, &points))
     });

@@ -8,6 +8,8 @@ use ffr_dynamics::system::{SystemMode, SystemModes};
 use indicatif::ProgressBar;
 
 use super::{print, threads};
+use crate::cache;
+use crate::cli::CacheArguments;
 use crate::error::AppError;
 use crate::progress::while_building;
 use crate::scenario::{self, Override};
@@ -70,13 +72,15 @@ struct Unstable {
 pub fn system_modes(
     path: &Path,
     overrides: &[Override],
-    is_static: bool,
-    json: bool,
+    (is_static, json): (bool, bool),
     (n_threads, bar): (usize, &ProgressBar),
+    cache: &CacheArguments,
 ) -> Result<(), AppError> {
     let n_threads = threads(n_threads)?;
     let scenario = scenario::read(path, overrides)?;
-    let (names, modes) = while_building(bar, || simulate::system_modes(&scenario, is_static, n_threads))?;
+    let cache = cache::open(&cache.settings());
+    let build = || simulate::system_modes_with(&scenario, is_static, n_threads, &cache);
+    let (names, modes) = while_building(bar, build)?;
     let report = Report::new(&names, &modes);
     let text =
         if json { serde_json::to_string_pretty(&report).map(|t| t + "\n") } else { Ok(report.table()) };
