@@ -124,6 +124,22 @@ fn a_scenario_whose_contact_a_run_would_refuse_is_not_called_valid_and_refused_o
     }
 }
 
+/// A model that cannot be built and a run that fails are those of a scenario, whose name stands before what it was.
+#[test]
+fn errors_of_runs_name_the_scenario() {
+    let folder = tempfile::tempdir().expect("a temporary directory");
+    let path = scenario("sphere_on_plane.toml");
+    for (set, code, said) in [
+        ("bodies.ball.velocity=[0.0,0.0,-2.0]", 5, "sphere_on_plane.toml: run failed: contact \"impact\""),
+        ("bodies.ball.position=[0.0,0.0,0.005]", 4, "sphere_on_plane.toml: model cannot be built: "),
+    ] {
+        let run = fbimpact().current_dir(folder.path()).arg("run").arg(&path).args(["--set", set]).output();
+        let run = run.expect("the program starts");
+        let err = String::from_utf8(run.stderr).expect("UTF-8");
+        assert!(run.status.code() == Some(code) && err.contains(said), "{set}: {err}");
+    }
+}
+
 #[test]
 fn a_run_keeps_to_the_memory_that_it_is_given() {
     let path = scenario("rod_on_plane.toml");

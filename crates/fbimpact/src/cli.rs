@@ -1,6 +1,6 @@
 //! The command line.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::builder::TypedValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
@@ -333,6 +333,21 @@ pub enum Command {
         #[arg(long, value_name = "DIR", conflicts_with = "command")]
         all: Option<PathBuf>,
     },
+}
+
+impl Command {
+    /// The one scenario that it is about.
+    pub fn scenario(&self) -> Option<&Path> {
+        match self {
+            Self::Run(arguments) => arguments.scenario.as_deref(),
+            Self::Converge(arguments) => Some(&arguments.scenario),
+            Self::Modes { scenario, .. }
+            | Self::MeshSize { scenario, .. }
+            | Self::ExportBody { scenario, .. } => Some(scenario),
+            Self::Export(arguments) if arguments.is_of_scenario() => Some(&arguments.file),
+            _ => None,
+        }
+    }
 }
 
 /// Scenarios to start from.

@@ -34,6 +34,7 @@ pub mod commands;
 
 use std::ffi::OsString;
 use std::io::Write;
+use std::path::Path;
 use std::process::ExitCode;
 
 use clap::FromArgMatches;
@@ -57,7 +58,12 @@ pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     };
     let bar = progress::bar(cli.log);
     progress::log(cli.log, &bar);
-    match dispatch(cli.command, bar) {
+    let scenario = cli.command.scenario().map(Path::to_owned);
+    let named = |error| match (error, &scenario) {
+        (error @ (AppError::Model(_) | AppError::Run(_)), Some(path)) => error.of_scenario(path),
+        (error, _) => error,
+    };
+    match dispatch(cli.command, bar).map_err(named) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             report(&error);
