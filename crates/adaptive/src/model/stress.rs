@@ -85,7 +85,7 @@ impl RunModel {
                 built = Some((body, self.zone_models(body, &state.zones)?, &state.zones));
             }
             let zones = built.as_ref().map_or(&[][..], |(_, zones, _)| zones);
-            observer.stress(&evaluate(request, &flexible, zones, state)?)?;
+            observer.stress(&evaluate(request, flexible, zones, state)?)?;
         }
         Ok(())
     }
@@ -101,7 +101,7 @@ impl RunModel {
                     what: Box::new(Unsupported::NoFineModels { contact: load.contact }),
                 });
             };
-            let zone = contact.zone_model(&body, &load.site)?;
+            let zone = contact.zone_model(body, &load.site)?;
             let (n, n_forces) = (zone.residual.interface().len(), load.forces.len());
             if n != n_forces {
                 let fault = ContactModelFault::ForcesOfAnotherZone { forces: n_forces, unknowns: n };

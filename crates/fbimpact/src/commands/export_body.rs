@@ -35,22 +35,29 @@ pub fn export_body(
     let scenario = scenario::read(export.scenario, overrides)?;
     check_distinct(&scenario, export.output)?;
     check_folder(export.output)?;
-    let areas = scenario.areas(export.body);
     let index = body_index(export.body, scenario.run.bodies.iter().map(|b| &b.name))?;
-    let points = scenario.points(export.body);
+    let places = Places { areas: scenario.areas(export.body), points: scenario.points(export.body) };
     let text = while_building(bar, || {
         let scenario = sized(&scenario, n_threads, &cache::open(&CacheSettings::of_environment()))?;
         let loads = MarkerLoads::on_body(&scenario.run, index);
-        write((export, is_full), &scenario.run.bodies[index], loads, (&areas, &points))
+        write((export, is_full), &scenario.run.bodies[index], loads, &places)
     });
     print(&text?)
+}
+
+/// Named places of a body.
+struct Places {
+    /// Parts that can be held.
+    areas: Vec<(String, Area)>,
+    /// Points, in the components of its model \[m\].
+    points: Vec<(String, [f64; 3])>,
 }
 
 fn write(
     (export, is_full): (&BodyExport<'_>, bool),
     spec: &BodySpec,
     loads: Vec<MarkerLoads>,
-    (areas, points): (&[(String, Area)], &[(String, [f64; 3])]),
+    Places { areas, points }: &Places,
 ) -> Result<String, AppError> {
     let Some(body) = built(&spec.name, &spec.kind).map_err(AppError::model)? else {
         let is_rigid = spec.kind.is_rigid();
