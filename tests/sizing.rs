@@ -66,6 +66,39 @@ fn the_impact_of_the_rod_needs_no_sizes() {
     check(include_str!("../scenarios/rod_on_plane.toml"));
 }
 
+/// A ball of 10 mm on one of 1 m, axisymmetric, of steel.
+const MASSIVE: &str = r#"
+    simulation = { end_time = 1.64e-4 }
+    [materials.steel]
+    youngs_modulus = 210e9
+    poissons_ratio = 0.3
+    density = 7850.0
+    [bodies.ball]
+    model = "axisymmetric"
+    material = "steel"
+    geometry = { shape = "sphere", radius = 0.01 }
+    position = [0.0, 0.0, 0.01]
+    velocity = [0.0, 0.0, -0.05]
+    [bodies.anvil]
+    model = "axisymmetric"
+    material = "steel"
+    geometry = { shape = "sphere", radius = 1.0 }
+    position = [0.0, 0.0, -1.0]
+    [contacts.impact]
+    contact_body = "ball"
+    target_body = "anvil"
+"#;
+
+#[test]
+fn a_body_that_is_massive_beside_the_impact_has_few_modes() {
+    let chosen = sized(&parse(MASSIVE), 1, &ModelCache::default()).unwrap().into_owned();
+    let modes = |i: usize| chosen.run.bodies[i].elastic().and_then(|e| e.reduction.modes());
+    // Hundreds of its modes lie below what the force contains; waves take next to nothing of the energy (N.9).
+    assert!(modes(1).is_some_and(|n| n <= 20), "{:?}", modes(1));
+    let more = parse(&format!("{MASSIVE}\n[bodies.anvil.reduction]\nmodes = 100"));
+    assert_same("with 100 modes", &run(&chosen), &run(&more));
+}
+
 const BAR: &str = r#"
     simulation = { end_time = 1e-6 }
     [materials.steel]
