@@ -2,7 +2,7 @@
 
 use crate::blocks;
 use crate::solid_file;
-use crate::support::bar::{ALUMINIUM, CLAMP};
+use crate::support::bar::{ALUMINIUM, CLAMP, FROM_A_FILE, OF_ELEMENTS, OF_SPLINES};
 use crate::support::fbimpact;
 use crate::writers::{Form, gmsh};
 use fe_mesh::ElementKind;
@@ -13,17 +13,7 @@ use std::path::Path;
 
 /// The bar of 0.3 × 0.03 × 0.01 m, a kind of body each, and its ends.
 const BARS: [(&str, &str, [&str; 2]); 4] = [
-    (
-        "splines of one patch",
-        r#"
-[bodies.beam]
-material = "aluminium"
-geometry = { shape = "box", size = [0.3, 0.03, 0.01] }
-discretisation = { degree = 3, elements = [20, 3, 2] }
-reduction = { modes = 10 }
-"#,
-        ["face = \"x-\"", "face = \"x+\""],
-    ),
+    ("splines of one patch", OF_SPLINES, ["face = \"x-\"", "face = \"x+\""]),
     (
         "splines of two patches",
         r#"
@@ -35,28 +25,8 @@ reduction = { modes = 10 }
 "#,
         ["face = \"0:xi-\"", "face = \"1:xi+\""],
     ),
-    (
-        "finite elements",
-        r#"
-[bodies.beam]
-model = "mesh"
-file = "bar.msh"
-units = "mm"
-material = "aluminium"
-reduction = { method = "modal", modes = 10 }
-"#,
-        ["face = \"x-\"", "face = \"x+\""],
-    ),
-    (
-        "a body from a file",
-        r#"
-[bodies.beam]
-model = "imported"
-file = "bar.h5"
-reduction = { method = "modal", modes = 10 }
-"#,
-        ["marker = \"foot\"", "marker = \"tip\""],
-    ),
+    ("finite elements", OF_ELEMENTS, ["face = \"x-\"", "face = \"x+\""]),
+    ("a body from a file", FROM_A_FILE, ["marker = \"foot\"", "marker = \"tip\""]),
 ];
 
 /// What tells of it.

@@ -6,7 +6,7 @@ use std::f64::consts::TAU;
 use crate::beam_file::write_beam;
 use crate::blocks;
 use crate::solid_file;
-use crate::support::bar::{ALUMINIUM, CLAMP, HINGE, OTHER_HINGE};
+use crate::support::bar::{ALUMINIUM, CLAMP, FROM_A_FILE, HINGE, OF_ELEMENTS, OF_SPLINES, OTHER_HINGE};
 use crate::support::scenarios;
 use crate::writers::{Form, gmsh};
 use adaptive::model::RunModel;
@@ -18,38 +18,7 @@ use nalgebra::DMatrix;
 const WORLD: &str = "[simulation]\nend_time = 1e-6\n";
 
 /// The bar of splines, of finite elements and from the file of another program, all of ten free modes.
-const BARS: [(&str, &str); 3] = [
-    (
-        "splines",
-        r#"
-[bodies.beam]
-material = "aluminium"
-geometry = { shape = "box", size = [0.3, 0.03, 0.01] }
-discretisation = { degree = 3, elements = [20, 3, 2] }
-reduction = { modes = 10 }
-"#,
-    ),
-    (
-        "mesh",
-        r#"
-[bodies.beam]
-model = "mesh"
-file = "bar.msh"
-units = "mm"
-material = "aluminium"
-reduction = { method = "modal", modes = 10 }
-"#,
-    ),
-    (
-        "file",
-        r#"
-[bodies.beam]
-model = "imported"
-file = "bar.h5"
-reduction = { method = "modal", modes = 10 }
-"#,
-    ),
-];
+const BARS: [(&str, &str); 3] = [("splines", OF_SPLINES), ("mesh", OF_ELEMENTS), ("file", FROM_A_FILE)];
 
 /// Damping, and the ratio that it asks for at a frequency \[Hz\].
 type Law = (&'static str, fn(f64) -> f64);

@@ -35,3 +35,30 @@ child = { body = "beam", face = "x+" }
 pub const CLAMPED_BRICKS: [f64; 3] = [91.33328, 272.0491, 570.1875];
 /// Hinged about y at both ends \[Hz\].
 pub const HINGED_BRICKS: [f64; 2] = [256.1865, 1020.540];
+
+/// The bar of splines, of ten free modes.
+pub const OF_SPLINES: &str = r#"
+[bodies.beam]
+material = "aluminium"
+geometry = { shape = "box", size = [0.3, 0.03, 0.01] }
+discretisation = { degree = 3, elements = [20, 3, 2] }
+reduction = { modes = 10 }
+"#;
+
+/// The same of finite elements.
+pub const OF_ELEMENTS: &str = r#"
+[bodies.beam]
+model = "mesh"
+file = "bar.msh"
+units = "mm"
+material = "aluminium"
+reduction = { method = "modal", modes = 10 }
+"#;
+
+/// The same from the file of another program.
+pub const FROM_A_FILE: &str = r#"
+[bodies.beam]
+model = "imported"
+file = "bar.h5"
+reduction = { method = "modal", modes = 10 }
+"#;
