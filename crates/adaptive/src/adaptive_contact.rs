@@ -65,8 +65,6 @@ pub struct AdaptiveContact {
     /// Watches the pair.
     pub detector: Detector,
     cache: ModelCache,
-    /// Whether a body is of finite elements.
-    has_mesh: bool,
 }
 
 /// Sizes for the log of trials.
@@ -208,7 +206,6 @@ impl AdaptiveContact {
             law: law.clone(),
             detector: Detector::new(spec.body, surface(spec.body)?, target),
             cache: cache.clone(),
-            has_mesh,
         })
     }
 
@@ -468,8 +465,8 @@ fn flexible(model: &BodyModel) -> &FlexibleModel {
 }
 
 /// The place `site` on a body, for an interval of the widths given.
-fn zone_site(body: &FlexibleModel, site: &SurfaceSite, widths: [f64; 2]) -> ZoneSite {
-    ZoneSite { face: body.body.face_number(site), centre: site.xi, widths, meets: None }
+fn zone_site(site: &SurfaceSite, widths: [f64; 2]) -> ZoneSite {
+    ZoneSite::about((site.face, site.xi), widths)
 }
 
 fn is_at_end(interval: &IntervalGrid) -> bool {

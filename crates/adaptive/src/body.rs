@@ -8,6 +8,7 @@ pub mod field;
 pub mod reduced;
 pub mod fine;
 pub mod field_body;
+pub mod whole;
 pub mod of_splines;
 pub mod of_mesh;
 

@@ -20,6 +20,7 @@ use crate::paper::fine_modes::FineModes;
 use crate::rigid_surface::RigidSurface;
 use crate::spec::{Geometry, ImportedSpec, RigidSpec};
 use crate::store::ModelCache;
+use crate::surface::Surface;
 use crate::unsupported::Unsupported;
 
 /// A body of a run.
@@ -147,6 +148,14 @@ impl BodyModel {
         splines.map(|body| body.spec.geometry()).or_else(|| self.rigid_surface().map(RigidSurface::geometry))
     }
 
+    /// Its undeformed surface; none of a body that has none to touch.
+    pub fn undeformed(&self) -> Option<&dyn Surface> {
+        match (self.flexible(), self.rigid_surface()) {
+            (Some(flexible), _) => Some(flexible.body.undeformed()),
+            (None, rigid) => rigid.map(RigidSurface::undeformed),
+        }
+    }
+
     /// The surface by which pairs are watched, of flexible bodies a deformable one; none of a body without shape.
     ///
     /// # Errors
@@ -155,7 +164,7 @@ impl BodyModel {
         match (self.flexible(), self.rigid_surface()) {
             (Some(flexible), _) => flexible.surface().map(Some),
             (None, Some(rigid)) => {
-                let model = rigid.search_model().map_err(|e| surface_fault(&self.name, e))?;
+                let model = rigid.undeformed().search_model().map_err(|e| surface_fault(&self.name, e))?;
                 Ok(Some(Arc::new(model)))
             }
             (None, None) => Ok(None),

@@ -1,7 +1,7 @@
 //! The part of a body's surface that may touch a plane or another body: its points, and the unknowns of the contact interface.
 //!
 //! Every zone is built here, on the mesh that a body has from the start ([`crate::zone_at_start`]) or on one that is refined at a touch
-//! ([`crate::fine_model`]); that of a finite element mesh lies on its own sides ([`crate::mesh_surface`]).
+//! ([`crate::fine_model`]); that of a finite element mesh lies on its own sides.
 
 use std::sync::Arc;
 
@@ -11,12 +11,17 @@ use contact_qs::{ContactError, PiecewiseSurface};
 use iga_core::elasticity::Model;
 use iga_core::nurbs::jet::{diagonal, difference, norm};
 use iga_core::nurbs::{FaceId, SAME_PLACE};
-use iga_core::surface::{CollocationPoint, Face, gauss_points, greville_points, lobatto_points};
+use iga_core::surface::{BodySurface, CollocationPoint, Face, gauss_points, greville_points, lobatto_points};
 
 use crate::elastic_body::Discretised;
 use crate::record::TargetPlace;
 use crate::spec::PointRule;
-use crate::touch_side::faces_at;
+use crate::surface::SurfacePlace;
+
+mod on_sides;
+mod whole_mesh;
+
+pub use on_sides::{longest_across, longest_within};
 
 /// A contact zone on faces of a body.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,10 +47,8 @@ pub struct ContactZone {
 /// A place on a whole surface that contact points stand on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointsAbout {
-    /// The face.
-    pub face: FaceId,
-    /// Its parameters there.
-    pub xi: [f64; 3],
+    /// The place.
+    pub place: SurfacePlace,
     /// What the place meets, if that is an edge or a corner of the target; without, points stand ever closer about the place.
     pub meets: Option<TargetPlace>,
 }
@@ -156,10 +159,13 @@ impl ContactZone {
     pub fn whole(body: &Discretised<'_>, about: Option<&PointsAbout>) -> Result<Self, ContactError> {
         let faces = Face::outer(body.patches, *body.model == Model::Axisymmetric);
         let size = diagonal(body.space.control_points());
-        let here = about.map(|about| body.patches[about.face.patch].point(&about.xi));
+        let here = about.map(|about| about.place.point);
         let places: Vec<(FaceId, [f64; 3])> = here.map_or_else(Vec::new, |here| {
-            let found = faces_at(body.patches, &faces, &here, 4.0 * SAME_PLACE * size);
-            found.map(|(face, found)| (face.id, found.xi)).collect()
+            let on = |face: &Face| {
+                let found = BodySurface::of_faces(body.patches, vec![*face]).closest(body.patches, &here)?;
+                (found.measure <= 4.0 * SAME_PLACE * size).then_some((face.id, found.xi))
+            };
+            faces.iter().filter_map(on).collect()
         });
         let is_met = about.is_some_and(|about| about.meets.is_some());
         let halvings = if is_met { 0 } else { HALVINGS };

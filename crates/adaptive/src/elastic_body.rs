@@ -1,5 +1,7 @@
 //! A flexible body of splines from its specification: refined geometry and matrices.
 
+use std::sync::Arc;
+
 use contact_qs::points::DofLookup;
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix};
 use iga_core::SplineError;
@@ -13,6 +15,7 @@ use iga_core::space::{PatchSpace, Space};
 use crate::body::field::Field;
 use crate::error::AdaptiveError;
 use crate::spec::{DiscretisationSpec, ElasticSpec, RefinementSpec};
+use crate::surface::SplineSurface;
 
 mod discretised;
 
@@ -37,6 +40,8 @@ pub struct ElasticBody {
     pub assembled: AssembledBody,
     /// Numbers of the unknowns.
     pub lookup: DofLookup,
+    /// Its undeformed surface.
+    pub surface: Arc<SplineSurface>,
 }
 
 impl ElasticBody {
@@ -60,7 +65,8 @@ impl ElasticBody {
             dofs,
         };
         let lookup = DofLookup::new(&assembled.dofs);
-        let mut body = Self { name: name.to_owned(), spec, shape, space, assembled, lookup };
+        let surface = SplineSurface::of(&spec.shape, &spec.model);
+        let mut body = Self { name: name.to_owned(), spec, shape, space, assembled, lookup, surface };
         if !body.spec.rigid_areas.is_empty() {
             let soft = body.assembled.stiffness.clone();
             body.assembled.stiffness = body.stiffened(soft, &body.spec.rigid_areas, &body.spec.material)?;
@@ -73,7 +79,8 @@ impl ElasticBody {
         let assembled = AssembledBody { name: name.to_owned(), ..self.assembled.clone() };
         let (shape, space) =
             (Shape { markers: spec.shape.markers.clone(), ..self.shape.clone() }, self.space.clone());
-        Self { name: name.to_owned(), spec, shape, space, assembled, lookup: self.lookup.clone() }
+        let (lookup, surface) = (self.lookup.clone(), Arc::clone(&self.surface));
+        Self { name: name.to_owned(), spec, shape, space, assembled, lookup, surface }
     }
 
     /// Size of the body: the diagonal of the box around its control points \[m\].

@@ -341,13 +341,19 @@ pub enum ContactModelFault {
         /// Name of the body.
         body: String,
     },
-    /// A mesh that touches with a flat face, about which no interval ends.
+    /// A whole surface with more unknowns than memory holds the compliance of.
     #[error(
-        "body \"{body}\", a mesh, touches with a flat face: no interval holds the contact, whose pressure has no limit at the edges, and meshes have no contact on whole surfaces; give model = \"quasistatic\" with an interval.width of at least twice the face's diagonal and elements as short as the contact needs, or a body of splines (geometry.shape, one's own as \"nurbs\")"
+        "body \"{body}\" touches with a flat face, an edge or a corner, and contact on its whole surface has {unknowns} unknowns, which need about {gigabytes:.0} GB (at most {most:.0} GB); make its elements larger away from the touch, or give model = \"quasistatic\" with an interval.width of at least twice the diagonal of what touches"
     )]
-    FlatMesh {
+    LargeSurface {
         /// Name of the body.
         body: String,
+        /// Unknowns of its surface.
+        unknowns: usize,
+        /// Memory needed \[GB\].
+        gigabytes: f64,
+        /// Memory permitted \[GB\].
+        most: f64,
     },
     /// A mesh that is touched along a line by sides that are too long for it.
     #[error(

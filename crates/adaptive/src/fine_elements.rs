@@ -18,15 +18,15 @@ use nalgebra::Vector3;
 use tracing::debug;
 
 use crate::body::field::Field;
-use crate::contact_zone::ContactZone;
+use crate::contact_zone::{ContactZone, longest_within};
 use crate::error::AdaptiveError;
 use crate::fine_model::{gigabytes, most_gigabytes};
 use crate::interval::{IntervalEnd, IntervalGrid};
-use crate::mesh_surface::{LocalShape, MeshSurface, SideSite};
 use crate::meshed::{MeshedBody, assembled, dofs_of, no_such_place, points_of};
 use crate::smooth_fit::SmoothFit;
 use crate::store::{Bytes, meshed_definition};
 use crate::subdivision::SubdivisionError;
+use crate::surface::{LocalShape, MeshSurface, Surface, SurfacePlace};
 use crate::unsupported::Unsupported;
 
 /// Sides of quadratic elements across the narrower width of a zone, at least: twice as many at most, since elements are halved. With seven tenths of
@@ -50,7 +50,7 @@ const N_COMPONENTS: usize = 3;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WantedZone {
     /// The middle of the zone.
-    pub site: SideSite,
+    pub site: SurfacePlace,
     /// Widths along the principal directions of the surface there \[m\].
     pub widths: [f64; 2],
     /// Elements across the narrower one; `None`: as many as the elements need.
@@ -127,9 +127,9 @@ impl FineElements {
             let source = ContactError::Empty { width: wanted.widths[0] };
             AdaptiveError::Contact { contact: name.to_owned(), source }
         };
-        let coarse = MeshSurface::of(&spec.mesh);
-        let footprint = Footprint::new(&coarse, wanted).ok_or_else(nothing)?;
-        let longest = coarse.longest_within(wanted.site.side, |x| footprint.contains(x));
+        let coarse = &body.surface;
+        let footprint = Footprint::new(coarse, wanted).ok_or_else(nothing)?;
+        let longest = longest_within(coarse, wanted.site.face, |x| footprint.contains(x));
         let is_quadratic = spec.mesh.elements().iter().next().is_some_and(|e| e.kind.is_quadratic());
         let elements = wanted.elements.unwrap_or(if is_quadratic { QUADRATIC } else { LINEAR });
         let narrow = wanted.widths[0].min(wanted.widths[1]);
@@ -149,7 +149,7 @@ impl FineElements {
         debug!(body = name, levels, elements = refined.mesh().elements().len(), nodes = n_free, "fine model");
         let surface = MeshSurface::of(refined.mesh());
         let reach = footprint.half[0].max(footprint.half[1]);
-        let smooth = SmoothFit::new(&coarse, &wanted.site, &footprint.shape, reach);
+        let smooth = SmoothFit::new(coarse, &wanted.site, &footprint.shape, reach);
         let dofs = dofs_of(n_free);
         let fine = Self {
             body: Arc::clone(body),
@@ -213,7 +213,8 @@ impl FineElements {
         let first = self.surface.nearest(self.footprint.centre.as_ref()).ok_or_else(empty)?;
         let n_free = self.refined.n_free();
         let is_near = |x: &[f64; 3]| self.footprint.contains(x);
-        let zone = self.surface.zone_within(first.side, is_near, |n| (n as usize) < n_free, widths);
+        let is_free = |n: u32| (n as usize) < n_free;
+        let zone = ContactZone::within(&self.surface, first.place.face, is_near, is_free, widths);
         let mut zone = zone.map_err(|source| AdaptiveError::Mesh { body: self.body.name.clone(), source })?;
         if zone.points.is_empty() {
             return Err(empty());
@@ -283,8 +284,8 @@ impl FineElements {
     /// What its matrices are made from.
     pub fn zone_definition(&self) -> Bytes {
         let mut key = Bytes(meshed_definition(&self.body.spec));
-        let WantedZone { site: SideSite { side, eta, point }, widths, elements } = &self.wanted;
-        key.add(&(side, eta, point, widths, elements));
+        let WantedZone { site: SurfacePlace { face, xi, point }, widths, elements } = &self.wanted;
+        key.add(&(face, xi, point, widths, elements));
         key
     }
 }

@@ -3,123 +3,155 @@
 //! Of such a line the search for the nearest places finds any one, often its end, where an edge seems to touch. The interval of the contact lies
 //! about the middle of the line and is as long as the face.
 
-use iga_core::nurbs::{Patch, SAME_PLACE};
-use iga_core::surface::{BodySurface, Face};
-use nalgebra::Vector3;
-
 use contact_qs::search::SurfaceSite;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
+use nalgebra::Vector3;
 
 use crate::detection::Nearest;
 use crate::local_surface::SurfaceView;
-use crate::spec::Geometry;
-use crate::touch_side::{Side, touch_direction};
+use crate::surface::{ALONG_LINE, Foot, StraightLine, Surface, SurfacePlace};
+use crate::touch_side::{Moved, Side, touch_direction};
 
 /// Angle \[rad\] by which the normal at the nearest place may miss the direction to the partner: places across the curved direction are known to the
 /// root of round-off, and bodies that ring turn by less.
 const ACROSS: f64 = 1e-3;
 /// Curvature times size of a body below which a surface is flat: round-off of its net.
 const FLAT: f64 = 1e-6;
-/// Shares of the line at which it is looked at.
-const PLACES: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+/// Length of a line over the size of a body below which it is a point.
+const SHORTEST: f64 = 1e-2;
+/// Halvings of a line in the search for the end of a body over it.
+const HALVINGS: usize = 30;
 
-/// The touch `nearest` of a contact body and a target, shapes with their motions (a plane without the latter), at the middle of the straight
-/// line of a face along which they touch; `None` if they do not. Lines may be inclined by the angle `parallel` \[rad\].
+/// The touch `nearest` of a contact body and a target, surfaces with their motions (a plane without the latter), at the middle of the straight
+/// line of a face of either along which they touch; `None` if they do not. Lines may be inclined by the angle `parallel` \[rad\].
 pub fn middle_of_line(
-    (own, pose): (Geometry<'_>, &BodyState),
-    other: Option<(Geometry<'_>, &BodyState)>,
+    own: Moved<'_>,
+    other: Option<Moved<'_>>,
     nearest: &Nearest,
     parallel: f64,
 ) -> Option<Nearest> {
-    if own.motion() != RigidMotion::Spatial {
+    if own.0.motion() != RigidMotion::Spatial {
         return None;
     }
-    let (side, target) = (Side::new(own, pose), other.map(|(shape, pose)| Side::new(shape, pose)));
+    let (side, target) = (Side::new(own), other.map(Side::new));
     let normal = touch_direction(&side, target.as_ref(), nearest);
-    let outward = pose.rotation.inverse_transform_vector(&-normal);
-    let patches = &own.shape.patches;
-    let place = Vector3::from(side.point(nearest.contact.face, &nearest.contact.xi));
-    let near = SAME_PLACE * side.size();
-    let slack = parallel * side.size();
-    for face in Face::outer(patches, false) {
-        let Some(found) = BodySurface::of_faces(patches, vec![face]).closest(patches, &place.into()) else {
-            continue;
-        };
-        if found.measure > 4.0 * near {
-            continue;
-        }
-        for d in face.directions() {
-            let line = Line::new(patches, &face, &found.xi, d);
-            let is_touched = line.is_straight(near)
-                && line.points.iter().all(|p| (p - place).dot(&outward).abs() <= slack);
-            let view =
-                is_touched.then(|| SurfaceView::new((own, 1.0), &pose.rotation, face.id, &line.middle));
-            let Some(view) = view.flatten().filter(|view| (view.outward + normal).norm() <= ACROSS) else {
+    let touch = LineTouch { size: side.size(), slack: parallel * side.size(), gap: nearest.gap.abs() };
+    if let Some((contact, there)) = touch.along((own, &nearest.contact), other, &-normal) {
+        return Some(Nearest { contact, target: there.or(nearest.target), ..*nearest });
+    }
+    let (target, contact) = touch.over((other?, nearest.target.as_ref()?), own, &normal)?;
+    Some(Nearest { contact, target: Some(target), ..*nearest })
+}
+
+/// How lines are told.
+struct LineTouch {
+    /// Size of the contact body \[m\].
+    size: f64,
+    /// How far a line may lie off \[m\].
+    slack: f64,
+    /// Distance of the bodies \[m\].
+    gap: f64,
+}
+
+impl LineTouch {
+    /// The middle of a straight line of the surface `first` through the place `here` along which it touches `second` (a plane without one) in the
+    /// direction `outward` of space, and the place of that which is nearest to it.
+    fn along(
+        &self,
+        ((first, pose), here): (Moved<'_>, &SurfaceSite),
+        second: Option<Moved<'_>>,
+        outward: &Vector3<f64>,
+    ) -> Option<(SurfaceSite, Option<SurfaceSite>)> {
+        let place = first.place(here.face, &here.xi);
+        let (start, in_body) = (Vector3::from(place.point), pose.rotation.inverse_transform_vector(outward));
+        for line in first.lines_through(&place.point) {
+            let is_touched = line.points.iter().all(|p| (p - start).dot(&in_body).abs() <= self.slack);
+            let view = is_touched.then(|| SurfaceView::new(first, 1.0, &pose.rotation, &line.middle));
+            let Some(view) = view.flatten().filter(|view| (view.outward - outward).norm() <= ACROSS) else {
                 continue;
             };
-            let is_curved =
-                |view: &SurfaceView| view.surface.curvatures.iter().any(|c| c.abs() * side.size() > FLAT);
-            let in_space = |p: &Vector3<f64>| pose.position + pose.rotation * p;
-            let contact = |point: &Vector3<f64>| SurfaceSite {
-                face: face.id,
-                xi: line.middle,
-                point: in_space(point),
-                ..nearest.contact
+            let middle = in_space(&line, pose);
+            let Some((surface, at)) = second else {
+                return self.is_curved(&view).then_some((middle, None));
             };
-            let middle = contact(&line.points[PLACES.len() / 2]);
-            let Some((shape, at)) = other else {
-                return is_curved(&view).then_some(Nearest { contact: middle, ..*nearest });
-            };
-            let on_target = |point: &Vector3<f64>| nearest_on(shape, at, &in_space(point));
+            let on_second =
+                |point: &Vector3<f64>| nearest_on(surface, at, &(pose.position + pose.rotation * point));
             let is_along = |point: &Vector3<f64>| {
-                on_target(point).is_some_and(|(_, distance)| (distance - nearest.gap.abs()).abs() <= slack)
+                on_second(point).is_some_and(|foot| (foot.distance - self.gap).abs() <= self.slack)
             };
             if line.points.iter().all(is_along) {
-                let (there, _) = on_target(&line.points[PLACES.len() / 2])?;
-                let on_target = SurfaceView::new((shape, 1.0), &at.rotation, there.face, &there.xi)?;
-                let is_line = is_curved(&view) || is_curved(&on_target);
-                return is_line.then_some(Nearest { contact: middle, target: Some(there), ..*nearest });
+                let there = on_second(&line.points[ALONG_LINE.len() / 2])?.place;
+                let facing = SurfaceView::new(surface, 1.0, &at.rotation, &there)?;
+                let is_line = self.is_curved(&view) || self.is_curved(&facing);
+                return is_line.then(|| (middle, Some(site(&there, at))));
             }
         }
+        None
     }
-    None
-}
 
-/// The line of a face through a place along one of its parameters.
-struct Line {
-    points: [Vector3<f64>; PLACES.len()],
-    /// Parameters of the middle.
-    middle: [f64; 3],
-}
-
-impl Line {
-    fn new(patches: &[Patch], face: &Face, xi: &[f64; 3], d: usize) -> Self {
-        let patch = &patches[face.id.patch];
-        let (lower, upper) = patch.domain();
-        let at = |share: f64| {
-            let mut there = face.on_face(xi);
-            there[d] = lower[d] + share * (upper[d] - lower[d]);
-            there
+    /// The middle of the part of a straight line of the surface `first` through the place `here` that lies over `second` in the direction `outward` of
+    /// space, where that may end before the line does, and the place of `second` there.
+    fn over(
+        &self,
+        ((first, pose), here): (Moved<'_>, &SurfaceSite),
+        (second, at): Moved<'_>,
+        outward: &Vector3<f64>,
+    ) -> Option<(SurfaceSite, SurfaceSite)> {
+        let place = first.place(here.face, &here.xi);
+        let start = Vector3::from(place.point);
+        let on_second =
+            |point: &Vector3<f64>| nearest_on(second, at, &(pose.position + pose.rotation * point));
+        let is_over = |point: &Vector3<f64>| {
+            on_second(point).is_some_and(|foot| (foot.distance - self.gap).abs() <= self.slack)
         };
-        Self { points: PLACES.map(|share| Vector3::from(patch.point(&at(share)))), middle: at(0.5) }
+        for line in first.lines_through(&place.point) {
+            let ends = [line.points[0], line.points[ALONG_LINE.len() - 1]].map(|end| {
+                let [mut inside, mut outside] = if is_over(&end) { [1.0; 2] } else { [0.0, 1.0] };
+                for _ in 0..HALVINGS {
+                    let middle = 0.5 * (inside + outside);
+                    if is_over(&(start + middle * (end - start))) {
+                        inside = middle
+                    } else {
+                        outside = middle
+                    }
+                }
+                start + inside * (end - start)
+            });
+            let points = ALONG_LINE.map(|share| ends[0] + share * (ends[1] - ends[0]));
+            if (ends[1] - ends[0]).norm() <= SHORTEST * self.size || !points.iter().all(is_over) {
+                continue;
+            }
+            let middle = first.nearest(&points[ALONG_LINE.len() / 2].into())?.place;
+            let middle = first.turned_to(&middle, &pose.rotation.inverse_transform_vector(outward));
+            let view = SurfaceView::new(first, 1.0, &pose.rotation, &middle)?;
+            if (view.outward - outward).norm() <= ACROSS && self.is_curved(&view) {
+                let there = on_second(&Vector3::from(middle.point))?.place;
+                let there = second.turned_to(&there, &at.rotation.inverse_transform_vector(&-outward));
+                return Some((site(&middle, pose), site(&there, at)));
+            }
+        }
+        None
     }
 
-    /// Whether its points lie on a straight line, but for the distance `near` \[m\], and it has a length.
-    fn is_straight(&self, near: f64) -> bool {
-        let [first, .., last] = self.points;
-        let Some(along) = (last - first).try_normalize(4.0 * near) else { return false };
-        self.points.iter().all(|p| (p - first).cross(&along).norm() <= near)
+    fn is_curved(&self, view: &SurfaceView) -> bool {
+        view.surface.curvatures.iter().any(|c| c.abs() * self.size > FLAT)
     }
 }
 
-/// The place of `shape` in the motion `pose` that is nearest to a point of space, and its distance \[m\].
-fn nearest_on(shape: Geometry<'_>, pose: &BodyState, point: &Vector3<f64>) -> Option<(SurfaceSite, f64)> {
-    let patches = &shape.shape.patches;
-    let in_body = pose.rotation.inverse_transform_vector(&(point - pose.position));
-    let surface = BodySurface::of_faces(patches, Face::outer(patches, shape.is_axisymmetric()));
-    let found = surface.closest(patches, &in_body.into())?;
-    let face = surface.faces()[found.face].id;
-    let position = pose.position + pose.rotation * Vector3::from(found.point);
-    Some((SurfaceSite { face, element: 0, xi: found.xi, point: position }, found.measure))
+/// A place of a body in the motion `pose` as a search finds it.
+fn site(place: &SurfacePlace, pose: &BodyState) -> SurfaceSite {
+    let point = pose.position + pose.rotation * Vector3::from(place.point);
+    SurfaceSite { face: place.face, xi: place.xi, point }
+}
+
+/// The middle of a line of a body in the motion `pose`.
+fn in_space(line: &StraightLine, pose: &BodyState) -> SurfaceSite {
+    let point = pose.position + pose.rotation * line.points[ALONG_LINE.len() / 2];
+    SurfaceSite { point, ..site(&line.middle, pose) }
+}
+
+/// The place of a surface in the motion `pose` that is nearest to a point of space.
+fn nearest_on(surface: &dyn Surface, pose: &BodyState, point: &Vector3<f64>) -> Option<Foot> {
+    surface.nearest(&pose.rotation.inverse_transform_vector(&(point - pose.position)).into())
 }

@@ -2,11 +2,10 @@
 
 use ffr_dynamics::system::force::BodyState;
 
-use crate::mesh_surface::{MeshSurface, SideSite};
 use crate::sizing::zone::{PredictedZone, predicted_zone};
 use crate::smooth_fit::SmoothFit;
 use crate::spec::{BodyKind, ContactLaw, ContactSpec, MeshedSpec, RunSpec, Target, Treatment};
-use crate::touch_sites::TouchSite;
+use crate::surface::{MeshSurface, Surface, SurfacePlace};
 use crate::warning::{Warning, WarningKind};
 
 /// Sides of quadratic elements on the contact radius that make the force right to half a per cent: with one the force of a ball is off by 0.7 %, with
@@ -113,8 +112,8 @@ pub fn touches(spec: &RunSpec, poses: &[BodyState], contact: &ContactSpec) -> Ve
     }
     let is_refined = law.treatment == Treatment::Adaptive;
     let Some(zone) = predicted_zone(spec, poses, contact) else { return Vec::new() };
-    let touch = |(body, site): (usize, TouchSite)| {
-        let (mesh, TouchSite::Side(site)) = (on_mesh(body)?, site) else { return None };
+    let touch = |(body, site): (usize, SurfacePlace)| {
+        let mesh = on_mesh(body)?;
         let surface = MeshSurface::of(&mesh.mesh);
         let (length, wanted) = (surface.length_at(&site), wanted_length(mesh, zone.half_width));
         Some(MeshTouch {
@@ -142,7 +141,7 @@ fn wanted_length(body: &MeshedSpec, radius: f64) -> f64 {
 }
 
 /// Error of the force that the change of normals at edges may cause, as a share of it (Eq. C.72); none where a smooth surface takes their place.
-fn shape_error(surface: &MeshSurface, site: &SideSite, zone: &PredictedZone) -> f64 {
+fn shape_error(surface: &MeshSurface, site: &SurfacePlace, zone: &PredictedZone) -> f64 {
     let PredictedZone { half_width, approach, .. } = zone;
     // Of spheres a²/δ.
     let radius = half_width * half_width / approach;

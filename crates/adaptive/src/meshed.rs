@@ -1,5 +1,7 @@
 //! A flexible body of finite elements from its specification: matrices of its mesh.
 
+use std::sync::Arc;
+
 use contact_qs::points::DofLookup;
 use faer::sparse::SparseColMat;
 use fe_mesh::fault::MeshFault;
@@ -15,6 +17,7 @@ use iga_core::space::Space;
 use crate::body::field::Field;
 use crate::error::AdaptiveError;
 use crate::spec::MeshedSpec;
+use crate::surface::MeshSurface;
 use crate::unsupported::Unsupported;
 
 /// Displacement components of a node.
@@ -34,6 +37,8 @@ pub struct MeshedBody {
     pub assembled: AssembledBody,
     /// Numbers of the unknowns.
     pub lookup: DofLookup,
+    /// Its undeformed surface.
+    pub surface: Arc<MeshSurface>,
 }
 
 /// Number of elastic modes that a mesh has.
@@ -80,7 +85,8 @@ impl MeshedBody {
         let space = spec.space();
         let assembled = assembled(name, &space, &materials)?;
         let lookup = DofLookup::new(&assembled.dofs);
-        let mut body = Self { name: name.to_owned(), spec, space, materials, assembled, lookup };
+        let surface = MeshSurface::of(&spec.mesh);
+        let mut body = Self { name: name.to_owned(), spec, space, materials, assembled, lookup, surface };
         if !body.spec.rigid_areas.is_empty() {
             body.assembled.stiffness = body.held(body.assembled.stiffness.clone())?;
         }
@@ -91,7 +97,8 @@ impl MeshedBody {
     pub fn copied(&self, name: &str, spec: MeshedSpec) -> Self {
         let assembled = AssembledBody { name: name.to_owned(), ..self.assembled.clone() };
         let (space, materials, lookup) = (spec.space(), self.materials.clone(), self.lookup.clone());
-        Self { name: name.to_owned(), spec, space, materials, assembled, lookup }
+        let surface = Arc::clone(&self.surface);
+        Self { name: name.to_owned(), spec, space, materials, assembled, lookup, surface }
     }
 
     /// `stiffness` with that of the rigid parts added, whose nodes have the first unknowns.

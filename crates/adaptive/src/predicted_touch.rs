@@ -1,6 +1,8 @@
 //! The first touch of a contact if its bodies fly freely, and whether it is one of smooth surfaces, of whole flat faces, or over an edge
 //! (docs/theory.md Eqs. C.55, C.56).
 
+use std::sync::Arc;
+
 use contact_qs::search::{SurfaceSite, TouchSettings, first_touch};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
@@ -11,8 +13,9 @@ use crate::detection::{Detector, DetectorTarget, Nearest, Search};
 use crate::line_touch::middle_of_line;
 use crate::local_surface::SurfaceView;
 use crate::predict::{HertzLaw, LocalSurface};
-use crate::spec::{ContactSpec, Geometry, HertzSpec, JointSpec, RunSpec, Target};
-use crate::touch_side::{POLE, Side, touch_direction};
+use crate::spec::{ContactSpec, HertzSpec, JointSpec, RunSpec, Target};
+use crate::surface::{POLE, Surface};
+use crate::touch_side::{Moved, Side, touch_direction};
 use crate::touch_sites::Surfaces;
 
 /// What of two bodies touches first.
@@ -66,26 +69,33 @@ pub(crate) fn kind_of_touch(
     poses: &[BodyState],
 ) -> Option<TouchKind> {
     let (poses, nearest) = touch_in_flight((spec, surfaces), contact, poses)?;
-    let (own, other) = shapes(spec, contact, &poses)?;
+    let moved = Pair::new((spec, surfaces), contact)?;
+    let (own, other) = moved.in_motion(&poses);
     let nearest = middle_of_line(own, other, &nearest, PARALLEL).unwrap_or(nearest);
     Some(touch_kind_at(own, other, &nearest, PARALLEL))
 }
 
-/// A shape with its motion.
-type Moved<'a> = (Geometry<'a>, &'a BodyState);
+/// The surfaces of a contact body and its target, none of a plane, with the numbers of the bodies.
+struct Pair {
+    own: (usize, Arc<dyn Surface>),
+    target: Option<(usize, Arc<dyn Surface>)>,
+}
 
-/// The contact body of `contact` and its target, none of a plane, in the motions `poses`; `None` without exact shapes.
-fn shapes<'a>(
-    spec: &'a RunSpec,
-    contact: &ContactSpec,
-    poses: &'a [BodyState],
-) -> Option<(Moved<'a>, Option<Moved<'a>>)> {
-    let own = (spec.bodies[contact.body].geometry()?, &poses[contact.body]);
-    let other = match contact.target {
-        Target::Plane { .. } => None,
-        Target::Body(other) => Some((spec.bodies[other].geometry()?, &poses[other])),
-    };
-    Some((own, other))
+impl Pair {
+    /// Those of `contact`; `None` of a body without a surface.
+    fn new((spec, surfaces): (&RunSpec, &Surfaces), contact: &ContactSpec) -> Option<Self> {
+        let of = |body: usize| Some((body, surfaces.of(&spec.bodies[body]).ok()??.surface));
+        let target = match contact.target {
+            Target::Plane { .. } => None,
+            Target::Body(other) => Some(of(other)?),
+        };
+        Some(Self { own: of(contact.body)?, target })
+    }
+
+    fn in_motion<'a>(&'a self, poses: &'a [BodyState]) -> (Moved<'a>, Option<Moved<'a>>) {
+        let moved = |(body, surface): &'a (usize, Arc<dyn Surface>)| (surface.as_ref(), &poses[*body]);
+        (moved(&self.own), self.target.as_ref().map(moved))
+    }
 }
 
 /// Motions and nearest places of the first touch of `contact` in free flight; `None` as for [`touch_kind`].
@@ -95,9 +105,6 @@ fn touch_in_flight(
     poses: &[BodyState],
 ) -> Option<(Vec<BodyState>, Nearest)> {
     let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
-    for body in [Some(contact.body), other].into_iter().flatten() {
-        spec.bodies[body].geometry()?;
-    }
     if [Some(contact.body), other]
         .into_iter()
         .flatten()
@@ -122,7 +129,8 @@ pub(crate) fn no_hertz_point(
         return None;
     }
     let (poses, nearest) = touch_in_flight((spec, surfaces), contact, poses)?;
-    let (own, other) = shapes(spec, contact, &poses)?;
+    let moved = Pair::new((spec, surfaces), contact)?;
+    let (own, other) = moved.in_motion(&poses);
     if middle_of_line(own, other, &nearest, PARALLEL).is_some() {
         return Some(ALONG_LINE);
     }
@@ -131,39 +139,33 @@ pub(crate) fn no_hertz_point(
         TouchKind::Edge | TouchKind::BetweenPoints => return Some("an edge, a rim or a corner touches"),
         TouchKind::Smooth => {}
     }
-    let view = |body: usize, site: &SurfaceSite| {
-        let shape = spec.bodies[body].geometry()?;
-        SurfaceView::new((shape, 1.0), &poses[body].rotation, site.face, &site.xi)
+    let view = |(surface, pose): Moved<'_>, site: &SurfaceSite| {
+        SurfaceView::new(surface, 1.0, &pose.rotation, &surface.place(site.face, &site.xi))
     };
-    let own = view(contact.body, &nearest.contact)?;
-    let size = spec.bodies[contact.body].geometry()?.shape.patches.iter();
-    let size = size.flat_map(|p| p.control_points()).map(|p| Vector3::from(*p).norm()).fold(0.0, f64::max);
-    let motion = spec.bodies[contact.body].geometry()?.motion();
-    if motion == RigidMotion::Axial && own.point[0].abs() > POLE * size {
+    let own_view = view(own, &nearest.contact)?;
+    if own.0.motion() == RigidMotion::Axial && own_view.point[0].abs() > POLE * own.0.reach() {
         return Some("bodies touch along a ring");
     }
-    let other = match (contact.target, &nearest.target) {
-        (Target::Body(other), Some(site)) => view(other, site)?.surface,
+    let other = match (other, &nearest.target) {
+        (Some(other), Some(site)) => view(other, site)?.surface,
         _ => LocalSurface::plane(1.0),
     };
-    HertzLaw::new(&[own.surface, other]).is_none().then_some(ALONG_LINE)
+    HertzLaw::new(&[own_view.surface, other]).is_none().then_some(ALONG_LINE)
 }
 
-/// What touches at the places `nearest` of a contact body and a target, shapes with their motions; the target is a plane if there is none.
+/// What touches at the places `nearest` of a contact body and a target, surfaces with their motions; the target is a plane if there is none.
 /// Flat faces meet as a whole if they are inclined by no more than the angle `parallel` \[rad\].
 pub fn touch_kind_at(
-    (own, pose): (Geometry<'_>, &BodyState),
-    other: Option<(Geometry<'_>, &BodyState)>,
+    own: Moved<'_>,
+    other: Option<Moved<'_>>,
     nearest: &Nearest,
     parallel: f64,
 ) -> TouchKind {
-    let own = Side::new(own, pose);
-    let target = other.map(|(shape, pose)| Side::new(shape, pose));
+    let (own, target) = (Side::new(own), other.map(Side::new));
     let normal = touch_direction(&own, target.as_ref(), nearest);
     let (own, target) = (own.facing(&-normal), target.map(|side| side.facing(&normal)));
-    let own_point = own.point(nearest.contact.face, &nearest.contact.xi);
-    let target_point =
-        target.as_ref().zip(nearest.target).map(|(side, site)| side.point(site.face, &site.xi));
+    let own_point = own.place(&nearest.contact).point;
+    let target_point = target.as_ref().zip(nearest.target).map(|(side, site)| side.place(&site).point);
     let both = || std::iter::once((&own, own_point)).chain(target.as_ref().zip(target_point));
     if both().all(|(side, point)| side.is_flat(&point, parallel)) {
         TouchKind::Flat
@@ -206,7 +208,7 @@ impl<'a> Flight<'a> {
         contact: &ContactSpec,
         poses: &'a [BodyState],
     ) -> Option<Self> {
-        let model = |body: usize| surfaces.of(&spec.bodies[body]).ok()?;
+        let model = |body: usize| Some(surfaces.of(&spec.bodies[body]).ok()??.model);
         let own = model(contact.body)?;
         let size = own.radius();
         let (target, other) = match contact.target {

@@ -477,6 +477,11 @@ impl ZoneSite {
     /// The whole surface of a body, about no place on it.
     pub const WHOLE: Self = Self { face: 0, centre: [0.0; 3], widths: Self::ALL_WIDTHS, meets: None };
 
+    /// A zone of the widths `widths` \[m\] about the parameters `centre` of face `face`.
+    pub fn about((face, centre): (u32, [f64; 3]), widths: [f64; 2]) -> Self {
+        Self { face, centre, widths, meets: None }
+    }
+
     /// Whether the zone is the whole surface of the body, with its edges.
     pub fn is_whole(&self) -> bool {
         self.widths == Self::ALL_WIDTHS

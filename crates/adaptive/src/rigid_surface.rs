@@ -2,7 +2,6 @@
 
 use contact_qs::ContactError;
 use contact_qs::points::DofLookup;
-use contact_qs::search::SurfaceModel;
 use contact_qs::surface_pair::TargetFace;
 use faer::Mat;
 use iga_core::elasticity::Model;
@@ -15,12 +14,14 @@ use std::sync::Arc;
 use crate::contact_zone::{ContactZone, ZoneExtent, ZoneRegion};
 use crate::elastic_body::Discretised;
 use crate::spec::Geometry;
+use crate::surface::{SplineSurface, Surface};
 use crate::zone_contact::ContactSide;
 
 /// The surface of a rigid body with a shape.
 pub struct RigidSurface {
     shape: Arc<Shape>,
     model: Model,
+    undeformed: Arc<SplineSurface>,
     /// The functions of the shape, not refined.
     space: PatchSpace,
     /// All its faces, without contact points.
@@ -56,6 +57,7 @@ impl RigidSurface {
             faces: zone(ZoneExtent::Faces),
             whole: zone(ZoneExtent::Whole),
             shape: Arc::clone(shape),
+            undeformed: SplineSurface::of(shape, &model),
             model,
             space,
             lookup: DofLookup::new(&[]),
@@ -68,12 +70,9 @@ impl RigidSurface {
         Geometry { shape: &self.shape, model: &self.model }
     }
 
-    /// The surface for searches.
-    ///
-    /// # Errors
-    /// [`ContactError`] without an outer face.
-    pub fn search_model(&self) -> Result<SurfaceModel, ContactError> {
-        SurfaceModel::rigid(self.geometry().motion(), &self.shape.patches)
+    /// What is asked of it beside contact.
+    pub fn undeformed(&self) -> &dyn Surface {
+        self.undeformed.as_ref()
     }
 
     /// The side of a contact that body `body` with this surface is, by smooth parts of its faces or, with `has_edges`, edges included (theory

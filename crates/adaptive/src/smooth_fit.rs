@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use crate::mesh_surface::{LocalShape, MeshSurface, SideSite};
+use crate::surface::{LocalShape, MeshSurface, SurfacePlace};
 
 /// Functions of a polynomial of two variables of degree four.
 const FUNCTIONS: usize = 15;
@@ -50,7 +50,7 @@ fn functions(u: f64, v: f64) -> [f64; FUNCTIONS] {
 impl SmoothFit {
     /// The surface through the nodes around `site`, where the surface has the shape `shape`; none if no smooth one goes through them, or they do not reach
     /// beyond the distance `reach` from it.
-    pub fn new(surface: &MeshSurface, site: &SideSite, shape: &LocalShape, reach: f64) -> Option<Self> {
+    pub fn new(surface: &MeshSurface, site: &SurfacePlace, shape: &LocalShape, reach: f64) -> Option<Self> {
         let centre = Vector3::from(site.point);
         // Rings end where edges do: the nearest nodes of more of them lie on a disc.
         let mut places = surface.around(site, 2 * NODES * FUNCTIONS);

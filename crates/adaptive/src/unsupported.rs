@@ -158,11 +158,6 @@ pub enum Unsupported {
         "a body of model \"mesh\" has no fine models with modes = \"own\"; choose modes = \"prolonged\" for its contacts"
     )]
     FineModesOfMesh,
-    /// Contact on the whole surface of a mesh.
-    #[error(
-        "a mesh has no contact on its whole surface; give a width of the interval, or the body a shape of splines (geometry.shape)"
-    )]
-    WholeMesh,
     /// Division by Algorithm 3, or about several intervals, of a body of several patches.
     #[error("interval.division = \"printed\" is for bodies of one patch; leave it out")]
     PartsOfPatches,

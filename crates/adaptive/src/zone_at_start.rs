@@ -6,31 +6,20 @@ use iga_core::ParameterBox;
 use iga_core::elasticity::Model;
 use iga_core::nurbs::interface::FaceId;
 use iga_core::nurbs::local::parameter_at_distance;
-use iga_core::surface::{BodySurface, CollocationPoint, Face};
+use iga_core::surface::{CollocationPoint, Face};
 use nalgebra::Vector3;
 
 use crate::contact_zone::{ContactZone, ZoneLimits};
 use crate::elastic_body::ElasticBody;
 use crate::error::{AdaptiveError, ContactModelFault};
-use crate::spec::{ElasticSpec, Geometry, RefinementSpec, SurfaceLaw, Treatment};
+use crate::spec::{ElasticSpec, RefinementSpec, SurfaceLaw, Treatment};
+use crate::surface::SurfacePlace;
 
 /// Slack of comparisons between parameters, as a share of the patch's range: round-off of arc lengths.
 const PARAMETER_SLACK: f64 = 1e-9;
 
 /// A refinement counts as made for a contact whose first point is nearer to its centre than this part of its width.
 const IN_THE_MIDDLE: f64 = 1e-3;
-
-/// A place on the surface of a body about which a contact has its interval. Refinement moves neither faces nor parameters, so
-/// that a site found on the exact shape holds for every discretisation of it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ContactSite {
-    /// The face.
-    pub face: FaceId,
-    /// Parameters in the face's patch.
-    pub xi: [f64; 3],
-    /// Undeformed position in the model's components \[m\].
-    pub point: [f64; 3],
-}
 
 /// A contact that asks for a zone on a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,25 +29,30 @@ pub struct ZoneRequest<'a> {
     /// Points, interval.
     pub law: &'a SurfaceLaw,
     /// Where.
-    pub site: ContactSite,
+    pub site: SurfacePlace,
 }
 
-impl ContactSite {
-    /// The site at parameters `xi` of face `face`.
-    pub fn new(body: &Geometry<'_>, face: FaceId, xi: [f64; 3]) -> Self {
-        let patches = &body.shape.patches;
-        let xi = Face::new(patches, face, body.is_axisymmetric()).on_face(&xi);
-        Self { face, xi, point: patches[face.patch].point(&xi) }
-    }
+/// The line along which a body is touched first.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LineOnBody {
+    /// Half width of the contact at the peak force \[m\].
+    pub half_width: f64,
+    /// Full width of the zone that it needs \[m\].
+    pub width: f64,
+    /// Unit vector in the body's frame, across the line.
+    pub across: Vector3<f64>,
+    /// Outward direction in the body's frame in which the partner lies.
+    pub outward: Vector3<f64>,
+}
 
-    /// The first point to touch a plane whose normal, in the body's frame and towards the body, is `normal`; `None` for a
-    /// body without faces.
-    pub fn lowest(body: &Geometry<'_>, normal: &Vector3<f64>) -> Option<Self> {
-        let patches = &body.shape.patches;
-        let surface = BodySurface::new(patches, body.is_axisymmetric());
-        let first = surface.lowest(patches, &body.motion().components(normal.as_ref()))?;
-        Some(Self::new(body, surface.faces()[first.face].id, first.xi))
-    }
+/// A zone that a contact has on a body from the start, and what Hertz's theory and the motions at the start say of it, which not every body asks.
+pub struct StartZone<'a> {
+    /// What is asked for.
+    pub request: ZoneRequest<'a>,
+    /// Width that the first touch needs; none if that is not known \[m\].
+    pub width: &'a dyn Fn() -> Option<f64>,
+    /// The line along which the body is touched first; none if it is touched otherwise.
+    pub line: &'a dyn Fn() -> Option<LineOnBody>,
 }
 
 /// A box of parameters on a face.
@@ -100,8 +94,9 @@ impl ZoneRequest<'_> {
     /// [`AdaptiveError::Contact`] if no width is known, the zone is empty or touches a singular line.
     pub fn zone(&self, body: &ElasticBody) -> Result<ContactZone, AdaptiveError> {
         let fail = |source| AdaptiveError::Contact { contact: self.contact.to_owned(), source };
-        let ContactSite { face, xi, point } = self.site;
-        let face = Face::new(&body.shape.patches, face, body.spec.model == Model::Axisymmetric);
+        let SurfacePlace { face, xi, point } = self.site;
+        let id = FaceId::all(&body.shape.patches)[face as usize];
+        let face = Face::new(&body.shape.patches, id, body.spec.model == Model::Axisymmetric);
         let interval = |width: f64| {
             let half_width = RefinementSpec::half_width(&body.spec.model, &point, width);
             Interval::about(body, &face, &xi, half_width)

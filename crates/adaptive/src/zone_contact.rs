@@ -52,15 +52,24 @@ impl ContactSide<'_> {
 
     /// The points of the zone that meet an edge or a corner of `target`, and their plane there; none if none do.
     fn meeting_point(&self, target: &ContactSide<'_>) -> Option<MeetingPoint> {
-        let (meets, splines) = (self.meets?, target.splines.as_ref()?);
-        let ZoneRegion::Faces(faces) = &target.zone.region else { return None };
-        let id = *FaceId::all(splines.patches).get(meets.face as usize)?;
-        let number = faces.iter().position(|target| target.face.id == id)?;
-        let mut xi = [0.0; 2];
-        xi.iter_mut().zip(faces[number].face.directions()).for_each(|(x, d)| *x = meets.xi[d]);
+        let (meets, splines) = (self.meets?, target.splines.as_ref());
+        let place = match (&target.zone.region, splines) {
+            (ZoneRegion::Pieces(pieces), _) => {
+                let (piece, xi) = pieces.place_of(meets.face, [meets.xi[0], meets.xi[1]])?;
+                SurfacePlace { face: piece, xi }
+            }
+            (ZoneRegion::Faces(faces), Some(splines)) => {
+                let id = *FaceId::all(splines.patches).get(meets.face as usize)?;
+                let number = faces.iter().position(|target| target.face.id == id)?;
+                let mut xi = [0.0; 2];
+                xi.iter_mut().zip(faces[number].face.directions()).for_each(|(x, d)| *x = meets.xi[d]);
+                SurfacePlace { face: number as u32, xi }
+            }
+            (ZoneRegion::Faces(_), None) => return None,
+        };
         Some(MeetingPoint {
             points: self.zone.meeting.clone(),
-            place: SurfacePlace { face: number as u32, xi },
+            place,
             normal: target.motion.components(&meets.normal),
         })
     }
@@ -69,22 +78,23 @@ impl ContactSide<'_> {
     /// `is_met`, where nothing lies on an edge.
     fn surface(&self, is_met: bool) -> Result<TargetSurface, ContactError> {
         let Self { motion, lookup, shapes, compliance, .. } = *self;
-        match (&self.zone.region, &self.splines) {
+        let surface = match (&self.zone.region, &self.splines) {
             (ZoneRegion::Pieces(surface), _) => {
-                TargetSurface::of_pieces(motion, surface, lookup, shapes, compliance)
+                TargetSurface::of_pieces(motion, surface, lookup, shapes, compliance)?
             }
             (ZoneRegion::Faces(faces), Some(Discretised { space, patches, .. })) => {
-                let surface =
-                    TargetSurface::flexible(motion, *space, patches, faces, lookup, shapes, compliance)?;
-                Ok(match self.zone.extent {
-                    ZoneExtent::Part => surface,
-                    ZoneExtent::Faces => surface.complete(),
-                    ZoneExtent::Whole if is_met => surface.with_edges(0.0),
-                    ZoneExtent::Whole => surface.with_edges(OVERHANG * self.zone.widths[0]),
-                })
+                TargetSurface::flexible(motion, *space, patches, faces, lookup, shapes, compliance)?
             }
-            (ZoneRegion::Faces(_), None) => Err(ContactError::Nothing { what: "a mesh has no face" }),
-        }
+            (ZoneRegion::Faces(_), None) => {
+                return Err(ContactError::Nothing { what: "a mesh has no face" });
+            }
+        };
+        Ok(match self.zone.extent {
+            ZoneExtent::Part => surface,
+            ZoneExtent::Faces => surface.complete(),
+            ZoneExtent::Whole if is_met => surface.with_edges(0.0),
+            ZoneExtent::Whole => surface.with_edges(OVERHANG * self.zone.widths[0]),
+        })
     }
 }
 

@@ -28,6 +28,7 @@ mod solids;
 mod sphere_rod_sphere;
 mod static_answers;
 mod store;
+mod surfaces;
 mod transfer;
 mod watch;
 mod zone_points;

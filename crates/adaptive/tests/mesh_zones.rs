@@ -8,10 +8,10 @@ use adaptive::body::field::Field;
 use adaptive::body::field_body::FieldBody;
 use adaptive::body::reduced::Interface;
 use adaptive::fine_elements::{FineElements, WantedZone};
-use adaptive::mesh_surface::{MeshSurface, SideSite};
 use adaptive::meshed::MeshedBody;
 use adaptive::smooth_fit::SmoothFit;
 use adaptive::spec::{DampingSpec, FrameSpec, MeshedSpec, ReductionSpec};
+use adaptive::surface::{MeshSurface, Surface, SurfacePlace};
 use fe_mesh::rules::MassRule;
 use fe_mesh::{ElementKind, Mesh};
 use ffr_dynamics::reduction::problem::ElasticProblem;
@@ -35,9 +35,9 @@ fn spec(mesh: Mesh) -> MeshedSpec {
     }
 }
 
-fn site(mesh: &Arc<Mesh>, point: [f64; 3]) -> (Arc<MeshSurface>, SideSite) {
+fn site(mesh: &Arc<Mesh>, point: [f64; 3]) -> (Arc<MeshSurface>, SurfacePlace) {
     let surface = MeshSurface::of(mesh);
-    let site = surface.nearest(&point).unwrap();
+    let site = surface.nearest(&point).unwrap().place;
     (surface, site)
 }
 

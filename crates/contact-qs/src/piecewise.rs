@@ -68,7 +68,54 @@ impl PiecewiseSurface {
     }
 }
 
+/// Steps of Newton's method on a bilinear map of a convex quadrilateral: three do.
+const NEWTON_STEPS: usize = 10;
+/// Part of a piece by which a place may lie beside it: round-off of searches.
+const BESIDE: f64 = 1e-6;
+
+impl PiecewiseSurface {
+    /// The piece that holds the parameters `eta` of side `side`, and the place in it; none if no piece does.
+    pub fn place_of(&self, side: u32, eta: [f64; 2]) -> Option<(u32, [f64; 2])> {
+        let on_side = self.pieces.iter().enumerate().filter(|(_, piece)| piece.side == side);
+        on_side.filter_map(|(k, piece)| Some((k as u32, piece.place_of(eta)?))).next()
+    }
+}
+
 impl SurfacePiece {
+    /// Parameters of the side at the place `s` of the square.
+    pub fn parameters(&self, s: [f64; 2]) -> [f64; 2] {
+        bilinear(&self.corners, s)
+    }
+
+    /// Area of the side's parameters over that of the square at `s`.
+    pub fn area_at(&self, s: [f64; 2]) -> f64 {
+        let [a, b] = self.slopes(s);
+        (a[0] * b[1] - a[1] * b[0]).abs()
+    }
+
+    /// Derivatives of the parameters of the side by those of the square.
+    fn slopes(&self, [s, t]: [f64; 2]) -> [[f64; 2]; 2] {
+        let [a, b, c, d] = &self.corners;
+        [
+            [0, 1].map(|k| (1.0 - t) * (b[k] - a[k]) + t * (c[k] - d[k])),
+            [0, 1].map(|k| (1.0 - s) * (d[k] - a[k]) + s * (c[k] - b[k])),
+        ]
+    }
+
+    /// The place in the square with the parameters `eta` of the side; none if it lies beside it.
+    pub fn place_of(&self, eta: [f64; 2]) -> Option<[f64; 2]> {
+        let mut s = [0.5; 2];
+        for _ in 0..NEWTON_STEPS {
+            let at = self.parameters(s);
+            let (miss, [a, b]) = ([eta[0] - at[0], eta[1] - at[1]], self.slopes(s));
+            let determinant = a[0] * b[1] - a[1] * b[0];
+            let step = [miss[0] * b[1] - miss[1] * b[0], a[0] * miss[1] - a[1] * miss[0]];
+            s = [0, 1].map(|k| (s[k] + step[k] / determinant).clamp(-1.0, 2.0));
+        }
+        let is_inside = s.iter().all(|x| (-BESIDE..=1.0 + BESIDE).contains(x));
+        is_inside.then(|| s.map(|x| x.clamp(0.0, 1.0)))
+    }
+
     /// Coefficients of node `k` of the piece.
     pub(crate) fn row(&self, k: usize) -> &[f64] {
         let n = (self.degree + 1) * (self.degree + 1);

@@ -308,7 +308,7 @@ impl ForceElement for SurfacePair {
         });
         let n_t = friction.as_ref().map_or(0, |f| f.n_t);
         let zone = self.compliances.as_ref().map(|c| c.solver(&self.surface, n_t));
-        let state = PairState::new(n, nc, (self.surface.nodes.len(), self.surface.spread()), zone, friction);
+        let state = PairState::new(n, nc, (self.surface.nodes.len(), self.surface.spread), zone, friction);
         let workspace = PairWorkspace::new(&self.surface, n, self.n_tangents(), self.n_modes);
         (state, workspace, PairFound::new(&self.surface, n, self.n_tangents()))
     }

@@ -168,28 +168,52 @@ impl Mesh {
         position(&functions.values, &places)
     }
 
-    /// The point of the surface nearest to `point`.
+    /// The point of the surface nearest to `point`; where several are sought, one [`SurfaceSearch`] serves all.
     pub fn nearest(&self, point: &[f64; 3]) -> Option<OnSurface> {
+        SurfaceSearch::new(self).nearest(self, point)
+    }
+}
+
+/// Boxes around the sides of a mesh, by which nearest points of its surface are found.
+#[derive(Debug, Clone)]
+pub struct SurfaceSearch {
+    boxes: Vec<([f64; 3], [f64; 3])>,
+}
+
+impl SurfaceSearch {
+    /// Boxes around the sides of `mesh`.
+    pub fn new(mesh: &Mesh) -> Self {
         let mut places = Vec::new();
-        let mut boxes = Vec::with_capacity(self.surface().len());
-        for &face in self.surface() {
-            self.places(&self.face(face).1, &mut places);
-            boxes.push((box_distance(&bounds(&places), point), face));
-        }
-        boxes.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let mut best: Option<OnSurface> = None;
-        for (least, face) in boxes {
-            if best.as_ref().is_some_and(|b| b.distance <= least) {
-                break;
+        let around = |&face: &Face| {
+            mesh.places(&mesh.face(face).1, &mut places);
+            bounds(&places)
+        };
+        Self { boxes: mesh.surface().iter().map(around).collect() }
+    }
+
+    /// The point of the surface of `mesh` nearest to `point`; of sides at the same distance that of the first.
+    pub fn nearest(&self, mesh: &Mesh, point: &[f64; 3]) -> Option<OnSurface> {
+        let least = |i: usize| box_distance(&self.boxes[i], point);
+        let first = (0..self.boxes.len()).min_by(|a, b| least(*a).total_cmp(&least(*b)))?;
+        let mut places = Vec::new();
+        let mut on_side = |i: usize| {
+            let face = mesh.surface()[i];
+            let (kind, nodes) = mesh.face(face);
+            mesh.places(&nodes, &mut places);
+            let (eta, point, distance) = nearest_on_side(kind, &places, point);
+            OnSurface { face, eta, point, distance }
+        };
+        let mut best = on_side(first);
+        for i in (0..self.boxes.len()).filter(|i| *i != first) {
+            if least(i) > best.distance {
+                continue;
             }
-            let (kind, nodes) = self.face(face);
-            self.places(&nodes, &mut places);
-            let found = nearest_on_side(kind, &places, point);
-            if best.as_ref().is_none_or(|b| found.2 < b.distance) {
-                best = Some(OnSurface { face, eta: found.0, point: found.1, distance: found.2 });
+            let found = on_side(i);
+            if found.distance < best.distance || (found.distance <= best.distance && found.face < best.face) {
+                best = found;
             }
         }
-        best
+        best.distance.is_finite().then_some(best)
     }
 }
 

@@ -1,7 +1,6 @@
 //! Fine models of the two sides of a contact, and the force element that they make.
 
 use std::borrow::Cow;
-use std::sync::Arc;
 
 use contact_qs::points::InterfaceCompliance;
 use contact_qs::{ActiveContact, ZoneVibration};
@@ -15,6 +14,7 @@ use super::zone_model::ZoneModel;
 use super::{AdaptiveContact, CancelCheck, FineBasis, WIDEST};
 use crate::body::fine::FineModel;
 use crate::body::reduced::with_critical;
+use crate::body::whole::fine_model;
 use crate::body_damping::damping;
 use crate::body_model::{BodyModel, FlexibleModel};
 use crate::contact_zone::{ContactZone, ZoneExtent};
@@ -71,7 +71,7 @@ impl AdaptiveContact {
         body: &FlexibleModel,
         site: &ZoneSite,
     ) -> Result<Box<dyn FineModel>, AdaptiveError> {
-        let (face, count) = (site.face, body.body.n_faces());
+        let (face, count) = (site.face, body.body.undeformed().n_faces());
         if face as usize >= count {
             return Err(self.without_model(ContactModelFault::UnknownFace { face, count }));
         }
@@ -79,7 +79,7 @@ impl AdaptiveContact {
         if width > WIDEST * size && !site.is_whole() {
             return Err(self.without_model(ContactModelFault::TooWide { width, size }));
         }
-        Arc::clone(&body.body).refined(site, &self.law.interval)
+        fine_model(&body.body, site, &self.law.interval)
     }
 
     /// Whether fine models can be built again from their sites: their zones are quasistatic, on prolonged modes.

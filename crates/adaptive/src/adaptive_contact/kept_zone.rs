@@ -19,7 +19,11 @@ pub(super) fn holds(
     elements: usize,
     target: f64,
 ) -> bool {
-    let Some([from, to]) = body.body.zone_places([kept, wanted]) else { return false };
+    let surface = body.body.undeformed();
+    if !surface.share_directions([kept.face, wanted.face]) {
+        return false;
+    }
+    let [from, to] = [kept, wanted].map(|site| surface.place(site.face, &site.centre).point);
     let moved = from.iter().zip(&to).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
     // From the axis of an axisymmetric model the zone leads one way.
     let is_from_axis =

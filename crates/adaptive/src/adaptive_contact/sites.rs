@@ -2,9 +2,7 @@
 //! whole surfaces of bodies that touch with flat faces, edges or corners (docs/theory.md section C.9).
 
 use contact_qs::ActiveContact;
-use contact_qs::search::SurfaceSite;
 use ffr_dynamics::system::force::BodyState;
-use iga_core::nurbs::FaceId;
 
 use super::widths::PredictedWidths;
 use super::{
@@ -16,14 +14,13 @@ use crate::detection::{Nearest, Search};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::fine_model::ELEMENTS;
 use crate::line_touch::middle_of_line;
-use crate::mesh_surface::MeshSurface;
 use crate::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::plausibility::resolution::{MISSED_SURFACE, height_between_points};
 use crate::predicted_touch::{TouchKind, touch_kind_at};
 use crate::record::{TargetPlace, ZoneSite};
 use crate::run_state::ImpactHistory;
 use crate::spec::Target;
-use crate::touch_side::{Side, met_place};
+use crate::touch_side::{Moved, Side, met_place};
 use crate::whole_surface::resolved_penalty;
 use crate::zone_contact::FALLBACK_PENALTY;
 
@@ -69,13 +66,24 @@ impl AdaptiveContact {
         search: &mut Search,
     ) -> Result<Nearest, AdaptiveError> {
         let nearest = self.nearest(states, search)?;
-        let shape = |body: usize| bodies[body].geometry().map(|shape| (shape, &states[body]));
-        let other = if let Target::Body(other) = self.target { Some(other) } else { None };
-        let (Some(own), other_shape) = (shape(self.body), other.map(shape)) else { return Ok(nearest) };
-        if self.is_vibrating() || other_shape.is_some_and(|shape| shape.is_none()) {
+        let Some((own, other)) = self.moved(bodies, states).filter(|_| !self.is_vibrating()) else {
             return Ok(nearest);
-        }
-        Ok(middle_of_line(own, other_shape.flatten(), &nearest, NEARLY_PARALLEL).unwrap_or(nearest))
+        };
+        Ok(middle_of_line(own, other, &nearest, NEARLY_PARALLEL).unwrap_or(nearest))
+    }
+
+    /// The undeformed surfaces of the contact body and of the target, if that is a body, with their motions; none if one has no surface.
+    fn moved<'a>(
+        &self,
+        bodies: &'a [BodyModel],
+        states: &'a [BodyState],
+    ) -> Option<(Moved<'a>, Option<Moved<'a>>)> {
+        let of = |body: usize| Some((bodies[body].undeformed()?, &states[body]));
+        let other = match self.target {
+            Target::Plane { .. } => None,
+            Target::Body(other) => Some(of(other)?),
+        };
+        Some((of(self.body)?, other))
     }
 
     /// Where the zones lie: the whole surfaces if an edge or flat faces touch, else about the nearest places.
@@ -90,26 +98,20 @@ impl AdaptiveContact {
         request: &RefinementRequest<'_>,
     ) -> Result<Sites, AdaptiveError> {
         let whole = self.whole_at(bodies, states, nearest, request.widths)?;
-        let own_body = flexible(&bodies[self.body]);
         let target = self.flexible_target.zip(nearest.target.as_ref());
         if whole.is_some() {
             let own = self.whole_site(bodies, states, nearest, whole);
             let target = target.map(|_| ZoneSite::WHOLE);
             return Ok(Sites { own, target, predicted: [0.0; 2], least: [0.0; 2], whole });
         }
-        let PredictedWidths { widths: predicted, least, is_known } =
+        let PredictedWidths { widths: predicted, least } =
             self.predicted_widths(bodies, states, nearest, request.peak);
-        if let (false, None, Some(body)) = (is_known, request.widths, self.flat_mesh(bodies, states, nearest))
-        {
-            let body = bodies[body].name.clone();
-            return Err(self.without_model(ContactModelFault::FlatMesh { body }));
-        }
         let widths = self.widths(bodies, request, predicted);
-        let mut own = zone_site(own_body, &nearest.contact, widths);
+        let mut own = zone_site(&nearest.contact, widths);
         let mut target = target.map(|(other, there)| {
             let widths = self.target_widths(bodies, states, (&nearest.contact, widths), (other, there));
             let widths = widths.map(without_round_off);
-            zone_site(flexible(&bodies[other]), there, widths)
+            zone_site(there, widths)
         });
         if request.widths.is_none()
             && let Some(kept) = self.kept_zones(bodies, &request.history, [Some(own), target])
@@ -133,13 +135,13 @@ impl AdaptiveContact {
         if whole == Some(TouchKind::Edge)
             && let Some(meets) = self.met_place(bodies, states, nearest)
         {
-            let site = zone_site(flexible(body), &nearest.contact, ZoneSite::ALL_WIDTHS);
+            let site = zone_site(&nearest.contact, ZoneSite::ALL_WIDTHS);
             return ZoneSite { meets: Some(meets), ..site };
         }
         let is_bent = || height_between_points(body) > MISSED_SURFACE * self.detector.size();
         let is_on_plane = matches!(self.target, Target::Plane { .. });
         if whole == Some(TouchKind::Edge) && (!is_on_plane || is_bent()) {
-            return zone_site(flexible(body), &nearest.contact, ZoneSite::ALL_WIDTHS);
+            return zone_site(&nearest.contact, ZoneSite::ALL_WIDTHS);
         }
         ZoneSite::WHOLE
     }
@@ -151,15 +153,12 @@ impl AdaptiveContact {
         states: &[BodyState],
         nearest: &Nearest,
     ) -> Option<TargetPlace> {
-        let Target::Body(other) = self.target else { return None };
-        let (own, target) = (bodies[self.body].geometry()?, bodies[other].geometry()?);
-        let faces = FaceId::all(&target.shape.patches);
-        let number = |face: FaceId| faces.iter().position(|f| *f == face).map(|k| k as u32);
-        met_place(&Side::new(own, &states[self.body]), &Side::new(target, &states[other]), nearest, number)
+        let (own, target) = self.moved(bodies, states)?;
+        met_place(&Side::new(own), &Side::new(target?), nearest)
     }
 
     /// What touches at the places `nearest`, if it is an edge or flat faces and `widths` ask for no interval: then the zones are the whole
-    /// surfaces, as [`ZoneSite::ALL_WIDTHS`] asks for. None of smooth surfaces, and of meshes, whose faces have no kind that the geometry tells.
+    /// surfaces, as [`ZoneSite::ALL_WIDTHS`] asks for. None of smooth surfaces.
     ///
     /// # Errors
     /// [`AdaptiveError::ContactModel`] if no contact point sees the touch, or zones that vibrate would be whole surfaces.
@@ -175,15 +174,7 @@ impl AdaptiveContact {
             Some(_) => return Ok(None),
             None => {}
         }
-        let side = |body: usize| bodies[body].geometry().map(|shape| (shape, &states[body]));
-        let Some(own) = side(self.body) else { return Ok(None) };
-        let other = match self.target {
-            Target::Plane { .. } => None,
-            Target::Body(other) => match side(other) {
-                Some(other) => Some(other),
-                None => return Ok(None),
-            },
-        };
+        let Some((own, other)) = self.moved(bodies, states) else { return Ok(None) };
         let kind = touch_kind_at(own, other, nearest, NEARLY_PARALLEL);
         match kind {
             TouchKind::Smooth => Ok(None),
@@ -198,22 +189,9 @@ impl AdaptiveContact {
         }
     }
 
-    /// A body of finite elements that has a flat face in the plane in which the bodies touch.
-    fn flat_mesh(&self, bodies: &[BodyModel], states: &[BodyState], nearest: &Nearest) -> Option<usize> {
-        let places = [Some((self.body, &nearest.contact)), self.flexible_target.zip(nearest.target.as_ref())];
-        let is_flat = |(body, site): &(usize, &SurfaceSite)| {
-            let Some(mesh) = flexible(&bodies[*body]).body.mesh() else { return false };
-            let surface = MeshSurface::of(&mesh.spec.mesh);
-            let normal = states[*body].rotation.inverse_transform_vector(&nearest.normal);
-            let place = surface.site(site.element, [site.xi[0], site.xi[1]]);
-            surface.is_flat_against(&place, &normal, NEARLY_PARALLEL)
-        };
-        places.into_iter().flatten().find(is_flat).map(|(body, _)| body)
-    }
-
-    /// Whether the contact may have zones that are the whole surfaces: it is quasistatic, on splines, and nobody has given a width.
+    /// Whether the contact may have zones that are the whole surfaces: it is quasistatic, and nobody has given a width.
     pub fn may_be_whole(&self) -> bool {
-        !self.has_mesh && !self.is_vibrating() && self.law.interval.width.is_none()
+        !self.is_vibrating() && self.law.interval.width.is_none()
     }
 
     /// The penalty factor of a contact of whole surfaces: the one that the modes resolve, raised where it leaves the bodies in each other

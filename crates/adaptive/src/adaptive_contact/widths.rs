@@ -12,7 +12,7 @@ use super::{AdaptiveContact, WIDEST, flexible};
 use crate::body_model::{BodyModel, FlexibleModel};
 use crate::detection::{Nearest, Search};
 use crate::error::AdaptiveError;
-use crate::local_surface::SurfaceView;
+use crate::local_surface::{SurfaceView, plane_compliance};
 use crate::predict::{
     HertzLaw, HertzPrediction, ImpactLaw, LineLaw, LocalSurface, StraightLine, half_extents, hertz_impact,
     interval_width, inverse_effective_mass, widths_along,
@@ -39,7 +39,7 @@ impl AdaptiveContact {
     ) -> PredictedWidths {
         let blind = BLIND_WIDTH * flexible(&bodies[self.body]).body.size();
         let known = self.partners(bodies, states, nearest).and_then(|p| self.hertz_widths(bodies, &p, peak));
-        known.unwrap_or(PredictedWidths { widths: [blind; 2], least: [0.0; 2], is_known: false })
+        known.unwrap_or(PredictedWidths { widths: [blind; 2], least: [0.0; 2] })
     }
 
     fn hertz_widths(
@@ -61,7 +61,7 @@ impl AdaptiveContact {
             let widths = own
                 .tangents
                 .map(|tangent| if line.is_across(&tangent) { across } else { WIDEST * body.body.size() });
-            return Some(PredictedWidths { widths, least: [0.0; 2], is_known: true });
+            return Some(PredictedWidths { widths, least: [0.0; 2] });
         };
         let (extents, least, from_axis) = match law {
             ImpactLaw::Line(law) => {
@@ -85,11 +85,7 @@ impl AdaptiveContact {
         };
         let least = least.map(|half| interval_width(half, target, from_axis));
         let predicted = extents.map(|half| interval_width(half, target, from_axis));
-        Some(PredictedWidths {
-            widths: std::array::from_fn(|d| predicted[d].max(least[d])),
-            least,
-            is_known: true,
-        })
+        Some(PredictedWidths { widths: std::array::from_fn(|d| predicted[d].max(least[d])), least })
     }
 
     /// Widths of the interval on the body `other` at `there`, whose face has directions of its own, for an interval of the `widths`
@@ -174,10 +170,9 @@ impl AdaptiveContact {
 
 /// The surface of `body` at `site`; none where it has no curvatures.
 fn view(body: &BodyModel, state: &BodyState, site: &SurfaceSite) -> Option<SurfaceView> {
-    match body.flexible() {
-        Some(flexible) => flexible.body.view_at(&state.rotation, site),
-        None => SurfaceView::new((body.geometry()?, 0.0), &state.rotation, site.face, &site.xi),
-    }
+    let material = body.flexible().and_then(|flexible| flexible.body.slowest_material());
+    let (surface, compliance) = (body.undeformed()?, material.map_or(0.0, plane_compliance));
+    SurfaceView::new(surface, compliance, &state.rotation, &surface.place(site.face, &site.xi))
 }
 
 /// Widths of a first interval.
@@ -187,8 +182,6 @@ pub(super) struct PredictedWidths {
     pub widths: [f64; 2],
     /// Below which nothing is to be told, zero where that is not known \[m\].
     pub least: [f64; 2],
-    /// Whether Hertz's theory has an answer; if not, the widths are blind ones.
-    pub is_known: bool,
 }
 
 /// Both partners of an impact, and the normal from the target to the contact body.

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use contact_qs::ContactError;
-use contact_qs::search::{SurfaceModel, SurfaceSite};
+use contact_qs::search::SurfaceModel;
 use faer::MatRef;
 use ffr_dynamics::body::AssembledBody;
 use iga_core::elasticity::Material;
@@ -13,15 +13,16 @@ use nalgebra::UnitQuaternion;
 use super::field::Field;
 use super::fine::FineModel;
 use super::reduced::{Interface, ReducedBody, ReductionInput, geometric_stiffening, modes_key};
+use crate::contact_zone::{ContactZone, PointsAbout};
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
-use crate::local_surface::SurfaceView;
 use crate::meshed::MeshedBody;
 use crate::record::ZoneSite;
 use crate::spec::{Area, DampingSpec, FrameSpec, IntervalSpec, ReductionSpec};
 use crate::store::ModelCache;
-use crate::touch_sites::TouchSite;
+use crate::surface::Surface;
 use crate::unsupported::Unsupported;
+use crate::zone_at_start::StartZone;
 
 /// How a body is to be reduced.
 #[derive(Debug, Clone, Copy)]
@@ -34,6 +35,17 @@ pub struct ReductionSettings<'a> {
     pub frame: &'a FrameSpec,
     /// Whether inertia forces stiffen the body.
     pub is_stiffened: bool,
+}
+
+/// The longest of some elements of a body.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LongestElement {
+    /// Direction of the patch; none of elements that have no directions in common.
+    pub direction: Option<usize>,
+    /// Degree of the functions.
+    pub degree: usize,
+    /// Its side \[m\].
+    pub length: f64,
 }
 
 /// A flexible body with its matrices. What a new kind of elements has to say is required; what follows from it is provided.
@@ -56,28 +68,44 @@ pub trait FieldBody: Field {
     /// Size of the body \[m\].
     fn size(&self) -> f64;
 
+    /// The longest elements of each direction, or of each kind.
+    fn longest_elements(&self) -> Vec<LongestElement>;
+
+    /// Least length of the body, the thickness of a wall; the diameter of an axisymmetric one counts if less \[m\].
+    fn thickness(&self) -> f64;
+
+    /// How far the surface rises between neighbouring contact points of its whole surface at most: the height of arcs over the chords of elements'
+    /// sides, a quarter of it where a point stands in the middle \[m\].
+    fn height_between_points(&self) -> f64;
+
+    /// What gives the body smaller elements at a place, as words of a remedy.
+    fn finer_there(&self) -> String;
+
+    /// What gives the body a mesh that carries shorter waves, as a remedy.
+    fn finer_mesh(&self) -> String;
+
     /// Its deformable surface, moving with `shapes`.
     ///
     /// # Errors
     /// [`ContactError`] if the body has no surface.
     fn surface(&self, shapes: MatRef<'_, f64>) -> Result<SurfaceModel, ContactError>;
 
-    /// Number of faces or sides that a [`ZoneSite`] can name.
-    fn n_faces(&self) -> usize;
+    /// Its undeformed surface.
+    fn undeformed(&self) -> &dyn Surface;
 
-    /// The number by which a [`ZoneSite`] names the face or side that a search has found.
-    fn face_number(&self, found: &SurfaceSite) -> u32;
+    /// The whole of it as a contact zone on the body's own elements, with edges and corners, and with more points at `about` if there is one.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Contact`] or [`AdaptiveError::Mesh`] if the surface has no area; `contact` is the contact's name.
+    fn whole_zone(&self, about: Option<&PointsAbout>, contact: &str) -> Result<ContactZone, AdaptiveError>;
 
-    /// A zone of the width `width` \[m\] about `site`, a place of this body.
-    fn zone_site(&self, site: &TouchSite, width: f64) -> ZoneSite;
+    /// The zone that a contact has on it from the start about a place.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Contact`], [`AdaptiveError::ContactModel`] or [`AdaptiveError::Mesh`] if no width is known, or the zone is empty.
+    fn zone_at_start(&self, request: &StartZone<'_>) -> Result<ContactZone, AdaptiveError>;
 
-    /// Undeformed places of two zones \[m\]; none if their directions are not the same.
-    fn zone_places(&self, sites: [&ZoneSite; 2]) -> Option<[[f64; 3]; 2]>;
-
-    /// The surface at a place that a search has found, the body's frame turned by `rotation`; none where it has no curvatures.
-    fn view_at(&self, rotation: &UnitQuaternion<f64>, found: &SurfaceSite) -> Option<SurfaceView>;
-
-    /// The model refined about `site` with the settings `interval`, or its own elements with their whole surface if that is what `site` says.
+    /// The model refined about `site`, a part of its surface, with the settings `interval`.
     ///
     /// # Errors
     /// [`AdaptiveError`] with the body's name if it cannot be refined so far.

@@ -4,27 +4,26 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use contact_qs::ContactError;
-use contact_qs::search::{SurfaceModel, SurfaceSite};
+use contact_qs::search::SurfaceModel;
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::AssembledBody;
 use iga_core::elasticity::Material;
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
 use super::field::Field;
-use super::field_body::{FieldBody, ReductionSettings};
+use super::field_body::{FieldBody, LongestElement, ReductionSettings};
 use super::fine::FineModel;
-use crate::contact_zone::ContactZone;
+use crate::contact_zone::{ContactZone, PointsAbout};
 use crate::error::AdaptiveError;
 use crate::fine_elements::{FineElements, WantedZone};
 use crate::interval::IntervalGrid;
-use crate::local_surface::SurfaceView;
-use crate::mesh_surface::{MeshSurface, SideSite};
 use crate::meshed::MeshedBody;
 use crate::record::ZoneSite;
 use crate::spec::{IntervalSpec, MeshedSpec, PointRule};
 use crate::store::{Bytes, meshed_definition};
-use crate::touch_sites::TouchSite;
-use crate::unsupported::Unsupported;
+use crate::surface::Surface;
+use crate::zone_at_start::StartZone;
+use crate::zone_on_mesh::zone_on_mesh;
 
 impl FieldBody for MeshedBody {
     fn as_field(&self) -> &dyn Field {
@@ -52,13 +51,59 @@ impl FieldBody for MeshedBody {
         self.spec.mesh.size()
     }
 
+    /// Those of linear and of quadratic kinds: the longest edge between corners.
+    fn longest_elements(&self) -> Vec<LongestElement> {
+        let mesh = &self.spec.mesh;
+        let longest = |degree: usize| {
+            let elements = mesh.elements().iter().filter(|e| (e.kind.is_quadratic() as usize + 1) == degree);
+            let lengths = elements.flat_map(|e| {
+                let place = move |k: u8| Vector3::from(mesh.nodes()[e.nodes[k as usize] as usize]);
+                e.kind.edges().iter().map(move |[a, b]| (place(*a) - place(*b)).norm())
+            });
+            lengths.reduce(f64::max).map(|length| LongestElement { direction: None, degree, length })
+        };
+        [1, 2].into_iter().filter_map(longest).collect()
+    }
+
+    /// Along the principal axes of its nodes: that of a straight part, more than that of a bent one.
+    fn thickness(&self) -> f64 {
+        let places = || self.spec.mesh.nodes().iter().map(|x| Vector3::from(*x));
+        let mean = places().sum::<Vector3<f64>>() / self.spec.mesh.nodes().len() as f64;
+        let spread: Matrix3<f64> = places().map(|x| (x - mean) * (x - mean).transpose()).sum();
+        let axes = spread.symmetric_eigen().eigenvectors;
+        let extent = |d: usize| self.undeformed().extent_along(&axes.column(d).into_owned());
+        (0..3).map(extent).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Linear sides are their own chords.
+    fn height_between_points(&self) -> f64 {
+        self.surface.edge_heights().fold(0.0, f64::max) * 0.25
+    }
+
+    fn finer_there(&self) -> String {
+        "make the elements of the mesh smaller".into()
+    }
+
+    fn finer_mesh(&self) -> String {
+        "mesh it with smaller or quadratic elements, or keep fewer modes".into()
+    }
+
     fn surface(&self, shapes: MatRef<'_, f64>) -> Result<SurfaceModel, ContactError> {
-        let pieces = MeshSurface::of(&self.spec.mesh).pieces();
+        let pieces = self.surface.pieces();
         SurfaceModel::of_pieces(self.motion(), &pieces, &self.lookup, shapes)
     }
 
-    fn n_faces(&self) -> usize {
-        self.spec.mesh.surface().len()
+    fn undeformed(&self) -> &dyn Surface {
+        self.surface.as_ref()
+    }
+
+    fn whole_zone(&self, about: Option<&PointsAbout>, _contact: &str) -> Result<ContactZone, AdaptiveError> {
+        let zone = ContactZone::whole_mesh(&self.surface, about);
+        zone.map_err(|source| AdaptiveError::Mesh { body: self.name.clone(), source })
+    }
+
+    fn zone_at_start(&self, request: &StartZone<'_>) -> Result<ContactZone, AdaptiveError> {
+        zone_on_mesh((&self.name, &self.surface), request)
     }
 
     fn refined(
@@ -66,32 +111,9 @@ impl FieldBody for MeshedBody {
         site: &ZoneSite,
         interval: &IntervalSpec,
     ) -> Result<Box<dyn FineModel>, AdaptiveError> {
-        if site.is_whole() {
-            return Err(AdaptiveError::unsupported_body(&self.name, Unsupported::WholeMesh));
-        }
-        let [u, v, _] = site.centre;
-        let place = MeshSurface::of(&self.spec.mesh).site(site.face as usize, [u, v]);
+        let place = self.surface.place(site.face, &site.centre);
         let wanted = WantedZone { site: place, widths: site.widths, elements: interval.elements };
         Ok(Box::new(FineElements::build(&self, &wanted)?))
-    }
-
-    fn face_number(&self, found: &SurfaceSite) -> u32 {
-        found.element as u32
-    }
-
-    fn zone_site(&self, site: &TouchSite, width: f64) -> ZoneSite {
-        let TouchSite::Side(SideSite { side, eta, .. }) = *site else { return ZoneSite::default() };
-        ZoneSite { face: side as u32, centre: [eta[0], eta[1], 0.0], widths: [width; 2], meets: None }
-    }
-
-    fn zone_places(&self, sites: [&ZoneSite; 2]) -> Option<[[f64; 3]; 2]> {
-        let surface = MeshSurface::of(&self.spec.mesh);
-        Some(sites.map(|s| surface.site(s.face as usize, [s.centre[0], s.centre[1]]).point))
-    }
-
-    fn view_at(&self, rotation: &UnitQuaternion<f64>, found: &SurfaceSite) -> Option<SurfaceView> {
-        let side = MeshSurface::of(&self.spec.mesh).site(found.element, [found.xi[0], found.xi[1]]);
-        SurfaceView::of_mesh(&self.spec, rotation, &side)
     }
 
     fn mesh(&self) -> Option<&MeshedBody> {

@@ -4,30 +4,29 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use contact_qs::ContactError;
-use contact_qs::search::{SurfaceModel, SurfaceSite};
+use contact_qs::search::SurfaceModel;
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::reduction::BodyTurn;
 use iga_core::elasticity::{Material, Model};
-use iga_core::nurbs::FaceId;
+use iga_core::nurbs::lengths::lengths;
+use iga_core::nurbs::{FaceId, Patch};
 use iga_core::surface::Face;
-use nalgebra::UnitQuaternion;
 
 use super::field::Field;
-use super::field_body::{FieldBody, ReductionSettings};
+use super::field_body::{FieldBody, LongestElement, ReductionSettings};
 use super::fine::FineModel;
 use crate::contact_zone::{ContactZone, PointsAbout};
 use crate::elastic_body::{Discretised, ElasticBody};
 use crate::error::AdaptiveError;
 use crate::fine_model::{ELEMENTS, FineMesh, FineSettings, zone_definition};
 use crate::interval::IntervalGrid;
-use crate::local_surface::{SurfaceView, plane_compliance};
-use crate::record::{TargetPlace, ZoneSite};
+use crate::record::ZoneSite;
 use crate::spec::{ElasticSpec, IntervalSpec, PointRule};
 use crate::store::{Bytes, body_definition};
-use crate::touch_sites::TouchSite;
+use crate::surface::Surface;
 use crate::wanted_interval::WantedInterval;
-use crate::zone_at_start::ContactSite;
+use crate::zone_at_start::StartZone;
 
 impl FieldBody for ElasticBody {
     fn as_field(&self) -> &dyn Field {
@@ -55,12 +54,59 @@ impl FieldBody for ElasticBody {
         self.space.size()
     }
 
+    fn longest_elements(&self) -> Vec<LongestElement> {
+        let patches = self.shape.patches.iter();
+        patches.flat_map(|patch| (0..patch.dimension()).map(|d| longest_element(patch, d))).collect()
+    }
+
+    /// Of its parameter lines.
+    fn thickness(&self) -> f64 {
+        let mut extents = lengths(&self.spec.shape);
+        if self.spec.model == Model::Axisymmetric {
+            extents[0] = 2.0 * self.assembled.nodes.iter().fold(0.0, |r: f64, x| r.max(x[0]));
+        }
+        extents.into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    /// From degree 2 on a point stands in the middle.
+    fn height_between_points(&self) -> f64 {
+        let heights = self.shape.patches.iter().flat_map(|patch| {
+            (0..patch.dimension()).map(move |d| {
+                let height = largest_over_sides(patch, d, |[a, middle, b]| {
+                    (0..3).map(|c| (middle[c] - 0.5 * (a[c] + b[c])).powi(2)).sum::<f64>().sqrt()
+                });
+                if patch.knots()[d].degree() > 1 { 0.25 * height } else { height }
+            })
+        });
+        heights.fold(0.0, f64::max)
+    }
+
+    fn finer_there(&self) -> String {
+        format!("refine bodies.{}.discretisation", self.name)
+    }
+
+    fn finer_mesh(&self) -> String {
+        format!(
+            "leave bodies.{}.discretisation.elements to the program, raise them or the degree, or keep fewer modes",
+            self.name
+        )
+    }
+
     fn surface(&self, shapes: MatRef<'_, f64>) -> Result<SurfaceModel, ContactError> {
         SurfaceModel::new(self.motion(), &self.shape.patches, &self.space, &self.lookup, shapes)
     }
 
-    fn n_faces(&self) -> usize {
-        FaceId::all(&self.shape.patches).len()
+    fn undeformed(&self) -> &dyn Surface {
+        self.surface.as_ref()
+    }
+
+    fn whole_zone(&self, about: Option<&PointsAbout>, contact: &str) -> Result<ContactZone, AdaptiveError> {
+        let zone = ContactZone::whole(&self.discretised(), about);
+        zone.map_err(|source| AdaptiveError::Contact { contact: contact.to_owned(), source })
+    }
+
+    fn zone_at_start(&self, request: &StartZone<'_>) -> Result<ContactZone, AdaptiveError> {
+        request.request.zone(self)
     }
 
     fn refined(
@@ -68,43 +114,13 @@ impl FieldBody for ElasticBody {
         site: &ZoneSite,
         interval: &IntervalSpec,
     ) -> Result<Box<dyn FineModel>, AdaptiveError> {
-        let faces = FaceId::all(&self.shape.patches);
-        if site.is_whole() {
-            let about = site.place().and_then(|(face, xi)| {
-                Some(PointsAbout { face: *faces.get(face as usize)?, xi, meets: site.meets })
-            });
-            return Ok(Box::new(WholeSurface { body: self, about }));
-        }
-        let (id, patches) = (faces[site.face as usize], &self.shape.patches);
+        let (id, patches) = (FaceId::all(&self.shape.patches)[site.face as usize], &self.shape.patches);
         let face = Face::new(patches, id, self.spec.model == Model::Axisymmetric);
         let wanted = WantedInterval { face, centre: site.centre, widths: site.widths };
         let elements = interval.elements.unwrap_or(ELEMENTS);
         let settings = FineSettings { division: interval.division, elements, growth: None };
         let mesh = Arc::new(FineMesh::build(&self, &[wanted], &settings)?);
         Ok(Box::new(RefinedSplines { body: self, mesh, wanted, settings }))
-    }
-
-    fn face_number(&self, found: &SurfaceSite) -> u32 {
-        FaceId::all(&self.shape.patches).iter().position(|f| *f == found.face).unwrap_or_default() as u32
-    }
-
-    fn zone_site(&self, site: &TouchSite, width: f64) -> ZoneSite {
-        let TouchSite::Face(ContactSite { face, xi, .. }) = *site else { return ZoneSite::default() };
-        let number = FaceId::all(&self.shape.patches).iter().position(|f| *f == face).unwrap_or_default();
-        ZoneSite { face: number as u32, centre: xi, widths: [width; 2], meets: None }
-    }
-
-    /// Faces have directions of their own.
-    fn zone_places(&self, sites: [&ZoneSite; 2]) -> Option<[[f64; 3]; 2]> {
-        let faces = FaceId::all(&self.shape.patches);
-        let face = faces.get(sites[0].face as usize).filter(|_| sites[0].face == sites[1].face)?;
-        let patch = &self.shape.patches[face.patch];
-        Some(sites.map(|site| patch.point(&site.centre)))
-    }
-
-    fn view_at(&self, rotation: &UnitQuaternion<f64>, found: &SurfaceSite) -> Option<SurfaceView> {
-        let body = (self.spec.geometry(), plane_compliance(&self.spec.material));
-        SurfaceView::new(body, rotation, found.face, &found.xi)
     }
 
     fn splines(&self) -> Option<&ElasticBody> {
@@ -166,51 +182,31 @@ impl FineModel for RefinedSplines {
     }
 }
 
-/// A body of splines itself: its zone is its whole surface (theory C.9), with points at a place on it if there is one.
-struct WholeSurface {
-    body: Arc<ElasticBody>,
-    about: Option<PointsAbout>,
+fn longest_element(patch: &Patch, direction: usize) -> LongestElement {
+    let length = largest_over_sides(patch, direction, |[a, _, b]| {
+        a.iter().zip(&b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
+    });
+    LongestElement { direction: Some(direction), degree: patch.knots()[direction].degree(), length }
 }
 
-impl FineModel for WholeSurface {
-    fn field(&self) -> &dyn Field {
-        self.body.as_ref()
+/// The largest value of `of` the first, middle and last point of the sides of elements along `direction`.
+fn largest_over_sides(patch: &Patch, direction: usize, of: impl Fn([[f64; 3]; 3]) -> f64) -> f64 {
+    let breaks: Vec<Vec<f64>> = patch.knots().iter().map(|k| k.breaks()).collect();
+    let counts = std::array::from_fn::<usize, 3, _>(|d| breaks.get(d).map_or(1, Vec::len));
+    let mut largest = 0.0_f64;
+    for i in (0..counts[0] * counts[1] * counts[2])
+        .map(|k| [k % counts[0], k / counts[0] % counts[1], k / (counts[0] * counts[1])])
+        .filter(|i| i[direction] + 1 < counts[direction])
+    {
+        let mut xi = [0.0; 3];
+        breaks.iter().enumerate().for_each(|(d, list)| xi[d] = list[i[d]]);
+        let (from, to) = (xi[direction], breaks[direction][i[direction] + 1]);
+        let at = |parameter: f64| {
+            let mut xi = xi;
+            xi[direction] = parameter;
+            patch.point(&xi)
+        };
+        largest = largest.max(of([at(from), at(0.5 * (from + to)), at(to)]));
     }
-
-    fn zone(&self, _rule: PointRule, contact: &str) -> Result<ContactZone, AdaptiveError> {
-        let zone = ContactZone::whole(&self.body.discretised(), self.about.as_ref());
-        zone.map_err(|source| AdaptiveError::Contact { contact: contact.to_owned(), source })
-    }
-
-    fn grid(&self) -> IntervalGrid {
-        IntervalGrid { widths: [self.body.size(), 0.0], ends: Vec::new(), n_elements: [1; 2] }
-    }
-
-    fn contact_elements(&self, zone: &ContactZone) -> Vec<[usize; 2]> {
-        vec![[0; 2]; zone.points.len()]
-    }
-
-    fn assemble(&self) -> Result<Cow<'_, AssembledBody>, AdaptiveError> {
-        Ok(Cow::Borrowed(&self.body.assembled))
-    }
-
-    fn prolong(&self, shapes: MatRef<'_, f64>) -> Mat<f64> {
-        shapes.to_owned()
-    }
-
-    fn definition(&self) -> Bytes {
-        zone_definition(&self.body, None)
-    }
-
-    fn meets(&self) -> Option<&TargetPlace> {
-        self.about.as_ref()?.meets.as_ref()
-    }
-
-    fn is_own(&self) -> bool {
-        true
-    }
-
-    fn faces(&self) -> Option<Discretised<'_>> {
-        Some(self.body.discretised())
-    }
+    largest
 }

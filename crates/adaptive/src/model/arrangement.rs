@@ -9,8 +9,9 @@ use super::BodyModel;
 use crate::error::AdaptiveError;
 use crate::sizing::zone::{PredictedZone, predicted_zone};
 use crate::spec::{Attachment, ContactLaw, ContactSpec, JointSpec, Place, RunSpec, Target};
+use crate::surface::SurfacePlace;
 use crate::system::start::{poses, rigid_models};
-use crate::touch_sites::{TouchSite, first_sites};
+use crate::touch_sites::first_sites;
 
 /// A place with axes in space.
 #[derive(Debug, Clone, PartialEq)]
@@ -156,8 +157,8 @@ impl Arrangement {
 
     /// The first touch of `contact`; `None` where a body has no surface to touch.
     pub fn touch(&self, spec: &RunSpec, contact: &ContactSpec) -> Option<PlacedTouch> {
-        let at = |body: usize, site: &TouchSite| {
-            let point = spec.bodies[body].kind.motion().in_space(site.point());
+        let at = |body: usize, site: &SurfacePlace| {
+            let point = spec.bodies[body].kind.motion().in_space(&site.point);
             self.poses[body].position + self.poses[body].rotation * point
         };
         let sites = match &contact.law {

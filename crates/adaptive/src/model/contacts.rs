@@ -18,21 +18,20 @@ use crate::contact_zone::ContactZone;
 use crate::detection::InactiveContact;
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::marker_loads::MarkerLoads;
-use crate::mesh_surface::{MeshSurface, SideSite};
 use crate::plausibility::contact_strain::contact_modulus;
 use crate::simulation::RunContact;
 use crate::sizing::zone::{predicted_line, predicted_zone};
 use crate::spec::{
-    BodyKind, ContactLaw, ContactSpec, HertzSpec, HertzSphere, MeshedSpec, ReductionSpec, RefinementSpec,
-    RunSpec, SurfaceLaw, Target, Treatment,
+    BodyKind, ContactLaw, ContactSpec, HertzSpec, HertzSphere, ReductionSpec, RefinementSpec, RunSpec,
+    SurfaceLaw, Target, Treatment,
 };
 use crate::store::ModelCache;
-use crate::touch_sites::TouchSite;
+use crate::surface::{MeshSurface, SurfacePlace};
 use crate::unsupported::Unsupported;
 use crate::wave::wave_speed;
-use crate::zone_at_start::wanted_refinement;
+use crate::zone_at_start::{LineOnBody, StartZone, wanted_refinement};
 use crate::zone_contact::{FALLBACK_PENALTY, ZoneContact};
-use crate::zone_on_mesh::{refined_line, zone_along_line, zone_on_mesh};
+use crate::zone_on_mesh::zone_on_mesh;
 
 /// A contact ready for the system.
 pub struct BuiltContact {
@@ -138,15 +137,9 @@ pub fn zones(
             }
         };
         check_line(spec, poses, (contact, plan))?;
-        let zone = |body: usize, site: TouchSite| {
+        let zone = |body: usize, site: SurfacePlace| {
             let FullModel::Flexible(full) = &full[body] else { return Err(no_surface(contact)) };
-            match (site, full.splines(), full.mesh()) {
-                (TouchSite::Face(site), Some(body), _) => request(contact, law, site).zone(body),
-                (TouchSite::Side(site), _, Some(mesh)) => {
-                    mesh_zone(spec, poses, (contact, law), (body, &mesh.spec, &site))
-                }
-                _ => Err(no_surface(contact)),
-            }
+            start_zone((spec, poses), (contact, law), (body, site), |wanted| full.zone_at_start(wanted))
         };
         let own = zone(contact.body, sites.contact_body)?;
         let target = match (contact.target, sites.target) {
@@ -165,24 +158,22 @@ fn no_surface(contact: &ContactSpec) -> AdaptiveError {
     AdaptiveError::Contact { contact: contact.name.clone(), source }
 }
 
-/// The zone of `contact` on the mesh of a body, its number, what it is made from and the place given.
-fn mesh_zone(
-    spec: &RunSpec,
-    poses: &[BodyState],
+/// What `make` makes of the zone that `contact` has on a body, its number first, about a place of it.
+fn start_zone<T>(
+    (spec, poses): (&RunSpec, &[BodyState]),
     (contact, law): (&ContactSpec, &SurfaceLaw),
-    (body, mesh, site): (usize, &MeshedSpec, &SideSite),
-) -> Result<ContactZone, AdaptiveError> {
-    let name = spec.bodies[body].name.as_str();
-    let line = predicted_line(spec, poses, contact).filter(|_| law.treatment != Treatment::Coarse);
-    if let Some(line) = line {
-        let in_body = |v: &Vector3<f64>| poses[body].rotation.inverse_transform_vector(v);
+    (body, site): (usize, SurfacePlace),
+    make: impl FnOnce(&StartZone<'_>) -> T,
+) -> T {
+    let in_body = |v: &Vector3<f64>| poses[body].rotation.inverse_transform_vector(v);
+    let line = || {
+        let line = predicted_line(spec, poses, contact)?;
         let outward = if body == contact.body { -line.normal } else { line.normal };
-        let site = MeshSurface::of(&mesh.mesh).facing(site, &in_body(&outward));
-        return zone_along_line((name, mesh), (contact, law), &site, (&line, &in_body(&line.across)));
-    }
-    zone_on_mesh((name, mesh), (contact, law), site, || {
-        predicted_zone(spec, poses, contact).map(|zone| zone.width)
-    })
+        let (across, outward) = (in_body(&line.across), in_body(&outward));
+        Some(LineOnBody { half_width: line.half_width, width: line.width, across, outward })
+    };
+    let width = || predicted_zone(spec, poses, contact).map(|zone| zone.width);
+    make(&StartZone { request: request(contact, law, site), width: &width, line: &line })
 }
 
 /// Refuses a contact along a line with a mesh whose zones are not strips along it: one that is refined at the touch, and one of which a partner is of splines.
@@ -194,13 +185,14 @@ fn check_line(
     let ContactLaw::Surface(law) = &contact.law else { return Ok(()) };
     let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
     let bodies = || [Some(contact.body), other].into_iter().flatten().map(|body| &spec.bodies[body]);
-    let mesh = bodies().find(|body| matches!(body.kind, BodyKind::Meshed(_)));
+    let mesh = bodies().find(|body| body.kind.brings_mesh());
     let Some(mesh) = mesh.filter(|_| law.treatment != Treatment::Coarse) else { return Ok(()) };
     let Some(line) = predicted_line(spec, poses, contact) else { return Ok(()) };
     if *plan == ContactPlan::AtTouch {
-        return Err(refined_line(&mesh.name, contact, &line));
+        let fault = ContactModelFault::RefinedLine { body: mesh.name.clone(), width: 2.0 * line.half_width };
+        return Err(AdaptiveError::ContactModel { contact: contact.name.clone(), fault });
     }
-    match bodies().find(|body| matches!(body.kind, BodyKind::Elastic(_))) {
+    match bodies().find(|body| body.kind.is_meshed_here()) {
         Some(body) => {
             let (contact, fault) =
                 (contact.name.clone(), ContactModelFault::LineOfSplines { body: body.name.clone() });
@@ -225,9 +217,11 @@ pub fn check_mesh_zones(
         };
         let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
         for (body, site) in [(Some(contact.body), Some(sites.contact_body)), (other, sites.target)] {
-            let (Some(body), Some(TouchSite::Side(site))) = (body, site) else { continue };
+            let (Some(body), Some(site)) = (body, site) else { continue };
             if let BodyKind::Meshed(mesh) = &spec.bodies[body].kind {
-                mesh_zone(spec, poses, (contact, law), (body, mesh, &site))?;
+                let on = (spec.bodies[body].name.as_str(), &*MeshSurface::of(&mesh.mesh));
+                let wanted = |wanted: &StartZone<'_>| zone_on_mesh(on, wanted).map(|_| ());
+                start_zone((spec, poses), (contact, law), (body, site), wanted)?;
             }
         }
     }

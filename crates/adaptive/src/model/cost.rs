@@ -1,7 +1,5 @@
 //! What the models of a run take to be built, estimated before anything is factorised.
 
-use std::sync::Arc;
-
 use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::reduction::Pencil;
 use ffr_dynamics::system::force::BodyState;
@@ -9,13 +7,14 @@ use ffr_dynamics::system::force::BodyState;
 use super::contacts::{interfaces, takes_part, zones};
 use super::plan::{self, ContactPlan};
 use super::{full_models, resolution};
+use crate::body::whole::fine_model;
 use crate::body_model::FullModel;
 use crate::error::AdaptiveError;
 use crate::record::ZoneSite;
 use crate::sizing::zone::predicted_zone;
 use crate::spec::{ContactLaw, ContactSpec, ImportedSpec, RunSpec, SurfaceLaw, Target};
+use crate::surface::SurfacePlace;
 use crate::system::start;
-use crate::touch_sites::TouchSite;
 
 /// Bytes of an entry of a sparse matrix with its index.
 const SPARSE_ENTRY: f64 = 12.0;
@@ -73,10 +72,12 @@ pub fn costs(spec: &RunSpec) -> Result<Vec<ModelCost>, AdaptiveError> {
                     let ContactLaw::Surface(law) = &contact.law else { return None };
                     Some((contact, law, ZoneSite::WHOLE))
                 });
-                let touches = touches
-                    .map(|touch| (touch.contact, touch.law, coarse.zone_site(&touch.site, touch.width)));
+                let touches = touches.map(|touch| {
+                    let site = ZoneSite::about((touch.site.face, touch.site.xi), [touch.width; 2]);
+                    (touch.contact, touch.law, site)
+                });
                 for (contact, law, site) in whole.chain(touches) {
-                    let fine = Arc::clone(coarse).refined(&site, &law.interval)?;
+                    let fine = fine_model(coarse, &site, &law.interval)?;
                     let zone = fine.zone(law.points, &contact.name)?;
                     let n_elements = fine.field().space().n_elements();
                     let fine = cost(&*fine.assemble()?, n_elements, &zone.unknowns)?;
@@ -96,7 +97,7 @@ pub fn costs(spec: &RunSpec) -> Result<Vec<ModelCost>, AdaptiveError> {
 struct Touch<'a> {
     contact: &'a ContactSpec,
     law: &'a SurfaceLaw,
-    site: TouchSite,
+    site: SurfacePlace,
     width: f64,
 }
 

@@ -5,10 +5,11 @@ use ffr_dynamics::system::force::BodyState;
 
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::predicted_touch::{TouchKind, kind_of_touch, no_hertz_point};
-use crate::spec::{BodyKind, ContactLaw, ContactSpec, ElasticSpec, RunSpec, SurfaceLaw, Target, Treatment};
-use crate::touch_sites::{Sites, Surfaces, TouchSite, sites};
+use crate::spec::{ContactLaw, ContactSpec, ElasticSpec, RunSpec, SurfaceLaw, Target, Treatment};
+use crate::surface::{self, SurfacePlace};
+use crate::touch_sites::{Sites, Surfaces, sites};
 use crate::unsupported::Unsupported;
-use crate::zone_at_start::{ContactSite, ZoneRequest, refined_width};
+use crate::zone_at_start::{ZoneRequest, refined_width};
 
 /// When a contact gets its model.
 ///
@@ -71,8 +72,7 @@ fn plan(
         Target::Plane { .. } => return from_start(spec, contact, poses),
     };
     // A mesh is not refined: it keeps its zone, and so does its partner.
-    let is_mesh = |body: usize| matches!(spec.bodies[body].kind, BodyKind::Meshed(_));
-    if is_mesh(contact.body) || is_mesh(other) {
+    if [contact.body, other].into_iter().any(|body| spec.bodies[body].kind.brings_mesh()) {
         return from_start(spec, contact, poses);
     }
     // A rigid target needs no elements.
@@ -87,7 +87,7 @@ fn plan(
     }
     let sites = find_sites(spec, contact, poses)?;
     let found = [Some(sites.contact_body), sites.target].into_iter().flatten();
-    let is_refined = bodies.iter().zip(found).all(|(b, s)| refined_width(b, s.point()).is_some());
+    let is_refined = bodies.iter().zip(found).all(|(b, s)| refined_width(b, &s.point).is_some());
     if !is_coarse && !is_refined {
         return Ok(ContactPlan::AtTouch);
     }
@@ -140,7 +140,7 @@ fn check_surfaces(spec: &RunSpec, contact: &ContactSpec) -> Result<(), AdaptiveE
     }
     let Target::Body(other) = contact.target else { return Ok(()) };
     let target = &spec.bodies[other];
-    if target.geometry().is_none() && !target.kind.has_elements() {
+    if surface::address(&target.kind).is_none() {
         return refused(Unsupported::NoSurface { body: target.name.clone() });
     }
     Ok(())
@@ -152,22 +152,20 @@ pub fn requests<'a>(
     plans: &'a [ContactPlan],
     index: usize,
 ) -> impl Iterator<Item = ZoneRequest<'a>> {
-    let sites = spec.contacts.iter().zip(plans).filter_map(|(contact, plan)| match (plan, &contact.law) {
+    let is_meshed_here = spec.bodies[index].kind.is_meshed_here();
+    let contacts = spec.contacts.iter().zip(plans).filter(move |_| is_meshed_here);
+    let sites = contacts.filter_map(|(contact, plan)| match (plan, &contact.law) {
         (ContactPlan::FromStart(sites), ContactLaw::Surface(law)) => Some((contact, law, sites)),
         _ => None,
     });
     sites.flat_map(move |(contact, law, sites)| {
         let own = (contact.body == index).then_some(sites.contact_body);
         let target = sites.target.filter(|_| contact.target == Target::Body(index));
-        let on_faces = own.into_iter().chain(target).filter_map(|site| match site {
-            TouchSite::Face(site) => Some(site),
-            TouchSite::Side(_) => None,
-        });
-        on_faces.map(move |site| request(contact, law, site))
+        own.into_iter().chain(target).map(move |site| request(contact, law, site))
     })
 }
 
 /// What `contact` asks of a body at `site`.
-pub fn request<'a>(contact: &'a ContactSpec, law: &'a SurfaceLaw, site: ContactSite) -> ZoneRequest<'a> {
+pub fn request<'a>(contact: &'a ContactSpec, law: &'a SurfaceLaw, site: SurfacePlace) -> ZoneRequest<'a> {
     ZoneRequest { contact: &contact.name, law, site }
 }

@@ -75,7 +75,7 @@ fn is_zone_of(contact: &ContactSpec, plan: &ContactPlan, body: usize, refinement
     }
     let own = (contact.body == body).then_some(sites.contact_body);
     let target = sites.target.filter(|_| contact.target == Target::Body(body));
-    own.into_iter().chain(target).any(|site| is_about(refinement, site.point()))
+    own.into_iter().chain(target).any(|site| is_about(refinement, &site.point))
 }
 
 /// `spec` with its factors applied.

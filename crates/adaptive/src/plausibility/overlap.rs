@@ -167,10 +167,11 @@ fn of_undeformed(
 ) -> Result<Option<AdaptiveError>, AdaptiveError> {
     let fail = |source| AdaptiveError::Contact { contact: contact.name.clone(), source };
     let body = &spec.bodies[contact.body];
-    let Some(own) = surfaces.of(body).map_err(fail)? else { return Ok(None) };
+    let model = |body| surfaces.of(body).map_err(fail).map(|known| known.map(|known| known.model));
+    let Some(own) = model(body)? else { return Ok(None) };
     let target = match contact.target {
         Target::Plane { point, normal } => DetectorTarget::plane(point, normal),
-        Target::Body(other) => match surfaces.of(&spec.bodies[other]).map_err(fail)? {
+        Target::Body(other) => match model(&spec.bodies[other])? {
             Some(there) if are_apart([&own, &there], [contact.body, other].map(|i| &poses[i])) => {
                 return Ok(None);
             }

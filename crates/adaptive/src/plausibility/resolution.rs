@@ -5,14 +5,12 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use ffr_dynamics::system::force::BodyState;
 use iga_core::elasticity::Model;
-use iga_core::nurbs::Patch;
 
+use crate::body::field_body::{FieldBody, LongestElement};
 use crate::body_model::BodyModel;
-use crate::elastic_body::ElasticBody;
 use crate::marker_loads::{HeldPlace, PLACE_ERROR};
 use crate::record::ImpactRecord;
 use crate::sizing::impact_time::ForceNeeds;
-use crate::sizing::proportions::lengths;
 use crate::spec::Coupling;
 use crate::warning::{Warning, WarningKind};
 use crate::wave::Wave;
@@ -97,30 +95,15 @@ pub fn slow_rise(contact: &str, bodies: &[&BodyModel], impact: &ImpactRecord) ->
 /// between points, far below the way of bodies that pass through each other.
 pub const MISSED_SURFACE: f64 = 1e-5;
 
-/// The splines of a body; none of one of other elements.
-fn splines(body: &BodyModel) -> Option<&ElasticBody> {
-    body.flexible()?.body.splines()
-}
-
-/// Length of the longest side of an element of a body; none of one that is not of splines \[m\].
+/// Length of the longest side of an element of a body; none of one without elements \[m\].
 pub fn longest_element_of(body: &BodyModel) -> Option<f64> {
-    let elements = longest_elements(&splines(body)?.shape.patches);
-    Some(elements.iter().map(|e| e.length).fold(0.0, f64::max))
+    let elements = body.flexible()?.body.longest_elements();
+    elements.iter().map(|e| e.length).reduce(f64::max)
 }
 
-/// How far the surface of a body rises between neighbouring contact points of its whole surface at most \[m\]: the height of arcs over the chords of
-/// elements' sides, a quarter of it where a point stands in the middle, as from degree 2 on; zero for one that is not of splines.
+/// How far the surface of a body rises between neighbouring contact points of its whole surface at most \[m\]; zero of one without elements.
 pub fn height_between_points(body: &BodyModel) -> f64 {
-    let Some(splines) = splines(body) else { return 0.0 };
-    let heights = splines.shape.patches.iter().flat_map(|patch| {
-        (0..patch.dimension()).map(move |d| {
-            let height = largest_over_sides(patch, d, |[a, middle, b]| {
-                (0..3).map(|c| (middle[c] - 0.5 * (a[c] + b[c])).powi(2)).sum::<f64>().sqrt()
-            });
-            if patch.knots()[d].degree() > 1 { 0.25 * height } else { height }
-        })
-    });
-    heights.fold(0.0, f64::max)
+    body.flexible().map_or(0.0, |flexible| flexible.body.height_between_points())
 }
 
 /// The warning of a contact in which an edge or a corner touches at a time \[s\], on elements that are `length` long at most \[m\].
@@ -137,7 +120,8 @@ pub fn edge_touch((contact, time): (&str, f64), body: &BodyModel) -> Option<Warn
              elements of up to {length:.3e} m yield as a whole; pressure there has no limit"
         ),
         remedy: format!(
-            "compare with smaller elements (discretisation.elements, or discretisation.refine at the place) of body \"{}\"",
+            "compare with smaller elements: {} of body \"{}\"",
+            body.flexible()?.body.finer_there(),
             body.name
         ),
     })
@@ -145,11 +129,11 @@ pub fn edge_touch((contact, time): (&str, f64), body: &BodyModel) -> Option<Warn
 
 /// The warning of a body whose mesh puts the frequency of its highest mode off by more than one per cent (Eq. P.6).
 pub fn coarse_mesh(body: &BodyModel) -> Option<Warning> {
-    let elastic = splines(body)?;
+    let flexible = body.flexible()?;
     let highest = highest_free_mode(body).filter(|f| *f > 0.0)?;
-    let wave = shortest_wave(elastic, highest);
-    let elements = longest_elements(&elastic.shape.patches);
-    let of = |e: &Element| (wave.error(e.length, e.degree), *e);
+    let wave = shortest_wave(flexible.body.as_ref(), highest)?;
+    let elements = flexible.body.longest_elements();
+    let of = |e: &LongestElement| (wave.error(e.length, e.degree), *e);
     let (error, worst) = elements.iter().map(of).max_by(|a, b| a.0.total_cmp(&b.0))?;
     let is_coarse = error > FREQUENCY_ERROR;
     let shown = if error < 1.0 { format!("{:.0} %", 100.0 * error) } else { "more than its half".to_owned() };
@@ -160,18 +144,15 @@ pub fn coarse_mesh(body: &BodyModel) -> Option<Warning> {
         value: error,
         limit: FREQUENCY_ERROR,
         message: format!(
-            "its highest mode, {highest:.4e} Hz, has waves {:.3e} m long; elements of {:.3e} m and degree {} in direction {} put its \
+            "its highest mode, {highest:.4e} Hz, has waves {:.3e} m long; elements of {:.3e} m and degree {}{} put its \
              frequency off by some {shown}, {:.0} % are allowed",
             wave.length,
             worst.length,
             worst.degree,
-            worst.direction,
+            worst.direction.map_or_else(String::new, |d| format!(" in direction {d}")),
             100.0 * FREQUENCY_ERROR
         ),
-        remedy: format!(
-            "leave bodies.{0}.discretisation.elements to the program, raise them or the degree, or keep fewer modes",
-            body.name
-        ),
+        remedy: flexible.body.finer_mesh(),
     })
 }
 
@@ -184,17 +165,10 @@ pub fn coarse_place(body: &BodyModel) -> Option<Warning> {
         Some((load, area, radius / flexible.body.longest_element_at(area)?, elements))
     });
     let (load, area, found, limit) = sizes.min_by(|a, b| (a.2 / a.3).total_cmp(&(b.2 / b.3)))?;
+    let there = format!("{} there or give the place a larger radius", flexible.body.finer_there());
     let remedy = match area.coupling {
-        Coupling::Average if flexible.body.mesh().is_some() => {
-            "make the elements of the mesh smaller there or give the place a larger radius"
-        }
-        Coupling::Average => "refine bodies.{}.discretisation there or give the place a larger radius",
-        Coupling::Rigid if flexible.body.mesh().is_some() => {
-            "take coupling = \"average\", hold a whole face, make the elements of the mesh smaller there or give the place a larger radius"
-        }
-        Coupling::Rigid => {
-            "take coupling = \"average\", hold a whole face, refine bodies.{}.discretisation there or give the place a larger radius"
-        }
+        Coupling::Average => there,
+        Coupling::Rigid => format!("take coupling = \"average\", hold a whole face, {there}"),
     };
     (found < limit).then(|| Warning {
         kind: WarningKind::CoarsePlace,
@@ -208,7 +182,7 @@ pub fn coarse_place(body: &BodyModel) -> Option<Warning> {
             load.name,
             100.0 * PLACE_ERROR
         ),
-        remedy: remedy.replace("{}", &body.name),
+        remedy,
     })
 }
 
@@ -265,79 +239,25 @@ fn subject(body: &BodyModel) -> String {
 }
 
 /// The shortest wave of frequency `frequency` \[Hz\] that a body carries: of shear or, where that is longer than twice the
-/// body is thick, of bending (longitudinal in axisymmetric models).
-fn shortest_wave(elastic: &ElasticBody, frequency: f64) -> Wave {
-    let material = &elastic.spec.material;
+/// body is thick, of bending (longitudinal in axisymmetric models); none without a material.
+fn shortest_wave(body: &dyn FieldBody, frequency: f64) -> Option<Wave> {
+    let material = body.slowest_material()?;
     let (young, poisson, density) =
         (material.youngs_modulus(), material.poissons_ratio(), material.density());
     let shear = (young / (2.0 * (1.0 + poisson) * density)).sqrt() / frequency;
-    let thickness = thickness(elastic);
+    let thickness = body.thickness();
     if shear <= 2.0 * thickness {
-        return Wave::straight(shear);
+        return Some(Wave::straight(shear));
     }
     let bar = (young / density).sqrt();
-    match elastic.spec.model {
+    Some(match body.model() {
         Model::Axisymmetric => Wave::straight(bar / frequency),
         // c_b = sqrt(ω r c_0) with the radius of gyration r = d / sqrt(12) of a rectangle.
         _ => {
             let length = (TAU * frequency * thickness / 12.0_f64.sqrt() * bar).sqrt() / frequency;
             Wave::bending(length, thickness, poisson)
         }
-    }
-}
-
-/// Least length of the body's parameter lines \[m\], the thickness of a wall; the diameter of an axisymmetric one counts if less.
-fn thickness(elastic: &ElasticBody) -> f64 {
-    let shape = &elastic.spec.shape;
-    let mut extents = lengths(shape);
-    if elastic.spec.model == Model::Axisymmetric {
-        let nodes = &elastic.assembled.nodes;
-        extents[0] = 2.0 * nodes.iter().fold(0.0, |r: f64, x| r.max(x[0]));
-    }
-    extents.into_iter().fold(f64::INFINITY, f64::min)
-}
-
-/// The longest element of a direction.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Element {
-    direction: usize,
-    degree: usize,
-    /// \[m\].
-    length: f64,
-}
-
-/// The longest side of an element of each direction of each patch.
-fn longest_elements(patches: &[Patch]) -> Vec<Element> {
-    patches.iter().flat_map(|patch| (0..patch.dimension()).map(|d| longest_element(patch, d))).collect()
-}
-
-fn longest_element(patch: &Patch, direction: usize) -> Element {
-    let length = largest_over_sides(patch, direction, |[a, _, b]| {
-        a.iter().zip(&b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
-    });
-    Element { direction, degree: patch.knots()[direction].degree(), length }
-}
-
-/// The largest value of `of` the first, middle and last point of the sides of elements along `direction`.
-fn largest_over_sides(patch: &Patch, direction: usize, of: impl Fn([[f64; 3]; 3]) -> f64) -> f64 {
-    let breaks: Vec<Vec<f64>> = patch.knots().iter().map(|k| k.breaks()).collect();
-    let counts = std::array::from_fn::<usize, 3, _>(|d| breaks.get(d).map_or(1, Vec::len));
-    let mut largest = 0.0_f64;
-    for i in (0..counts[0] * counts[1] * counts[2])
-        .map(|k| [k % counts[0], k / counts[0] % counts[1], k / (counts[0] * counts[1])])
-        .filter(|i| i[direction] + 1 < counts[direction])
-    {
-        let mut xi = [0.0; 3];
-        breaks.iter().enumerate().for_each(|(d, list)| xi[d] = list[i[d]]);
-        let (from, to) = (xi[direction], breaks[direction][i[direction] + 1]);
-        let at = |parameter: f64| {
-            let mut xi = xi;
-            xi[direction] = parameter;
-            patch.point(&xi)
-        };
-        largest = largest.max(of([at(from), at(0.5 * (from + to)), at(to)]));
-    }
-    largest
+    })
 }
 
 #[cfg(test)]

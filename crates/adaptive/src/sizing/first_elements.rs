@@ -3,8 +3,9 @@
 use std::f64::consts::{PI, TAU};
 
 use iga_core::elasticity::Model;
+use iga_core::nurbs::lengths::lengths;
 
-use super::proportions::{groups, half_wave, is_closed, lengths, longest, shortest};
+use super::proportions::{groups, half_wave, is_closed, longest, shortest};
 use crate::spec::ElasticSpec;
 use crate::wave::Wave;
 

@@ -10,24 +10,21 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
 use iga_core::elasticity::{Material, MaterialField, Model};
 use iga_core::mass_properties::MassProperties;
-use iga_core::nurbs::SAME_PLACE;
-use iga_core::surface::{BodySurface, Face};
+use iga_core::nurbs::lengths::lengths;
 use nalgebra::{Matrix3, Vector3};
 
 use super::extent::extent;
-use super::proportions::lengths;
 use super::radiation::Radiation;
 pub use super::rise::TimeScale;
 use super::rise::{TouchLine, Touching, length_along, line_time, point_time};
 use crate::elastic_body::rigid_motion;
-use crate::local_surface::SurfaceView;
-use crate::mesh_surface::MeshSurface;
+use crate::local_surface::{SurfaceView, plane_compliance};
 use crate::predict::{LocalSurface, across_line, inverse_effective_mass};
 use crate::spec::{
     BodyKind, ContactLaw, ContactSpec, ElasticSpec, HertzSphere, MeshedSpec, Place, RunSpec, Target,
 };
-use crate::touch_sites::{TouchSite, first_sites};
-use crate::zone_at_start::ContactSite;
+use crate::surface::{self, SurfacePlace};
+use crate::touch_sites::first_sites;
 
 /// Speed of impacts when nothing moves and nothing falls at the start [m/s].
 const UNKNOWN_SPEED: f64 = 1.0;
@@ -233,9 +230,7 @@ impl Scene<'_> {
             Some(line) => line_time(surfaces, line, touching),
             None => point_time(surfaces, touching),
         });
-        let is_flat_model =
-            |e: &ElasticSpec| matches!(e.model, Model::Axisymmetric) || e.model.thickness().is_some();
-        let is_solid = !self.spec.bodies[contact.body].elastic().is_some_and(is_flat_model);
+        let is_solid = self.spec.bodies[contact.body].kind.motion() == RigidMotion::Spatial;
         let force = |(body, radiation): (usize, Option<Radiation>)| {
             let (scale, duration, of_force, frequency) = match known {
                 Some((scale, duration)) => {
@@ -270,8 +265,7 @@ impl Scene<'_> {
         }
         let (curvature, across) = across_line(surfaces, size).filter(|_| meeting.miss <= ALONG)?;
         let pose = &self.poses[contact.body];
-        let is_axisymmetric =
-            self.spec.bodies[contact.body].geometry().is_some_and(|body| body.is_axisymmetric());
+        let is_axisymmetric = self.spec.bodies[contact.body].kind.motion() == RigidMotion::Axial;
         let length = if is_axisymmetric {
             // A circle about the axis.
             let at = pose.rotation.inverse_transform_vector(&(meeting.points[0] - pose.position));
@@ -300,7 +294,7 @@ impl Scene<'_> {
 
     /// Thickness of a plane model.
     pub(super) fn thickness(&self, body: usize) -> Option<f64> {
-        self.spec.bodies[body].elastic()?.model.thickness()
+        self.spec.bodies[body].kind.thickness()
     }
 
     /// Where the partners meet; without an answer of Hertz's theory, about the origins of their frames.
@@ -361,9 +355,7 @@ impl Scene<'_> {
 
     fn meeting_of_surfaces(&self, contact: &ContactSpec, other: Option<usize>) -> Option<Meeting> {
         let sites = first_sites(self.spec, contact, self.poses)?;
-        let view = |body: usize, site: &TouchSite| {
-            SurfaceView::at(&self.spec.bodies[body], &self.poses[body].rotation, site)
-        };
+        let view = |body: usize, site: &SurfacePlace| self.view(body, site);
         let own = view(contact.body, &sites.contact_body)?;
         let at = self.in_space(contact.body, &own.point);
         if let Target::Plane { point, normal } = contact.target {
@@ -375,7 +367,7 @@ impl Scene<'_> {
         let (target, site) = (other?, sites.target?);
         let facing = view(target, &site)?;
         // What is nearest may be an edge of several sides of a mesh, or where a line of a face ends, of which any face may have been found.
-        let is_mesh = |body: usize| matches!(self.spec.bodies[body].kind, BodyKind::Meshed(_));
+        let is_mesh = |body: usize| self.spec.bodies[body].kind.brings_mesh();
         let has_mesh = is_mesh(contact.body) || is_mesh(target);
         let (own, facing) = if !has_mesh || own.outward.angle(&-facing.outward) <= ALONG {
             (own, facing)
@@ -393,30 +385,24 @@ impl Scene<'_> {
         })
     }
 
-    /// The surface of a body at a place, on the side or face there that looks most in the `direction` of space.
-    fn facing(&self, (index, site): (usize, &TouchSite), direction: &Vector3<f64>) -> Option<SurfaceView> {
-        let (body, rotation) = (&self.spec.bodies[index], &self.poses[index].rotation);
-        if let (BodyKind::Meshed(meshed), TouchSite::Side(side)) = (&body.kind, site) {
-            let towards = rotation.inverse_transform_vector(direction);
-            let side = MeshSurface::of(&meshed.mesh).facing(side, &towards);
-            return SurfaceView::at(body, rotation, &TouchSite::Side(side));
-        }
-        let (shape, point) = (body.geometry()?, site.point());
-        let patches = &shape.shape.patches;
-        let near = SAME_PLACE * self.size(index);
-        let views = Face::outer(patches, shape.is_axisymmetric()).into_iter().filter_map(|face| {
-            let found = BodySurface::of_faces(patches, vec![face]).closest(patches, point)?;
-            let place = TouchSite::Face(ContactSite::new(&shape, face.id, found.xi));
-            if found.measure <= near { SurfaceView::at(body, rotation, &place) } else { None }
-        });
-        views.max_by(|a, b| a.outward.dot(direction).total_cmp(&b.outward.dot(direction)))
+    /// The surface of a body at a place.
+    fn view(&self, body: usize, site: &SurfacePlace) -> Option<SurfaceView> {
+        let kind = &self.spec.bodies[body].kind;
+        let compliance = kind.slowest_material().map_or(0.0, plane_compliance);
+        SurfaceView::new(surface::of_body(kind)?.as_ref(), compliance, &self.poses[body].rotation, site)
+    }
+
+    /// The same on the side or face there that looks most in the `direction` of space.
+    fn facing(&self, (body, site): (usize, &SurfacePlace), direction: &Vector3<f64>) -> Option<SurfaceView> {
+        let surface = surface::of_body(&self.spec.bodies[body].kind)?;
+        let in_body = self.poses[body].rotation.inverse_transform_vector(direction);
+        let direction = surface.motion().components(in_body.as_ref());
+        self.view(body, &surface.turned_to(site, &direction.into()))
     }
 
     fn in_space(&self, body: usize, point: &[f64; 3]) -> Vector3<f64> {
         let pose = &self.poses[body];
-        let shape = self.spec.bodies[body].geometry();
-        let in_frame = shape.map_or_else(|| Vector3::from(*point), |shape| shape.motion().in_space(point));
-        pose.position + pose.rotation * in_frame
+        pose.position + pose.rotation * self.spec.bodies[body].kind.motion().in_space(point)
     }
 
     /// A partner that touches at `point` of space, as if it hung on no joint.
@@ -461,13 +447,7 @@ impl Scene<'_> {
 
     /// Longest way through a body \[m\].
     pub(super) fn size(&self, body: usize) -> f64 {
-        match &self.spec.bodies[body].kind {
-            BodyKind::Meshed(meshed) => meshed.mesh.size(),
-            BodyKind::Elastic(_) | BodyKind::Rigid(_) | BodyKind::Imported(_) => {
-                let shape = self.spec.bodies[body].geometry();
-                shape.map_or(0.0, |g| lengths(g.shape).into_iter().fold(0.0, f64::max))
-            }
-        }
+        surface::of_body(&self.spec.bodies[body].kind).map_or(0.0, |surface| surface.length())
     }
 
     /// Time of a wave there and back through a body; infinite without waves.
@@ -482,11 +462,7 @@ fn bar_speed(material: &Material) -> f64 {
 
 /// Speed of the slowest waves along bars of the body's materials [m/s]; none of a body that has none.
 fn slowest_bar(body: &BodyKind) -> Option<f64> {
-    match body {
-        BodyKind::Elastic(elastic) => Some(bar_speed(&elastic.material)),
-        BodyKind::Meshed(meshed) => meshed.slowest_material().map(bar_speed),
-        BodyKind::Rigid(_) | BodyKind::Imported(_) => None,
-    }
+    body.slowest_material().map(bar_speed)
 }
 
 /// What an impact meets of a body.

@@ -10,9 +10,10 @@ use super::impact_time::{ALONG, Impact, Scene};
 use crate::fine_model::ELEMENTS;
 use crate::predict::{HertzLaw, LocalSurface, across_line, hertz_impact, interval_width, line_impact};
 use crate::spec::{
-    BodyKind, ContactLaw, ContactSpec, IntervalSpec, RefinementSpec, RunSpec, SurfaceLaw, Target, Treatment,
+    ContactLaw, ContactSpec, IntervalSpec, RefinementSpec, RunSpec, SurfaceLaw, Target, Treatment,
 };
-use crate::touch_sites::{TouchSite, first_sites};
+use crate::surface::SurfacePlace;
+use crate::touch_sites::first_sites;
 
 /// Growth of elements outside a zone.
 const RATIO: f64 = 1.5;
@@ -45,7 +46,7 @@ fn zone(scene: &Scene<'_>, contact: &ContactSpec, index: usize) -> Option<Chosen
     let width = interval_width(touch.half_width, IntervalSpec::default().target_utilisation, from_axis);
     // A place on an axis or at an end is found but for round-off.
     let round_off = ROUND_OFF * scene.size(index);
-    let centre = site.point().map(|x| if x.abs() < round_off { 0.0 } else { x });
+    let centre = site.point.map(|x| if x.abs() < round_off { 0.0 } else { x });
     let refinement = RefinementSpec { centre, width, elements: ELEMENTS, ratio: RATIO };
     let reason = format!("zone of contact \"{}\" for a force of {:.3e} N", contact.name, touch.force);
     Some(ChosenZone { refinement, reason })
@@ -54,7 +55,7 @@ fn zone(scene: &Scene<'_>, contact: &ContactSpec, index: usize) -> Option<Chosen
 /// Whether a contact of surfaces has one model for the whole run, with a zone that is refined beforehand: with a plane, and with a mesh.
 fn keeps_its_model(spec: &RunSpec, contact: &ContactSpec, law: &SurfaceLaw) -> bool {
     let is_refined_before = !matches!(law.treatment, Treatment::Adaptive | Treatment::Coarse);
-    let is_mesh = |body: usize| matches!(spec.bodies[body].kind, BodyKind::Meshed(_));
+    let is_mesh = |body: usize| spec.bodies[body].kind.brings_mesh();
     let is_lasting = match contact.target {
         Target::Plane { .. } => true,
         Target::Body(other) => is_mesh(contact.body) || is_mesh(other),
@@ -74,7 +75,7 @@ pub struct PredictedZone {
     /// Approach of the bodies under it; infinite where Hertz's theory of points does not apply \[m\].
     pub approach: f64,
     /// Where it is on the contact body and on the target.
-    pub sites: [Option<TouchSite>; 2],
+    pub sites: [Option<SurfacePlace>; 2],
 }
 
 /// The first touch of `contact`, `poses` being the motions at the start; `None` where Hertz's theory has no answer.

@@ -55,6 +55,15 @@ impl BodyKind {
         }
     }
 
+    /// The material with the slowest waves; none of a rigid body, and of one from a file.
+    pub fn slowest_material(&self) -> Option<&Material> {
+        match self {
+            Self::Elastic(elastic) => Some(&elastic.material),
+            Self::Meshed(meshed) => meshed.slowest_material(),
+            Self::Rigid(_) | Self::Imported(_) => None,
+        }
+    }
+
     /// The elastic body of splines, if it is one.
     pub fn elastic(&self) -> Option<&ElasticSpec> {
         if let Self::Elastic(elastic) = self { Some(elastic) } else { None }
@@ -68,6 +77,21 @@ impl BodyKind {
     /// Whether it brings elements, which are reduced here.
     pub fn has_elements(&self) -> bool {
         matches!(self, Self::Elastic(_) | Self::Meshed(_))
+    }
+
+    /// Whether it brings a mesh of its own, which is refined at a touch at most.
+    pub fn brings_mesh(&self) -> bool {
+        matches!(self, Self::Meshed(_))
+    }
+
+    /// Whether it is of elements that are made here, from its shape.
+    pub fn is_meshed_here(&self) -> bool {
+        matches!(self, Self::Elastic(_))
+    }
+
+    /// Thickness of a plane model \[m\]; none of others.
+    pub fn thickness(&self) -> Option<f64> {
+        self.elastic()?.model.thickness()
     }
 
     /// How it is to be reduced; none of a rigid body, and of one that comes reduced.

@@ -27,8 +27,8 @@ const MAX_HALVINGS: usize = 8;
 /// Where a piece lies.
 #[derive(Debug, Clone)]
 pub(super) enum PieceOrigin {
-    /// On the side of an element of a spline space.
-    Spline(ElementSide),
+    /// On the side of an element of a spline space: the number of its face, and the side.
+    Spline { face: u32, side: ElementSide },
     /// On a side of a mesh: its number, and its parameters at the corners of the piece.
     Side { side: u32, corners: [[f64; 2]; 4] },
 }
@@ -37,28 +37,20 @@ impl PieceOrigin {
     /// The site at the place `s` of the piece, at `point` of space.
     pub fn site(&self, s: [f64; 2], point: Vector3<f64>) -> SurfaceSite {
         match self {
-            Self::Spline(side) => {
-                let ElementSide { face, element, .. } = *side;
-                SurfaceSite { face: face.id, element, xi: side.parameters(s), point }
-            }
+            Self::Spline { face, side } => SurfaceSite { face: *face, xi: side.parameters(s), point },
             Self::Side { side, corners } => {
                 let [a, b] = bilinear(corners, s);
-                SurfaceSite { face: OF_MESHES, element: *side as usize, xi: [a, b, 0.0], point }
+                SurfaceSite { face: *side, xi: [a, b, 0.0], point }
             }
         }
     }
 }
 
-/// The face of sites on meshes, which have sides in its place.
-const OF_MESHES: FaceId = FaceId { patch: 0, direction: 2, upper: true };
-
 /// A point of a body's surface that a search found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfaceSite {
-    /// The face it lies on; without a meaning on a mesh.
-    pub face: FaceId,
-    /// Element of the space, of a mesh the number of the side.
-    pub element: usize,
+    /// Number of the face that it lies on, an index into [`FaceId::all`]; of a mesh that of the side.
+    pub face: u32,
     /// Parameters in the face's patch, of a mesh those of the side.
     pub xi: [f64; 3],
     /// Position in the inertial frame \[m\].
@@ -115,10 +107,12 @@ impl SurfaceModel {
             let what = "directions of a patch".into();
             return Err(DataError::Count { what, found, expected: wanted }.into());
         }
+        let all = FaceId::all(patches);
         let mut builder = Builder::new(motion, patches, space, lookup, shapes);
         for face in &faces {
+            let number = all.iter().position(|id| *id == face.id).unwrap_or_default() as u32;
             for side in ElementSide::all(space, face) {
-                builder.add_element(side)?;
+                builder.add_element(number, side)?;
             }
         }
         builder.finish()
@@ -307,8 +301,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Adds one side of an element, halved until its pieces are flat.
-    fn add_element(&mut self, side: ElementSide) -> Result<(), ContactError> {
+    /// Adds one side of an element on the face of number `face`, halved until its pieces are flat.
+    fn add_element(&mut self, face: u32, side: ElementSide) -> Result<(), ContactError> {
         self.space.active_functions(side.element, &mut self.active);
         let degrees = self.extraction.degrees(&side.face);
         let directions: Vec<usize> = side.face.directions().collect();
@@ -328,7 +322,7 @@ impl<'a> Builder<'a> {
                     waiting.push((side, halvings + 1));
                 }
                 _ => {
-                    let (start, origin) = (self.net.len(), PieceOrigin::Spline(side));
+                    let (start, origin) = (self.net.len(), PieceOrigin::Spline { face, side });
                     self.net.extend(net);
                     self.add_shapes(&side)?;
                     self.pieces.push(Piece { origin, degrees, start, n_points, orientation });

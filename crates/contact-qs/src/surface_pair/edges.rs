@@ -80,7 +80,7 @@ fn is_sharp(
     }
     let others = (0..surface.faces.len()).filter(|face| *face != place.face as usize);
     let mut found = others.map(|face| {
-        let start = samples.nearest_on(face, &own.point);
+        let (start, _) = samples.nearest_on(face, &own.point);
         displaced.closest_from(&start, &own.point, functions)
     });
     if found.any(|other| goes_on(&other)) {

@@ -494,17 +494,17 @@ impl Samples {
 
     /// Place of the sample next to `point`.
     pub fn nearest(&self, point: &[f64; 3]) -> SurfacePlace {
-        self.nearest_among(0..self.places.len(), point)
+        self.nearest_among(0..self.places.len(), point).0
     }
 
-    /// Place of the sample of face `face` next to `point`.
-    pub fn nearest_on(&self, face: usize, point: &[f64; 3]) -> SurfacePlace {
+    /// Place of the sample of face `face` next to `point`, and its distance \[m\].
+    pub fn nearest_on(&self, face: usize, point: &[f64; 3]) -> (SurfacePlace, f64) {
         let of = |face: usize| self.places.partition_point(|place| (place.face as usize) < face);
         self.nearest_among(of(face)..of(face + 1), point)
     }
 
-    /// Place of the sample next to `point` among those with the numbers `range`.
-    fn nearest_among(&self, range: Range<usize>, point: &[f64; 3]) -> SurfacePlace {
+    /// Place of the sample next to `point` among those with the numbers `range`, and its distance.
+    fn nearest_among(&self, range: Range<usize>, point: &[f64; 3]) -> (SurfacePlace, f64) {
         let (mut best, mut least) = (range.start, f64::INFINITY);
         for (k, sample) in self.points.iter().enumerate().take(range.end).skip(range.start) {
             let r = difference(point, sample);
@@ -513,6 +513,6 @@ impl Samples {
                 (best, least) = (k, distance);
             }
         }
-        self.places[best]
+        (self.places[best], least.sqrt())
     }
 }

@@ -28,6 +28,10 @@ const DEPTH: f64 = 0.25;
 /// the axis if it is nearer to that.
 const BEYOND: f64 = 1e-12;
 
+/// Part of the diagonal of a piece that its points are from the nearest sample at most: samples stand at a quarter of its sides from their ends, which
+/// are no longer than the diagonal.
+const REACH: f64 = 0.5;
+
 /// Part of the target's size by which a point may lie beyond a seam before it goes over to the next face, so that it does not change between both
 /// from one pass of the solver to the next. Gaps err by this times the angle between the faces' normals.
 const SEAM: f64 = 1e-6;
@@ -74,6 +78,8 @@ pub(super) struct FaceGrid {
     pub orientation: f64,
     /// Whether the lower and the upper end of each direction are edges of the body that contact must not reach.
     pub is_edge: [[bool; 2]; 2],
+    /// How far its points are from the nearest sample at most: those of a piece; unbounded of faces with many elements \[m\].
+    pub reach: f64,
 }
 
 impl FaceGrid {
@@ -115,8 +121,11 @@ pub struct TargetSurface {
     pub(super) size: f64,
     /// Largest number of functions of an element.
     pub(super) n_functions: usize,
-    /// Continuous normals, of surfaces made of pieces.
+    /// Continuous normals, of smooth surfaces made of pieces.
     pub(super) smoothing: Option<Smoothing>,
+    /// Bound of the displacement of any point of the surface over the largest one of a node: functions of splines are positive, others may
+    /// be negative.
+    pub(super) spread: f64,
     /// Whether the faces are all that the body has, so that a projection may end on any of them.
     pub(super) is_complete: bool,
     /// How points at its ends are seen, if edges of the body press and are pressed.
@@ -189,6 +198,7 @@ impl TargetSurface {
             elements,
             n_functions,
             smoothing: None,
+            spread: 1.0,
             is_complete: false,
             edges: None,
         };
@@ -234,7 +244,9 @@ impl TargetSurface {
             cells: vec![i as u32],
             orientation: 1.0,
             is_edge: [[false; 2]; 2],
+            reach: REACH * diagonal(&piece.net(|n| surface.positions[n as usize])),
         };
+        let smoothing = Smoothing::new(surface, number);
         let mut target = Self {
             motion,
             n_parameters: 2,
@@ -247,7 +259,8 @@ impl TargetSurface {
             faces: surface.pieces.iter().enumerate().map(grid).collect(),
             elements: surface.pieces.iter().map(element).collect(),
             n_functions: surface.pieces.iter().map(|p| p.nodes.len()).max().unwrap_or(0),
-            smoothing: Some(Smoothing::new(surface, number)),
+            spread: smoothing.spread,
+            smoothing: Some(smoothing),
             is_complete: false,
             edges: None,
             nodes,
@@ -258,6 +271,7 @@ impl TargetSurface {
 
     /// The surface as the whole of a body's: its ends are edges of the body, not of what is known of it. Points that lie beyond the end of
     /// a face by no more than `overhang` \[m\], which edges that lie on each other are displaced by, count as lying over it (Eq. C.53).
+    /// Pieces are faces then, with the normals that they have.
     #[must_use]
     pub fn with_edges(mut self, overhang: f64) -> Self {
         // Less than the way to the face on the other side, of which the least extent of the control points is known.
@@ -268,6 +282,7 @@ impl TargetSurface {
         let least = (0..self.motion.n_components()).map(extent).fold(f64::INFINITY, f64::min);
         self.edges = Some(Edges { overhang, reach: DEPTH * least });
         self.is_complete = true;
+        self.smoothing = None;
         self
     }
 
@@ -285,12 +300,6 @@ impl TargetSurface {
     /// Round-off of places on the surface \[m\].
     pub(super) fn round_off(&self) -> f64 {
         BEYOND * self.size
-    }
-
-    /// Bound of the displacement of any point of the surface over the largest one of a node: functions of splines are positive, others may
-    /// be negative.
-    pub(super) fn spread(&self) -> f64 {
-        self.smoothing.as_ref().map_or(1.0, |s| s.spread)
     }
 
     /// Number of continuous normals: that of the nodes, none of splines.
@@ -424,7 +433,8 @@ impl Collection<'_> {
             list.dedup();
         }
         let cells = self.cells(start, &breaks)?;
-        Ok(FaceGrid { degrees, breaks, cells, orientation: face.orientation(), is_edge: [[false; 2]; 2] })
+        let (orientation, reach) = (face.orientation(), f64::INFINITY);
+        Ok(FaceGrid { degrees, breaks, cells, orientation, is_edge: [[false; 2]; 2], reach })
     }
 
     /// Element of each cell between `breaks`, found by the cell's middle among the elements from `start` on.

@@ -29,8 +29,13 @@ impl Displaced<'_> {
             (self.surface.overhang(), self.surface.edges.map_or(f64::INFINITY, |e| e.reach));
         let mut nearest: Option<(f64, Projection)> = None;
         let mut pressing: Option<(f64, Projection)> = None;
-        for face in 0..self.surface.faces.len() {
-            let mut found = self.closest_from(&samples.nearest_on(face, point), point, functions);
+        let limit = self.farthest_that_counts(point, samples, functions);
+        for (face, grid) in self.surface.faces.iter().enumerate() {
+            let (start, sampled) = samples.nearest_on(face, point);
+            if sampled - grid.reach > limit {
+                continue;
+            }
+            let mut found = self.closest_from(&start, point, functions);
             if found.is_beyond
                 && let Some(other) = self.across_seam(&found.place, &found.point, functions)
             {
@@ -59,6 +64,16 @@ impl Displaced<'_> {
         // Functions are those of the place, not of the face looked at last.
         self.jet(&best.place, functions);
         best
+    }
+
+    /// Distance beyond which a face neither is the nearest one to `point` nor may press it (Eq. C.111); unbounded where faces are few and large.
+    fn farthest_that_counts(&self, point: &[f64; 3], samples: &Samples, functions: &mut Functions) -> f64 {
+        if self.surface.faces.iter().any(|grid| grid.reach.is_infinite()) {
+            return f64::INFINITY;
+        }
+        let found = self.closest_from(&samples.nearest(point), point, functions);
+        let distance = norm(&difference(point, &found.point));
+        self.surface.overhang().max(DEEPER * distance)
     }
 
     /// The other end of a face that ends in `place` at `point`, if the face is closed there.

@@ -6,6 +6,7 @@ pub mod refine;
 pub mod grading;
 pub mod symmetry;
 pub mod shape;
+pub mod lengths;
 pub mod primitives;
 pub mod box_newton;
 pub mod locate;

@@ -102,7 +102,10 @@ pub fn lobatto_points(
                 LobattoRule::new((p + usize::from(face.axisymmetric) + 3).div_ceil(2).clamp(2, MAX_GAUSS))
             })
             .collect();
-        let mut known: BTreeMap<[u64; 3], Vec<usize>> = BTreeMap::new();
+        let mut known: BTreeMap<[i64; 3], Vec<usize>> = BTreeMap::new();
+        let (lower, upper) = patch.domain();
+        let share =
+            |xi: &[f64; 3], d: usize| (xi[d] - lower[d]) / (upper[d] - lower[d]).max(f64::MIN_POSITIVE);
         for side in ElementSide::all(space, face) {
             let place = about.iter().find(|(id, xi)| *id == face.id && side.holds(xi)).map(|(_, xi)| *xi);
             for (xi, weight) in lobatto_on(&side, &rules, (place, halvings)) {
@@ -116,7 +119,8 @@ pub fn lobatto_points(
                 if !has_area {
                     continue;
                 }
-                let here = known.entry(xi.map(f64::to_bits)).or_default();
+                let here =
+                    known.entry([0, 1, 2].map(|d| (SAME_SHARE * share(&xi, d)).round() as i64)).or_default();
                 if let Some(&i) = here.iter().find(|&&i| dot(&points[i].normal, &at.normal) > 1.0 - SMOOTH) {
                     points[i].area += area;
                     continue;
@@ -136,6 +140,9 @@ pub fn lobatto_points(
     }
     points
 }
+
+/// Parts of a range of which points in one are one: far below the smallest part of an element, far above round-off.
+const SAME_SHARE: f64 = 1e10;
 
 /// Share of the way to the middle of an element at which tangents at its ends are taken.
 const INSIDE: f64 = 1e-9;
@@ -160,6 +167,35 @@ fn parts_towards(place: f64, halvings: u8, (lower, upper): (f64, f64)) -> Vec<f6
     ends
 }
 
+/// Lobatto points of `rule` on a range with their weights, on its parts towards `place` if there is one, which is divided `halvings` times; ends of the
+/// range are theirs to the last bit.
+pub fn lobatto_towards(
+    range: (f64, f64),
+    place: Option<f64>,
+    halvings: u8,
+    rule: &LobattoRule,
+) -> Vec<(f64, f64)> {
+    let ends = place.map_or_else(|| vec![range.0, range.1], |u| parts_towards(u, halvings, range));
+    let last = rule.points.len() - 1;
+    let mut along: Vec<(f64, f64)> = Vec::with_capacity(ends.len() * last);
+    for part in ends.windows(2) {
+        let half = 0.5 * (part[1] - part[0]);
+        for (k, (x, w)) in rule.points.iter().zip(&rule.weights).enumerate() {
+            let (u, weight) = match k {
+                0 => (part[0], w * half),
+                _ if k == last => (part[1], w * half),
+                _ => (part[0] + half * (1.0 + x), w * half),
+            };
+            match along.last_mut() {
+                // The common end of two parts.
+                Some((_, before)) if k == 0 => *before += weight,
+                _ => along.push((u, weight)),
+            }
+        }
+    }
+    along
+}
+
 /// Lobatto points on the side of an element with weights in parameters, on its parts towards `place` if there is one; ends of elements are
 /// theirs to the last bit.
 fn lobatto_on(
@@ -170,24 +206,7 @@ fn lobatto_on(
     let mut points = vec![(side.lower, 1.0)];
     for (d, rule) in side.face.directions().zip(rules) {
         let range = (side.lower[d], side.upper[d]);
-        let ends = place.map_or_else(|| vec![range.0, range.1], |xi| parts_towards(xi[d], halvings, range));
-        let last = rule.points.len() - 1;
-        let mut along: Vec<(f64, f64)> = Vec::with_capacity(ends.len() * last);
-        for part in ends.windows(2) {
-            let half = 0.5 * (part[1] - part[0]);
-            for (k, (x, w)) in rule.points.iter().zip(&rule.weights).enumerate() {
-                let (u, weight) = match k {
-                    0 => (part[0], w * half),
-                    _ if k == last => (part[1], w * half),
-                    _ => (part[0] + half * (1.0 + x), w * half),
-                };
-                match along.last_mut() {
-                    // The common end of two parts.
-                    Some((_, before)) if k == 0 => *before += weight,
-                    _ => along.push((u, weight)),
-                }
-            }
-        }
+        let along = lobatto_towards(range, place.map(|xi| xi[d]), halvings, rule);
         points = along
             .iter()
             .flat_map(|&(u, w)| {

@@ -9,6 +9,8 @@ pub mod extraction;
 pub mod closest_point;
 
 pub use closest_point::{BodySurface, FacePoint};
-pub use collocation::{CollocationPoint, gauss_points, greville_points, lobatto_points, tributary_areas};
+pub use collocation::{
+    CollocationPoint, gauss_points, greville_points, lobatto_points, lobatto_towards, tributary_areas,
+};
 pub use extraction::{ElementSide, Extraction};
 pub use face::{Face, SurfacePoint};

@@ -1,0 +1,96 @@
+//! A body itself in a contact: its own elements, and its whole surface as the zone (theory section C.9).
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use faer::{Mat, MatRef};
+use ffr_dynamics::body::AssembledBody;
+
+use super::field::Field;
+use super::field_body::FieldBody;
+use super::fine::FineModel;
+use crate::contact_zone::{ContactZone, PointsAbout};
+use crate::elastic_body::{Discretised, ElasticBody};
+use crate::error::{AdaptiveError, ContactModelFault};
+use crate::fine_model::{gigabytes, most_gigabytes};
+use crate::interval::IntervalGrid;
+use crate::record::{TargetPlace, ZoneSite};
+use crate::spec::{IntervalSpec, PointRule};
+use crate::store::Bytes;
+
+/// The body, with more contact points at a place of it if there is one.
+struct WholeBody {
+    body: Arc<dyn FieldBody>,
+    about: Option<PointsAbout>,
+}
+
+/// The model of `body` for a contact at `site`: refined about it with the settings `interval`, or its own elements with their whole surface if that is
+/// what `site` says.
+///
+/// # Errors
+/// [`AdaptiveError`] with the body's name if it cannot be refined so far.
+pub fn fine_model(
+    body: &Arc<dyn FieldBody>,
+    site: &ZoneSite,
+    interval: &IntervalSpec,
+) -> Result<Box<dyn FineModel>, AdaptiveError> {
+    if !site.is_whole() {
+        return Arc::clone(body).refined(site, interval);
+    }
+    let about = site.place().map(|(face, xi)| {
+        let place = body.undeformed().place(face, &xi);
+        PointsAbout { place, meets: site.meets }
+    });
+    Ok(Box::new(WholeBody { body: Arc::clone(body), about }))
+}
+
+impl FineModel for WholeBody {
+    fn field(&self) -> &dyn Field {
+        self.body.as_field()
+    }
+
+    fn zone(&self, _rule: PointRule, contact: &str) -> Result<ContactZone, AdaptiveError> {
+        let zone = self.body.whole_zone(self.about.as_ref(), contact)?;
+        let (all, unknowns) = (self.body.n_unknowns() as f64, zone.unknowns.len());
+        let gigabytes = gigabytes(self.body.space().dimension(), all, unknowns as f64);
+        let most = most_gigabytes();
+        if gigabytes > most {
+            let body = self.body.name().to_owned();
+            let fault = ContactModelFault::LargeSurface { body, unknowns, gigabytes, most };
+            return Err(AdaptiveError::ContactModel { contact: contact.to_owned(), fault });
+        }
+        Ok(zone)
+    }
+
+    fn grid(&self) -> IntervalGrid {
+        IntervalGrid { widths: [self.body.size(), 0.0], ends: Vec::new(), n_elements: [1; 2] }
+    }
+
+    fn contact_elements(&self, zone: &ContactZone) -> Vec<[usize; 2]> {
+        vec![[0; 2]; zone.points.len()]
+    }
+
+    fn assemble(&self) -> Result<Cow<'_, AssembledBody>, AdaptiveError> {
+        Ok(Cow::Borrowed(self.body.assembled()))
+    }
+
+    fn prolong(&self, shapes: MatRef<'_, f64>) -> Mat<f64> {
+        shapes.to_owned()
+    }
+
+    fn definition(&self) -> Bytes {
+        Bytes(self.body.definition())
+    }
+
+    fn meets(&self) -> Option<&TargetPlace> {
+        self.about.as_ref()?.meets.as_ref()
+    }
+
+    fn is_own(&self) -> bool {
+        true
+    }
+
+    fn faces(&self) -> Option<Discretised<'_>> {
+        self.body.splines().map(ElasticBody::discretised)
+    }
+}

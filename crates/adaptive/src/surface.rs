@@ -1,0 +1,164 @@
+//! The surface of an undeformed body, whatever it is made of: faces with parameters, normals, curvatures, edges, and what is nearest.
+//!
+//! What touches what, and where, is asked here and nowhere else; a new kind of body answers it once. Faces have numbers: of splines those of
+//! [`iga_core::nurbs::FaceId::all`], of a mesh those of its sides. Positions and directions are those of the model's components: `(x, y, z)`,
+//! `(x, y, 0)` or `(r, z, 0)`.
+
+use std::sync::Arc;
+
+use contact_qs::ContactError;
+use contact_qs::search::SurfaceModel;
+use ffr_dynamics::body::RigidMotion;
+use nalgebra::Vector3;
+
+use crate::spec::BodyKind;
+
+mod of_mesh;
+mod of_splines;
+pub mod turned_net;
+
+pub use of_mesh::MeshSurface;
+pub use of_splines::{ALONG, POLE, SplineSurface};
+
+/// A place on the surface of an undeformed body. Refinement of splines moves neither faces nor parameters, so that a place of the exact shape
+/// is one of every discretisation of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePlace {
+    /// Number of the face.
+    pub face: u32,
+    /// Parameters there, of the face's patch; of a side of a mesh its own two.
+    pub xi: [f64; 3],
+    /// Undeformed position \[m\].
+    pub point: [f64; 3],
+}
+
+/// The place of a surface that is nearest to a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Foot {
+    /// The place.
+    pub place: SurfacePlace,
+    /// Outward unit normal there; zero where the face has none.
+    pub normal: Vector3<f64>,
+    /// Distance of the point from it, never negative \[m\].
+    pub distance: f64,
+}
+
+/// The shape of a surface about a place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LocalShape {
+    /// Principal curvatures, larger first, positive where the body is convex [1/m].
+    pub curvatures: [f64; 2],
+    /// Direction of the first, a unit vector; zero where there is none.
+    pub direction: Vector3<f64>,
+    /// Two directions along the surface, those of the parameters of a face, or of the principal curvatures; not of unit length.
+    pub tangents: [Vector3<f64>; 2],
+    /// Outward unit normal.
+    pub normal: Vector3<f64>,
+}
+
+/// Shares of a straight line at which it is looked at.
+pub const ALONG_LINE: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
+
+/// A straight line that lies in a surface, from one end to the other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StraightLine {
+    /// Its points at the shares [`ALONG_LINE`] \[m\].
+    pub points: [Vector3<f64>; ALONG_LINE.len()],
+    /// The place in its middle.
+    pub middle: SurfacePlace,
+}
+
+/// The surface of an undeformed body.
+pub trait Surface: Send + Sync {
+    /// Rigid motions of the body.
+    fn motion(&self) -> RigidMotion;
+
+    /// Points whose hull holds the surface, or nearly so: control points, nodes \[m\].
+    fn points(&self) -> Box<dyn Iterator<Item = &[f64; 3]> + '_>;
+
+    /// Longest way through the body \[m\].
+    fn length(&self) -> f64;
+
+    /// Number of faces.
+    fn n_faces(&self) -> usize;
+
+    /// The place at the parameters `xi` of the face of number `face`.
+    fn place(&self, face: u32, xi: &[f64; 3]) -> SurfacePlace;
+
+    /// Whether two faces have the same two directions, so that widths along them mean the same.
+    fn share_directions(&self, faces: [u32; 2]) -> bool;
+
+    /// The surface for searches, without modes.
+    ///
+    /// # Errors
+    /// [`ContactError`] without an outer face.
+    fn search_model(&self) -> Result<SurfaceModel, ContactError>;
+
+    /// The place nearest to `point`; none of a surface without faces, or of a point that is not finite.
+    fn nearest(&self, point: &[f64; 3]) -> Option<Foot>;
+
+    /// The first place to touch a plane whose normal, towards the body, is `direction`; none of a surface without faces.
+    fn lowest(&self, direction: &Vector3<f64>) -> Option<SurfacePlace>;
+
+    /// Outward unit normal at `place`; zero at a pole.
+    fn normal(&self, place: &SurfacePlace) -> Vector3<f64>;
+
+    /// Outward unit normals of the faces, or of the smooth parts, that meet at `point` of the surface; none at a pole.
+    fn normals_at(&self, point: &[f64; 3]) -> Vec<Vector3<f64>>;
+
+    /// The largest cosine of the angle between a direction and the one normal of a smooth surface at which they are no longer one direction: what
+    /// the surface turns by between faces or sides that stand for a smooth part.
+    fn smooth_cosine(&self) -> f64;
+
+    /// Curvatures at `place`; none where the surface has none.
+    fn shape_at(&self, place: &SurfacePlace) -> Option<LocalShape>;
+
+    /// Of the places where `place` is, on each face that meets there, the one whose normal is nearest to `direction`.
+    fn turned_to(&self, place: &SurfacePlace, direction: &Vector3<f64>) -> SurfacePlace;
+
+    /// Whether a plane face through `point` has the outward normal `outward`, but for the angle `parallel` \[rad\] (Eq. C.55).
+    fn has_flat_face(&self, point: &[f64; 3], outward: &Vector3<f64>, parallel: f64) -> bool;
+
+    /// Straight lines of the surface through `point`, along which it may touch; none of a plane or axisymmetric body.
+    fn lines_through(&self, point: &[f64; 3]) -> Vec<StraightLine>;
+
+    /// Places of the edges through `point` at the distance `length` from it, on both sides; their ends where they end before.
+    fn along_edges(&self, point: &[f64; 3], length: f64) -> Vec<Vector3<f64>>;
+}
+
+impl dyn Surface + '_ {
+    /// Largest distance of its points from the origin of the body \[m\].
+    pub fn reach(&self) -> f64 {
+        self.points().map(|p| Vector3::from(*p).norm()).fold(0.0, f64::max)
+    }
+
+    /// Extent along the unit vector `direction` \[m\]; infinite of a surface without one.
+    pub fn extent_along(&self, direction: &Vector3<f64>) -> f64 {
+        let heights = self.points().map(|p| Vector3::from(*p).dot(direction));
+        let (low, high) =
+            heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), h| (f64::min(a, h), f64::max(b, h)));
+        if high > low { high - low } else { f64::INFINITY }
+    }
+}
+
+/// The undeformed surface of a body; none of one that has none to touch.
+pub fn of_body(kind: &BodyKind) -> Option<Arc<dyn Surface>> {
+    match kind {
+        BodyKind::Meshed(meshed) => Some(MeshSurface::of(&meshed.mesh)),
+        BodyKind::Elastic(elastic) => Some(SplineSurface::of(&elastic.shape, &elastic.model)),
+        BodyKind::Rigid(rigid) => {
+            rigid.shape.as_ref().map(|(shape, model)| SplineSurface::of(shape, model) as Arc<dyn Surface>)
+        }
+        BodyKind::Imported(_) => None,
+    }
+}
+
+/// Where that what the surface of a body is made from lies in memory, which bodies may share; none of a body without a surface.
+pub(crate) fn address(kind: &BodyKind) -> Option<usize> {
+    match kind {
+        BodyKind::Meshed(meshed) => Some(Arc::as_ptr(&meshed.mesh).addr()),
+        BodyKind::Elastic(elastic) => Some(Arc::as_ptr(&elastic.shape).addr()),
+        BodyKind::Rigid(rigid) => rigid.shape.as_ref().map(|(shape, _)| Arc::as_ptr(shape).addr()),
+        BodyKind::Imported(_) => None,
+    }
+}
