@@ -15,13 +15,13 @@ use super::field_body::{FieldBody, ReductionSettings};
 use super::fine::FineModel;
 use crate::contact_zone::ContactZone;
 use crate::error::AdaptiveError;
-use crate::fine_elements::{FineElements, WantedZone};
+use crate::fine_elements::{FineElements, WantedZone, usual_elements};
 use crate::interval::IntervalGrid;
 use crate::local_surface::SurfaceView;
 use crate::mesh_surface::{MeshSurface, SideSite};
 use crate::meshed::MeshedBody;
 use crate::record::ZoneSite;
-use crate::spec::{IntervalSpec, MeshedSpec, PointRule};
+use crate::spec::{Accuracy, IntervalSpec, MeshedSpec, PointRule};
 use crate::store::{Bytes, meshed_definition};
 use crate::touch_sites::TouchSite;
 use crate::unsupported::Unsupported;
@@ -71,7 +71,10 @@ impl FieldBody for MeshedBody {
         }
         let [u, v, _] = site.centre;
         let place = MeshSurface::of(&self.spec.mesh).site(site.face as usize, [u, v]);
-        let wanted = WantedZone { site: place, widths: site.widths, elements: interval.elements };
+        let usual = || interval.elements_or(usual_elements(&self.spec.mesh));
+        let is_usual = interval.elements.is_none() && interval.accuracy == Accuracy::default();
+        let elements = (!is_usual).then(usual);
+        let wanted = WantedZone { site: place, widths: site.widths, elements };
         Ok(Box::new(FineElements::build(&self, &wanted)?))
     }
 
