@@ -29,9 +29,7 @@ SCENARIOS = {
     "rigid_double_pendulums": ["simulation.stop_after_impacts=1"],
     "benchmarks/chung_ooi_2_aluminium": [],
     "benchmarks/newtons_cradle": [],
-    "benchmarks/vm265": [],
     "benchmarks/zener_plate": [],
-    "benchmarks/timoshenko_beam": [],
 }
 
 
