@@ -304,10 +304,11 @@ fn accuracy_scales_what_the_program_chooses() {
         let (law, before) = (law(&scenario, 0), law(&usual, 0));
         assert_eq!(law.interval.elements_or(16), elements);
         assert_eq!(law.search, PenaltySearch::UntilConverged { tolerance });
-        assert_eq!(law.stiffness_ratio, ratio * before.stiffness_ratio);
+        assert_eq!(law.stiffness_ratio.to_bits(), (ratio * before.stiffness_ratio).to_bits());
         // The width of a zone is tried until it fits the contact, whatever the level.
-        assert_eq!(law.interval.target_utilisation, before.interval.target_utilisation);
-        assert_eq!(scenario.run.settings.free.tolerance_factor, error);
+        let shares = [law, before].map(|law| law.interval.target_utilisation.to_bits());
+        assert_eq!(shares[0], shares[1]);
+        assert_eq!(scenario.run.settings.free.tolerance_factor.to_bits(), f64::to_bits(error));
         let again = valid(&scenario.source.resolved, &[]);
         assert_eq!((&again.run.contacts, again.run.accuracy), (&scenario.run.contacts, level));
         assert_eq!(again.run.settings, scenario.run.settings);
@@ -331,7 +332,7 @@ fn what_is_given_wins_over_accuracy() {
     let settings = &scenario.run.settings;
     let errors = [&settings.free, &settings.impact].map(|phase| (phase.tolerance, phase.tolerance_factor));
     assert_eq!(errors, [(Some(1e-6), 1.0), (Some(1e-7), 1.0)]);
-    assert_eq!(settings.impact.max_step, 1e-7);
+    assert_eq!(settings.impact.max_step.to_bits(), 1e-7f64.to_bits());
     let fixed = surface(PAIRS, &["accuracy=fine", "contacts.first.penalty={initial=1e17,search=\"fixed\"}"]);
     assert_eq!((fixed.penalty, fixed.search), (Some(1e17), PenaltySearch::Fixed));
     assert_fault(PAIRS, &["accuracy=high"], "accuracy", "\"fine\"");
