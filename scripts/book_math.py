@@ -1,10 +1,20 @@
 #!/usr/bin/env python3
-"""Translates $...$ and $$...$$ of Markdown pages to what mdbook takes, outside of code; links that leave docs/ become plain text."""
+"""Prepares Markdown pages for mdbook: formulas as it takes them, and links that leave the folder of pages.
 
+Usage: book_math.py PAGES ROOT PAGE.md…; PAGES is a copy of docs/, ROOT the checkout.
+
+Translates $...$ and $$...$$ outside of code. Files outside of docs/ that a page links, such as scenarios and scripts, are copied into PAGES under their
+paths in the checkout, and the links lead there; of folders and of pages that are not in the book the words stay.
+"""
+
+import pathlib
 import re
+import shutil
 import sys
 
-CODE = re.compile(r"(^```.*?^```\s*?$|`[^`\n]*`)", re.M | re.S)
+FENCED = re.compile(r"(^```.*?^```\s*?$)", re.M | re.S)
+CODE = re.compile(r"(`[^`\n]*`)")
+LINK = re.compile(r"(?<!!)\[((?:[^\[\]]|\[[^\[\]]*\])*)\]\(((?:\.\./)+[^)\s]*)\)")
 
 
 def escape(formula):
@@ -12,18 +22,36 @@ def escape(formula):
     return re.sub(r"([\\*_\[\]<>|])", r"\\\1", formula)
 
 
-def translate(text):
+def formulas(text):
     text = re.sub(r"\$\$(.+?)\$\$", lambda m: "\\\\[" + escape(m[1]) + "\\\\]", text, flags=re.S)
-    text = re.sub(r"\$([^$\n]+?)\$", lambda m: "\\\\(" + escape(m[1]) + "\\\\)", text)
-    return re.sub(r"\[([^\]]*)\]\((?:\.\./)+([^)]*)\)", lambda m: m[1] if is_outside(m[2]) else m[0], text)
+    return re.sub(r"\$([^$\n]+?)\$", lambda m: "\\\\(" + escape(m[1]) + "\\\\)", text)
 
 
-def is_outside(path):
-    return path.split("/")[0] in ("scenarios", "scripts", "tests", "crates", "ARCHITECTURE.md", "CONTRIBUTING.md", "README.md")
+def link(match, page, pages, root):
+    words, (path, _, anchor) = match[1], match[2].partition("#")
+    place = page.relative_to(pages).parent
+    target = (root / "docs" / place / path).resolve()
+    if target.is_relative_to(root / "docs"):
+        return match[0]
+    if not target.is_file() or target.suffix == ".md":
+        return words
+    own = target.relative_to(root)
+    (pages / own).parent.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(target, pages / own)
+    up = "../" * len(place.parts)
+    return f"[{words}]({up}{own.as_posix()}{'#' + anchor if anchor else ''})"
 
 
-for name in sys.argv[1:]:
-    with open(name, encoding="utf-8") as file:
-        parts = CODE.split(file.read())
-    with open(name, "w", encoding="utf-8") as file:
-        file.write("".join(part if i % 2 else translate(part) for i, part in enumerate(parts)))
+def main():
+    pages, root = (pathlib.Path(name).resolve() for name in sys.argv[1:3])
+    for name in sys.argv[3:]:
+        page = pathlib.Path(name).resolve()
+        parts = FENCED.split(page.read_text(encoding="utf-8"))
+        for i in range(0, len(parts), 2):
+            linked = LINK.sub(lambda m: link(m, page, pages, root), parts[i])
+            plain = CODE.split(linked)
+            parts[i] = "".join(part if k % 2 else formulas(part) for k, part in enumerate(plain))
+        page.write_text("".join(parts), encoding="utf-8")
+
+
+main()

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Compare the contact models on one set of impacts (docs/benchmarks.md): peak force, what is given back, what is lost, steps and processor time.
 
-Usage: contact_models.py [--fbimpact PROGRAM] [--only CASE] [--model MODEL] [--results FOLDER]
+Usage: contact_models.py [--fbimpact PROGRAM] [--only CASE] [--model MODEL]
 
 Each case is a scenario of the repository with one contact zone for all models, so that they differ in the model alone. Prints the rows of the
 table; runs take one thread. Processor time is that of the impact's trial, without models and meshes, which `run` keeps in `tries`.

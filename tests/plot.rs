@@ -242,3 +242,64 @@ fn legends_show_values_that_differ() {
     assert!(drawn.contains("\nvelocity = [0, 0, -0.1]\n") && drawn.contains("\nvelocity = [0, 0, -0.05]\n"));
     assert!(!drawn.contains("\nslow\n"));
 }
+
+/// Place, size and words of a text of a drawing.
+struct Text {
+    at: [f64; 2],
+    size: f64,
+    is_centred: bool,
+    words: String,
+}
+
+/// The texts of a drawing that lie flat.
+fn texts(drawn: &str) -> Vec<Text> {
+    let pieces = drawn.split("<text ").skip(1).filter(|piece| !piece.contains("rotate"));
+    let of = |piece: &str| {
+        let number = |name: &str| {
+            let (_, rest) = piece
+                .split_once(&format!(" {name}=\""))
+                .or_else(|| piece.split_once(&format!("{name}=\"")))?;
+            rest.split('"').next()?.parse::<f64>().ok()
+        };
+        let words = piece.split_once('>')?.1.split("</text>").next()?.trim().to_owned();
+        let is_centred = piece.contains("text-anchor=\"middle\"");
+        Some(Text { at: [number("x")?, number("y")?], size: number("font-size")?, is_centred, words })
+    };
+    pieces.filter_map(of).collect()
+}
+
+/// In a column and on a page of a journal: labels of axes stand apart, and a figure of one pair of axes is wider than tall.
+#[test]
+fn narrow_figures_have_labels_that_stand_apart_and_are_wider_than_tall() {
+    for width in ["85", "170"] {
+        for result in [&RESULTS.pair, &RESULTS.ball, &RESULTS.pendulum] {
+            let (folder, files, _) = plot(&[result], &["--no-title", "--width", width]);
+            assert!(!files.is_empty());
+            for name in &files {
+                let drawn = read(&folder, name);
+                let all = texts(&drawn);
+                assert!(all.len() > 8, "{name}: {} texts", all.len());
+                // Digits of the font are 0.636 of its size wide.
+                let half = |t: &Text| 0.5 * 0.636 * t.size * t.words.chars().count() as f64;
+                let labels =
+                    all.iter().filter(|t| t.is_centred && t.words.chars().any(|c| c.is_ascii_digit()));
+                let labels: Vec<&Text> = labels.collect();
+                for (i, a) in labels.iter().enumerate() {
+                    for b in labels[..i].iter().filter(|b| (b.at[1] - a.at[1]).abs() < 0.5 * a.size) {
+                        let gap = (a.at[0] - b.at[0]).abs() - half(a) - half(b);
+                        assert!(gap > 0.0, "{name} at {width} mm: {} and {} touch", b.words, a.words);
+                    }
+                }
+                let number = |key: &str| {
+                    let (_, rest) = drawn.split_once(&format!(" {key}=\"")).expect("a size");
+                    rest.split('"').next().and_then(|n| n.parse::<f64>().ok()).expect("a number")
+                };
+                let is_single = name.contains("impact") || name.contains("_forces");
+                assert!(
+                    !is_single || number("height") < 0.85 * number("width"),
+                    "{name} at {width} mm is tall"
+                );
+            }
+        }
+    }
+}

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use adaptive::interval::least_utilisation;
 use adaptive::spec::{
-    ContactLaw, DivisionRule, IntervalSpec, LowModes, PenaltySearch, SurfaceLaw, Target, TransferMethod,
-    TransferSpec, Treatment,
+    Accuracy, ContactLaw, DivisionRule, IntervalSpec, LowModes, PenaltySearch, SurfaceLaw, Target,
+    TransferMethod, TransferSpec, Treatment,
 };
 use contact_qs::quasistatic::Method;
 use fbimpact::scenario::{self, Fault, Override, Scenario};
@@ -99,6 +99,7 @@ fn factors_searches_and_intervals_reach_the_run() {
         target_utilisation: 0.8,
         min_utilisation: least_utilisation(0.8),
         division: DivisionRule::Printed,
+        accuracy: Accuracy::Normal,
     };
     assert_eq!(law(0).interval, interval);
     assert_eq!(law(1).search, PenaltySearch::UntilConverged { tolerance: 1e-3 });
@@ -285,4 +286,54 @@ fn modes_of_fine_models_and_their_transfer_reach_the_run() {
     assert_fault(SPHERE, &["contacts.impact.modes=own"], "contacts.impact.modes", "must be \"prolonged\"");
     let transfer = ["contacts.first.transfer=printed"];
     assert_fault(PAIRS, &transfer, "contacts.first.transfer", "modes = \"own\" only");
+}
+
+#[test]
+fn accuracy_scales_what_the_program_chooses() {
+    let usual = valid(PAIRS, &[]);
+    let named = valid(PAIRS, &["accuracy=normal"]);
+    assert_eq!(named.run, usual.run);
+    assert_eq!(named.source.resolved, usual.source.resolved);
+    for (level, elements, tolerance, ratio, error) in [
+        (Accuracy::Fast, 10, 1e-2, 1.0, 10.0),
+        (Accuracy::Normal, 16, 2e-3, 1.0, 1.0),
+        (Accuracy::Fine, 24, 5e-4, 4.0, 0.1),
+    ] {
+        let scenario = valid(PAIRS, &[&format!("accuracy={}", level.name())]);
+        assert_eq!(scenario.run.accuracy, level);
+        let (law, before) = (law(&scenario, 0), law(&usual, 0));
+        assert_eq!(law.interval.elements_or(16), elements);
+        assert_eq!(law.search, PenaltySearch::UntilConverged { tolerance });
+        assert_eq!(law.stiffness_ratio.to_bits(), (ratio * before.stiffness_ratio).to_bits());
+        // The width of a zone is tried until it fits the contact, whatever the level.
+        let shares = [law, before].map(|law| law.interval.target_utilisation.to_bits());
+        assert_eq!(shares[0], shares[1]);
+        assert_eq!(scenario.run.settings.free.tolerance_factor.to_bits(), f64::to_bits(error));
+        let again = valid(&scenario.source.resolved, &[]);
+        assert_eq!((&again.run.contacts, again.run.accuracy), (&scenario.run.contacts, level));
+        assert_eq!(again.run.settings, scenario.run.settings);
+        assert_eq!(again.source.resolved, scenario.source.resolved);
+    }
+}
+
+#[test]
+fn what_is_given_wins_over_accuracy() {
+    let set = [
+        "accuracy=fine",
+        "contacts.first.penalty={tolerance=3e-3}",
+        "contacts.first.interval={elements=7}",
+        "simulation.free.rtol=1e-6",
+        "simulation.impact={rtol=1e-7, max_step=1e-7}",
+    ];
+    let scenario = valid(PAIRS, &set);
+    let law = law(&scenario, 0);
+    assert_eq!(law.interval.elements_or(16), 7);
+    assert_eq!(law.search, PenaltySearch::UntilConverged { tolerance: 3e-3 });
+    let settings = &scenario.run.settings;
+    let errors = [&settings.free, &settings.impact].map(|phase| (phase.tolerance, phase.tolerance_factor));
+    assert_eq!(errors, [(Some(1e-6), 1.0), (Some(1e-7), 1.0)]);
+    assert_eq!(settings.impact.max_step.to_bits(), 1e-7f64.to_bits());
+    let fixed = surface(PAIRS, &["accuracy=fine", "contacts.first.penalty={initial=1e17,search=\"fixed\"}"]);
+    assert_eq!((fixed.penalty, fixed.search), (Some(1e17), PenaltySearch::Fixed));
+    assert_fault(PAIRS, &["accuracy=high"], "accuracy", "\"fine\"");
 }

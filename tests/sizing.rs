@@ -165,3 +165,24 @@ fn keys_that_are_given_are_obeyed() {
     assert_eq!(reduction, ReductionSpec::All);
     assert!(!parse(&format!("{BAR}\n{all}")).wishes[0].modes);
 }
+
+/// Of a level finer than another meshes and modes are no coarser, and the middle one is that of a scenario without the key.
+#[test]
+fn accuracy_scales_mesh_and_modes() {
+    let text = without_sizes(include_str!("../scenarios/rod_on_plane.toml"));
+    let sizes = |line: &str| {
+        let scenario = parse(&format!("{line}\n{text}"));
+        let chosen = sized(&scenario, 1, &ModelCache::default()).unwrap().into_owned();
+        let BodyKind::Elastic(rod) = &chosen.run.bodies[0].kind else { panic!("a rod") };
+        let ReductionSpec::CraigBampton { modes, .. } = rod.reduction else { panic!("modes") };
+        let zone = rod.discretisation.refine.iter().map(|zone| zone.elements).collect::<Vec<_>>();
+        (modes, rod.discretisation.elements.clone(), zone)
+    };
+    let usual = sizes("");
+    let [fast, normal, fine] =
+        ["fast", "normal", "fine"].map(|level| sizes(&format!("accuracy = \"{level}\"")));
+    assert_eq!(normal, usual);
+    println!("{fast:?}, {normal:?}, {fine:?}");
+    assert!(fast.0 < normal.0 && normal.0 < fine.0);
+    assert!(fast.1.iter().zip(&fine.1).all(|(a, b)| a <= b) && fast.1 != fine.1);
+}

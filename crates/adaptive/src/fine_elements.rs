@@ -34,6 +34,12 @@ use crate::unsupported::Unsupported;
 pub const QUADRATIC: usize = 6;
 /// The same of linear elements.
 pub const LINEAR: usize = 16;
+
+/// Elements over the narrow width of a zone of `mesh` unless the scenario says otherwise.
+pub fn usual_elements(mesh: &Mesh) -> usize {
+    let is_quadratic = mesh.elements().iter().next().is_some_and(|e| e.kind.is_quadratic());
+    if is_quadratic { QUADRATIC } else { LINEAR }
+}
 /// Rows of a direction in which contact is counted, whatever the elements are.
 const ROWS: usize = 16;
 /// Elements of the finest level beyond the zone: a side that meets it, the ring around, and one between these and the next level, whose nodes
@@ -130,8 +136,7 @@ impl FineElements {
         let coarse = &body.surface;
         let footprint = Footprint::new(coarse, wanted).ok_or_else(nothing)?;
         let longest = longest_within(coarse, wanted.site.face, |x| footprint.contains(x));
-        let is_quadratic = spec.mesh.elements().iter().next().is_some_and(|e| e.kind.is_quadratic());
-        let elements = wanted.elements.unwrap_or(if is_quadratic { QUADRATIC } else { LINEAR });
+        let elements = wanted.elements.unwrap_or_else(|| usual_elements(&spec.mesh));
         let narrow = wanted.widths[0].min(wanted.widths[1]);
         let levels = (longest * elements as f64 / narrow).log2().ceil().max(0.0);
         let refined = RefinedMesh::new(

@@ -22,11 +22,13 @@ pub mod zone;
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::model::start_poses;
-use crate::spec::{BodyKind, DiscretisationSpec, ElasticSpec, ReductionSpec, RefinementSpec, RunSpec};
+use crate::spec::{
+    Accuracy, BodyKind, DiscretisationSpec, ElasticSpec, ReductionSpec, RefinementSpec, RunSpec,
+};
 use crate::store::{ModelCache, ModelKey, StoredModel};
 use crate::work::{self, Work};
 use iga_core::elasticity::Model;
-use impact_time::ForceTime;
+use impact_time::{ForceTime, TimeScale};
 use mesh::ChosenMesh;
 use mode_count::ChosenModes;
 use spectrum::FrequencyProblem;
@@ -66,16 +68,21 @@ pub fn choose(
         return Ok(chosen);
     }
     let poses = start_poses(spec)?;
-    let times = impact_time::shortest(spec, &poses);
+    let accuracy = spec.accuracy;
+    let mut times = impact_time::shortest(spec, &poses);
+    times
+        .iter_mut()
+        .flatten()
+        .for_each(|time| time.frequency *= accuracy.frequency(time.scale == TimeScale::Flat));
     for (i, (body, wish)) in spec.bodies.iter().zip(wishes).enumerate() {
         let _work = work::begin(format!("body \"{}\" ({} of {})", body.name, i + 1, spec.bodies.len()));
         let time = times[i].as_ref();
         match &body.kind {
             BodyKind::Elastic(elastic) if *wish != SizeRequest::default() => {
-                chosen[i] = sizes(&body.name, elastic, *wish, time, cache)?;
+                chosen[i] = sizes((&body.name, elastic), (*wish, accuracy), time, cache)?;
             }
             BodyKind::Meshed(meshed) if wish.modes => {
-                chosen[i].modes = Some(of_mesh::modes(&body.name, meshed, time, cache)?);
+                chosen[i].modes = Some(of_mesh::modes((&body.name, meshed), accuracy, time, cache)?);
             }
             BodyKind::Elastic(_) | BodyKind::Meshed(_) | BodyKind::Imported(_) | BodyKind::Rigid(_) => {}
         }
@@ -91,23 +98,22 @@ pub fn choose(
 }
 
 fn sizes(
-    name: &str,
-    elastic: &ElasticSpec,
-    wish: SizeRequest,
+    (name, elastic): (&str, &ElasticSpec),
+    (wish, accuracy): (SizeRequest, Accuracy),
     time: Option<&ForceTime>,
     cache: &ModelCache,
 ) -> Result<ChosenSizes, AdaptiveError> {
-    let candidate = Candidate::new(name, elastic, wish);
+    let candidate = Candidate::new(name, elastic, wish).with_accuracy(accuracy);
     let limit = time.map_or(0.0, |t| t.frequency);
-    let most = mode_count::most(elastic.reduction, time);
-    let key: ModelKey = key::sizes_key(&candidate.spec, wish, (limit, most));
+    let most = mode_count::most(elastic.reduction, accuracy, time);
+    let key: ModelKey = key::sizes_key(&candidate.spec, (wish, accuracy), (limit, most));
     let numbers = cache.recent(
         key,
         Numbers::from_stored,
         || Numbers::compute(&candidate, wish, (limit, most), elastic.reduction),
         Numbers::stored,
     )?;
-    Ok(numbers.with_reason(wish, time))
+    Ok(numbers.with_reason((wish, accuracy), time))
 }
 
 /// The choice without its reason: what is kept between runs.
@@ -128,7 +134,7 @@ impl Numbers {
     ) -> Result<Self, AdaptiveError> {
         let given = match reduction {
             ReductionSpec::Modal { modes } | ReductionSpec::CraigBampton { modes, .. } => modes,
-            ReductionSpec::All => mode_count::WITHOUT_FORCES,
+            ReductionSpec::All => candidate.accuracy.modes(mode_count::WITHOUT_FORCES),
         };
         let mut solved = Vec::new();
         let (modes, highest) =
@@ -151,10 +157,10 @@ impl Numbers {
         Some(Self { elements: elements.to_vec(), error, modes: *modes, highest })
     }
 
-    fn with_reason(self, wish: SizeRequest, time: Option<&ForceTime>) -> ChosenSizes {
+    fn with_reason(self, (wish, accuracy): (SizeRequest, Accuracy), time: Option<&ForceTime>) -> ChosenSizes {
         let Self { elements, error, modes, highest } = self;
         ChosenSizes {
-            mesh: wish.elements.then_some(ChosenMesh { elements, error, modes }),
+            mesh: wish.elements.then_some(ChosenMesh { elements, error, modes, accuracy }),
             modes: wish.modes.then(|| ChosenModes { modes, highest, time: time.cloned() }),
             zones: Vec::new(),
         }
@@ -172,7 +178,7 @@ pub struct ChosenZone {
 
 impl ChosenSizes {
     fn warn(&self, body: &str) {
-        if let Some(mesh) = self.mesh.as_ref().filter(|m| m.error > mesh::TOLERANCE) {
+        if let Some(mesh) = self.mesh.as_ref().filter(|m| m.error > mesh::TOLERANCE.max(m.tolerance())) {
             tracing::warn!("body \"{body}\": {mesh}; give discretisation.elements, or fewer reduction.modes");
         }
         if let Some(modes) = self.modes.as_ref().filter(|m| m.is_cut()) {
@@ -187,6 +193,8 @@ pub struct Candidate<'a> {
     spec: ElasticSpec,
     /// Whether the elements are to be chosen.
     chooses_elements: bool,
+    /// Level of what is chosen.
+    accuracy: Accuracy,
 }
 
 impl<'a> Candidate<'a> {
@@ -198,7 +206,13 @@ impl<'a> Candidate<'a> {
         if wish.elements {
             spec.discretisation.elements = vec![1; mesh.degrees.len()];
         }
-        Self { name, spec, chooses_elements: wish.elements }
+        Self { name, spec, chooses_elements: wish.elements, accuracy: Accuracy::default() }
+    }
+
+    /// The same, with what is chosen at a level of accuracy.
+    #[must_use]
+    pub fn with_accuracy(self, accuracy: Accuracy) -> Self {
+        Self { accuracy, ..self }
     }
 
     /// Degrees of the splines, one per direction.

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 
 use adaptive::sizing::mode_count::WITHOUT_FORCES;
 use adaptive::sizing::{ChosenSizes, SizeRequest, choose};
-use adaptive::spec::{BodyKind, BodySpec, ImportedSpec, RefinementSpec};
+use adaptive::spec::{Accuracy, BodyKind, BodySpec, ImportedSpec, RefinementSpec};
 use adaptive::store::ModelCache;
 
 use crate::error::AppError;
@@ -43,14 +43,20 @@ pub fn sized<'a>(
     let mut scenario = scenario.clone();
     let wishes = std::mem::take(&mut scenario.wishes);
     scenario.wishes = vec![SizeRequest::default(); wishes.len()];
+    let accuracy = scenario.run.accuracy;
     for ((body, wish), chosen) in scenario.run.bodies.iter_mut().zip(wishes).zip(&chosen) {
-        apply(body, wish, chosen, &mut scenario.source.resolved);
+        apply(body, (wish, accuracy), chosen, &mut scenario.source.resolved);
     }
     Ok(Cow::Owned(scenario))
 }
 
 /// Gives a body the sizes that were chosen for it, and writes them into the resolved text.
-fn apply(body: &mut BodySpec, wish: SizeRequest, chosen: &ChosenSizes, resolved: &mut String) {
+fn apply(
+    body: &mut BodySpec,
+    (wish, accuracy): (SizeRequest, Accuracy),
+    chosen: &ChosenSizes,
+    resolved: &mut String,
+) {
     let name = body.name.clone();
     let mut zones = String::new();
     let mut set = |table: &str, line: &str, why: &str| {
@@ -81,7 +87,7 @@ fn apply(body: &mut BodySpec, wish: SizeRequest, chosen: &ChosenSizes, resolved:
         }
         BodyKind::Imported(ImportedSpec::Full { body, reduction, .. }) if wish.modes => {
             let body = body.body();
-            let n = WITHOUT_FORCES.min(body.dofs.len().saturating_sub(body.motion.count()));
+            let n = accuracy.modes(WITHOUT_FORCES).min(body.dofs.len().saturating_sub(body.motion.count()));
             reduction.set_modes(n);
             set("reduction", &format!("modes = {n}"), &format!("{n} modes of a body from a file"));
         }

@@ -96,11 +96,7 @@ class Sweep:
         Raises `ValueError` if vectors differ in several components, or if two runs have the same place.
         """
         table = self.table(columns)
-        axes = {name: values for key in _keys(self.runs) for name, values in [_axis(self.runs, key)] if len(set(values)) > 1}
-        levels = {name: sorted(set(values)) for name, values in axes.items()}
-        places = [tuple(levels[name].index(axes[name][i]) for name in axes) for i in range(len(self.runs))]
-        if len(set(places)) < len(places):
-            raise ValueError("two runs have the same values of all keys that differ")
+        levels, places = _places(self.runs)
         shape = tuple(len(values) for values in levels.values())
         variables: dict[str, xr.Variable] = {}
         for name, column in table.variables.items():
@@ -111,6 +107,26 @@ class Sweep:
                 values[place] = value
             variables[str(name)] = xr.Variable(tuple(levels), values, column.attrs)
         return xr.Dataset(variables, {name: np.array(values) for name, values in levels.items()})
+
+    def impacts(self) -> xr.Dataset:
+        """The numbers of the impacts of all runs over the values that were swept, and along `impacts` in the order of their ends, from 1.
+
+        Axes are those of `grid`. Of a run with fewer impacts, or without a complete result, the others are NaN.
+
+        Raises `ValueError` as `grid`.
+        """
+        levels, places = _places(self.runs)
+        tables = [run.result().impacts if run.is_complete else None for run in self.runs]
+        most = max((table.sizes["impacts"] for table in tables if table is not None), default=0)
+        shape = (*(len(values) for values in levels.values()), most)
+        variables: dict[str, xr.Variable] = {}
+        for place, table in zip(places, tables):
+            for name, column in table.data_vars.items() if table is not None else ():
+                if column.dtype.kind in "fiu" and column.dims == ("impacts",):
+                    empty = xr.Variable((*levels, "impacts"), np.full(shape, np.nan), column.attrs)
+                    variables.setdefault(str(name), empty)[(*place, slice(column.size))] = column.values
+        coordinates = {name: np.array(values) for name, values in levels.items()}
+        return xr.Dataset(variables, {**coordinates, "impacts": np.arange(1, most + 1)})
 
     def metric(self, expression: str) -> list[Metric | None]:
         """Value of an expression for every run; None for runs without a complete result."""
@@ -239,6 +255,16 @@ class _Work:
 def _keys(runs: Sequence[SweepRun]) -> list[str]:
     """Keys that any run sets, in the order in which they were given."""
     return list(dict.fromkeys(key for run in runs for key in run.values))
+
+
+def _places(runs: Sequence[SweepRun]) -> tuple[dict[str, list[Any]], list[tuple[int, ...]]]:
+    """The axes of a sweep with their values in order, and where each run stands along them."""
+    axes = {name: values for key in _keys(runs) for name, values in [_axis(runs, key)] if len(set(values)) > 1}
+    levels = {name: sorted(set(values)) for name, values in axes.items()}
+    places = [tuple(levels[name].index(axes[name][i]) for name in axes) for i in range(len(runs))]
+    if len(set(places)) < len(places):
+        raise ValueError("two runs have the same values of all keys that differ")
+    return levels, places
 
 
 def _axis(runs: Sequence[SweepRun], key: str) -> tuple[str, list[Any]]:

@@ -52,6 +52,10 @@ def test_a_sweep_is_a_grid_with_numeric_axes(scenarios, tmp_path):
     stiff, soft = (peak.sel({"materials.aluminium.youngs_modulus": e})[0].item() for e in (72.8e9, 36.4e9))
     assert math.isclose(stiff / soft, 2.0**0.4, rel_tol=1e-2)
     assert "late" in grid and "status" not in grid
+    impacts = made.impacts()
+    assert dict(impacts.sizes) == {**grid.sizes, "impacts": 1} and list(impacts["impacts"].values) == [1]
+    assert impacts["peak_force"].sel(impacts=1).equals(peak.rename("peak_force").drop_vars("impacts", errors="ignore").assign_coords(impacts=1))
+    assert impacts["start"].attrs["units"] == "s" and "contact" not in impacts
     both = fbimpact.Sweep(tmp_path, [fbimpact.SweepRun(n, {"v": v}, tmp_path) for n, v in (("a", [0.0, 1.0]), ("b", [1.0, 0.0]))])
     with pytest.raises(ValueError, match="several components"):
         both.grid()

@@ -256,7 +256,7 @@ impl AdaptiveContact {
         wanted: [Option<ZoneSite>; 2],
     ) -> Option<(ZoneSite, Option<ZoneSite>)> {
         let given = &self.law.interval;
-        let elements = given.elements.unwrap_or(ELEMENTS);
+        let elements = given.elements_or(ELEMENTS);
         let of_target = self.flexible_target.unwrap_or(self.body);
         let holds = |body: usize, kept: &ZoneSite, wanted: &ZoneSite| {
             kept_zone::holds(flexible(&bodies[body]), (kept, wanted), elements, given.target_utilisation)

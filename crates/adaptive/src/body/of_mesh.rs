@@ -15,11 +15,11 @@ use super::field_body::{FieldBody, LongestElement, ReductionSettings};
 use super::fine::FineModel;
 use crate::contact_zone::{ContactZone, PointsAbout};
 use crate::error::AdaptiveError;
-use crate::fine_elements::{FineElements, WantedZone};
+use crate::fine_elements::{FineElements, WantedZone, usual_elements};
 use crate::interval::IntervalGrid;
 use crate::meshed::MeshedBody;
 use crate::record::ZoneSite;
-use crate::spec::{IntervalSpec, MeshedSpec, PointRule};
+use crate::spec::{Accuracy, IntervalSpec, MeshedSpec, PointRule};
 use crate::store::{Bytes, meshed_definition};
 use crate::surface::Surface;
 use crate::zone_at_start::StartZone;
@@ -112,7 +112,10 @@ impl FieldBody for MeshedBody {
         interval: &IntervalSpec,
     ) -> Result<Box<dyn FineModel>, AdaptiveError> {
         let place = self.surface.place(site.face, &site.centre);
-        let wanted = WantedZone { site: place, widths: site.widths, elements: interval.elements };
+        let usual = || interval.elements_or(usual_elements(&self.spec.mesh));
+        let is_usual = interval.elements.is_none() && interval.accuracy == Accuracy::default();
+        let elements = (!is_usual).then(usual);
+        let wanted = WantedZone { site: place, widths: site.widths, elements };
         Ok(Box::new(FineElements::build(&self, &wanted)?))
     }
 

@@ -117,7 +117,7 @@ impl FieldBody for ElasticBody {
         let (id, patches) = (FaceId::all(&self.shape.patches)[site.face as usize], &self.shape.patches);
         let face = Face::new(patches, id, self.spec.model == Model::Axisymmetric);
         let wanted = WantedInterval { face, centre: site.centre, widths: site.widths };
-        let elements = interval.elements.unwrap_or(ELEMENTS);
+        let elements = interval.elements_or(ELEMENTS);
         let settings = FineSettings { division: interval.division, elements, growth: None };
         let mesh = Arc::new(FineMesh::build(&self, &[wanted], &settings)?);
         Ok(Box::new(RefinedSplines { body: self, mesh, wanted, settings }))

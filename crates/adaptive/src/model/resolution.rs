@@ -99,7 +99,7 @@ pub fn refined<'a>(spec: &'a RunSpec, plans: &[ContactPlan]) -> Cow<'a, RunSpec>
     }
     for (index, contact) in fine.contacts.iter_mut().enumerate() {
         if let ContactLaw::Surface(law) = &mut contact.law {
-            let usual = (plans[index] == ContactPlan::AtTouch).then_some(ELEMENTS);
+            let usual = (plans[index] == ContactPlan::AtTouch).then(|| law.interval.elements_or(ELEMENTS));
             spec.resolution.contact(index).apply(law, usual);
         }
     }

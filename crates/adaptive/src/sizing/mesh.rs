@@ -8,6 +8,7 @@ use std::fmt;
 use super::first_elements::first_elements;
 use super::{Candidate, Spectrum};
 use crate::error::AdaptiveError;
+use crate::spec::Accuracy;
 
 /// Largest relative error of a kept frequency.
 pub const TOLERANCE: f64 = 1e-3;
@@ -44,9 +45,16 @@ pub struct ChosenMesh {
     pub error: f64,
     /// Number of modes that it was chosen for.
     pub modes: usize,
+    /// Level at which it was chosen.
+    pub accuracy: Accuracy,
 }
 
 impl ChosenMesh {
+    /// Largest relative error that was asked for.
+    pub fn tolerance(&self) -> f64 {
+        tolerance(self.accuracy)
+    }
+
     /// Number of frequencies that `error` is about.
     fn checked(&self) -> usize {
         self.modes.min(CHECKED)
@@ -55,13 +63,14 @@ impl ChosenMesh {
 
 impl fmt::Display for ChosenMesh {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { elements, error, modes } = self;
+        let Self { elements, error, modes, .. } = self;
         let checked = self.checked();
         let list = elements.iter().map(usize::to_string).collect::<Vec<_>>().join(" x ");
         write!(out, "{list} elements chosen: the {checked} lowest frequencies are right to {error:.1e}")?;
-        if *error > TOLERANCE {
+        let tolerance = self.tolerance();
+        if *error > tolerance {
             let most = if self.error > PROMISED { 2 * MOST_UNKNOWNS } else { MOST_UNKNOWNS };
-            write!(out, ", not to {TOLERANCE:.0e}, within {most} degrees of freedom")?;
+            write!(out, ", not to {tolerance:.0e}, within {most} degrees of freedom")?;
         }
         if *modes > checked {
             write!(out, "; {modes} have as many elements over a wave")?;
@@ -83,17 +92,18 @@ pub fn mesh(
     let first = first_elements(&candidate.spec, n_modes.min(CHECKED));
     let mut elements = first.clone();
     let mut check = Check::new(candidate, n_modes.min(CHECKED), solved);
+    let tolerance = tolerance(candidate.accuracy);
     for round in 1.. {
         let mut errors = check.errors(&elements, Known::Converged)?;
-        if errors.iter().sum::<f64>() <= TOLERANCE {
+        if errors.iter().sum::<f64>() <= tolerance {
             errors = check.errors(&elements, Known::OnThisMesh)?;
         }
         let error = errors.iter().sum::<f64>();
-        let next = refined(&elements, &errors, &check.groups, &check.rates);
+        let next = refined(&elements, &errors, check.share(), (&check.groups, &check.rates));
         let most = if error > PROMISED { 2 * MOST_UNKNOWNS } else { MOST_UNKNOWNS };
         let is_last = round == ROUNDS || !check.is_feasible(&next, most);
         tracing::debug!(?elements, ?errors, "mesh checked");
-        if error <= TOLERANCE || is_last {
+        if error <= tolerance || is_last {
             if n_modes > CHECKED {
                 let wanted = first_elements(&candidate.spec, n_modes);
                 elements = in_proportion(&wanted, &elements, &first);
@@ -191,7 +201,7 @@ impl<'a> Check<'a> {
         let is_unchanged = self.groups[g].iter().all(|&d| of[d] == elements[d]);
         let finer = finer(self.candidate, elements, &self.groups[g]);
         let is_large = self.candidate.unknowns(&finer) > MOST_UNKNOWNS;
-        let is_enough = (known == Known::Converged || is_large) && *error <= share(self.groups.len());
+        let is_enough = (known == Known::Converged || is_large) && *error <= self.share();
         of == elements || (is_unchanged && is_enough)
     }
 
@@ -213,6 +223,11 @@ impl<'a> Check<'a> {
         Ok(error)
     }
 
+    /// Part of the error that each group may make for a mesh to be kept at once.
+    fn share(&self) -> f64 {
+        AIM * tolerance(self.candidate.accuracy) / self.groups.len() as f64
+    }
+
     fn frequencies(&mut self, elements: &[usize]) -> Result<Vec<f64>, AdaptiveError> {
         let serves =
             |s: &&Spectrum| s.elements == elements && (s.frequencies.len() >= self.n_modes || s.is_complete);
@@ -230,14 +245,18 @@ fn error_of(change: f64, growth: f64, rate: f64) -> f64 {
     change / (1.0 - growth.powf(-rate.min(USUAL)))
 }
 
-/// Part of the error that each of `n` groups may make for a mesh to be kept at once.
-fn share(n: usize) -> f64 {
-    AIM * TOLERANCE / n as f64
+/// Largest relative error of a kept frequency at a level of accuracy.
+fn tolerance(accuracy: Accuracy) -> f64 {
+    TOLERANCE * accuracy.mesh_error()
 }
 
-/// More elements in the groups of directions that make more than their share of the error, by the rate at which it falls (Eq. E.13).
-fn refined(elements: &[usize], errors: &[f64], groups: &[Vec<usize>], rates: &[f64]) -> Vec<usize> {
-    let share = share(groups.len());
+/// More elements in the groups of directions that make more than their `share` of the error, by the rate at which it falls (Eq. E.13).
+fn refined(
+    elements: &[usize],
+    errors: &[f64],
+    share: f64,
+    (groups, rates): (&[Vec<usize>], &[f64]),
+) -> Vec<usize> {
     let mut next = elements.to_vec();
     for ((group, error), rate) in
         groups.iter().zip(errors).zip(rates).filter(|((_, error), _)| **error > share)
@@ -259,11 +278,14 @@ mod tests {
         // 64 times its share with rate 2 p = 6: twice the elements.
         let share = AIM * TOLERANCE / 2.0;
         let (apart, together) = ([vec![0], vec![1]], [vec![0, 1]]);
-        assert_eq!(refined(&[4, 10], &[0.5 * share, 64.0 * share], &apart, &[6.0, 6.0]), [4, 20]);
-        assert_eq!(refined(&[4, 10], &[1.1 * share, 1e9], &apart, &[6.0, 6.0]), [5, 20]);
-        assert_eq!(refined(&[4, 4], &[128.0 * share], &together, &[6.0]), [8, 8]);
+        assert_eq!(refined(&[4, 10], &[0.5 * share, 64.0 * share], share, (&apart, &[6.0, 6.0])), [4, 20]);
+        assert_eq!(refined(&[4, 10], &[1.1 * share, 1e9], share, (&apart, &[6.0, 6.0])), [5, 20]);
+        assert_eq!(
+            refined(&[4, 4], &[128.0 * AIM * TOLERANCE / 2.0], AIM * TOLERANCE, (&together, &[6.0])),
+            [8, 8]
+        );
         // Errors seen to fall in proportion to the size: as many times the elements.
-        assert_eq!(refined(&[4, 10], &[1.5 * share, 0.0], &apart, &[1.0, 6.0]), [6, 10]);
+        assert_eq!(refined(&[4, 10], &[1.5 * share, 0.0], share, (&apart, &[1.0, 6.0])), [6, 10]);
     }
 
     #[test]
@@ -278,11 +300,14 @@ mod tests {
 
     #[test]
     fn the_sentence_tells_when_the_error_is_too_large() {
-        let mesh = |error| ChosenMesh { elements: vec![2, 40], error, modes: 20 }.to_string();
+        let mesh = |error| {
+            ChosenMesh { elements: vec![2, 40], error, modes: 20, accuracy: Accuracy::Normal }.to_string()
+        };
         assert_eq!(mesh(2.5e-4), "2 x 40 elements chosen: the 20 lowest frequencies are right to 2.5e-4");
         assert!(mesh(2e-3).ends_with(", not to 1e-3, within 40000 degrees of freedom"));
         assert!(mesh(8e-3).ends_with(", not to 1e-3, within 80000 degrees of freedom"));
-        let many = ChosenMesh { elements: vec![9, 9], error: 1e-4, modes: 75 }.to_string();
+        let many = ChosenMesh { elements: vec![9, 9], error: 1e-4, modes: 75, accuracy: Accuracy::Normal }
+            .to_string();
         assert_eq!(
             many,
             "9 x 9 elements chosen: the 20 lowest frequencies are right to 1.0e-4; 75 have as many elements over a wave"

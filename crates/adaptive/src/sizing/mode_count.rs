@@ -11,7 +11,7 @@ use super::mesh::CHECKED;
 use super::{Candidate, Spectrum};
 use crate::elastic_body::rigid_motion;
 use crate::error::AdaptiveError;
-use crate::spec::ReductionSpec;
+use crate::spec::{Accuracy, ReductionSpec};
 
 /// Modes of a body on which no contact acts.
 pub const WITHOUT_FORCES: usize = 20;
@@ -66,7 +66,7 @@ pub fn count(
     solved: &mut Vec<Spectrum>,
 ) -> Result<(usize, f64), AdaptiveError> {
     let motion = rigid_motion(&candidate.spec.model);
-    let least = if limit > 0.0 { least(motion) } else { WITHOUT_FORCES };
+    let least = candidate.accuracy.modes(if limit > 0.0 { least(motion) } else { WITHOUT_FORCES });
     // A few modes more show whether the count cuts through a group.
     let (mut wanted, mut resolved) = (least + GROUP, least.min(CHECKED));
     let spectrum = loop {
@@ -111,8 +111,9 @@ pub fn chosen_from(
 }
 
 /// Most modes of a body that is reduced by `reduction`, with the fastest force on it.
-pub fn most(reduction: ReductionSpec, time: Option<&ForceTime>) -> usize {
-    let most = if time.is_some_and(|t| t.scale == TimeScale::Flat) { MOST_OF_JUMPS } else { MOST };
+pub fn most(reduction: ReductionSpec, accuracy: Accuracy, time: Option<&ForceTime>) -> usize {
+    let is_jump = time.is_some_and(|t| t.scale == TimeScale::Flat);
+    let most = if is_jump { accuracy.modes(MOST_OF_JUMPS) } else { MOST };
     match reduction {
         ReductionSpec::CraigBampton { fixed_interface_modes: Some(n), .. } => n.min(most),
         _ => most,

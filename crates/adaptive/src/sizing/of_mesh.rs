@@ -6,7 +6,7 @@ use super::mode_count::{ChosenModes, GROUP, WITHOUT_FORCES, chosen_from, least, 
 use super::spectrum::FrequencyProblem;
 use crate::error::AdaptiveError;
 use crate::meshed::MeshedBody;
-use crate::spec::MeshedSpec;
+use crate::spec::{Accuracy, MeshedSpec};
 use crate::store::{ModelCache, StoredModel};
 use crate::work;
 use ffr_dynamics::body::RigidMotion;
@@ -16,29 +16,33 @@ use ffr_dynamics::body::RigidMotion;
 /// # Errors
 /// [`AdaptiveError`] naming the body.
 pub fn modes(
-    name: &str,
-    spec: &MeshedSpec,
+    (name, spec): (&str, &MeshedSpec),
+    accuracy: Accuracy,
     time: Option<&ForceTime>,
     cache: &ModelCache,
 ) -> Result<ChosenModes, AdaptiveError> {
     let limit = time.map_or(0.0, |t| t.frequency);
-    let most = most(spec.reduction, time);
+    let most = most(spec.reduction, accuracy, time);
     let (modes, highest) = cache.recent(
-        mesh_key(spec, (limit, most)),
+        mesh_key(spec, accuracy, (limit, most)),
         |stored| match (&stored.counts[..], &stored.values[..]) {
             ([modes], [highest]) => Some((usize::try_from(*modes).ok()?, *highest)),
             _ => None,
         },
-        || count(name, spec, (limit, most)),
+        || count((name, spec), accuracy, (limit, most)),
         |(modes, highest)| StoredModel { counts: vec![*modes as u64], values: vec![*highest] },
     )?;
     Ok(ChosenModes { modes, highest, time: time.cloned() })
 }
 
 /// The number, and the frequency of the last \[Hz\].
-fn count(name: &str, spec: &MeshedSpec, (limit, most): (f64, usize)) -> Result<(usize, f64), AdaptiveError> {
+fn count(
+    (name, spec): (&str, &MeshedSpec),
+    accuracy: Accuracy,
+    (limit, most): (f64, usize),
+) -> Result<(usize, f64), AdaptiveError> {
     let motion = RigidMotion::Spatial;
-    let least = if limit > 0.0 { least(motion) } else { WITHOUT_FORCES };
+    let least = accuracy.modes(if limit > 0.0 { least(motion) } else { WITHOUT_FORCES });
     let _work = work::begin(format!("modes of a mesh with {} unknowns", 3 * spec.mesh.nodes().len()));
     let body = MeshedBody::build(name, spec.clone())?.assembled;
     let problem = FrequencyProblem::new(name, &body)?;

@@ -47,7 +47,8 @@ fn zone(scene: &Scene<'_>, contact: &ContactSpec, index: usize) -> Option<Chosen
     // A place on an axis or at an end is found but for round-off.
     let round_off = ROUND_OFF * scene.size(index);
     let centre = site.point.map(|x| if x.abs() < round_off { 0.0 } else { x });
-    let refinement = RefinementSpec { centre, width, elements: ELEMENTS, ratio: RATIO };
+    let refinement =
+        RefinementSpec { centre, width, elements: law.interval.elements_or(ELEMENTS), ratio: RATIO };
     let reason = format!("zone of contact \"{}\" for a force of {:.3e} N", contact.name, touch.force);
     Some(ChosenZone { refinement, reason })
 }

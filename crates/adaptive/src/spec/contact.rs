@@ -4,6 +4,7 @@ use contact_qs::law::{Friction, Solid};
 use contact_qs::quasistatic::Method;
 use nalgebra::Vector3;
 
+use super::accuracy::Accuracy;
 use super::body::Place;
 use crate::interval::{TARGET_UTILISATION, least_utilisation};
 use crate::penalty_search::PEAK_TOLERANCE;
@@ -218,6 +219,15 @@ pub struct IntervalSpec {
     pub min_utilisation: f64,
     /// How the elements around it are divided.
     pub division: DivisionRule,
+    /// Level of the number of elements where none is given.
+    pub accuracy: Accuracy,
+}
+
+impl IntervalSpec {
+    /// Elements across the interval where the program refines and would take the `usual` number.
+    pub fn elements_or(&self, usual: usize) -> usize {
+        self.elements.unwrap_or_else(|| self.accuracy.zone_elements(usual))
+    }
 }
 
 impl Default for IntervalSpec {
@@ -228,6 +238,7 @@ impl Default for IntervalSpec {
             target_utilisation: TARGET_UTILISATION,
             min_utilisation: least_utilisation(TARGET_UTILISATION),
             division: DivisionRule::Graded,
+            accuracy: Accuracy::Normal,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What a run is made from: plain, validated values. SI units; body-fixed data in the body's own frame.
 
+pub mod accuracy;
 pub mod body;
 pub mod contact;
 pub mod imported;
@@ -13,6 +14,7 @@ use ffr_dynamics::integration::Method as IntegrationMethod;
 use ffr_dynamics::system::JointKind;
 use nalgebra::Vector3;
 
+pub use accuracy::Accuracy;
 pub use body::{
     Area, ByGroup, Coupling, DiscretisationSpec, ElasticSpec, FrameSpec, Geometry, InitialMotion, MeshedSpec,
     Place, RefinementSpec, RigidSpec,
@@ -177,6 +179,8 @@ pub struct RunSpec {
     pub settings: RunSettings,
     /// Factors on what bodies and contacts say of their resolution.
     pub resolution: Resolution,
+    /// Level of what the program chooses: meshes and modes. Contacts and phases have theirs in [`IntervalSpec`], [`SurfaceLaw`] and [`PhaseSettings`].
+    pub accuracy: Accuracy,
 }
 
 impl RunSpec {

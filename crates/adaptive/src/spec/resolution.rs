@@ -40,10 +40,15 @@ pub struct ContactFactors {
 /// Power of a factor on the tolerance that steps are shortened by: a tenth halves them, as an error of third order per step.
 const STEP_POWER: f64 = std::f64::consts::LOG10_2;
 
+/// Factor on the longest steps that goes with `factor` on their permitted errors.
+pub fn shortening(factor: f64) -> f64 {
+    factor.powf(STEP_POWER)
+}
+
 impl RunSettings {
     /// Applies `factor`, at most 1, to the permitted errors of steps in all phases, and shortens the longest steps to suit.
     pub fn tighten(&mut self, factor: f64) {
-        let shortened = factor.powf(STEP_POWER);
+        let shortened = shortening(factor);
         for phase in [&mut self.free, &mut self.impact] {
             phase.max_step *= shortened;
             phase.tolerance_factor *= factor;

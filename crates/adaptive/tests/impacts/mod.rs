@@ -9,7 +9,7 @@ use adaptive::model::RunModel;
 use adaptive::record::{PhaseKind, Sample};
 use adaptive::recording::Recording;
 use adaptive::spec::{
-    BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, InitialMotion,
+    Accuracy, BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, InitialMotion,
     IntervalSpec, PenaltySearch, PhaseSettings, PointRule, ReductionSpec, Resolution, RunSettings, RunSpec,
     SurfaceLaw, Target, TransferSpec, Treatment,
 };
@@ -200,6 +200,7 @@ pub fn spec(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, end_time: f64) ->
         velocity_floor: 1e-6,
     };
     RunSpec {
+        accuracy: Accuracy::Normal,
         bodies,
         joints: Vec::new(),
         loops: Vec::new(),

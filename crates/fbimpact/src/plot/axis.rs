@@ -69,6 +69,12 @@ impl Scale {
         Self { range, ticks, label: label(&quantity, &unit), is_log: false, offset, factor }
     }
 
+    /// Keeps every so many-th division, so that no more than about `wanted` are left.
+    pub fn keep_some(&mut self, wanted: usize) {
+        let every = self.ticks.len().div_ceil(wanted.max(1));
+        self.ticks = std::mem::take(&mut self.ticks).into_iter().step_by(every).collect();
+    }
+
     /// Display coordinate of a value; `None` where there is none.
     pub fn at(&self, value: f64) -> Option<f64> {
         let position = if self.is_log { value.log10() } else { (value - self.offset) * self.factor };

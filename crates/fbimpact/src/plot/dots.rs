@@ -10,8 +10,7 @@ use super::PlotError;
 use super::axis::Scale;
 use super::colours::colour;
 use super::figure::Panel;
-use super::legend::Area;
-use super::text::{draw_error, text_style};
+use super::text::{Area, draw_error, text_style};
 use super::theme::{INK, TEXT, style, units};
 
 /// Smallest radius \[px\].

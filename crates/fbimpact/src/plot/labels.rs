@@ -14,8 +14,8 @@ pub enum Labels {
     Values,
 }
 
-/// Characters of a label.
-pub const LONGEST: usize = 48;
+/// Characters of a label, which legends break into lines.
+pub const LONGEST: usize = 160;
 
 /// Labels by the values in which `scenarios` differ, `names` where they do not or where two would have the same one.
 pub fn by_values(scenarios: &[Values], names: &[String]) -> Vec<String> {
@@ -81,7 +81,7 @@ mod tests {
     fn names_stay_where_values_do_not_tell() {
         assert_eq!(labels(&["title = \"x\"", "title = \"y\""]), ["run-0", "run-1"]);
         assert_eq!(labels(&["a.v = 1", "a.v = 1", "a.v = 2"]), ["run-0", "run-1", "v = 2"]);
-        let long = format!("a.v = \"{}\"", "x".repeat(100));
+        let long = format!("a.v = \"{}\"", "x".repeat(300));
         assert_eq!(labels(&[&long, "a.v = 1"])[0].chars().count(), LONGEST);
     }
 }

@@ -1,14 +1,11 @@
 //! The legend: a flow of signs and words above the panels.
 
-use plotters::backend::SVGBackend;
-use plotters::coord::Shift;
-use plotters::drawing::DrawingArea;
 use plotters::element::{Circle, PathElement, Rectangle};
 use plotters::style::{Color, ShapeStyle};
 
 use super::PlotError;
 use super::figure::{Entry, Shade, Sign};
-use super::text::{draw_error, text_style};
+use super::text::{Area, broken, draw_error, text_style};
 use super::theme::{FREE, GRID, IMPACT, INK, LIMIT, LINE, TEXT, style, units};
 
 /// Width of a sign \[px\].
@@ -19,12 +16,10 @@ const BETWEEN: f64 = 18.0;
 /// Height of a row \[px\].
 const ROW: f64 = 19.0;
 
-/// Drawing area of a figure.
-pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-
-/// Places of entries: left end and row, in units.
+/// Places of entries.
 pub struct Flow {
-    places: Vec<(i32, i32)>,
+    /// Left end in units, row, and the lines of the words.
+    places: Vec<(i32, i32, Vec<String>)>,
     /// Height of all rows, in units.
     pub height: i32,
 }
@@ -39,8 +34,15 @@ pub fn flow(area: &Area<'_>, entries: &[Entry], width: i32) -> Result<Flow, Plot
         if x > left && x + width > right {
             (x, row) = (left, row + 1);
         }
-        places.push((x, row));
-        x += width + units(BETWEEN);
+        // Words that are wider than the figure go on below, and nothing stands beside them.
+        let lines = if left + width > right {
+            broken(area, &entry.label, TEXT, right - left - units(SIGN + GAP))?
+        } else {
+            vec![entry.label.clone()]
+        };
+        let further = lines.len().saturating_sub(1) as i32;
+        places.push((x, row, lines));
+        (x, row) = (x + width + units(BETWEEN), row + further);
     }
     let rows = if entries.is_empty() { 0 } else { row + 1 };
     Ok(Flow { places, height: rows * units(ROW) })
@@ -48,11 +50,13 @@ pub fn flow(area: &Area<'_>, entries: &[Entry], width: i32) -> Result<Flow, Plot
 
 /// Draws `entries` below `top`.
 pub fn draw(area: &Area<'_>, entries: &[Entry], flow: &Flow, top: i32) -> Result<(), PlotError> {
-    for (entry, &(x, row)) in entries.iter().zip(&flow.places) {
+    for (entry, (x, row, lines)) in entries.iter().zip(&flow.places) {
         let y = top + row * units(ROW) + units(0.5 * ROW);
-        sign(area, entry.sign, (x, y))?;
-        let at = (x + units(SIGN + GAP), y - units(0.5 * TEXT));
-        area.draw_text(&entry.label, &text_style(TEXT), at).map_err(draw_error)?;
+        sign(area, entry.sign, (*x, y))?;
+        for (line, words) in lines.iter().enumerate() {
+            let at = (x + units(SIGN + GAP), y - units(0.5 * TEXT) + line as i32 * units(ROW));
+            area.draw_text(words, &text_style(TEXT), at).map_err(draw_error)?;
+        }
     }
     Ok(())
 }

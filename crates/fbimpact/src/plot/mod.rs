@@ -10,6 +10,7 @@ pub mod ticks;
 pub mod spectrum;
 pub mod thin;
 pub mod figure;
+mod envelope;
 pub mod figures;
 pub mod theme;
 pub mod axis;

@@ -3,19 +3,20 @@
 use plotters::backend::SVGBackend;
 use plotters::chart::{ChartBuilder, ChartContext, LabelAreaPosition};
 use plotters::drawing::IntoDrawingArea;
-use plotters::element::{Circle, PathElement, Rectangle};
+use plotters::element::{Circle, PathElement, Polygon, Rectangle};
 use plotters::prelude::{Cartesian2d, Ranged};
 use plotters::style::{Color, TRANSPARENT, WHITE};
 
 use super::PlotError;
 use super::axis::Scale;
 use super::dots;
+use super::envelope::{Piece, pieces};
 use super::figure::{Figure, Panel, Shade};
-use super::legend::{self, Area};
-use super::text::{FONT_READY, draw_error, text_style};
+use super::legend;
+use super::text::{Area, FONT_READY, broken, draw_error, text_style, width as width_of};
 use super::theme::{
     FREE, GRID, IMPACT, INK, LIMIT, LINE, PANEL_HEIGHT, Page, SMALL_PANEL_HEIGHT, TEXT, TITLE, UNITS, style,
-    units, with_dashes,
+    tint, units, with_dashes,
 };
 
 /// Length of division marks, and distance of labels from them \[px\].
@@ -34,22 +35,101 @@ const EDGE: f64 = 8.0;
 const RIGHT: f64 = 24.0;
 /// Panels stand side by side if each has this width \[px\].
 const NARROWEST: f64 = 250.0;
+/// Height of the axes over their width at most, of a panel that stands alone and of one of several.
+const TALLEST: f64 = 0.66;
+const TALLEST_OF_SEVERAL: f64 = 0.6;
+/// Room that the labels of an axis of ordinates take, as far as the height of panels depends on it \[px\].
+const Y_LABELS: f64 = 60.0;
+/// Least distance of neighbouring labels of an axis \[px\].
+const APART: f64 = 8.0;
 
 /// A panel with the scales of its axes.
 struct Scaled<'a> {
     panel: &'a Panel,
     x: Scale,
     y: Scale,
+    /// What stands above the axes.
+    heading: Vec<String>,
+    /// Words along the axis of ordinates; empty where they stand above.
+    y_words: String,
+}
+
+/// Sizes that all panels of a figure have in common, in units.
+#[derive(Clone, Copy)]
+struct Frame {
+    width: i32,
+    height: i32,
+    /// Room left of the axes.
+    left: i32,
 }
 
 impl<'a> Scaled<'a> {
     fn new(panel: &'a Panel, columns: usize, is_small: bool) -> Self {
-        let abscissas = panel.curves.iter().flat_map(|c| &c.x).chain(panel.dots.iter().map(|d| &d.x));
-        let x = Scale::new(&panel.x, abscissas, 8 / columns.max(1));
         let ordinates = panel.curves.iter().flat_map(|c| &c.y).chain(&panel.limits);
         let ordinates = ordinates.chain(panel.dots.iter().map(|d| &d.y));
-        Self { panel, x, y: Scale::new(&panel.y, ordinates, if is_small { 4 } else { 6 }) }
+        let y = Scale::new(&panel.y, ordinates, if is_small { 4 } else { 6 });
+        let y_words = y.label.clone();
+        Self { panel, x: Self::x_scale(panel, 8 / columns.max(1)), y, heading: Vec::new(), y_words }
     }
+
+    /// The scale of the abscissas with about `wanted` divisions.
+    fn x_scale(panel: &Panel, wanted: usize) -> Scale {
+        let abscissas = panel.curves.iter().flat_map(|c| &c.x).chain(panel.dots.iter().map(|d| &d.x));
+        Scale::new(&panel.x, abscissas, wanted)
+    }
+
+    /// Takes fewer divisions of the axis of abscissas until their labels stand apart in a `frame`, and puts words that are too long for the axis of
+    /// ordinates above it.
+    fn fit(&mut self, area: &Area<'_>, frame: Frame) -> Result<(), PlotError> {
+        let is_map = self.panel.colours.is_some();
+        let right = if is_map { dots::BAR } else { RIGHT };
+        let along = frame.width - frame.left - units(EDGE + right);
+        let mut wanted = self.x.ticks.len();
+        while wanted > 1 && !stand_apart(area, &self.x, along)? {
+            wanted -= 1;
+            self.x = Self::x_scale(self.panel, wanted);
+            if self.panel.x.ticks.is_some() {
+                self.x.keep_some(wanted);
+            }
+        }
+        let up = frame.height - units(ABOVE_PANEL);
+        let mut words = self.panel.title.clone();
+        if !is_map && width_of(area, &self.y.label, TEXT)? > up {
+            words =
+                if words.is_empty() { self.y.label.clone() } else { format!("{words}: {}", self.y.label) };
+            self.y_words.clear();
+        }
+        self.heading = broken(area, &words, TEXT, frame.width - frame.left - units(2.0 * EDGE))?;
+        Ok(())
+    }
+}
+
+/// Whether no two labels of `scale` touch on an axis that is `length` long.
+fn stand_apart(area: &Area<'_>, scale: &Scale, length: i32) -> Result<bool, PlotError> {
+    let (low, high) = scale.range;
+    let mut end = f64::NEG_INFINITY;
+    for (at, label) in &scale.ticks {
+        let middle = (at - low) / (high - low) * f64::from(length);
+        let half = 0.5 * f64::from(width_of(area, label, TEXT)?);
+        if middle - half < end {
+            return Ok(false);
+        }
+        end = middle + half + f64::from(units(APART));
+    }
+    Ok(true)
+}
+
+/// Height of a panel with a width, without its words \[px\].
+fn panel_height(width: f64, has_map: bool, is_small: bool) -> f64 {
+    let (most, part) = match (has_map, is_small) {
+        (true, _) => (PANEL_HEIGHT, 1.0),
+        (false, true) => (SMALL_PANEL_HEIGHT, TALLEST_OF_SEVERAL),
+        (false, false) => (PANEL_HEIGHT, TALLEST),
+    };
+    let right = if has_map { dots::BAR } else { RIGHT };
+    let title = if has_map { PANEL_TITLE } else { 0.0 };
+    let axes = part * (width - Y_LABELS - EDGE - right);
+    f64::from(most).min(axes + X_LABELS + ABOVE_PANEL + title)
 }
 
 /// The drawing of `figure` on `page`.
@@ -65,15 +145,19 @@ pub fn svg(figure: &Figure, page: Page) -> Result<String, PlotError> {
     let rows = figure.panels.len().div_ceil(columns);
     let has_map = figure.panels.iter().any(|panel| panel.colours.is_some());
     let is_small = rows > 1 && !has_map;
-    let panel_height = units(f64::from(if is_small { SMALL_PANEL_HEIGHT } else { PANEL_HEIGHT }));
+    let px = |n: i32| f64::from(n) / f64::from(UNITS);
+    let height = units(panel_height(px(width / columns as i32), has_map, is_small));
     let mut out = String::new();
-    let (title, flow) = {
+    let (title, flow, scaled, frame) = {
         // Text is measured before the height is known.
         let mut scratch = String::new();
         let area = SVGBackend::with_string(&mut scratch, (width as u32, width as u32)).into_drawing_area();
-        let title = if page.has_title { broken(&area, &figure.title, width)? } else { Vec::new() };
-        (title, legend::flow(&area, &figure.legend, width)?)
+        let most = width - units(24.0);
+        let title = if page.has_title { broken(&area, &figure.title, TITLE, most)? } else { Vec::new() };
+        let (scaled, frame) = fitted(&area, figure, columns, (width / columns as i32, height, is_small))?;
+        (title, legend::flow(&area, &figure.legend, width)?, scaled, frame)
     };
+    let panel_height = frame.height;
     let above = if title.is_empty() { units(EDGE) } else { title.len() as i32 * units(TITLE_HEIGHT) };
     let height = above + flow.height + rows as i32 * panel_height + units(X_WORDS + EDGE);
     {
@@ -84,30 +168,10 @@ pub fn svg(figure: &Figure, page: Page) -> Result<String, PlotError> {
             root.draw_text(line, &text_style(TITLE), at).map_err(draw_error)?;
         }
         legend::draw(&root, &figure.legend, &flow, above)?;
-        panels(&root, figure, (columns, is_small), (above + flow.height, panel_height, width))?;
+        panels(&root, &scaled, columns, (above + flow.height, frame))?;
         root.present().map_err(draw_error)?;
     }
     Ok(with_dashes(&sized(&out, width, height)))
-}
-
-/// The title in lines that fit the width `width` in units; a word that does not has a line of its own.
-fn broken(area: &legend::Area<'_>, title: &str, width: i32) -> Result<Vec<String>, PlotError> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in title.split_whitespace() {
-        let longer = lines.last().map(|line| format!("{line} {word}"));
-        let fits = match &longer {
-            Some(line) => {
-                let (taken, _) = area.estimate_text_size(line, &text_style(TITLE)).map_err(draw_error)?;
-                taken as i32 <= width - units(24.0)
-            }
-            None => false,
-        };
-        match (longer, lines.last_mut()) {
-            (Some(longer), Some(last)) if fits => *last = longer,
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    Ok(lines)
 }
 
 /// The drawing with its size in pixels; coordinates stay in units.
@@ -117,21 +181,37 @@ fn sized(svg: &str, width: i32, height: i32) -> String {
     svg.replacen(&library, &format!("width=\"{}\" height=\"{}\"", px(width), px(height)), 1)
 }
 
-fn panels(
-    root: &Area<'_>,
-    figure: &Figure,
-    (columns, is_small): (usize, bool),
-    (top, height, width): (i32, i32, i32),
-) -> Result<(), PlotError> {
-    let scaled: Vec<Scaled<'_>> = figure.panels.iter().map(|p| Scaled::new(p, columns, is_small)).collect();
+/// The panels of `figure` in frames of a width and height, which grows by what stands above the axes in more than one line.
+fn fitted<'a>(
+    area: &Area<'_>,
+    figure: &'a Figure,
+    columns: usize,
+    (width, height, is_small): (i32, i32, bool),
+) -> Result<(Vec<Scaled<'a>>, Frame), PlotError> {
+    let mut scaled: Vec<Scaled<'_>> =
+        figure.panels.iter().map(|p| Scaled::new(p, columns, is_small)).collect();
     let mut widest = 0;
     for (_, label) in scaled.iter().flat_map(|s| &s.y.ticks) {
-        let (width, _) = root.estimate_text_size(label, &text_style(TEXT)).map_err(draw_error)?;
-        widest = widest.max(width as i32);
+        widest = widest.max(width_of(area, label, TEXT)?);
     }
     // Marks, labels, words along the axis.
     let left = widest + units(TICK + PAD + 2.0 * TEXT);
-    let width = width / columns as i32;
+    let mut frame = Frame { width, height, left };
+    for s in &mut scaled {
+        s.fit(area, frame)?;
+    }
+    let lines = scaled.iter().map(|s| s.heading.len()).max().unwrap_or(0);
+    frame.height += units(PANEL_TITLE) * lines.saturating_sub(1) as i32;
+    Ok((scaled, frame))
+}
+
+fn panels(
+    root: &Area<'_>,
+    scaled: &[Scaled<'_>],
+    columns: usize,
+    (top, frame): (i32, Frame),
+) -> Result<(), PlotError> {
+    let Frame { width, height, left } = frame;
     for (i, s) in scaled.iter().enumerate() {
         let (row, column) = (i / columns, i % columns);
         // The last panel of a column carries the words of its axis.
@@ -147,7 +227,7 @@ fn panels(
 fn draw_panel(area: &Area<'_>, s: &Scaled<'_>, left: i32, has_words: bool) -> Result<(), PlotError> {
     let is_map = s.panel.colours.is_some();
     // The bar of a map has its words at the height of the title.
-    let title_height = if s.panel.title.is_empty() && !is_map { 0.0 } else { PANEL_TITLE };
+    let title_height = PANEL_TITLE * s.heading.len().max(usize::from(is_map)) as f64;
     let x_labels = X_LABELS + if has_words { X_WORDS } else { 0.0 };
     let above = units(ABOVE_PANEL + title_height);
     let (width, height) = area.dim_in_pixel();
@@ -177,7 +257,7 @@ fn draw_panel(area: &Area<'_>, s: &Scaled<'_>, left: i32, has_words: bool) -> Re
         .x_labels(1000)
         .y_labels(1000)
         .x_desc(if has_words { s.x.label.as_str() } else { "" })
-        .y_desc(s.y.label.as_str())
+        .y_desc(s.y_words.as_str())
         .label_style(text_style(TEXT))
         .axis_desc_style(text_style(TEXT))
         .set_all_tick_mark_size(units(TICK))
@@ -193,9 +273,9 @@ fn draw_panel(area: &Area<'_>, s: &Scaled<'_>, left: i32, has_words: bool) -> Re
     curves(&mut chart, s)?;
     dots::draw(&mut chart, s.panel, (&s.x, &s.y))?;
     dots::bar(area, s.panel, width as i32 - right, (top, bottom))?;
-    if !s.panel.title.is_empty() {
-        let at = (units(EDGE) + left, units(ABOVE_PANEL - 4.0) + top - above);
-        area.draw_text(&s.panel.title, &text_style(TEXT), at).map_err(draw_error)?;
+    for (line, words) in s.heading.iter().enumerate() {
+        let at = (units(EDGE) + left, units(ABOVE_PANEL - 4.0 + line as f64 * PANEL_TITLE) + top - above);
+        area.draw_text(words, &text_style(TEXT), at).map_err(draw_error)?;
     }
     Ok(())
 }
@@ -229,11 +309,26 @@ where
         let line = colour.stroke_width(units(LINE) as u32);
         let at = |(x, y): (&f64, &f64)| Some((s.x.at(*x)?, s.y.at(*y)?));
         let all: Vec<Option<(f64, f64)>> = curve.x.iter().zip(&curve.y).map(at).collect();
+        let pixels = f64::from(chart.plotting_area().dim_in_pixel().0) / f64::from(UNITS);
+        let width = (s.x.range.1 - s.x.range.0) / pixels;
         // A value that is not finite interrupts the curve.
         for part in all.split(Option::is_none) {
             let part: Vec<(f64, f64)> = part.iter().flatten().copied().collect();
-            if part.len() > 1 {
-                chart.draw_series([PathElement::new(part, line)]).map_err(draw_error)?;
+            for piece in pieces(&part, width) {
+                match piece {
+                    Piece::Line(points) if points.len() > 1 => {
+                        chart.draw_series([PathElement::new(points, line)]).map_err(draw_error)?;
+                    }
+                    Piece::Line(_) => {}
+                    Piece::Band { low, high } => {
+                        let outline = high.iter().chain(low.iter().rev()).copied().collect::<Vec<_>>();
+                        let fill = tint(colour).filled();
+                        chart.draw_series([Polygon::new(outline, fill)]).map_err(draw_error)?;
+                        for edge in [low, high] {
+                            chart.draw_series([PathElement::new(edge, line)]).map_err(draw_error)?;
+                        }
+                    }
+                }
             }
         }
         let marks = all.iter().zip(&curve.marks).filter_map(|(at, filled)| at.map(|at| (at, *filled)));

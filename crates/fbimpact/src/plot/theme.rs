@@ -82,6 +82,12 @@ impl Page {
     }
 }
 
+/// A light shade of `colour`, which is none of a curve: what lies between the bounds of one that rings.
+pub fn tint(RGBColor(r, g, b): RGBColor) -> RGBColor {
+    let light = |c: u8| 255 - (255 - c) / 3;
+    RGBColor(light(r), light(g), light(b))
+}
+
 /// Style number `i`; they come again after the last.
 pub fn style(i: usize) -> &'static Style {
     &STYLES[i % STYLES.len()]

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::build::ContactFacts;
+use super::build::{ContactFacts, peak_tolerance};
 use super::conditions::Scope;
 use super::section::{Checked, Section, join};
 
@@ -17,7 +17,7 @@ pub fn write(root: &Section) -> String {
 fn table(scope: Scope<'_>, path: &str, out: &mut String) {
     let items = || scope.section.items.iter().filter(|item| scope.unmet(item).is_none());
     let lines = items().filter_map(|item| Some(format!("{} = {}", item.name, scalar(&item.value)?)));
-    for line in lines.chain(default_search(scope)) {
+    for line in lines.chain(penalty_defaults(scope)) {
         // Writing to a string cannot fail.
         let _ = writeln!(out, "{line}");
     }
@@ -33,11 +33,15 @@ fn table(scope: Scope<'_>, path: &str, out: &mut String) {
     }
 }
 
-/// The default of a search for a penalty factor, which depends on the contact model.
-fn default_search(scope: Scope<'_>) -> Option<String> {
-    let is_open = scope.section.path.ends_with(".penalty") && !scope.section.given("search");
-    let contact = scope.around.filter(|_| is_open)?;
-    Some(format!("search = {:?}", ContactFacts::of(scope.root, contact)?.search))
+/// The defaults of a search for a penalty factor, which depend on the contact model and the level of accuracy.
+fn penalty_defaults(scope: Scope<'_>) -> Vec<String> {
+    let Scope { root, section, around, .. } = scope;
+    let contact = around.filter(|_| section.path.ends_with(".penalty"));
+    let Some(facts) = contact.and_then(|contact| ContactFacts::of(root, contact)) else { return Vec::new() };
+    let has_tolerance = facts.search != "until-converged" || section.given("tolerance");
+    let tolerance = (!has_tolerance).then(|| format!("tolerance = {:?}", peak_tolerance(root, section)));
+    let search = (!section.given("search")).then(|| format!("search = {:?}", facts.search));
+    tolerance.into_iter().chain(search).collect()
 }
 
 fn scalar(value: &Checked) -> Option<String> {

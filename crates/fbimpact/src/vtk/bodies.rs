@@ -293,7 +293,7 @@ pub fn shape_alone(of_file: &FileBody, cells: Cells) -> Result<Option<BodyGeomet
     Ok(Some(BodyGeometry::new(space, &shape.patches, motion, None, cells)))
 }
 
-/// A note on a body without shape, or an error if it was asked for by name.
+/// A note on a body without shape, or an error if it was asked for by name. That a plane has no end is what everybody expects: no word of it.
 fn without_shape(scenario: &Scenario, body: &FileBody, wanted: &[String]) -> Result<(), AppError> {
     let name = &body.name;
     let reason = match body.index.map(|index| &scenario.run.bodies[index].kind) {
@@ -302,6 +302,10 @@ fn without_shape(scenario: &Scenario, body: &FileBody, wanted: &[String]) -> Res
         Some(BodyKind::Imported(_)) => "it comes from a body file, which holds no shape",
         Some(BodyKind::Elastic(_) | BodyKind::Meshed(_)) => "it has no shape",
     };
+    if wanted.is_empty() && body.index.is_none() {
+        tracing::debug!("body \"{name}\" is left out: {reason}");
+        return Ok(());
+    }
     if wanted.is_empty() {
         tracing::warn!("body \"{name}\" is left out: {reason}");
         return Ok(());

@@ -5,8 +5,8 @@ use std::collections::hash_map::Entry;
 
 use adaptive::interval::least_utilisation;
 use adaptive::spec::{
-    ContactLaw, ContactSpec, DivisionRule, HertzPartner, HertzSpec, HertzSphere, IntervalSpec, LowModes,
-    PenaltySearch, Place, PointRule, SurfaceLaw, Target, TransferMethod, TransferSpec, Treatment,
+    Accuracy, ContactLaw, ContactSpec, DivisionRule, HertzPartner, HertzSpec, HertzSphere, IntervalSpec,
+    LowModes, PenaltySearch, Place, PointRule, SurfaceLaw, Target, TransferMethod, TransferSpec, Treatment,
 };
 use contact_qs::law::penalty::DEFAULT_STIFFNESS_RATIO;
 use contact_qs::law::{Friction, Solid};
@@ -15,6 +15,7 @@ use contact_qs::quasistatic::Method;
 
 use super::super::check::Checker;
 use super::super::section::Section;
+use super::accuracy::{accuracy, peak_tolerance};
 use super::body_parts::solid;
 use super::built_bodies::BuiltBodies;
 use super::contact_checks::{check_bodies, check_hertz, check_settings};
@@ -76,7 +77,7 @@ fn contact(
     } else {
         check_bodies(checker, root, section);
         check_settings(checker, section, &facts);
-        Some(ContactLaw::Surface(surface(section, &facts)?))
+        Some(ContactLaw::Surface(surface(root, section, &facts)?))
     };
     let initial_overlap = section.number("initial_overlap")?;
     Some(([contact_body?, target_body?], law, initial_overlap))
@@ -105,9 +106,10 @@ fn partner(root: &Section, body: &BodyFacts<'_>) -> Option<HertzPartner> {
     Some(HertzPartner::Sphere(HertzSphere { centre: Place::Point([0.0; 3]), radius, solid }))
 }
 
-fn surface(section: &Section, facts: &ContactFacts<'_>) -> Option<SurfaceLaw> {
+fn surface(root: &Section, section: &Section, facts: &ContactFacts<'_>) -> Option<SurfaceLaw> {
+    let accuracy = accuracy(root);
     let coefficient = section.number("friction")?;
-    let (penalty, search) = penalty(section, facts)?;
+    let (penalty, search) = penalty(root, section, facts)?;
     Some(SurfaceLaw {
         treatment: match facts.model {
             // The boundary's compliance without springs behind its points: Eq. C.123.
@@ -118,7 +120,7 @@ fn surface(section: &Section, facts: &ContactFacts<'_>) -> Option<SurfaceLaw> {
             _ => Treatment::Adaptive,
         },
         penalty,
-        stiffness_ratio: DEFAULT_STIFFNESS_RATIO,
+        stiffness_ratio: DEFAULT_STIFFNESS_RATIO * accuracy.stiffness(),
         search,
         points: match section.text("points")? {
             "gauss" => PointRule::Gauss,
@@ -130,7 +132,7 @@ fn surface(section: &Section, facts: &ContactFacts<'_>) -> Option<SurfaceLaw> {
             _ => Method::ActiveSet,
         },
         friction: (coefficient > 0.0).then(|| Friction::new(coefficient)),
-        interval: interval(section.table("interval")?)?,
+        interval: interval(section.table("interval")?, accuracy)?,
         transfer: TransferSpec {
             modes: match section.text("modes")? {
                 "own" => LowModes::Fine,
@@ -144,7 +146,7 @@ fn surface(section: &Section, facts: &ContactFacts<'_>) -> Option<SurfaceLaw> {
     })
 }
 
-fn interval(section: &Section) -> Option<IntervalSpec> {
+fn interval(section: &Section, accuracy: Accuracy) -> Option<IntervalSpec> {
     let target_utilisation = section.number("target_utilisation")?;
     Some(IntervalSpec {
         width: section.number("width"),
@@ -155,18 +157,23 @@ fn interval(section: &Section) -> Option<IntervalSpec> {
             "printed" => DivisionRule::Printed,
             _ => DivisionRule::Graded,
         },
+        accuracy,
     })
 }
 
 /// The penalty factor, infinite for the exact constraint, and how it is found.
-fn penalty(section: &Section, facts: &ContactFacts<'_>) -> Option<(Option<f64>, PenaltySearch)> {
+fn penalty(
+    root: &Section,
+    section: &Section,
+    facts: &ContactFacts<'_>,
+) -> Option<(Option<f64>, PenaltySearch)> {
     if facts.is_exact {
         return Some((Some(f64::INFINITY), PenaltySearch::Fixed));
     }
     let penalty = section.table("penalty")?;
     let value = if penalty.given("initial") { Some(penalty.number("initial")?) } else { None };
     let search = match facts.search {
-        "until-converged" => PenaltySearch::UntilConverged { tolerance: penalty.number("tolerance")? },
+        "until-converged" => PenaltySearch::UntilConverged { tolerance: peak_tolerance(root, penalty) },
         "until-error" => PenaltySearch::UntilError,
         "fixed" => PenaltySearch::Fixed,
         _ => return None,

@@ -1,5 +1,6 @@
 //! From checked tables to the specification of the run: what one key alone cannot tell, such as names that refer to others.
 
+mod accuracy;
 mod places;
 mod curves;
 mod built_bodies;
@@ -32,6 +33,7 @@ use super::types::{Scenario, Source};
 use built_bodies::BuiltBodies;
 use joints::BuiltJoint;
 
+pub use accuracy::peak_tolerance;
 pub use contact_facts::ContactFacts;
 pub use joints::inboard_joint;
 
@@ -45,6 +47,7 @@ pub fn scenario(checker: &mut Checker, root: &Section, source: Source) -> Option
     // Of faults in one line those of joints come first.
     checker.faults[n_before..].rotate_left(n_of_bodies);
     let loads = loads::loads(checker, root, &bodies);
+    let accuracy = accuracy::accuracy(root);
     let contacts = contacts::contacts(checker, root, &bodies);
     let (simulation, output) = (root.table("simulation"), root.table("output"));
     let end_time = simulation.and_then(|section| section.number("end_time"));
@@ -60,7 +63,7 @@ pub fn scenario(checker: &mut Checker, root: &Section, source: Source) -> Option
     let contact_names: Vec<&str> = contacts.iter().map(|c| c.name.as_str()).collect();
     let (of_file, tolerance_factor) =
         resolution::resolution(checker, root, &names().collect::<Vec<_>>(), &contact_names)?;
-    let mut settings = settings::settings(simulation?, output?)?;
+    let mut settings = settings::settings(simulation?, output?, accuracy)?;
     settings.tighten(tolerance_factor);
     let (title, requests) = (root.text("title")?.to_owned(), requests?);
     let joints = joints.into_iter().map(specified).collect::<Option<Vec<_>>>()?;
@@ -85,6 +88,7 @@ pub fn scenario(checker: &mut Checker, root: &Section, source: Source) -> Option
         stress: requests.stress,
         settings,
         resolution,
+        accuracy,
     };
     let compression = requests.compression;
     let scenario =

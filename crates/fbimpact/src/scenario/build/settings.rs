@@ -1,6 +1,7 @@
 //! Settings of the run: time span, gravity, integrators, intervals of output.
 
-use adaptive::spec::{PhaseSettings, RestSettings, RunSettings};
+use adaptive::spec::resolution::shortening;
+use adaptive::spec::{Accuracy, PhaseSettings, RestSettings, RunSettings};
 use ffr_dynamics::integration::Method;
 use ffr_dynamics::system::error_scale::ErrorScale;
 
@@ -9,15 +10,15 @@ use super::super::section::Section;
 /// Longest step of an impact phase as a share of the period of the highest mode: half of it just resolves the mode.
 const STEP_SHARE: f64 = 0.5;
 
-/// The settings of the tables `[simulation]` and `[output]`, before factors on the resolution.
-pub fn settings(simulation: &Section, output: &Section) -> Option<RunSettings> {
+/// The settings of the tables `[simulation]` and `[output]` at a level of `accuracy`, before factors on the resolution.
+pub fn settings(simulation: &Section, output: &Section, accuracy: Accuracy) -> Option<RunSettings> {
     Some(RunSettings {
         end_time: simulation.number("end_time")?,
         gravity: simulation.vector::<3>("gravity")?.into(),
         static_start: simulation.boolean("static_start")?,
-        free: phase(simulation.table("free")?)?,
-        impact: phase(simulation.table("impact")?)?,
-        step_share: STEP_SHARE,
+        free: phase(simulation.table("free")?, accuracy)?,
+        impact: phase(simulation.table("impact")?, accuracy)?,
+        step_share: STEP_SHARE * shortening(accuracy.step_error()).min(1.0),
         quiet_time: simulation.number("quiet_time"),
         stop_after_impacts: simulation.integer("stop_after_impacts").and_then(|n| u32::try_from(n).ok()),
         stop_at_rest: rest(simulation),
@@ -34,7 +35,8 @@ fn rest(simulation: &Section) -> Option<RestSettings> {
     Some(RestSettings { speed: section.number("speed")?, duration: section.number("duration")? })
 }
 
-fn phase(section: &Section) -> Option<PhaseSettings> {
+fn phase(section: &Section, accuracy: Accuracy) -> Option<PhaseSettings> {
+    let tolerance = section.number("rtol");
     Some(PhaseSettings {
         method: section.text("integrator").and_then(|name| match name {
             "dormand-prince" => Some(Method::DormandPrince),
@@ -44,8 +46,8 @@ fn phase(section: &Section) -> Option<PhaseSettings> {
             _ => None,
         }),
         max_step: section.number("max_step").unwrap_or(f64::INFINITY),
-        tolerance: section.number("rtol"),
-        tolerance_factor: 1.0,
+        tolerance,
+        tolerance_factor: if tolerance.is_some() { 1.0 } else { accuracy.step_error() },
         velocity_floor: ErrorScale::default().velocity_floor,
     })
 }

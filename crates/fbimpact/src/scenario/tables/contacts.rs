@@ -4,6 +4,7 @@ use adaptive::fine_elements::{LINEAR, QUADRATIC};
 use adaptive::fine_model::ELEMENTS;
 use adaptive::interval::TARGET_UTILISATION;
 use adaptive::penalty_search::PEAK_TOLERANCE;
+use adaptive::spec::Accuracy;
 
 use super::super::keys::{Bound, Choice, Condition, Fact, Key, Kind, Need, Range, Test};
 
@@ -193,7 +194,13 @@ const PENALTY: &[Key] = &[
         "tolerance",
         Kind::Number(Range { min: Bound::Open(0.0), max: Bound::Open(1.0) }),
         "–",
-        Need::Constant(PEAK_TOLERANCE),
+        Need::Derived(|| {
+            format!(
+                "{PEAK_TOLERANCE:?}, with `accuracy` \"fast\" {:?}, with \"fine\" {:?}",
+                Accuracy::Fast.peak_tolerance(),
+                Accuracy::Fine.peak_tolerance()
+            )
+        }),
         "Relative change of the peak force below which the search ends.",
     )
     .when(&[Condition::new("with search \"until-converged\"", Test::Fact(Fact::SearchConverges))]),

@@ -15,11 +15,30 @@ mod simulation;
 pub use shapes::{ModelFacts, SHAPES, ShapeFacts};
 pub use time_curves::CURVES;
 
-use super::keys::{Key, Kind, Need};
+use super::keys::{Choice, Key, Kind, Need};
+
+const ACCURACIES: &[Choice] = &[
+    Choice::new(
+        "fast",
+        "three times the error of frequencies, modes up to 0.6 of the frequency (of flat faces all), 10 elements across a contact zone for 16, five times `penalty.tolerance`, ten times `rtol`",
+    ),
+    Choice::new("normal", "the defaults as they stand on this page"),
+    Choice::new(
+        "fine",
+        "0.3 of the error of frequencies, modes up to 1.5 times the frequency, 24 elements across a contact zone for 16, a quarter of the penetration and of `penalty.tolerance`, a tenth of `rtol` and half the longest steps of impacts",
+    ),
+];
 
 /// The top level of a scenario.
 pub const SCENARIO: &[Key] = &[
     Key::new("title", Kind::Text, "", Need::Default("\"\""), "Title for reports and plots."),
+    Key::new(
+        "accuracy",
+        Kind::Choice(ACCURACIES),
+        "",
+        Need::Default("\"normal\""),
+        "How fine everything is that the program chooses: meshes, modes, contact zones, penalty factors, time steps. What the scenario gives is left as it is.",
+    ),
     Key::new(
         "simulation",
         Kind::Table(simulation::SIMULATION),
