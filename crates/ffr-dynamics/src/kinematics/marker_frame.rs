@@ -136,11 +136,10 @@ impl Marker {
 
     /// Motion of the marker within its body's frame (Eq. M.4 to M.6). Does not allocate.
     pub fn motion(&self, elastic: &[f64], rates: &[f64]) -> MarkerMotion {
-        let arm = self.position + self.combine(0, elastic);
-        let (vector, rate) = (self.combine(3, elastic), self.combine(3, rates));
+        let [[moved, vector], [arm_rate, rate]] = self.combine_both(elastic, rates);
         MarkerMotion {
-            arm,
-            arm_rate: self.combine(0, rates),
+            arm: self.position + moved,
+            arm_rate,
             rotation: if self.n_modes == 0 {
                 self.rotation
             } else {
@@ -197,6 +196,22 @@ impl Marker {
                 *f += u * force[c] + turn * moment[c];
             }
         }
+    }
+
+    /// Displacement and rotation vector by elastic coordinates, and the same by their rates. The sums are those of
+    /// [`Marker::combine`], side by side, so that none waits for another.
+    fn combine_both(&self, elastic: &[f64], rates: &[f64]) -> [[Vector3<f64>; 2]; 2] {
+        let n = self.n_modes.min(elastic.len()).min(rates.len());
+        let rows: [&[f64]; 6] = std::array::from_fn(|c| &self.displacement_row(c)[..n]);
+        let mut sums = [[0.0; 2]; 6];
+        for (j, (q, rate)) in elastic[..n].iter().zip(&rates[..n]).enumerate() {
+            for (sum, row) in sums.iter_mut().zip(&rows) {
+                sum[0] += row[j] * q;
+                sum[1] += row[j] * rate;
+            }
+        }
+        let vector = |first: usize, of: usize| Vector3::from_fn(|c, _| sums[first + c][of]);
+        [0, 1].map(|of| [vector(0, of), vector(3, of)])
     }
 
     /// Displacement (`first = 0`) or rotation vector (`first = 3`) by elastic coordinates.

@@ -3,12 +3,10 @@
 //! \[A\] (1) with all couplings and all dependence on the elastic coordinates. Deviation from the paper: the unknown of the
 //! translation is the acceleration in the inertial frame, so that no term `ω × v` is left in the equations.
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, MatMut, MatRef, Par};
 use nalgebra::{Matrix3, Vector3};
 
+use super::deformation::{DeformationMaps, DeformationSums, dot};
 use super::force::{BodyState, GeneralisedForce};
-use crate::body::foreshortening::Foreshortening;
 use crate::body::standard_input_data::inertia_from;
 use crate::body::{RigidMotion, StandardInputData};
 use crate::error::{EvaluationFailure, MotionFault};
@@ -17,10 +15,7 @@ use crate::kinematics::rotation::skew;
 /// Buffers for one body.
 #[derive(Debug, Clone)]
 pub(super) struct BodyWorkspace {
-    /// `Q_j(q_e) = ∫ ρ (X + u) φ_jᵀ` at `(a n_c + b) n_q + j`, then `∫ ρ (du/dt) φ_jᵀ` in the same order.
-    moments: Vec<f64>,
-    /// Elastic coordinates, then their rates.
-    motion: Vec<f64>,
+    sums: DeformationSums,
     /// Elastic rows of the inertia's rigid columns `[C_t C_r(q_e)]`.
     pub(super) coupling: Vec<[f64; 6]>,
     /// Elastic forces, then elastic accelerations.
@@ -48,11 +43,10 @@ pub(super) struct RigidPart {
 
 impl BodyWorkspace {
     /// Buffers for a body.
-    pub fn new(data: &StandardInputData) -> Self {
+    pub fn new(data: &StandardInputData, maps: &DeformationMaps) -> Self {
         let n_q = data.n_modes();
         Self {
-            moments: vec![0.0; 2 * data.position_shape.len()],
-            motion: vec![0.0; 2 * n_q],
+            sums: maps.sums(data),
             coupling: vec![[0.0; 6]; n_q],
             elastic: vec![0.0; n_q],
             rigid: [[0.0; 6]; 6],
@@ -63,7 +57,7 @@ impl BodyWorkspace {
     /// elastic forces in `elastic`. Returns the power lost in modal damping as well \[W\].
     pub(super) fn assemble(
         &mut self,
-        data: &StandardInputData,
+        (data, maps): (&StandardInputData, &DeformationMaps),
         state: &BodyState,
         force: &GeneralisedForce,
     ) -> (RigidPart, f64) {
@@ -74,7 +68,7 @@ impl BodyWorkspace {
         }
         let dissipated_power = data.modal_damping.apply(&state.elastic_rates, &mut self.elastic);
         let rigid = if data.has_rotation() {
-            self.turning(data, state, force)
+            self.turning((data, maps), state, force)
         } else {
             self.translating(data, state, force)
         };
@@ -93,7 +87,7 @@ impl BodyWorkspace {
     }
 
     /// Rigid part of a body that does not turn.
-    pub(super) fn translating(
+    fn translating(
         &mut self,
         data: &StandardInputData,
         state: &BodyState,
@@ -111,17 +105,13 @@ impl BodyWorkspace {
     }
 
     /// Rigid part of a body that turns; subtracts centrifugal and Coriolis forces from the elastic ones (Eq. D.8).
-    pub(super) fn turning(
+    fn turning(
         &mut self,
-        data: &StandardInputData,
+        (data, maps): (&StandardInputData, &DeformationMaps),
         state: &BodyState,
         force: &GeneralisedForce,
     ) -> RigidPart {
-        self.deform(data, state);
-        let size = data.position_shape.len();
-        if let Some(g) = &data.foreshortening {
-            g.add_moments(&state.elastic, &mut self.moments[..size]);
-        }
+        maps.sum(data, &state.elastic, &state.elastic_rates, &mut self.sums);
         self.couple(data);
         let omega = &state.angular_velocity_in_body;
         let (q, rates) = (&state.elastic, &state.elastic_rates);
@@ -130,28 +120,28 @@ impl BodyWorkspace {
             mass_moment += c * *q;
             mass_moment_rate += c * *rate;
         }
-        let stiffened = data.foreshortening.as_ref().map(|g| self.stiffen(g, state));
+        let stiffened = data.foreshortening.as_ref().map(|_| self.stiffen(state));
         if let Some(effect) = &stiffened {
             mass_moment += effect.mass_moment;
             mass_moment_rate += effect.mass_moment_rate;
         }
-        // Elastic part of h_omega: Σ_ab centrifugal_ab Q_j,ab + coriolis_ab (∫ ρ (du/dt) φ_jᵀ)_ab.
+        // Elastic part of h_omega: Σ_ab centrifugal_ab Q_j,ab + 2 ω · ax(∫ ρ (du/dt) φ_jᵀ).
         let centrifugal = omega * omega.transpose() - Matrix3::identity() * omega.norm_squared();
-        let coriolis = -2.0 * skew(omega);
         // Changes of the second moment Σ q_j (P_jᵀ + Q_j), and Π = Σ dq_j/dt Q_j.
         let (mut change, mut spin) = (Matrix3::zeros(), Matrix3::zeros());
         let (n_q, n_c) = (data.n_modes(), data.motion.n_components());
         for (a, b) in (0..n_c).flat_map(|a| (0..n_c).map(move |b| (a, b))) {
             let row = (a * n_c + b) * n_q..(a * n_c + b + 1) * n_q;
-            let (moments, moment_rates) = self.moments.split_at(size);
-            let (moments, moment_rates) = (&moments[row.clone()], &moment_rates[row.clone()]);
+            let moments = &self.sums.moments()[row.clone()];
             change[(a, b)] += dot(moments, q);
             change[(b, a)] += dot(&data.position_shape[row], q);
             spin[(a, b)] = dot(moments, rates);
-            let (weight, rate_weight) = (centrifugal[(a, b)], coriolis[(a, b)]);
-            for ((f, m), r) in self.elastic.iter_mut().zip(moments).zip(moment_rates) {
-                *f -= weight * m + rate_weight * r;
-            }
+            let weight = centrifugal[(a, b)];
+            self.elastic.iter_mut().zip(moments).for_each(|(f, m)| *f -= weight * m);
+        }
+        let axes = if n_c == 3 { omega.as_slice() } else { &omega.as_slice()[2..] };
+        for (weight, moment_rates) in axes.iter().zip(self.sums.moment_rates().chunks_exact(n_q.max(1))) {
+            self.elastic.iter_mut().zip(moment_rates).for_each(|(f, r)| *f -= 2.0 * weight * r);
         }
         let second = data.second_moment + 0.5 * (change + change.transpose());
         let inertia = inertia_from(&second);
@@ -170,37 +160,28 @@ impl BodyWorkspace {
     }
 
     /// Adds geometric stiffening to the coupling with translation (Eq. M.30); returns what it does to the rigid part.
-    fn stiffen(&mut self, g: &Foreshortening, state: &BodyState) -> Stiffened {
+    fn stiffen(&mut self, state: &BodyState) -> Stiffened {
         let (q, rates) = (&state.elastic, &state.elastic_rates);
+        let n_q = q.len();
         let mut effect = Stiffened::default();
         for (j, row) in self.coupling.iter_mut().enumerate() {
-            let (by_q, by_rate) = (g.translation_row(q, j), g.translation_row(rates, j));
+            let [by_q, by_rate] = self.sums.moved(j, n_q);
             row.iter_mut().zip(by_q.iter()).for_each(|(c, g)| *c += g);
             effect.mass_moment += by_q * (0.5 * q[j]);
             effect.mass_moment_rate += by_q * rates[j];
             effect.force += by_rate * rates[j];
         }
-        // ∫ ρ X × g_ij, twice contracted with the rates.
-        let n_q = q.len();
-        let size = self.moments.len() / 2;
-        let is_spatial = size == 9 * n_q;
-        let n_c = if is_spatial { 3 } else { 2 };
-        for (i, j) in (0..n_q).flat_map(|i| (0..n_q).map(move |j| (i, j))) {
-            let moment = |a: usize, b: usize| g.position[i * size + (a * n_c + b) * n_q + j];
-            let turn = |a: usize, b: usize| rates[i] * rates[j] * (moment(a, b) - moment(b, a));
-            effect.torque.z += turn(0, 1);
-            if is_spatial {
-                effect.torque.x += turn(1, 2);
-                effect.torque.y += turn(2, 0);
-            }
-        }
+        // ∫ ρ X × g_ij, twice contracted with the rates; in a plane about z alone.
+        let turned = self.sums.turned().chunks_exact(n_q.max(1));
+        let first = 3 - turned.len();
+        turned.zip(first..).for_each(|(turned, axis)| effect.torque[axis] = dot(turned, rates));
         effect
     }
 
     /// Rows `[C_t C_r(q_e)]` from the moments of the deformed body.
     fn couple(&mut self, data: &StandardInputData) {
         let (n_q, n_c) = (data.n_modes(), data.motion.n_components());
-        let moments = &self.moments;
+        let moments = self.sums.moments();
         for (j, (row, c)) in self.coupling.iter_mut().zip(&data.coupling_translation).enumerate() {
             let part =
                 |a: usize, b: usize| moments[(a * n_c + b) * n_q + j] - moments[(b * n_c + a) * n_q + j];
@@ -212,36 +193,11 @@ impl BodyWorkspace {
         }
     }
 
-    /// Moments of the deformed body with the shapes, and their rates: sums over the elastic coordinates (Eq. D.6).
-    fn deform(&mut self, data: &StandardInputData, state: &BodyState) {
-        let (size, n_q) = (data.position_shape.len(), data.n_modes());
-        self.moments[..size].copy_from_slice(&data.position_shape);
-        self.moments[size..].fill(0.0);
-        if size == 0 {
-            return;
-        }
-        self.motion[..n_q].copy_from_slice(&state.elastic);
-        self.motion[n_q..].copy_from_slice(&state.elastic_rates);
-        matmul(
-            MatMut::from_column_major_slice_mut(&mut self.moments, size, 2),
-            Accum::Add,
-            MatRef::from_column_major_slice(&data.shape_shape, size, n_q),
-            MatRef::from_column_major_slice(&self.motion, n_q, 2),
-            1.0,
-            Par::Seq,
-        );
-    }
-
     /// Moment `(a, b)` of the deformed body with the shapes, `∫ ρ (X + u)_a φ_jb` over `j`.
     pub(super) fn moment(&self, data: &StandardInputData, a: usize, b: usize) -> &[f64] {
         let (n_q, n_c) = (data.n_modes(), data.motion.n_components());
-        &self.moments[(a * n_c + b) * n_q..(a * n_c + b + 1) * n_q]
+        &self.sums.moments()[(a * n_c + b) * n_q..(a * n_c + b + 1) * n_q]
     }
-}
-
-/// Scalar product over the shorter list.
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// Lower triangle of `[m E, -s~; s~, I]`.

@@ -32,7 +32,7 @@ impl ErrorFilter {
         Self {
             states: states.to_vec(),
             edges: edges.to_vec(),
-            bodies: model.bodies.iter().map(|b| BodyWorkspace::new(&b.data)).collect(),
+            bodies: model.bodies.iter().map(|b| BodyWorkspace::new(&b.data, &b.deformation)).collect(),
             pose: TreePose::new(model),
             factors: TreeFactors::new(model),
             response: Answer::new(model),
@@ -62,7 +62,7 @@ impl ErrorFilter {
         update(model, t, y, &mut self.states, &mut self.edges);
         for (i, body) in model.bodies.iter().enumerate() {
             self.rates[i] = rate(i);
-            self.bodies[i].assemble(&body.data, &self.states[i], &self.no_forces[i]);
+            self.bodies[i].assemble((&body.data, &body.deformation), &self.states[i], &self.no_forces[i]);
         }
         self.pose.load(model, &self.edges, &self.bodies);
         let joints = Impedance::of_inertia();

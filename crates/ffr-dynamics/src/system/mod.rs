@@ -2,6 +2,7 @@
 
 pub mod force;
 pub mod active;
+mod deformation;
 mod equations;
 mod body_derivative;
 mod breaks;

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 
+use super::deformation::DeformationMaps;
 use super::gear::{Gear, GearJoint, resolve as resolve_gears};
 use super::joints::bearing::JointBearing;
 use super::joints::forces::check;
@@ -141,6 +142,8 @@ pub struct TreeBody {
     pub layout: TreeLayout,
     /// Its modes without coupling.
     pub(super) modes: UncoupledModes,
+    /// What its deformation does to its moments.
+    pub(super) deformation: DeformationMaps,
 }
 
 impl TreeBody {
@@ -235,7 +238,8 @@ impl MultibodyModel {
             offset += layout.len();
             rates_offset += layout.n_rates();
             let modes = UncoupledModes::new(&data)?;
-            bodies.push(TreeBody { name, data, markers, joint, layout, modes });
+            let deformation = DeformationMaps::new(&data);
+            bodies.push(TreeBody { name, data, markers, joint, layout, modes, deformation });
         }
         let mut children = vec![Vec::new(); bodies.len()];
         for &i in &order {

@@ -390,7 +390,7 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
         let (internal, norm) = (self.internal_speed(error), &mut self.norm);
         // Prescribed motion enters with the time of the last evaluation, which is the end of the step.
         let t = self.workspace.time;
-        let speed = norm.speed(&self.model, t, y0);
+        let speed = norm.speed_at_start(&self.model, t, y0);
         let motion = norm.speed(&self.model, t, y1).max(speed).max(self.error_scale.velocity_floor);
         norm.error_speed(&self.model, error, motion).hypot(internal) / (self.error_scale.relative * motion)
     }
@@ -398,7 +398,7 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
     fn damped_error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
         let (internal, norm) = (self.internal_speed(error), &mut self.norm);
         let t = self.workspace.time;
-        let start = norm.speed(&self.model, t, y0).max(self.error_scale.velocity_floor);
+        let start = norm.speed_at_start(&self.model, t, y0).max(self.error_scale.velocity_floor);
         let motion = norm.speed(&self.model, t, y1).max(start);
         norm.damped_error_speed(&self.model, (t, y0, start), error, motion).hypot(internal)
             / (self.error_scale.relative * motion)

@@ -4,8 +4,8 @@ use faer::{Mat, MatRef};
 use nalgebra::Vector3;
 
 use super::dead_load::DeadLoad;
+use super::deformation::dot;
 use super::equations::RigidPart;
-use super::equations::dot;
 use super::joints::TimeFunction;
 use super::joints::forces::joint_forces;
 use super::model::{MultibodyModel, TreeBody};
@@ -328,7 +328,8 @@ impl Movable {
         let Workspace { bodies, states, sums, .. } = &mut self.workspace;
         let bodies = bodies.iter_mut().zip(&self.model.bodies).zip(states.iter().zip(sums.iter()));
         let inertia = bodies.map(|((workspace, body), (state, sum))| {
-            let (RigidPart { inertia, .. }, _) = workspace.assemble(&body.data, state, sum);
+            let (RigidPart { inertia, .. }, _) =
+                workspace.assemble((&body.data, &body.deformation), state, sum);
             let rigid = std::array::from_fn(|i: usize| std::array::from_fn(|j| inertia[i.max(j)][i.min(j)]));
             BodyInertia { rigid, coupling: workspace.elastic_part().0.to_vec() }
         });

@@ -81,6 +81,8 @@ pub(super) struct TreeNorm {
     frames: [Vec<SpatialVector>; 2],
     elastic: Vec<f64>,
     filter: ErrorFilter,
+    /// Time, state and speed at the start of a step, which every iteration asks for.
+    start: (f64, Vec<f64>, f64),
 }
 
 impl TreeNorm {
@@ -106,12 +108,14 @@ impl TreeNorm {
             rates: vec![0.0; model.n_rates()],
             frames: [vec![[0.0; 6]; model.bodies.len()], vec![[0.0; 6]; model.bodies.len()]],
             elastic: vec![0.0; model.n_rates()],
+            start: (f64::NAN, vec![f64::NAN; model.n_states()], f64::NAN),
         })
     }
 
     /// Forgets what was derived from tolerances.
     pub fn forget(&mut self) {
         self.filter.forget();
+        self.start.1.fill(f64::NAN);
     }
 
     /// Highest eigenfrequency of the free bodies [rad/s].
@@ -132,6 +136,19 @@ impl TreeNorm {
             fastest = fastest.max(size.max(0.0).sqrt());
         }
         fastest
+    }
+
+    /// [`TreeNorm::speed`] at the start of a step.
+    pub fn speed_at_start(&mut self, model: &MultibodyModel, t: f64, y: &[f64]) -> f64 {
+        let y = &y[..model.n_states()];
+        let is_known = self.start.0.total_cmp(&t).is_eq()
+            && self.start.1.iter().zip(y).all(|(a, b)| a.total_cmp(b).is_eq());
+        if !is_known {
+            let speed = self.speed(model, t, y);
+            self.start.1.copy_from_slice(y);
+            (self.start.0, self.start.2) = (t, speed);
+        }
+        self.start.2
     }
 
     /// Largest velocity that carries the energy of `error` in one body, at the state of the last [`TreeNorm::speed`], for

@@ -5,7 +5,7 @@
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-use super::equations::dot;
+use super::deformation::dot;
 use super::force::BodyState;
 use super::joints::JointPoint;
 use super::model::{JointCoordinates, MultibodyModel, TreeBody};

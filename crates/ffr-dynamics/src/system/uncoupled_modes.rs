@@ -1,7 +1,6 @@
 //! The modes of one body without coupling, in place of its elastic coordinates (docs/theory.md, "Elimination from the leaves").
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatMut, MatRef, Par};
+use faer::Mat;
 use nalgebra::ComplexField;
 
 use crate::body::{ModalDamping, ModalMass, StandardInputData};
@@ -62,14 +61,16 @@ impl UncoupledModes {
             by_modes.copy_from_slice(by_coordinates);
             return;
         }
-        matmul(
-            MatMut::from_column_major_slice_mut(by_modes.as_flattened_mut(), 6, n),
-            Accum::Replace,
-            MatRef::from_column_major_slice(by_coordinates.as_flattened(), 6, n),
-            MatRef::from_column_major_slice(&self.shapes, n, n),
-            1.0,
-            Par::Seq,
-        );
+        for (out, shapes) in by_modes.chunks_mut(ABREAST).zip(self.shapes.chunks(ABREAST * n)) {
+            let shapes = abreast(shapes, n);
+            let mut sums = [[0.0; 6]; ABREAST];
+            for (j, column) in by_coordinates.iter().enumerate() {
+                for (sum, shape) in sums.iter_mut().zip(&shapes) {
+                    sum.iter_mut().zip(column).for_each(|(s, c)| *s += shape[j] * c);
+                }
+            }
+            out.copy_from_slice(&sums[..out.len()]);
+        }
     }
 
     /// Forces on elastic coordinates as forces on modes.
@@ -81,8 +82,13 @@ impl UncoupledModes {
             out.copy_from_slice(forces);
             return;
         }
-        for (o, shape) in out.iter_mut().zip(self.shapes.chunks_exact(forces.len())) {
-            *o = shape.iter().zip(forces).fold(T::zero(), |sum, (a, b)| sum + b.scale(*a));
+        for (out, shapes) in out.chunks_mut(ABREAST).zip(self.shapes.chunks(ABREAST * forces.len())) {
+            let shapes = abreast(shapes, forces.len());
+            let mut sums = [T::zero(); ABREAST];
+            for (j, force) in forces.iter().enumerate() {
+                sums.iter_mut().zip(&shapes).for_each(|(sum, shape)| *sum += force.scale(shape[j]));
+            }
+            out.copy_from_slice(&sums[..out.len()]);
         }
     }
 
@@ -96,8 +102,23 @@ impl UncoupledModes {
             return;
         }
         out.fill(T::zero());
-        for (mode, shape) in modes.iter().zip(self.shapes.chunks_exact(out.len())) {
-            out.iter_mut().zip(shape).for_each(|(o, s)| *o += mode.scale(*s));
+        let n = out.len();
+        for (modes, shapes) in modes.chunks(ABREAST).zip(self.shapes.chunks(ABREAST * n)) {
+            let shapes = abreast(shapes, n);
+            let mut weights = [T::zero(); ABREAST];
+            weights[..modes.len()].copy_from_slice(modes);
+            for (j, o) in out.iter_mut().enumerate() {
+                *o += weights.iter().zip(&shapes).fold(T::zero(), |sum, (m, shape)| sum + m.scale(shape[j]));
+            }
         }
     }
+}
+
+/// Modes taken side by side: their sums do not wait for each other.
+const ABREAST: usize = 4;
+
+/// The next modes of `n` coordinates each; past the last one that again, whose sum nobody takes.
+fn abreast(shapes: &[f64], n: usize) -> [&[f64]; ABREAST] {
+    let last = shapes.len() / n - 1;
+    std::array::from_fn(|k| &shapes[k.min(last) * n..][..n])
 }

@@ -57,7 +57,7 @@ impl Workspace {
         Self {
             sums: model.bodies.iter().map(|b| GeneralisedForce::zeros(b.layout.n_modes)).collect(),
             edges: model.bodies.iter().map(edge).collect(),
-            bodies: model.bodies.iter().map(|b| BodyWorkspace::new(&b.data)).collect(),
+            bodies: model.bodies.iter().map(|b| BodyWorkspace::new(&b.data, &b.deformation)).collect(),
             pose: TreePose::new(model),
             factors: TreeFactors::new(model),
             accelerations: Answer::new(model),
@@ -180,7 +180,7 @@ impl Workspace {
         for (i, body) in model.bodies.iter().enumerate() {
             let workspace = &mut self.bodies[i];
             let (RigidPart { force, .. }, power) =
-                workspace.assemble(&body.data, &self.states[i], &self.sums[i]);
+                workspace.assemble((&body.data, &body.deformation), &self.states[i], &self.sums[i]);
             dissipated += power;
             self.accelerations.frame_forces[i] = force;
             let elastic = &mut self.accelerations.forces[body.layout.rates_elastic()];
@@ -206,7 +206,7 @@ impl Workspace {
         elastic_weight: f64,
     ) -> Result<(), EvaluationFailure> {
         for (i, body) in model.bodies.iter().enumerate() {
-            self.bodies[i].assemble(&body.data, &self.states[i], &self.sums[i]);
+            self.bodies[i].assemble((&body.data, &body.deformation), &self.states[i], &self.sums[i]);
         }
         self.eliminate(model, elastic_weight)?;
         self.loops.evaluate(model, &self.states, &self.edges);

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix6, Scalar, Vector3, Vector6};
 
 use super::factors::{FactorisedTree, from_real};
-use super::number::Number;
+use super::number::{Number, applied, transposed_applied};
 use crate::system::model::MultibodyModel;
 use crate::system::tree_kinematics::{SpatialVector, join};
 
@@ -114,12 +114,12 @@ impl<T: Number> Answer<T> {
             let given = self.courses[child].given;
             let (attached, row) = (&factor.attached[k], k * children.len());
             let markers = &mut self.courses[i].markers;
-            markers[k] = attached.gate * (markers[k] + factor.between[row + k] * given);
-            let force = given - factors.bodies[child].felt * markers[k];
-            on_frame += attached.by_frame.tr_mul(&force);
-            gives_way += attached.by_own.tr_mul(&force);
+            markers[k] = applied(&attached.gate, &(markers[k] + applied(&factor.between[row + k], &given)));
+            let force = given - applied(&factors.felt[child], &markers[k]);
+            on_frame += transposed_applied(&attached.by_frame, &force);
+            gives_way += transposed_applied(&attached.by_own, &force);
             for (a, marker) in markers.iter_mut().enumerate().skip(k + 1) {
-                *marker += factor.between[a * children.len() + k] * force;
+                *marker += applied(&factor.between[a * children.len() + k], &force);
             }
         }
         let course = &mut self.courses[i];
@@ -128,21 +128,21 @@ impl<T: Number> Answer<T> {
             on_frame
         } else {
             course.gives_way = gives_way;
-            factor.own * gives_way + factor.frame_by_place.tr_mul(&on_frame)
+            applied(&factor.own, &gives_way) + transposed_applied(&factor.frame_by_place, &on_frame)
         };
         if has_biases {
-            course.at_rest -= factor.own * pose.bias.map(T::from_real);
+            course.at_rest -= applied(&factor.own, &pose.bias.map(T::from_real));
         }
         let n = body.layout.n_velocities;
         course.joint = Vector6::zeros();
         let mut force = course.at_rest;
         if n > 0 {
             course.joint.rows_mut(0, n).copy_from_slice(&self.forces[body.layout.rates_joint()]);
-            let along = course.joint + from_real::<T>(&pose.joint).tr_mul(&course.at_rest);
-            course.joint = factor.joint_mobility * along;
-            force -= factor.by_joint_force * along;
+            let along = course.joint + transposed_applied(&from_real(&pose.joint), &course.at_rest);
+            course.joint = applied(&factor.joint_mobility, &along);
+            force -= applied(&factor.by_joint_force, &along);
         }
-        course.given = from_real::<T>(&pose.across).tr_mul(&force);
+        course.given = transposed_applied(&from_real(&pose.across), &force);
     }
 
     /// Motion of body `i` from that of the parent's marker; leaves the motions of its children's markers.
@@ -156,38 +156,39 @@ impl<T: Number> Answer<T> {
         let (pose, factor) = (&tree.bodies[i], &factors.bodies[i]);
         let course = &mut self.courses[i];
         let across: Matrix6<T> = from_real(&pose.across);
-        let mut moved = across * course.parent;
+        let mut moved = applied(&across, &course.parent);
         if body.layout.n_velocities > 0 {
-            let velocities = course.joint - factor.joint_share * moved;
+            let velocities = course.joint - applied(&factor.joint_share, &moved);
             self.rates[body.layout.rates_joint()]
                 .copy_from_slice(&velocities.as_slice()[..body.layout.n_velocities]);
-            moved += from_real::<T>(&pose.joint) * velocities;
+            moved += applied(&from_real(&pose.joint), &velocities);
         }
-        let force = factor.own * moved - course.at_rest;
-        self.wrenches[i] = across.tr_mul(&force).into();
+        let force = applied(&factor.own, &moved) - course.at_rest;
+        self.wrenches[i] = transposed_applied(&across, &force).into();
         if has_biases {
             moved += pose.bias.map(T::from_real);
         }
         let frame = if pose.own.is_empty() {
             moved
         } else {
-            factor.frame_by_force * course.on_frame + factor.frame_by_place * (moved - course.gives_way)
+            applied(&factor.frame_by_force, &course.on_frame)
+                + applied(&factor.frame_by_place, &(moved - course.gives_way))
         };
         self.frames[i] = frame.into();
         for (k, &child) in children.iter().enumerate().rev() {
             let course = &mut self.courses[i];
             let attached = &factor.attached[k];
-            let mut free = attached.by_frame * frame;
+            let mut free = applied(&attached.by_frame, &frame);
             if !tree.bodies[child].parent.is_empty() {
-                free += attached.by_own * force;
+                free += applied(&attached.by_own, &force);
                 for b in k + 1..children.len() {
-                    free += factor.between[k * children.len() + b] * course.attached[b];
+                    free += applied(&factor.between[k * children.len() + b], &course.attached[b]);
                 }
             }
-            let marker = course.markers[k] + attached.gate * free;
+            let marker = course.markers[k] + applied(&attached.gate, &free);
             self.courses[child].parent = marker;
             let given = self.courses[child].given;
-            self.courses[i].attached[k] = given - factors.bodies[child].felt * marker;
+            self.courses[i].attached[k] = given - applied(&factors.felt[child], &marker);
         }
         let Course { forces, modes, attached, .. } = &mut self.courses[i];
         subtract_transposed(&pose.coupling, &frame, forces);

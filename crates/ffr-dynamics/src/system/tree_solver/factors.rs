@@ -1,8 +1,8 @@
 //! Elimination of the motion of all bodies, from the leaves to ground.
 
-use nalgebra::{Matrix6, SMatrix};
+use nalgebra::{ArrayStorage, Matrix6, SMatrix};
 
-use super::number::{Number, inverse};
+use super::number::{Number, inverse, product, transposed_product};
 use super::pose::{BodyPose, TreePose};
 use crate::error::{EvaluationFailure, MotionFault};
 use crate::system::model::{MultibodyModel, TreeBody};
@@ -57,14 +57,14 @@ pub(super) struct BodyFactors<T> {
     pub joint_mobility: Matrix6<T>,
     pub joint_share: Matrix6<T>,
     pub by_joint_force: Matrix6<T>,
-    /// Inertia that the parent feels, `A`.
-    pub felt: Matrix6<T>,
 }
 
 /// Factors of all bodies for one pose and one set of impedances.
 #[derive(Debug, Clone)]
 pub(in crate::system) struct TreeFactors<T> {
     pub(super) bodies: Vec<BodyFactors<T>>,
+    /// Inertia that the parent of each body feels, `A`.
+    pub(super) felt: Vec<Matrix6<T>>,
 }
 
 /// A tree in one pose with its factors.
@@ -89,6 +89,7 @@ impl<T: Number> TreeFactors<T> {
         let bodies = model.bodies.iter().zip(&model.children);
         Self {
             bodies: bodies.map(|(b, children)| BodyFactors::new(b.layout.n_modes, children.len())).collect(),
+            felt: vec![Matrix6::zeros(); model.bodies.len()],
         }
     }
 
@@ -104,35 +105,15 @@ impl<T: Number> TreeFactors<T> {
         joints: &Impedance<T>,
     ) -> Result<(), EvaluationFailure> {
         for &i in model.order.iter().rev() {
-            // The children are complete; the body's own factors are taken out while they are filled.
-            let mut own = std::mem::take(&mut self.bodies[i]);
-            let found = own.eliminate(model, pose, &self.bodies, i, (&modes(i), joints));
-            self.bodies[i] = own;
-            if let Err(coordinates) = found {
-                let body = model.bodies[i].name.clone();
-                return Err(MotionFault::Inertia { coordinates, body }.into());
+            match self.bodies[i].eliminate(model, pose, &self.felt, i, (&modes(i), joints)) {
+                Ok(felt) => self.felt[i] = felt,
+                Err(coordinates) => {
+                    let body = model.bodies[i].name.clone();
+                    return Err(MotionFault::Inertia { coordinates, body }.into());
+                }
             }
         }
         Ok(())
-    }
-}
-
-impl<T: Number> Default for BodyFactors<T> {
-    /// Nothing: does not allocate.
-    fn default() -> Self {
-        let zero = Matrix6::zeros();
-        Self {
-            modes: Vec::new(),
-            attached: Vec::new(),
-            between: Vec::new(),
-            frame_by_force: zero,
-            frame_by_place: zero,
-            own: zero,
-            joint_mobility: zero,
-            joint_share: zero,
-            by_joint_force: zero,
-            felt: zero,
-        }
     }
 }
 
@@ -143,19 +124,24 @@ impl<T: Number> BodyFactors<T> {
             modes: vec![T::zero(); n_modes],
             attached: vec![Attached { by_frame: zero, by_own: zero, gate: zero }; n_children],
             between: vec![zero; n_children * n_children],
-            ..Self::default()
+            frame_by_force: zero,
+            frame_by_place: zero,
+            own: zero,
+            joint_mobility: zero,
+            joint_share: zero,
+            by_joint_force: zero,
         }
     }
 
-    /// Eliminates body `i`; the error says which coordinates lack inertia.
+    /// Eliminates body `i`, whose children have the inertia `felt`; returns its own. The error says which coordinates lack inertia.
     fn eliminate(
         &mut self,
         model: &MultibodyModel,
         tree: &TreePose,
-        others: &[Self],
+        felt: &[Matrix6<T>],
         i: usize,
         (impedance, joints): (&Impedance<T>, &Impedance<T>),
-    ) -> Result<(), &'static str> {
+    ) -> Result<Matrix6<T>, &'static str> {
         let (body, children, pose) = (&model.bodies[i], &model.children[i], &tree.bodies[i]);
         for ((g, k), d) in self.modes.iter_mut().zip(&body.modes.stiffness).zip(&body.modes.damping) {
             *g = (impedance.inertia + impedance.passive(*d, *k)).recip();
@@ -180,15 +166,14 @@ impl<T: Number> BodyFactors<T> {
             }
         }
         for (k, &child) in children.iter().enumerate() {
-            let felt = &others[child].felt;
             let is_still = tree.bodies[child].parent.is_empty();
-            let stiffened = self.attach(k, felt, is_still).ok_or("elastic coordinates")?;
+            let stiffened = self.attach(k, &felt[child], is_still).ok_or("elastic coordinates")?;
             let Attached { by_frame, by_own, .. } = &self.attached[k];
-            let by_frame_stiffened = stiffened * by_frame;
-            frame += by_frame.tr_mul(&by_frame_stiffened);
+            let by_frame_stiffened = product(&stiffened, by_frame);
+            frame += transposed_product(by_frame, &by_frame_stiffened);
             if feels_modes && !is_still {
-                lever -= by_own.tr_mul(&by_frame_stiffened);
-                yields -= by_own.tr_mul(&(stiffened * by_own));
+                lever -= transposed_product(by_own, &by_frame_stiffened);
+                yields -= transposed_product(by_own, &product(&stiffened, by_own));
             }
         }
         if feels_modes {
@@ -236,46 +221,46 @@ impl<T: Number> BodyFactors<T> {
             return Some(*felt);
         }
         let n = self.attached.len();
-        let gate = inverse(&(Matrix6::identity() + self.between[k * n + k] * felt))?;
-        let stiffened = felt * gate;
+        let gate = inverse(&(Matrix6::identity() + product(&self.between[k * n + k], felt)))?;
+        let stiffened = product(felt, &gate);
         self.attached[k].gate = gate;
         for a in k + 1..n {
-            let left = self.between[a * n + k] * stiffened;
+            let left = product(&self.between[a * n + k], &stiffened);
             for b in k + 1..n {
-                let change = left * self.between[k * n + b];
+                let change = product(&left, &self.between[k * n + b]);
                 self.between[a * n + b] -= change;
             }
-            let (by_frame, by_own) = (left * self.attached[k].by_frame, left * self.attached[k].by_own);
+            let Attached { by_frame, by_own, .. } = &self.attached[k];
+            let (by_frame, by_own) = (product(&left, by_frame), product(&left, by_own));
             self.attached[a].by_frame -= by_frame;
             self.attached[a].by_own -= by_own;
         }
         Some(stiffened)
     }
 
-    /// What the joint makes of the inertia of the place that it holds.
+    /// What the joint makes of the inertia of the place that it holds: returns what the parent feels.
     fn close_joint(
         &mut self,
         body: &TreeBody,
         pose: &BodyPose,
         joints: &Impedance<T>,
-    ) -> Result<(), &'static str> {
+    ) -> Result<Matrix6<T>, &'static str> {
         let across = from_real(&pose.across);
         let mut held = self.own;
         let n = body.layout.n_velocities;
         if n > 0 {
             let columns = from_real(&pose.joint);
-            let by_velocity = self.own * columns;
-            let mut felt_by_joint = columns.tr_mul(&by_velocity);
+            let by_velocity = product(&self.own, &columns);
+            let mut felt_by_joint = transposed_product(&columns, &by_velocity);
             for (k, [stiffness, damping]) in pose.springs.iter().enumerate() {
                 felt_by_joint[(k, k)] += if k < n { joints.passive(*damping, *stiffness) } else { T::one() };
             }
             self.joint_mobility = T::inverse_of_inertia(&felt_by_joint).ok_or("joint coordinates")?;
-            self.by_joint_force = by_velocity * self.joint_mobility;
+            self.by_joint_force = product(&by_velocity, &self.joint_mobility);
             self.joint_share = self.by_joint_force.transpose();
-            held -= self.by_joint_force * by_velocity.transpose();
+            held -= product(&self.by_joint_force, &by_velocity.transpose());
         }
-        self.felt = across.tr_mul(&(held * across));
-        Ok(())
+        Ok(transposed_product(&across, &product(&held, &across)))
     }
 }
 
@@ -288,15 +273,15 @@ pub(super) fn from_real<T: Number>(matrix: &Matrix6<f64>) -> Matrix6<T> {
 fn weighed<T: Number>(columns: &[SpatialVector], weights: &[T], others: &[SpatialVector]) -> Matrix6<T> {
     let mut out = [[T::zero(); 6]; 6];
     if !columns.is_empty() {
-        // A row at a time: its sums stay in registers.
-        for (r, sums) in out.iter_mut().enumerate() {
+        // Three rows at a time: their sums stay in registers, and none waits for another.
+        for (half, sums) in out.as_chunks_mut::<3>().0.iter_mut().enumerate() {
             for ((column, g), other) in columns.iter().zip(weights).zip(others) {
-                let weight = g.scale(column[r]);
-                for (sum, o) in sums.iter_mut().zip(other) {
-                    *sum += weight.scale(*o);
+                for (r, sums) in sums.iter_mut().enumerate() {
+                    let weight = g.scale(column[3 * half + r]);
+                    sums.iter_mut().zip(other).for_each(|(sum, o)| *sum += weight.scale(*o));
                 }
             }
         }
     }
-    Matrix6::from_fn(|r, c| out[r][c])
+    Matrix6::from_array_storage(ArrayStorage(out)).transpose()
 }

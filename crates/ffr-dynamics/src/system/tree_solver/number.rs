@@ -1,7 +1,9 @@
-//! Real and complex numbers in which a tree is solved, and inverses of a few rows and columns.
+//! Real and complex numbers in which a tree is solved; products and inverses of a few rows and columns.
+//!
+//! They work on arrays of columns, whose lengths are known, so that compilers find whole registers to work on.
 
 use faer::c64;
-use nalgebra::{ComplexField, Matrix6, SMatrix};
+use nalgebra::{ArrayStorage, ComplexField, Matrix6, SMatrix, Vector6};
 
 /// Pivot, as a share of the diagonal entry it came from, below which an inertia counts as singular: round-off.
 const SMALLEST_PIVOT: f64 = 1e-13;
@@ -15,16 +17,16 @@ pub(crate) trait Number: ComplexField<RealField = f64> + Copy {
 impl Number for f64 {
     /// Gauss-Jordan elimination along the diagonal, stable for positive definite matrices.
     fn inverse_of_inertia(matrix: &Matrix6<Self>) -> Option<Matrix6<Self>> {
-        let mut a = *matrix;
+        let mut a = matrix.data.0;
         for k in 0..6 {
             // NaN is no inertia either.
-            let is_positive = a[(k, k)] > SMALLEST_PIVOT * matrix[(k, k)];
+            let is_positive = a[k][k] > SMALLEST_PIVOT * matrix[(k, k)];
             if !is_positive {
                 return None;
             }
             eliminate(&mut a, k);
         }
-        Some(a)
+        Some(Matrix6::from_array_storage(ArrayStorage(a)))
     }
 }
 
@@ -36,12 +38,14 @@ impl Number for c64 {
 
 /// Inverse by Gauss-Jordan elimination with row pivots; none if the matrix is singular or not finite.
 pub(super) fn inverse<T: Number, const N: usize>(matrix: &SMatrix<T, N, N>) -> Option<SMatrix<T, N, N>> {
-    let mut a = *matrix;
+    let mut a = matrix.data.0;
     let mut rows = [0; N];
     for (k, row) in rows.iter_mut().enumerate() {
-        *row = (k..N).max_by(|i, j| a[(*i, k)].norm1().total_cmp(&a[(*j, k)].norm1()))?;
-        a.swap_rows(k, *row);
-        let size = a[(k, k)].norm1();
+        *row = (k..N).max_by(|i, j| a[k][*i].norm1().total_cmp(&a[k][*j].norm1()))?;
+        if *row != k {
+            a.iter_mut().for_each(|column| column.swap(k, *row));
+        }
+        let size = a[k][k].norm1();
         let is_regular = size > 0.0 && size.is_finite();
         if !is_regular {
             return None;
@@ -49,27 +53,57 @@ pub(super) fn inverse<T: Number, const N: usize>(matrix: &SMatrix<T, N, N>) -> O
         eliminate(&mut a, k);
     }
     for (k, row) in rows.into_iter().enumerate().rev() {
-        a.swap_columns(k, row);
+        a.swap(k, row);
     }
-    Some(a)
+    Some(SMatrix::from_array_storage(ArrayStorage(a)))
 }
 
-/// One step of Gauss-Jordan elimination in place, with the pivot on the diagonal.
-fn eliminate<T: Number, const N: usize>(a: &mut SMatrix<T, N, N>, k: usize) {
-    let reciprocal = a[(k, k)].recip();
-    let mut pivot_column = a.column(k).into_owned();
+/// One step of Gauss-Jordan elimination in place of columns, with the pivot on the diagonal.
+fn eliminate<T: Number, const N: usize>(a: &mut [[T; N]; N], k: usize) {
+    let reciprocal = a[k][k].recip();
+    let mut pivot_column = a[k];
     pivot_column[k] = T::zero();
-    for j in 0..N {
-        let factor = if j == k { reciprocal } else { a[(k, j)] * reciprocal };
-        let mut column = a.column_mut(j);
+    for (j, column) in a.iter_mut().enumerate() {
+        let factor = if j == k { reciprocal } else { column[k] * reciprocal };
         if j == k {
-            column.fill(T::zero());
+            *column = [T::zero(); N];
         }
-        for (x, p) in column.iter_mut().zip(pivot_column.iter()) {
+        for (x, p) in column.iter_mut().zip(&pivot_column) {
             *x -= *p * factor;
         }
         column[k] = factor;
     }
+}
+
+/// `a x`.
+pub(super) fn applied<T: Number>(a: &Matrix6<T>, x: &Vector6<T>) -> Vector6<T> {
+    Vector6::from(combined(&a.data.0, &x.data.0[0]))
+}
+
+/// `aᵀ x`.
+pub(super) fn transposed_applied<T: Number>(a: &Matrix6<T>, x: &Vector6<T>) -> Vector6<T> {
+    Vector6::from(combined(&a.transpose().data.0, &x.data.0[0]))
+}
+
+/// `a b`.
+pub(super) fn product<T: Number>(a: &Matrix6<T>, b: &Matrix6<T>) -> Matrix6<T> {
+    Matrix6::from_array_storage(ArrayStorage(b.data.0.map(|column| combined(&a.data.0, &column))))
+}
+
+/// `aᵀ b`.
+pub(super) fn transposed_product<T: Number>(a: &Matrix6<T>, b: &Matrix6<T>) -> Matrix6<T> {
+    product(&a.transpose(), b)
+}
+
+/// Columns, each as often as `factors` says.
+fn combined<T: Number>(columns: &[[T; 6]; 6], factors: &[T; 6]) -> [T; 6] {
+    let mut sum = [T::zero(); 6];
+    for (column, factor) in columns.iter().zip(factors) {
+        for (s, c) in sum.iter_mut().zip(column) {
+            *s += *c * *factor;
+        }
+    }
+    sum
 }
 
 #[cfg(test)]
@@ -98,6 +132,16 @@ mod tests {
         let product = complex * c64::inverse_of_inertia(&complex).expect("regular");
         let error = (product - Matrix6::identity()).iter().map(|x| x.norm1()).fold(0.0, f64::max);
         assert!(error < ROUND_OFF, "{error}");
+    }
+
+    #[test]
+    fn products_are_those_of_matrices() {
+        let (a, b) = (irregular(0.4), irregular(1.1));
+        let x = Vector6::from_fn(|i, _| 0.3 + i as f64);
+        assert!((product(&a, &b) - a * b).amax() < ROUND_OFF);
+        assert!((transposed_product(&a, &b) - a.transpose() * b).amax() < ROUND_OFF);
+        assert!((applied(&a, &x) - a * x).amax() < ROUND_OFF);
+        assert!((transposed_applied(&a, &x) - a.transpose() * x).amax() < ROUND_OFF);
     }
 
     #[test]

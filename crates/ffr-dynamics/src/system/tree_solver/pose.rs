@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix6, Vector6};
 
+use super::number::{applied, product};
 use crate::system::equations::BodyWorkspace;
 use crate::system::joints::forces::joint_tangent;
 use crate::system::model::{JointCoordinates, MultibodyModel};
@@ -85,12 +86,12 @@ impl TreePose {
             if let Some(p) = body.joint.parent.body {
                 model.bodies[p].modes.columns(&edge.parent_columns, &mut pose.parent);
             }
-            let unit =
-                |j: usize| -> SpatialVector { std::array::from_fn(|k| if k == j { 1.0 } else { 0.0 }) };
-            for j in 0..6 {
-                pose.across.column_mut(j).copy_from_slice(&edge.at_frame(&unit(j), &[], &[]));
-                pose.at_parent.column_mut(j).copy_from_slice(&edge.at_parent_marker_of_frame(&unit(j)));
-            }
+            let lever = edge.lever.cross_matrix().transpose();
+            pose.across.fixed_view_mut::<3, 3>(0, 0).copy_from(&edge.turn);
+            pose.across.fixed_view_mut::<3, 3>(0, 3).copy_from(&(edge.turn * lever));
+            pose.across.fixed_view_mut::<3, 3>(3, 3).copy_from(&edge.turn);
+            let arm = edge.parent_point.arm.cross_matrix().transpose();
+            pose.at_parent.fixed_view_mut::<3, 3>(0, 3).copy_from(&arm);
             for (j, column) in edge.columns.iter().enumerate().take(body.layout.n_velocities) {
                 pose.joint.column_mut(j).copy_from_slice(column);
             }
@@ -114,9 +115,9 @@ impl TreePose {
                 // At the marker the modes' displacements and turns have little to do with each other, at a frame far off they have.
                 let arm = edge.child_point.arm.cross_matrix();
                 pose.at_own.fixed_view_mut::<3, 3>(0, 3).copy_from(&-arm);
-                pose.across = pose.at_own * pose.across;
-                pose.joint = pose.at_own * pose.joint;
-                pose.bias = pose.at_own * pose.bias;
+                pose.across = product(&pose.at_own, &pose.across);
+                pose.joint = product(&pose.at_own, &pose.joint);
+                pose.bias = applied(&pose.at_own, &pose.bias);
                 body.modes.columns(&edge.marker_columns, &mut pose.own);
             }
         }
