@@ -71,6 +71,74 @@ struct Gathered {
     size: f64,
 }
 
+/// The points of all sides.
+struct Gathering<'a> {
+    surface: &'a MeshSurface,
+    points: Vec<Gathered>,
+    /// By node and smooth part there.
+    at_nodes: BTreeMap<[u32; 2], usize>,
+    /// Those about a place that stand at no node, by the smooth parts that meet there.
+    about_place: Vec<Vec<usize>>,
+    /// Distance of points that are one \[m\].
+    near: f64,
+}
+
+impl Gathering<'_> {
+    /// Adds the point with the parameters `eta` of side `i`, which belongs to the smooth part `group` about the place; an earlier one that stands there takes its area.
+    fn add(&mut self, i: u32, (eta, weight): ([f64; 2], f64), group: Option<usize>) {
+        let (side, at) = (&self.surface.sides()[i as usize], self.surface.at(i as usize, &eta));
+        let (area, position) = (weight * Vector3::from(at.area), Vector3::from(at.position));
+        let functions: Vec<(u32, f64)> =
+            side.nodes.iter().copied().zip(at.functions.values).filter(|f| f.1.abs() > 0.0).collect();
+        let node = functions.iter().find(|f| (f.1 - 1.0).abs() <= ONE).map(|f| f.0);
+        let here = node.map(|n| [n, self.surface.part_at(n, i)]);
+        let beside = || {
+            let mut known = self.about_place[group?].iter().copied();
+            known.find(|k| (self.points[*k].position - position).norm() <= self.near)
+        };
+        let known = match here {
+            Some(here) => self.at_nodes.get(&here).copied(),
+            None => beside(),
+        };
+        if let Some(k) = known {
+            self.points[k].area += area;
+            self.points[k].size += area.norm();
+            return;
+        }
+        match (here, group) {
+            (Some(here), _) => {
+                self.at_nodes.insert(here, self.points.len());
+            }
+            (None, Some(group)) => self.about_place[group].push(self.points.len()),
+            (None, None) => {}
+        }
+        let functions = node.map_or(functions, |n| vec![(n, 1.0)]);
+        let (xi, size) = ([eta[0], eta[1], 0.0], area.norm());
+        self.points.push(Gathered { xi, position, functions, area, size });
+    }
+
+    /// Adds a point of each of the smooth parts `groups` at their place, which meet what is there of the target; their indices.
+    fn add_meeting(&mut self, groups: &[Vec<SurfacePlace>]) -> Vec<usize> {
+        let mut meeting = Vec::new();
+        for group in groups {
+            let (Some(SurfacePlace { face, xi, .. }), Some(normal)) =
+                (group.first(), self.surface.mean_normal(group))
+            else {
+                continue;
+            };
+            let at = self.surface.at(*face as usize, &[xi[0], xi[1]]);
+            let nodes = self.surface.sides()[*face as usize].nodes.iter().copied();
+            meeting.push(self.points.len());
+            let (position, functions) = (at.position.into(), nodes.zip(at.functions.values).collect());
+            self.points.push(Gathered { xi: *xi, position, functions, area: normal, size: 0.0 });
+        }
+        // The spring of a point has no area of its own: together they have that of the stiffest of all.
+        let largest = self.points.iter().map(|g| g.size).fold(0.0, f64::max);
+        meeting.iter().for_each(|&k| self.points[k].size = largest / meeting.len() as f64);
+        meeting
+    }
+}
+
 impl ContactZone {
     /// The whole of `surface`: points at the nodes of all sides and in their middles, each pressed only by surfaces that its smooth part is turned to, and
     /// all unknowns. At the place `about`, if there is one, stands a point of each part that meets there: with others ever closer about it, for an edge
@@ -79,86 +147,43 @@ impl ContactZone {
     /// # Errors
     /// [`MeshFault::FlatSide`].
     pub fn whole_mesh(surface: &MeshSurface, about: Option<&PointsAbout>) -> Result<Self, MeshFault> {
-        let all: Vec<u32> = (0..surface.sides().len() as u32).collect();
         let is_met = about.is_some_and(|about| about.meets.is_some());
         let there = about.map_or_else(Vec::new, |about| surface.sides_at(&about.place));
         let groups = surface.smooth_groups(&there);
-        let mut gathered: Vec<Gathered> = Vec::new();
-        // By node and smooth part there; those about the place by its smooth parts.
-        let (mut at_nodes, mut about_place) =
-            (BTreeMap::<[u32; 2], usize>::new(), vec![Vec::new(); groups.len()]);
-        let near = SAME_PLACE * surface.length();
+        let mut gathering = Gathering {
+            surface,
+            points: Vec::new(),
+            at_nodes: BTreeMap::new(),
+            about_place: vec![Vec::new(); groups.len()],
+            near: SAME_PLACE * surface.length(),
+        };
+        let all: Vec<u32> = (0..surface.sides().len() as u32).collect();
         for &i in &all {
             surface.check_side(i as usize)?;
-            let side = &surface.sides()[i as usize];
-            let group = groups.iter().position(|group| !is_met && group.iter().any(|place| place.face == i));
-            let place = there.iter().find(|place| place.face == i && group.is_some());
-            let points = match place {
+            let kind = surface.sides()[i as usize].kind;
+            let holds = |group: &Vec<SurfacePlace>| group.iter().any(|place| place.face == i);
+            let group = groups.iter().position(holds).filter(|_| !is_met);
+            let points = match there.iter().find(|place| place.face == i && group.is_some()) {
                 Some(SurfacePlace { xi: [u, v, _], .. }) => {
-                    points_towards(side.kind, &surface.pieces_of(&[i]).pieces, [*u, *v])
+                    points_towards(kind, &surface.pieces_of(&[i]).pieces, [*u, *v])
                 }
-                None => points_of(side.kind),
+                None => points_of(kind),
             };
-            for (eta, weight) in points {
-                let at = surface.at(i as usize, &eta);
-                let (area, position) = (weight * Vector3::from(at.area), Vector3::from(at.position));
-                let functions: Vec<(u32, f64)> =
-                    side.nodes.iter().copied().zip(at.functions.values).filter(|f| f.1.abs() > 0.0).collect();
-                let node = functions.iter().find(|f| (f.1 - 1.0).abs() <= ONE).map(|f| f.0);
-                let here = node.map(|n| [n, surface.part_at(n, i)]);
-                let beside = || {
-                    let known: &Vec<usize> = &about_place[group?];
-                    known.iter().copied().find(|k| (gathered[*k].position - position).norm() <= near)
-                };
-                let known = match here {
-                    Some(here) => at_nodes.get(&here).copied(),
-                    None => beside(),
-                };
-                if let Some(k) = known {
-                    gathered[k].area += area;
-                    gathered[k].size += area.norm();
-                    continue;
-                }
-                if let Some(here) = here {
-                    at_nodes.insert(here, gathered.len());
-                } else if let Some(group) = group {
-                    about_place[group].push(gathered.len());
-                }
-                let functions = node.map_or(functions, |n| vec![(n, 1.0)]);
-                let (xi, size) = ([eta[0], eta[1], 0.0], area.norm());
-                gathered.push(Gathered { xi, position, functions, area, size });
-            }
+            points.into_iter().for_each(|point| gathering.add(i, point, group));
         }
-        let mut meeting = Vec::new();
-        if is_met {
-            for group in &groups {
-                let (Some(SurfacePlace { face, xi, .. }), Some(normal)) =
-                    (group.first(), surface.mean_normal(group))
-                else {
-                    continue;
-                };
-                let side = &surface.sides()[*face as usize];
-                let at = surface.at(*face as usize, &[xi[0], xi[1]]);
-                let functions = side.nodes.iter().copied().zip(at.functions.values).collect();
-                meeting.push(gathered.len());
-                let position = at.position.into();
-                gathered.push(Gathered { xi: *xi, position, functions, area: normal, size: 0.0 });
-            }
-            // The spring of a point has no area of its own: together they have that of the stiffest of all.
-            let largest = gathered.iter().map(|g| g.size).fold(0.0, f64::max);
-            meeting.iter().for_each(|&k| gathered[k].size = largest / meeting.len() as f64);
-        }
-        let point = |g: &Gathered| SurfacePoint {
+        let meeting = if is_met { gathering.add_meeting(&groups) } else { Vec::new() };
+        let parameters = gathering.points.iter().map(|g| g.xi).collect();
+        let points = gathering.points.into_iter().map(|g| SurfacePoint {
             position: g.position.into(),
             area: g.size,
-            functions: g.functions.clone(),
+            functions: g.functions,
             on_rim: false,
             pressure: PressureMean::Area,
             facing: g.area.try_normalize(0.0).map(Into::into),
-        };
+        });
         Ok(Self {
-            points: gathered.iter().map(point).collect(),
-            parameters: gathered.iter().map(|g| g.xi).collect(),
+            points: points.collect(),
+            parameters,
             faces: Vec::new(),
             unknowns: unknowns_of(surface, &all),
             widths: [surface.length(), 0.0],
