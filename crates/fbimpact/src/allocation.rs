@@ -79,7 +79,10 @@ pub fn prepare() {
         RESERVED.store(unsafe { System.alloc(layout) }, Ordering::SeqCst);
     }
     #[cfg(unix)]
-    end_aborts();
+    {
+        end_aborts();
+        end_panics();
+    }
 }
 
 /// Room that the system's allocator asks for to give a few bytes: if that is not there, memory has ended \[bytes\].
@@ -95,18 +98,40 @@ fn end_aborts() {
     let _ = unsafe { sigaction(Signal::SIGABRT, &action) };
 }
 
+/// The same where the standard library panics, as it does where a thread begins and its stack for signals finds no room.
+#[cfg(unix)]
+fn end_panics() {
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        if !has_room() {
+            end_without_room();
+        }
+        usual(panic);
+    }));
+}
+
 /// Looks whether memory has ended; if not, the process is aborted after this.
 #[cfg(unix)]
 extern "C" fn on_abort(_: i32) {
+    if !has_room() {
+        end_without_room();
+    }
+}
+
+/// Whether the system still gives addresses.
+#[cfg(unix)]
+fn has_room() -> bool {
     use nix::libc::{MAP_ANONYMOUS, MAP_FAILED, MAP_PRIVATE, PROT_NONE, mmap, munmap};
     // SAFETY: an anonymous mapping that nobody uses, and its end.
-    let has_room = unsafe {
+    unsafe {
         let room = mmap(null_mut(), ROOM, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
         room != MAP_FAILED && munmap(room, ROOM) == 0
-    };
-    if has_room {
-        return;
     }
+}
+
+/// Tells that memory has ended, and ends the process.
+#[cfg(unix)]
+fn end_without_room() -> ! {
     if IS_SHORT.swap(true, Ordering::SeqCst) {
         // Another thread is at it.
         std::thread::sleep(2 * PATIENCE);
