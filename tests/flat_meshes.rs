@@ -65,7 +65,7 @@ impl Bricks {
 
 const FLOOR: &str = "[bodies.floor]\nmodel = \"rigid\"\ngeometry = { shape = \"plane\" }\n";
 
-/// Roll and pitch of the cube \[degrees\], and what touches.
+/// Turn of the cube about x and y as a rotation vector \[degrees\], and what touches.
 const LYING: [(&str, [f64; 2], TouchKind); 3] = [
     ("face", [0.0, 0.0], TouchKind::Flat),
     ("edge", [45.0, 0.0], TouchKind::Edge),
@@ -73,12 +73,16 @@ const LYING: [(&str, [f64; 2], TouchKind); 3] = [
 ];
 
 /// The cube of finite elements or of splines, turned and 1 um above what is at `z = 0`, 0.5 m/s fast.
-fn falling(folder: &Path, is_mesh: bool, [roll, pitch]: [f64; 2]) -> String {
-    let turn = nalgebra::UnitQuaternion::from_euler_angles(roll.to_radians(), pitch.to_radians(), 0.0);
+fn falling(folder: &Path, is_mesh: bool, [x, y]: [f64; 2]) -> String {
+    let turn = nalgebra::UnitQuaternion::from_scaled_axis(nalgebra::Vector3::new(
+        x.to_radians(),
+        y.to_radians(),
+        0.0,
+    ));
     let corners = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2].map(|s| 0.01 * (2.0 * f64::from(s) - 1.0)));
     let lowest = corners.map(|c| (turn * nalgebra::Vector3::from(c)).z).fold(f64::INFINITY, f64::min);
     let keys = format!(
-        "position = [0.001, 0.0007, {:e}]\norientation_deg = [{roll}, {pitch}, 0.0]\nvelocity = [0.0, 0.0, -0.5]",
+        "position = [0.001, 0.0007, {:e}]\norientation_deg = [{x}, {y}, 0.0]\nvelocity = [0.0, 0.0, -0.5]",
         1e-6 - lowest
     );
     CUBE.body(folder, "cube", is_mesh, &keys)
@@ -98,11 +102,12 @@ fn run(folder: &Path, bodies: &str, target: &str) -> (Recording, Option<TouchKin
 /// Checks that two runs have the same first impact.
 fn check_same(what: &str, [a, b]: [&ImpactRecord; 2]) {
     println!("{what}: {:.8e} {:.8e} N, {:.8e} {:.8e} N s", a.peak_force, b.peak_force, a.impulse, b.impulse);
-    // The same model to round-off: steps are chosen to 1e-8 of the motion, and forces follow it by stiff springs.
+    // The same model but for round-off, after which steps are chosen anew: some hundred of them, each right to 1e-8 of the motion, and ten times that for
+    // other processors. Stiff springs make more of it in single forces.
     let error = |x: f64, y: f64| (x / y - 1.0).abs();
-    assert!(error(a.impulse, b.impulse) < 1e-6, "{what}: impulse {:e} {:e}", a.impulse, b.impulse);
+    assert!(error(a.impulse, b.impulse) < 1e-5, "{what}: impulse {:e} {:e}", a.impulse, b.impulse);
     assert!(error(a.peak_force, b.peak_force) < 1e-4, "{what}: peak {:e} {:e}", a.peak_force, b.peak_force);
-    assert!((a.restitution - b.restitution).abs() < 1e-5, "{what}: {} {}", a.restitution, b.restitution);
+    assert!((a.restitution - b.restitution).abs() < 1e-4, "{what}: {} {}", a.restitution, b.restitution);
 }
 
 #[test]

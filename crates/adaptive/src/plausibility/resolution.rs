@@ -120,9 +120,9 @@ pub fn edge_touch((contact, time): (&str, f64), body: &BodyModel) -> Option<Warn
              elements of up to {length:.3e} m yield as a whole; pressure there has no limit"
         ),
         remedy: format!(
-            "compare with smaller elements: {} of body \"{}\"",
-            body.flexible()?.body.finer_there(),
-            body.name
+            "compare with smaller elements of body \"{}\": {}",
+            body.name,
+            body.flexible()?.body.finer_there()
         ),
     })
 }
