@@ -78,6 +78,46 @@ pub fn prepare() {
         // SAFETY: the size is not zero.
         RESERVED.store(unsafe { System.alloc(layout) }, Ordering::SeqCst);
     }
+    #[cfg(unix)]
+    end_aborts();
+}
+
+/// Room that the system's allocator asks for to give a few bytes: if that is not there, memory has ended \[bytes\].
+#[cfg(unix)]
+const ROOM: usize = 1 << 21;
+
+/// Ends a process that a library aborts because it got no memory, as the C library does where a thread begins, like one whose own request is refused.
+#[cfg(unix)]
+fn end_aborts() {
+    use nix::sys::signal::{SaFlags, SigAction, SigHandler, SigSet, Signal, sigaction};
+    let action = SigAction::new(SigHandler::Handler(on_abort), SaFlags::empty(), SigSet::empty());
+    // SAFETY: the handler calls what may be called in one. Without it the process is aborted as ever.
+    let _ = unsafe { sigaction(Signal::SIGABRT, &action) };
+}
+
+/// Looks whether memory has ended; if not, the process is aborted after this.
+#[cfg(unix)]
+extern "C" fn on_abort(_: i32) {
+    use nix::libc::{MAP_ANONYMOUS, MAP_FAILED, MAP_PRIVATE, PROT_NONE, mmap, munmap};
+    // SAFETY: an anonymous mapping that nobody uses, and its end.
+    let has_room = unsafe {
+        let room = mmap(null_mut(), ROOM, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+        room != MAP_FAILED && munmap(room, ROOM) == 0
+    };
+    if has_room {
+        return;
+    }
+    if IS_SHORT.swap(true, Ordering::SeqCst) {
+        // Another thread is at it.
+        std::thread::sleep(2 * PATIENCE);
+    } else {
+        tell("error: memory ends; let the process have more, or use fewer elements\n");
+        if let Some(closer) = CLOSER.get() {
+            closer.unpark();
+            std::thread::sleep(PATIENCE);
+        }
+    }
+    leave()
 }
 
 /// Has `closer` woken when memory has ended.
