@@ -58,6 +58,10 @@ fn files() -> &'static Path {
         write("ten_hex20.msh", TEN.mesh(ElementKind::Hex20));
         write("ten_tet10.msh", TEN.mesh(ElementKind::Tet10));
         write("ten_hex8.msh", TEN.mesh(ElementKind::Hex8));
+        let kinds = [ElementKind::Hex20, ElementKind::Pyramid13, ElementKind::Tet10];
+        // Hexahedra above, tetrahedra where the plane is hit; and hexahedra but for the outermost elements there.
+        write("ten_mixed.msh", TEN.mixed(kinds, |[_, _, z]| z > 0.0));
+        write("ten_pyramids.msh", TEN.mixed(kinds, |[_, _, z]| z > -8.0));
         write("coarse_hex20.msh", COARSE.mesh(ElementKind::Hex20));
         write("coarse_tet10.msh", COARSE.mesh(ElementKind::Tet10));
         directory
@@ -252,6 +256,23 @@ fn a_coarse_ball_is_divided_where_it_hits_a_plane() {
         assert!(transfer.momentum_change < 1e-12 * 11.7e-3 * 10.0, "{transfer:?}");
     }
     assert!(!recording.transfers.is_empty());
+}
+
+#[test]
+#[ignore = "second tier: half a minute"]
+fn pyramids_away_from_the_touch_leave_the_force_as_it_is() {
+    let recording = run(&format!("{}{}", adaptive(), meshed("upper", "ten_mixed", 1.0)));
+    // As of the ball of hexahedra or tetrahedra alone.
+    compare("ten, mixed", &recording, [1e-2, 1e-2]);
+}
+
+#[test]
+fn pyramids_at_the_touch_are_refused_by_number() {
+    let text = format!("{}{}", adaptive(), meshed("upper", "ten_pyramids", 1.0));
+    let mut recording = Recording::default();
+    let fault = simulate(&parse(&text).unwrap(), &mut recording, 2).unwrap_err().to_string();
+    let words = ["upper", "(pyramid13) at (", "no pyramids near the touch", "model = \"quasistatic\""];
+    assert!(words.iter().all(|word| fault.contains(word)), "{fault}");
 }
 
 #[test]

@@ -45,6 +45,17 @@ fn files() -> &'static Path {
                 std::fs::write(directory.join(format!("{name}_{n}.msh")), bytes).unwrap();
             }
         }
+        for kind in [ElementKind::Pyramid13, ElementKind::Pyramid14] {
+            let block = |[x, y, z]: [f64; 3]| [90.0 * x, 30.0 * (y - 0.5), 20.0 * (z - 0.5)];
+            for n in [1, 2, 4] {
+                let name = kind.name();
+                let write = |name: String, mesh| {
+                    std::fs::write(directory.join(name), gmsh(&mesh, Form::Binary41)).unwrap();
+                };
+                write(format!("{name}_{n}.msh"), blocks::block(kind, [3 * n, n, n], block));
+                write(format!("mixed_{name}_{n}.msh"), blocks::mixed(kind, [3 * n, n, n], block));
+            }
+        }
         directory
     })
 }
@@ -127,7 +138,8 @@ fn frequencies_of_a_bar_converge_with_the_fourth_power_of_the_element() {
          discretisation = {{ degree = 4, elements = [12, 5, 4] }}\n"
     );
     let exact = free_frequencies(&spline, &[]);
-    for name in ["tet10", "hex20", "wedge15"] {
+    let kinds = ["tet10", "hex20", "wedge15", "pyramid13", "pyramid14", "mixed_pyramid13", "mixed_pyramid14"];
+    for name in kinds {
         let errors: Vec<f64> = [1, 2, 4]
             .map(|n| {
                 let file = format!("bodies.beam.file={name}_{n}.msh");
@@ -136,6 +148,7 @@ fn frequencies_of_a_bar_converge_with_the_fourth_power_of_the_element() {
                 found[0] / exact[0] - 1.0
             })
             .to_vec();
+        println!("{name}: {errors:?}");
         // Half the size: 1/16 of the error in the limit. The coarsest mesh has one element over the thickness and is not near it.
         assert!(
             errors[2] > -1e-6 && errors[1] < errors[0] / 4.0 && errors[2] < errors[1] / 8.0,

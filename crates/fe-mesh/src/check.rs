@@ -121,7 +121,7 @@ fn is_positive(determinant: f64, largest: f64) -> bool {
     determinant > FLAT * largest
 }
 
-/// Refuses elements whose map turns inside out at a point of a rule; notes those where it does so at a node.
+/// Refuses elements whose map turns inside out at a point of a rule; notes those where it does so at a node, at the apex of pyramids along the axis.
 ///
 /// # Errors
 /// [`MeshFault::Inverted`].
@@ -180,7 +180,7 @@ pub fn orientation(
 /// Notes kinds of elements that are too stiff.
 pub fn stiffness_of_kinds(elements: &Elements, notes: &mut Vec<String>) {
     let count = |kind| elements.iter().filter(|e| e.kind == kind).count();
-    for kind in [ElementKind::Tet4, ElementKind::Wedge6] {
+    for kind in [ElementKind::Tet4, ElementKind::Wedge6, ElementKind::Pyramid5] {
         let n = count(kind);
         if n > 0 {
             notes.push(format!(

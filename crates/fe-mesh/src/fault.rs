@@ -282,6 +282,19 @@ pub enum MeshFault {
         /// Most that are possible.
         most: usize,
     },
+    /// An element whose pieces would be of another kind.
+    #[error(
+        "element {element} ({kind}) at ({:.4e}, {:.4e}, {:.4e}) m would have to be divided, and its pieces would be no pyramids alone; have no pyramids near the touch, or keep the contact on the mesh (model = \"quasistatic\")",
+        point[0], point[1], point[2]
+    )]
+    Undivided {
+        /// Number of the element.
+        element: u64,
+        /// Its kind.
+        kind: &'static str,
+        /// Mean of its nodes \[m\].
+        point: [f64; 3],
+    },
     /// A matrix has more entries than 32-bit indices can name.
     #[error("the matrices would have {entries} entries, at most 4294967295 are possible, use fewer elements")]
     TooLarge {

@@ -1,7 +1,7 @@
 //! Kinds of elements and of their sides: corners, edges, sides, the order of nodes.
 //!
 //! Nodes stand in the order of Abaqus and CalculiX: corners, middles of edges in the order of [`ElementKind::edges`], then (in elements with
-//! 18 and 27 nodes) middles of four-sided sides in the order of [`ElementKind::sides`], then the centre. Sides have the
+//! 14, 18 and 27 nodes) middles of four-sided sides in the order of [`ElementKind::sides`], then the centre. Sides have the
 //! numbers that the input files of these programs give them, S1 being 0; their corners turn right-handed about the outward normal.
 
 /// A solid element.
@@ -23,6 +23,12 @@ pub enum ElementKind {
     Wedge15,
     /// Triangle times line, both quadratic.
     Wedge18,
+    /// Pyramid between hexahedra and tetrahedra, linear along edges.
+    Pyramid5,
+    /// Serendipity pyramid.
+    Pyramid13,
+    /// Pyramid with a biquadratic base.
+    Pyramid14,
 }
 
 /// The side of an element.
@@ -49,6 +55,8 @@ pub enum Form {
     Hexahedron,
     /// A triangle in ξ, η times `[-1, 1]` in ζ.
     Wedge,
+    /// The square `[-1, 1]²` at ζ = 0 under an apex at ζ = 1.
+    Pyramid,
 }
 
 type Pairs = &'static [[u8; 2]];
@@ -58,11 +66,13 @@ const TET_EDGES: Pairs = &[[0, 1], [1, 2], [2, 0], [0, 3], [1, 3], [2, 3]];
 const HEX_EDGES: Pairs =
     &[[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 7], [7, 4], [0, 4], [1, 5], [2, 6], [3, 7]];
 const WEDGE_EDGES: Pairs = &[[0, 1], [1, 2], [2, 0], [3, 4], [4, 5], [5, 3], [0, 3], [1, 4], [2, 5]];
+const PYRAMID_EDGES: Pairs = &[[0, 1], [1, 2], [2, 3], [3, 0], [0, 4], [1, 4], [2, 4], [3, 4]];
 
 const TET_SIDES: Sides = &[&[0, 2, 1], &[0, 1, 3], &[1, 2, 3], &[0, 3, 2]];
 const HEX_SIDES: Sides =
     &[&[0, 3, 2, 1], &[4, 5, 6, 7], &[0, 1, 5, 4], &[1, 2, 6, 5], &[2, 3, 7, 6], &[3, 0, 4, 7]];
 const WEDGE_SIDES: Sides = &[&[0, 2, 1], &[3, 4, 5], &[0, 1, 4, 3], &[1, 2, 5, 4], &[2, 0, 3, 5]];
+const PYRAMID_SIDES: Sides = &[&[0, 3, 2, 1], &[0, 1, 4], &[1, 2, 4], &[2, 3, 4], &[3, 0, 4]];
 
 const TET_CORNERS: &[[f64; 3]] = &[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 const HEX_CORNERS: &[[f64; 3]] = &[
@@ -83,10 +93,12 @@ const WEDGE_CORNERS: &[[f64; 3]] = &[
     [1.0, 0.0, 1.0],
     [0.0, 1.0, 1.0],
 ];
+const PYRAMID_CORNERS: &[[f64; 3]] =
+    &[[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 impl ElementKind {
     /// Every kind.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 11] = [
         Self::Tet4,
         Self::Tet10,
         Self::Hex8,
@@ -95,6 +107,9 @@ impl ElementKind {
         Self::Wedge6,
         Self::Wedge15,
         Self::Wedge18,
+        Self::Pyramid5,
+        Self::Pyramid13,
+        Self::Pyramid14,
     ];
     /// Most nodes of any kind.
     pub const MAX_NODES: usize = 27;
@@ -110,6 +125,9 @@ impl ElementKind {
             Self::Wedge6 => 6,
             Self::Wedge15 => 15,
             Self::Wedge18 => 18,
+            Self::Pyramid5 => 5,
+            Self::Pyramid13 => 13,
+            Self::Pyramid14 => 14,
         }
     }
 
@@ -119,6 +137,7 @@ impl ElementKind {
             Self::Tet4 | Self::Tet10 => Form::Tetrahedron,
             Self::Hex8 | Self::Hex20 | Self::Hex27 => Form::Hexahedron,
             Self::Wedge6 | Self::Wedge15 | Self::Wedge18 => Form::Wedge,
+            Self::Pyramid5 | Self::Pyramid13 | Self::Pyramid14 => Form::Pyramid,
         }
     }
 
@@ -133,12 +152,15 @@ impl ElementKind {
             Self::Wedge6 => "wedge6",
             Self::Wedge15 => "wedge15",
             Self::Wedge18 => "wedge18",
+            Self::Pyramid5 => "pyramid5",
+            Self::Pyramid13 => "pyramid13",
+            Self::Pyramid14 => "pyramid14",
         }
     }
 
     /// Whether displacements along edges are quadratic.
     pub fn is_quadratic(self) -> bool {
-        !matches!(self, Self::Tet4 | Self::Hex8 | Self::Wedge6)
+        !matches!(self, Self::Tet4 | Self::Hex8 | Self::Wedge6 | Self::Pyramid5)
     }
 
     /// The kind with the same corners and no other nodes.
@@ -147,12 +169,13 @@ impl ElementKind {
             Form::Tetrahedron => Self::Tet4,
             Form::Hexahedron => Self::Hex8,
             Form::Wedge => Self::Wedge6,
+            Form::Pyramid => Self::Pyramid5,
         }
     }
 
     /// Whether four-sided sides have a node in their middle.
     fn has_side_nodes(self) -> bool {
-        matches!(self, Self::Hex27 | Self::Wedge18)
+        matches!(self, Self::Hex27 | Self::Wedge18 | Self::Pyramid14)
     }
 
     /// Number of corners.
@@ -166,6 +189,7 @@ impl ElementKind {
             Form::Tetrahedron => TET_CORNERS,
             Form::Hexahedron => HEX_CORNERS,
             Form::Wedge => WEDGE_CORNERS,
+            Form::Pyramid => PYRAMID_CORNERS,
         }
     }
 
@@ -175,6 +199,7 @@ impl ElementKind {
             Form::Tetrahedron => TET_EDGES,
             Form::Hexahedron => HEX_EDGES,
             Form::Wedge => WEDGE_EDGES,
+            Form::Pyramid => PYRAMID_EDGES,
         }
     }
 
@@ -184,6 +209,7 @@ impl ElementKind {
             Form::Tetrahedron => TET_SIDES,
             Form::Hexahedron => HEX_SIDES,
             Form::Wedge => WEDGE_SIDES,
+            Form::Pyramid => PYRAMID_SIDES,
         }
     }
 

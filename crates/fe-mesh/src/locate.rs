@@ -61,6 +61,7 @@ fn excess(form: Form, xi: &[f64; 3]) -> f64 {
         Form::Tetrahedron => most(&[-xi[0], -xi[1], -xi[2], xi[0] + xi[1] + xi[2] - 1.0]),
         Form::Hexahedron => most(&xi.map(|x| x.abs() - 1.0)),
         Form::Wedge => most(&[-xi[0], -xi[1], xi[0] + xi[1] - 1.0, xi[2].abs() - 1.0]),
+        Form::Pyramid => most(&[-xi[2], xi[0].abs() + xi[2] - 1.0, xi[1].abs() + xi[2] - 1.0]),
     }
 }
 
@@ -78,12 +79,31 @@ fn clamped(kind: SideKind, [x, y]: [f64; 2]) -> [f64; 2] {
     candidates.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap_or([x, y])
 }
 
+/// The parameters `xi` after a step of Newton's method.
+fn moved(form: Form, xi: &[f64; 3], step: &[f64; 3]) -> [f64; 3] {
+    // Far outside the map may fold; a point of the element is never further than its own size.
+    let long = norm(step).max(1.0);
+    let step = step.map(|s| s / long);
+    if form != Form::Pyramid {
+        return std::array::from_fn(|d| (xi[d] + step[d]).clamp(-3.0, 3.0));
+    }
+    // The same step of the distance from the apex and of the ratios to it, in which the map has no kink there.
+    let w = 1.0 - xi[2];
+    let next = (w - step[2]).clamp(0.1 * w.max(0.0), 3.0);
+    let ratio = |d: usize| {
+        let ratio = if w > 0.0 { (xi[d] + step[d] + xi[d] / w * step[2]) / w } else { step[d] / next };
+        if ratio.is_finite() { ratio.clamp(-2.0, 2.0) } else { 0.0 }
+    };
+    [next * ratio(0), next * ratio(1), 1.0 - next]
+}
+
 /// Parameters of `point` in an element with nodes at `places`, if it lies there.
 pub fn parameters(kind: ElementKind, places: &[[f64; 3]], point: &[f64; 3]) -> Option<[f64; 3]> {
     let mut xi = match kind.form() {
         Form::Tetrahedron => [0.25; 3],
         Form::Hexahedron => [0.0; 3],
         Form::Wedge => [1.0 / 3.0, 1.0 / 3.0, 0.0],
+        Form::Pyramid => [0.0, 0.0, 0.25],
     };
     let mut at = PointOf::default();
     for _ in 0..MAX_STEPS {
@@ -95,9 +115,7 @@ pub fn parameters(kind: ElementKind, places: &[[f64; 3]], point: &[f64; 3]) -> O
         let map = derivatives(&at.functions.slopes, places);
         let inverse = inverse(&map, at.determinant);
         let step = inverse.map(|row| dot(&row, &rest));
-        // Far outside the map may fold; a point of the element is never further than its own size.
-        let long = norm(&step).max(1.0);
-        xi = std::array::from_fn(|d| (xi[d] + step[d] / long).clamp(-3.0, 3.0));
+        xi = moved(kind.form(), &xi, &step);
         if norm(&step) < 1e-13 {
             break;
         }

@@ -2,7 +2,7 @@
 //!
 //! Elements are halved along every edge in their parameters; nodes of the pieces lie on the map of the element, which the pieces have
 //! exactly, since quadratic functions of a part of the parameters are quadratic: the part keeps its shape. Nodes of small pieces on edges and sides of larger
-//! ones are tied to them, so that displacements are continuous. Neighbours differ by one level at most.
+//! ones are tied to them, so that displacements are continuous. Neighbours differ by one level at most. Pyramids stay whole.
 
 mod cell;
 mod division;
@@ -58,7 +58,8 @@ impl RefinedMesh {
     /// Halves the elements of `mesh`, and what becomes of them, as long as `is_wanted`; into `most` pieces at most.
     ///
     /// # Errors
-    /// [`MeshFault::TooFine`] beyond that, or if elements are halved more than sixteen times.
+    /// [`MeshFault::TooFine`] beyond that, or if elements are halved more than sixteen times; [`MeshFault::Undivided`] where a pyramid is wanted smaller, or has neighbours
+    /// that are smaller by more than a level.
     pub fn new(mesh: &Mesh, is_wanted: impl Fn(&CellBall) -> bool, most: usize) -> Result<Self, MeshFault> {
         let division = Division::new(mesh, is_wanted, most)?;
         let mut pieces = Pieces::new(mesh, &division);

@@ -9,12 +9,18 @@
 //! | wedge6 | 3 × 2 | 3 × 2 |
 //! | wedge15 | 3 × 3 | 7 × 3, degree 5 in the triangle |
 //! | wedge18 | 7 × 3, degree 5 in the triangle | 7 × 3 |
+//! | pyramid5 | 2 × 2 × 2, conical | 2 × 2 × 2 |
+//! | pyramid13, pyramid14 | 3 × 3 × 3, conical | 3 × 3 × 3 |
 //!
 //! Mass matrices are exact where the map of the element is affine, total mass on curved quadratic elements as well: their
 //! determinants have degree three in tetrahedra, four in the triangle of wedges, five in each direction of hexahedra. The stiffness of
-//! tetrahedra is exact where the map is affine; that of other curved or tapered elements is a rational function, which no rule integrates exactly. A rule that is
+//! tetrahedra and pyramids is exact where the map is affine; that of other curved or tapered elements is a rational function, which no rule integrates exactly. A rule that is
 //! exact to degree `2 p - 2` keeps the order `2 p` of frequencies (G. Strang, G. J. Fix: An Analysis of the Finite Element
 //! Method, 4.3); those of the stiffness are.
+//!
+//! Conical rules of pyramids are Gauss' rules of `ξ/(1 - ζ)` and `η/(1 - ζ)` times the rule of Gauss and Jacobi for `(1 - ζ)²`; no point lies at the apex. In these three
+//! parameters the rational functions of pyramids are polynomials, of degree one or two in each of them, and the determinant of straight-sided ones, whatever their base
+//! looks like, is bilinear in the first two: the mass is exact for all of these, total mass for curved ones as well, whose determinant has degree five at most.
 //!
 //! CalculiX integrates the mass of tet10 and wedge15 with the points of the stiffness ([`MassRule::AsStiffness`]). The order is the same, but the
 //! matrix of a mesh of few elements is singular: 4 points per tetrahedron do not determine ten functions.
@@ -114,6 +120,32 @@ fn wedge(n: usize, line: usize) -> Vec<RulePoint<3>> {
     line.iter().flat_map(level).collect()
 }
 
+/// The rule of Gauss and Jacobi on `[0, 1]` with the weight `w²`, of two or three points: roots of `w² - 4/3 w + 2/5` and of `w³ - 15/8 w² + 15/14 w - 5/28`.
+fn jacobi(n: usize) -> Vec<(f64, f64)> {
+    match n {
+        2 => {
+            let half = (2.0_f64 / 45.0).sqrt();
+            [-1.0, 1.0].map(|s| (2.0 / 3.0 + s * half, 1.0 / 6.0 + s / (72.0 * half))).to_vec()
+        }
+        _ => vec![
+            (0.294_997_790_111_501_6, 0.029_950_703_008_580_698),
+            (0.652_996_233_961_648_1, 0.146_246_269_259_866_02),
+            (0.927_005_975_926_850_3, 0.157_136_361_064_886_62),
+        ],
+    }
+}
+
+/// The conical product of `n` points each way.
+fn pyramid(n: usize) -> Vec<RulePoint<3>> {
+    let level = |(w, weight): (f64, f64)| {
+        square(n)
+            .into_iter()
+            .map(move |p| RulePoint { xi: [w * p.xi[0], w * p.xi[1], 1.0 - w], weight: weight * p.weight })
+    };
+    // From the base upwards.
+    jacobi(n).into_iter().rev().flat_map(level).collect()
+}
+
 impl ElementKind {
     /// Points for products of gradients.
     pub fn stiffness_rule(self) -> Vec<RulePoint<3>> {
@@ -125,6 +157,8 @@ impl ElementKind {
             Self::Wedge6 => wedge(3, 2),
             Self::Wedge15 => wedge(3, 3),
             Self::Wedge18 => wedge(7, 3),
+            Self::Pyramid5 => pyramid(2),
+            Self::Pyramid13 | Self::Pyramid14 => pyramid(3),
         }
     }
 
@@ -188,6 +222,9 @@ mod tests {
             Form::Tetrahedron => factorial(a) * factorial(b) * factorial(c) / factorial(a + b + c + 3),
             Form::Hexahedron => line(a) * line(b) * line(c),
             Form::Wedge => factorial(a) * factorial(b) / factorial(a + b + 2) * line(c),
+            Form::Pyramid => {
+                line(a) * line(b) * factorial(a + b + 2) * factorial(c) / factorial(a + b + c + 3)
+            }
         }
     }
 
@@ -196,7 +233,7 @@ mod tests {
             for b in 0..=in_plane {
                 for c in 0..=in_line {
                     let counts = match form {
-                        Form::Tetrahedron => a + b + c <= in_plane,
+                        Form::Tetrahedron | Form::Pyramid => a + b + c <= in_plane,
                         Form::Wedge => a + b <= in_plane,
                         Form::Hexahedron => true,
                     };
@@ -224,6 +261,8 @@ mod tests {
         check(Form::Hexahedron, &hexahedron(3), 5, 5);
         check(Form::Wedge, &wedge(3, 2), 2, 3);
         check(Form::Wedge, &wedge(7, 3), 5, 5);
+        check(Form::Pyramid, &pyramid(2), 3, 3);
+        check(Form::Pyramid, &pyramid(3), 5, 5);
         for kind in ElementKind::ALL {
             for rule in [kind.stiffness_rule(), kind.mass_rule()] {
                 let total: f64 = rule.iter().map(|p| p.weight).sum();

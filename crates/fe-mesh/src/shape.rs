@@ -2,6 +2,11 @@
 //!
 //! Sources: O. C. Zienkiewicz, R. L. Taylor, J. Z. Zhu: The Finite Element Method, Its Basis and Fundamentals, chapter on standard and hierarchical shape functions;
 //! products of quadratic Lagrange functions for the kinds with 9, 18 and 27 nodes.
+//!
+//! Pyramids: G. Bedrosian, Shape functions and integration formulas for three-dimensional finite element analysis, Int. J. Numer. Meth. Eng. 35, 1992, with 5 and 13
+//! nodes: rational functions that are those of triangles and of the quadrilateral on the sides. With 14 nodes `(w² - ξ²)(w² - η²)/w²`, `w = 1 - ζ`, belongs to the
+//! middle of the base, which makes the optimal space of second order of M. Bergot, G. Cohen, M. Duruflé, J. Sci. Comput. 42, 2010. Derivatives have a limit at the apex for
+//! each direction from which it is approached; there they are those along the axis.
 
 use crate::kind::{ElementKind, SideKind};
 
@@ -65,6 +70,41 @@ fn corner<const D: usize>((value, slope): (f64, [f64; D])) -> (f64, [f64; D]) {
     (value * (2.0 * value - 1.0), slope.map(|s| (4.0 * value - 1.0) * s))
 }
 
+/// Distance from the apex of a pyramid, in its height, within which a point is the apex: round-off.
+const APEX: f64 = 1e-14;
+
+/// What the functions of pyramids are made of, with `w = 1 - ζ`.
+struct Collapsed {
+    w: f64,
+    /// `ξ/w` and `η/w`, zero at the apex: on the axis.
+    ratios: [f64; 2],
+    xi: [f64; 3],
+}
+
+impl Collapsed {
+    fn new(xi: &[f64; 3]) -> Self {
+        let w = 1.0 - xi[2];
+        if w.abs() < APEX {
+            return Self { w: 0.0, ratios: [0.0; 2], xi: [0.0, 0.0, 1.0] };
+        }
+        Self { w, ratios: [xi[0] / w, xi[1] / w], xi: *xi }
+    }
+
+    /// `w + s ξ_d`, zero on a triangular side.
+    fn side(&self, d: usize, s: f64) -> (f64, [f64; 3]) {
+        let mut slope = [0.0, 0.0, -1.0];
+        slope[d] = s;
+        (self.w + s * self.xi[d], slope)
+    }
+
+    /// `(w + s ξ)(w + t η)/w`, which on a side is a polynomial, exactly so where parameters are multiples of a power of two.
+    fn quotient(&self, [s, t]: [f64; 2]) -> (f64, [f64; 3]) {
+        let value = if self.w == 0.0 { 0.0 } else { self.side(0, s).0 * self.side(1, t).0 / self.w };
+        let [a, b] = [s * self.ratios[0], t * self.ratios[1]];
+        (value, [s * (1.0 + b), t * (1.0 + a), a * b - 1.0])
+    }
+}
+
 impl<const D: usize> Functions<D> {
     fn clear(&mut self) {
         self.values.clear();
@@ -117,6 +157,46 @@ impl ElementKind {
             Self::Hex20 => out.serendipity(&self.node_parameters(), xi),
             Self::Hex27 => out.lagrange(&self.node_parameters(), xi, line3),
             Self::Wedge6 | Self::Wedge15 | Self::Wedge18 => self.wedge(xi, out),
+            Self::Pyramid5 | Self::Pyramid13 | Self::Pyramid14 => self.pyramid(xi, out),
+        }
+    }
+
+    fn pyramid(self, xi: &[f64; 3], out: &mut Functions<3>) {
+        let at = Collapsed::new(xi);
+        let height = along(2, (at.xi[2], 1.0));
+        let base = &self.corners()[..4];
+        let quotient = |of: &[f64; 3]| at.quotient([of[0], of[1]]);
+        if self == Self::Pyramid5 {
+            base.iter().for_each(|of| out.push(scaled(quotient(of), 0.25)));
+            out.push(height);
+            return;
+        }
+        // The function of the middle of the base, in the kind that has none zero.
+        let middle = if self == Self::Pyramid14 {
+            product(&[at.quotient([1.0, 1.0]), at.quotient([-1.0, -1.0])])
+        } else {
+            (0.0, [0.0; 3])
+        };
+        let mut with_middle = |(value, slope): (f64, [f64; 3]), share: f64| {
+            out.push((value + share * middle.0, [0, 1, 2].map(|d| slope[d] + share * middle.1[d])));
+        };
+        for of in base {
+            let line = (of[0] * at.xi[0] + of[1] * at.xi[1] - 1.0, [of[0], of[1], 0.0]);
+            with_middle(scaled(product(&[quotient(of), line]), 0.25), 0.25);
+        }
+        with_middle(corner(height), 0.0);
+        for (k, edge) in self.edges()[..4].iter().enumerate() {
+            // The direction along the edge, and the end at -1.
+            let (d, of) = (k % 2, base[edge[0] as usize]);
+            let mut end = [of[0], of[1]];
+            end[d] = -1.0;
+            with_middle(scaled(product(&[at.side(d, 1.0), at.quotient(end)]), 0.5), -0.5);
+        }
+        for of in base {
+            with_middle(product(&[height, quotient(of)]), 0.0);
+        }
+        if self == Self::Pyramid14 {
+            out.push(middle);
         }
     }
 

@@ -119,6 +119,7 @@ impl Space for MeshSpace {
             Form::Tetrahedron => (Cell::Tetrahedron, [0.0; 3]),
             Form::Hexahedron => (Cell::Box, [-1.0; 3]),
             Form::Wedge => (Cell::Wedge, [0.0, 0.0, -1.0]),
+            Form::Pyramid => (Cell::Pyramid, [-1.0, -1.0, 0.0]),
         };
         Element { patch: 0, cell, lower, upper: [1.0; 3] }
     }

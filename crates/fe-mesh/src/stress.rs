@@ -14,7 +14,8 @@ use crate::space::MeshSpace;
 
 impl MeshSpace {
     /// Stress `xx, yy, zz, xy, yz, zx` at every node of the mesh under the displacements `u` of the functions: what the points of the
-    /// stiffness rule show, continued linearly to the nodes of each element by least squares and averaged over the elements of a node
+    /// stiffness rule show, continued linearly to the nodes of each element by least squares and averaged over the elements of a node, the
+    /// apex of pyramids among them, where gradients themselves have no single value
     /// \[Pa\]. The points of the rule are where the stress of displacement elements is best (J. Barlow, Int. J. Numer. Meth. Eng. 10, 1976).
     ///
     /// # Errors

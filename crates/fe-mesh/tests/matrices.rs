@@ -1,10 +1,12 @@
 //! Stiffness and mass matrices by identities, on distorted and curved meshes.
 
-use crate::blocks::{block, integrals, shaken, steel, volume};
+use crate::blocks::{block, integrals, mixed, shaken, steel, volume};
 use faer::sparse::SparseColMat;
+use fe_mesh::raw::RawMesh;
 use fe_mesh::rules::MassRule;
 use fe_mesh::{ElementKind, Mesh, MeshSpace};
 use iga_core::assembly::{AssembledMatrices, assemble};
+use iga_core::elasticity::kinematics::PointState;
 use iga_core::elasticity::{Material, MaterialField, Model};
 
 fn matrices(mesh: &Mesh) -> AssembledMatrices {
@@ -27,18 +29,17 @@ fn times(matrix: &SparseColMat<u32, f64>, x: &[f64]) -> Vec<f64> {
 
 /// Straight-sided elements of different shapes: the middles of edges lie in the middle.
 fn straight(kind: ElementKind, n: [usize; 3]) -> Mesh {
-    let mut raw = block(kind, n, |x| shaken(x, 0.06));
+    Mesh::new(straightened(block(kind, n, |x| shaken(x, 0.06))), 1.0).expect("a mesh")
+}
+
+fn straightened(mut raw: RawMesh) -> RawMesh {
     let (nodes, elements) = (&mut raw.nodes, &raw.elements);
-    let parameters = kind.node_parameters();
     for element in elements.iter() {
+        let kind = element.kind;
+        let parameters = kind.node_parameters();
         for (k, xi) in parameters.iter().enumerate().skip(kind.n_corners()) {
             let mut functions = fe_mesh::shape::Functions::default();
-            let linear = match kind.form() {
-                fe_mesh::kind::Form::Tetrahedron => ElementKind::Tet4,
-                fe_mesh::kind::Form::Hexahedron => ElementKind::Hex8,
-                fe_mesh::kind::Form::Wedge => ElementKind::Wedge6,
-            };
-            linear.functions(xi, &mut functions);
+            kind.linear().functions(xi, &mut functions);
             let place = (0..3).map(|d| {
                 functions
                     .values
@@ -51,7 +52,7 @@ fn straight(kind: ElementKind, n: [usize; 3]) -> Mesh {
             nodes[element.nodes[k] as usize] = [place[0], place[1], place[2]];
         }
     }
-    Mesh::new(raw, 1.0).expect("a mesh")
+    raw
 }
 
 #[test]
@@ -117,6 +118,8 @@ fn a_curved_body_has_the_volume_of_its_sides() {
         ElementKind::Hex27,
         ElementKind::Wedge15,
         ElementKind::Wedge18,
+        ElementKind::Pyramid13,
+        ElementKind::Pyramid14,
     ] {
         let bent = |[x, y, z]: [f64; 3]| [x + 0.15 * y * y, y * (1.0 + 0.2 * z), z + 0.1 * x * (1.0 - x)];
         let mesh = Mesh::new(block(kind, [2, 2, 2], bent), 1.0).expect("a mesh");
@@ -138,13 +141,21 @@ fn a_curved_body_has_the_volume_of_its_sides() {
 
 #[test]
 fn constant_strain_leaves_no_force_inside() {
-    for kind in ElementKind::ALL {
-        let mesh = straight(kind, [3, 3, 3]);
+    let blocks = ElementKind::ALL.map(|kind| (kind, straight(kind, [3, 3, 3])));
+    let pyramids = [ElementKind::Pyramid5, ElementKind::Pyramid13, ElementKind::Pyramid14];
+    // Hexahedra, pyramids and tetrahedra.
+    let together = |kind| {
+        let mesh = Mesh::new(straightened(mixed(kind, [5, 3, 3], |x| shaken(x, 0.06))), 1.0).expect("a mesh");
+        assert_eq!(mesh.face_names().count(), 6);
+        (kind, mesh)
+    };
+    for (kind, mesh) in blocks.into_iter().chain(pyramids.map(together)) {
+        let gradient = [[1.0, 0.3, 0.0], [0.2, 0.0, -0.4], [0.1, -0.5, 0.7]];
         let matrices = matrices(&mesh);
         let field: Vec<f64> = mesh
             .nodes()
             .iter()
-            .flat_map(|[x, y, z]| [x + 0.3 * y, 0.2 * x - 0.4 * z, 0.7 * z + 0.1 * x - 0.5 * y])
+            .flat_map(|x| gradient.map(|row: [f64; 3]| (0..3).map(|j| row[j] * x[j]).sum::<f64>()))
             .collect();
         let force = times(&matrices.stiffness, &field);
         let (mut inside, mut outside) = (0.0f64, 0.0f64);
@@ -155,6 +166,14 @@ fn constant_strain_leaves_no_force_inside() {
                 size.max(if is_inside { inside } else { outside });
         }
         assert!(outside > 0.0 && inside < 1e-12 * outside, "{kind:?}: {:e}", inside / outside);
+        // One stress at every node, the apexes of pyramids among them: round-off of some dozen terms.
+        let wanted = PointState::new(&Model::Solid, &steel(), &gradient, 0.0).stress;
+        let largest = wanted.iter().fold(0.0f64, |m, s| m.max(s.abs()));
+        let space = MeshSpace::new(mesh, MassRule::Exact);
+        for stress in space.nodal_stress(&steel(), &field).expect("no element is folded") {
+            let off = stress.iter().zip(&wanted).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
+            assert!(off < 1e-12 * largest, "{kind:?}: {:e}", off / largest);
+        }
     }
 }
 

@@ -60,6 +60,31 @@ fn points_are_found_in_their_elements() {
     }
 }
 
+/// Slopes of pyramids jump at their apex.
+#[test]
+fn points_at_the_apex_of_pyramids_are_found() {
+    for kind in [ElementKind::Pyramid5, ElementKind::Pyramid13, ElementKind::Pyramid14] {
+        let mesh = Mesh::new(block(kind, [1, 2, 1], |x| shaken(x, 0.05)), 1.0).expect("a mesh");
+        let mut functions = fe_mesh::shape::Functions::default();
+        for n in 0..200u32 {
+            let apex = mesh.elements().get(if n % 2 == 0 { 0 } else { 6 }).nodes[4];
+            // From nothing to a tenth of an element, in directions that hold no pattern.
+            let away = 0.1 * 10.0_f64.powi(-((n / 2) as i32 % 16)) * f64::from(u8::from(n > 1));
+            let direction = [1.7, 2.9, 4.3].map(|c| (c * f64::from(n)).sin());
+            let place = mesh.nodes()[apex as usize];
+            let point: [f64; 3] = std::array::from_fn(|d| place[d] + away * direction[d]);
+            let (e, xi) = mesh.locate(&point).expect("inside");
+            let element = mesh.elements().get(e);
+            element.kind.functions(&xi, &mut functions);
+            for d in 0..3 {
+                let parts = functions.values.iter().zip(element.nodes);
+                let x: f64 = parts.map(|(v, &n)| v * mesh.nodes()[n as usize][d]).sum();
+                assert!((x - point[d]).abs() < 1e-9, "{kind:?} {point:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn discs_and_balls_have_their_measure() {
     for kind in ElementKind::ALL {

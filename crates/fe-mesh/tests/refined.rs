@@ -1,8 +1,10 @@
 //! Meshes divided about a place, by identities: the part stays as it is, and so do all displacements of the mesh before.
 
 use crate::balls::Ball;
-use crate::blocks::{block, shaken, steel, volume};
+use crate::blocks::{block, divisible, shaken, steel, volume};
 use faer::sparse::SparseColMat;
+use fe_mesh::fault::MeshFault;
+use fe_mesh::kind::Form;
 use fe_mesh::refined::{CellBall, RefinedMesh};
 use fe_mesh::rules::MassRule;
 use fe_mesh::shape::Functions;
@@ -12,6 +14,7 @@ use iga_core::assembly::{AssembledMatrices, assemble};
 use iga_core::elasticity::Model;
 use iga_core::extent::measure;
 
+const PYRAMIDS: [ElementKind; 3] = [ElementKind::Pyramid5, ElementKind::Pyramid13, ElementKind::Pyramid14];
 /// More pieces than any of these meshes has.
 const MOST: usize = 200_000;
 
@@ -25,13 +28,23 @@ fn about(mesh: &Mesh, point: [f64; 3], levels: u8) -> RefinedMesh {
     RefinedMesh::new(mesh, wanted, MOST).unwrap()
 }
 
-/// A curved block of two or three elements per direction of every kind.
+/// Length of the blocks: those of pyramids are divided at their hexahedra.
+fn length(kind: ElementKind) -> f64 {
+    if kind.form() == Form::Pyramid { 2.0 } else { 1.0 }
+}
+
+/// A curved block of two or three elements per direction of every kind; with pyramids twice as long, so that they are away from the place where it is divided.
 fn parts(kind: ElementKind) -> Mesh {
     let curved = |x: [f64; 3]| {
         let [x, y, z] = shaken(x, 0.04);
         [x + 0.15 * y * y, 1.2 * y + 0.1 * (x + z) * x, z - 0.12 * x * y]
     };
-    Mesh::new(block(kind, [3, 2, 2], curved), 1.0).unwrap()
+    let length = length(kind);
+    let long = |x: [f64; 3]| {
+        let [x, y, z] = curved(x);
+        [length * x, y, z]
+    };
+    Mesh::new(divisible(kind, [3, 2, 2], long), 1.0).unwrap()
 }
 
 fn matrices(refined: &RefinedMesh) -> AssembledMatrices {
@@ -139,63 +152,84 @@ fn displacements_are_continuous_over_hanging_sides_and_hold_those_of_the_mesh_be
 
 #[test]
 fn fields_agree_from_both_sides_of_every_seam() {
-    // Values at free nodes that no smooth field has: what is continuous then is so by the ties alone.
     for kind in ElementKind::ALL {
+        check_seams(kind, &about(&parts(kind), [0.4, 0.5, 0.45], 4));
+    }
+    // All but pyramids, so that these have nodes of others on all of their sides that are not their own.
+    for kind in PYRAMIDS {
         let mesh = parts(kind);
-        let refined = about(&mesh, [0.4, 0.5, 0.45], 4);
-        let fine = refined.mesh();
-        let value = |node: u32| (1.7 * f64::from(node)).sin();
-        let at = |nodes: &[u32], values: &[f64]| -> f64 {
-            in_free(&refined, nodes, values).iter().map(|(m, w)| w * value(*m)).sum()
+        let is_other = |ball: &CellBall| {
+            let is_pyramid = mesh.elements().iter().any(|e| {
+                let at = |d: usize| {
+                    let sum: f64 = e.nodes.iter().map(|&n| mesh.nodes()[n as usize][d]).sum();
+                    sum / e.nodes.len() as f64
+                };
+                e.kind == kind && distance(&[at(0), at(1), at(2)], &ball.centre) < 1e-9
+            });
+            ball.level < 1 && !is_pyramid
         };
-        let (mut functions, mut places, mut n_seen) = (Functions::default(), Vec::new(), 0);
-        let boxes: Vec<_> = fine
-            .elements()
-            .iter()
-            .map(|e| {
-                fine.places(e.nodes, &mut places);
-                fe_mesh::locate::bounds(&places)
-            })
-            .collect();
-        for element in fine.elements().iter().step_by(7) {
-            let corners = element.kind.corners();
-            for side in element.kind.sides() {
-                let share = 1.0 / side.len() as f64;
-                let mut xi =
-                    [0, 1, 2].map(|d| side.iter().map(|&c| share * corners[c as usize][d]).sum::<f64>());
-                // Off the middle, where no node is.
-                let towards = corners[side[0] as usize];
-                xi = [0, 1, 2].map(|d| 0.63 * xi[d] + 0.37 * towards[d]);
-                element.kind.functions(&xi, &mut functions);
-                fine.places(element.nodes, &mut places);
-                let point = fe_mesh::jacobian::position(&functions.values, &places);
-                let own = at(element.nodes, &functions.values);
-                for (other, (low, high)) in fine.elements().iter().zip(&boxes) {
-                    if (0..3).any(|d| point[d] < low[d] || point[d] > high[d]) {
-                        continue;
-                    }
-                    fine.places(other.nodes, &mut places);
-                    let Some(there) = fe_mesh::locate::parameters(other.kind, &places, &point) else {
-                        continue;
-                    };
-                    other.kind.functions(&there, &mut functions);
-                    let found = at(other.nodes, &functions.values);
-                    n_seen += usize::from(other.nodes != element.nodes);
-                    // Parameters are found to 1e-9 of the element.
-                    assert!((found - own).abs() < 1e-7, "{kind:?}: {found}, {own} at {point:?}");
+        let refined = RefinedMesh::new(&mesh, is_other, MOST).unwrap();
+        let n_pyramids = |mesh: &Mesh| mesh.elements().iter().filter(|e| e.kind == kind).count();
+        assert_eq!((n_pyramids(&mesh), n_pyramids(refined.mesh())), (20, 20));
+        assert_eq!(refined.mesh().elements().len(), 20 + 8 * (mesh.elements().len() - 20));
+        check_seams(kind, &refined);
+    }
+}
+
+/// Values at free nodes that no smooth field has: what is continuous then is so by the ties alone.
+fn check_seams(kind: ElementKind, refined: &RefinedMesh) {
+    let fine = refined.mesh();
+    let value = |node: u32| (1.7 * f64::from(node)).sin();
+    let at = |nodes: &[u32], values: &[f64]| -> f64 {
+        in_free(refined, nodes, values).iter().map(|(m, w)| w * value(*m)).sum()
+    };
+    let (mut functions, mut places, mut n_seen) = (Functions::default(), Vec::new(), 0);
+    let boxes: Vec<_> = fine
+        .elements()
+        .iter()
+        .map(|e| {
+            fine.places(e.nodes, &mut places);
+            fe_mesh::locate::bounds(&places)
+        })
+        .collect();
+    for element in fine.elements().iter().step_by(7) {
+        let corners = element.kind.corners();
+        for side in element.kind.sides() {
+            let share = 1.0 / side.len() as f64;
+            let mut xi = [0, 1, 2].map(|d| side.iter().map(|&c| share * corners[c as usize][d]).sum::<f64>());
+            // Off the middle, where no node is.
+            let towards = corners[side[0] as usize];
+            xi = [0, 1, 2].map(|d| 0.63 * xi[d] + 0.37 * towards[d]);
+            element.kind.functions(&xi, &mut functions);
+            fine.places(element.nodes, &mut places);
+            let point = fe_mesh::jacobian::position(&functions.values, &places);
+            let own = at(element.nodes, &functions.values);
+            for (other, (low, high)) in fine.elements().iter().zip(&boxes) {
+                if (0..3).any(|d| point[d] < low[d] || point[d] > high[d]) {
+                    continue;
                 }
+                fine.places(other.nodes, &mut places);
+                let Some(there) = fe_mesh::locate::parameters(other.kind, &places, &point) else {
+                    continue;
+                };
+                other.kind.functions(&there, &mut functions);
+                let found = at(other.nodes, &functions.values);
+                n_seen += usize::from(other.nodes != element.nodes);
+                // Parameters are found to 1e-9 of the element.
+                assert!((found - own).abs() < 1e-7, "{kind:?}: {found}, {own} at {point:?}");
             }
         }
-        assert!(n_seen > 100, "{kind:?}: {n_seen}");
     }
+    assert!(n_seen > 100, "{kind:?}: {n_seen}");
 }
 
 #[test]
 fn rigid_motions_and_constant_strain_pass_the_patch_test() {
     for kind in ElementKind::ALL {
-        let straight = |x: [f64; 3]| [1.1 * x[0] + 0.2 * x[1], 0.9 * x[1] - 0.1 * x[2], x[2] + 0.15 * x[0]];
+        let length = length(kind);
+        let straight = |[x, y, z]: [f64; 3]| [1.1 * length * x + 0.2 * y, 0.9 * y - 0.1 * z, z + 0.15 * x];
         for (mesh, is_straight) in
-            [(Mesh::new(block(kind, [3, 2, 2], straight), 1.0).unwrap(), true), (parts(kind), false)]
+            [(Mesh::new(divisible(kind, [3, 2, 2], straight), 1.0).unwrap(), true), (parts(kind), false)]
         {
             let refined = about(&mesh, [0.45, 0.5, 0.45], 4);
             let AssembledMatrices { stiffness, mass, .. } = matrices(&refined);
@@ -244,6 +278,26 @@ fn sides_of_one_level_are_neighbours_and_the_division_ends_by_itself() {
         let first = refined.mesh().surface().binary_search(&near.face).unwrap();
         assert!(surface.sides()[first].neighbours[..3].iter().all(Option::is_some));
         assert!((volume(refined.mesh()) / volume(&mesh) - 1.0).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn pyramids_that_would_be_divided_are_refused_by_their_number() {
+    for kind in PYRAMIDS {
+        let mesh = Mesh::new(block(kind, [1, 1, 1], |x| x), 1.0).unwrap();
+        let fault = RefinedMesh::new(&mesh, |ball| ball.level < 1 && ball.centre[2] > 0.8, MOST).unwrap_err();
+        let text = fault.to_string();
+        assert!(matches!(fault, MeshFault::Undivided { element: 2, .. }), "{text}");
+        let words = ["element 2 (pyramid", "no pyramids near the touch", "model = \"quasistatic\""];
+        assert!(words.iter().all(|word| text.contains(word)), "{text}");
+        // A hexahedron beside them is halved once, not twice.
+        let mesh = parts(kind);
+        let beside = |levels: u8| {
+            let wanted = |ball: &CellBall| ball.level < levels && (0.7..1.0).contains(&ball.centre[0]);
+            RefinedMesh::new(&mesh, wanted, MOST)
+        };
+        assert!(beside(1).is_ok());
+        assert!(matches!(beside(2), Err(MeshFault::Undivided { .. })));
     }
 }
 

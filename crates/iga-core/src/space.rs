@@ -28,6 +28,8 @@ pub enum Cell {
     Tetrahedron,
     /// Such a triangle of the first two parameters, times an interval of the third.
     Wedge,
+    /// The rectangle of the first two parameters at the lower third one, under an apex over its middle.
+    Pyramid,
 }
 
 /// One element of a space.
@@ -50,6 +52,7 @@ impl Element {
             Cell::Box => [0.5; 3],
             Cell::Tetrahedron => [0.25; 3],
             Cell::Wedge => [1.0 / 3.0, 1.0 / 3.0, 0.5],
+            Cell::Pyramid => [0.5, 0.5, 0.25],
         };
         std::array::from_fn(|d| (1.0 - shares[d]) * self.lower[d] + shares[d] * self.upper[d])
     }

@@ -75,7 +75,8 @@ fn is_documented(command: &Command) -> bool {
 
 fn render(command: &Command, name: &str) -> io::Result<String> {
     let notes = command.get_after_help().map(ToString::to_string);
-    let man = Man::new(command.clone().after_help(""));
+    let man =
+        Man::new(command.clone().after_help("")).source(concat!("fbimpact ", env!("CARGO_PKG_VERSION")));
     let mut page = Vec::new();
     man.render_title(&mut page)?;
     man.render_name_section(&mut page)?;

@@ -29,6 +29,7 @@ struct CellKind {
 const TETRAHEDRON: &[&[usize]] = &[&[0, 2, 1], &[0, 1, 3], &[1, 2, 3], &[2, 0, 3]];
 const HEXAHEDRON: &[&[usize]] =
     &[&[0, 3, 2, 1], &[4, 5, 6, 7], &[0, 1, 5, 4], &[1, 2, 6, 5], &[2, 3, 7, 6], &[3, 0, 4, 7]];
+const PYRAMID: &[&[usize]] = &[&[0, 3, 2, 1], &[0, 1, 4], &[1, 2, 4], &[2, 3, 4], &[3, 0, 4]];
 const WEDGE: &[&[usize]] = &[&[0, 1, 2], &[3, 5, 4], &[0, 3, 4, 1], &[1, 4, 5, 2], &[2, 5, 3, 0]];
 const TETRAHEDRON_EDGES: &[(usize, usize, usize)] =
     &[(0, 1, 4), (1, 2, 5), (0, 2, 6), (0, 3, 7), (1, 3, 8), (2, 3, 9)];
@@ -46,6 +47,8 @@ const HEXAHEDRON_EDGES: &[(usize, usize, usize)] = &[
     (2, 6, 18),
     (3, 7, 19),
 ];
+const PYRAMID_EDGES: &[(usize, usize, usize)] =
+    &[(0, 1, 5), (1, 2, 6), (2, 3, 7), (0, 3, 8), (0, 4, 9), (1, 4, 10), (2, 4, 11), (3, 4, 12)];
 const WEDGE_EDGES: &[(usize, usize, usize)] =
     &[(0, 1, 6), (1, 2, 7), (0, 2, 8), (3, 4, 9), (4, 5, 10), (3, 5, 11), (0, 3, 12), (1, 4, 13), (2, 5, 14)];
 
@@ -55,9 +58,11 @@ fn cell_kind(kind: u8) -> Option<CellKind> {
         10 => (TETRAHEDRON, &[]),
         12 => (HEXAHEDRON, &[]),
         13 => (WEDGE, &[]),
+        14 => (PYRAMID, &[]),
         24 => (TETRAHEDRON, TETRAHEDRON_EDGES),
         25 | 29 => (HEXAHEDRON, HEXAHEDRON_EDGES),
         26 | 32 => (WEDGE, WEDGE_EDGES),
+        27 => (PYRAMID, PYRAMID_EDGES),
         _ => return None,
     };
     Some(CellKind { rings, edges })
@@ -266,24 +271,51 @@ mod tests {
         grid
     }
 
+    /// Volume by the outward surface: the divergence theorem.
+    fn enclosed(surface: &Surface, grid: &Grid) -> f64 {
+        let points = surface.at_vertices(&grid.points);
+        let parts = surface.parts.as_chunks::<3>().0.iter().map(|t| {
+            let [a, b, c] = t.map(|i| Vector3::from(points[i as usize]));
+            a.dot(&b.cross(&c)) / 6.0
+        });
+        parts.sum()
+    }
+
     #[test]
     fn sides_between_cells_are_left_out_and_the_others_face_outwards() {
         let grid = cubes();
         let surface = Surface::new(&grid, false);
         assert_eq!((surface.len(), surface.parts.len()), (12, 3 * 20));
-        let points = surface.at_vertices(&grid.points);
-        // The divergence theorem: volume by the outward surface.
-        let volume: f64 = surface
-            .parts
-            .as_chunks::<3>()
-            .0
-            .iter()
-            .map(|t| {
-                let [a, b, c] = t.map(|i| Vector3::from(points[i as usize]));
-                a.dot(&b.cross(&c)) / 6.0
-            })
-            .sum();
+        let volume = enclosed(&surface, &grid);
         assert!((volume - 2.0).abs() < 1e-12, "{volume}");
+    }
+
+    /// A cube of six pyramids about its middle, with the middles of edges or without.
+    #[test]
+    fn pyramids_have_their_base_and_four_triangles() {
+        let corners =
+            [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0, 0, 2], [2, 0, 2], [2, 2, 2], [0, 2, 2]];
+        for (kind, n_triangles) in [(14, 12), (27, 36)] {
+            let mut grid = Grid::default();
+            for ring in HEXAHEDRON {
+                let mut places =
+                    [ring[0], ring[3], ring[2], ring[1]].map(|c| corners[c].map(f64::from)).to_vec();
+                places.push([1.0; 3]);
+                if kind == 27 {
+                    for (a, b, _) in PYRAMID_EDGES {
+                        places.push([0, 1, 2].map(|d| 0.5 * (places[*a][d] + places[*b][d])));
+                    }
+                }
+                let nodes: Vec<usize> = (0..places.len()).collect();
+                let first = grid.points.len();
+                grid.points.extend(places);
+                grid.add_cell(kind, first, &nodes);
+            }
+            let surface = Surface::new(&grid, false);
+            assert_eq!(surface.parts.len(), 3 * n_triangles);
+            let volume = enclosed(&surface, &grid);
+            assert!((volume - 8.0).abs() < 1e-12, "{volume}"); // round-off
+        }
     }
 
     #[test]

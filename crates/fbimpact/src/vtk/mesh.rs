@@ -24,7 +24,11 @@ pub struct MeshGeometry {
     pub materials: ElementMaterials,
 }
 
-/// VTK's type of a cell, and for each of its nodes the place in the element where the order differs.
+/// VTK's pyramid of 13 nodes.
+const QUADRATIC_PYRAMID: u8 = 27;
+
+/// VTK's type of a cell, and for each of its nodes the place in the element where the order differs. The pyramid with 14 nodes, which VTK does not have, is drawn without
+/// the middle of its base.
 fn cell(kind: ElementKind) -> (u8, Option<[usize; 27]>) {
     match kind {
         ElementKind::Tet4 => (10, None),
@@ -34,6 +38,8 @@ fn cell(kind: ElementKind) -> (u8, Option<[usize; 27]>) {
         ElementKind::Hex20 => (25, None),
         ElementKind::Wedge15 => (26, None),
         ElementKind::Wedge18 => (32, None),
+        ElementKind::Pyramid5 => (14, None),
+        ElementKind::Pyramid13 | ElementKind::Pyramid14 => (QUADRATIC_PYRAMID, None),
         ElementKind::Hex27 => {
             let mut order: [usize; 27] = std::array::from_fn(|i| i);
             // VTK has the middles of the sides at -x, +x, -y, +y, -z, +z.
@@ -76,7 +82,8 @@ pub fn grid(mesh: &Mesh, pose: &Pose, (displacement, rate): (&[f64], &[f64]), vi
     for element in mesh.elements().iter() {
         let (kind, order) = cell(element.kind);
         let at = |i: usize| element.nodes[order.map_or(i, |order| order[i])] as usize;
-        let nodes: Vec<usize> = (0..element.nodes.len()).map(at).collect();
+        let n = if kind == QUADRATIC_PYRAMID { element.nodes.len().min(13) } else { element.nodes.len() };
+        let nodes: Vec<usize> = (0..n).map(at).collect();
         grid.add_cell(kind, 0, &nodes);
     }
     grid

@@ -19,8 +19,6 @@ enum Type {
     Small(usize),
 }
 
-const PYRAMID: &str =
-    "leave out pyramids: mesh with tetrahedra, or with hexahedra alone (Mesh.SubdivisionAlgorithm = 2)";
 const ORDER: &str = "only elements of the orders 1 and 2 are computed: gmsh -order 2";
 
 /// Nodes of Gmsh's elements in the order of [`ElementKind`]: entry `i` is the place in Gmsh's list.
@@ -33,7 +31,9 @@ fn order(kind: ElementKind) -> Option<&'static [usize]> {
         ]),
         ElementKind::Wedge15 => Some(&[0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11]),
         ElementKind::Wedge18 => Some(&[0, 1, 2, 3, 4, 5, 6, 9, 7, 12, 14, 13, 8, 10, 11, 15, 17, 16]),
-        ElementKind::Tet4 | ElementKind::Hex8 | ElementKind::Wedge6 => None,
+        ElementKind::Pyramid13 => Some(&[0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12]),
+        ElementKind::Pyramid14 => Some(&[0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12, 13]),
+        ElementKind::Tet4 | ElementKind::Hex8 | ElementKind::Wedge6 | ElementKind::Pyramid5 => None,
     }
 }
 
@@ -47,6 +47,9 @@ fn element_type(number: i32) -> Result<Type, (String, &'static str)> {
         13 => Type::Solid(ElementKind::Wedge18),
         17 => Type::Solid(ElementKind::Hex20),
         18 => Type::Solid(ElementKind::Wedge15),
+        7 => Type::Solid(ElementKind::Pyramid5),
+        14 => Type::Solid(ElementKind::Pyramid14),
+        19 => Type::Solid(ElementKind::Pyramid13),
         2 => Type::Side(3, 3),
         3 => Type::Side(4, 4),
         9 => Type::Side(3, 6),
@@ -55,7 +58,6 @@ fn element_type(number: i32) -> Result<Type, (String, &'static str)> {
         15 => Type::Small(1),
         1 => Type::Small(2),
         8 => Type::Small(3),
-        7 | 14 | 19 => return Err((format!("pyramid (type {number})"), PYRAMID)),
         _ => return Err((format!("type {number} of Gmsh"), ORDER)),
     })
 }

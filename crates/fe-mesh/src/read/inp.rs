@@ -240,7 +240,7 @@ impl Reader {
                 self.sort_nodes(line)?;
                 let Some(found) = element_type(&name.to_ascii_uppercase()) else {
                     let what = format!("element type {name}");
-                    let remedy = "computed are C3D4, C3D10, C3D8, C3D20, C3D27, C3D6, C3D15";
+                    let remedy = "computed are C3D4, C3D10, C3D8, C3D20, C3D27, C3D6, C3D15, C3D5, C3D13";
                     return fail(line, ReadFault::Unsupported { what, remedy });
                 };
                 let has_letter = name.ends_with(|c: char| c.is_ascii_alphabetic());

@@ -57,15 +57,15 @@ impl Cell {
         at
     }
 
-    /// The eight halves.
-    pub fn children(&self, kind: ElementKind) -> Vec<Self> {
+    /// The eight halves; none of a pyramid, six of whose pieces are pyramids and four tetrahedra.
+    pub fn children(&self, kind: ElementKind) -> Option<Vec<Self>> {
         let child = |corners: &[[f64; 3]]| {
             let mut own = [[0.0; 3]; MOST_CORNERS];
             own[..corners.len()].copy_from_slice(corners);
             Self { element: self.element, level: self.level + 1, corners: own }
         };
         let c = &self.corners;
-        match kind.form() {
+        Some(match kind.form() {
             Form::Tetrahedron => {
                 let corners = |of: &[[usize; 2]; 4]| of.map(|[a, b]| mean(&[c[a], c[b]]));
                 TETRAHEDRA.iter().map(|of| child(&corners(of))).collect()
@@ -99,7 +99,8 @@ impl Cell {
                     })
                     .collect()
             }
-        }
+            Form::Pyramid => return None,
+        })
     }
 
     /// The cell with its corners in the order of its kind, which some children of tetrahedra have mirrored.

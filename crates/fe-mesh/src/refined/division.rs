@@ -53,7 +53,7 @@ impl Division {
     /// Halves cells as long as `is_wanted`, into `most` cells at most.
     ///
     /// # Errors
-    /// [`MeshFault::TooFine`] beyond that.
+    /// [`MeshFault::TooFine`] beyond that, [`MeshFault::Undivided`] for elements that cannot be halved.
     pub fn new(mesh: &Mesh, is_wanted: impl Fn(&CellBall) -> bool, most: usize) -> Result<Self, MeshFault> {
         let n = mesh.elements().len();
         let (mut cells, mut is_divided) = (Vec::new(), vec![false; n]);
@@ -63,7 +63,7 @@ impl Division {
                 if is_wanted(&ball(mesh, element.kind, &cell)) {
                     check(cell.level, cells.len() + waiting.len(), most)?;
                     is_divided[e] = true;
-                    waiting.extend(cell.children(element.kind));
+                    waiting.extend(children(mesh, &cell)?);
                 } else if cell.level > 0 {
                     cells.push(cell);
                 }
@@ -111,7 +111,7 @@ impl Division {
             if second.unwrap_or_default().iter().any(is_corner) {
                 check(cell.level, kept.len(), most)?;
                 self.is_divided[cell.element as usize] = true;
-                kept.extend(cell.children(element.kind));
+                kept.extend(children(mesh, &cell)?);
                 is_unchanged = false;
             } else if cell.level > 0 {
                 kept.push(cell);
@@ -120,6 +120,15 @@ impl Division {
         self.cells = kept;
         Ok(!is_unchanged)
     }
+}
+
+/// The halves of a cell.
+fn children(mesh: &Mesh, cell: &Cell) -> Result<Vec<Cell>, MeshFault> {
+    let element = mesh.elements().get(cell.element as usize);
+    cell.children(element.kind).ok_or_else(|| {
+        let point = ball(mesh, element.kind, cell).centre;
+        MeshFault::Undivided { element: element.label, kind: element.kind.name(), point }
+    })
 }
 
 /// Refuses levels beyond those whose places have exact names, and more cells than `most`.

@@ -3,7 +3,7 @@
 //! A cube of hexahedra stands in the middle; from each of its six sides layers lead to the sphere. Lines in x and y lie densely in the
 //! middle, layers densely under the sphere. Nodes stand on a lattice of half elements, those between corners in the middle of the parameters.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use fe_mesh::kind::ElementKind;
 use fe_mesh::raw::{Elements, RawMesh};
@@ -108,6 +108,22 @@ impl Ball {
     pub fn mesh(&self, kind: ElementKind) -> RawMesh {
         Builder::new(2 * self.layers, |key| self.place(key)).built(kind, &self.cells())
     }
+
+    /// The ball of the hexahedra, pyramids and tetrahedra `kinds`: cells whose middle `is_hexahedron` are one, others are cut into tetrahedra, with pyramids on the sides
+    /// that they share with hexahedra.
+    pub fn mixed(&self, kinds: [ElementKind; 3], is_hexahedron: impl Fn([f64; 3]) -> bool) -> RawMesh {
+        let is_one = |cell: &[Key; 8]| {
+            let places = cell.map(|key| self.place(&key));
+            is_hexahedron(std::array::from_fn(|d| places.iter().map(|p| p[d]).sum::<f64>() / 8.0))
+        };
+        let (hexahedra, others): (Vec<[Key; 8]>, Vec<[Key; 8]>) = self.cells().into_iter().partition(is_one);
+        let mut builder = Builder::new(2 * self.layers, |key| self.place(key));
+        for cell in &hexahedra {
+            builder.add_hexahedron(kinds[0], cell);
+        }
+        others.iter().for_each(|cell| builder.add_tetrahedra([kinds[1], kinds[2]], cell));
+        builder.mesh
+    }
 }
 
 /// A round rod along z from the origin on, made of the elements in the middle plane of a ball of its radius.
@@ -177,6 +193,14 @@ struct Builder<F> {
     mesh: RawMesh,
     numbers: HashMap<Key, u32>,
     middles: HashMap<[u32; 2], u32>,
+    /// Sides and edges of hexahedra by their corners, rising.
+    sides: HashSet<[u32; 4]>,
+    edges: HashSet<[u32; 2]>,
+}
+
+fn rising<const N: usize>(mut of: [u32; N]) -> [u32; N] {
+    of.sort_unstable();
+    of
 }
 
 fn middle(of: &[Key]) -> Key {
@@ -186,21 +210,37 @@ fn middle(of: &[Key]) -> Key {
 impl<F: Fn(&Key) -> [f64; 3]> Builder<F> {
     fn new(outermost: usize, place: F) -> Self {
         let mesh = RawMesh { elements: Elements::default(), ..RawMesh::default() };
-        Self { place, outermost, mesh, numbers: HashMap::new(), middles: HashMap::new() }
+        Self {
+            place,
+            outermost,
+            mesh,
+            numbers: HashMap::new(),
+            middles: HashMap::new(),
+            sides: HashSet::new(),
+            edges: HashSet::new(),
+        }
     }
 
     /// The mesh of elements of `kind` in `cells`.
     fn built(mut self, kind: ElementKind, cells: &[[Key; 8]]) -> RawMesh {
         for cell in cells {
             match kind {
-                ElementKind::Hex8 | ElementKind::Hex20 => {
-                    let corners = cell.map(|key| self.node(&key));
-                    self.add(kind, &corners, |b, edge| b.between(cell, edge));
-                }
-                _ => self.add_tetrahedra(kind, cell),
+                ElementKind::Hex8 | ElementKind::Hex20 => self.add_hexahedron(kind, cell),
+                _ => self.add_tetrahedra([ElementKind::Pyramid5, kind], cell),
             }
         }
         self.mesh
+    }
+
+    fn add_hexahedron(&mut self, kind: ElementKind, cell: &[Key; 8]) {
+        let corners = cell.map(|key| self.node(&key));
+        self.add(kind, &corners, |b, edge| b.between(cell, edge));
+        for side in kind.sides() {
+            self.sides.insert(rising(std::array::from_fn(|i| corners[side[i] as usize])));
+        }
+        for edge in kind.edges() {
+            self.edges.insert(rising(edge.map(|c| corners[c as usize])));
+        }
     }
 
     fn node(&mut self, key: &Key) -> u32 {
@@ -240,17 +280,27 @@ impl<F: Fn(&Key) -> [f64; 3]> Builder<F> {
         self.mesh.elements.push(kind, label, nodes.into_iter());
     }
 
-    /// Twelve tetrahedra about the middle of a cell, two on each side, cut along the diagonal through the corner with the least number.
-    fn add_tetrahedra(&mut self, kind: ElementKind, cell: &[Key; 8]) {
+    /// Twelve tetrahedra about the middle of a cell, two on each side, cut along the diagonal through the corner with the least number; a pyramid on the side of a
+    /// hexahedron.
+    fn add_tetrahedra(&mut self, [pyramid, kind]: [ElementKind; 2], cell: &[Key; 8]) {
         let places: Vec<[f64; 3]> = cell.iter().map(|key| (self.place)(key)).collect();
         let centre = std::array::from_fn(|d| places.iter().map(|p| p[d]).sum::<f64>() / 8.0);
         let centre = self.push(centre);
-        // Edges are curved on the sphere alone: inside they would turn flat tetrahedra over.
+        // Edges are curved on the sphere alone, and at hexahedra: inside they would turn flat tetrahedra over.
         let end = self.outermost;
         let outer = |key: &Key| key[3] == end;
         for side in ElementKind::Hex8.sides() {
             let keys: [Key; 4] = std::array::from_fn(|i| cell[side[i] as usize]);
             let numbers = keys.map(|key| self.node(&key));
+            if self.sides.contains(&rising(numbers)) {
+                let at = |i: usize| (numbers[3 - i], keys[3 - i]);
+                let corners = [at(0).0, at(1).0, at(2).0, at(3).0, centre];
+                self.add(pyramid, &corners, |builder, [p, q]| match (p as usize, q as usize) {
+                    (p, q) if p < 4 && q < 4 => builder.node(&middle(&[at(p).1, at(q).1])),
+                    (p, q) => builder.halfway([corners[p], corners[q]]),
+                });
+                continue;
+            }
             let first = (0..4).min_by_key(|i| numbers[*i]).unwrap_or_default();
             for (a, b) in [(1, 2), (2, 3)] {
                 let three = [first, (first + a) % 4, (first + b) % 4];
@@ -259,7 +309,12 @@ impl<F: Fn(&Key) -> [f64; 3]> Builder<F> {
                 let corners = [numbers[three[0]], numbers[three[2]], numbers[three[1]], centre];
                 let on_side = [on_side[0], on_side[2], on_side[1]];
                 self.add(kind, &corners, |builder, [p, q]| match (p as usize, q as usize) {
-                    (p, q) if p < 3 && q < 3 && outer(&on_side[p]) && outer(&on_side[q]) => {
+                    (p, q)
+                        if p < 3
+                            && q < 3
+                            && (outer(&on_side[p]) && outer(&on_side[q])
+                                || builder.edges.contains(&rising([corners[p], corners[q]]))) =>
+                    {
                         builder.node(&middle(&[on_side[p], on_side[q]]))
                     }
                     (p, q) => builder.halfway([corners[p], corners[q]]),

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use fe_mesh::kind::ElementKind;
-use fe_mesh::raw::{FaceSource, RawMesh};
+use fe_mesh::raw::{Element, FaceSource, RawMesh};
 
 /// Version and encoding of a Gmsh file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,6 +39,7 @@ fn layout(kind: ElementKind) -> (i32, Vec<Vec<u8>>) {
         &[6, 7],
     ];
     let wedge: [&[u8]; 9] = [&[0, 1], &[0, 2], &[0, 3], &[1, 2], &[1, 4], &[2, 5], &[3, 4], &[3, 5], &[4, 5]];
+    let pyramid: [&[u8]; 8] = [&[0, 1], &[0, 3], &[0, 4], &[1, 2], &[1, 4], &[2, 3], &[2, 4], &[3, 4]];
     match kind {
         ElementKind::Tet4 => (4, corners(4)),
         ElementKind::Hex8 => (5, corners(8)),
@@ -57,6 +58,9 @@ fn layout(kind: ElementKind) -> (i32, Vec<Vec<u8>>) {
             ];
             (12, with(8, &[&hex[..], &sides].concat()))
         }
+        ElementKind::Pyramid5 => (7, corners(5)),
+        ElementKind::Pyramid13 => (19, with(5, &pyramid)),
+        ElementKind::Pyramid14 => (14, with(5, &[&pyramid[..], &[&[0, 1, 2, 3]]].concat())),
         ElementKind::Wedge15 => (18, with(6, &wedge)),
         ElementKind::Wedge18 => {
             let sides: [&[u8]; 3] = [&[0, 1, 3, 4], &[0, 2, 3, 5], &[1, 2, 4, 5]];
@@ -208,15 +212,14 @@ fn entities(out: &mut Out, n_faces: usize) {
 
 fn elements(out: &mut Out, raw: &RawMesh, faces: &[Vec<Vec<u32>>], is_new: bool) {
     let label = |n: u32| raw.node_labels[n as usize];
-    let kind = raw.elements.get(0).kind;
-    let (number, layout) = layout(kind);
+    let runs = runs(raw);
     let n = raw.elements.len() as u64;
     let total = n + faces.iter().map(Vec::len).sum::<usize>() as u64;
     if is_new {
         // A block has one type; wedges have two types of sides.
         let blocks: usize =
             faces.iter().map(|f| [3, 4].iter().filter(|k| f.iter().any(|s| s.len() == **k)).count()).sum();
-        [blocks as u64 + 1, total, 1, total].iter().for_each(|v| out.size(*v));
+        [(blocks + runs.len()) as u64, total, 1, total].iter().for_each(|v| out.size(*v));
         out.line();
     } else {
         out.text(&format!("{total}\n"));
@@ -234,12 +237,27 @@ fn elements(out: &mut Out, raw: &RawMesh, faces: &[Vec<Vec<u32>>], is_new: bool)
             put(out, is_new, (2, i as i32 + 1, corners as i32 - 1), &labels, &list.collect::<Vec<_>>());
         }
     }
-    let list = raw
-        .elements
-        .iter()
-        .map(|e| layout.iter().map(|of| label(e.nodes[between(kind, of)])).collect::<Vec<u64>>());
-    let labels: Vec<u64> = raw.elements.iter().map(|e| e.label).collect();
-    put(out, is_new, (3, 1, number), &labels, &list.collect::<Vec<_>>());
+    for run in runs {
+        let kind = run[0].kind;
+        let (number, layout) = layout(kind);
+        let list = run
+            .iter()
+            .map(|e| layout.iter().map(|of| label(e.nodes[between(kind, of)])).collect::<Vec<u64>>());
+        let labels: Vec<u64> = run.iter().map(|e| e.label).collect();
+        put(out, is_new, (3, 1, number), &labels, &list.collect::<Vec<_>>());
+    }
+}
+
+/// Elements of one kind that follow each other.
+fn runs(raw: &RawMesh) -> Vec<Vec<Element<'_>>> {
+    let mut runs: Vec<Vec<Element<'_>>> = Vec::new();
+    for element in raw.elements.iter() {
+        match runs.last_mut().filter(|run| run[0].kind == element.kind) {
+            Some(run) => run.push(element),
+            None => runs.push(vec![element]),
+        }
+    }
+    runs
 }
 
 /// One block of elements of one type on one entity.
@@ -280,20 +298,22 @@ pub fn inp(raw: &RawMesh) -> String {
     for (label, [x, y, z]) in raw.node_labels.iter().zip(&raw.nodes) {
         writeln!(text, "{label}, {x:e}, {y:e}, {z:e}").expect("a line");
     }
-    let kind = raw.elements.get(0).kind;
-    writeln!(text, "*ELEMENT, TYPE=C3D{},\nELSET=all", kind.n_nodes()).expect("a line");
-    for element in raw.elements.iter() {
-        let mut nodes = element.nodes.to_vec();
-        if kind == ElementKind::Hex27 {
-            nodes[20..].rotate_right(1);
+    for run in runs(raw) {
+        let kind = run[0].kind;
+        writeln!(text, "*ELEMENT, TYPE=C3D{},\nELSET=all", kind.n_nodes()).expect("a line");
+        for element in run {
+            let mut nodes = element.nodes.to_vec();
+            if kind == ElementKind::Hex27 {
+                nodes[20..].rotate_right(1);
+            }
+            let mut line = element.label.to_string();
+            for (i, &n) in nodes.iter().enumerate() {
+                line += if i % 15 == 14 { ",\n" } else { ", " };
+                line += &raw.node_labels[n as usize].to_string();
+            }
+            text += &line;
+            text.push('\n');
         }
-        let mut line = element.label.to_string();
-        for (i, &n) in nodes.iter().enumerate() {
-            line += if i % 15 == 14 { ",\n" } else { ", " };
-            line += &raw.node_labels[n as usize].to_string();
-        }
-        text += &line;
-        text.push('\n');
     }
     for (name, source) in &raw.faces {
         if let FaceSource::Nodes(nodes) = source {

@@ -12,7 +12,7 @@ use crate::SplineError;
 use crate::elasticity::Model;
 use crate::mapping::PointMap;
 use crate::nurbs::Shape;
-use crate::nurbs::jet::{difference, norm};
+use crate::nurbs::jet::norm;
 use crate::space::{Cell, GridBasis, PatchSpace, Space, SplineSpace};
 use around::around;
 use splines::Splines;
@@ -155,7 +155,7 @@ impl Extent {
     }
 }
 
-/// Longest side of the elements of `space` at `points`, as it is there \[m\]: of simplices those between their parametric directions, too.
+/// Longest side of the elements of `space` at `points`, as it is there \[m\]: of simplices those between their parametric directions, too, of pyramids those to the apex.
 pub fn longest_element(space: &dyn Space, points: &[ExtentPoint]) -> f64 {
     let (mut basis, mut active, mut nodes) = (GridBasis::default(), Vec::new(), Vec::new());
     let mut longest = 0.0_f64;
@@ -171,13 +171,17 @@ pub fn longest_element(space: &dyn Space, points: &[ExtentPoint]) -> f64 {
             map.jacobian.map(|row| if d < space.dimension() { row[d] * width } else { 0.0 })
         };
         let sides = [side(0), side(1), side(2)];
-        let between: &[[usize; 2]] = match element.cell {
+        // Shares of the directions in further sides.
+        let further: &[[f64; 3]] = match element.cell {
             Cell::Box => &[],
-            Cell::Wedge => &[[0, 1]],
-            Cell::Tetrahedron => &[[0, 1], [1, 2], [2, 0]],
+            Cell::Wedge => &[[1.0, -1.0, 0.0]],
+            Cell::Tetrahedron => &[[1.0, -1.0, 0.0], [0.0, 1.0, -1.0], [-1.0, 0.0, 1.0]],
+            Cell::Pyramid => &[[0.5, 0.5, 1.0], [-0.5, 0.5, 1.0], [-0.5, -0.5, 1.0], [0.5, -0.5, 1.0]],
         };
-        let between = between.iter().map(|&[a, b]| norm(&difference(&sides[a], &sides[b])));
-        longest = sides.iter().map(norm).chain(between).fold(longest, f64::max);
+        let further = further
+            .iter()
+            .map(|shares| norm(&[0, 1, 2].map(|c| (0..3).map(|d| shares[d] * sides[d][c]).sum::<f64>())));
+        longest = sides.iter().map(norm).chain(further).fold(longest, f64::max);
     }
     longest
 }

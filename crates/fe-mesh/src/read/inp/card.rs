@@ -63,6 +63,8 @@ pub(super) fn element_type(name: &str) -> Option<Type> {
         "C3D27" => Type::Solid(ElementKind::Hex27),
         "C3D6" => Type::Solid(ElementKind::Wedge6),
         "C3D15" => Type::Solid(ElementKind::Wedge15),
+        "C3D5" => Type::Solid(ElementKind::Pyramid5),
+        "C3D13" => Type::Solid(ElementKind::Pyramid13),
         "S3" | "CPS3" | "CPE3" | "CAX3" | "M3D3" | "SFM3D3" => Type::Side(3, 3),
         "S4" | "CPS4" | "CPE4" | "CAX4" | "M3D4" | "SFM3D4" => Type::Side(4, 4),
         "S6" | "STRI65" | "CPS6" | "CPE6" | "CAX6" | "M3D6" | "SFM3D6" => Type::Side(3, 6),
