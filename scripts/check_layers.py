@@ -5,6 +5,8 @@ tests is left out of the test executable of its crate.
 A file and those of its own folder are one room: `foo.rs` may use what is in `foo/`, and a file in `foo/` what `foo.rs`
 declares; no circle leads out of a room and back, over another file of it either. What a module re-exports counts as named where it is declared. Only code counts, not documentation and unit tests.
 
+The rooms of `adaptive` stand in its `lib.rs` in the order of their layers: a file names rooms that stand before its own, and no other.
+
 Usage: scripts/check_layers.py [--list]
 """
 
@@ -17,6 +19,8 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 LAYERS = ["ffr_dynamics", "iga_core", "fe_mesh", "contact_qs", "adaptive", "fbimpact"]
 # Leaves do not name each other.
 LEAVES = {"iga_core", "ffr_dynamics"}
+# Crates whose `lib.rs` lists its rooms lowest first.
+WITH_ROOMS = {"adaptive"}
 PATH = re.compile(r"\b(crate|super|self)((?:::super)*)((?:::\w+)+)?(::\{)?")
 
 
@@ -157,6 +161,16 @@ def circles_of(crate):
     return [circle for circle in circles(edges) if not is_room(circle)], edges
 
 
+def arrows_up(crate, edges):
+    """Files that name a room that stands behind their own in `lib.rs`."""
+    lib = (ROOT / "crates" / crate.replace("_", "-") / "src/lib.rs").read_text()
+    level = {name: i for i, name in enumerate(re.findall(r"^(?:pub )?mod (\w+);", code(lib), re.M))}
+    for module, targets in sorted(edges.items()):
+        for target in sorted(targets):
+            if level[target[0]] > level[module[0]]:
+                yield f"{crate}: {'::'.join(module)} names {'::'.join(target)}, of a room above its own"
+
+
 def is_room(circle):
     """Whether a circle is a file with some of its own folder."""
     head = min(circle, key=len)
@@ -181,6 +195,7 @@ def main():
                 if re.search(rf"\b{name}::", text):
                     faults.append(f"{crate}: {'::'.join(module)} names the crate {name}")
         found, edges = circles_of(crate)
+        faults += arrows_up(crate, edges) if crate in WITH_ROOMS else []
         for circle in found:
             faults.append(f"{crate}: circle of " + ", ".join("::".join(m) for m in circle))
             if "--list" in sys.argv:

@@ -48,7 +48,7 @@ fn body(shape: Shape, model: Model) -> ElasticBody {
         DiscretisationSpec { degrees: vec![2; n], elements: vec![2; n], knots: None, refine: Vec::new() };
     let mut spec =
         ElasticSpec::new(shape, model, material, discretisation, ReductionSpec::Modal { modes: 5 });
-    spec.damping = DampingSpec::Rayleigh { frequencies: [1e3, 1e4], ratio: 0.01 };
+    spec.flexible.damping = DampingSpec::Rayleigh { frequencies: [1e3, 1e4], ratio: 0.01 };
     ElasticBody::build("sample", spec).unwrap()
 }
 

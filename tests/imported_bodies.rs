@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use crate::beam_file::{BENDING, LENGTH, LINE_MASS, write_beam};
 use adaptive::record::Sample;
 use adaptive::spec::ImportedSpec;
-use adaptive::spec::{BodyKind, DampingSpec, Place, ReductionSpec};
+use adaptive::spec::{BodyKind, DampingSpec, FrameSpec, Place, ReductionSpec};
 use assert_cmd::Command;
 use fbimpact::body_file::{BodyFile, read, write_reduced};
 use fbimpact::scenario::{self, Fault, Scenario};
@@ -91,23 +91,23 @@ fn full_files_are_reduced_as_the_scenario_says() {
         "bodies.beam.frame=tangent",
     ];
     let spec = valid(SWING, &set).run;
-    let BodyKind::Imported(ImportedSpec::Full { body, reduction, static_answers, damping, frame }) =
-        &spec.bodies[0].kind
-    else {
+    let BodyKind::Imported(ImportedSpec::Full { body, flexible }) = &spec.bodies[0].kind else {
         panic!("a full file")
     };
     assert_eq!(body.body().name, "beam");
-    assert_eq!(*reduction, ReductionSpec::CraigBampton { modes: 6, fixed_interface_modes: None });
-    assert!(static_answers);
-    assert_eq!(*damping, DampingSpec::Modal(vec![0.01]));
+    assert_eq!(flexible.reduction, ReductionSpec::CraigBampton { modes: 6, fixed_interface_modes: None });
+    assert!(flexible.static_answers);
+    assert_eq!(flexible.damping, DampingSpec::Modal(vec![0.01]));
     // A tangent frame follows the joint whose child the body is.
-    assert_eq!(frame.as_deref(), Some("hinge"));
+    assert_eq!(flexible.frame, FrameSpec::Tangent(Place::Marker("hinge".into())));
     assert_eq!(spec.points[0].place, Place::Marker("tip".into()));
 
     let set = ["bodies.beam.frame=tangent", "bodies.beam.frame_marker=tip"];
     let spec = valid(SWING, &set).run;
-    let BodyKind::Imported(ImportedSpec::Full { frame, .. }) = &spec.bodies[0].kind else { panic!("full") };
-    assert_eq!(frame.as_deref(), Some("tip"));
+    let BodyKind::Imported(ImportedSpec::Full { flexible, .. }) = &spec.bodies[0].kind else {
+        panic!("full")
+    };
+    assert_eq!(flexible.frame, FrameSpec::Tangent(Place::Marker("tip".into())));
 }
 
 #[test]

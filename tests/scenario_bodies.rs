@@ -156,7 +156,7 @@ fn rotation_vectors_become_quaternions() {
 
 #[test]
 fn tangent_frames_follow_the_joint_unless_told_otherwise() {
-    let frame = |set: &[&str]| valid(set).run.bodies[0].elastic().expect("flexible").frame.clone();
+    let frame = |set: &[&str]| valid(set).run.bodies[0].elastic().expect("flexible").flexible.frame.clone();
     let scenario = valid(&[]);
     assert_eq!(frame(&[]), FrameSpec::Tangent(scenario.run.joints[0].child.place.clone()));
     let middle = FrameSpec::Tangent(scenario.run.loads[0].at.place.clone());
@@ -221,7 +221,7 @@ fn rigid_bodies_hertz_friction_damping_and_tolerances_are_read() {
     ];
     assert!((permitted[0] - 1e-5).abs() < ROUND_OFF && (permitted[1] - 1e-8).abs() < ROUND_OFF);
     let upper = scenario.run.bodies[0].elastic().expect("flexible");
-    assert_eq!(upper.damping, DampingSpec::Modal(vec![0.01]));
+    assert_eq!(upper.flexible.damping, DampingSpec::Modal(vec![0.01]));
 }
 
 #[test]

@@ -252,8 +252,9 @@ fn targets_are_rigid_bodies_with_a_shape_and_the_motion_of_the_contact_body() {
 
 #[test]
 fn static_answers_are_the_default_and_can_be_left_out() {
-    let has_answers =
-        |set: &[&str]| valid(BEAM, set).run.bodies[0].elastic().expect("flexible").has_static_answers();
+    let has_answers = |set: &[&str]| {
+        valid(BEAM, set).run.bodies[0].elastic().expect("flexible").flexible.has_static_answers()
+    };
     assert!(has_answers(&[]));
     assert!(has_answers(&["bodies.beam.reduction={method=\"modal\",modes=6}"]));
     assert!(!has_answers(&["bodies.beam.reduction.static_answers=false"]));

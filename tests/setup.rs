@@ -144,10 +144,10 @@ fn places_are_resolved_whether_they_come_from_the_shape_or_the_user() {
     let Place::Area(start) = &spec.joints[0].child.place else { panic!("a part of a flexible body") };
     assert_eq!((&start.extent, start.coupling), (&Extent::Face("start".into()), Coupling::Average));
     assert!(start.centre.iter().all(|x| x.abs() < ROUND_OFF));
-    assert_eq!(arm.frame, FrameSpec::Tangent(Place::Area(start.clone())));
-    assert_eq!(arm.rigid_areas, std::slice::from_ref(side));
-    assert!(arm.geometric_stiffening && arm.shape.markers.contains_key("side"));
-    assert_eq!(arm.damping, DampingSpec::Modal(vec![0.1, 0.2]));
+    assert_eq!(arm.flexible.frame, FrameSpec::Tangent(Place::Area(start.clone())));
+    assert_eq!(arm.flexible.rigid_areas, std::slice::from_ref(side));
+    assert!(arm.flexible.geometric_stiffening && arm.shape.markers.contains_key("side"));
+    assert_eq!(arm.flexible.damping, DampingSpec::Modal(vec![0.1, 0.2]));
 }
 
 #[test]

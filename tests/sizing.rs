@@ -39,7 +39,7 @@ fn doubled(scenario: &Scenario) -> Scenario {
         let mesh = &mut elastic.discretisation;
         mesh.elements.iter_mut().for_each(|n| *n *= 2);
         mesh.refine.iter_mut().for_each(|zone| zone.elements *= 2);
-        if let ReductionSpec::CraigBampton { modes, .. } = &mut elastic.reduction {
+        if let ReductionSpec::CraigBampton { modes, .. } = &mut elastic.flexible.reduction {
             *modes *= 2;
         }
     }
@@ -92,7 +92,7 @@ const MASSIVE: &str = r#"
 #[test]
 fn a_body_that_is_massive_beside_the_impact_has_few_modes() {
     let chosen = sized(&parse(MASSIVE), 1, &ModelCache::default()).unwrap().into_owned();
-    let modes = |i: usize| chosen.run.bodies[i].elastic().and_then(|e| e.reduction.modes());
+    let modes = |i: usize| chosen.run.bodies[i].elastic().and_then(|e| e.flexible.reduction.modes());
     // Hundreds of its modes lie below what the force contains; waves take next to nothing of the energy (N.9).
     assert!(modes(1).is_some_and(|n| n <= 20), "{:?}", modes(1));
     let more = parse(&format!("{MASSIVE}\n[bodies.anvil.reduction]\nmodes = 100"));
@@ -120,8 +120,11 @@ fn chosen_sizes_are_written_into_the_scenario_with_their_reason() {
     let bar = chosen.run.bodies[0].elastic().expect("flexible");
     let elements = &bar.discretisation.elements;
     assert!(elements[0] > 5 * elements[1], "{elements:?}");
-    assert_eq!(bar.reduction, ReductionSpec::CraigBampton { modes: 20, fixed_interface_modes: None });
-    assert!(bar.static_answers);
+    assert_eq!(
+        bar.flexible.reduction,
+        ReductionSpec::CraigBampton { modes: 20, fixed_interface_modes: None }
+    );
+    assert!(bar.flexible.static_answers);
     // The resolved text reads back to the same sizes, and tells why.
     let again = parse(&chosen.source.resolved);
     assert_eq!((&again.run, &again.wishes), (&chosen.run, &chosen.wishes));
@@ -143,7 +146,7 @@ fn keys_that_are_given_are_obeyed() {
         let chosen =
             sized(&parse(&format!("{BAR}\n{keys}")), 1, &ModelCache::default()).unwrap().into_owned();
         let bar = chosen.run.bodies[0].elastic().expect("flexible");
-        (bar.discretisation.clone(), bar.reduction)
+        (bar.discretisation.clone(), bar.flexible.reduction)
     };
     let (mesh, reduction) = with("discretisation = { elements = [12, 1] }");
     assert_eq!((mesh.elements, reduction.modes()), (vec![12, 1], Some(20)));
@@ -174,7 +177,7 @@ fn accuracy_scales_mesh_and_modes() {
         let scenario = parse(&format!("{line}\n{text}"));
         let chosen = sized(&scenario, 1, &ModelCache::default()).unwrap().into_owned();
         let BodyKind::Elastic(rod) = &chosen.run.bodies[0].kind else { panic!("a rod") };
-        let ReductionSpec::CraigBampton { modes, .. } = rod.reduction else { panic!("modes") };
+        let ReductionSpec::CraigBampton { modes, .. } = rod.flexible.reduction else { panic!("modes") };
         let zone = rod.discretisation.refine.iter().map(|zone| zone.elements).collect::<Vec<_>>();
         (modes, rod.discretisation.elements.clone(), zone)
     };

@@ -17,17 +17,93 @@ use std::sync::Arc;
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::meshed::MeshedBody;
-use crate::spec::BodyKind;
+use crate::spec::{BodyKind, ImportedSpec, RefinementSpec, RigidSpec};
+use crate::store::{body_definition, meshed_definition};
 use field_body::FieldBody;
+
+/// A body before its reduction.
+pub(crate) enum FullModel<'a> {
+    /// A rigid body.
+    Rigid(&'a RigidSpec),
+    /// A flexible body with elements.
+    Flexible(Arc<dyn FieldBody>),
+    /// A body from a file.
+    Imported(&'a ImportedSpec),
+}
+
+impl FullModel<'_> {
+    /// Number of unknowns of its matrices; none of a rigid or a reduced body.
+    pub fn n_unknowns(&self) -> usize {
+        match self {
+            Self::Flexible(body) => body.n_unknowns(),
+            Self::Imported(imported) => imported.n_unknowns(),
+            Self::Rigid(_) => 0,
+        }
+    }
+}
+
+/// Builds bodies, and keeps each with what its matrices are made from: of equal ones the matrices are made once.
+#[derive(Default)]
+pub(crate) struct Workshop {
+    splines: Vec<(Vec<u8>, Arc<ElasticBody>)>,
+    meshes: Vec<(Vec<u8>, Arc<MeshedBody>)>,
+}
+
+impl Workshop {
+    /// The body `name` that is made from `kind`, with its matrices, and with smaller elements in `zones` where its elements are made here.
+    ///
+    /// # Errors
+    /// Those of [`ElasticBody::build`] and [`MeshedBody::build`].
+    pub fn build<'a>(
+        &mut self,
+        name: &str,
+        kind: &'a BodyKind,
+        zones: Vec<RefinementSpec>,
+    ) -> Result<FullModel<'a>, AdaptiveError> {
+        Ok(match kind {
+            BodyKind::Rigid(rigid) => FullModel::Rigid(rigid),
+            BodyKind::Imported(imported) => FullModel::Imported(imported),
+            BodyKind::Elastic(spec) => {
+                let mut spec = (**spec).clone();
+                spec.discretisation.refine.extend(zones);
+                let definition = body_definition(&spec);
+                let body = match equal(&self.splines, &definition) {
+                    Some(equal) => equal.copied(name, spec),
+                    None => ElasticBody::build(name, spec)?,
+                };
+                FullModel::Flexible(keep(&mut self.splines, definition, body))
+            }
+            BodyKind::Meshed(spec) => {
+                let (spec, definition) = ((**spec).clone(), meshed_definition(spec));
+                let body = match equal(&self.meshes, &definition) {
+                    Some(equal) => equal.copied(name, spec),
+                    None => MeshedBody::build(name, spec)?,
+                };
+                FullModel::Flexible(keep(&mut self.meshes, definition, body))
+            }
+        })
+    }
+}
 
 /// The body `name` that is made from `kind`, with its matrices; none if it has no elements.
 ///
 /// # Errors
-/// Those of [`ElasticBody::build`] and [`MeshedBody::build`].
+/// As [`Workshop::build`].
 pub fn built(name: &str, kind: &BodyKind) -> Result<Option<Arc<dyn FieldBody>>, AdaptiveError> {
-    Ok(match kind {
-        BodyKind::Elastic(spec) => Some(Arc::new(ElasticBody::build(name, (**spec).clone())?)),
-        BodyKind::Meshed(spec) => Some(Arc::new(MeshedBody::build(name, (**spec).clone())?)),
-        BodyKind::Rigid(_) | BodyKind::Imported(_) => None,
-    })
+    let full = Workshop::default().build(name, kind, Vec::new())?;
+    Ok(if let FullModel::Flexible(body) = full { Some(body) } else { None })
+}
+
+fn equal<'a, B>(built: &'a [(Vec<u8>, Arc<B>)], definition: &[u8]) -> Option<&'a B> {
+    built.iter().find(|(other, _)| other == definition).map(|(_, body)| body.as_ref())
+}
+
+fn keep<B: FieldBody + 'static>(
+    built: &mut Vec<(Vec<u8>, Arc<B>)>,
+    definition: Vec<u8>,
+    body: B,
+) -> Arc<dyn FieldBody> {
+    let body = Arc::new(body);
+    built.push((definition, Arc::clone(&body)));
+    body
 }

@@ -8,6 +8,7 @@ use contact_qs::search::SurfaceModel;
 use faer::MatRef;
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 
+use crate::body::FullModel;
 use crate::body::field::Field;
 use crate::body::field_body::FieldBody;
 use crate::body::reduced::{Interface, ReducedBody};
@@ -18,7 +19,7 @@ use crate::marker_loads::answers_by_marker;
 use crate::mode_gradients::{FieldModes, ModeFields};
 use crate::paper::fine_modes::FineModes;
 use crate::rigid_surface::RigidSurface;
-use crate::spec::{Geometry, ImportedSpec, RigidSpec};
+use crate::spec::{Geometry, RigidSpec};
 use crate::store::ModelCache;
 use crate::surface::Surface;
 use crate::unsupported::Unsupported;
@@ -31,27 +32,6 @@ pub struct BodyModel {
     pub data: StandardInputData,
     /// What it is made of.
     pub form: BodyForm,
-}
-
-/// A body before its reduction.
-pub(crate) enum FullModel<'a> {
-    /// A rigid body.
-    Rigid(&'a RigidSpec),
-    /// A flexible body with elements.
-    Flexible(Arc<dyn FieldBody>),
-    /// A body from a file.
-    Imported(&'a ImportedSpec),
-}
-
-impl FullModel<'_> {
-    /// Number of unknowns of its matrices; none of a rigid or a reduced body.
-    pub fn n_unknowns(&self) -> usize {
-        match self {
-            Self::Flexible(body) => body.n_unknowns(),
-            Self::Imported(ImportedSpec::Full { body, .. }) => body.body().dofs.len(),
-            Self::Imported(_) | Self::Rigid(_) => 0,
-        }
-    }
 }
 
 /// What a body is made of.
@@ -177,19 +157,22 @@ impl BodyModel {
         interface: Interface,
         cache: &ModelCache,
     ) -> Result<Self, AdaptiveError> {
-        let rigid = match full {
+        match full {
             FullModel::Flexible(body) => {
                 let reduced = body.reduce_with(&interface, cache)?;
                 let data = reduced.data.clone();
                 let model = FlexibleModel { body, reduced, interface, fine: None };
-                return Ok(Self { name, data, form: BodyForm::Flexible(Box::new(model)) });
+                Ok(Self { name, data, form: BodyForm::Flexible(Box::new(model)) })
             }
             FullModel::Imported(imported) => {
                 let model = ImportedModel::build(&name, imported, &interface.loads)?;
-                return Ok(Self::imported(name, model));
+                Ok(Self::imported(name, model))
             }
-            FullModel::Rigid(rigid) => rigid,
-        };
+            FullModel::Rigid(rigid) => Self::rigid(name, rigid),
+        }
+    }
+
+    fn rigid(name: String, rigid: &RigidSpec) -> Result<Self, AdaptiveError> {
         let c = rigid.centre_of_mass;
         let steiner = nalgebra::Matrix3::identity() * c.norm_squared() - c * c.transpose();
         let inertia = rigid.inertia + steiner * rigid.mass;

@@ -67,9 +67,10 @@ impl ElasticBody {
         let lookup = DofLookup::new(&assembled.dofs);
         let surface = SplineSurface::of(&spec.shape, &spec.model);
         let mut body = Self { name: name.to_owned(), spec, shape, space, assembled, lookup, surface };
-        if !body.spec.rigid_areas.is_empty() {
+        if !body.spec.flexible.rigid_areas.is_empty() {
             let soft = body.assembled.stiffness.clone();
-            body.assembled.stiffness = body.stiffened(soft, &body.spec.rigid_areas, &body.spec.material)?;
+            body.assembled.stiffness =
+                body.stiffened(soft, &body.spec.flexible.rigid_areas, &body.spec.material)?;
         }
         Ok(body)
     }

@@ -189,7 +189,7 @@ impl FineElements {
 
     /// Refuses divided elements at nodes of rigid parts, which are held by the functions of the mesh before.
     fn check_rigid_parts(&self) -> Result<(), AdaptiveError> {
-        if self.body.spec.rigid_areas.is_empty() {
+        if self.body.spec.flexible.rigid_areas.is_empty() {
             return Ok(());
         }
         let mut count = vec![0u32; self.body.spec.mesh.elements().len()];

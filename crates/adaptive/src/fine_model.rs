@@ -34,7 +34,7 @@ use crate::elastic_body::{Discretised, ElasticBody, locate, named_place, points_
 use crate::error::AdaptiveError;
 use crate::lattice::DirectionLattice;
 use crate::rotated_net::{NetRotation, RotatedNet};
-use crate::spec::{DivisionRule, ElasticSpec, LowModes, PointRule};
+use crate::spec::{DivisionRule, ElasticSpec, FlexibleSpec, LowModes, PointRule};
 use crate::wanted_interval::WantedInterval;
 
 mod across;
@@ -238,7 +238,7 @@ impl FineMesh {
     /// of a ball. None of ellipsoids, whose maps change lengths.
     pub fn turn(&self, coarse: &ElasticBody) -> Option<BodyTurn> {
         let keeps_lengths = self.shape.symmetry.as_ref().is_some_and(|symmetry| symmetry.stretch().is_none());
-        let is_rotation = keeps_lengths && coarse.spec.rigid_areas.is_empty();
+        let is_rotation = keeps_lengths && coarse.spec.flexible.rigid_areas.is_empty();
         let rotated = self.rotated.as_ref().filter(|_| is_rotation)?;
         Some(BodyTurn { rotation: rotated.net.turn.rotation, n_components: self.motion.n_components() })
     }
@@ -306,7 +306,7 @@ impl FineMesh {
         coarse: &ElasticBody,
     ) -> Result<AssembledBody, AdaptiveError> {
         let fail = |source| AdaptiveError::Geometry { body: self.name.clone(), source };
-        let ElasticSpec { material, rigid_areas, .. } = &coarse.spec;
+        let ElasticSpec { material, flexible: FlexibleSpec { rigid_areas, .. }, .. } = &coarse.spec;
         let matrices = assemble(space, &self.model, material).map_err(fail)?;
         let stiffness = self.stiffened(matrices.stiffness, rigid_areas, material)?;
         Ok(AssembledBody {

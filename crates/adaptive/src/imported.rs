@@ -11,7 +11,7 @@ use crate::body::reduced::free_modes_answering;
 use crate::body_damping::damping;
 use crate::error::AdaptiveError;
 use crate::marker_loads::{MarkerLoads, answers_by_marker, load_columns};
-use crate::spec::{ImportedSpec, Place, ReductionSpec};
+use crate::spec::{FrameSpec, ImportedSpec, Place, ReductionSpec};
 use crate::unsupported::Unsupported;
 
 /// An imported body, reduced.
@@ -34,7 +34,7 @@ impl ImportedModel {
     /// [`AdaptiveError::Reduction`] with the name; [`AdaptiveError::Unsupported`] for markers that do not exist.
     pub fn build(name: &str, spec: &ImportedSpec, loads: &[MarkerLoads]) -> Result<Self, AdaptiveError> {
         let fail = |source: DynamicsError| AdaptiveError::Reduction { body: name.to_owned(), source };
-        let (body, reduction, damped, frame) = match spec {
+        let (body, flexible) = match spec {
             ImportedSpec::Reduced(model) => {
                 return Ok(Self {
                     data: model.data().clone(),
@@ -44,7 +44,7 @@ impl ImportedModel {
                     answers: Vec::new(),
                 });
             }
-            ImportedSpec::Full { body, reduction, damping, frame, .. } => (body, *reduction, damping, frame),
+            ImportedSpec::Full { body, flexible } => (body, flexible),
         };
         let assembled = body.body();
         let weights = |marker: &str| {
@@ -52,7 +52,7 @@ impl ImportedModel {
             let found = body.markers().iter().find(|(n, _)| n == marker);
             found.map(|(_, w)| w).ok_or_else(|| no_marker(name, marker, known))
         };
-        let basis = match reduction {
+        let basis = match flexible.reduction {
             ReductionSpec::All => all_modes(assembled),
             ReductionSpec::Modal { modes } | ReductionSpec::CraigBampton { modes, .. } => {
                 let at = |place: &Place| weights(marker_name(name, place)?).cloned();
@@ -63,12 +63,13 @@ impl ImportedModel {
         let basis = basis.map_err(fail)?;
         let stiffness: Vec<f64> = basis.omega.iter().map(|w| w * w).collect();
         let mut data = StandardInputData::new(assembled, basis.shapes.as_ref(), &stiffness).map_err(fail)?;
-        data.modal_damping = damping(damped, &stiffness, basis.first_static()).map_err(fail)?;
+        data.modal_damping = damping(&flexible.damping, &stiffness, basis.first_static()).map_err(fail)?;
         let markers = body.markers().iter().map(|(n, w)| w.marker(n, basis.shapes.as_ref()));
         let mut markers = markers.collect::<Result<Vec<_>, _>>().map_err(fail)?;
         let points = body.points().iter().map(|(n, w)| w.marker(n, basis.shapes.as_ref()));
         let mut points = points.collect::<Result<Vec<_>, _>>().map_err(fail)?;
-        if let Some(marker) = frame {
+        if let FrameSpec::Tangent(place) = &flexible.frame {
+            let marker = marker_name(name, place)?;
             let support = weights(marker)?.marker(marker, basis.shapes.as_ref()).map_err(fail)?;
             let tangent = support.tangent_frame(assembled.motion);
             data = data.in_tangent_frame(&tangent).map_err(fail)?;

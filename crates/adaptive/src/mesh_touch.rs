@@ -4,7 +4,7 @@ use ffr_dynamics::system::force::BodyState;
 
 use crate::sizing::zone::{PredictedZone, predicted_zone};
 use crate::smooth_fit::SmoothFit;
-use crate::spec::{BodyKind, ContactLaw, ContactSpec, MeshedSpec, RunSpec, Target, Treatment};
+use crate::spec::{ContactLaw, ContactSpec, MeshedSpec, RunSpec, Target, Treatment};
 use crate::surface::{MeshSurface, Surface, SurfacePlace};
 use crate::warning::{Warning, WarningKind};
 
@@ -99,10 +99,7 @@ impl MeshTouch {
 
 /// The touches of `contact` on bodies of finite elements, as far as Hertz's theory predicts them, `poses` being the motions at the start.
 pub fn touches(spec: &RunSpec, poses: &[BodyState], contact: &ContactSpec) -> Vec<MeshTouch> {
-    let on_mesh = |body: usize| match &spec.bodies[body].kind {
-        BodyKind::Meshed(meshed) => Some(meshed.as_ref()),
-        BodyKind::Elastic(_) | BodyKind::Rigid(_) | BodyKind::Imported(_) => None,
-    };
+    let on_mesh = |body: usize| spec.bodies[body].kind.meshed();
     let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
     let bodies = [Some(contact.body), other];
     let has_mesh = bodies.iter().flatten().any(|b| on_mesh(*b).is_some());

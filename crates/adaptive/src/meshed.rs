@@ -87,7 +87,7 @@ impl MeshedBody {
         let lookup = DofLookup::new(&assembled.dofs);
         let surface = MeshSurface::of(&spec.mesh);
         let mut body = Self { name: name.to_owned(), spec, space, materials, assembled, lookup, surface };
-        if !body.spec.rigid_areas.is_empty() {
+        if !body.spec.flexible.rigid_areas.is_empty() {
             body.assembled.stiffness = body.held(body.assembled.stiffness.clone())?;
         }
         Ok(body)
@@ -107,7 +107,7 @@ impl MeshedBody {
     /// As [`Field::stiffened`].
     pub fn held(&self, stiffness: SparseColMat<u32, f64>) -> Result<SparseColMat<u32, f64>, AdaptiveError> {
         match self.spec.first_material() {
-            Some(material) => self.stiffened(stiffness, &self.spec.rigid_areas, material),
+            Some(material) => self.stiffened(stiffness, &self.spec.flexible.rigid_areas, material),
             None => Ok(stiffness),
         }
     }
@@ -118,7 +118,7 @@ impl MeshedBody {
     /// [`AdaptiveError::Mesh`] for a part that does not exist.
     pub fn rigid_nodes(&self) -> Result<Vec<u32>, AdaptiveError> {
         let mut nodes = Vec::new();
-        for area in &self.spec.rigid_areas {
+        for area in &self.spec.flexible.rigid_areas {
             for point in self.points_of(&area.extent)? {
                 nodes.extend(self.space.functions_at(point.element, &point.xi).iter().map(|(node, _)| *node));
             }

@@ -1,6 +1,5 @@
 //! All models of a run, built from its specification.
 
-use std::sync::Arc;
 use std::time::Instant;
 
 use contact_qs::Sphere;
@@ -10,18 +9,17 @@ use ffr_dynamics::system::Multibody;
 use ffr_dynamics::system::gear::Gear;
 
 use crate::adaptive_contact::{AdaptiveContact, TrialSizes};
-use crate::body_model::{BodyModel, FlexibleModel, FullModel};
-use crate::elastic_body::ElasticBody;
+use crate::body::{FullModel, Workshop};
+use crate::body_model::{BodyModel, FlexibleModel};
 use crate::error::AdaptiveError;
 use crate::mesh_touch::{MeshTouch, touches};
-use crate::meshed::MeshedBody;
 use crate::plausibility::overlap::check_undeformed;
 use crate::point_compliance::{PointCompliance, of_body};
 use crate::record::{BodyLayout, JointLayout, PointLayout, RunLayout, Timings};
 use crate::simulation::{Observed, ObservedPoint, System};
 use crate::sizing::impact_time::{ForceNeeds, force_needs};
-use crate::spec::{BodyKind, BodySpec, PointSpec, RunSpec, StressSpec, Target};
-use crate::store::{ModelCache, body_definition, meshed_definition};
+use crate::spec::{BodySpec, PointSpec, RunSpec, StressSpec, Target};
+use crate::store::ModelCache;
 use crate::system::{joints, start};
 use crate::work::{self, Work};
 
@@ -282,36 +280,10 @@ fn at_body(spec: &RunSpec, i: usize, what: &str) -> Work {
 
 /// Full models of the bodies; equal ones are built once.
 fn full_models<'a>(spec: &'a RunSpec, plans: &[ContactPlan]) -> Result<Vec<FullModel<'a>>, AdaptiveError> {
-    let mut splines: Vec<(Vec<u8>, Arc<ElasticBody>)> = Vec::new();
-    let mut meshes: Vec<(Vec<u8>, Arc<MeshedBody>)> = Vec::new();
+    let mut workshop = Workshop::default();
     let full = |(i, body): (usize, &'a BodySpec)| {
         let (name, _work) = (body.name.as_str(), at_body(spec, i, "matrices"));
-        Ok(match &body.kind {
-            BodyKind::Rigid(rigid) => FullModel::Rigid(rigid),
-            BodyKind::Imported(imported) => FullModel::Imported(imported),
-            BodyKind::Elastic(elastic) => {
-                let mut elastic = (**elastic).clone();
-                elastic.discretisation.refine.extend(refinements(spec, plans, i)?);
-                let definition = body_definition(&elastic);
-                let body = match splines.iter().find(|(other, _)| *other == definition) {
-                    Some((_, equal)) => equal.copied(name, elastic),
-                    None => ElasticBody::build(name, elastic)?,
-                };
-                let body = Arc::new(body);
-                splines.push((definition, Arc::clone(&body)));
-                FullModel::Flexible(body)
-            }
-            BodyKind::Meshed(meshed) => {
-                let definition = meshed_definition(meshed);
-                let body = match meshes.iter().find(|(other, _)| *other == definition) {
-                    Some((_, equal)) => equal.copied(name, (**meshed).clone()),
-                    None => MeshedBody::build(name, (**meshed).clone())?,
-                };
-                let body = Arc::new(body);
-                meshes.push((definition, Arc::clone(&body)));
-                FullModel::Flexible(body)
-            }
-        })
+        workshop.build(name, &body.kind, refinements(spec, plans, i)?)
     };
     spec.bodies.iter().enumerate().map(full).collect()
 }

@@ -22,9 +22,7 @@ pub mod zone;
 use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::model::start_poses;
-use crate::spec::{
-    Accuracy, BodyKind, DiscretisationSpec, ElasticSpec, ReductionSpec, RefinementSpec, RunSpec,
-};
+use crate::spec::{Accuracy, DiscretisationSpec, ElasticSpec, ReductionSpec, RefinementSpec, RunSpec};
 use crate::store::{ModelCache, ModelKey, StoredModel};
 use crate::work::{self, Work};
 use iga_core::elasticity::Model;
@@ -77,14 +75,11 @@ pub fn choose(
     for (i, (body, wish)) in spec.bodies.iter().zip(wishes).enumerate() {
         let _work = work::begin(format!("body \"{}\" ({} of {})", body.name, i + 1, spec.bodies.len()));
         let time = times[i].as_ref();
-        match &body.kind {
-            BodyKind::Elastic(elastic) if *wish != SizeRequest::default() => {
-                chosen[i] = sizes((&body.name, elastic), (*wish, accuracy), time, cache)?;
-            }
-            BodyKind::Meshed(meshed) if wish.modes => {
-                chosen[i].modes = Some(of_mesh::modes((&body.name, meshed), accuracy, time, cache)?);
-            }
-            BodyKind::Elastic(_) | BodyKind::Meshed(_) | BodyKind::Imported(_) | BodyKind::Rigid(_) => {}
+        if let Some(elastic) = body.kind.elastic().filter(|_| *wish != SizeRequest::default()) {
+            chosen[i] = sizes((&body.name, elastic), (*wish, accuracy), time, cache)?;
+        }
+        if let Some(meshed) = body.kind.meshed().filter(|_| wish.modes) {
+            chosen[i].modes = Some(of_mesh::modes((&body.name, meshed), accuracy, time, cache)?);
         }
         chosen[i].warn(&body.name);
         if wish.elements {
@@ -105,12 +100,12 @@ fn sizes(
 ) -> Result<ChosenSizes, AdaptiveError> {
     let candidate = Candidate::new(name, elastic, wish).with_accuracy(accuracy);
     let limit = time.map_or(0.0, |t| t.frequency);
-    let most = mode_count::most(elastic.reduction, accuracy, time);
+    let most = mode_count::most(elastic.flexible.reduction, accuracy, time);
     let key: ModelKey = key::sizes_key(&candidate.spec, (wish, accuracy), (limit, most));
     let numbers = cache.recent(
         key,
         Numbers::from_stored,
-        || Numbers::compute(&candidate, wish, (limit, most), elastic.reduction),
+        || Numbers::compute(&candidate, wish, (limit, most), elastic.flexible.reduction),
         Numbers::stored,
     )?;
     Ok(numbers.with_reason((wish, accuracy), time))
@@ -228,7 +223,8 @@ impl<'a> Candidate<'a> {
     /// For each direction, the first one that the body cannot be told from: a mirror turns the one into the other.
     fn equivalent_directions(&self) -> Vec<usize> {
         let degrees = self.degrees();
-        let is_isotropic = self.spec.model != Model::Axisymmetric && self.spec.rigid_areas.is_empty();
+        let is_isotropic =
+            self.spec.model != Model::Axisymmetric && self.spec.flexible.rigid_areas.is_empty();
         if !is_isotropic {
             return (0..degrees.len()).collect();
         }

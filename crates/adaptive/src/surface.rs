@@ -143,22 +143,16 @@ impl dyn Surface + '_ {
 
 /// The undeformed surface of a body; none of one that has none to touch.
 pub fn of_body(kind: &BodyKind) -> Option<Arc<dyn Surface>> {
-    match kind {
-        BodyKind::Meshed(meshed) => Some(MeshSurface::of(&meshed.mesh)),
-        BodyKind::Elastic(elastic) => Some(SplineSurface::of(&elastic.shape, &elastic.model)),
-        BodyKind::Rigid(rigid) => {
-            rigid.shape.as_ref().map(|(shape, model)| SplineSurface::of(shape, model) as Arc<dyn Surface>)
-        }
-        BodyKind::Imported(_) => None,
+    if let Some(meshed) = kind.meshed() {
+        return Some(MeshSurface::of(&meshed.mesh));
     }
+    kind.geometry().map(|of| SplineSurface::of(of.shape, of.model) as Arc<dyn Surface>)
 }
 
 /// Where that what the surface of a body is made from lies in memory, which bodies may share; none of a body without a surface.
 pub(crate) fn address(kind: &BodyKind) -> Option<usize> {
-    match kind {
-        BodyKind::Meshed(meshed) => Some(Arc::as_ptr(&meshed.mesh).addr()),
-        BodyKind::Elastic(elastic) => Some(Arc::as_ptr(&elastic.shape).addr()),
-        BodyKind::Rigid(rigid) => rigid.shape.as_ref().map(|(shape, _)| Arc::as_ptr(shape).addr()),
-        BodyKind::Imported(_) => None,
+    if let Some(meshed) = kind.meshed() {
+        return Some(Arc::as_ptr(&meshed.mesh).addr());
     }
+    kind.geometry().map(|of| Arc::as_ptr(of.shape).addr())
 }

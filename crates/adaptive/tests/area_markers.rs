@@ -151,7 +151,7 @@ fn beam(elements: [usize; 3], coupling: Coupling) -> (ElasticBody, MarkerWeights
     let mut spec = spec(solid::cuboid([0.3, 0.03, 0.01]).unwrap(), Model::Solid, 3, &elements);
     let foot = area(&spec, face("x-"), coupling);
     if coupling == Coupling::Rigid {
-        spec.rigid_areas.push(foot.clone());
+        spec.flexible.rigid_areas.push(foot.clone());
     }
     let body = ElasticBody::build("beam", spec).unwrap();
     let weights = body.marker_weights(&Place::Area(foot), UnitQuaternion::identity()).unwrap();
@@ -214,7 +214,7 @@ fn compliance(size: [f64; 3], elements: [usize; 3], place: &Extent, coupling: Co
     let mut spec = spec(solid::cuboid(size).unwrap(), Model::Solid, 3, &elements);
     let pin = area(&spec, place.clone(), coupling);
     if coupling == Coupling::Rigid {
-        spec.rigid_areas.push(pin.clone());
+        spec.flexible.rigid_areas.push(pin.clone());
     }
     let body = ElasticBody::build("block", spec.clone()).unwrap();
     let weights = |area: Area| body.marker_weights(&Place::Area(area), UnitQuaternion::identity()).unwrap();
@@ -280,7 +280,7 @@ fn rigid_discs_hold_elements_beyond_their_rim() {
 fn rigid_parts_move_like_rigid_bodies_and_leave_rigid_motions_free() {
     for (mut spec, extents) in catalogue() {
         for extent in extents {
-            spec.rigid_areas = vec![area(&spec, extent.clone(), Coupling::Rigid)];
+            spec.flexible.rigid_areas = vec![area(&spec, extent.clone(), Coupling::Rigid)];
             let body = ElasticBody::build("body", spec.clone()).unwrap();
             let assembled = &body.assembled;
             let largest = assembled.stiffness.val().iter().fold(0.0f64, |m, v| m.max(v.abs()));

@@ -322,7 +322,7 @@ fn dynamic_sphere_rod_sphere_with_rayleigh_damping_agrees_with_the_adaptive_one(
     // Lowest and highest free frequency below the band of the zone [Hz].
     for (body, band) in spec.bodies.iter_mut().zip([SPHERE_BAND, ROD_BAND, SPHERE_BAND]) {
         let BodyKind::Elastic(elastic) = &mut body.kind else { panic!("an elastic body") };
-        elastic.damping = DampingSpec::Rayleigh { frequencies: band, ratio: 1e-3 };
+        elastic.flexible.damping = DampingSpec::Rayleigh { frequencies: band, ratio: 1e-3 };
     }
     spec.settings.end_time = 3.9e-4;
     let damped = finished(&with(spec, Treatment::Dynamic, penalty, IntervalSpec::default()));

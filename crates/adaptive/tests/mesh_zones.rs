@@ -10,7 +10,7 @@ use adaptive::body::reduced::Interface;
 use adaptive::fine_elements::{FineElements, WantedZone};
 use adaptive::meshed::MeshedBody;
 use adaptive::smooth_fit::SmoothFit;
-use adaptive::spec::{DampingSpec, FrameSpec, MeshedSpec, ReductionSpec};
+use adaptive::spec::{FlexibleSpec, MeshedSpec, ReductionSpec};
 use adaptive::surface::{MeshSurface, Surface, SurfacePlace};
 use fe_mesh::rules::MassRule;
 use fe_mesh::{ElementKind, Mesh};
@@ -26,12 +26,10 @@ fn spec(mesh: Mesh) -> MeshedSpec {
         material: Some(Material::new(72.8e9, 0.33, 2789.0).unwrap()),
         groups: Vec::new(),
         mass_rule: MassRule::Exact,
-        reduction: ReductionSpec::Modal { modes: 8 },
-        static_answers: false,
-        rigid_areas: Vec::new(),
-        damping: DampingSpec::default(),
-        frame: FrameSpec::default(),
-        geometric_stiffening: false,
+        flexible: FlexibleSpec {
+            static_answers: false,
+            ..FlexibleSpec::new(ReductionSpec::Modal { modes: 8 })
+        },
     }
 }
 

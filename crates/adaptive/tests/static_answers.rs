@@ -14,7 +14,7 @@ use adaptive::model::RunModel;
 use adaptive::spec::GaugeRequest;
 use adaptive::spec::ImportedSpec;
 use adaptive::spec::{
-    Attachment, BodyKind, BodySpec, CoordinateSpec, DampingSpec, DiscretisationSpec, ElasticSpec,
+    Attachment, BodyKind, BodySpec, CoordinateSpec, DiscretisationSpec, ElasticSpec, FlexibleSpec, FrameSpec,
     InitialMotion, JointSpec, Place, PointSpec, ReductionSpec, RunSpec, TimeCurve,
 };
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
@@ -151,13 +151,9 @@ fn on_joint(
     let markers =
         vec![("foot".to_owned(), end_face(&body, false)), ("tip".to_owned(), end_face(&body, true))];
     let full = Arc::new(FullBody::new(body.assembled, markers).unwrap());
-    let imported = ImportedSpec::Full {
-        body: full,
-        reduction,
-        static_answers,
-        damping: DampingSpec::None,
-        frame: frame.map(str::to_owned),
-    };
+    let frame = frame.map_or(FrameSpec::Buckens, |marker| FrameSpec::Tangent(Place::Marker(marker.into())));
+    let flexible = FlexibleSpec { static_answers, frame, ..FlexibleSpec::new(reduction) };
+    let imported = ImportedSpec::Full { body: full, flexible: Box::new(flexible) };
     let at = |body, place| Attachment { body, place, rotation: UnitQuaternion::identity() };
     let coordinates =
         motion.into_iter().map(|m| CoordinateSpec { motion: Some(m), ..CoordinateSpec::default() });

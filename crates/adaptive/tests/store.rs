@@ -76,7 +76,7 @@ fn two_balls() -> RunSpec {
         let knots = elastic.shape.patches[0].knots();
         elastic.discretisation.degrees = knots.iter().map(|k| k.degree().max(2)).collect();
         elastic.discretisation.elements = vec![4, 2, 2];
-        elastic.reduction = ReductionSpec::Modal { modes: 7 };
+        elastic.flexible.reduction = ReductionSpec::Modal { modes: 7 };
     }
     // Above each other the balls touch at poles, where the net is turned.
     let mut law = law();
@@ -188,10 +188,10 @@ fn everything_that_changes_the_matrices_changes_the_definition() {
 fn what_comes_after_the_matrices_changes_no_definition() {
     let base = block(2).spec;
     let mut other = base.clone();
-    other.damping = DampingSpec::Modal(vec![0.1]);
-    other.frame = FrameSpec::Tangent(Place::Point([0.0; 3]));
-    other.reduction = ReductionSpec::All;
-    other.geometric_stiffening = true;
+    other.flexible.damping = DampingSpec::Modal(vec![0.1]);
+    other.flexible.frame = FrameSpec::Tangent(Place::Point([0.0; 3]));
+    other.flexible.reduction = ReductionSpec::All;
+    other.flexible.geometric_stiffening = true;
     Arc::make_mut(&mut other.shape).markers.insert("tip".into(), [0.0; 3]);
     assert_eq!(body_definition(&base), body_definition(&other));
 }

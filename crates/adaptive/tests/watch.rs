@@ -9,9 +9,9 @@ use adaptive::model::RunModel;
 use adaptive::penalty_search::MOST_OVERLAP;
 use adaptive::simulation::RunContact;
 use adaptive::spec::{
-    BodyKind, BodySpec, ContactLaw, ContactSpec, DampingSpec, FrameSpec, HertzPartner, HertzSpec,
-    HertzSphere, InitialMotion, MeshedSpec, PenaltySearch, Place, ReductionSpec, RefinementSpec, RigidSpec,
-    RunSpec, SurfaceLaw, Target, Treatment,
+    BodyKind, BodySpec, ContactLaw, ContactSpec, FlexibleSpec, HertzPartner, HertzSpec, HertzSphere,
+    InitialMotion, MeshedSpec, PenaltySearch, Place, ReductionSpec, RefinementSpec, RigidSpec, RunSpec,
+    SurfaceLaw, Target, Treatment,
 };
 use adaptive::warning::WarningKind;
 use contact_qs::law::Solid;
@@ -59,12 +59,10 @@ fn meshed() -> BodySpec {
         material: Some(Material::new(72.8e9, 0.33, 2789.0).expect("aluminium")),
         groups: Vec::new(),
         mass_rule: MassRule::Exact,
-        reduction: ReductionSpec::CraigBampton { modes: 8, fixed_interface_modes: None },
-        static_answers: false,
-        rigid_areas: Vec::new(),
-        damping: DampingSpec::default(),
-        frame: FrameSpec::default(),
-        geometric_stiffening: false,
+        flexible: FlexibleSpec {
+            static_answers: false,
+            ..FlexibleSpec::new(ReductionSpec::CraigBampton { modes: 8, fixed_interface_modes: None })
+        },
     };
     let motion = InitialMotion {
         position: Vector3::new(0.0, 0.0, RADIUS),

@@ -1,5 +1,7 @@
 //! A scenario with what the model of one body depends on, and nothing else to build.
 
+use std::sync::Arc;
+
 use adaptive::sizing::SizeRequest;
 use adaptive::spec::{BodyKind, BodySpec, ContactSpec, DampingSpec, RigidSpec, RunSpec, Target};
 use nalgebra::{Matrix3, Vector3};
@@ -35,8 +37,8 @@ pub fn alone(scenario: &Scenario, body: usize) -> Scenario {
             make_rigid(body);
         }
         // Damping of one body depends on the modes of all.
-        if let Some((damping, _)) = body.kind.held_mut() {
-            *damping = DampingSpec::None;
+        if let Some(flexible) = body.kind.flexible_mut() {
+            flexible.damping = DampingSpec::None;
         }
     }
     run.points.clear();
@@ -67,11 +69,10 @@ fn is_of(contact: &ContactSpec, run: &RunSpec, body: Option<usize>) -> bool {
 
 /// A rigid body of unit mass in the place of `body`; one from a file stays, for joints take hold of its markers.
 fn make_rigid(body: &mut BodySpec) {
-    let shape = match &body.kind {
-        BodyKind::Elastic(elastic) => Some((elastic.shape.clone(), elastic.model)),
-        BodyKind::Meshed(_) => None,
-        BodyKind::Imported(_) | BodyKind::Rigid(_) => return,
-    };
+    if !body.kind.has_elements() {
+        return;
+    }
+    let shape = body.kind.geometry().map(|of| (Arc::clone(of.shape), *of.model));
     let (motion, mass) = (body.kind.motion(), 1.0);
     let (centre_of_mass, inertia) = (Vector3::zeros(), Matrix3::identity());
     body.kind = BodyKind::Rigid(RigidSpec { motion, mass, centre_of_mass, inertia, shape });

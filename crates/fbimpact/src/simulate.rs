@@ -10,8 +10,7 @@ use adaptive::model::RunModel;
 use adaptive::observer::{Observer, Stage};
 use adaptive::record::Timings;
 use adaptive::run_state::RunState;
-use adaptive::spec::ImportedSpec;
-use adaptive::spec::{BodyKind, BodySpec, RunSpec};
+use adaptive::spec::{BodySpec, ImportedSpec, RunSpec};
 use adaptive::store::ModelCache;
 use ffr_dynamics::system::SystemModes;
 
@@ -210,10 +209,7 @@ pub fn system_modes_with(
 }
 
 fn body_modes(body: &BodyModel, spec: &BodySpec) -> BodyModes {
-    let n_dofs = match &spec.kind {
-        BodyKind::Imported(ImportedSpec::Full { body, .. }) => body.body().dofs.len(),
-        _ => 0,
-    };
+    let n_dofs = spec.kind.imported().map_or(0, ImportedSpec::n_unknowns);
     let plain = BodyModes {
         name: body.name.clone(),
         mass: body.data.mass,

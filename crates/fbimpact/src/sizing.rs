@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 
 use adaptive::sizing::mode_count::WITHOUT_FORCES;
 use adaptive::sizing::{ChosenSizes, SizeRequest, choose};
-use adaptive::spec::{Accuracy, BodyKind, BodySpec, ImportedSpec, RefinementSpec};
+use adaptive::spec::{Accuracy, BodySpec, ImportedSpec, RefinementSpec};
 use adaptive::store::ModelCache;
 
 use crate::error::AppError;
@@ -62,42 +62,35 @@ fn apply(
     let mut set = |table: &str, line: &str, why: &str| {
         insert(resolved, &format!("[bodies.{name}.{table}]"), &format!("{line}{MARK}{why}"));
     };
-    match &mut body.kind {
-        BodyKind::Elastic(elastic) => {
-            if let Some(mesh) = &chosen.mesh {
-                elastic.discretisation.elements.clone_from(&mesh.elements);
-                set("discretisation", &format!("elements = {:?}", mesh.elements), &mesh.to_string());
-            }
-            for zone in &chosen.zones {
-                let RefinementSpec { centre, width, elements, ratio } = zone.refinement;
-                elastic.discretisation.refine.push(zone.refinement);
-                let point = &centre[..elastic.model.dimension()];
-                // Writing to a string cannot fail.
-                let _ = write!(
-                    zones,
-                    "\n[[bodies.{name}.discretisation.refine]]\npoint = {point:?}\nwidth = {width:?}{MARK}{}\n\
-                     elements = {elements}\nratio = {ratio:?}\n",
-                    zone.reason
-                );
-            }
-            if let Some(modes) = &chosen.modes {
-                elastic.reduction.set_modes(modes.modes);
-                set("reduction", &format!("modes = {}", modes.modes), &modes.to_string());
-            }
+    if let Some(elastic) = body.kind.elastic_mut() {
+        if let Some(mesh) = &chosen.mesh {
+            elastic.discretisation.elements.clone_from(&mesh.elements);
+            set("discretisation", &format!("elements = {:?}", mesh.elements), &mesh.to_string());
         }
-        BodyKind::Imported(ImportedSpec::Full { body, reduction, .. }) if wish.modes => {
+        for zone in &chosen.zones {
+            let RefinementSpec { centre, width, elements, ratio } = zone.refinement;
+            elastic.discretisation.refine.push(zone.refinement);
+            let point = &centre[..elastic.model.dimension()];
+            // Writing to a string cannot fail.
+            let _ = write!(
+                zones,
+                "\n[[bodies.{name}.discretisation.refine]]\npoint = {point:?}\nwidth = {width:?}{MARK}{}\n\
+                 elements = {elements}\nratio = {ratio:?}\n",
+                zone.reason
+            );
+        }
+    }
+    let modes = match body.kind.imported() {
+        Some(ImportedSpec::Full { body, .. }) if wish.modes => {
             let body = body.body();
             let n = accuracy.modes(WITHOUT_FORCES).min(body.dofs.len().saturating_sub(body.motion.count()));
-            reduction.set_modes(n);
-            set("reduction", &format!("modes = {n}"), &format!("{n} modes of a body from a file"));
+            Some((n, format!("{n} modes of a body from a file")))
         }
-        BodyKind::Meshed(meshed) => {
-            if let Some(modes) = &chosen.modes {
-                meshed.reduction.set_modes(modes.modes);
-                set("reduction", &format!("modes = {}", modes.modes), &modes.to_string());
-            }
-        }
-        BodyKind::Imported(_) | BodyKind::Rigid(_) => {}
+        _ => chosen.modes.as_ref().map(|modes| (modes.modes, modes.to_string())),
+    };
+    if let (Some((n, reason)), Some(flexible)) = (modes, body.kind.flexible_mut()) {
+        flexible.reduction.set_modes(n);
+        set("reduction", &format!("modes = {n}"), &reason);
     }
     resolved.push_str(&zones);
 }

@@ -71,6 +71,15 @@ impl MassProperties {
         Ok(sum)
     }
 
+    /// The same times `density`, the same everywhere: the volume becomes the mass.
+    pub fn times(&self, density: f64) -> Self {
+        Self {
+            volume: density * self.volume,
+            first_moment: self.first_moment.map(|s| density * s),
+            second_moment: self.second_moment.map(|row| row.map(|s| density * s)),
+        }
+    }
+
     /// Centre of volume \[m\].
     pub fn centre(&self) -> [f64; 3] {
         self.first_moment.map(|s| s / self.volume)

@@ -292,7 +292,7 @@ impl AdaptiveContact {
         let n_low = side.shapes.ncols();
         let frequencies = body.data.modal_stiffness.iter().copied().chain(modes.omega.iter().map(|w| w * w));
         let stiffness: Vec<f64> = frequencies.collect();
-        let own = damping(elastic.body.settings().damping, &stiffness, stiffness.len())
+        let own = damping(&elastic.body.settings().damping, &stiffness, stiffness.len())
             .map_err(|source| AdaptiveError::Reduction { body: body.name.clone(), source })?;
         let all = match self.law.treatment {
             Treatment::Damped => {

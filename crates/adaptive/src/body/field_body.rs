@@ -18,24 +18,11 @@ use crate::elastic_body::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::meshed::MeshedBody;
 use crate::record::ZoneSite;
-use crate::spec::{Area, DampingSpec, FrameSpec, IntervalSpec, ReductionSpec};
+use crate::spec::{Area, FlexibleSpec, FrameSpec, IntervalSpec};
 use crate::store::ModelCache;
 use crate::surface::Surface;
 use crate::unsupported::Unsupported;
 use crate::zone_at_start::StartZone;
-
-/// How a body is to be reduced.
-#[derive(Debug, Clone, Copy)]
-pub struct ReductionSettings<'a> {
-    /// Reduced basis.
-    pub basis: ReductionSpec,
-    /// Damping of the elastic coordinates.
-    pub damping: &'a DampingSpec,
-    /// Reference frame.
-    pub frame: &'a FrameSpec,
-    /// Whether inertia forces stiffen the body.
-    pub is_stiffened: bool,
-}
 
 /// The longest of some elements of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,8 +43,8 @@ pub trait FieldBody: Field {
     /// Matrices.
     fn assembled(&self) -> &AssembledBody;
 
-    /// How it is to be reduced.
-    fn settings(&self) -> ReductionSettings<'_>;
+    /// How it is reduced, held, damped and framed.
+    fn settings(&self) -> &FlexibleSpec;
 
     /// What its matrices are made from, as bytes.
     fn definition(&self) -> Vec<u8>;
@@ -151,10 +138,10 @@ pub trait FieldBody: Field {
         interface: &Interface,
         cache: &ModelCache,
     ) -> Result<ReducedBody, AdaptiveError> {
-        let ReductionSettings { basis, damping, .. } = self.settings();
+        let FlexibleSpec { reduction, damping, .. } = self.settings();
         let loads = self.load_columns(self.assembled(), &interface.loads)?;
-        let key = modes_key(&self.definition(), basis, interface, &loads);
-        let input = ReductionInput { body: self.assembled(), reduction: basis, damping, key };
+        let key = modes_key(&self.definition(), *reduction, interface, &loads);
+        let input = ReductionInput { body: self.assembled(), reduction: *reduction, damping, key };
         let reduced = input.reduce(interface, &loads, cache);
         reduced.map_err(|source| AdaptiveError::Reduction { body: self.name().to_owned(), source })
     }
@@ -165,11 +152,11 @@ pub trait FieldBody: Field {
     /// [`AdaptiveError::Reduction`] with the body's name.
     fn reduce_with(&self, interface: &Interface, cache: &ModelCache) -> Result<ReducedBody, AdaptiveError> {
         let fail = |source| AdaptiveError::Reduction { body: self.name().to_owned(), source };
-        let ReductionSettings { frame, is_stiffened, .. } = self.settings();
+        let FlexibleSpec { frame, geometric_stiffening: is_stiffened, .. } = self.settings();
         let assembled = self.assembled();
         let mut reduced = self.reduce_in_mean_axes(interface, cache)?;
         let FrameSpec::Tangent(place) = frame else {
-            if is_stiffened {
+            if *is_stiffened {
                 let what = Unsupported::StiffeningWithoutTangent;
                 return Err(AdaptiveError::unsupported_body(self.name(), what));
             }
@@ -180,7 +167,7 @@ pub trait FieldBody: Field {
         let frame = marker.tangent_frame(assembled.motion);
         let shapes = frame.shifted_shapes(assembled, reduced.basis.shapes.as_ref()).map_err(fail)?;
         reduced.data = reduced.data.in_tangent_frame(&frame).map_err(fail)?;
-        if is_stiffened {
+        if *is_stiffened {
             let stiffening = geometric_stiffening(self.as_field(), assembled, shapes.as_ref(), &support)?;
             reduced.data = reduced.data.with_geometric_stiffening(&stiffening).map_err(fail)?;
         }

@@ -11,7 +11,7 @@ use iga_core::elasticity::Material;
 use nalgebra::{Matrix3, Vector3};
 
 use super::field::Field;
-use super::field_body::{FieldBody, LongestElement, ReductionSettings};
+use super::field_body::{FieldBody, LongestElement};
 use super::fine::FineModel;
 use crate::contact_zone::{ContactZone, PointsAbout};
 use crate::error::AdaptiveError;
@@ -19,7 +19,7 @@ use crate::fine_elements::{FineElements, WantedZone, usual_elements};
 use crate::interval::IntervalGrid;
 use crate::meshed::MeshedBody;
 use crate::record::ZoneSite;
-use crate::spec::{Accuracy, IntervalSpec, MeshedSpec, PointRule};
+use crate::spec::{Accuracy, FlexibleSpec, IntervalSpec, PointRule};
 use crate::store::{Bytes, meshed_definition};
 use crate::surface::Surface;
 use crate::zone_at_start::StartZone;
@@ -34,9 +34,8 @@ impl FieldBody for MeshedBody {
         &self.assembled
     }
 
-    fn settings(&self) -> ReductionSettings<'_> {
-        let MeshedSpec { reduction, damping, frame, geometric_stiffening, .. } = &self.spec;
-        ReductionSettings { basis: *reduction, damping, frame, is_stiffened: *geometric_stiffening }
+    fn settings(&self) -> &FlexibleSpec {
+        &self.spec.flexible
     }
 
     fn definition(&self) -> Vec<u8> {

@@ -14,7 +14,7 @@ use iga_core::nurbs::{FaceId, Patch};
 use iga_core::surface::Face;
 
 use super::field::Field;
-use super::field_body::{FieldBody, LongestElement, ReductionSettings};
+use super::field_body::{FieldBody, LongestElement};
 use super::fine::FineModel;
 use crate::contact_zone::{ContactZone, PointsAbout};
 use crate::elastic_body::{Discretised, ElasticBody};
@@ -22,7 +22,7 @@ use crate::error::AdaptiveError;
 use crate::fine_model::{ELEMENTS, FineMesh, FineSettings, zone_definition};
 use crate::interval::IntervalGrid;
 use crate::record::ZoneSite;
-use crate::spec::{ElasticSpec, IntervalSpec, PointRule};
+use crate::spec::{FlexibleSpec, IntervalSpec, PointRule};
 use crate::store::{Bytes, body_definition};
 use crate::surface::Surface;
 use crate::wanted_interval::WantedInterval;
@@ -37,9 +37,8 @@ impl FieldBody for ElasticBody {
         &self.assembled
     }
 
-    fn settings(&self) -> ReductionSettings<'_> {
-        let ElasticSpec { reduction, damping, frame, geometric_stiffening, .. } = &self.spec;
-        ReductionSettings { basis: *reduction, damping, frame, is_stiffened: *geometric_stiffening }
+    fn settings(&self) -> &FlexibleSpec {
+        &self.spec.flexible
     }
 
     fn definition(&self) -> Vec<u8> {

@@ -12,8 +12,8 @@ use super::default_penalty::{self, Side};
 use super::plan::{ContactPlan, request, requests};
 use super::{BodyModel, ContactModel};
 use crate::adaptive_contact::AdaptiveContact;
+use crate::body::FullModel;
 use crate::body::reduced::{Interface, InterfaceModes};
-use crate::body_model::FullModel;
 use crate::contact_zone::ContactZone;
 use crate::detection::InactiveContact;
 use crate::error::{AdaptiveError, ContactModelFault};
@@ -22,7 +22,7 @@ use crate::plausibility::contact_strain::contact_modulus;
 use crate::simulation::RunContact;
 use crate::sizing::zone::{predicted_line, predicted_zone};
 use crate::spec::{
-    BodyKind, ContactLaw, ContactSpec, HertzSpec, HertzSphere, ReductionSpec, RefinementSpec, RunSpec,
+    ContactLaw, ContactSpec, FlexibleSpec, HertzSpec, HertzSphere, ReductionSpec, RefinementSpec, RunSpec,
     SurfaceLaw, Target, Treatment,
 };
 use crate::store::ModelCache;
@@ -218,7 +218,7 @@ pub fn check_mesh_zones(
         let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
         for (body, site) in [(Some(contact.body), Some(sites.contact_body)), (other, sites.target)] {
             let (Some(body), Some(site)) = (body, site) else { continue };
-            if let BodyKind::Meshed(mesh) = &spec.bodies[body].kind {
+            if let Some(mesh) = spec.bodies[body].kind.meshed() {
                 let on = (spec.bodies[body].name.as_str(), &*MeshSurface::of(&mesh.mesh));
                 let wanted = |wanted: &StartZone<'_>| zone_on_mesh(on, wanted).map(|_| ());
                 start_zone((spec, poses), (contact, law), (body, site), wanted)?;
@@ -241,7 +241,7 @@ pub fn interfaces(spec: &RunSpec, zones: &[Option<Zones>]) -> Result<Vec<Interfa
         let mut interface = interface_of(spec, b, zones)?;
         interface.unknowns.sort_unstable();
         interface.unknowns.dedup();
-        if spec.bodies[b].kind.has_static_answers() {
+        if spec.bodies[b].kind.flexible().is_some_and(FlexibleSpec::has_static_answers) {
             interface.loads = MarkerLoads::on_body(spec, b);
         }
         Ok(interface)
@@ -273,8 +273,8 @@ fn interface_of(spec: &RunSpec, index: usize, zones: &[Option<Zones>]) -> Result
     }
     let modes = modes.unwrap_or_default();
     let needs_bounds = modes != InterfaceModes::Dynamic;
-    let reduction = body.kind.reduction().filter(|_| body.kind.has_elements());
-    if needs_bounds && !matches!(reduction, Some(ReductionSpec::CraigBampton { .. })) {
+    let flexible = body.kind.flexible().filter(|_| body.kind.has_elements());
+    if needs_bounds && !matches!(flexible.map(|f| f.reduction), Some(ReductionSpec::CraigBampton { .. })) {
         return unsupported(Unsupported::NoInterfaceModes { model: modes.name() });
     }
     let has_others = !unknowns.is_empty() && modes != InterfaceModes::Quasistatic;

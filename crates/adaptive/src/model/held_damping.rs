@@ -22,9 +22,8 @@ pub(super) fn hold(
     (t, y): (f64, &[f64]),
 ) -> Result<(), AdaptiveError> {
     let of_body = |(i, body): (usize, &BodyModel)| {
-        let Some(asked) = spec.bodies[i].kind.damping().filter(|asked| **asked != DampingSpec::None) else {
-            return Ok(None);
-        };
+        let asked = spec.bodies[i].kind.flexible().map(|flexible| &flexible.damping);
+        let Some(asked) = asked.filter(|asked| **asked != DampingSpec::None) else { return Ok(None) };
         own(asked, body).map_err(|source| AdaptiveError::Reduction { body: body.name.clone(), source })
     };
     let all = bodies.iter().enumerate().map(of_body).collect::<Result<Vec<_>, AdaptiveError>>()?;

@@ -49,7 +49,7 @@ pub fn subjects(spec: &RunSpec) -> Result<Subjects, AdaptiveError> {
 }
 
 fn has_modes(kind: &BodyKind) -> bool {
-    kind.reduction().is_some_and(|reduction| reduction != ReductionSpec::All)
+    kind.flexible().is_some_and(|flexible| flexible.reduction != ReductionSpec::All)
 }
 
 fn has_zone(spec: &RunSpec, plans: &[ContactPlan], contact: usize, law: &SurfaceLaw) -> bool {
@@ -86,10 +86,10 @@ pub fn refined<'a>(spec: &'a RunSpec, plans: &[ContactPlan]) -> Cow<'a, RunSpec>
     let mut fine = spec.clone();
     for (index, body) in fine.bodies.iter_mut().enumerate() {
         let factors = spec.resolution.body(index);
-        if let Some(reduction) = body.kind.reduction_mut() {
-            *reduction = factors.reduction(*reduction);
+        if let Some(flexible) = body.kind.flexible_mut() {
+            flexible.reduction = factors.reduction(flexible.reduction);
         }
-        if let BodyKind::Elastic(elastic) = &mut body.kind {
+        if let Some(elastic) = body.kind.elastic_mut() {
             factors.apply(elastic);
             for refinement in &mut elastic.discretisation.refine {
                 let zone = zone_factor(spec, plans, index, refinement);

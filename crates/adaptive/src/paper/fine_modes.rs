@@ -40,7 +40,7 @@ pub fn check_fine_modes(body: &dyn FieldBody, reduced: &ReducedBody) -> Result<(
     if reduced.basis.n_modes() != reduced.basis.n_low {
         return refuse(Unsupported::FineModesOfInterface);
     }
-    if body.settings().is_stiffened {
+    if body.settings().geometric_stiffening {
         return refuse(Unsupported::FineModesStiffened);
     }
     Ok(())
@@ -65,9 +65,10 @@ impl FineModes {
         let stiffness: Vec<f64> = basis.omega.iter().map(|w| w * w).collect();
         let mut data =
             StandardInputData::new(&fine.assembled, basis.shapes.as_ref(), &stiffness).map_err(fail)?;
-        data.modal_damping = damping(&body.spec.damping, &stiffness, basis.first_static()).map_err(fail)?;
+        data.modal_damping =
+            damping(&body.spec.flexible.damping, &stiffness, basis.first_static()).map_err(fail)?;
         let mut framed = None;
-        if let FrameSpec::Tangent(place) = &body.spec.frame {
+        if let FrameSpec::Tangent(place) = &body.spec.flexible.frame {
             let support = fine.marker_weights(place, UnitQuaternion::identity())?;
             let marker = support.marker("frame", basis.shapes.as_ref()).map_err(fail)?;
             let frame = marker.tangent_frame(body.assembled.motion);

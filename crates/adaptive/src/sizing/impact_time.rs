@@ -17,12 +17,9 @@ use super::extent::extent;
 use super::radiation::Radiation;
 pub use super::rise::TimeScale;
 use super::rise::{TouchLine, Touching, length_along, line_time, point_time};
-use crate::elastic_body::rigid_motion;
 use crate::local_surface::{SurfaceView, plane_compliance};
 use crate::predict::{LocalSurface, across_line, inverse_effective_mass};
-use crate::spec::{
-    BodyKind, ContactLaw, ContactSpec, ElasticSpec, HertzSphere, MeshedSpec, Place, RunSpec, Target,
-};
+use crate::spec::{BodyKind, ContactLaw, ContactSpec, HertzSphere, Place, RunSpec, Target};
 use crate::surface::{self, SurfacePlace};
 use crate::touch_sites::first_sites;
 
@@ -409,18 +406,7 @@ impl Scene<'_> {
     fn partner(&self, body: usize, point: Vector3<f64>, normal: &Vector3<f64>) -> Partner {
         let pose = &self.poses[body];
         let Inertia { motion, mass, centre, inertia, mobility, radiation } =
-            match &self.spec.bodies[body].kind {
-                BodyKind::Elastic(elastic) => inertia(elastic),
-                BodyKind::Rigid(rigid) => {
-                    let mass = if self.spec.is_held(body) { f64::INFINITY } else { rigid.mass };
-                    let inertia = if mass.is_finite() { rigid.inertia } else { Matrix3::zeros() };
-                    let (motion, centre) = (rigid.motion, rigid.centre_of_mass);
-                    Inertia { motion, mass, centre, inertia, ..Inertia::unknown(rigid.motion) }
-                }
-                BodyKind::Meshed(meshed) => inertia_of_mesh(meshed),
-                // No contact acts on a body from a file.
-                BodyKind::Imported(_) => Inertia::unknown(RigidMotion::Axial),
-            };
+            Inertia::of(&self.spec.bodies[body].kind, self.spec.is_held(body));
         let (arm, from_centre) = (point - pose.position, point - pose.position - pose.rotation * centre);
         let inverse_mass = if motion == RigidMotion::Axial {
             1.0 / mass
@@ -483,43 +469,49 @@ impl Inertia {
         let (mass, centre, inertia) = (f64::INFINITY, Vector3::zeros(), Matrix3::identity());
         Self { motion, mass, centre, inertia, mobility: 0.0, radiation: None }
     }
-}
 
-/// The same as [`inertia`] of a body of finite elements.
-fn inertia_of_mesh(body: &MeshedSpec) -> Inertia {
-    let unknown = Inertia::unknown(RigidMotion::Spatial);
-    let (Ok(materials), Some(slowest)) = (body.materials(), body.slowest_material()) else { return unknown };
-    let density = |e: usize| materials.on(e).density();
-    let Ok(found) = MassProperties::of_space(&body.space(), &Model::Solid, &density) else { return unknown };
-    // The moments of a density: its volume is the mass.
-    let (mass, length) = (found.volume, body.mesh.size());
-    Inertia {
-        motion: RigidMotion::Spatial,
-        mass,
-        centre: Vector3::from(found.centre()),
-        inertia: Matrix3::from(found.central_inertia()),
-        mobility: length / (mass * bar_speed(slowest)),
-        radiation: Some(Radiation::new(slowest, mass / slowest.density(), length, None)),
+    /// That of a body, of infinite mass if it `is_held`; unknown of one from a file, on which no contact acts.
+    fn of(body: &BodyKind, is_held: bool) -> Self {
+        let unknown = Self::unknown(body.motion());
+        if let Some(rigid) = body.rigid() {
+            let mass = if is_held { f64::INFINITY } else { rigid.mass };
+            let inertia = if is_held { Matrix3::zeros() } else { rigid.inertia };
+            return Self { mass, centre: rigid.centre_of_mass, inertia, ..unknown };
+        }
+        let (Some(found), Some(slowest)) = (mass_properties(body), body.slowest_material()) else {
+            return unknown;
+        };
+        // The moments of a density: its volume is the mass.
+        let mass = found.volume;
+        let [longest, length] = wave_lengths(body);
+        Self {
+            mass,
+            centre: Vector3::from(found.centre()),
+            inertia: Matrix3::from(found.central_inertia()),
+            mobility: length / (mass * bar_speed(slowest)),
+            radiation: Some(Radiation::new(slowest, mass / slowest.density(), longest, body.thickness())),
+            ..unknown
+        }
     }
 }
 
-fn inertia(body: &ElasticSpec) -> Inertia {
-    let (motion, density) = (rigid_motion(&body.model), body.material.density());
-    let Ok(properties) = MassProperties::of(&body.shape, &body.model) else {
-        return Inertia::unknown(motion);
-    };
-    let (mass, rows) = (density * properties.volume, properties.central_inertia());
-    let is_plane = body.model.thickness().is_some();
-    let longest = lengths(&body.shape).into_iter().fold(0.0, f64::max);
-    let length = if is_plane { longest.max(length_along(&body.shape)) } else { longest };
-    Inertia {
-        motion,
-        mass,
-        centre: Vector3::from(properties.centre()),
-        inertia: Matrix3::from_fn(|i, j| density * rows[i][j]),
-        mobility: length / (mass * bar_speed(&body.material)),
-        radiation: Some(Radiation::new(&body.material, properties.volume, longest, body.model.thickness())),
+/// Moments of the density of a body with elements; none if it has none, or if they are folded.
+fn mass_properties(body: &BodyKind) -> Option<MassProperties> {
+    if let Some(meshed) = body.meshed() {
+        let materials = meshed.materials().ok()?;
+        let density = |e: usize| materials.on(e).density();
+        return MassProperties::of_space(&meshed.space(), &Model::Solid, &density).ok();
     }
+    let elastic = body.elastic()?;
+    Some(MassProperties::of(&elastic.shape, &elastic.model).ok()?.times(elastic.material.density()))
+}
+
+/// Ways of waves through a body, the longest straight one and the longest along it \[m\].
+fn wave_lengths(body: &BodyKind) -> [f64; 2] {
+    let Some(of) = body.geometry() else { return [body.diagonal().unwrap_or(0.0); 2] };
+    let longest = lengths(of.shape).into_iter().fold(0.0, f64::max);
+    let is_plane = of.model.thickness().is_some();
+    [longest, if is_plane { longest.max(length_along(of.shape)) } else { longest }]
 }
 
 #[cfg(test)]

@@ -14,7 +14,7 @@ pub fn sizes_key(
     let SizeRequest { elements, modes } = wish;
     let mut key = Bytes(body_definition(candidate));
     key.add(&(elements, modes, limit, most));
-    match candidate.reduction {
+    match candidate.flexible.reduction {
         ReductionSpec::Modal { modes: n } => key.add(&(0, if modes { 0 } else { n })),
         ReductionSpec::CraigBampton { modes: n, fixed_interface_modes } => {
             key.add(&(1, if modes { 0 } else { n }, fixed_interface_modes));

@@ -22,7 +22,7 @@ pub fn modes(
     cache: &ModelCache,
 ) -> Result<ChosenModes, AdaptiveError> {
     let limit = time.map_or(0.0, |t| t.frequency);
-    let most = most(spec.reduction, accuracy, time);
+    let most = most(spec.flexible.reduction, accuracy, time);
     let (modes, highest) = cache.recent(
         mesh_key(spec, accuracy, (limit, most)),
         |stored| match (&stored.counts[..], &stored.values[..]) {

@@ -16,7 +16,7 @@ use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Geometry<'a> {
     /// The shape.
-    pub shape: &'a Shape,
+    pub shape: &'a Arc<Shape>,
     /// The kinematics.
     pub model: &'a Model,
 }
@@ -126,17 +126,9 @@ impl RigidSpec {
     }
 }
 
-/// An elastic body.
+/// What flexible bodies have in common, whatever their matrices come from.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ElasticSpec {
-    /// Exact geometry, with the named points of the body; clones share it.
-    pub shape: Arc<Shape>,
-    /// Kinematics.
-    pub model: Model,
-    /// Material.
-    pub material: Material,
-    /// Spline space.
-    pub discretisation: DiscretisationSpec,
+pub struct FlexibleSpec {
     /// Reduced basis.
     pub reduction: ReductionSpec,
     /// Whether the basis has the static answers to the body's joints and loads.
@@ -151,30 +143,10 @@ pub struct ElasticSpec {
     pub geometric_stiffening: bool,
 }
 
-impl ElasticSpec {
-    /// The exact shape.
-    pub fn geometry(&self) -> Geometry<'_> {
-        Geometry { shape: &self.shape, model: &self.model }
-    }
-
-    /// Whether static answers are added to the modes; all modes leave nothing out.
-    pub fn has_static_answers(&self) -> bool {
-        self.static_answers && self.reduction != ReductionSpec::All
-    }
-
+impl FlexibleSpec {
     /// An undamped body in a mean-axis frame, with static answers, without rigid parts and without geometric stiffening.
-    pub fn new(
-        shape: impl Into<Arc<Shape>>,
-        model: Model,
-        material: Material,
-        discretisation: DiscretisationSpec,
-        reduction: ReductionSpec,
-    ) -> Self {
+    pub fn new(reduction: ReductionSpec) -> Self {
         Self {
-            shape: shape.into(),
-            model,
-            material,
-            discretisation,
             reduction,
             static_answers: true,
             rigid_areas: Vec::new(),
@@ -182,6 +154,44 @@ impl ElasticSpec {
             frame: FrameSpec::Buckens,
             geometric_stiffening: false,
         }
+    }
+
+    /// Whether static answers are added to the modes; all modes leave nothing out.
+    pub fn has_static_answers(&self) -> bool {
+        self.static_answers && self.reduction != ReductionSpec::All
+    }
+}
+
+/// An elastic body of splines.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ElasticSpec {
+    /// Exact geometry, with the named points of the body; clones share it.
+    pub shape: Arc<Shape>,
+    /// Kinematics.
+    pub model: Model,
+    /// Material.
+    pub material: Material,
+    /// Spline space.
+    pub discretisation: DiscretisationSpec,
+    /// How it is reduced, held, damped and framed.
+    pub flexible: FlexibleSpec,
+}
+
+impl ElasticSpec {
+    /// The exact shape.
+    pub fn geometry(&self) -> Geometry<'_> {
+        Geometry { shape: &self.shape, model: &self.model }
+    }
+
+    /// The body with what [`FlexibleSpec::new`] gives beside `reduction`.
+    pub fn new(
+        shape: impl Into<Arc<Shape>>,
+        model: Model,
+        material: Material,
+        discretisation: DiscretisationSpec,
+        reduction: ReductionSpec,
+    ) -> Self {
+        Self { shape: shape.into(), model, material, discretisation, flexible: FlexibleSpec::new(reduction) }
     }
 }
 
@@ -199,18 +209,8 @@ pub struct MeshedSpec {
     pub groups: ByGroup,
     /// Points by which the mass is integrated.
     pub mass_rule: MassRule,
-    /// Reduced basis.
-    pub reduction: ReductionSpec,
-    /// Whether the basis has the static answers to the body's joints and loads.
-    pub static_answers: bool,
-    /// Parts of the body that move like rigid ones, which stiffens it.
-    pub rigid_areas: Vec<Area>,
-    /// Damping of the elastic coordinates.
-    pub damping: DampingSpec,
-    /// Reference frame.
-    pub frame: FrameSpec,
-    /// Whether inertia forces stiffen the body.
-    pub geometric_stiffening: bool,
+    /// How it is reduced, held, damped and framed.
+    pub flexible: FlexibleSpec,
 }
 
 /// Reference frames.

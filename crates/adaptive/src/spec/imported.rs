@@ -5,7 +5,9 @@ use std::sync::Arc;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::interchange::{FullBody, ReducedModel};
 
-use super::reduction::{DampingSpec, ReductionSpec};
+use nalgebra::Vector3;
+
+use super::body::FlexibleSpec;
 
 /// A body from a file.
 #[derive(Debug, Clone)]
@@ -16,14 +18,8 @@ pub enum ImportedSpec {
     Full {
         /// Matrices and markers.
         body: Arc<FullBody>,
-        /// Reduced basis.
-        reduction: ReductionSpec,
-        /// Whether the basis has the static answers to the body's joints and loads.
-        static_answers: bool,
-        /// Damping of the elastic coordinates.
-        damping: DampingSpec,
-        /// Marker that a tangent frame follows; a Buckens frame without one.
-        frame: Option<String>,
+        /// How it is reduced, damped and framed: a tangent frame follows a marker of the file.
+        flexible: Box<FlexibleSpec>,
     },
 }
 
@@ -32,28 +28,35 @@ impl PartialEq for ImportedSpec {
     fn eq(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Reduced(a), Self::Reduced(b)) => Arc::ptr_eq(a, b),
-            (
-                Self::Full { body: a, reduction: r, static_answers: s, damping: d, frame: f },
-                Self::Full { body, reduction, static_answers, damping, frame },
-            ) => Arc::ptr_eq(a, body) && (r, s, d, f) == (reduction, static_answers, damping, frame),
+            (Self::Full { body: a, flexible: f }, Self::Full { body: b, flexible: g }) => {
+                Arc::ptr_eq(a, b) && f == g
+            }
             _ => false,
         }
     }
 }
 
 impl ImportedSpec {
+    /// Number of unknowns of its matrices; none of a reduced body.
+    pub fn n_unknowns(&self) -> usize {
+        if let Self::Full { body, .. } = self { body.body().dofs.len() } else { 0 }
+    }
+
+    /// Its markers and where they are in the body's frame \[m\].
+    pub fn markers(&self) -> Vec<(String, Vector3<f64>)> {
+        match self {
+            Self::Reduced(model) => model.markers().iter().map(|m| (m.name.clone(), m.position)).collect(),
+            Self::Full { body, .. } => {
+                body.markers().iter().map(|(name, weights)| (name.clone(), weights.position())).collect()
+            }
+        }
+    }
+
     /// Rigid motions of the body.
     pub fn motion(&self) -> RigidMotion {
         match self {
             Self::Reduced(model) => model.data().motion,
             Self::Full { body, .. } => body.body().motion,
-        }
-    }
-
-    /// Lets the frame of a body with matrices follow `marker`; a reduced body has its frame.
-    pub fn set_frame_marker(&mut self, marker: String) {
-        if let Self::Full { frame, .. } = self {
-            *frame = Some(marker);
         }
     }
 }

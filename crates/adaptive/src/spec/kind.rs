@@ -4,11 +4,8 @@ use ffr_dynamics::body::RigidMotion;
 use iga_core::elasticity::Material;
 use iga_core::nurbs::jet::diagonal;
 
-use super::body::{
-    Area, ElasticSpec, FrameSpec, Geometry, InitialMotion, MeshedSpec, RigidSpec, rigid_motion,
-};
+use super::body::{ElasticSpec, FlexibleSpec, Geometry, InitialMotion, MeshedSpec, RigidSpec, rigid_motion};
 use super::imported::ImportedSpec;
-use super::reduction::{DampingSpec, ReductionSpec};
 
 /// A body.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,11 +54,7 @@ impl BodyKind {
 
     /// The material with the slowest waves; none of a rigid body, and of one from a file.
     pub fn slowest_material(&self) -> Option<&Material> {
-        match self {
-            Self::Elastic(elastic) => Some(&elastic.material),
-            Self::Meshed(meshed) => meshed.slowest_material(),
-            Self::Rigid(_) | Self::Imported(_) => None,
-        }
+        self.elastic().map(|elastic| &elastic.material).or_else(|| self.meshed()?.slowest_material())
     }
 
     /// The elastic body of splines, if it is one.
@@ -69,24 +62,44 @@ impl BodyKind {
         if let Self::Elastic(elastic) = self { Some(elastic) } else { None }
     }
 
+    /// The same, to be changed.
+    pub fn elastic_mut(&mut self) -> Option<&mut ElasticSpec> {
+        if let Self::Elastic(elastic) = self { Some(elastic) } else { None }
+    }
+
+    /// The body of finite elements, if it is one.
+    pub fn meshed(&self) -> Option<&MeshedSpec> {
+        if let Self::Meshed(meshed) = self { Some(meshed) } else { None }
+    }
+
+    /// The body from a file, if it is one.
+    pub fn imported(&self) -> Option<&ImportedSpec> {
+        if let Self::Imported(imported) = self { Some(imported) } else { None }
+    }
+
+    /// The rigid body, if it is one.
+    pub fn rigid(&self) -> Option<&RigidSpec> {
+        if let Self::Rigid(rigid) = self { Some(rigid) } else { None }
+    }
+
     /// Whether it is rigid.
     pub fn is_rigid(&self) -> bool {
-        matches!(self, Self::Rigid(_))
+        self.rigid().is_some()
     }
 
     /// Whether it brings elements, which are reduced here.
     pub fn has_elements(&self) -> bool {
-        matches!(self, Self::Elastic(_) | Self::Meshed(_))
+        self.elastic().is_some() || self.meshed().is_some()
     }
 
     /// Whether it brings a mesh of its own, which is refined at a touch at most.
     pub fn brings_mesh(&self) -> bool {
-        matches!(self, Self::Meshed(_))
+        self.meshed().is_some()
     }
 
     /// Whether it is of elements that are made here, from its shape.
     pub fn is_meshed_here(&self) -> bool {
-        matches!(self, Self::Elastic(_))
+        self.elastic().is_some()
     }
 
     /// Thickness of a plane model \[m\]; none of others.
@@ -94,62 +107,23 @@ impl BodyKind {
         self.elastic()?.model.thickness()
     }
 
-    /// How it is to be reduced; none of a rigid body, and of one that comes reduced.
-    pub fn reduction(&self) -> Option<ReductionSpec> {
+    /// How it is reduced, held, damped and framed; none of a rigid body, and of one that comes reduced.
+    pub fn flexible(&self) -> Option<&FlexibleSpec> {
         match self {
-            Self::Elastic(elastic) => Some(elastic.reduction),
-            Self::Meshed(meshed) => Some(meshed.reduction),
-            Self::Imported(ImportedSpec::Full { reduction, .. }) => Some(*reduction),
+            Self::Elastic(elastic) => Some(&elastic.flexible),
+            Self::Meshed(meshed) => Some(&meshed.flexible),
+            Self::Imported(ImportedSpec::Full { flexible, .. }) => Some(flexible),
             Self::Imported(ImportedSpec::Reduced(_)) | Self::Rigid(_) => None,
         }
     }
 
     /// The same, to be changed.
-    pub fn reduction_mut(&mut self) -> Option<&mut ReductionSpec> {
+    pub fn flexible_mut(&mut self) -> Option<&mut FlexibleSpec> {
         match self {
-            Self::Elastic(elastic) => Some(&mut elastic.reduction),
-            Self::Meshed(meshed) => Some(&mut meshed.reduction),
-            Self::Imported(ImportedSpec::Full { reduction, .. }) => Some(reduction),
+            Self::Elastic(elastic) => Some(&mut elastic.flexible),
+            Self::Meshed(meshed) => Some(&mut meshed.flexible),
+            Self::Imported(ImportedSpec::Full { flexible, .. }) => Some(flexible),
             Self::Imported(ImportedSpec::Reduced(_)) | Self::Rigid(_) => None,
-        }
-    }
-
-    /// Whether its basis is to have static answers to its joints and loads: reduced ones are as they are, and every mode leaves nothing out.
-    pub fn has_static_answers(&self) -> bool {
-        let is_wanted = match self {
-            Self::Elastic(elastic) => elastic.static_answers,
-            Self::Meshed(meshed) => meshed.static_answers,
-            Self::Imported(ImportedSpec::Full { static_answers, .. }) => *static_answers,
-            Self::Imported(ImportedSpec::Reduced(_)) | Self::Rigid(_) => false,
-        };
-        is_wanted && self.reduction() != Some(ReductionSpec::All)
-    }
-
-    /// Damping of its elastic coordinates; none of a rigid body, and of one that comes with its own.
-    pub fn damping(&self) -> Option<&DampingSpec> {
-        match self {
-            Self::Elastic(elastic) => Some(&elastic.damping),
-            Self::Meshed(meshed) => Some(&meshed.damping),
-            Self::Imported(ImportedSpec::Full { damping, .. }) => Some(damping),
-            Self::Imported(ImportedSpec::Reduced(_)) | Self::Rigid(_) => None,
-        }
-    }
-
-    /// Damping and rigid parts of a body with elements, to be changed.
-    pub fn held_mut(&mut self) -> Option<(&mut DampingSpec, &mut Vec<Area>)> {
-        match self {
-            Self::Elastic(elastic) => Some((&mut elastic.damping, &mut elastic.rigid_areas)),
-            Self::Meshed(meshed) => Some((&mut meshed.damping, &mut meshed.rigid_areas)),
-            Self::Imported(_) | Self::Rigid(_) => None,
-        }
-    }
-
-    /// Reference frame of a body with elements, to be changed.
-    pub fn frame_mut(&mut self) -> Option<&mut FrameSpec> {
-        match self {
-            Self::Elastic(elastic) => Some(&mut elastic.frame),
-            Self::Meshed(meshed) => Some(&mut meshed.frame),
-            Self::Imported(_) | Self::Rigid(_) => None,
         }
     }
 
@@ -168,14 +142,14 @@ impl BodyKind {
 
     /// The diagonal of the box about its control points or nodes \[m\]; none of a body without a shape.
     pub fn diagonal(&self) -> Option<f64> {
-        match self {
-            Self::Meshed(meshed) => Some(meshed.mesh.size()),
-            Self::Imported(ImportedSpec::Full { body, .. }) => Some(diagonal(&body.body().nodes)),
-            Self::Elastic(_) | Self::Rigid(_) | Self::Imported(ImportedSpec::Reduced(_)) => {
-                let patches = self.geometry()?.shape.patches.iter();
-                Some(diagonal(patches.flat_map(|patch| patch.control_points().iter())))
-            }
+        if let Some(meshed) = self.meshed() {
+            return Some(meshed.mesh.size());
         }
+        if let Some(ImportedSpec::Full { body, .. }) = self.imported() {
+            return Some(diagonal(&body.body().nodes));
+        }
+        let patches = self.geometry()?.shape.patches.iter();
+        Some(diagonal(patches.flat_map(|patch| patch.control_points().iter())))
     }
 }
 

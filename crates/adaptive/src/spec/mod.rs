@@ -16,8 +16,8 @@ use nalgebra::Vector3;
 
 pub use accuracy::Accuracy;
 pub use body::{
-    Area, ByGroup, Coupling, DiscretisationSpec, ElasticSpec, FrameSpec, Geometry, InitialMotion, MeshedSpec,
-    Place, RefinementSpec, RigidSpec,
+    Area, ByGroup, Coupling, DiscretisationSpec, ElasticSpec, FlexibleSpec, FrameSpec, Geometry,
+    InitialMotion, MeshedSpec, Place, RefinementSpec, RigidSpec,
 };
 pub use contact::{
     ContactLaw, ContactSpec, DivisionRule, HertzPartner, HertzSpec, HertzSphere, IntervalSpec, LowModes,

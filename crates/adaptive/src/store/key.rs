@@ -10,7 +10,7 @@ use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::Shape;
 use serde::Serialize;
 
-use crate::spec::{Area, DiscretisationSpec, ElasticSpec, Extent, MeshedSpec, RefinementSpec};
+use crate::spec::{Area, DiscretisationSpec, ElasticSpec, Extent, FlexibleSpec, MeshedSpec, RefinementSpec};
 
 /// What a model is made from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -25,42 +25,34 @@ pub struct ModelKey {
 ///
 /// Modes, damping, frame and stiffening come after the matrices and are none of it.
 pub fn body_definition(spec: &ElasticSpec) -> Vec<u8> {
-    let ElasticSpec {
-        shape,
-        model,
-        material,
-        discretisation,
-        reduction: _,
-        static_answers: _,
-        rigid_areas,
-        damping: _,
-        frame: _,
-        geometric_stiffening: _,
-    } = spec;
+    let ElasticSpec { shape, model, material, discretisation, flexible } = spec;
     let mut key = Bytes::default();
     key.shape(shape);
     key.model(model);
     key.material(material);
     key.discretisation(discretisation);
+    let rigid_areas = of_matrices(flexible);
     key.add(&rigid_areas.len());
     rigid_areas.iter().for_each(|area| key.area(area));
     key.0
 }
 
-/// What the matrices of a body of finite elements are made from: nodes, elements, materials, rule of the mass, rigid parts.
-pub fn meshed_definition(spec: &MeshedSpec) -> Vec<u8> {
-    let MeshedSpec {
-        mesh,
-        material,
-        groups,
-        mass_rule,
+/// What of `flexible` the matrices of a body are made from: its rigid parts.
+fn of_matrices(flexible: &FlexibleSpec) -> &[Area] {
+    let FlexibleSpec {
         reduction: _,
         static_answers: _,
         rigid_areas,
         damping: _,
         frame: _,
         geometric_stiffening: _,
-    } = spec;
+    } = flexible;
+    rigid_areas
+}
+
+/// What the matrices of a body of finite elements are made from: nodes, elements, materials, rule of the mass, rigid parts.
+pub fn meshed_definition(spec: &MeshedSpec) -> Vec<u8> {
+    let MeshedSpec { mesh, material, groups, mass_rule, flexible } = spec;
     let mut key = Bytes::default();
     // No definition of a body of splines begins like this.
     key.add("mesh");
@@ -75,6 +67,7 @@ pub fn meshed_definition(spec: &MeshedSpec) -> Vec<u8> {
         key.add(&mesh.volume_group(name).unwrap_or_default());
         key.material(material);
     }
+    let rigid_areas = of_matrices(flexible);
     key.add(&rigid_areas.len());
     for area in rigid_areas {
         key.area(area);

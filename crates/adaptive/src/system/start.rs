@@ -14,7 +14,7 @@ use crate::body_model::BodyForm;
 use crate::body_model::BodyModel;
 use crate::error::AdaptiveError;
 use crate::imported::ImportedModel;
-use crate::spec::{BodyKind, BodySpec, InitialMotion, RunSpec};
+use crate::spec::{BodySpec, InitialMotion, RunSpec};
 
 /// Motions of all bodies at the start if they were rigid.
 ///
@@ -35,12 +35,10 @@ pub fn poses(spec: &RunSpec) -> Result<Vec<BodyState>, AdaptiveError> {
 /// [`AdaptiveError::Model`] as [`StandardInputData::rigid`].
 pub(crate) fn rigid_models(spec: &RunSpec) -> Result<Vec<BodyModel>, AdaptiveError> {
     let rigid = spec.bodies.iter().map(|body| {
-        let motion = match &body.kind {
-            BodyKind::Imported(imported) => {
-                return Ok(BodyModel::imported(body.name.clone(), ImportedModel::rigid(imported)?));
-            }
-            kind => kind.motion(),
-        };
+        if let Some(imported) = body.kind.imported() {
+            return Ok(BodyModel::imported(body.name.clone(), ImportedModel::rigid(imported)?));
+        }
+        let motion = body.kind.motion();
         // Poses do not depend on masses.
         let data = StandardInputData::rigid(motion, 1.0, Vector3::zeros(), Matrix3::identity())?;
         Ok(BodyModel { name: body.name.clone(), data, form: BodyForm::Rigid(None) })

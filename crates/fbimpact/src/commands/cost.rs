@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use adaptive::model::{ModelCost, costs};
 use adaptive::spec::GaugeRequest;
-use adaptive::spec::{BodyKind, BodySpec, FREE_INTERVAL, PointSpec, RunSpec};
+use adaptive::spec::{BodySpec, FREE_INTERVAL, PointSpec, RunSpec};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
 use serde::Serialize;
@@ -119,8 +119,8 @@ fn states(spec: &RunSpec) -> f64 {
 
 fn state_bytes(spec: &RunSpec) -> usize {
     let elastic = |body: &BodySpec| match &body.kind {
-        BodyKind::Rigid(_) => 0,
-        kind => 2 * kind.reduction().and_then(|r| r.modes()).unwrap_or(USUAL_COORDINATES),
+        kind if kind.is_rigid() => 0,
+        kind => 2 * kind.flexible().and_then(|f| f.reduction.modes()).unwrap_or(USUAL_COORDINATES),
     };
     let bodies: usize = spec.bodies.iter().map(|body| OF_BODY + elastic(body)).sum();
     let joints = spec.joints.len() + spec.loops.len();

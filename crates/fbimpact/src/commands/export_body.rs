@@ -4,7 +4,7 @@ use adaptive::AdaptiveError;
 use adaptive::body::built;
 use adaptive::body::reduced::Interface;
 use adaptive::marker_loads::MarkerLoads;
-use adaptive::spec::{Area, BodySpec, Place};
+use adaptive::spec::{Area, BodySpec, FlexibleSpec, Place};
 use adaptive::store::ModelCache;
 use ffr_dynamics::interchange::{BodyFrame, FullBody, ReducedModel, ReducedParts};
 use ffr_dynamics::kinematics::MarkerWeights;
@@ -79,7 +79,8 @@ fn write(
         body_file::write_full(export.output, &full)?;
         return Ok(format!("{path}: {name}, {n} degrees of freedom, {} markers\n", full.markers().len()));
     }
-    let loads = if spec.kind.has_static_answers() { loads } else { Vec::new() };
+    let loads =
+        if spec.kind.flexible().is_some_and(FlexibleSpec::has_static_answers) { loads } else { Vec::new() };
     let interface = Interface { loads, ..Interface::default() };
     let reduced = body.reduce_in_mean_axes(&interface, &ModelCache::default()).map_err(AppError::model)?;
     let shapes = reduced.basis.shapes.as_ref();

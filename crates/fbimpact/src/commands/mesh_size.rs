@@ -5,7 +5,6 @@ use std::path::Path;
 
 use adaptive::mesh_touch::{GROWTH, MeshTouch, touches, usual_length};
 use adaptive::model::start_poses;
-use adaptive::spec::BodyKind;
 
 use super::{body_index, check_distinct, check_folder, print};
 use crate::error::{AppError, CommandFault};
@@ -80,7 +79,7 @@ fn table(all: &[MeshTouch]) -> String {
 
 /// A script for Gmsh with one ball of small elements a touch of body `index`, in the unit of its mesh.
 fn field(scenario: &Scenario, index: usize, all: &[MeshTouch]) -> String {
-    let BodyKind::Meshed(meshed) = &scenario.run.bodies[index].kind else { return String::new() };
+    let Some(meshed) = scenario.run.bodies[index].kind.meshed() else { return String::new() };
     let of_file = scenario.bodies.iter().find(|b| b.index == Some(index)).and_then(|b| b.file.as_ref());
     let unit = of_file.map_or(1.0, |file| file.unit);
     let usual = usual_length(meshed, all) / unit;

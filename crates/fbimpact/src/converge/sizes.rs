@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use adaptive::spec::{BodyKind, BodySpec, ImportedSpec, RunSpec};
+use adaptive::spec::{BodySpec, ImportedSpec, RunSpec};
 
 /// Size of each body by name: the diagonal of the box about its control points, or its radius of gyration where it has none \[m\].
 pub fn sizes(spec: &RunSpec) -> BTreeMap<String, f64> {
@@ -10,13 +10,13 @@ pub fn sizes(spec: &RunSpec) -> BTreeMap<String, f64> {
 }
 
 fn size(body: &BodySpec) -> f64 {
-    match &body.kind {
-        BodyKind::Rigid(rigid) => gyration(0.5 * rigid.inertia.trace(), rigid.mass),
-        BodyKind::Imported(ImportedSpec::Reduced(model)) => {
-            gyration(model.data().second_moment.trace(), model.data().mass)
-        }
-        kind => kind.diagonal().unwrap_or_default(),
+    if let Some(rigid) = body.kind.rigid() {
+        return gyration(0.5 * rigid.inertia.trace(), rigid.mass);
     }
+    if let Some(ImportedSpec::Reduced(model)) = body.kind.imported() {
+        return gyration(model.data().second_moment.trace(), model.data().mass);
+    }
+    body.kind.diagonal().unwrap_or_default()
 }
 
 fn gyration(moment: f64, mass: f64) -> f64 {

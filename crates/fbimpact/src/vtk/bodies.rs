@@ -6,7 +6,6 @@ use adaptive::AdaptiveError;
 use adaptive::adaptive_contact::ZoneModel;
 use adaptive::body::field::Field;
 use adaptive::model::RunModel;
-use adaptive::spec::BodyKind;
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::RigidMotion;
 use iga_core::space::PatchSpace;
@@ -298,9 +297,8 @@ fn without_shape(scenario: &Scenario, body: &FileBody, wanted: &[String]) -> Res
     let name = &body.name;
     let reason = match body.index.map(|index| &scenario.run.bodies[index].kind) {
         None => "it is a plane without end",
-        Some(BodyKind::Rigid(_)) => "it is rigid and only its mass is given",
-        Some(BodyKind::Imported(_)) => "it comes from a body file, which holds no shape",
-        Some(BodyKind::Elastic(_) | BodyKind::Meshed(_)) => "it has no shape",
+        Some(kind) if kind.is_rigid() => "it is rigid and only its mass is given",
+        Some(_) => "it comes from a body file, which holds no shape",
     };
     if wanted.is_empty() && body.index.is_none() {
         tracing::debug!("body \"{name}\" is left out: {reason}");

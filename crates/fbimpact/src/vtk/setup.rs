@@ -1,7 +1,7 @@
 //! A scenario before its run, in blocks: bodies in their initial pose, frames, markers, joints, contacts, loads, gravity, observed places.
 
 use adaptive::model::{Arrangement, PlacedJoint, PlacedMarker, PlacedTouch};
-use adaptive::spec::{BodyKind, BodySpec, ContactSpec, ImportedSpec, LoadSpec, Target};
+use adaptive::spec::{BodySpec, ContactSpec, ImportedSpec, LoadSpec, Target};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
 use nalgebra::{Unit, Vector3};
@@ -62,7 +62,7 @@ fn bodies(
     for body in &scenario.bodies {
         let Some(index) = body.index else { continue };
         let pose = &pose(&poses[index]);
-        let drawn = if let BodyKind::Meshed(meshed) = &scenario.run.bodies[index].kind {
+        let drawn = if let Some(meshed) = scenario.run.bodies[index].kind.meshed() {
             let at_rest = vec![0.0; 3 * meshed.mesh.nodes().len()];
             Some(mesh::grid(&meshed.mesh, pose, (&at_rest, &at_rest), view))
         } else {
@@ -168,10 +168,8 @@ impl<'a> Scene<'a> {
                 let is_ring = motion == RigidMotion::Axial;
                 add(&name, if is_ring { Vector3::new(0.0, 0.0, centre.z) } else { centre });
             }
-            if let BodyKind::Imported(imported) = kind {
-                for (name, at) in markers_of_file(imported) {
-                    add(&name, at);
-                }
+            for (name, at) in kind.imported().map_or_else(Vec::new, ImportedSpec::markers) {
+                add(&name, at);
             }
             if !grid.points.is_empty() {
                 all.push((body.name.clone(), grid));
@@ -309,16 +307,4 @@ fn zone(touch: &PlacedTouch, motion: RigidMotion) -> Option<Grid> {
     grid.scalars.push(("predicted peak force [N]".into(), vec![[zone.force]; n]));
     grid.scalars.push(("predicted half width [m]".into(), vec![[zone.half_width]; n]));
     Some(grid)
-}
-
-/// Markers of a body file in the body's frame \[m\].
-fn markers_of_file(imported: &ImportedSpec) -> Vec<(String, Vector3<f64>)> {
-    match imported {
-        ImportedSpec::Reduced(model) => {
-            model.markers().iter().map(|marker| (marker.name.clone(), marker.position)).collect()
-        }
-        ImportedSpec::Full { body, .. } => {
-            body.markers().iter().map(|(name, weights)| (name.clone(), weights.position())).collect()
-        }
-    }
 }

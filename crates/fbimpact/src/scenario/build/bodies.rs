@@ -1,7 +1,7 @@
 //! Bodies: which keys go with which model, materials by name, initial states that the model can take.
 
 use adaptive::sizing::SizeRequest;
-use adaptive::spec::{BodyKind, BodySpec, ElasticSpec, InitialMotion};
+use adaptive::spec::{BodyKind, BodySpec, ElasticSpec, FlexibleSpec, InitialMotion};
 use ffr_dynamics::body::RigidMotion;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -237,13 +237,14 @@ fn elastic(
     let follows_joint = frame == Some(GivenFrame::AtJoint);
     let frame = frame?.on_body(checker, section, &places)?;
     let (shape, model) = places.shape()?.clone();
-    let spec = ElasticSpec {
+    let flexible = FlexibleSpec {
         static_answers: basis.static_answers,
         damping: damping?,
         frame,
         geometric_stiffening,
-        ..ElasticSpec::new(shape, model, material?, discretisation, basis.spec)
+        ..FlexibleSpec::new(basis.spec)
     };
+    let spec = ElasticSpec { shape, model, material: material?, discretisation, flexible };
     let wish = SizeRequest { elements: wants_elements, modes: basis.wants_modes };
     Some((spec, MovingFacts { places, wish, file: spline_file(section), follows_joint }))
 }

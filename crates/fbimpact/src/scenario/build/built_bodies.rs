@@ -1,7 +1,7 @@
 //! Bodies that are free of faults, as other tables refer to them: by name, with their places.
 
 use adaptive::sizing::SizeRequest;
-use adaptive::spec::{BodyKind, BodySpec, FrameSpec, Place};
+use adaptive::spec::{BodySpec, FrameSpec, Place};
 use ffr_dynamics::body::RigidMotion;
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -167,13 +167,8 @@ impl BuiltBodies {
 impl Moving {
     /// Lets the frame follow `place` where it follows a joint, which holds the body there.
     pub fn follow(&mut self, place: &Place) {
-        if !self.facts.follows_joint {
-            return;
-        }
-        if let Some(frame) = self.spec.kind.frame_mut() {
-            *frame = FrameSpec::Tangent(place.clone());
-        } else if let (BodyKind::Imported(imported), Place::Marker(marker)) = (&mut self.spec.kind, place) {
-            imported.set_frame_marker(marker.clone());
+        if let Some(flexible) = self.spec.kind.flexible_mut().filter(|_| self.facts.follows_joint) {
+            flexible.frame = FrameSpec::Tangent(place.clone());
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use adaptive::sizing::SizeRequest;
-use adaptive::spec::{BodyKind, ImportedSpec};
+use adaptive::spec::{BodyKind, FlexibleSpec, FrameSpec, ImportedSpec, Place};
 use ffr_dynamics::body::{AssembledBody, RigidMotion};
 
 use super::super::body_places::GivenPlace;
@@ -35,18 +35,20 @@ pub fn imported(
             });
             let damping = damping(checker, section);
             let frame = match frame(checker, context, section, name)? {
-                GivenFrame::Buckens => None,
+                GivenFrame::Buckens => FrameSpec::Buckens,
                 GivenFrame::AtJoint => {
                     facts.follows_joint = true;
-                    None
+                    FrameSpec::Buckens
                 }
-                GivenFrame::Tangent(GivenPlace::Marker(marker)) => Some(marker),
+                GivenFrame::Tangent(GivenPlace::Marker(marker)) => FrameSpec::Tangent(Place::Marker(marker)),
                 GivenFrame::Tangent(_) => return None, // other places on this body are faults
             };
             let Basis { spec: reduction, static_answers, wants_modes } = basis?;
             facts.wish = SizeRequest { elements: false, modes: wants_modes };
             let body = Arc::clone(body);
-            ImportedSpec::Full { body, reduction, static_answers, damping: damping?, frame }
+            let flexible =
+                FlexibleSpec { static_answers, damping: damping?, frame, ..FlexibleSpec::new(reduction) };
+            ImportedSpec::Full { body, flexible: Box::new(flexible) }
         }
     };
     Some((BodyKind::Imported(spec), facts))

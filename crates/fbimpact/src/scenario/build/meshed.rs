@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use adaptive::meshed::n_elastic_modes;
 use adaptive::sizing::SizeRequest;
-use adaptive::spec::{BodyKind, ByGroup, MeshedSpec};
+use adaptive::spec::{BodyKind, ByGroup, FlexibleSpec, MeshedSpec};
 use fe_mesh::Mesh;
 use fe_mesh::rules::MassRule;
 use iga_core::elasticity::Material;
@@ -49,18 +49,14 @@ pub fn meshed(
         "as-stiffness" => MassRule::AsStiffness,
         _ => MassRule::Exact,
     };
-    let spec = MeshedSpec {
-        mesh,
-        material,
-        groups,
-        mass_rule,
-        reduction,
+    let flexible = FlexibleSpec {
         static_answers,
-        rigid_areas: Vec::new(),
         damping: damping?,
         frame,
         geometric_stiffening: geometric_stiffening?,
+        ..FlexibleSpec::new(reduction)
     };
+    let spec = MeshedSpec { mesh, material, groups, mass_rule, flexible };
     let unit = length(&source.units);
     let file = FileOfBody { path: source.path.clone(), sha256: source.sha256.clone(), unit };
     let wish = SizeRequest { elements: false, modes: wants_modes };

@@ -121,8 +121,8 @@ fn take_from_joints(bodies: &mut BuiltBodies, joints: &[(JointSpec, bool)], load
             moving.follow(place);
         }
         let held = || held.get(&index).into_iter().flatten().copied();
-        if let Some((_, areas)) = moving.spec.kind.held_mut() {
-            *areas = rigid_areas(held());
+        if let Some(flexible) = moving.spec.kind.flexible_mut() {
+            flexible.rigid_areas = rigid_areas(held());
         }
     }
 }
