@@ -3,7 +3,7 @@
 use crate::support::scenarios;
 use std::path::Path;
 
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
 
 const G: f64 = 9.81;
 

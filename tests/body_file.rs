@@ -8,7 +8,7 @@ use crate::beam_file::{BENDING, LENGTH, LINE_MASS, write_beam};
 use crate::oracles::modal_truncation;
 use adaptive::body::reduced::Interface;
 use adaptive::body::reduced::geometric_stiffening;
-use adaptive::elastic_body::ElasticBody;
+use adaptive::body::splines::ElasticBody;
 use adaptive::spec::{DampingSpec, DiscretisationSpec, ElasticSpec, Place, ReductionSpec};
 use fbimpact::body_file::{BodyFile, read, write_full, write_reduced};
 use ffr_dynamics::body::{ModalDamping, RigidMotion};

@@ -4,7 +4,7 @@ use crate::support::scenarios;
 
 use std::path::Path;
 
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 const DENSITY: f64 = 7850.0;

@@ -7,10 +7,10 @@ use crate::support::steel_parts::{
     DENSITY, FLOOR, LENGTH, RADIUS, STEEL, YOUNG, check_ledger, contact, most_lost, rod, run,
 };
 use adaptive::model::start_poses;
-use adaptive::predicted_touch::{TouchKind, touch_kind};
+use adaptive::record::warning::WarningKind;
 use adaptive::record::{ImpactRecord, Sample};
-use adaptive::recording::Recording;
-use adaptive::warning::WarningKind;
+use adaptive::run::recording::Recording;
+use adaptive::touch::predicted::{TouchKind, touch_kind};
 use fbimpact::scenario;
 use nalgebra::{Rotation3, Vector3};
 

@@ -6,9 +6,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use adaptive::model::start_poses;
-use adaptive::predicted_touch::{TouchKind, touch_kind};
 use adaptive::record::ImpactRecord;
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
+use adaptive::touch::predicted::{TouchKind, touch_kind};
 
 /// A box about its middle.
 #[derive(Clone, Copy)]

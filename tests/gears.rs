@@ -3,7 +3,7 @@
 use crate::support::scenarios;
 use std::path::Path;
 
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
 
 /// A wheel of 0.02 kg m² and a body called `other` on a joint along z, geared; `more` are further tables.
 fn geared(other: &str, joint: &str, gear: &str, more: &str) -> String {

@@ -3,7 +3,7 @@
 use crate::support::scenarios;
 use std::path::Path;
 
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
 
 /// A block of 2 kg that slides along y and turns about x of its guide; `more` are further keys of the guide, then tables.
 fn block(more: &str) -> String {

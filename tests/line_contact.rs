@@ -6,8 +6,8 @@ use crate::support::scenarios;
 use std::path::Path;
 
 use adaptive::model::start_poses;
-use adaptive::predicted_touch::{TouchKind, touch_kind};
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
+use adaptive::touch::predicted::{TouchKind, touch_kind};
 use fbimpact::scenario;
 
 const STEEL: &str = "[materials.steel]\nyoungs_modulus = 210e9\npoissons_ratio = 0.3\ndensity = 7850.0\n";
@@ -79,7 +79,7 @@ fn a_cylinder_on_its_side_lies_between_plane_stress_and_plane_strain() {
     assert!(stress < force && force < strain, "{stress} {force} {strain}");
     // The interval is predicted, not searched for; the second trial is that of the penalty factor.
     assert!(found.trials.len() <= 2, "{} trials", found.trials.len());
-    assert!(found.warnings.iter().all(|w| w.kind != adaptive::warning::WarningKind::EdgeTouch));
+    assert!(found.warnings.iter().all(|w| w.kind != adaptive::record::warning::WarningKind::EdgeTouch));
     // Symmetry about the middle of its length: the body does not tip, but for the round-off of a thousand steps.
     let tip = found.samples.last().expect("samples").angular_momentum[0];
     let mass = 7850.0 * std::f64::consts::PI * RADIUS * RADIUS * LENGTH;

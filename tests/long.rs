@@ -6,7 +6,7 @@ use crate::verification::support::{
     Table, Trace, assert_below, assert_close, built, cylinder_frequencies, deviation, parsed, record, run,
     steel_cylinder,
 };
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
 
 /// Six elements of 50 um at the contact and few elsewhere: 352 degrees of freedom, highest frequency about 0.5 GHz.
 const COARSE: [&str; 5] = [

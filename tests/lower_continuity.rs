@@ -4,7 +4,7 @@
 //! lie inside an arc, farther from its ends than a zone is wide.
 
 use crate::support::scenarios::{self, run};
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
 use iga_core::files::write_gismo;
 use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;

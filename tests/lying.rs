@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
 use fe_mesh::ElementKind;
 
 use crate::balls::Ball;

@@ -9,9 +9,9 @@ use std::sync::OnceLock;
 
 use crate::balls::Ball;
 use crate::writers::{Form, gmsh};
+use adaptive::record::warning::WarningKind;
 use adaptive::record::{ImpactRecord, Sample};
-use adaptive::recording::Recording;
-use adaptive::warning::WarningKind;
+use adaptive::run::recording::Recording;
 use fbimpact::scenario::{self, Fault, Scenario};
 use fbimpact::simulate::simulate;
 use fe_mesh::ElementKind;

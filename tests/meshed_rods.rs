@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::balls::{Ball, Rod};
 use crate::writers::{Form, gmsh};
 use adaptive::record::ImpactRecord;
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
 use fbimpact::scenario;
 use fbimpact::simulate::simulate;
 use fe_mesh::ElementKind;

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use crate::support::bar::ALUMINIUM;
 use crate::support::scenarios::{parse, run, valid};
 use crate::writers::{Form, gmsh};
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
 use fe_mesh::ElementKind;
 
 fn recorded(text: &str, set: &[&str]) -> Recording {

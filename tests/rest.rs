@@ -4,7 +4,7 @@ use crate::support::scenarios;
 use std::path::Path;
 
 use adaptive::record::{PhaseKind, Sample};
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
 
 fn run(text: &str) -> Recording {
     scenarios::run(&scenarios::valid(Path::new("."), text, &[]))

@@ -5,12 +5,12 @@ use std::process::Command;
 use std::time::Instant;
 
 use adaptive::AdaptiveError;
-use adaptive::observer::{Continue, Observer};
 use adaptive::record::{
     BodyLayout, BodySample, ContactSample, Energies, ImpactRecord, JointLayout, JointSample, PhaseKind,
     PhaseRecord, PointLayout, PointSample, PressurePoint, RunLayout, Sample, StressRecord, Timings,
     TrialRecord,
 };
+use adaptive::state::observer::{Continue, Observer};
 use fbimpact::commands::recording::{Simulation, record};
 use fbimpact::commands::stop::Stop;
 use fbimpact::error::AppError;

@@ -5,9 +5,9 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use adaptive::model::start_poses;
-use adaptive::predict::{HertzLaw, LocalSurface, hertz_impact};
-use adaptive::predicted_touch::{TouchKind, touch_kind};
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
+use adaptive::touch::hertz::{HertzLaw, LocalSurface, hertz_impact};
+use adaptive::touch::predicted::{TouchKind, touch_kind};
 use fbimpact::scenario::Scenario;
 use nalgebra::Vector3;
 

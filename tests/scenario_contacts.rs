@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use adaptive::interval::least_utilisation;
+use adaptive::adaptivity::interval::least_utilisation;
 use adaptive::spec::{
     Accuracy, ContactLaw, DivisionRule, IntervalSpec, LowModes, PenaltySearch, SurfaceLaw, Target,
     TransferMethod, TransferSpec, Treatment,

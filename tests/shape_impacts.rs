@@ -7,8 +7,8 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use adaptive::model::start_poses;
-use adaptive::predict::{LocalSurface, hertz_impact};
-use adaptive::predicted_touch::{TouchKind, touch_kind};
+use adaptive::touch::hertz::{LocalSurface, hertz_impact};
+use adaptive::touch::predicted::{TouchKind, touch_kind};
 use fbimpact::scenario;
 use nalgebra::{UnitQuaternion, Vector3};
 

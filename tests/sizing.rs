@@ -6,7 +6,7 @@ use std::path::Path;
 
 use crate::support::impacts::assert_same;
 use crate::support::scenarios::run;
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
 use adaptive::spec::{BodyKind, ReductionSpec};
 use adaptive::store::ModelCache;
 use fbimpact::scenario::Scenario;

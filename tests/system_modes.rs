@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use crate::beam_file::{BENDING, LENGTH, LINE_MASS, write_beam};
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
 use assert_cmd::Command;
 use fbimpact::scenario::{self, Scenario};
 use fbimpact::simulate::{simulate, system_modes};

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 use std::process::Command;
 
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
 use nalgebra::{UnitQuaternion, Vector3};
 
 const WORLD: &str = r#"

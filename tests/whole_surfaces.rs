@@ -5,7 +5,7 @@ use std::path::Path;
 
 use crate::support::steel_parts::{FLOOR, LENGTH, MODES, STEEL, check_ledger, contact, most_lost, rod, run};
 use adaptive::record::Sample;
-use adaptive::warning::WarningKind;
+use adaptive::record::warning::WarningKind;
 
 /// `text` of a rod that [`rod`] makes, on a guide along its axis.
 fn guided(text: &str, name: &str, z: f64, speed: f64) -> String {

@@ -1,6 +1,6 @@
 //! Impacts of two runs against each other.
 
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
 
 /// What a user may count on: peaks, durations and rebounds.
 pub const LIMIT: f64 = 1e-2;

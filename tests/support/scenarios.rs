@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
 use fbimpact::scenario::{self, Fault, Scenario};
 use fbimpact::simulate::{simulate, system_modes};
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
 
 use super::scenarios;
 

@@ -1,6 +1,6 @@
 //! Pendulums.
 
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
 
 /// Period of the first joint's swing about zero from its first two passages, on straight lines between samples \[s\].
 pub fn period(recording: &Recording) -> f64 {

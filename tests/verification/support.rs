@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use adaptive::model::RunModel;
 use adaptive::record::{ImpactRecord, Sample};
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
 use fbimpact::scenario::{self, Scenario};
 use fbimpact::simulate::simulate;
 

@@ -8,14 +8,14 @@
 
 use std::hint::black_box;
 
+use adaptive::adaptivity::wanted_interval::WantedInterval;
 use adaptive::body::field::Field;
 use adaptive::body::field_body::FieldBody;
 use adaptive::body::reduced::{Interface, ReducedBody};
-use adaptive::contact_zone::ContactZone;
-use adaptive::elastic_body::ElasticBody;
-use adaptive::fine_model::{FineMesh, FineSettings};
+use adaptive::body::splines::ElasticBody;
+use adaptive::body::splines::refined::{FineMesh, FineSettings};
+use adaptive::body::zone::ContactZone;
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, PointRule, ReductionSpec};
-use adaptive::wanted_interval::WantedInterval;
 use contact_qs::points::{InterfaceCompliance, contact_submodel};
 use contact_qs::quasistatic::Method;
 use contact_qs::{ActiveContact, Friction, SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};

@@ -1,22 +1,27 @@
 //! Flexible bodies, of whatever elements: a [`field::Field`] of displacements, its matrices and what they are reduced for ([`field_body::FieldBody`],
-//! [`reduced`]), and finer models of it about a contact ([`fine::FineModel`]).
+//! [`reduced`]), finer models of it about a contact ([`fine::FineModel`]), and the parts of its surface that may touch ([`zone`]).
 //!
-//! [`of_splines`] and [`of_mesh`] say what splines and finite elements have to say; nothing outside them, and the place that builds bodies,
-//! asks which of the two a body is.
+//! [`splines`] and [`mesh`] say what splines and finite elements have to say; nothing outside them, and `Workshop`, which builds bodies, asks which of
+//! the two a body is. Knows no other body, no motion and no time.
 
 pub mod field;
 pub mod reduced;
 pub mod fine;
 pub mod field_body;
 pub mod whole;
-pub mod of_splines;
-pub mod of_mesh;
+pub mod gauge;
+pub mod loads;
+pub mod mesh;
+pub mod part_motion;
+pub mod point_compliance;
+pub mod splines;
+pub mod zone;
 
 use std::sync::Arc;
 
-use crate::elastic_body::ElasticBody;
+use crate::body::mesh::MeshedBody;
+use crate::body::splines::ElasticBody;
 use crate::error::AdaptiveError;
-use crate::meshed::MeshedBody;
 use crate::spec::{BodyKind, ImportedSpec, RefinementSpec, RigidSpec};
 use crate::store::{body_definition, meshed_definition};
 use field_body::FieldBody;
@@ -88,7 +93,7 @@ impl Workshop {
 /// The body `name` that is made from `kind`, with its matrices; none if it has no elements.
 ///
 /// # Errors
-/// As [`Workshop::build`].
+/// [`AdaptiveError`] with the body's name for a shape or a mesh that makes no body.
 pub fn built(name: &str, kind: &BodyKind) -> Result<Option<Arc<dyn FieldBody>>, AdaptiveError> {
     let full = Workshop::default().build(name, kind, Vec::new())?;
     Ok(if let FullModel::Flexible(body) = full { Some(body) } else { None })

@@ -7,10 +7,10 @@ use ffr_dynamics::error::{EvaluationFailure, IntegrationFault};
 use iga_core::SplineError;
 use thiserror::Error;
 
-use crate::penalty_search::PenaltyFailure;
-use crate::plausibility::finding::{BodyQuantity, Components, ContactQuantity, LedgerCause};
-use crate::subdivision::SubdivisionError;
-use crate::unsupported::Unsupported;
+use crate::adaptivity::penalty_search::PenaltyFailure;
+use crate::adaptivity::subdivision::SubdivisionError;
+use crate::record::finding::{BodyQuantity, Components, ContactQuantity, LedgerCause};
+use crate::spec::unsupported::Unsupported;
 
 /// An error of an observer, such as a full disk; ends the run.
 #[derive(Debug, Error)]

@@ -1,67 +1,42 @@
-//! The driver of a run: builds models, switches between phases, reports every step to an observer.
+//! Impacts of flexible bodies: builds models, switches between phases, reports every step to an observer.
 //!
-//! [`spec`] says what a run is made from, [`model`] builds it, [`driver`] runs it, [`record`] is what comes out. The crate
-//! knows no file format and no terminal.
+//! The crate knows no file format and no terminal. Its rooms stand here in the order of their layers; each names those before it and no other:
+//!
+//! | room | knows |
+//! |---|---|
+//! | [`adaptivity`] | how zones and penalty factors are found, as numbers |
+//! | [`spec`] | what a run is made from |
+//! | [`store`] | models that are kept between runs, by what they are made from |
+//! | [`record`] | what comes out of it: samples, impacts, trials, warnings, what is wrong with a result |
+//! | [`error`] | why there is no model or no result |
+//! | [`surface`] | undeformed surfaces of bodies |
+//! | [`touch`] | where and how two bodies are going to meet |
+//! | [`state`] | all that the future of a run depends on |
+//! | [`body`] | flexible bodies before their reduction, reduced, refined about a contact, with contact zones |
+//! | [`paper`] | variants of \[A\] for comparison |
+//! | [`system`] | the bodies of a run, rigid and from files among them, joined to a multibody system |
+//! | [`sizing`] | mesh and modes that the program chooses |
+//! | [`impact`] | contacts that get fine models for an impact |
+//! | [`model`] | a run that is built |
+//! | [`checks`] | what no result may do, and what makes one doubtful |
+//! | [`run`] | the driver, and who is told |
 
-pub mod lattice;
-pub mod rotated_net;
-pub mod subdivision;
-pub mod unsupported;
-pub mod error;
+pub mod adaptivity;
 pub mod spec;
-pub mod warning;
-pub mod record;
-pub mod stop_hit;
-pub mod run_state;
-pub mod observer;
-pub mod work;
-pub mod recording;
-pub mod marker_loads;
-pub mod part_motion;
-pub mod elastic_body;
-pub mod body;
-pub mod gauge;
-pub mod surface;
-pub mod rigid_surface;
-pub mod body_model;
-mod body_damping;
-pub mod wanted_interval;
-mod whole_surface;
-pub mod point_compliance;
-pub mod contact_zone;
-pub mod zone_at_start;
-pub mod touch_sites;
-mod touch_side;
-mod line_touch;
-pub mod predicted_touch;
-pub mod zone_contact;
-pub mod zone_on_mesh;
-pub mod local_deformation;
-pub mod stress;
-pub mod simulation;
-pub mod imported;
-pub mod smooth_fit;
-pub mod meshed;
-pub mod mode_gradients;
 pub mod store;
-pub mod mesh_touch;
-mod system;
-pub mod model;
-pub mod impact_monitor;
-pub mod plausibility;
-pub mod driver;
-pub mod detection;
-pub mod preview;
-pub mod adaptive_contact;
-pub mod local_surface;
-pub mod interval;
-pub mod penalty_search;
-pub mod predict;
-pub mod fine_model;
-pub mod fine_elements;
+pub mod record;
+pub mod error;
+pub mod surface;
+pub mod touch;
+pub mod state;
+pub mod body;
 pub mod paper;
+pub mod system;
 pub mod sizing;
-mod wave;
+pub mod impact;
+pub mod model;
+pub mod checks;
+pub mod run;
 
 #[cfg(test)]
 #[expect(dead_code, reason = "tests of contact-qs use the rest")]

@@ -1,4 +1,5 @@
-//! All models of a run, built from its specification.
+//! A run that is built from its specification: motions at the start, plans of its contacts, full models, zones, interfaces, reduced bodies, contacts, system, in
+//! this order. Knows everything that lasts for the run; nothing of it changes in time.
 
 use std::time::Instant;
 
@@ -8,20 +9,20 @@ use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::system::Multibody;
 use ffr_dynamics::system::gear::Gear;
 
-use crate::adaptive_contact::{AdaptiveContact, TrialSizes};
+use crate::body::point_compliance::{PointCompliance, of_body};
 use crate::body::{FullModel, Workshop};
-use crate::body_model::{BodyModel, FlexibleModel};
 use crate::error::AdaptiveError;
-use crate::mesh_touch::{MeshTouch, touches};
-use crate::plausibility::overlap::check_undeformed;
-use crate::point_compliance::{PointCompliance, of_body};
+use crate::impact::{AdaptiveContact, TrialSizes};
+use crate::record::work::{self, Work};
 use crate::record::{BodyLayout, JointLayout, PointLayout, RunLayout, Timings};
-use crate::simulation::{Observed, ObservedPoint, System};
 use crate::sizing::impact_time::{ForceNeeds, force_needs};
+use crate::sizing::mesh_touch::{MeshTouch, touches};
 use crate::spec::{BodySpec, PointSpec, RunSpec, StressSpec, Target};
+use crate::state::simulation::{Observed, ObservedPoint, System};
 use crate::store::ModelCache;
+use crate::system::body::{BodyModel, FlexibleModel};
 use crate::system::{joints, start};
-use crate::work::{self, Work};
+use crate::touch::overlap::check_undeformed;
 
 mod arrangement;
 mod contacts;

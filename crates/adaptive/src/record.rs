@@ -1,4 +1,11 @@
-//! What a run reports while it goes on: samples, phases, impacts, trials, transfers, timings.
+//! What a run reports while it goes on: samples, phases, impacts, trials, transfers, timings; its warnings ([`warning`]), what may be wrong
+//! with a result ([`finding`]), and which work is being done ([`work`]).
+//!
+//! Knows numbers with names and units; knows nobody who makes them or keeps them.
+
+pub mod finding;
+pub mod warning;
+pub mod work;
 
 use iga_core::elasticity::kinematics::PointState;
 use serde::{Deserialize, Serialize};

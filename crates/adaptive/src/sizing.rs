@@ -1,30 +1,27 @@
 //! Mesh and number of modes of bodies for which nobody has given them (theory section N).
 //!
 //! Four questions, one file each: how fast the forces on a body will change ([`impact_time`]), how many modes follow them
-//! ([`mode_count`]), which elements resolve those modes ([`mesh`], from the [`proportions`] of the body), and which finer ones
+//! ([`mode_count`]), which elements resolve those modes ([`mesh`], from the [`mesh::proportions`] of the body), and which finer ones
 //! contacts want that keep one model for the whole run ([`zone`]), and discs that joints and loads hold. The answers depend on
 //! shape, material, motion at the start and contacts alone; they are the same in every run and are kept with the other models.
 
 mod extent;
-mod first_elements;
 mod held_place;
 mod key;
 pub mod impact_time;
 pub mod mesh;
 pub mod mode_count;
 mod of_mesh;
-pub mod proportions;
-mod radiation;
-pub mod rise;
 mod spectrum;
 pub mod zone;
+pub mod mesh_touch;
 
-use crate::elastic_body::ElasticBody;
+use crate::body::splines::ElasticBody;
 use crate::error::AdaptiveError;
 use crate::model::start_poses;
+use crate::record::work::{self, Work};
 use crate::spec::{Accuracy, DiscretisationSpec, ElasticSpec, ReductionSpec, RefinementSpec, RunSpec};
 use crate::store::{ModelCache, ModelKey, StoredModel};
-use crate::work::{self, Work};
 use iga_core::elasticity::Model;
 use impact_time::{ForceTime, TimeScale};
 use mesh::ChosenMesh;
@@ -217,7 +214,7 @@ impl<'a> Candidate<'a> {
 
     /// Directions that are refined together: patches that share faces turn them into one another.
     fn groups(&self) -> Vec<Vec<usize>> {
-        proportions::groups(&self.spec.shape)
+        mesh::proportions::groups(&self.spec.shape)
     }
 
     /// For each direction, the first one that the body cannot be told from: a mirror turns the one into the other.
@@ -228,7 +225,7 @@ impl<'a> Candidate<'a> {
         if !is_isotropic {
             return (0..degrees.len()).collect();
         }
-        let equivalent_directions = proportions::equivalent_directions(&self.spec.shape);
+        let equivalent_directions = mesh::proportions::equivalent_directions(&self.spec.shape);
         equivalent_directions
             .iter()
             .enumerate()

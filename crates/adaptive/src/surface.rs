@@ -16,6 +16,7 @@ use crate::spec::BodyKind;
 mod of_mesh;
 mod of_splines;
 pub mod turned_net;
+pub mod smooth_fit;
 
 pub use of_mesh::MeshSurface;
 pub use of_splines::{ALONG, POLE, SplineSurface};

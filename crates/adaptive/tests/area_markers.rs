@@ -1,7 +1,7 @@
 //! Markers with an extent: they follow rigid motions, their forces are the transpose of their motion, bodies held at them converge.
 
 use adaptive::body::field::Field;
-use adaptive::elastic_body::ElasticBody;
+use adaptive::body::splines::ElasticBody;
 use adaptive::spec::{Area, Coupling, DiscretisationSpec, ElasticSpec, Extent, Place, ReductionSpec};
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;

@@ -3,7 +3,7 @@
 use crate::impacts::{Trace, explicit, law, spec, try_run};
 use adaptive::AdaptiveError;
 use adaptive::record::PhaseKind;
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
 use adaptive::spec::{
     BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, InitialMotion,
     PenaltySearch, ReductionSpec, RefinementSpec, RunSpec, SurfaceLaw, Target, Treatment,

@@ -4,7 +4,7 @@ use crate::impacts::{ALUMINIUM, STEEL, Trace, body, contact, law, spec, sphere, 
 use adaptive::AdaptiveError;
 use adaptive::record::PhaseKind;
 use adaptive::record::TrialOutcome;
-use adaptive::recording::Recording;
+use adaptive::run::recording::Recording;
 use adaptive::spec::{
     ContactLaw, ContactSpec, IntervalSpec, PenaltySearch, RunSpec, StressInstant, StressSpec, SurfaceLaw,
     Target,

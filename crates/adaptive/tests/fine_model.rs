@@ -7,10 +7,10 @@ use std::collections::BTreeMap;
 
 use crate::bodies::{block, rod, sphere, wanted_at};
 use crate::oracles::modal_compliance;
-use adaptive::contact_zone::ContactZone;
-use adaptive::elastic_body::ElasticBody;
-use adaptive::fine_model::{FineBody, FineMesh, FineSettings};
-use adaptive::interval::IntervalEnd;
+use adaptive::adaptivity::interval::IntervalEnd;
+use adaptive::body::splines::ElasticBody;
+use adaptive::body::splines::refined::{FineBody, FineMesh, FineSettings};
+use adaptive::body::zone::ContactZone;
 use adaptive::spec::{
     BodyKind, ContactLaw, DiscretisationSpec, ElasticSpec, IntervalSpec, LowModes, PenaltySearch, PointRule,
     ReductionSpec, SurfaceLaw, Target, Treatment,

@@ -4,10 +4,10 @@ use adaptive::body::field::Field;
 use adaptive::body::field_body::FieldBody;
 use std::f64::consts::TAU;
 
+use adaptive::body::loads::MarkerLoads;
 use adaptive::body::reduced::geometric_stiffening;
 use adaptive::body::reduced::{Interface, ReducedBody};
-use adaptive::elastic_body::ElasticBody;
-use adaptive::marker_loads::MarkerLoads;
+use adaptive::body::splines::ElasticBody;
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, Place, ReductionSpec};
 use faer::Mat;
 use ffr_dynamics::body::{GeometricStiffening, StandardInputData};

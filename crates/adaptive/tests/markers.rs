@@ -1,7 +1,7 @@
 //! Named points of the balls of the catalogue as markers.
 
 use adaptive::body::field::Field;
-use adaptive::elastic_body::ElasticBody;
+use adaptive::body::splines::ElasticBody;
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, Place, ReductionSpec};
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::primitives::sphere::{SphereNet, sphere};

@@ -6,9 +6,9 @@ use std::collections::BTreeMap;
 
 use crate::bodies::{block, wanted_at};
 use crate::oracles::modal_compliance;
-use adaptive::elastic_body::ElasticBody;
-use adaptive::fine_model::{FineBody, FineMesh, FineSettings};
-use adaptive::interval::IntervalEnd;
+use adaptive::adaptivity::interval::IntervalEnd;
+use adaptive::body::splines::ElasticBody;
+use adaptive::body::splines::refined::{FineBody, FineMesh, FineSettings};
 use adaptive::spec::{DivisionRule, LowModes, PointRule};
 use approx::assert_relative_eq;
 use faer::Mat;

@@ -4,15 +4,15 @@ use std::sync::Arc;
 
 use crate::impacts::{ALUMINIUM, STEEL, Trace, ball, contact, disc, finished, spec, sphere};
 use adaptive::AdaptiveError;
-use adaptive::driver::resume;
 use adaptive::model::RunModel;
 use adaptive::record::PhaseKind;
-use adaptive::run_state::RunState;
+use adaptive::run::driver::resume;
 use adaptive::spec::LowModes;
 use adaptive::spec::{
     Attachment, BodyKind, BodySpec, ContactLaw, ContactSpec, CoordinateSpec, InitialMotion, JointSpec,
     PenaltySearch, Place, RefinementSpec, RigidSpec, RunSpec, StressInstant, StressSpec, Target, Treatment,
 };
+use adaptive::state::RunState;
 use contact_qs::law::Friction;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::integration::Method;

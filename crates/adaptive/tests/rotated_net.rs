@@ -2,9 +2,9 @@
 
 use crate::bodies::{ball, wanted_at};
 use adaptive::body::field_body::FieldBody;
-use adaptive::elastic_body::ElasticBody;
-use adaptive::fine_model::{FineMesh, FineSettings};
-use adaptive::rotated_net::{NetRotation, RotatedNet};
+use adaptive::body::splines::ElasticBody;
+use adaptive::body::splines::refined::{FineMesh, FineSettings};
+use adaptive::body::splines::rotated_net::{NetRotation, RotatedNet};
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, PointRule, ReductionSpec};
 use faer::Mat;
 use ffr_dynamics::body::{AssembledBody, MassMatrix};

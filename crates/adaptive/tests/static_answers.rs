@@ -7,9 +7,9 @@ use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use crate::impacts::finished;
+use adaptive::body::loads::MarkerLoads;
 use adaptive::body::reduced::Interface;
-use adaptive::elastic_body::ElasticBody;
-use adaptive::marker_loads::MarkerLoads;
+use adaptive::body::splines::ElasticBody;
 use adaptive::model::RunModel;
 use adaptive::spec::GaugeRequest;
 use adaptive::spec::ImportedSpec;

@@ -8,11 +8,11 @@ use crate::bodies::{block, sphere, wanted_at};
 use crate::impacts::{STEEL, contact, law, spec};
 use adaptive::body::reduced::modes_key;
 use adaptive::body::reduced::{Interface, InterfaceModes};
-use adaptive::driver::run;
-use adaptive::fine_model::FineSettings;
-use adaptive::fine_model::zone_definition;
+use adaptive::body::splines::refined::FineSettings;
+use adaptive::body::splines::refined::zone_definition;
 use adaptive::model::RunModel;
-use adaptive::recording::Recording;
+use adaptive::run::driver::run;
+use adaptive::run::recording::Recording;
 use adaptive::spec::DivisionRule;
 use adaptive::spec::{
     BodyKind, DampingSpec, ElasticSpec, FrameSpec, IntervalSpec, PenaltySearch, Place, ReductionSpec,

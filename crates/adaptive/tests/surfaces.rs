@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use crate::balls::Ball;
 use crate::blocks;
-use adaptive::contact_zone::{ContactZone, PointsAbout};
-use adaptive::elastic_body::ElasticBody;
+use adaptive::body::splines::ElasticBody;
+use adaptive::body::zone::{ContactZone, PointsAbout};
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, ReductionSpec};
 use adaptive::surface::{MeshSurface, SplineSurface, Surface};
 use fe_mesh::{ElementKind, Mesh};

@@ -3,17 +3,17 @@
 use crate::balls::Ball;
 use crate::impacts::{ALUMINIUM, STEEL, Trace, contact, explicit, law, spec, sphere};
 use adaptive::AdaptiveError;
-use adaptive::detection::InactiveContact;
-use adaptive::driver::run;
+use adaptive::adaptivity::penalty_search::MOST_OVERLAP;
 use adaptive::model::RunModel;
-use adaptive::penalty_search::MOST_OVERLAP;
-use adaptive::simulation::RunContact;
+use adaptive::record::warning::WarningKind;
+use adaptive::run::driver::run;
 use adaptive::spec::{
     BodyKind, BodySpec, ContactLaw, ContactSpec, FlexibleSpec, HertzPartner, HertzSpec, HertzSphere,
     InitialMotion, MeshedSpec, PenaltySearch, Place, ReductionSpec, RefinementSpec, RigidSpec, RunSpec,
     SurfaceLaw, Target, Treatment,
 };
-use adaptive::warning::WarningKind;
+use adaptive::state::simulation::RunContact;
+use adaptive::touch::detection::InactiveContact;
 use contact_qs::law::Solid;
 use fe_mesh::rules::MassRule;
 use fe_mesh::{ElementKind, Mesh};

@@ -1,10 +1,10 @@
 //! Observed points in contact zones: they show the dent.
 
 use crate::impacts::{ALUMINIUM, STEEL, contact, finished, law, spec, sphere};
-use adaptive::driver::resume;
 use adaptive::model::RunModel;
 use adaptive::record::Sample;
-use adaptive::recording::Recording;
+use adaptive::run::driver::resume;
+use adaptive::run::recording::Recording;
 use adaptive::spec::GaugeRequest;
 use adaptive::spec::LowModes;
 use adaptive::spec::{

@@ -4,14 +4,14 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use adaptive::AdaptiveError;
-use adaptive::body_model::BodyModel;
-use adaptive::driver;
 use adaptive::model::RunModel;
-use adaptive::observer::{Observer, Stage};
 use adaptive::record::Timings;
-use adaptive::run_state::RunState;
+use adaptive::run::driver;
 use adaptive::spec::{BodySpec, ImportedSpec, RunSpec};
+use adaptive::state::RunState;
+use adaptive::state::observer::{Observer, Stage};
 use adaptive::store::ModelCache;
+use adaptive::system::body::BodyModel;
 use ffr_dynamics::system::SystemModes;
 
 use crate::error::AppError;

@@ -14,13 +14,13 @@ use iga_core::recovery::RecoveryWorkspace;
 use iga_core::space::Space;
 use nalgebra::{UnitQuaternion, Vector3};
 
+use crate::body::gauge::Gauge;
+use crate::body::loads::{MarkerLoads, load_columns};
+use crate::body::part_motion::PartPoints;
 use crate::error::AdaptiveError;
-use crate::gauge::Gauge;
-use crate::marker_loads::{MarkerLoads, load_columns};
-use crate::part_motion::PartPoints;
 use crate::spec::body::rigid_motion;
+use crate::spec::unsupported::{MOST_RIGID_UNKNOWNS, Unsupported};
 use crate::spec::{Area, Place};
-use crate::unsupported::{MOST_RIGID_UNKNOWNS, Unsupported};
 
 /// Share of the largest weight below which an unknown does not count for a marker: round-off of basis functions that vanish there.
 const ROUND_OFF: f64 = 1e-12;

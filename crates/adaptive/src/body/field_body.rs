@@ -13,16 +13,16 @@ use nalgebra::UnitQuaternion;
 use super::field::Field;
 use super::fine::FineModel;
 use super::reduced::{Interface, ReducedBody, ReductionInput, geometric_stiffening, modes_key};
-use crate::contact_zone::{ContactZone, PointsAbout};
-use crate::elastic_body::ElasticBody;
+use crate::body::mesh::MeshedBody;
+use crate::body::splines::ElasticBody;
+use crate::body::zone::at_start::StartZone;
+use crate::body::zone::{ContactZone, PointsAbout};
 use crate::error::AdaptiveError;
-use crate::meshed::MeshedBody;
 use crate::record::ZoneSite;
+use crate::spec::unsupported::Unsupported;
 use crate::spec::{Area, FlexibleSpec, FrameSpec, IntervalSpec};
 use crate::store::ModelCache;
 use crate::surface::Surface;
-use crate::unsupported::Unsupported;
-use crate::zone_at_start::StartZone;
 
 /// The longest of some elements of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -11,12 +11,13 @@ use ffr_dynamics::reduction::problem::ElasticProblem;
 use ffr_dynamics::reduction::rigid::RigidModes;
 use ffr_dynamics::reduction::static_answers::{TakenLoads, with_static_answers};
 
-use crate::marker_loads::MarkerLoads;
+use crate::body::loads::MarkerLoads;
 use crate::store::{StoredModel, matrix, matrix_values};
 
 mod key;
 mod reduction;
 mod stiffening;
+pub(crate) mod damping;
 
 pub use key::modes_key;
 pub(crate) use reduction::ReductionInput;

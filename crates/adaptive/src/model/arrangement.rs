@@ -11,7 +11,7 @@ use crate::sizing::zone::{PredictedZone, predicted_zone};
 use crate::spec::{Attachment, ContactLaw, ContactSpec, JointSpec, Place, RunSpec, Target};
 use crate::surface::SurfacePlace;
 use crate::system::start::{poses, rigid_models};
-use crate::touch_sites::first_sites;
+use crate::touch::sites::first_sites;
 
 /// A place with axes in space.
 #[derive(Debug, Clone, PartialEq)]

@@ -11,27 +11,27 @@ use nalgebra::{Unit, Vector3};
 use super::default_penalty::{self, Side};
 use super::plan::{ContactPlan, request, requests};
 use super::{BodyModel, ContactModel};
-use crate::adaptive_contact::AdaptiveContact;
 use crate::body::FullModel;
+use crate::body::loads::MarkerLoads;
 use crate::body::reduced::{Interface, InterfaceModes};
-use crate::contact_zone::ContactZone;
-use crate::detection::InactiveContact;
+use crate::body::zone::ContactZone;
+use crate::body::zone::at_start::{LineOnBody, StartZone, wanted_refinement};
+use crate::body::zone::contact::{FALLBACK_PENALTY, ZoneContact};
+use crate::body::zone::on_mesh::zone_on_mesh;
 use crate::error::{AdaptiveError, ContactModelFault};
-use crate::marker_loads::MarkerLoads;
-use crate::plausibility::contact_strain::contact_modulus;
-use crate::simulation::RunContact;
+use crate::impact::AdaptiveContact;
 use crate::sizing::zone::{predicted_line, predicted_zone};
+use crate::spec::unsupported::Unsupported;
 use crate::spec::{
     ContactLaw, ContactSpec, FlexibleSpec, HertzSpec, HertzSphere, ReductionSpec, RefinementSpec, RunSpec,
     SurfaceLaw, Target, Treatment,
 };
+use crate::state::simulation::RunContact;
 use crate::store::ModelCache;
 use crate::surface::{MeshSurface, SurfacePlace};
-use crate::unsupported::Unsupported;
-use crate::wave::wave_speed;
-use crate::zone_at_start::{LineOnBody, StartZone, wanted_refinement};
-use crate::zone_contact::{FALLBACK_PENALTY, ZoneContact};
-use crate::zone_on_mesh::zone_on_mesh;
+use crate::touch::detection::InactiveContact;
+use crate::touch::hertz::contact_modulus;
+use crate::touch::wave::wave_speed;
 
 /// A contact ready for the system.
 pub struct BuiltContact {
@@ -121,7 +121,7 @@ impl Zones {
 /// The zones of every contact that has some from the start.
 ///
 /// # Errors
-/// See [`crate::zone_at_start::ZoneRequest::zone`].
+/// See [`crate::body::zone::at_start::ZoneRequest::zone`].
 pub fn zones(
     spec: &RunSpec,
     (plans, poses): (&[ContactPlan], &[BodyState]),

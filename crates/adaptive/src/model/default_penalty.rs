@@ -10,12 +10,12 @@ use ffr_dynamics::system::force::{BodyState, Motion};
 use nalgebra::Vector3;
 
 use super::BodyModel;
-use crate::body_model::FlexibleModel;
-use crate::contact_zone::ContactZone;
-use crate::elastic_body::ElasticBody;
-use crate::local_surface::plane_compliance;
+use crate::body::splines::ElasticBody;
+use crate::body::zone::ContactZone;
+use crate::body::zone::contact::ContactSide;
 use crate::spec::{SurfaceLaw, Treatment};
-use crate::zone_contact::ContactSide;
+use crate::system::body::FlexibleModel;
+use crate::touch::local_surface::plane_compliance;
 
 /// The zone that a contact has from the start on one of its bodies.
 #[derive(Clone, Copy)]

@@ -9,14 +9,14 @@ use tracing::warn;
 use super::contacts::takes_part;
 use super::plan::ContactPlan;
 use super::{BodyModel, FlexibleModel, RunModel, held_damping, observed_points};
-use crate::adaptive_contact::FineBasis;
-use crate::body_model::FineState;
 use crate::error::AdaptiveError;
+use crate::impact::FineBasis;
 use crate::paper::fine_modes::{FineModes, check_fine_modes};
 use crate::spec::LowModes;
+use crate::spec::unsupported::Unsupported;
 use crate::spec::{ContactLaw, ContactSpec, RunSpec};
+use crate::system::body::FineState;
 use crate::system::joints;
-use crate::unsupported::Unsupported;
 
 /// Whether fine models of `contact` have modes of their own.
 fn has_fine_modes(contact: &ContactSpec) -> bool {

@@ -5,10 +5,10 @@ use ffr_dynamics::body::ModalDamping;
 use ffr_dynamics::system::OwnDamping;
 
 use super::BodyModel;
-use crate::body_damping::{damping, law};
+use crate::body::reduced::damping::{damping, law};
 use crate::error::AdaptiveError;
-use crate::simulation::System;
 use crate::spec::{DampingSpec, RunSpec};
+use crate::state::simulation::System;
 
 /// Lets the damping ratios of the bodies hold for the modes of the system as it is joined in the pose of `y` at time `t` (Eq. F.31 to
 /// F.35).

@@ -3,13 +3,13 @@
 use contact_qs::ContactError;
 use ffr_dynamics::system::force::BodyState;
 
+use crate::body::zone::at_start::{ZoneRequest, refined_width};
 use crate::error::{AdaptiveError, ContactModelFault};
-use crate::predicted_touch::{TouchKind, kind_of_touch, no_hertz_point};
+use crate::spec::unsupported::Unsupported;
 use crate::spec::{ContactLaw, ContactSpec, ElasticSpec, RunSpec, SurfaceLaw, Target, Treatment};
 use crate::surface::{self, SurfacePlace};
-use crate::touch_sites::{Sites, Surfaces, sites};
-use crate::unsupported::Unsupported;
-use crate::zone_at_start::{ZoneRequest, refined_width};
+use crate::touch::predicted::{TouchKind, kind_of_touch, no_hertz_point};
+use crate::touch::sites::{Sites, Surfaces, sites};
 
 /// When a contact gets its model.
 ///

@@ -3,14 +3,14 @@
 use std::borrow::Cow;
 
 use super::plan::{ContactPlan, plans};
+use crate::body::splines::refined::ELEMENTS;
+use crate::body::zone::at_start::is_about;
 use crate::error::AdaptiveError;
-use crate::fine_model::ELEMENTS;
 use crate::spec::{
     BodyKind, BodySpec, ContactLaw, ContactSpec, PenaltySearch, ReductionSpec, RefinementSpec, RunSpec,
     SurfaceLaw, Target, Treatment,
 };
 use crate::system::start;
-use crate::zone_at_start::is_about;
 
 /// Names of the bodies and contacts that the factors of a [`crate::spec::Resolution`] act on.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

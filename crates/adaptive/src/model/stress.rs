@@ -2,13 +2,13 @@
 
 use super::RunModel;
 use super::plan::ContactPlan;
-use crate::adaptive_contact::{FineContact, ZoneModel};
 use crate::error::{AdaptiveError, ContactModelFault};
-use crate::observer::Observer;
+use crate::impact::stress::evaluate;
+use crate::impact::{FineContact, ZoneModel};
 use crate::record::{StressState, ZoneLoad};
+use crate::spec::unsupported::Unsupported;
 use crate::spec::{ContactLaw, ContactSpec, LowModes, RunSpec, StressInstant, Target};
-use crate::stress::evaluate;
-use crate::unsupported::Unsupported;
+use crate::state::observer::Observer;
 
 impl RunModel {
     /// Takes the present state at time `time` as that of the stress requests, `held`, that it serves better than the one they hold;

@@ -12,14 +12,14 @@ use nalgebra::UnitQuaternion;
 use crate::body::field::Field;
 use crate::body::field_body::FieldBody;
 use crate::body::reduced::ReducedBody;
-use crate::body_damping::damping;
-use crate::elastic_body::ElasticBody;
+use crate::body::reduced::damping::damping;
+use crate::body::splines::ElasticBody;
+use crate::body::splines::refined::FineBody;
 use crate::error::AdaptiveError;
-use crate::fine_model::FineBody;
 use crate::paper::transfer::StateTransfer;
 use crate::spec::FrameSpec;
 use crate::spec::TransferMethod;
-use crate::unsupported::Unsupported;
+use crate::spec::unsupported::Unsupported;
 
 /// Modes of a fine model, on it and on the coarse one.
 pub struct FineModes {

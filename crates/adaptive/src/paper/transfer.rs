@@ -14,9 +14,9 @@ use iga_core::nurbs::patch::PointBasis;
 use iga_core::quadrature::GaussRule;
 use iga_core::space::{Space, SplineSpace};
 
-use crate::elastic_body::ElasticBody;
+use crate::body::splines::ElasticBody;
+use crate::body::splines::refined::FineBody;
 use crate::error::AdaptiveError;
-use crate::fine_model::FineBody;
 use crate::spec::TransferMethod;
 
 /// The two maps between the elastic coordinates of a body's models.

@@ -3,8 +3,8 @@
 use iga_core::space::PatchSpace;
 
 use super::ChosenZone;
-use crate::elastic_body::refined_shape;
-use crate::marker_loads::{HeldPlace, MarkerLoads};
+use crate::body::loads::{HeldPlace, MarkerLoads};
+use crate::body::splines::refined_shape;
 use crate::spec::{DiscretisationSpec, RefinementSpec, RunSpec};
 
 /// Growth of elements outside the place.

@@ -3,6 +3,9 @@
 //! An impact lasts as long as Hertz's law and the masses say, or less: between long bodies the force rises until waves carry the
 //! motion away, and that rise is what has to be resolved. Durations go with the speed to the power -1/5, so that a rough speed will do.
 
+pub(crate) mod radiation;
+pub mod rise;
+
 use std::f64::consts::PI;
 use std::fmt;
 
@@ -14,14 +17,14 @@ use iga_core::nurbs::lengths::lengths;
 use nalgebra::{Matrix3, Vector3};
 
 use super::extent::extent;
-use super::radiation::Radiation;
-pub use super::rise::TimeScale;
-use super::rise::{TouchLine, Touching, length_along, line_time, point_time};
-use crate::local_surface::{SurfaceView, plane_compliance};
-use crate::predict::{LocalSurface, across_line, inverse_effective_mass};
+use crate::sizing::impact_time::radiation::Radiation;
+pub use crate::sizing::impact_time::rise::TimeScale;
+use crate::sizing::impact_time::rise::{TouchLine, Touching, length_along, line_time, point_time};
 use crate::spec::{BodyKind, ContactLaw, ContactSpec, HertzSphere, Place, RunSpec, Target};
 use crate::surface::{self, SurfacePlace};
-use crate::touch_sites::first_sites;
+use crate::touch::hertz::{LocalSurface, across_line, inverse_effective_mass};
+use crate::touch::local_surface::{SurfaceView, plane_compliance};
+use crate::touch::sites::first_sites;
 
 /// Speed of impacts when nothing moves and nothing falls at the start [m/s].
 const UNKNOWN_SPEED: f64 = 1.0;

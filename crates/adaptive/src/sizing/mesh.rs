@@ -3,11 +3,14 @@
 //! Each direction is refined by itself, those that shared faces of patches turn into one another together. Frequencies of conforming models fall to their limits from above, so the change tells
 //! the error that the direction makes, and the sum over directions that of the mesh (Eqs. N.2, N.3).
 
+pub(crate) mod first_elements;
+pub mod proportions;
+
 use std::fmt;
 
-use super::first_elements::first_elements;
 use super::{Candidate, Spectrum};
 use crate::error::AdaptiveError;
+use crate::sizing::mesh::first_elements::first_elements;
 use crate::spec::Accuracy;
 
 /// Largest relative error of a kept frequency.

@@ -5,12 +5,12 @@ use std::fmt;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::reduction::neighbouring_counts;
 
-use super::first_elements::first_elements;
 use super::impact_time::{ForceTime, TimeScale};
 use super::mesh::CHECKED;
 use super::{Candidate, Spectrum};
-use crate::elastic_body::rigid_motion;
+use crate::body::splines::rigid_motion;
 use crate::error::AdaptiveError;
+use crate::sizing::mesh::first_elements::first_elements;
 use crate::spec::{Accuracy, ReductionSpec};
 
 /// Modes of a body on which no contact acts.

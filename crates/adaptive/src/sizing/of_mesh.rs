@@ -4,11 +4,11 @@ use super::impact_time::ForceTime;
 use super::key::mesh_key;
 use super::mode_count::{ChosenModes, GROUP, WITHOUT_FORCES, chosen_from, least, most};
 use super::spectrum::FrequencyProblem;
+use crate::body::mesh::MeshedBody;
 use crate::error::AdaptiveError;
-use crate::meshed::MeshedBody;
+use crate::record::work;
 use crate::spec::{Accuracy, MeshedSpec};
 use crate::store::{ModelCache, StoredModel};
-use crate::work;
 use ffr_dynamics::body::RigidMotion;
 
 /// Number of modes of the mesh `spec`, the body `name`, for the fastest force on it, `time`, if there is one (theory N.4).

@@ -7,13 +7,13 @@ use nalgebra::Vector3;
 use super::ChosenZone;
 use super::extent::extent;
 use super::impact_time::{ALONG, Impact, Scene};
-use crate::fine_model::ELEMENTS;
-use crate::predict::{HertzLaw, LocalSurface, across_line, hertz_impact, interval_width, line_impact};
+use crate::body::splines::refined::ELEMENTS;
 use crate::spec::{
     ContactLaw, ContactSpec, IntervalSpec, RefinementSpec, RunSpec, SurfaceLaw, Target, Treatment,
 };
 use crate::surface::SurfacePlace;
-use crate::touch_sites::first_sites;
+use crate::touch::hertz::{HertzLaw, LocalSurface, across_line, hertz_impact, interval_width, line_impact};
+use crate::touch::sites::first_sites;
 
 /// Growth of elements outside a zone.
 const RATIO: f64 = 1.5;

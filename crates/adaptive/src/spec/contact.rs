@@ -6,8 +6,8 @@ use nalgebra::Vector3;
 
 use super::accuracy::Accuracy;
 use super::body::Place;
-use crate::interval::{TARGET_UTILISATION, least_utilisation};
-use crate::penalty_search::PEAK_TOLERANCE;
+use crate::adaptivity::interval::{TARGET_UTILISATION, least_utilisation};
+use crate::adaptivity::penalty_search::PEAK_TOLERANCE;
 
 /// A contact between a body and a target.
 #[derive(Debug, Clone, PartialEq)]
@@ -210,7 +210,7 @@ pub struct IntervalSpec {
     /// Width about the point of first contact, measured as [`super::RefinementSpec::width`] \[m\]; `None`: the refined
     /// zone there, or predicted.
     pub width: Option<f64>,
-    /// Elements across the interval; `None`: those that the discretisation has there, or [`crate::fine_model::ELEMENTS`] if the
+    /// Elements across the interval; `None`: those that the discretisation has there, or [`crate::body::splines::refined::ELEMENTS`] if the
     /// program refines.
     pub elements: Option<usize>,
     /// Share of the elements that shall touch.

@@ -1,4 +1,7 @@
-//! What a run is made from: plain, validated values. SI units; body-fixed data in the body's own frame.
+//! What a run is made from: plain, validated values. SI units; body-fixed data in the body's own frame. What they cannot be
+//! together is [`unsupported`].
+//!
+//! Knows shapes, meshes and materials as data; knows no matrices, and no file format.
 
 pub mod accuracy;
 pub mod body;
@@ -9,6 +12,7 @@ pub mod joint;
 pub mod reduction;
 pub mod resolution;
 pub mod time_curve;
+pub mod unsupported;
 
 use ffr_dynamics::integration::Method as IntegrationMethod;
 use ffr_dynamics::system::JointKind;

@@ -8,11 +8,11 @@ use ffr_dynamics::system::{CoordinateForce, FreeDirections, GROUND, JointKind, S
 use iga_core::elasticity::kinematics::PointState;
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::body_model::{BodyForm, BodyModel};
 use crate::error::AdaptiveError;
 use crate::record::NameAndUnit;
+use crate::spec::unsupported::Unsupported;
 use crate::spec::{Area, Attachment, CoordinateSpec, GearSpec, JointSpec, Place, RunSpec, TimeCurve};
-use crate::unsupported::Unsupported;
+use crate::system::body::{BodyForm, BodyModel};
 
 impl BodyModel {
     /// The material point at `place`.

@@ -10,11 +10,11 @@ use ffr_dynamics::system::{JointKind, Multibody};
 use nalgebra::{Matrix3, Vector3};
 
 use super::joints;
-use crate::body_model::BodyForm;
-use crate::body_model::BodyModel;
 use crate::error::AdaptiveError;
-use crate::imported::ImportedModel;
 use crate::spec::{BodySpec, InitialMotion, RunSpec};
+use crate::system::body::BodyForm;
+use crate::system::body::BodyModel;
+use crate::system::imported::ImportedModel;
 
 /// Motions of all bodies at the start if they were rigid.
 ///

@@ -1,8 +1,8 @@
 //! Bodies of [A] section 5.
 
-use adaptive::elastic_body::ElasticBody;
+use adaptive::adaptivity::wanted_interval::WantedInterval;
+use adaptive::body::splines::ElasticBody;
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, ReductionSpec};
-use adaptive::wanted_interval::WantedInterval;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::Shape;
 use iga_core::nurbs::primitives::{SphereNet, axisymmetric, solid};

@@ -4,10 +4,10 @@ use std::f64::consts::PI;
 use std::ops::{Deref, DerefMut};
 
 use adaptive::AdaptiveError;
-use adaptive::driver::{RunEnd, run};
 use adaptive::model::RunModel;
 use adaptive::record::{PhaseKind, Sample};
-use adaptive::recording::Recording;
+use adaptive::run::driver::{RunEnd, run};
+use adaptive::run::recording::Recording;
 use adaptive::spec::{
     Accuracy, BodyKind, BodySpec, ContactLaw, ContactSpec, DiscretisationSpec, ElasticSpec, InitialMotion,
     IntervalSpec, PenaltySearch, PhaseSettings, PointRule, ReductionSpec, Resolution, RunSettings, RunSpec,

@@ -44,7 +44,7 @@ fn refined(name: &str, elastic: &ElasticSpec, elements: &[usize]) -> Vec<f64> {
 /// reference against [`refined`].
 fn error(name: &str, shape: Result<Shape, SplineError>, model: Model, reference: Option<Vec<f64>>) -> f64 {
     let elastic = body(shape, model);
-    let n_modes = mode_count::least(adaptive::elastic_body::rigid_motion(&model));
+    let n_modes = mode_count::least(adaptive::body::splines::rigid_motion(&model));
     let candidate = Candidate::new(name, &elastic, SizeRequest { elements: true, modes: false });
     let began = std::time::Instant::now();
     let (elements, estimate) = mesh::mesh(&candidate, n_modes, Vec::new()).unwrap();

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use adaptive::plausibility::units;
+use adaptive::checks::units;
 use adaptive::spec::{ContactSpec, Target};
 use indicatif::ProgressBar;
 

@@ -2,8 +2,8 @@
 
 use adaptive::AdaptiveError;
 use adaptive::body::built;
+use adaptive::body::loads::MarkerLoads;
 use adaptive::body::reduced::Interface;
-use adaptive::marker_loads::MarkerLoads;
 use adaptive::spec::{Area, BodySpec, FlexibleSpec, Place};
 use adaptive::store::ModelCache;
 use ffr_dynamics::interchange::{BodyFrame, FullBody, ReducedModel, ReducedParts};

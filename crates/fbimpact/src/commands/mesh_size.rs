@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use adaptive::mesh_touch::{GROWTH, MeshTouch, touches, usual_length};
 use adaptive::model::start_poses;
+use adaptive::sizing::mesh_touch::{GROWTH, MeshTouch, touches, usual_length};
 
 use super::{body_index, check_distinct, check_folder, print};
 use crate::error::{AppError, CommandFault};

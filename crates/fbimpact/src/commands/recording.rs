@@ -4,12 +4,12 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use adaptive::error::ObserverError;
-use adaptive::observer::{Continue, Observer, Stage};
+use adaptive::record::warning::Warning;
 use adaptive::record::{
     ImpactRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord, TransferRecord, TrialRecord,
 };
-use adaptive::run_state::RunState;
-use adaptive::warning::Warning;
+use adaptive::state::RunState;
+use adaptive::state::observer::{Continue, Observer, Stage};
 use indicatif::ProgressBar;
 
 use super::stop::{Held, Stop};

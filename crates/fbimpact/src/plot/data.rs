@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use adaptive::interval::least_utilisation;
+use adaptive::adaptivity::interval::least_utilisation;
 use hdf5::types::VarLenUnicode;
 use hdf5::{File, Group, Result};
 

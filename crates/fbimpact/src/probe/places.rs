@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use adaptive::model::RunModel;
-use adaptive::simulation::ObservedPoint;
+use adaptive::state::simulation::ObservedPoint;
 
 use crate::error::{AppError, CommandFault, PlaceFault};
 use crate::scenario::FileBody;

@@ -2,12 +2,12 @@
 
 use std::ops::Range;
 
-use adaptive::adaptive_contact::ZoneModel;
-use adaptive::local_deformation::LocalDeformation;
+use adaptive::body::point_compliance::PointCompliance;
+use adaptive::impact::ZoneModel;
+use adaptive::impact::local_deformation::LocalDeformation;
 use adaptive::model::RunModel;
-use adaptive::point_compliance::PointCompliance;
 use adaptive::record::{PhaseKind, PointSample};
-use adaptive::simulation::ObservedPoint;
+use adaptive::state::simulation::ObservedPoint;
 use adaptive::store::ModelCache;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;

@@ -3,7 +3,7 @@
 //! The contact problem is solved again at the stored state; it depends on nothing else. Zones that were refined for their contact
 //! before the run are part of the bodies' models; fine models that the program made during the run are built again.
 
-use adaptive::adaptive_contact::AdaptiveContact;
+use adaptive::impact::AdaptiveContact;
 use adaptive::model::{ContactModel, RunModel};
 use ffr_dynamics::reduction::ResidualFlexibility;
 use ffr_dynamics::system::force::{BodyState, GeneralisedForce, Motion};

@@ -1,9 +1,9 @@
 //! Fine models that a run had during its impacts, built again.
 
-use adaptive::adaptive_contact::{AdaptiveContact, ZoneModel};
+use adaptive::impact::{AdaptiveContact, ZoneModel};
 use adaptive::model::RunModel;
 use adaptive::record::ZoneSite;
-use adaptive::simulation::RunContact;
+use adaptive::state::simulation::RunContact;
 
 use crate::error::AppError;
 

@@ -8,9 +8,9 @@ use std::fs::{File, OpenOptions};
 use std::io::{BufReader, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use adaptive::record::warning::Warning;
 use adaptive::record::{ImpactRecord, PhaseRecord, PressurePoint, TransferRecord, TrialRecord};
-use adaptive::run_state::RunState;
-use adaptive::warning::Warning;
+use adaptive::state::RunState;
 use serde::{Deserialize, Serialize};
 
 use crate::file_fault::{Access, FileError, FileFault, ResumeFault};

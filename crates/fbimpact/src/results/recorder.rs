@@ -4,11 +4,11 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use adaptive::record::warning::Warning;
 use adaptive::record::{
     ImpactRecord, PhaseRecord, RunLayout, Sample, StressRecord, Timings, TransferRecord, TrialRecord,
 };
 use adaptive::spec::BodySpec;
-use adaptive::warning::Warning;
 use iga_core::elasticity::Model;
 
 use super::journal::{Entry, Restart};

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use adaptive::warning::WarningKind;
+use adaptive::record::warning::WarningKind;
 
 use super::columns::{self, Axis, Declaration, Stage, TIMINGS};
 use super::pressure::{AREA, POINT, POSITION, PRESSURE};

@@ -23,7 +23,7 @@ pub fn identifier(line: &str) -> &str {
     line.split_once(": ").map_or(line, |(identifier, _)| identifier)
 }
 
-/// The parts of the warning `line` ([`adaptive::warning::Warning::line`]).
+/// The parts of the warning `line` ([`adaptive::record::warning::Warning::line`]).
 pub fn json(line: &str) -> Value {
     let (identifier, rest) = line.split_once(": ").unwrap_or(("", line));
     let (subject, rest) = rest.split_once(": ").unwrap_or(("", rest));
@@ -34,7 +34,7 @@ pub fn json(line: &str) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use adaptive::warning::{Warning, WarningKind};
+    use adaptive::record::warning::{Warning, WarningKind};
 
     #[test]
     fn a_line_is_taken_apart_as_it_was_put_together() {

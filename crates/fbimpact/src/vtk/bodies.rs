@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use adaptive::AdaptiveError;
-use adaptive::adaptive_contact::ZoneModel;
 use adaptive::body::field::Field;
+use adaptive::impact::ZoneModel;
 use adaptive::model::RunModel;
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::RigidMotion;
@@ -288,7 +288,7 @@ pub fn shape_alone(of_file: &FileBody, cells: Cells) -> Result<Option<BodyGeomet
     let fail = |source| AppError::model(AdaptiveError::Geometry { body: of_file.name.clone(), source });
     let space = Box::new(PatchSpace::new(shape.patches.clone()).map_err(fail)?);
     let cells = if cells == Cells::Bezier { cells } else { Cells::Linear(RIGID_CELLS) };
-    let motion: RigidMotion = adaptive::elastic_body::rigid_motion(model);
+    let motion: RigidMotion = adaptive::body::splines::rigid_motion(model);
     Ok(Some(BodyGeometry::new(space, &shape.patches, motion, None, cells)))
 }
 

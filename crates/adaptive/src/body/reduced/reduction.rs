@@ -15,7 +15,7 @@ use super::{
     Interface, InterfaceModes, ReducedBody, answering, basis_from, free_modes, free_modes_answering,
     stored_basis, with_critical,
 };
-use crate::body_damping::damping;
+use crate::body::reduced::damping::damping;
 use crate::spec::{DampingSpec, ReductionSpec};
 use crate::store::{ModelCache, ModelKey};
 

@@ -12,7 +12,7 @@ use iga_core::assembly::geometric_stiffness;
 
 use crate::body::field::Field;
 use crate::error::AdaptiveError;
-use crate::unsupported::Unsupported;
+use crate::spec::unsupported::Unsupported;
 
 /// Geometric stiffening for the modes `shapes` (n × n_q) of the frame in use, of the body with the field `field` and the matrices `assembled`, held at `support`, the marker that
 /// a tangent frame follows: one factorisation, 6 (plane) or 12 (solid) static problems.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use adaptive::run_state::RunState;
+use adaptive::state::RunState;
 
 use super::super::journal::{Entries, Entry, Journal, Restart};
 use super::{Open, Recorded, Recorder};

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-use adaptive::interval::least_utilisation;
+use adaptive::adaptivity::interval::least_utilisation;
 use adaptive::spec::{
     Accuracy, ContactLaw, ContactSpec, DivisionRule, HertzPartner, HertzSpec, HertzSphere, IntervalSpec,
     LowModes, PenaltySearch, Place, PointRule, SurfaceLaw, Target, TransferMethod, TransferSpec, Treatment,

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use adaptive::meshed::n_elastic_modes;
+use adaptive::body::mesh::n_elastic_modes;
 use adaptive::sizing::SizeRequest;
 use adaptive::spec::{BodyKind, ByGroup, FlexibleSpec, MeshedSpec};
 use fe_mesh::Mesh;

@@ -1,9 +1,9 @@
 //! Keys of `[contacts.NAME]`.
 
-use adaptive::fine_elements::{LINEAR, QUADRATIC};
-use adaptive::fine_model::ELEMENTS;
-use adaptive::interval::TARGET_UTILISATION;
-use adaptive::penalty_search::PEAK_TOLERANCE;
+use adaptive::adaptivity::interval::TARGET_UTILISATION;
+use adaptive::adaptivity::penalty_search::PEAK_TOLERANCE;
+use adaptive::body::mesh::divided::{LINEAR, QUADRATIC};
+use adaptive::body::splines::refined::ELEMENTS;
 use adaptive::spec::Accuracy;
 
 use super::super::keys::{Bound, Choice, Condition, Fact, Key, Kind, Need, Range, Test};

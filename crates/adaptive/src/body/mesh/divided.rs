@@ -1,0 +1,361 @@
+//! The fine model of a body of finite elements: its mesh, divided about the place of a touch (docs/theory.md section C.10).
+
+use std::sync::Arc;
+
+use contact_qs::ContactError;
+use contact_qs::points::DofLookup;
+use faer::{Mat, MatRef};
+use fe_mesh::fault::MeshFault;
+use fe_mesh::refined::{CellBall, RefinedMesh};
+use fe_mesh::{Mesh, MeshSpace};
+use ffr_dynamics::body::{AssembledBody, Dof};
+use iga_core::SplineError;
+use iga_core::elasticity::kinematics::PointState;
+use iga_core::elasticity::{ElementMaterials, MaterialField, Model};
+use iga_core::extent::{Extent, ExtentPoint};
+use iga_core::space::Space;
+use nalgebra::Vector3;
+use tracing::debug;
+
+use crate::adaptivity::interval::{IntervalEnd, IntervalGrid};
+use crate::adaptivity::subdivision::SubdivisionError;
+use crate::body::field::Field;
+use crate::body::mesh::{MeshedBody, assembled, dofs_of, no_such_place, points_of};
+use crate::body::splines::refined::{gigabytes, most_gigabytes};
+use crate::body::zone::{ContactZone, longest_within};
+use crate::error::AdaptiveError;
+use crate::spec::unsupported::Unsupported;
+use crate::store::{Bytes, meshed_definition};
+use crate::surface::smooth_fit::SmoothFit;
+use crate::surface::{LocalShape, MeshSurface, Surface, SurfacePlace};
+
+/// Sides of quadratic elements across the narrower width of a zone, at least: twice as many at most, since elements are halved. With seven tenths of
+/// the width in contact, 2.1 to 4.2 on the contact radius, where two make the force right to 0.2 % ([`crate::sizing::mesh_touch::QUADRATIC`]).
+pub const QUADRATIC: usize = 6;
+/// The same of linear elements.
+pub const LINEAR: usize = 16;
+
+/// Elements over the narrow width of a zone of `mesh` unless the scenario says otherwise.
+pub fn usual_elements(mesh: &Mesh) -> usize {
+    let is_quadratic = mesh.elements().iter().next().is_some_and(|e| e.kind.is_quadratic());
+    if is_quadratic { QUADRATIC } else { LINEAR }
+}
+/// Rows of a direction in which contact is counted, whatever the elements are.
+const ROWS: usize = 16;
+/// Elements of the finest level beyond the zone: a side that meets it, the ring around, and one between these and the next level, whose nodes
+/// others would be tied to.
+const FINEST: f64 = 3.0;
+/// Elements of every other level beyond the zone.
+const COARSER: f64 = 2.0;
+/// Pieces of elements at most, so that counting them ends; memory ends before.
+const MOST: usize = 300_000;
+/// Displacement components of a node.
+const N_COMPONENTS: usize = 3;
+
+/// What is asked of a fine model.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WantedZone {
+    /// The middle of the zone.
+    pub site: SurfacePlace,
+    /// Widths along the principal directions of the surface there \[m\].
+    pub widths: [f64; 2],
+    /// Elements across the narrower one; `None`: as many as the elements need.
+    pub elements: Option<usize>,
+}
+
+/// The ellipse of a zone, bent as the surface is.
+struct Footprint {
+    centre: Vector3<f64>,
+    shape: LocalShape,
+    half: [f64; 2],
+}
+
+/// A divided mesh with its zone.
+pub struct FineElements {
+    body: Arc<MeshedBody>,
+    wanted: WantedZone,
+    refined: RefinedMesh,
+    /// Displacements of the free nodes.
+    space: MeshSpace,
+    /// Materials of its elements.
+    pub materials: ElementMaterials,
+    surface: Arc<MeshSurface>,
+    footprint: Footprint,
+    /// The surface through the nodes, where there is a smooth one.
+    smooth: Option<SmoothFit>,
+    dofs: Vec<Dof>,
+    lookup: DofLookup,
+}
+
+impl Footprint {
+    fn new(surface: &MeshSurface, wanted: &WantedZone) -> Option<Self> {
+        let shape = surface.shape_at(&wanted.site)?;
+        Some(Self { centre: Vector3::from(wanted.site.point), shape, half: wanted.widths.map(|w| 0.5 * w) })
+    }
+
+    /// Coordinates along the principal directions.
+    fn along(&self, x: &[f64; 3]) -> [f64; 2] {
+        let from = Vector3::from(*x) - self.centre;
+        self.shape.tangents.map(|t| from.dot(&t))
+    }
+
+    /// Distance along the surface in units of the ellipse.
+    fn share(&self, [u, v]: [f64; 2]) -> f64 {
+        (u / self.half[0]).hypot(v / self.half[1])
+    }
+
+    fn contains(&self, x: &[f64; 3]) -> bool {
+        self.share(self.along(x)) <= 1.0
+    }
+
+    /// Distance of a point from the zone, to the order of the curvature (theory Eq. C.71) \[m\].
+    fn distance(&self, x: &[f64; 3]) -> f64 {
+        let [u, v] = self.along(x);
+        let inside = 1.0 / self.share([u, v]).max(1.0);
+        let [a, b] = [u * inside, v * inside];
+        let aside = (u - a).hypot(v - b);
+        let [k, l] = self.shape.curvatures;
+        let height = (Vector3::from(*x) - self.centre).dot(&self.shape.normal);
+        aside.hypot(height + 0.5 * (k * a * a + l * b * b))
+    }
+}
+
+impl FineElements {
+    /// Divides the mesh of `body` about a zone.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Mesh`] or [`AdaptiveError::Subdivision`] if that would take too many pieces, [`AdaptiveError::Contact`] where the surface has no curvature,
+    /// [`AdaptiveError::Unsupported`] if a rigid part of the body would be divided.
+    pub fn build(body: &Arc<MeshedBody>, wanted: &WantedZone) -> Result<Self, AdaptiveError> {
+        let (name, spec) = (body.name.as_str(), &body.spec);
+        let fail = |source: MeshFault| AdaptiveError::Mesh { body: name.to_owned(), source };
+        let nothing = || {
+            let source = ContactError::Empty { width: wanted.widths[0] };
+            AdaptiveError::Contact { contact: name.to_owned(), source }
+        };
+        let coarse = &body.surface;
+        let footprint = Footprint::new(coarse, wanted).ok_or_else(nothing)?;
+        let longest = longest_within(coarse, wanted.site.face, |x| footprint.contains(x));
+        let elements = wanted.elements.unwrap_or_else(|| usual_elements(&spec.mesh));
+        let narrow = wanted.widths[0].min(wanted.widths[1]);
+        let levels = (longest * elements as f64 / narrow).log2().ceil().max(0.0);
+        let refined = RefinedMesh::new(
+            &spec.mesh,
+            |ball: &CellBall| {
+                let level = f64::from(ball.level) + 1.0;
+                let beyond = if level < levels { COARSER } else { FINEST };
+                level <= levels
+                    && footprint.distance(&ball.centre) - ball.radius <= beyond * longest * (-level).exp2()
+            },
+            MOST,
+        )
+        .map_err(fail)?;
+        let n_free = refined.n_free();
+        debug!(body = name, levels, elements = refined.mesh().elements().len(), nodes = n_free, "fine model");
+        let surface = MeshSurface::of(refined.mesh());
+        let reach = footprint.half[0].max(footprint.half[1]);
+        let smooth = SmoothFit::new(coarse, &wanted.site, &footprint.shape, reach);
+        let dofs = dofs_of(n_free);
+        let fine = Self {
+            body: Arc::clone(body),
+            wanted: *wanted,
+            space: MeshSpace::divided(&refined, spec.mass_rule),
+            materials: body.materials.of_parts(refined.parents()),
+            lookup: DofLookup::new(&dofs),
+            dofs,
+            refined,
+            surface,
+            footprint,
+            smooth,
+        };
+        fine.check_rigid_parts()?;
+        fine.check_size((longest * (-levels).exp2(), elements))?;
+        Ok(fine)
+    }
+
+    /// Refuses what no memory holds, with elements of the size `element`, so many of them `across`.
+    fn check_size(&self, (element, across): (f64, usize)) -> Result<(), AdaptiveError> {
+        let (unknowns, interface) = (self.n_unknowns() as f64, self.contact_zone()?.unknowns.len() as f64);
+        let gigabytes = gigabytes(N_COMPONENTS, unknowns, interface);
+        let most = most_gigabytes();
+        if gigabytes <= most {
+            return Ok(());
+        }
+        let width = 2.0 * self.footprint.half[0].max(self.footprint.half[1]);
+        let source =
+            SubdivisionError::TooLarge { width, across, element, unknowns, interface, gigabytes, most };
+        Err(AdaptiveError::Subdivision { body: self.body.name.clone(), source })
+    }
+
+    /// Refuses divided elements at nodes of rigid parts, which are held by the functions of the mesh before.
+    fn check_rigid_parts(&self) -> Result<(), AdaptiveError> {
+        if self.body.spec.flexible.rigid_areas.is_empty() {
+            return Ok(());
+        }
+        let mut count = vec![0u32; self.body.spec.mesh.elements().len()];
+        self.refined.parents().iter().for_each(|&p| count[p as usize] += 1);
+        let mut is_divided = vec![false; self.body.spec.mesh.nodes().len()];
+        for (element, _) in self.body.spec.mesh.elements().iter().zip(&count).filter(|(_, n)| **n > 1) {
+            element.nodes.iter().for_each(|&n| is_divided[n as usize] = true);
+        }
+        let held = self.body.rigid_nodes()?;
+        if held.iter().any(|&n| is_divided[n as usize]) {
+            return Err(AdaptiveError::unsupported_body(&self.body.name, Unsupported::RigidPartAtTouch));
+        }
+        Ok(())
+    }
+
+    /// Contact points and interface.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Mesh`] for a side without area, [`AdaptiveError::Contact`] if there is no point.
+    pub fn contact_zone(&self) -> Result<ContactZone, AdaptiveError> {
+        let widths = self.footprint.half.map(|h| 2.0 * h);
+        let empty = || {
+            let source = ContactError::Empty { width: widths[0] };
+            AdaptiveError::Contact { contact: self.body.name.clone(), source }
+        };
+        let first = self.surface.nearest(self.footprint.centre.as_ref()).ok_or_else(empty)?;
+        let n_free = self.refined.n_free();
+        let is_near = |x: &[f64; 3]| self.footprint.contains(x);
+        let is_free = |n: u32| (n as usize) < n_free;
+        let zone = ContactZone::within(&self.surface, first.place.face, is_near, is_free, widths);
+        let mut zone = zone.map_err(|source| AdaptiveError::Mesh { body: self.body.name.clone(), source })?;
+        if zone.points.is_empty() {
+            return Err(empty());
+        }
+        if let Some(fit) = &self.smooth {
+            smooth(&mut zone, fit);
+        }
+        Ok(zone)
+    }
+
+    /// Outward normal of the smooth surface on which the zone lies; none if it lies on the sides as they are.
+    pub fn normal(&self) -> Option<Vector3<f64>> {
+        self.smooth.as_ref().map(SmoothFit::normal)
+    }
+
+    /// The rows by which the use of the zone is judged.
+    pub fn rows(&self) -> IntervalGrid {
+        IntervalGrid {
+            widths: self.footprint.half.map(|h| 2.0 * h),
+            ends: vec![[IntervalEnd::Open; 2]; 2],
+            n_elements: [ROWS; 2],
+        }
+    }
+
+    /// The rows in which the points of `zone` lie, the outermost ones for those beyond it and on the rim.
+    pub fn rows_of(&self, zone: &ContactZone) -> Vec<[usize; 2]> {
+        let row =
+            |x: f64, half: f64| ((0.5 * (x / half + 1.0) * ROWS as f64).max(0.0) as usize).min(ROWS - 1);
+        let rows = |x: &[f64; 3]| {
+            let along = self.footprint.along(x);
+            [0, 1].map(|d| row(along[d], self.footprint.half[d]))
+        };
+        // Beyond the rim nothing is watched: contact there asks for a wider zone, on whichever side it is.
+        zone.points.iter().map(|p| if p.on_rim { [0, 0] } else { rows(&p.position) }).collect()
+    }
+
+    /// Stiffness and mass of the free nodes.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Geometry`] if there are too many entries or an element is folded; those of [`MeshedBody::held`].
+    pub fn assembled(&self) -> Result<AssembledBody, AdaptiveError> {
+        let mut assembled = assembled(&self.body.name, &self.space, &self.materials)?;
+        assembled.stiffness = self.body.held(assembled.stiffness)?;
+        Ok(assembled)
+    }
+
+    /// Displacements of the mesh before (n_before x k) on the free nodes: the same fields (theory Eq. A.5).
+    pub fn prolonged(&self, shapes: MatRef<'_, f64>) -> Mat<f64> {
+        let mut fine = Mat::zeros(self.n_unknowns(), shapes.ncols());
+        for node in 0..self.refined.n_free() {
+            let functions = self.refined.functions_before(&self.body.spec.mesh, node);
+            for j in 0..shapes.ncols() {
+                for c in 0..N_COMPONENTS {
+                    let value = |(n, w): &(u32, f64)| w * shapes[(N_COMPONENTS * *n as usize + c, j)];
+                    fine[(N_COMPONENTS * node + c, j)] = functions.iter().map(value).sum();
+                }
+            }
+        }
+        fine
+    }
+
+    /// The divided mesh.
+    pub fn divided(&self) -> &Arc<Mesh> {
+        self.refined.mesh()
+    }
+
+    /// What its matrices are made from.
+    pub fn zone_definition(&self) -> Bytes {
+        let mut key = Bytes(meshed_definition(&self.body.spec));
+        let WantedZone { site: SurfacePlace { face, xi, point }, widths, elements } = &self.wanted;
+        key.add(&(face, xi, point, widths, elements));
+        key
+    }
+}
+
+impl Field for FineElements {
+    fn name(&self) -> &str {
+        &self.body.name
+    }
+
+    fn space(&self) -> &dyn Space {
+        &self.space
+    }
+
+    fn model(&self) -> &Model {
+        &Model::Solid
+    }
+
+    fn materials(&self) -> &dyn MaterialField {
+        &self.materials
+    }
+
+    fn dofs(&self) -> &[Dof] {
+        &self.dofs
+    }
+
+    fn lookup(&self) -> &DofLookup {
+        &self.lookup
+    }
+
+    fn locate(&self, place: &[f64; 3]) -> Result<(usize, [f64; 3]), AdaptiveError> {
+        let found = self.divided().locate(place);
+        found.map_err(|source| AdaptiveError::Mesh { body: self.body.name.clone(), source })
+    }
+
+    fn points_of(&self, extent: &Extent) -> Result<Vec<ExtentPoint>, AdaptiveError> {
+        points_of(self, self.divided(), extent)
+    }
+
+    fn named_place(&self, marker: &str) -> Result<[f64; 3], AdaptiveError> {
+        Err(no_such_place(self, self.divided(), marker))
+    }
+
+    fn unit_states(&self, e: usize, xi: &[f64; 3]) -> Result<Vec<(u32, Vec<PointState>)>, SplineError> {
+        self.space.unit_states(&self.materials, e, xi)
+    }
+
+    /// With the nodes that follow others.
+    fn drawn_values(&self, u: &[f64]) -> Vec<f64> {
+        let n = self.divided().nodes().len();
+        let mut all = u.to_vec();
+        all.resize(N_COMPONENTS * n, 0.0);
+        for node in self.refined.n_free()..n {
+            for &(free, weight) in self.refined.followed(node as u32) {
+                for c in 0..N_COMPONENTS {
+                    all[N_COMPONENTS * node + c] += weight * u[N_COMPONENTS * free as usize + c];
+                }
+            }
+        }
+        all
+    }
+}
+
+/// Puts points and sides of `zone` on the surface `fit`, so far inside that none of it stands out of where they were (theory Eq. C.74).
+fn smooth(zone: &mut ContactZone, fit: &SmoothFit) {
+    let places = zone.points.iter().map(|p| p.position).chain(zone.nodes().into_iter().map(|(_, x)| x));
+    let outmost = places.map(|x| fit.above(&x)).fold(f64::NEG_INFINITY, f64::max);
+    zone.move_to(|x| (Vector3::from(*x) + (fit.above(x) - outmost) * fit.normal()).into());
+}

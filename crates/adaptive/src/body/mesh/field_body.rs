@@ -1,0 +1,162 @@
+//! Flexible bodies of finite elements, and their meshes divided about a contact.
+
+use std::borrow::Cow;
+use std::sync::Arc;
+
+use contact_qs::ContactError;
+use contact_qs::search::SurfaceModel;
+use faer::{Mat, MatRef};
+use ffr_dynamics::body::AssembledBody;
+use iga_core::elasticity::Material;
+use nalgebra::{Matrix3, Vector3};
+
+use crate::adaptivity::interval::IntervalGrid;
+use crate::body::field::Field;
+use crate::body::field_body::{FieldBody, LongestElement};
+use crate::body::fine::FineModel;
+use crate::body::mesh::MeshedBody;
+use crate::body::mesh::divided::{FineElements, WantedZone, usual_elements};
+use crate::body::zone::at_start::StartZone;
+use crate::body::zone::on_mesh::zone_on_mesh;
+use crate::body::zone::{ContactZone, PointsAbout};
+use crate::error::AdaptiveError;
+use crate::record::ZoneSite;
+use crate::spec::{Accuracy, FlexibleSpec, IntervalSpec, PointRule};
+use crate::store::{Bytes, meshed_definition};
+use crate::surface::Surface;
+
+impl FieldBody for MeshedBody {
+    fn as_field(&self) -> &dyn Field {
+        self
+    }
+
+    fn assembled(&self) -> &AssembledBody {
+        &self.assembled
+    }
+
+    fn settings(&self) -> &FlexibleSpec {
+        &self.spec.flexible
+    }
+
+    fn definition(&self) -> Vec<u8> {
+        meshed_definition(&self.spec)
+    }
+
+    fn slowest_material(&self) -> Option<&Material> {
+        self.spec.slowest_material()
+    }
+
+    fn size(&self) -> f64 {
+        self.spec.mesh.size()
+    }
+
+    /// Those of linear and of quadratic kinds: the longest edge between corners.
+    fn longest_elements(&self) -> Vec<LongestElement> {
+        let mesh = &self.spec.mesh;
+        let longest = |degree: usize| {
+            let elements = mesh.elements().iter().filter(|e| (e.kind.is_quadratic() as usize + 1) == degree);
+            let lengths = elements.flat_map(|e| {
+                let place = move |k: u8| Vector3::from(mesh.nodes()[e.nodes[k as usize] as usize]);
+                e.kind.edges().iter().map(move |[a, b]| (place(*a) - place(*b)).norm())
+            });
+            lengths.reduce(f64::max).map(|length| LongestElement { direction: None, degree, length })
+        };
+        [1, 2].into_iter().filter_map(longest).collect()
+    }
+
+    /// Along the principal axes of its nodes: that of a straight part, more than that of a bent one.
+    fn thickness(&self) -> f64 {
+        let places = || self.spec.mesh.nodes().iter().map(|x| Vector3::from(*x));
+        let mean = places().sum::<Vector3<f64>>() / self.spec.mesh.nodes().len() as f64;
+        let spread: Matrix3<f64> = places().map(|x| (x - mean) * (x - mean).transpose()).sum();
+        let axes = spread.symmetric_eigen().eigenvectors;
+        let extent = |d: usize| self.undeformed().extent_along(&axes.column(d).into_owned());
+        (0..3).map(extent).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Linear sides are their own chords.
+    fn height_between_points(&self) -> f64 {
+        self.surface.edge_heights().fold(0.0, f64::max) * 0.25
+    }
+
+    fn finer_there(&self) -> String {
+        "make the elements of the mesh smaller".into()
+    }
+
+    fn finer_mesh(&self) -> String {
+        "mesh it with smaller or quadratic elements, or keep fewer modes".into()
+    }
+
+    fn surface(&self, shapes: MatRef<'_, f64>) -> Result<SurfaceModel, ContactError> {
+        let pieces = self.surface.pieces();
+        SurfaceModel::of_pieces(self.motion(), &pieces, &self.lookup, shapes)
+    }
+
+    fn undeformed(&self) -> &dyn Surface {
+        self.surface.as_ref()
+    }
+
+    fn whole_zone(&self, about: Option<&PointsAbout>, _contact: &str) -> Result<ContactZone, AdaptiveError> {
+        let zone = ContactZone::whole_mesh(&self.surface, about);
+        zone.map_err(|source| AdaptiveError::Mesh { body: self.name.clone(), source })
+    }
+
+    fn zone_at_start(&self, request: &StartZone<'_>) -> Result<ContactZone, AdaptiveError> {
+        zone_on_mesh((&self.name, &self.surface), request)
+    }
+
+    fn refined(
+        self: Arc<Self>,
+        site: &ZoneSite,
+        interval: &IntervalSpec,
+    ) -> Result<Box<dyn FineModel>, AdaptiveError> {
+        let place = self.surface.place(site.face, &site.centre);
+        let usual = || interval.elements_or(usual_elements(&self.spec.mesh));
+        let is_usual = interval.elements.is_none() && interval.accuracy == Accuracy::default();
+        let elements = (!is_usual).then(usual);
+        let wanted = WantedZone { site: place, widths: site.widths, elements };
+        Ok(Box::new(FineElements::build(&self, &wanted)?))
+    }
+
+    fn mesh(&self) -> Option<&MeshedBody> {
+        Some(self)
+    }
+}
+
+impl FineModel for FineElements {
+    fn field(&self) -> &dyn Field {
+        self
+    }
+
+    fn zone(&self, _rule: PointRule, _contact: &str) -> Result<ContactZone, AdaptiveError> {
+        self.contact_zone()
+    }
+
+    fn grid(&self) -> IntervalGrid {
+        self.rows()
+    }
+
+    fn contact_elements(&self, zone: &ContactZone) -> Vec<[usize; 2]> {
+        self.rows_of(zone)
+    }
+
+    fn assemble(&self) -> Result<Cow<'_, AssembledBody>, AdaptiveError> {
+        self.assembled().map(Cow::Owned)
+    }
+
+    fn prolong(&self, shapes: MatRef<'_, f64>) -> Mat<f64> {
+        self.prolonged(shapes)
+    }
+
+    fn definition(&self) -> Bytes {
+        self.zone_definition()
+    }
+
+    fn outward(&self) -> Option<Vector3<f64>> {
+        self.normal()
+    }
+
+    fn mesh(&self) -> Option<&FineElements> {
+        Some(self)
+    }
+}

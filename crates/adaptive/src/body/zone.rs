@@ -1,0 +1,248 @@
+//! The part of a body's surface that may touch a plane or another body: its points, and the unknowns of the contact interface.
+//!
+//! Every zone is built here, on the mesh that a body has from the start ([`crate::body::zone::at_start`]) or on one that is refined at a touch
+//! ([`crate::body::splines::refined`]); that of a finite element mesh lies on its own sides.
+
+use std::sync::Arc;
+
+use contact_qs::points::{PressureMean, SurfacePoint};
+use contact_qs::surface_pair::TargetFace;
+use contact_qs::{ContactError, PiecewiseSurface};
+use iga_core::elasticity::Model;
+use iga_core::nurbs::jet::{diagonal, difference, norm};
+use iga_core::nurbs::{FaceId, SAME_PLACE};
+use iga_core::surface::{BodySurface, CollocationPoint, Face, gauss_points, greville_points, lobatto_points};
+
+use crate::body::splines::Discretised;
+use crate::record::TargetPlace;
+use crate::spec::PointRule;
+use crate::surface::SurfacePlace;
+
+mod on_sides;
+mod whole_mesh;
+pub mod at_start;
+pub mod contact;
+pub mod on_mesh;
+
+pub use on_sides::{longest_across, longest_within};
+
+/// A contact zone on faces of a body.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactZone {
+    /// Contact points with their functions.
+    pub points: Vec<SurfacePoint>,
+    /// Parameters of the points; on a mesh those of their sides.
+    pub parameters: Vec<[f64; 3]>,
+    /// Faces of the points; none on a mesh.
+    pub faces: Vec<FaceId>,
+    /// Unknowns of the interface, rising.
+    pub unknowns: Vec<usize>,
+    /// Full widths along the face \[m\]; the second is zero for curves, and for zones given by one width.
+    pub widths: [f64; 2],
+    /// The part of the surface that points of another body may touch.
+    pub region: ZoneRegion,
+    /// What it is of the surface of the body.
+    pub extent: ZoneExtent,
+    /// Indices of the points that meet an edge or a corner of the target (theory Eq. C.126).
+    pub meeting: Vec<usize>,
+}
+
+/// A place on a whole surface that contact points stand on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointsAbout {
+    /// The place.
+    pub place: SurfacePlace,
+    /// What the place meets, if that is an edge or a corner of the target; without, points stand ever closer about the place.
+    pub meets: Option<TargetPlace>,
+}
+
+/// Halvings of the sides of elements towards a place where an edge touches (theory Eq. C.125).
+const HALVINGS: u8 = 5;
+
+/// What of the surface of its body a zone is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ZoneExtent {
+    /// A part: contact must not reach its end.
+    Part,
+    /// All faces, of which smooth parts are touched: contact must not reach an edge.
+    Faces,
+    /// The whole surface with its edges and corners, which touch and are touched (theory C.9).
+    Whole,
+}
+
+/// A part of a body's surface.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ZoneRegion {
+    /// Of faces of a spline body.
+    Faces(Vec<TargetFace>),
+    /// Sides of a mesh.
+    Pieces(Arc<PiecewiseSurface>),
+}
+
+/// Where a contact zone ends on a face.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ZoneLimits {
+    /// The part of the face.
+    pub region: TargetFace,
+    /// Round-off by which parameters of points in the zone may lie outside.
+    pub slack: [f64; 3],
+    /// Full widths along the face \[m\].
+    pub widths: [f64; 2],
+}
+
+impl ZoneLimits {
+    /// Whether parameters of the face lie in the zone.
+    pub fn contains(&self, xi: &[f64; 3]) -> bool {
+        self.region.bounds.contains(xi, &self.slack, self.region.face.directions())
+    }
+}
+
+impl ContactZone {
+    /// The zone of `body` within `limits`, one for each face: its points by `rule`, their areas times the thickness of plane models, and all unknowns of
+    /// the functions that are not zero in the zone. `on_rim` says which of the points stand where contact must not come.
+    ///
+    /// # Errors
+    /// [`ContactError::Empty`] if no point lies in the zone.
+    pub fn new(
+        body: &Discretised<'_>,
+        limits: &[ZoneLimits],
+        rule: PointRule,
+        on_rim: impl FnOnce(&[CollocationPoint]) -> Vec<bool>,
+    ) -> Result<Self, ContactError> {
+        let is_inside =
+            |p: &CollocationPoint| limits.iter().any(|l| l.region.face.id == p.face && l.contains(&p.xi));
+        let within = |points: Vec<CollocationPoint>| -> Vec<CollocationPoint> {
+            points.into_iter().filter(is_inside).collect()
+        };
+        let faces: Vec<Face> = limits.iter().map(|l| l.region.face).collect();
+        let widths = limits.first().map_or([0.0; 2], |l| l.widths);
+        let gauss = within(gauss_points(body.space, body.patches, &faces, None));
+        let inside = match rule {
+            PointRule::Greville => within(greville_points(body.space, body.patches, &faces)),
+            PointRule::Gauss => gauss.clone(),
+        };
+        if inside.is_empty() {
+            return Err(ContactError::Empty { width: widths[0] });
+        }
+        let thickness = body.model.thickness().unwrap_or(1.0);
+        let rim = on_rim(&inside);
+        let points: Vec<SurfacePoint> = inside
+            .iter()
+            .zip(rim)
+            .map(|(p, on_rim)| SurfacePoint {
+                position: p.point,
+                area: p.area * thickness,
+                functions: body.space.functions_at(p.element, &p.xi),
+                on_rim,
+                pressure: p.function.map_or(PressureMean::Area, PressureMean::Function),
+                facing: None,
+            })
+            .collect();
+        Ok(Self {
+            unknowns: interface(body, &gauss, &points),
+            points,
+            parameters: inside.iter().map(|p| p.xi).collect(),
+            faces: inside.iter().map(|p| p.face).collect(),
+            widths,
+            region: ZoneRegion::Faces(limits.iter().map(|l| l.region).collect()),
+            extent: ZoneExtent::Part,
+            meeting: Vec::new(),
+        })
+    }
+}
+
+impl ContactZone {
+    /// The whole surface of `body` with its edges and corners (docs/theory.md section C.9): Lobatto points of all outer faces, each pressed
+    /// only by surfaces that its face is turned to, and all unknowns of the functions that are not zero there. At the place `about`, if there is one, stands
+    /// a point of each face that meets there: with others ever closer about it, for an edge that bends touches between those of its elements, or
+    /// alone to meet an edge or a corner of the target.
+    ///
+    /// # Errors
+    /// [`ContactError::Nothing`] for a body without an outer face.
+    pub fn whole(body: &Discretised<'_>, about: Option<&PointsAbout>) -> Result<Self, ContactError> {
+        let faces = Face::outer(body.patches, *body.model == Model::Axisymmetric);
+        let size = diagonal(body.space.control_points());
+        let here = about.map(|about| about.place.point);
+        let places: Vec<(FaceId, [f64; 3])> = here.map_or_else(Vec::new, |here| {
+            let on = |face: &Face| {
+                let found = BodySurface::of_faces(body.patches, vec![*face]).closest(body.patches, &here)?;
+                (found.measure <= 4.0 * SAME_PLACE * size).then_some((face.id, found.xi))
+            };
+            faces.iter().filter_map(on).collect()
+        });
+        let is_met = about.is_some_and(|about| about.meets.is_some());
+        let halvings = if is_met { 0 } else { HALVINGS };
+        let found = lobatto_points(body.space, body.patches, &faces, (&places, halvings));
+        if found.is_empty() {
+            return Err(ContactError::Nothing { what: "the body has no outer face" });
+        }
+        let thickness = body.model.thickness().unwrap_or(1.0);
+        let mut points: Vec<SurfacePoint> = found
+            .iter()
+            .map(|p| SurfacePoint {
+                position: p.point,
+                area: p.area * thickness,
+                functions: body.space.functions_at(p.element, &p.xi),
+                on_rim: false,
+                pressure: PressureMean::Area,
+                facing: Some(p.normal),
+            })
+            .collect();
+        let is_here = |p: &CollocationPoint| {
+            here.is_some_and(|here| norm(&difference(&p.point, &here)) <= 4.0 * SAME_PLACE * size)
+        };
+        let meeting: Vec<usize> = (0..found.len()).filter(|i| is_met && is_here(&found[*i])).collect();
+        // The spring of a point has no area of its own: together they have that of the stiffest of all.
+        let largest = points.iter().map(|p| p.area).fold(0.0, f64::max);
+        meeting.iter().for_each(|&i| points[i].area = largest / meeting.len() as f64);
+        let gauss = gauss_points(body.space, body.patches, &faces, None);
+        Ok(Self {
+            unknowns: interface(body, &gauss, &points),
+            points,
+            parameters: found.iter().map(|p| p.xi).collect(),
+            faces: found.iter().map(|p| p.face).collect(),
+            widths: [size, 0.0],
+            region: ZoneRegion::Faces(
+                faces.into_iter().map(|f| TargetFace::whole(f, body.patches)).collect(),
+            ),
+            extent: ZoneExtent::Whole,
+            meeting,
+        })
+    }
+
+    /// Nodes of its pieces with their places; none of a face.
+    pub fn nodes(&self) -> Vec<(u32, [f64; 3])> {
+        let ZoneRegion::Pieces(pieces) = &self.region else { return Vec::new() };
+        let mut nodes: Vec<u32> = pieces.pieces.iter().flat_map(|p| p.nodes.iter().copied()).collect();
+        nodes.sort_unstable();
+        nodes.dedup();
+        nodes.into_iter().map(|n| (n, pieces.positions[n as usize])).collect()
+    }
+
+    /// Moves points and nodes of a zone of pieces to where `place` says; displacements stay those of the mesh.
+    pub fn move_to(&mut self, place: impl Fn(&[f64; 3]) -> [f64; 3]) {
+        let nodes = self.nodes();
+        let ZoneRegion::Pieces(pieces) = &mut self.region else { return };
+        let mut moved = pieces.as_ref().clone();
+        nodes.iter().for_each(|(n, x)| moved.positions[*n as usize] = place(x));
+        *pieces = Arc::new(moved);
+        self.points.iter_mut().for_each(|point| point.position = place(&point.position));
+    }
+}
+
+/// All unknowns of the functions that are not zero at Gauss points or contact points of a zone, rising.
+fn interface(body: &Discretised<'_>, gauss: &[CollocationPoint], points: &[SurfacePoint]) -> Vec<usize> {
+    let mut nodes: Vec<u32> = gauss
+        .iter()
+        .flat_map(|p| body.space.functions_at(p.element, &p.xi))
+        .chain(points.iter().flat_map(|p| p.functions.iter().copied()))
+        .map(|f| f.0)
+        .collect();
+    nodes.sort_unstable();
+    nodes.dedup();
+    let n_components = body.motion().n_components();
+    let number = |&n: &u32| (0..n_components).filter_map(move |c| body.lookup.number(n, c));
+    let mut unknowns: Vec<usize> = nodes.iter().flat_map(number).collect();
+    unknowns.sort_unstable();
+    unknowns
+}

@@ -1,0 +1,278 @@
+//! What a result leaves out: modes against the duration of impacts, elements against waves and against places of joints and loads, stored
+//! instants against vibrations (docs/theory.md Eqs. P.5 to P.7, P.10).
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use ffr_dynamics::system::force::BodyState;
+use iga_core::elasticity::Model;
+
+use crate::body::field_body::{FieldBody, LongestElement};
+use crate::body::loads::{HeldPlace, PLACE_ERROR};
+use crate::record::ImpactRecord;
+use crate::record::warning::{Warning, WarningKind};
+use crate::sizing::impact_time::ForceNeeds;
+use crate::spec::Coupling;
+use crate::system::body::BodyModel;
+use crate::touch::wave::Wave;
+
+/// Product of the highest frequency kept and the duration of an impact from which on the spectrum of the force, that of a half
+/// sine, is below `1/(4·3.57² - 1)`, a fiftieth of its mean (Eq. P.5): twice what the program allows where it chooses the modes (Eq. N.5).
+const CYCLES: f64 = 3.57;
+/// Relative error of a frequency above which a mesh is too coarse for its wave (Eq. P.6).
+const FREQUENCY_ERROR: f64 = 1e-2;
+/// Share of a body's vibration that a mode must carry to be worth storing (Eq. P.7).
+const AUDIBLE: f64 = 1e-2;
+/// Share of the largest energy of the run that the vibration of a body must carry.
+const STRONG: f64 = 1e-3;
+
+/// Share of the duration of an impact between flat faces by which it may end late (Eq. P.12).
+const LATE: f64 = 0.02;
+
+/// Duration of the half sine with the peak and the impulse of an impact, and no longer than the impact \[s\].
+pub fn pulse_duration(impact: &ImpactRecord) -> f64 {
+    let duration = impact.end - impact.start;
+    let pulse = FRAC_PI_2 * impact.impulse.abs() / impact.peak_force;
+    if pulse > 0.0 && pulse < duration { pulse } else { duration }
+}
+
+/// Highest frequency of the free modes kept \[Hz\]: static answers and modes of an interface stand for what follows its forces.
+fn highest_free_mode(body: &BodyModel) -> Option<f64> {
+    body.frequencies().into_iter().take(body.coordinates().free).reduce(f64::max)
+}
+
+/// The warning of body `number` whose modes end below what an impact excites, if they do (Eq. P.5). `needs` has the frequency up to which the program
+/// would take modes for a touch along a line (Eq. N.5), and for what waves take up (Eq. N.9); the half of either is enough.
+pub fn few_modes(
+    (number, body): (usize, &BodyModel),
+    impact: &ImpactRecord,
+    needs: &ForceNeeds,
+) -> Option<Warning> {
+    let highest = highest_free_mode(body)?;
+    let duration = pulse_duration(impact);
+    let radiated = needs.radiated(number, (impact.impulse, impact.approach_velocity, duration));
+    let limit =
+        (CYCLES / duration).min(0.5 * radiated).max(needs.line.map_or(0.0, |frequency| 0.5 * frequency));
+    let is_few = duration > 0.0 && highest < limit;
+    is_few.then(|| Warning {
+        kind: WarningKind::FewModes,
+        subject: subject(body),
+        time: impact.end,
+        value: highest,
+        limit,
+        message: format!(
+            "the impact that ended at t = {:.6e} s was a pulse of {duration:.3e} s and excites frequencies up to {limit:.4e} Hz, the \
+             highest mode kept has {highest:.4e} Hz",
+            impact.end
+        ),
+        remedy: match body.flexible() {
+            Some(_) => format!("raise bodies.{}.reduction.modes", body.name),
+            None => format!("give the file of body \"{}\" more modes", body.name),
+        },
+    })
+}
+
+/// The warning of an impact between flat faces of `bodies` that ends late because its force cannot rise faster (Eq. P.12).
+pub fn slow_rise(contact: &str, bodies: &[&BodyModel], impact: &ImpactRecord) -> Option<Warning> {
+    let lowest = bodies.iter().filter_map(|body| highest_free_mode(body)).reduce(f64::min)?;
+    let duration = impact.end - impact.start;
+    let share = 1.0 / (lowest * duration);
+    (share > LATE).then(|| Warning {
+        kind: WarningKind::SlowRise,
+        subject: format!("contact \"{contact}\""),
+        time: impact.end,
+        value: share,
+        limit: LATE,
+        message: format!(
+            "modes up to {lowest:.4e} Hz let the force between its flat faces rise within {:.2e} s and end the impact {:.1} % of its duration late",
+            0.5 / lowest,
+            100.0 * share
+        ),
+        remedy: "raise reduction.modes of its bodies, or take time and shape of the force as no sharper than that, and the restitution of a compact body as an upper bound".into(),
+    })
+}
+
+/// Length of the longest side of an element of a body; none of one without elements \[m\].
+pub fn longest_element_of(body: &BodyModel) -> Option<f64> {
+    let elements = body.flexible()?.body.longest_elements();
+    elements.iter().map(|e| e.length).reduce(f64::max)
+}
+
+/// The warning of a contact in which an edge or a corner touches at a time \[s\], on elements that are `length` long at most \[m\].
+pub fn edge_touch((contact, time): (&str, f64), body: &BodyModel) -> Option<Warning> {
+    let length = longest_element_of(body)?;
+    Some(Warning {
+        kind: WarningKind::EdgeTouch,
+        subject: format!("contact \"{contact}\""),
+        time,
+        value: length,
+        limit: 0.0,
+        message: format!(
+            "an edge or a corner touches: impulse, motion and energy do not depend on how far it yields, but peak force and duration do, and \
+             elements of up to {length:.3e} m yield as a whole; pressure there has no limit"
+        ),
+        remedy: format!(
+            "compare with smaller elements of body \"{}\": {}",
+            body.name,
+            body.flexible()?.body.finer_there()
+        ),
+    })
+}
+
+/// The warning of a body whose mesh puts the frequency of its highest mode off by more than one per cent (Eq. P.6).
+pub fn coarse_mesh(body: &BodyModel) -> Option<Warning> {
+    let flexible = body.flexible()?;
+    let highest = highest_free_mode(body).filter(|f| *f > 0.0)?;
+    let wave = shortest_wave(flexible.body.as_ref(), highest)?;
+    let elements = flexible.body.longest_elements();
+    let of = |e: &LongestElement| (wave.error(e.length, e.degree), *e);
+    let (error, worst) = elements.iter().map(of).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let is_coarse = error > FREQUENCY_ERROR;
+    let shown = if error < 1.0 { format!("{:.0} %", 100.0 * error) } else { "more than its half".to_owned() };
+    is_coarse.then(|| Warning {
+        kind: WarningKind::CoarseMesh,
+        subject: subject(body),
+        time: 0.0,
+        value: error,
+        limit: FREQUENCY_ERROR,
+        message: format!(
+            "its highest mode, {highest:.4e} Hz, has waves {:.3e} m long; elements of {:.3e} m and degree {}{} put its \
+             frequency off by some {shown}, {:.0} % are allowed",
+            wave.length,
+            worst.length,
+            worst.degree,
+            worst.direction.map_or_else(String::new, |d| format!(" in direction {d}")),
+            100.0 * FREQUENCY_ERROR
+        ),
+        remedy: flexible.body.finer_mesh(),
+    })
+}
+
+/// The warning of a body on which joints or loads hold a disc or ball that its elements do not resolve: of the worst one (Eq. P.10).
+pub fn coarse_place(body: &BodyModel) -> Option<Warning> {
+    let flexible = body.flexible()?;
+    // Elements over the radius that a place has and needs.
+    let sizes = flexible.interface.loads.iter().filter_map(|load| {
+        let HeldPlace { area, radius, elements, .. } = load.held_place()?;
+        Some((load, area, radius / flexible.body.longest_element_at(area)?, elements))
+    });
+    let (load, area, found, limit) = sizes.min_by(|a, b| (a.2 / a.3).total_cmp(&(b.2 / b.3)))?;
+    let there = format!("{} there or give the place a larger radius", flexible.body.finer_there());
+    let remedy = match area.coupling {
+        Coupling::Average => there,
+        Coupling::Rigid => format!("take coupling = \"average\", hold a whole face, {there}"),
+    };
+    (found < limit).then(|| Warning {
+        kind: WarningKind::CoarsePlace,
+        subject: subject(body),
+        time: 0.0,
+        value: found,
+        limit,
+        message: format!(
+            "{}, held by {}, has {found:.2} elements over its radius; {limit:.1} give what it yields to {:.0} %",
+            area.extent.name(),
+            load.name,
+            100.0 * PLACE_ERROR
+        ),
+        remedy,
+    })
+}
+
+/// The highest frequency at which a body vibrates strongly in the motion `state`, if it does so at all; `scale`: largest energy of the run \[J\]
+/// (Eq. P.7) \[Hz\].
+pub fn highest_vibration(body: &BodyModel, state: &BodyState, scale: f64) -> Option<f64> {
+    let frequencies = body.frequencies();
+    if frequencies.len() != state.elastic.len() {
+        return None; // a fine model with modes of its own
+    }
+    let coordinates = state.elastic.iter().zip(&state.elastic_rates);
+    let energies: Vec<f64> = frequencies
+        .iter()
+        .zip(coordinates)
+        .map(|(f, (q, rate))| 0.5 * ((TAU * f * q).powi(2) + rate * rate))
+        .collect();
+    let total: f64 = energies.iter().sum();
+    if total < STRONG * scale {
+        return None;
+    }
+    let audible = frequencies.iter().zip(&energies).filter(|(_, e)| **e >= AUDIBLE * total);
+    let highest = audible.map(|(f, _)| *f).fold(0.0, f64::max);
+    (highest > 0.0).then_some(highest)
+}
+
+/// Time between stored states that shows vibrations of a frequency \[Hz\] well: half of what P.7 allows \[s\].
+pub fn shown_interval(frequency: f64) -> f64 {
+    0.25 / frequency
+}
+
+/// The warning of a body that vibrates at the frequency `highest` \[Hz\] after the time `time`, faster than its states are stored, `interval` apart
+/// (Eq. P.7).
+pub fn sparse_output(body: &BodyModel, highest: f64, (time, interval): (f64, f64)) -> Option<Warning> {
+    let limit = 0.5 / highest;
+    (interval > limit).then(|| Warning {
+        kind: WarningKind::SparseOutput,
+        subject: subject(body),
+        time,
+        value: interval,
+        limit,
+        message: format!(
+            "it vibrates at frequencies up to {highest:.4e} Hz after the impact that ended at t = {time:.6e} s, states are stored every \
+             {interval:.3e} s and show no more than {:.4e} Hz",
+            0.5 / interval
+        ),
+        remedy: format!(
+            "leave output.free_interval to the program or lower it to {limit:.2e} or less"
+        ),
+    })
+}
+
+fn subject(body: &BodyModel) -> String {
+    format!("body \"{}\"", body.name)
+}
+
+/// The shortest wave of frequency `frequency` \[Hz\] that a body carries: of shear or, where that is longer than twice the
+/// body is thick, of bending (longitudinal in axisymmetric models); none without a material.
+fn shortest_wave(body: &dyn FieldBody, frequency: f64) -> Option<Wave> {
+    let material = body.slowest_material()?;
+    let (young, poisson, density) =
+        (material.youngs_modulus(), material.poissons_ratio(), material.density());
+    let shear = (young / (2.0 * (1.0 + poisson) * density)).sqrt() / frequency;
+    let thickness = body.thickness();
+    if shear <= 2.0 * thickness {
+        return Some(Wave::straight(shear));
+    }
+    let bar = (young / density).sqrt();
+    Some(match body.model() {
+        Model::Axisymmetric => Wave::straight(bar / frequency),
+        // c_b = sqrt(ω r c_0) with the radius of gyration r = d / sqrt(12) of a rectangle.
+        _ => {
+            let length = (TAU * frequency * thickness / 12.0_f64.sqrt() * bar).sqrt() / frequency;
+            Wave::bending(length, thickness, poisson)
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+
+    #[test]
+    fn the_spectrum_of_a_half_sine_is_a_fiftieth_beyond_the_limit() {
+        // |F(f)|/F(0) = |cos(π f T)/(1 - 4 f² T²)|, its bound at the limit; to three digits.
+        assert!((1.0 / (4.0 * CYCLES * CYCLES - 1.0) - 0.02).abs() < 1e-4);
+        let impact = |duration: f64, peak: f64, impulse: f64| ImpactRecord {
+            end: duration,
+            peak_force: peak,
+            impulse,
+            ..ImpactRecord::default()
+        };
+        // A half sine of 2 s and peak 3 has the impulse 2/π · 3 · 2; round-off.
+        assert!((pulse_duration(&impact(10.0, 3.0, 12.0 / PI)) - 2.0).abs() < 1e-12);
+        assert!(
+            (pulse_duration(&impact(1.0, 3.0, 12.0 / PI)) - 1.0).abs() < 1e-12,
+            "no longer than the impact"
+        );
+        assert!((pulse_duration(&impact(1.0, 0.0, 0.0)) - 1.0).abs() < 1e-12, "without force");
+    }
+}

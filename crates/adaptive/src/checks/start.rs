@@ -1,0 +1,175 @@
+//! How bodies lie at the start: apart, touching, or refused (docs/theory.md section P).
+
+use std::borrow::Cow;
+
+use ffr_dynamics::system::force::BodyState;
+
+use super::motion::fast_approach;
+use super::watch::WatchedPair;
+use crate::error::AdaptiveError;
+use crate::model::{ContactModel, RunModel};
+use crate::record::finding::Components;
+use crate::record::warning::{Warning, WarningKind};
+use crate::spec::Target;
+use crate::spec::unsupported::Unsupported;
+use crate::state::simulation::normal_motion;
+use crate::system::body::BodyModel;
+use crate::touch::detection::{Detector, DetectorTarget, Search};
+use crate::touch::overlap::{Overlap, Pair};
+
+/// Checks the start of a run: warnings of overlaps that the scenario allows. `searches` are those of the contacts, in their order.
+///
+/// # Errors
+/// [`AdaptiveError::InitialOverlap`] if bodies overlap by more, [`AdaptiveError::BehindPlane`] or [`AdaptiveError::CentresCoincide`] if
+/// they lie on the wrong side of each other; [`AdaptiveError::ImplausibleContact`] if they approach each other faster than waves.
+pub fn check(
+    model: &mut RunModel,
+    searches: &mut [&mut Search],
+) -> Result<Vec<(usize, Warning)>, AdaptiveError> {
+    let y = model.initial.clone();
+    let states = model.system.body_states(0.0, &y).to_vec();
+    let mut warnings = Vec::new();
+    for (i, search) in searches.iter_mut().enumerate() {
+        let (mut normal, motion) = normal_motion(&mut model.system, 0.0, &y, i);
+        let overlap = match model.contacts[i].radii {
+            Some(radii) => of_spheres(model, i, radii, (&states, &y))?,
+            None => {
+                let (pair, detector) = (pair(model, i), detector(model, i, search)?);
+                normal = pair.nearest(&detector, search, &states)?.normal;
+                pair.overlap(&detector, search, &states)?
+            }
+        };
+        let facts = &model.contacts[i];
+        if let Some(error) = fast_approach(&facts.name, 0.0, -motion.along(&normal), facts.wave_speed) {
+            return Err(error);
+        }
+        warnings.extend(
+            facts.flexible_under_hertz.map(|body| (i, yields_twice(&facts.name, &model.bodies[body]))),
+        );
+        let Some(overlap) = overlap.filter(Overlap::is_real) else { continue };
+        if overlap.depth > facts.allowed_overlap {
+            return Err(pair(model, i).refused(&overlap));
+        }
+        warnings.push((i, allowed(&facts.name, &overlap, facts.allowed_overlap)));
+    }
+    Ok(warnings)
+}
+
+/// The warning of a contact by Hertz's law whose body `body` has modes that yield at the touch, too.
+fn yields_twice(name: &str, body: &BodyModel) -> Warning {
+    let (n_modes, body) = (body.data.n_modes(), &body.name);
+    Warning {
+        kind: WarningKind::YieldsTwice,
+        subject: format!("contact \"{name}\""),
+        time: 0.0,
+        value: n_modes as f64,
+        limit: 0.0,
+        message: format!(
+            "the {n_modes} modes of body \"{body}\" yield at the touch beside Hertz's law, which holds that already: forces come out low, by \
+             some per cent for compact bodies with few modes"
+        ),
+        remedy: format!(
+            "leave contacts.{name}.model out for the contact of the flexible bodies themselves, or take body \"{body}\" as rigid where its \
+             vibration does not matter"
+        ),
+    }
+}
+
+fn allowed(name: &str, overlap: &Overlap, limit: f64) -> Warning {
+    Warning {
+        kind: WarningKind::InitialOverlap,
+        subject: format!("contact \"{name}\""),
+        time: 0.0,
+        value: overlap.depth,
+        limit,
+        message: format!(
+            "the bodies overlap by {:.3e} m at the start, which contacts.{name}.initial_overlap allows; the contact begins with the \
+             energy of that overlap",
+            overlap.depth
+        ),
+        remedy: format!("move the contact body by {} m to begin without", Components(overlap.shift)),
+    }
+}
+
+/// What contact `i` is between.
+fn pair(model: &RunModel, i: usize) -> Pair<'_> {
+    let facts = &model.contacts[i];
+    let body = &model.bodies[facts.body];
+    Pair {
+        contact: &facts.name,
+        body: facts.body,
+        body_name: &body.name,
+        motion: body.data.motion,
+        target: facts.target,
+        allowed: facts.allowed_overlap,
+    }
+}
+
+/// The surfaces of contact `i`; `search` forgets others where they are made for the purpose.
+fn detector<'a>(
+    model: &'a RunModel,
+    i: usize,
+    search: &mut Search,
+) -> Result<Cow<'a, Detector>, AdaptiveError> {
+    if let Some(refinement) = &model.contacts[i].refinement {
+        return Ok(Cow::Borrowed(&refinement.detector));
+    }
+    search.forget();
+    surfaces(model, i).map(Cow::Owned)
+}
+
+/// The pairs of the contacts of `model`, to be watched apart from what makes their forces.
+///
+/// # Errors
+/// [`AdaptiveError::Unsupported`] if a body has no surface.
+pub fn watched_pairs(model: &RunModel) -> Result<Vec<WatchedPair>, AdaptiveError> {
+    let pair = |(i, facts): (usize, &ContactModel)| match (&facts.refinement, &facts.spheres) {
+        (Some(_), _) => Ok(WatchedPair::refined(facts.target)),
+        (None, Some((own, other))) => Ok(WatchedPair::of_spheres(own.clone(), other.clone(), facts.target)),
+        (None, None) => Ok(WatchedPair::of_surfaces(surfaces(model, i)?, facts.target)),
+    };
+    model.contacts.iter().enumerate().map(pair).collect()
+}
+
+/// The surfaces of contact `i`, made for the purpose.
+///
+/// # Errors
+/// [`AdaptiveError::Unsupported`] if a body has none.
+fn surfaces(model: &RunModel, i: usize) -> Result<Detector, AdaptiveError> {
+    let facts = &model.contacts[i];
+    let surface = |body: usize| {
+        model.bodies[body].surface()?.ok_or_else(|| {
+            let what = Unsupported::NoSurface { body: model.bodies[body].name.clone() };
+            AdaptiveError::unsupported_contact(&facts.name, what)
+        })
+    };
+    let target = match facts.target {
+        Target::Plane { point, normal } => DetectorTarget::plane(point, normal),
+        Target::Body(other) => DetectorTarget::Body(other, surface(other)?),
+    };
+    Ok(Detector::new(facts.body, surface(facts.body)?, target))
+}
+
+fn of_spheres(
+    model: &mut RunModel,
+    i: usize,
+    radii: [f64; 2],
+    (states, y): (&[BodyState], &[f64]),
+) -> Result<Option<Overlap>, AdaptiveError> {
+    let (force, motion) = model.system.force_in_motion(0.0, y, i);
+    let (gap, normal) = (force.contact.smallest_gap(motion), force.contact.normal(motion));
+    let facts = &model.contacts[i];
+    match facts.target {
+        Target::Body(other) if !gap.is_finite() || !normal.x.is_finite() => {
+            let bodies = [facts.body, other].map(|body| model.bodies[body].name.clone());
+            let (contact, distance) = (facts.name.clone(), radii[0] + radii[1]);
+            return Err(AdaptiveError::CentresCoincide { contact, bodies, distance });
+        }
+        Target::Plane { .. } if gap <= -2.0 * radii[0] => {
+            return Err(pair(model, i).behind_plane(-gap - 2.0 * radii[0], &(normal * -gap)));
+        }
+        _ => {}
+    }
+    let point = states[facts.body].position - normal * radii[0];
+    Ok((gap < 0.0).then(|| Overlap { depth: -gap, point, shift: normal * -gap, size: radii[0] }))
+}

@@ -1,0 +1,283 @@
+//! A watch of the physics that asks nobody what a body is made of or what makes the force of a contact: how deep do the whole surfaces of a
+//! pair lie in each other, and does its contact know (docs/theory.md Eq. P.13).
+
+use contact_qs::Sphere;
+use ffr_dynamics::system::force::BodyState;
+use nalgebra::{Unit, Vector3};
+
+use crate::error::AdaptiveError;
+use crate::impact::AdaptiveContact;
+use crate::spec::Target;
+use crate::touch::detection::{Detector, Search};
+
+/// Bound of the closing speed between two looks over that at the later one, and of what gravity and forces add to it meanwhile.
+const BETWEEN_LOOKS: f64 = 2.0;
+/// Share of the deepest overlap of a phase that a contact may not know of: light touches at the beginning of a phase, and the rounding of the
+/// deepest place between contact points, are far below it; a contact elsewhere, or none, is above.
+const UNKNOWN: f64 = 0.25;
+/// An overlap is that of a touch of the contact if it lies no farther from it than so many distances of points.
+const SAME_TOUCH: f64 = 2.0;
+/// Growth of the time from the start of an impact phase from look to look: seventy for a million steps.
+const LOOKS: f64 = 1.2;
+/// An overlap that is unknown by so many times what may be is told at once, not at the end of the phase.
+const AT_ONCE: f64 = 10.0;
+
+/// Surfaces of a pair, or the spheres that stand for them under Hertz's law.
+enum Shapes {
+    /// Those of the contact's own detection, which follow the modes that its bodies have at present.
+    Refined,
+    /// Others, which last for the run.
+    Lasting(Box<Detector>),
+    /// Two spheres, or one and the plane of the target.
+    Spheres(Sphere, Option<Sphere>),
+}
+
+/// How two bodies lie in each other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Overlap {
+    /// Depth of the deepest place \[m\].
+    pub depth: f64,
+    /// That place in space \[m\].
+    pub place: Vector3<f64>,
+}
+
+/// An overlap that the contact does not know of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unknown {
+    /// When it was seen \[s\].
+    pub time: f64,
+    /// The overlap.
+    pub overlap: Overlap,
+    /// Overlap that the contact saw then, zero for none \[m\].
+    pub known: f64,
+}
+
+/// What is watched of a contact in the running phase.
+pub struct WatchedPair {
+    shapes: Shapes,
+    target: Target,
+    search: Search,
+    /// What is left for certain of the gap last looked at, and when that was, with the closing speed then.
+    clearance: f64,
+    time: f64,
+    speed: f64,
+    /// Time from the start of the phase at which the next look is due \[s\].
+    due: f64,
+    deepest: f64,
+    worst: Option<Unknown>,
+    /// Whether the contact saw an overlap in the running phase.
+    has_seen: bool,
+}
+
+/// What a contact says of the overlap of its bodies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Seen {
+    /// How deep it is; negative for a gap \[m\].
+    pub depth: f64,
+    /// Where, on the contact body in space; NaN for a contact that sees nothing \[m\].
+    pub place: Vector3<f64>,
+    /// Distance of its points from each other \[m\].
+    pub spacing: f64,
+}
+
+impl WatchedPair {
+    /// The pair of a contact that the program refines.
+    pub fn refined(target: Target) -> Self {
+        Self::new(Shapes::Refined, target)
+    }
+
+    /// A pair of lasting surfaces.
+    pub fn of_surfaces(detector: Detector, target: Target) -> Self {
+        Self::new(Shapes::Lasting(Box::new(detector)), target)
+    }
+
+    /// A pair of spheres, or of one and a plane.
+    pub fn of_spheres(own: Sphere, other: Option<Sphere>, target: Target) -> Self {
+        Self::new(Shapes::Spheres(own, other), target)
+    }
+
+    fn new(shapes: Shapes, target: Target) -> Self {
+        Self {
+            shapes,
+            target,
+            search: Search::new(),
+            clearance: 0.0,
+            time: f64::NEG_INFINITY,
+            speed: 0.0,
+            due: 0.0,
+            deepest: 0.0,
+            worst: None,
+            has_seen: false,
+        }
+    }
+
+    /// Begins another phase, or trial of one: what was seen before does not count.
+    pub fn begin(&mut self) {
+        self.search.forget();
+        (self.clearance, self.time, self.due) = (0.0, f64::NEG_INFINITY, 0.0);
+        (self.deepest, self.worst, self.has_seen) = (0.0, None, false);
+    }
+
+    /// Whether a look is due after the time `elapsed` of an impact phase; the next one then is later in proportion.
+    pub fn is_due(&mut self, elapsed: f64) -> bool {
+        let is_due = elapsed >= self.due;
+        if is_due {
+            self.due = LOOKS * elapsed;
+        }
+        is_due
+    }
+
+    /// Size of the smaller body, of which an overlap that says nothing is a share \[m\].
+    pub fn size(&self, refinement: Option<&AdaptiveContact>) -> f64 {
+        match (&self.shapes, refinement) {
+            (Shapes::Spheres(own, other), _) => {
+                own.radius.min(other.as_ref().map_or(f64::INFINITY, |o| o.radius))
+            }
+            (Shapes::Lasting(detector), _) => detector.least_size(),
+            (Shapes::Refined, refinement) => refinement.map_or(0.0, |r| r.detector.least_size()),
+        }
+    }
+
+    /// How the bodies lie in each other at time `time` in the motions `states`; nothing if they do not.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Contact`], with the name `contact`, if the motions are not finite.
+    pub fn overlap(
+        &mut self,
+        contact: &str,
+        refinement: Option<&AdaptiveContact>,
+        (time, states): (f64, &[BodyState]),
+    ) -> Result<Option<Overlap>, AdaptiveError> {
+        let detector = match (&self.shapes, refinement) {
+            (Shapes::Spheres(own, other), _) => {
+                let (gap, place) = sphere_gap(own, other.as_ref(), self.target, states);
+                return Ok((gap < 0.0).then_some(Overlap { depth: -gap, place }));
+            }
+            (Shapes::Lasting(detector), _) => detector,
+            (Shapes::Refined, Some(refinement)) => &refinement.detector,
+            (Shapes::Refined, None) => return Ok(None),
+        };
+        let speed = detector.closing_speed_bound(states);
+        let way = BETWEEN_LOOKS * speed.max(self.speed) * (time - self.time);
+        if time >= self.time && self.clearance > way {
+            self.clearance -= way;
+            (self.time, self.speed) = (time, speed);
+            return Ok(None);
+        }
+        let nearest = detector
+            .nearest(states, &mut self.search)
+            .map_err(|source| AdaptiveError::Contact { contact: contact.to_owned(), source })?;
+        (self.clearance, self.time, self.speed) = (nearest.gap.max(0.0), time, speed);
+        Ok((nearest.gap < 0.0).then_some(Overlap { depth: -nearest.gap, place: nearest.contact.point }))
+    }
+
+    /// Notes `overlap` at time `time`, of which the contact sees `seen`, and that overlaps below `least` say nothing; what is to be told at
+    /// once: a place that is none of the contact's. One between its points, which may touch later, waits for the end of the phase.
+    pub fn note(&mut self, (time, least): (f64, f64), overlap: Overlap, seen: Seen) -> Option<Unknown> {
+        self.deepest = self.deepest.max(overlap.depth);
+        self.has_seen |= seen.depth > 0.0;
+        let found = Unknown { time, overlap, known: seen.depth.max(0.0) };
+        if (overlap.place - seen.place).norm() <= SAME_TOUCH * seen.spacing {
+            return None;
+        }
+        if found.missing() > least && self.worst.is_none_or(|worst| worst.missing() < found.missing()) {
+            self.worst = Some(found);
+        }
+        (found.missing() > AT_ONCE * least && found.missing() > UNKNOWN * self.deepest).then_some(found)
+    }
+
+    /// What the contact did not know of in the phase that ends, if it is more than its points leave between each other; `last` is the overlap at
+    /// its end, which a contact that never saw one does not know of, wherever it is.
+    pub fn unknown(&self, last: Option<Unknown>) -> Option<Unknown> {
+        self.worst
+            .filter(|worst| worst.missing() > UNKNOWN * self.deepest)
+            .or(last.filter(|_| !self.has_seen))
+    }
+}
+
+impl Unknown {
+    fn missing(&self) -> f64 {
+        self.overlap.depth - self.known
+    }
+}
+
+/// Gap of spheres in the motions `states`, and the place of the contact body's that is nearest.
+fn sphere_gap(
+    own: &Sphere,
+    other: Option<&Sphere>,
+    target: Target,
+    states: &[BodyState],
+) -> (f64, Vector3<f64>) {
+    let centre = own.centre.position(&states[own.body]);
+    let (direction, distance) = match (other, target) {
+        (Some(other), _) => {
+            let between = centre - other.centre.position(&states[other.body]);
+            (between.try_normalize(0.0).unwrap_or_else(Vector3::z), between.norm() - other.radius)
+        }
+        (None, Target::Plane { point, normal }) => {
+            let normal = Unit::new_normalize(normal);
+            (normal.into_inner(), normal.dot(&(centre - point)))
+        }
+        (None, Target::Body(_)) => (Vector3::z(), f64::INFINITY),
+    };
+    (distance - own.radius, centre - direction * own.radius)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pair() -> WatchedPair {
+        WatchedPair::refined(Target::Plane { point: Vector3::zeros(), normal: Vector3::z() })
+    }
+
+    fn overlap(depth: f64) -> Overlap {
+        Overlap { depth, place: Vector3::zeros() }
+    }
+
+    fn seen(depth: f64, distance: f64) -> Seen {
+        Seen { depth, place: Vector3::x() * distance, spacing: 1e-4 }
+    }
+
+    #[test]
+    fn what_points_leave_between_each_other_is_no_fault() {
+        let mut watched = pair();
+        // The first point, a distance of points beside the deepest place, touches 1 um late; the bodies come nearer by 20 um and part.
+        for (t, depth) in [(0.0, 5e-7), (1.0, 5e-6), (2.0, 20e-6), (3.0, 4e-6)] {
+            assert_eq!(watched.note((t, 1e-8), overlap(depth), seen(depth - 1e-6, 1e-4)), None);
+        }
+        let last = Unknown { time: 3.0, overlap: overlap(4e-6), known: 3e-6 };
+        assert_eq!(watched.unknown(Some(last)), None);
+    }
+
+    #[test]
+    fn an_overlap_without_contact_is_told() {
+        // No contact at all: a little late, at the end of the phase.
+        let nothing = Seen { depth: f64::NEG_INFINITY, place: Vector3::repeat(f64::NAN), spacing: 0.0 };
+        let mut watched = pair();
+        assert_eq!(watched.note((1.0, 1e-7), overlap(5e-7), nothing), None);
+        let unknown = watched.unknown(None).expect("a fault");
+        assert_eq!((unknown.time, unknown.known, unknown.overlap.depth), (1.0, 0.0, 5e-7));
+        // At once if it is deep; a contact that presses elsewhere does not hide it.
+        let told = watched.note((2.0, 1e-7), overlap(8e-6), seen(2e-6, 1e-3)).expect("a fault");
+        assert_eq!((told.time, told.known), (2.0, 2e-6));
+        // Points beside it that never touch.
+        let mut watched = pair();
+        assert_eq!(watched.note((1.0, 1e-7), overlap(5e-6), seen(-1e-7, 1e-4)), None);
+        let last = Unknown { time: 1.0, overlap: overlap(5e-6), known: 0.0 };
+        assert_eq!(watched.unknown(Some(last)), Some(last));
+        // Another phase begins anew.
+        watched.begin();
+        assert_eq!(watched.unknown(None), None);
+    }
+
+    #[test]
+    fn looks_become_rarer_in_proportion_to_the_time() {
+        let mut watched = pair();
+        let steps = 1_000_000;
+        let looks = (0..steps).filter(|k| watched.is_due(f64::from(*k) * 1e-7)).count();
+        assert!((60..=100).contains(&looks), "{looks}");
+        watched.begin();
+        assert!(watched.is_due(0.0));
+    }
+}

@@ -1,0 +1,495 @@
+//! A contact whose refinement and penalty factor the program finds itself (\[A\] section 4).
+//!
+//! Between impacts the pair is only watched. At a touch, fine models are built about the nearest points and become the
+//! contact's force element; widths and penalty factors of accepted impacts seed the next search. Knows the bodies of its pair and their motion;
+//! knows no phases and no trials.
+
+use std::sync::Arc;
+
+use contact_qs::law::penalty;
+use contact_qs::search::{SurfaceModel, SurfaceSite};
+use contact_qs::{ActiveContact, ContactError, PressureRecovery};
+use ffr_dynamics::system::force::BodyState;
+
+use crate::adaptivity::interval::{
+    ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalGrid, IntervalSettings, Verdict,
+    assess,
+};
+use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy};
+use crate::body::point_compliance::{ObservedPlace, PointCompliance, compliances, points_on};
+use crate::body::splines::refined::FineBody;
+use crate::body::zone::contact::FALLBACK_PENALTY;
+use crate::error::{AdaptiveError, ContactModelFault};
+use crate::paper::fine_modes::FineModes;
+use crate::record::ZoneSite;
+use crate::spec::LowModes;
+use crate::spec::unsupported::Unsupported;
+use crate::spec::{self, ContactSpec, SurfaceLaw, Target};
+use crate::state::ImpactHistory;
+use crate::state::simulation::ObservedPoint;
+use crate::store::ModelCache;
+use crate::system::body::{BodyModel, FlexibleModel};
+use crate::touch::detection::{Detector, DetectorTarget, Nearest, Search};
+use crate::touch::predicted::TouchKind;
+
+mod fine_side;
+mod kept_zone;
+mod sides;
+mod sites;
+mod widths;
+mod zone_model;
+pub mod local_deformation;
+pub mod stress;
+
+use fine_side::FineSide;
+pub use fine_side::RebuiltContact;
+use sides::SideRequest;
+use sites::Sites;
+pub use zone_model::ZoneModel;
+
+/// Overlap of whole surfaces without a point that touches that is an error, as a share of the body's size: far above the waves of ringing surfaces
+/// between points, far below the way of bodies that pass through each other.
+pub const MISSED_SURFACE: f64 = 1e-5;
+
+/// The widest interval, as a share of the body's size: about a place at an end of the body it reaches the other end.
+const WIDEST: f64 = 2.0;
+/// Slack of the comparison of a width with the least one: round-off.
+const LEAST_SLACK: f64 = 1e-9;
+/// Ratio of successive penalty factors of a search, as in \[A\] section 4.1.
+const PENALTY_RISE: f64 = 10.0;
+/// Time steps with contact of a trial of the error-driven penalty search (\[A\] section 4.1).
+const TRIAL_STEPS: usize = 30;
+
+/// A contact that is refined during the run.
+pub struct AdaptiveContact {
+    /// Name.
+    pub name: String,
+    body: usize,
+    target: Target,
+    /// The target, if it is a flexible body and has fine models, too.
+    flexible_target: Option<usize>,
+    law: SurfaceLaw,
+    /// Watches the pair.
+    pub detector: Detector,
+    cache: ModelCache,
+}
+
+/// Sizes for the log of trials.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct TrialSizes {
+    /// Elements of the bodies in contact.
+    pub elements: u64,
+    /// Their degrees of freedom.
+    pub dofs: u64,
+    /// Their interface degrees of freedom.
+    pub interface: u64,
+}
+
+/// Fine models of a contact in an impact phase: what the run keeps of them beside the force element.
+pub struct FineContact {
+    /// Contact element of each point.
+    elements: Vec<[usize; 2]>,
+    interval: IntervalGrid,
+    /// Whether the target's interval ends where its surface does.
+    is_target_at_end: bool,
+    flags: ContactFlags,
+    /// Sizes for the log.
+    pub sizes: TrialSizes,
+    /// Widths predicted for this impact \[m\].
+    predicted: [f64; 2],
+    /// Widths below which round-off hides what touches \[m\].
+    least: [f64; 2],
+    /// What touches, if its zones are the whole surfaces of the bodies.
+    pub whole: Option<TouchKind>,
+    /// Penalty search of this impact.
+    pub search: PenaltySearch,
+    /// `max_i(A_ii w_i)` [m³/N].
+    weight: Option<f64>,
+    /// Bodies that have modes of the fine model because of this contact.
+    pub hosted: Vec<usize>,
+    /// When it came into the system.
+    pub activation: Activation,
+    /// Its models of the bodies.
+    pub zones: Vec<ZoneOnBody>,
+    /// How far a zone that lies on a smooth surface in place of its sides was moved along its normal (theory Eq. C.74); zero if none does \[m\].
+    pub offset: f64,
+    /// How its forces displace observed points.
+    pub points: Vec<PointCompliance>,
+}
+
+/// When a fine model came into the system, and as which one of the run.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Activation {
+    /// Time \[s\].
+    pub time: f64,
+    /// Number, from 1.
+    pub number: u64,
+}
+
+/// A refined contact with its fine models, as it is built.
+pub struct RefinedContact {
+    /// The force element, for the system.
+    pub element: Box<dyn ActiveContact>,
+    /// Pressures from its point forces.
+    pub recovery: PressureRecovery,
+    /// Fine models whose modes their bodies are to have, by body.
+    pub bases: Vec<(usize, FineBasis)>,
+    /// What the run keeps beside them.
+    pub contact: FineContact,
+}
+
+/// A fine model of a body and the modes of it that the body is to have.
+pub struct FineBasis {
+    /// The fine model.
+    pub body: FineBody,
+    /// Its modes, and how states are transferred to them.
+    pub modes: FineModes,
+}
+
+/// The fine model of a contact on one of its bodies.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ZoneOnBody {
+    /// Index of the body.
+    pub body: usize,
+    /// Where it lies.
+    pub site: ZoneSite,
+    /// Unknowns of its interface.
+    pub n_unknowns: usize,
+}
+
+/// Asked between the stages of a build; an error ends it.
+pub type CancelCheck<'a> = dyn FnMut() -> Result<(), AdaptiveError> + 'a;
+
+/// Where and for what force a contact is refined.
+#[derive(Debug, Clone, Default)]
+pub struct RefinementRequest<'a> {
+    /// Widths of the interval; `None`: predicted \[m\].
+    pub widths: Option<[f64; 2]>,
+    /// Peak force of a preview \[N\].
+    pub peak: Option<f64>,
+    /// What earlier impacts found.
+    pub history: ImpactHistory,
+    /// Penalty search of an earlier trial of the same impact, which goes on.
+    pub search: Option<PenaltySearch>,
+    /// When the model comes into the system.
+    pub activation: Activation,
+    /// Points of the bodies that are observed.
+    pub points: &'a [ObservedPoint],
+    /// Bodies whose modes must stay, for other contacts in the system act on them.
+    pub fixed: &'a [usize],
+}
+
+impl AdaptiveContact {
+    /// A contact to be refined between `bodies`; `surfaces` has the surface of every body that takes part in such contacts, `cache` the
+    /// compliances of earlier runs.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Unsupported`] if a body has no surface.
+    pub fn new(
+        spec: &ContactSpec,
+        law: &SurfaceLaw,
+        (bodies, surfaces): (&[BodyModel], &[Option<Arc<SurfaceModel>>]),
+        cache: &ModelCache,
+    ) -> Result<Self, AdaptiveError> {
+        let is_mesh = |body: usize| bodies[body].flexible().is_some_and(|f| f.body.mesh().is_some());
+        let other = if let Target::Body(other) = spec.target { Some(other) } else { None };
+        let has_mesh = [Some(spec.body), other].into_iter().flatten().any(is_mesh);
+        if has_mesh && law.transfer.modes == LowModes::Fine {
+            return Err(AdaptiveError::unsupported_contact(&spec.name, Unsupported::FineModesOfMesh));
+        }
+        let surface = |body: usize| {
+            let none = || Unsupported::NoSurface { body: bodies[body].name.clone() };
+            surfaces[body].clone().ok_or_else(|| AdaptiveError::unsupported_contact(&spec.name, none()))
+        };
+        let target = match spec.target {
+            Target::Plane { point, normal } => DetectorTarget::plane(point, normal),
+            Target::Body(other) => DetectorTarget::Body(other, surface(other)?),
+        };
+        Ok(Self {
+            name: spec.name.clone(),
+            body: spec.body,
+            target: spec.target,
+            flexible_target: other.filter(|other| bodies[*other].flexible().is_some()),
+            law: law.clone(),
+            detector: Detector::new(spec.body, surface(spec.body)?, target),
+            cache: cache.clone(),
+        })
+    }
+
+    fn fail(&self, source: ContactError) -> AdaptiveError {
+        AdaptiveError::Contact { contact: self.name.clone(), source }
+    }
+
+    fn without_model(&self, fault: ContactModelFault) -> AdaptiveError {
+        AdaptiveError::ContactModel { contact: self.name.clone(), fault }
+    }
+
+    /// Nearest points in the motions `states`.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Contact`] if the motions are not finite.
+    pub fn nearest(&self, states: &[BodyState], search: &mut Search) -> Result<Nearest, AdaptiveError> {
+        self.detector.nearest(states, search).map_err(|e| self.fail(e))
+    }
+
+    /// Fine models about the points `nearest` in the motions `states`, with intervals of the widths wished for or, at the first trial of
+    /// an impact, of a width predicted: for the peak force if a preview gave one.
+    ///
+    /// `check_cancel` is asked between stages.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] with the name of body or contact if no fine model can be built, or the error of `check_cancel`.
+    pub fn refine(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        nearest: &Nearest,
+        request: RefinementRequest<'_>,
+        check_cancel: &mut CancelCheck<'_>,
+    ) -> Result<RefinedContact, AdaptiveError> {
+        let own_body = flexible(&bodies[self.body]);
+        let Sites { own: site, target: target_site, predicted, least, whole } =
+            self.sites(bodies, states, nearest, &request)?;
+        let modes = |body: usize| match request.fixed.contains(&body) {
+            true => LowModes::Prolonged,
+            false => self.law.transfer.modes,
+        };
+        let on = |body: usize| points_on(request.points, body, own_body.motion());
+        let (points, places) = on(self.body);
+        let (mut target_points, mut target_places) = (Vec::new(), Vec::new());
+        if let Some(other) = self.flexible_target {
+            (target_points, target_places) = on(other);
+        }
+        let on_own = SideRequest { body: own_body, site: &site, places: &places, modes: modes(self.body) };
+        let (mut own, mut other) = match (self.flexible_target, &target_site) {
+            (Some(other), Some(site)) => {
+                let body = flexible(&bodies[other]);
+                let on_target = SideRequest { body, site, places: &target_places, modes: modes(other) };
+                let (own, target) = self.both_sides(on_own, on_target, check_cancel)?;
+                (own, Some((other, target)))
+            }
+            _ => (self.side_on(on_own, check_cancel)?, None),
+        };
+        let (mut element, offset) = self.element_at(&mut own, &mut other, (bodies, states), nearest.gap)?;
+        let on_body =
+            |body, site, side: &FineSide| ZoneOnBody { body, site, n_unknowns: side.zone.unknowns.len() };
+        let mut zones = vec![on_body(self.body, site, &own)];
+        zones.extend(other.as_ref().zip(target_site).map(|((body, side), site)| on_body(*body, site, side)));
+        let displaced = |(points, places): (&[usize], &[ObservedPlace]), body: usize, side: &FineSide| {
+            let points = if side.points.ncols() == 0 { &[] } else { points };
+            compliances((points, places), body, side.body.field().motion(), &side.points)
+        };
+        let mut observed = displaced((&points, &places), self.body, &own);
+        let on_target = other.iter();
+        observed.extend(
+            on_target.flat_map(|(body, side)| displaced((&target_points, &target_places), *body, side)),
+        );
+        let weight = match self.is_vibrating() {
+            true => self.static_weight(&mut own, &mut other, (bodies, states))?,
+            false => self.weight_of(element.as_mut(), states)?,
+        };
+        let search = match (request.search, whole) {
+            (Some(search), _) => search,
+            (None, Some(kind)) => self.penalty_of_whole(kind, bodies, weight),
+            (None, None) => self.penalty_search(&request.history, weight).map_err(|e| self.fail(e))?,
+        };
+        element.set_penalty(search.penalty()).map_err(|e| self.fail(e))?;
+        let interval = own.body.grid();
+        let sizes = sizes([Some(&own), other.as_ref().map(|(_, side)| side)]);
+        let is_target_at_end = self.is_at_end_of_target(other.as_ref().map(|(_, side)| side));
+        let (elements, recovery) =
+            (own.body.contact_elements(&own.zone), PressureRecovery::new(&own.zone.points));
+        let bases = fine_bases([(self.body, own)].into_iter().chain(other));
+        let contact = FineContact {
+            flags: ContactFlags::new(interval.n_elements),
+            elements,
+            interval,
+            is_target_at_end,
+            sizes,
+            predicted,
+            least,
+            whole,
+            search,
+            weight,
+            hosted: bases.iter().map(|(body, _)| *body).collect(),
+            activation: request.activation,
+            zones,
+            offset,
+            points: observed,
+        };
+        Ok(RefinedContact { element, recovery, bases, contact })
+    }
+
+    /// Whether the interval `other` of the target ends where its surface does; all of a rigid one is there from the start.
+    fn is_at_end_of_target(&self, other: Option<&FineSide>) -> bool {
+        match (other, self.target) {
+            (Some(other), _) => is_at_end(&other.body.grid()),
+            (None, target) => matches!(target, Target::Body(_)),
+        }
+    }
+
+    /// What the accepted model of an impact leaves to the next ones.
+    pub fn history(
+        &self,
+        fine: &FineContact,
+        assessment: &IntervalAssessment,
+        penalty: f64,
+    ) -> ImpactHistory {
+        let mut width_factor = [1.0; 2];
+        for ((factor, d), predicted) in
+            width_factor.iter_mut().zip(&assessment.directions).zip(fine.predicted)
+        {
+            if predicted > 0.0 && d.width.is_finite() {
+                *factor = d.width / predicted;
+            }
+        }
+        let stiffness_ratio = fine.weight.filter(|_| penalty.is_finite()).map(|w| penalty * w);
+        let zones = [0, 1].map(|i| fine.zones.get(i).map(|zone| zone.site));
+        ImpactHistory { width_factor: Some(width_factor), stiffness_ratio, penalty: Some(penalty), zones }
+    }
+
+    /// How the penalty factor is searched for.
+    pub fn search_kind(&self) -> spec::PenaltySearch {
+        self.law.search
+    }
+
+    /// The search for the penalty factor of an impact.
+    fn penalty_search(
+        &self,
+        history: &ImpactHistory,
+        weight: Option<f64>,
+    ) -> Result<PenaltySearch, ContactError> {
+        let strategy = match self.law.search {
+            spec::PenaltySearch::Fixed => PenaltyStrategy::Fixed,
+            spec::PenaltySearch::UntilConverged { tolerance } => {
+                PenaltyStrategy::UntilConverged { factor: PENALTY_RISE, tolerance }
+            }
+            spec::PenaltySearch::UntilError => PenaltyStrategy::ErrorDriven { trial_steps: TRIAL_STEPS },
+        };
+        let from_ratio = |r: f64| weight.map(|w| penalty::from_weight(r, w)).transpose();
+        if let Some(given) = self.law.penalty
+            && (strategy == PenaltyStrategy::Fixed || given.is_infinite())
+        {
+            return Ok(PenaltySearch::new(PenaltyStrategy::Fixed, given));
+        }
+        let earlier = history.stiffness_ratio.map(from_ratio).transpose()?.flatten();
+        if let Some(known) = earlier.or(history.penalty) {
+            return Ok(PenaltySearch::from_accepted(strategy, known));
+        }
+        let first = match self.law.penalty {
+            Some(given) => Some(given),
+            None => from_ratio(self.law.stiffness_ratio)?,
+        };
+        Ok(PenaltySearch::new(strategy, first.unwrap_or(FALLBACK_PENALTY)))
+    }
+
+    /// Settings of Algorithm 2.
+    pub fn interval_settings(&self) -> IntervalSettings {
+        let given = &self.law.interval;
+        IntervalSettings {
+            target: given.target_utilisation,
+            minimum: given.min_utilisation,
+            ..IntervalSettings::default()
+        }
+    }
+
+    /// Whether the width of the interval is the scenario's, not to be changed.
+    pub fn is_width_given(&self) -> bool {
+        self.law.interval.width.is_some() && self.law.treatment != spec::Treatment::Adaptive
+    }
+}
+
+impl FineContact {
+    /// Marks the contact elements of the last evaluation of `element`.
+    pub fn mark(&mut self, element: &dyn ActiveContact) {
+        for (force, index) in element.point_forces().iter().zip(&self.elements) {
+            if *force > 0.0 {
+                self.flags.mark(*index);
+            }
+        }
+    }
+
+    /// Forgets all contact.
+    pub fn clear(&mut self) {
+        self.flags.clear();
+    }
+
+    /// Whether any element was in contact.
+    pub fn has_touched(&self) -> bool {
+        self.flags.is_any()
+    }
+
+    /// Algorithm 2 for the impact so far. `is_rising`: the simulated time ended while the contact still grew, so that its
+    /// interval is not used up yet.
+    ///
+    /// An interval is not made narrower than the smallest contact that round-off of places lets the bodies see.
+    pub fn assess(&self, settings: &IntervalSettings, is_rising: bool) -> IntervalAssessment {
+        let n = self.interval.ends.len();
+        let flags: Vec<Vec<bool>> = (0..n).map(|d| self.flags.along(d)).collect();
+        let directions: Vec<DirectionUse<'_>> = (0..n)
+            .map(|d| DirectionUse {
+                contact: &flags[d],
+                width: self.interval.widths[d],
+                ends: self.interval.ends[d],
+            })
+            .collect();
+        let mut assessment = assess(&directions, settings);
+        for (d, least) in assessment.directions.iter_mut().zip(self.least) {
+            let is_least = d.width < least;
+            d.width = d.width.max(least);
+            if d.verdict == Verdict::UnderUtilised && (is_rising || is_least && self.has_least_width()) {
+                d.verdict = Verdict::BelowTarget;
+            }
+        }
+        assessment
+    }
+
+    /// Whether no direction of the interval can be made narrower.
+    fn has_least_width(&self) -> bool {
+        let n = self.interval.ends.len();
+        (0..n).all(|d| self.interval.widths[d] <= (1.0 + LEAST_SLACK) * self.least[d])
+    }
+
+    /// Whether the target's interval ends where its surface does, so that it cannot grow.
+    pub fn is_target_at_end(&self) -> bool {
+        self.is_target_at_end
+    }
+
+    /// Elements across the interval, per direction.
+    pub fn n_elements(&self) -> [usize; 2] {
+        self.interval.n_elements
+    }
+
+    /// Widths of the interval \[m\]; the second is zero for curves.
+    pub fn widths(&self) -> [f64; 2] {
+        self.interval.widths
+    }
+}
+
+/// The model of the contact body or of a flexible target.
+fn flexible(model: &BodyModel) -> &FlexibleModel {
+    model.flexible().expect("the contact body and flexible_target are flexible, see AdaptiveContact::new")
+}
+
+/// The place `site` on a body, for an interval of the widths given.
+fn zone_site(site: &SurfaceSite, widths: [f64; 2]) -> ZoneSite {
+    ZoneSite::about((site.face, site.xi), widths)
+}
+
+fn is_at_end(interval: &IntervalGrid) -> bool {
+    interval.ends.iter().flatten().any(|&end| end == IntervalEnd::FaceEnd)
+}
+
+/// The fine models among `sides`, by body, that bring modes of their own.
+fn fine_bases(sides: impl Iterator<Item = (usize, FineSide)>) -> Vec<(usize, FineBasis)> {
+    sides.filter_map(|(index, side)| Some((index, side.fine_basis?))).collect()
+}
+
+/// Sizes of the fine models of a contact's bodies, together.
+fn sizes(sides: [Option<&FineSide>; 2]) -> TrialSizes {
+    sides.into_iter().flatten().fold(TrialSizes::default(), |sum, side| TrialSizes {
+        elements: sum.elements + side.body.field().space().n_elements() as u64,
+        dofs: sum.dofs + side.body.field().n_unknowns() as u64,
+        interface: sum.interface + side.zone.unknowns.len() as u64,
+    })
+}

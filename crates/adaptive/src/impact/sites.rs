@@ -1,0 +1,270 @@
+//! Where the zones of a refined contact lie at a touch: about the nearest places of smooth surfaces, where the last impact had them, or on the
+//! whole surfaces of bodies that touch with flat faces, edges or corners (docs/theory.md section C.9).
+
+use contact_qs::ActiveContact;
+use ffr_dynamics::system::force::BodyState;
+
+use super::widths::PredictedWidths;
+use super::{
+    Activation, AdaptiveContact, FineContact, MISSED_SURFACE, PENALTY_RISE, RefinementRequest, WIDEST,
+    flexible, kept_zone, zone_site,
+};
+use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy};
+use crate::body::splines::refined::ELEMENTS;
+use crate::body::zone::contact::FALLBACK_PENALTY;
+use crate::error::{AdaptiveError, ContactModelFault};
+use crate::record::{TargetPlace, ZoneSite};
+use crate::spec::Target;
+use crate::state::ImpactHistory;
+use crate::system::body::BodyModel;
+use crate::system::whole_surface::resolved_penalty;
+use crate::touch::detection::{Nearest, Search};
+use crate::touch::line::middle_of_line;
+use crate::touch::predicted::{TouchKind, touch_kind_at};
+use crate::touch::side::{Moved, Side, met_place};
+
+/// Angle \[rad\] by which flat faces may be inclined at a touch in the run and still meet as a whole: motions err by some 1e-6 of the way, and the
+/// faces of bodies that swing and ring turn by more; over 20 mm it is 2 um, which bodies at 1 m/s close in 2 us.
+const NEARLY_PARALLEL: f64 = 1e-4;
+
+/// Where the zones of a contact lie.
+pub(super) struct Sites {
+    /// On the contact body.
+    pub own: ZoneSite,
+    /// On the target; none of a plane and of a rigid body.
+    pub target: Option<ZoneSite>,
+    /// Widths predicted for the impact \[m\].
+    pub predicted: [f64; 2],
+    /// Widths below which round-off hides what touches \[m\].
+    pub least: [f64; 2],
+    /// What touches, if the zones are the whole surfaces of the bodies.
+    pub whole: Option<TouchKind>,
+}
+
+/// Bits of a width that are not kept: a millionth of it, far above round-off and far below what is known of widths.
+const LOOSE_BITS: u32 = 32;
+
+/// The width next to `width` with twenty bits \[m\]: equal bodies then have zones of the same width, in spite of the round-off of the places where they touch.
+fn without_round_off(width: f64) -> f64 {
+    if !width.is_finite() {
+        return width;
+    }
+    let half = 1 << (LOOSE_BITS - 1);
+    f64::from_bits((width.to_bits() + half) >> LOOSE_BITS << LOOSE_BITS)
+}
+
+impl AdaptiveContact {
+    /// Where the bodies touch in the motions `states`: the nearest points or, of a whole straight line of them, its middle.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Contact`] if the motions are not finite.
+    pub fn touch(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        search: &mut Search,
+    ) -> Result<Nearest, AdaptiveError> {
+        let nearest = self.nearest(states, search)?;
+        let Some((own, other)) = self.moved(bodies, states).filter(|_| !self.is_vibrating()) else {
+            return Ok(nearest);
+        };
+        Ok(middle_of_line(own, other, &nearest, NEARLY_PARALLEL).unwrap_or(nearest))
+    }
+
+    /// The undeformed surfaces of the contact body and of the target, if that is a body, with their motions; none if one has no surface.
+    fn moved<'a>(
+        &self,
+        bodies: &'a [BodyModel],
+        states: &'a [BodyState],
+    ) -> Option<(Moved<'a>, Option<Moved<'a>>)> {
+        let of = |body: usize| Some((bodies[body].undeformed()?, &states[body]));
+        let other = match self.target {
+            Target::Plane { .. } => None,
+            Target::Body(other) => Some(of(other)?),
+        };
+        Some((of(self.body)?, other))
+    }
+
+    /// Where the zones lie: the whole surfaces if an edge or flat faces touch, else about the nearest places.
+    ///
+    /// # Errors
+    /// As [`AdaptiveContact::whole_at`].
+    pub(super) fn sites(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        nearest: &Nearest,
+        request: &RefinementRequest<'_>,
+    ) -> Result<Sites, AdaptiveError> {
+        let whole = self.whole_at(bodies, states, nearest, request.widths)?;
+        let target = self.flexible_target.zip(nearest.target.as_ref());
+        if whole.is_some() {
+            let own = self.whole_site(bodies, states, nearest, whole);
+            let target = target.map(|_| ZoneSite::WHOLE);
+            return Ok(Sites { own, target, predicted: [0.0; 2], least: [0.0; 2], whole });
+        }
+        let PredictedWidths { widths: predicted, least } =
+            self.predicted_widths(bodies, states, nearest, request.peak);
+        let widths = self.widths(bodies, request, predicted);
+        let mut own = zone_site(&nearest.contact, widths);
+        let mut target = target.map(|(other, there)| {
+            let widths = self.target_widths(bodies, states, (&nearest.contact, widths), (other, there));
+            let widths = widths.map(without_round_off);
+            zone_site(there, widths)
+        });
+        if request.widths.is_none()
+            && let Some(kept) = self.kept_zones(bodies, &request.history, [Some(own), target])
+        {
+            (own, target) = kept;
+        }
+        Ok(Sites { own, target, predicted, least, whole })
+    }
+
+    /// The zone on the contact body of a touch of the kind `whole`: its whole surface, with more points about the place at the nearest points where an
+    /// edge touches that may do so between the points of its elements (Eq. C.125), or with one there that meets an edge or a corner of the target (Eq.
+    /// C.126). Flat faces, and straight edges on a plane, touch at those of the elements.
+    pub fn whole_site(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        nearest: &Nearest,
+        whole: Option<TouchKind>,
+    ) -> ZoneSite {
+        let body = &bodies[self.body];
+        if whole == Some(TouchKind::Edge)
+            && let Some(meets) = self.met_place(bodies, states, nearest)
+        {
+            let site = zone_site(&nearest.contact, ZoneSite::ALL_WIDTHS);
+            return ZoneSite { meets: Some(meets), ..site };
+        }
+        let is_bent = || body.height_between_points() > MISSED_SURFACE * self.detector.size();
+        let is_on_plane = matches!(self.target, Target::Plane { .. });
+        if whole == Some(TouchKind::Edge) && (!is_on_plane || is_bent()) {
+            return zone_site(&nearest.contact, ZoneSite::ALL_WIDTHS);
+        }
+        ZoneSite::WHOLE
+    }
+
+    /// What the contact body meets at the places `nearest`, if the target has an edge or a corner there.
+    fn met_place(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        nearest: &Nearest,
+    ) -> Option<TargetPlace> {
+        let (own, target) = self.moved(bodies, states)?;
+        met_place(&Side::new(own), &Side::new(target?), nearest)
+    }
+
+    /// What touches at the places `nearest`, if it is an edge or flat faces and `widths` ask for no interval: then the zones are the whole
+    /// surfaces, as [`ZoneSite::ALL_WIDTHS`] asks for. None of smooth surfaces.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::ContactModel`] if no contact point sees the touch, or zones that vibrate would be whole surfaces.
+    pub fn whole_at(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        nearest: &Nearest,
+        widths: Option<[f64; 2]>,
+    ) -> Result<Option<TouchKind>, AdaptiveError> {
+        match widths.or(self.law.interval.width.map(|w| [w; 2])) {
+            Some(ZoneSite::ALL_WIDTHS) => return Ok(Some(TouchKind::Edge)),
+            Some(_) => return Ok(None),
+            None => {}
+        }
+        let Some((own, other)) = self.moved(bodies, states) else { return Ok(None) };
+        let kind = touch_kind_at(own, other, nearest, NEARLY_PARALLEL);
+        match kind {
+            TouchKind::Smooth => Ok(None),
+            TouchKind::BetweenPoints => Err(self.without_model(ContactModelFault::BetweenPoints)),
+            TouchKind::Flat | TouchKind::Edge if self.is_vibrating() => {
+                Err(self.without_model(ContactModelFault::NotSmooth { what: kind.parts() }))
+            }
+            TouchKind::Flat | TouchKind::Edge if self.law.is_exact() => {
+                Err(self.without_model(ContactModelFault::ExactWhole { what: kind.parts() }))
+            }
+            TouchKind::Flat | TouchKind::Edge => Ok(Some(kind)),
+        }
+    }
+
+    /// Whether the contact may have zones that are the whole surfaces: it is quasistatic, and nobody has given a width.
+    pub fn may_be_whole(&self) -> bool {
+        !self.is_vibrating() && self.law.interval.width.is_none()
+    }
+
+    /// The penalty factor of a contact of whole surfaces: the one that the modes resolve, raised where it leaves the bodies in each other
+    /// (theory C.9).
+    pub(super) fn penalty_of_whole(
+        &self,
+        kind: TouchKind,
+        bodies: &[BodyModel],
+        weight: Option<f64>,
+    ) -> PenaltySearch {
+        let suggested = || {
+            let sides =
+                [Some(self.body), self.flexible_target].into_iter().flatten().map(|b| flexible(&bodies[b]));
+            let most = if kind == TouchKind::Flat { resolved_penalty(sides) } else { f64::INFINITY };
+            weight.map_or(FALLBACK_PENALTY, |weight| self.law.stiffness_ratio / weight).min(most)
+        };
+        match self.law.penalty {
+            Some(given) => PenaltySearch::new(PenaltyStrategy::Fixed, given),
+            None => PenaltySearch::new(PenaltyStrategy::UntilStiff { factor: PENALTY_RISE }, suggested()),
+        }
+    }
+
+    /// Makes `element` with the models `fine` of whole surfaces, which served an earlier impact or trial, what they would be if they were built in
+    /// the motions `states`; `search` is the one of the running impact, if it goes on.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Contact`] if the motions are not finite.
+    pub fn begin_again(
+        &self,
+        (element, fine): (&mut dyn ActiveContact, &mut FineContact),
+        search: Option<PenaltySearch>,
+        activation: Activation,
+        (bodies, states): (&[BodyModel], &[BodyState]),
+    ) -> Result<(), AdaptiveError> {
+        let Some(kind) = fine.whole else { return Ok(()) };
+        element.forget();
+        fine.clear();
+        (fine.activation, fine.weight) = (activation, self.weight_of(element, states)?);
+        fine.search = search.unwrap_or_else(|| self.penalty_of_whole(kind, bodies, fine.weight));
+        element.set_penalty(fine.search.penalty()).map_err(|e| self.fail(e))
+    }
+
+    /// Widths of an interval: those asked for, given or, with what earlier impacts found, predicted \[m\].
+    fn widths(&self, bodies: &[BodyModel], request: &RefinementRequest<'_>, predicted: [f64; 2]) -> [f64; 2] {
+        let factor = request.history.width_factor.unwrap_or([1.0; 2]);
+        let start =
+            self.law.interval.width.map_or([predicted[0] * factor[0], predicted[1] * factor[1]], |w| [w; 2]);
+        self.granted(bodies, request.widths.unwrap_or(start))
+    }
+
+    /// The widths that an interval has if `widths` are wished for \[m\].
+    pub fn granted(&self, bodies: &[BodyModel], widths: [f64; 2]) -> [f64; 2] {
+        let widest = WIDEST * flexible(&bodies[self.body]).body.size();
+        widths.map(|w| without_round_off(w).min(widest))
+    }
+
+    /// The zones of the last impact, of contact body and target, if they hold one for which `wanted` would be laid.
+    fn kept_zones(
+        &self,
+        bodies: &[BodyModel],
+        history: &ImpactHistory,
+        wanted: [Option<ZoneSite>; 2],
+    ) -> Option<(ZoneSite, Option<ZoneSite>)> {
+        let given = &self.law.interval;
+        let elements = given.elements_or(ELEMENTS);
+        let of_target = self.flexible_target.unwrap_or(self.body);
+        let holds = |body: usize, kept: &ZoneSite, wanted: &ZoneSite| {
+            kept_zone::holds(flexible(&bodies[body]), (kept, wanted), elements, given.target_utilisation)
+        };
+        let own = history.zones[0].filter(|kept| wanted[0].is_some_and(|w| holds(self.body, kept, &w)))?;
+        match (history.zones[1], wanted[1]) {
+            (Some(kept), Some(w)) => holds(of_target, &kept, &w).then_some((own, Some(kept))),
+            (None, None) => Some((own, None)),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,238 @@
+//! Widths of contact intervals by Hertz's theory: for the closing motion, or for the peak force of a preview.
+
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::invariants::centre_of_mass;
+use ffr_dynamics::kinematics::marker::FlexiblePoint;
+use ffr_dynamics::system::force::BodyState;
+use nalgebra::{Matrix3, Vector3};
+
+use contact_qs::search::SurfaceSite;
+
+use super::{AdaptiveContact, WIDEST, flexible};
+use crate::error::AdaptiveError;
+use crate::spec::{Place, Target};
+use crate::system::body::{BodyModel, FlexibleModel};
+use crate::touch::detection::{Nearest, Search};
+use crate::touch::hertz::{
+    HertzLaw, HertzPrediction, ImpactLaw, LineLaw, LocalSurface, StraightLine, half_extents, hertz_impact,
+    interval_width, inverse_effective_mass, widths_along,
+};
+use crate::touch::local_surface::{SurfaceView, plane_compliance};
+use crate::touch::preview::{HertzPoint, PointImpact};
+
+/// Width of a first interval that cannot be predicted (flat on flat), as a share of the body's size.
+const BLIND_WIDTH: f64 = 0.05;
+/// Least approach of two bodies that places on them can tell, in units of the round-off of their size.
+const LEAST_APPROACH: f64 = 64.0 * f64::EPSILON;
+/// Least width across a line of contact, as a share of the body's size, for bodies that hardly approach each other.
+const LEAST_ACROSS: f64 = 1e-6;
+
+impl AdaptiveContact {
+    /// Widths by Hertz's theory for the peak force `peak`, or for the closing motion in `states`, and the least that they are to
+    /// be: those of the smallest approach that round-off lets the bodies see.
+    pub(super) fn predicted_widths(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        nearest: &Nearest,
+        peak: Option<f64>,
+    ) -> PredictedWidths {
+        let blind = BLIND_WIDTH * flexible(&bodies[self.body]).body.size();
+        let known = self.partners(bodies, states, nearest).and_then(|p| self.hertz_widths(bodies, &p, peak));
+        known.unwrap_or(PredictedWidths { widths: [blind; 2], least: [0.0; 2] })
+    }
+
+    fn hertz_widths(
+        &self,
+        bodies: &[BodyModel],
+        Partners { own, other, normal }: &Partners,
+        peak: Option<f64>,
+    ) -> Option<PredictedWidths> {
+        let speed = (other.velocity - own.velocity).dot(normal);
+        let inverse_mass = own.inverse_mass + other.inverse_mass;
+        let target = self.law.interval.target_utilisation;
+        let body = flexible(&bodies[self.body]);
+        let approach = LEAST_APPROACH * self.detector.size();
+        let Some(law) = self.impact_law(bodies, own, other) else {
+            // Along a straight line, as far as the bodies go; the width across is that of a line contact as long as the body.
+            let line = StraightLine::new(&[own.surface, other.surface], body.body.size(), body.body.size())?;
+            let half = line.law.half_width_of_impact(inverse_mass, speed);
+            let across = interval_width(half, target, false).max(LEAST_ACROSS * body.body.size());
+            let widths = own
+                .tangents
+                .map(|tangent| if line.is_across(&tangent) { across } else { WIDEST * body.body.size() });
+            return Some(PredictedWidths { widths, least: [0.0; 2] });
+        };
+        let (extents, least, from_axis) = match law {
+            ImpactLaw::Line(law) => {
+                let half = match peak {
+                    Some(force) => law.half_width(force),
+                    None => law.half_width_of_impact(inverse_mass, speed),
+                };
+                ([half; 2], [law.half_width(ImpactLaw::Line(law).force(approach).0); 2], false)
+            }
+            ImpactLaw::Point(law) => {
+                let surfaces = [own.surface, other.surface];
+                let hertz = match peak {
+                    Some(force) => Some(law.at_force(force)),
+                    None => hertz_impact(&surfaces, inverse_mass, speed),
+                };
+                let extents = |h: &HertzPrediction| half_extents(h, &own.tangents);
+                let least = extents(&law.at_force(ImpactLaw::Point(law).force(approach).0));
+                let from_axis = body.motion() == RigidMotion::Axial;
+                (hertz.map_or([0.0; 2], |h| extents(&h)), least, from_axis)
+            }
+        };
+        let least = least.map(|half| interval_width(half, target, from_axis));
+        let predicted = extents.map(|half| interval_width(half, target, from_axis));
+        Some(PredictedWidths { widths: std::array::from_fn(|d| predicted[d].max(least[d])), least })
+    }
+
+    /// Widths of the interval on the body `other` at `there`, whose face has directions of its own, for an interval of the `widths`
+    /// given about `here` on the contact body \[m\].
+    pub(super) fn target_widths(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        (here, widths): (&SurfaceSite, [f64; 2]),
+        (other, there): (usize, &SurfaceSite),
+    ) -> [f64; 2] {
+        let tangents = |body: usize, site: &SurfaceSite| {
+            let body_model = flexible(&bodies[body]);
+            let view = view(&bodies[body], &states[body], site)?;
+            (body_model.motion() == RigidMotion::Spatial).then_some(view.tangents)
+        };
+        match (tangents(self.body, here), tangents(other, there)) {
+            (Some(own), Some(target)) => widths_along(widths, &own, &target),
+            // Bodies of one direction along their surface.
+            _ => widths,
+        }
+    }
+
+    /// The law by which two bodies press each other; none for surfaces that are flat on each other.
+    fn impact_law(&self, bodies: &[BodyModel], own: &Partner, other: &Partner) -> Option<ImpactLaw> {
+        let body = flexible(&bodies[self.body]);
+        let thickness = |of: &FlexibleModel| of.body.model().thickness();
+        let surfaces = [own.surface, other.surface];
+        let Some(own_thickness) = thickness(body) else {
+            return HertzLaw::new(&surfaces).map(ImpactLaw::Point);
+        };
+        let curvature = own.surface.in_plane() + other.surface.in_plane();
+        // A thin target yields more under the same force.
+        let share = match self.target {
+            Target::Body(target) => {
+                let of_target = bodies[target].flexible().and_then(thickness);
+                own_thickness / of_target.unwrap_or(own_thickness)
+            }
+            Target::Plane { .. } => 1.0,
+        };
+        let compliance = own.surface.compliance + share * other.surface.compliance;
+        LineLaw::new(curvature, compliance, body.body.size(), own_thickness).map(ImpactLaw::Line)
+    }
+
+    fn partners(&self, bodies: &[BodyModel], states: &[BodyState], nearest: &Nearest) -> Option<Partners> {
+        let own = Partner::new(self.body, bodies, states, &nearest.contact)?;
+        let other = match (self.target, &nearest.target) {
+            (Target::Body(other), Some(site)) => Partner::new(other, bodies, states, site)?,
+            _ => Partner::fixed(&nearest.normal, &nearest.contact.point),
+        };
+        // The line between touching points has no direction, their surfaces have one.
+        let normal = (other.outward - own.outward).try_normalize(0.0)?;
+        Some(Partners { own, other, normal })
+    }
+
+    /// A point contact with the law of the pair at the nearest points in the motions `states`, for a preview of the impact, closed as soon as they
+    /// approach if it is touching and else when they meet; none if the width is known already, or an edge or flat faces touch.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Contact`] if the motions are not finite, [`AdaptiveError::ContactModel`] if no contact point sees the touch.
+    pub fn preview(
+        &self,
+        (bodies, is_touching): (&[BodyModel], bool),
+        states: &[BodyState],
+        search: &mut Search,
+    ) -> Result<Option<PointImpact>, AdaptiveError> {
+        if self.law.interval.width.is_some() {
+            return Ok(None);
+        }
+        let nearest = self.touch(bodies, states, search)?;
+        if self.whole_at(bodies, states, &nearest, None)?.is_some() {
+            return Ok(None);
+        }
+        let Some(Partners { own, other, normal }) = self.partners(bodies, states, &nearest) else {
+            return Ok(None);
+        };
+        let Some(law) = self.impact_law(bodies, &own, &other) else { return Ok(None) };
+        let gap = if is_touching { 0.0 } else { nearest.gap.max(0.0) };
+        Ok(Some(PointImpact::new((own.point, other.point), normal, law, (states, gap))))
+    }
+}
+
+/// The surface of `body` at `site`; none where it has no curvatures.
+fn view(body: &BodyModel, state: &BodyState, site: &SurfaceSite) -> Option<SurfaceView> {
+    let material = body.flexible().and_then(|flexible| flexible.body.slowest_material());
+    let (surface, compliance) = (body.undeformed()?, material.map_or(0.0, plane_compliance));
+    SurfaceView::new(surface, compliance, &state.rotation, &surface.place(site.face, &site.xi))
+}
+
+/// Widths of a first interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct PredictedWidths {
+    /// Predicted \[m\].
+    pub widths: [f64; 2],
+    /// Below which nothing is to be told, zero where that is not known \[m\].
+    pub least: [f64; 2],
+}
+
+/// Both partners of an impact, and the normal from the target to the contact body.
+struct Partners {
+    own: Partner,
+    other: Partner,
+    normal: Vector3<f64>,
+}
+
+/// One partner of an impact as Hertz sees it.
+struct Partner {
+    surface: LocalSurface,
+    inverse_mass: f64,
+    velocity: Vector3<f64>,
+    tangents: [Vector3<f64>; 2],
+    /// Outward unit normal in the inertial frame.
+    outward: Vector3<f64>,
+    /// The material point.
+    point: HertzPoint,
+}
+
+impl Partner {
+    fn fixed(normal: &Vector3<f64>, point: &Vector3<f64>) -> Self {
+        Self {
+            surface: LocalSurface::plane(0.0),
+            inverse_mass: 0.0,
+            velocity: Vector3::zeros(),
+            tangents: [Vector3::zeros(); 2],
+            outward: *normal,
+            point: HertzPoint { body: None, point: FlexiblePoint::rigid(*point) },
+        }
+    }
+
+    fn new(index: usize, bodies: &[BodyModel], states: &[BodyState], site: &SurfaceSite) -> Option<Self> {
+        let (model, state) = (&bodies[index], &states[index]);
+        let SurfaceView { surface, tangents, outward, point } = view(model, state, site)?;
+        let data = &model.data;
+        let motion = data.motion;
+        let inverse_mass = if motion == RigidMotion::Axial {
+            1.0 / data.mass
+        } else {
+            let c = data.mass_moment / data.mass;
+            let steiner = Matrix3::identity() * c.norm_squared() - c * c.transpose();
+            let axes = state.rotation.to_rotation_matrix().into_inner();
+            let central = axes * (data.inertia() - steiner * data.mass) * axes.transpose();
+            let arm = site.point - centre_of_mass(data, state);
+            inverse_effective_mass(data.mass, &central, &arm, &outward)
+        };
+        let point = model.point(&Place::Point(point)).ok()?;
+        let velocity = point.velocity(state);
+        let point = HertzPoint { body: Some(index), point };
+        Some(Self { surface, inverse_mass, velocity, tangents, outward, point })
+    }
+}

@@ -1,0 +1,481 @@
+//! A run: free phases until a contact closes, impact phases until it has been open for a while (\[A\] Fig. 2).
+
+use std::time::Instant;
+
+use contact_qs::search::{TouchSettings, first_touch};
+use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, Statistics, Step, StepSettings};
+use ffr_dynamics::system::stops::StopSite;
+
+use crate::checks::linearity::LinearLimits;
+use crate::checks::motion::MotionLimits;
+use crate::checks::start::watched_pairs;
+use crate::checks::watch::WatchedPair;
+use crate::error::AdaptiveError;
+use crate::impact::local_deformation::LocalDeformation;
+use crate::model::RunModel;
+use crate::record::{PhaseKind, PhaseRecord};
+use crate::spec::{FREE_INTERVAL, RunSettings};
+use crate::state::ledger::{EnergyLedger, Imbalance};
+use crate::state::observer::{Continue, Observer};
+use crate::state::simulation::smallest_gap;
+use crate::state::stop_hit::StopHit;
+use crate::state::{ContactState, RunState};
+
+/// A body that touches within this part of its size at the start counts as touching: round-off of its coordinates.
+const TOUCHING: f64 = 1e-12;
+/// Share of the largest step to which opening and closing times are located.
+const EVENT_TOLERANCE: f64 = 1e-9;
+/// Gap samples per step in event detection.
+const EVENT_SAMPLES: usize = 4;
+/// Default quiet time in steps of the impact phase: several periods of the highest mode pass without contact.
+const QUIET_STEPS: f64 = 10.0;
+
+/// Shortest interval between two gap evaluations of a pair that is not in contact, as a share of a step: overlaps that last longer
+/// are never missed.
+const SHORTEST_LOOK: f64 = 1e-4;
+/// Bound of the closing speed within a step over that at its ends: a vibration that a step resolves is sampled three times per period at
+/// least, and what lies between two samples is below `1 / cos(π / 3)` of the larger.
+const WITHIN_A_STEP: f64 = 2.0;
+/// Pairs nearer than this part of their size touch as far as detection can tell: a touch is located to a billionth of a step.
+const NEAR: f64 = 1e-9;
+
+mod checks;
+mod contact_slot;
+mod impact;
+mod monitor;
+mod output;
+mod rest;
+mod restart;
+mod states;
+mod stops;
+mod watch;
+
+use contact_slot::ContactSlot;
+use impact::balance::Balance;
+use output::Output;
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunEnd {
+    /// Time reached \[s\].
+    pub time: f64,
+    /// Whether the observer stopped it.
+    pub is_interrupted: bool,
+}
+
+/// A run between steps: model, state, contacts, integrator, output.
+pub struct Driver<'a> {
+    model: &'a mut RunModel,
+    settings: RunSettings,
+    /// What a restart point stores; its time, state vector, rates and step are filled in there.
+    run: RunState,
+    /// Contacts in the order of the system's force elements.
+    slots: Vec<ContactSlot>,
+    output: Output<'a>,
+    integrator: Integrator,
+    crossing: CrossingSearch,
+    /// A state vector to work on.
+    interpolated: Vec<f64>,
+    /// Largest step of impact phases \[s\].
+    impact_step: f64,
+    /// For each body the number of the group of bodies that joints connect.
+    groups: Vec<usize>,
+    /// What contact zones add to the observed points.
+    local_deformation: LocalDeformation,
+    /// When a penalty factor was lowered last in the present trial, and energy and momentum with the new one.
+    lowered: Option<(f64, Balance)>,
+    /// Potential of gravity at the start, from which it is counted \[J\].
+    gravity_datum: f64,
+    /// How far the energy ledger is open in the state noted last.
+    imbalance: Imbalance,
+    limits: MotionLimits,
+    linear: LinearLimits,
+    /// Stops of the joints, and what was seen of them at the last restart point.
+    stops: Vec<StopSite>,
+    marked_hits: Vec<StopHit>,
+    work: PhaseWork,
+    /// Contact whose fine model is being built.
+    building: Option<usize>,
+    /// The pairs of the contacts, watched apart from them.
+    watched: Vec<WatchedPair>,
+}
+
+/// What the work of the running phase is counted from.
+struct PhaseWork {
+    /// Start of the phase \[s\].
+    start: f64,
+    /// Work in the phase before the run was taken up again.
+    carried: PhaseRecord,
+    /// Work of integrators that have been replaced.
+    replaced: Statistics,
+    /// Work before the phase, or before the run was taken up again in it.
+    before: Statistics,
+    clock: Instant,
+    /// Steps since the last restart point.
+    unmarked: u32,
+}
+
+/// Runs `model` to the end time of `settings`, reporting to `observer`.
+///
+/// # Errors
+/// [`AdaptiveError`]; what was reported before stays valid.
+pub fn run(
+    model: &mut RunModel,
+    settings: &RunSettings,
+    observer: &mut dyn Observer,
+) -> Result<RunEnd, AdaptiveError> {
+    let mut driver = Driver::new(model, settings.clone(), observer)?;
+    let end = driver.run(None);
+    driver.finish_run(end)
+}
+
+/// Takes up in `state`, a restart point, the run of a model built from the same specification.
+///
+/// # Errors
+/// [`AdaptiveError::Restart`] if the state does not belong to the model, otherwise as [`run`].
+pub fn resume(
+    model: &mut RunModel,
+    settings: &RunSettings,
+    state: &RunState,
+    observer: &mut dyn Observer,
+) -> Result<RunEnd, AdaptiveError> {
+    let mut driver = Driver::new(model, settings.clone(), observer)?;
+    let end = driver.run(Some(state));
+    driver.finish_run(end)
+}
+
+/// Limits of linear deformation of the bodies of `model`.
+fn linear_limits(model: &RunModel) -> Result<LinearLimits, AdaptiveError> {
+    let system = model.system.model();
+    let is_in_loop =
+        |b: usize| system.loops.iter().any(|l| l.parent.body == Some(b) || l.child.body == Some(b));
+    LinearLimits::new(&model.bodies, |b| {
+        let joint = &system.bodies[b].joint;
+        (joint.free_velocities().next().is_none() && !is_in_loop(b)).then_some(&joint.child)
+    })
+}
+
+impl<'a> Driver<'a> {
+    /// Adds up the time of searches and reports stresses, of runs that have failed as well; their own error goes first.
+    fn finish_run(self, end: Result<RunEnd, AdaptiveError>) -> Result<RunEnd, AdaptiveError> {
+        let searches = self.slots.iter().map(|slot| slot.nearest.elapsed().as_secs_f64());
+        self.model.timings.search += searches.sum::<f64>();
+        let reported = self.model.report_stress(&self.run.stress, self.output.observer);
+        let end = end?;
+        reported.map(|()| end)
+    }
+
+    fn new(
+        model: &'a mut RunModel,
+        settings: RunSettings,
+        observer: &'a mut dyn Observer,
+    ) -> Result<Self, AdaptiveError> {
+        let y = model.initial.clone();
+        let highest = model.system.highest_frequency();
+        let resolving = if highest > 0.0 { settings.step_share / highest } else { settings.free.max_step };
+        let impact_step = settings.impact.max_step.min(resolving);
+        let steps =
+            StepSettings { is_vibration_exact: true, ..StepSettings::with_max_step(settings.free.max_step) };
+        let method =
+            settings.free.method.unwrap_or_else(|| restart::default_method(PhaseKind::Free, &model.system));
+        let integrator =
+            Integrator::new(method, steps, 0.0, &y, &model.system).map_err(AdaptiveError::Dynamics)?;
+        let event_step = impact_step.min(settings.free.max_step);
+        let crossing = crossing_search(y.len(), event_step);
+        let gravity_datum = model.system.invariants(0.0, &y).gravity;
+        let states = model.system.body_states(0.0, &y).to_vec();
+        let limits = MotionLimits::new(model, &states, &settings);
+        let mass = model.bodies.iter().map(|b| b.data.mass).filter(|m| m.is_finite()).sum();
+        let floor = settings.free.velocity_floor.max(settings.impact.velocity_floor);
+        let slots = model.contacts.iter().map(|c| ContactSlot::new(c.refinement.is_some()));
+        let stops = model.system.model().stops();
+        let run = RunState {
+            hits: vec![StopHit::default(); stops.len()],
+            last_output: f64::NEG_INFINITY,
+            free_interval: settings.free_interval.unwrap_or(FREE_INTERVAL),
+            ledger: EnergyLedger::new(mass, floor, gravity_datum),
+            contacts: vec![ContactState::default(); model.contacts.len()],
+            stress: vec![None; model.n_stress_requests()],
+            ..RunState::default()
+        };
+        let marked_hits = run.hits.clone();
+        Ok(Self {
+            run,
+            slots: slots.collect(),
+            output: Output::new(observer),
+            imbalance: Imbalance::default(),
+            limits,
+            linear: linear_limits(model)?,
+            marked_hits,
+            stops,
+            groups: model.system.model().groups(),
+            local_deformation: LocalDeformation::new(model.lasting_local_deformation()?),
+            lowered: None,
+            work: PhaseWork {
+                start: 0.0,
+                carried: PhaseRecord::default(),
+                replaced: Statistics::default(),
+                before: Statistics::default(),
+                clock: Instant::now(),
+                unmarked: 0,
+            },
+            interpolated: y,
+            building: None,
+            watched: watched_pairs(model)?,
+            model,
+            settings,
+            integrator,
+            crossing,
+            impact_step,
+            gravity_datum,
+        })
+    }
+
+    fn run(&mut self, from: Option<&RunState>) -> Result<RunEnd, AdaptiveError> {
+        let warnings = if from.is_none() { self.check_start()? } else { Vec::new() };
+        self.output.observer.start(&self.model.layout(self.settings.end_time))?;
+        self.warn(warnings)?;
+        let mut kind = match from {
+            Some(state) => {
+                self.restore(state)?;
+                state.phase.kind
+            }
+            None => {
+                let kind = if self.is_touching()? { PhaseKind::Impact } else { PhaseKind::Free };
+                self.store()?;
+                self.check_motion()?;
+                self.warn_of_nonlinearity()?;
+                self.note_gaps(self.integrator.time())?;
+                self.run.next_output = self.run.free_interval;
+                self.begin_phase(kind)?;
+                kind
+            }
+        };
+        let mut is_interrupted = false;
+        while !self.is_over() && !is_interrupted {
+            let outcome = match kind {
+                PhaseKind::Free => self.free_phase(),
+                PhaseKind::Impact => self.impact_phase(),
+            };
+            // A phase that fails is reported as far as it went.
+            self.output.observer.phase(&self.phase_record(kind))?;
+            is_interrupted = outcome?;
+            self.warn_of_nonlinearity()?;
+            self.run.n_phases += 1;
+            kind = if kind == PhaseKind::Free { PhaseKind::Impact } else { PhaseKind::Free };
+            if !self.is_over() && !is_interrupted {
+                self.begin_phase(kind)?;
+            }
+        }
+        if !is_interrupted
+            && self.integrator.time() < self.settings.end_time
+            && self.run.last_output < self.integrator.time()
+        {
+            self.store()?;
+        }
+        if !is_interrupted {
+            self.check_end()?;
+        }
+        Ok(RunEnd { time: self.integrator.time(), is_interrupted })
+    }
+
+    /// Whether time is up, so many impacts have ended as the run is to have, or its bodies are at rest.
+    fn is_over(&self) -> bool {
+        let is_enough = self.settings.stop_after_impacts.is_some_and(|n| self.run.n_impacts >= n);
+        is_enough || self.is_at_rest() || self.integrator.time() >= self.settings.end_time
+    }
+
+    /// The running phase as far as it went.
+    fn phase_record(&self, kind: PhaseKind) -> PhaseRecord {
+        let (carried, before, now) = (&self.work.carried, self.work.before, self.statistics());
+        PhaseRecord {
+            kind,
+            start: self.work.start,
+            end: self.integrator.time(),
+            steps: carried.steps + now.steps - before.steps,
+            rejected: carried.rejected + now.rejected - before.rejected,
+            evaluations: carried.evaluations + now.evaluations - before.evaluations,
+            wall_time: carried.wall_time + self.work.clock.elapsed().as_secs_f64(),
+        }
+    }
+
+    /// Work done so far.
+    fn statistics(&self) -> Statistics {
+        let (earlier, now) = (self.work.replaced, self.integrator.statistics());
+        Statistics {
+            steps: earlier.steps + now.steps,
+            rejected: earlier.rejected + now.rejected,
+            evaluations: earlier.evaluations + now.evaluations,
+            ..now
+        }
+    }
+
+    /// Makes searches start anew: the next ones depend on motions and surfaces alone.
+    fn forget_searches(&mut self) {
+        self.slots.iter_mut().for_each(|slot| slot.nearest.forget());
+    }
+
+    /// Whether a contact is closed, or open by no more than round-off.
+    fn is_touching(&mut self) -> Result<bool, AdaptiveError> {
+        let (t, y) = (self.integrator.time(), self.integrator.state());
+        let system = &mut self.model.system;
+        let mut contacts = self.model.contacts.iter().enumerate();
+        if contacts.any(|(i, contact)| smallest_gap(system, t, y, i) <= TOUCHING * contact.size) {
+            return Ok(true);
+        }
+        system.body_states(t, y);
+        let states = system.last_evaluation().0;
+        for (slot, contact) in self.slots.iter_mut().zip(&self.model.contacts) {
+            let Some(refinement) = &contact.refinement else { continue };
+            if refinement.nearest(states, &mut slot.nearest)?.gap <= TOUCHING * refinement.detector.size() {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Integrates until a contact closes, the bodies are at rest or time is up; returns whether the observer stopped the run.
+    fn free_phase(&mut self) -> Result<bool, AdaptiveError> {
+        let end = self.settings.end_time;
+        self.slots.iter_mut().for_each(|slot| slot.clearance = 0.0);
+        self.begin_watch();
+        while self.integrator.time() < end && !self.is_at_rest() {
+            let step = self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
+            let closing = self.first_closing(step)?;
+            if let Some(time) = closing {
+                self.repeat_until(step.start, time)?;
+                if self.run.last_output < time {
+                    self.store()?;
+                }
+                return Ok(false);
+            }
+            if let Err(error) = self.check_motion() {
+                // Stored as far as it went; that the ledger is open as well says nothing more.
+                return match self.store() {
+                    Err(failed @ AdaptiveError::Observer(_)) => Err(failed),
+                    _ => Err(error),
+                };
+            }
+            self.warn_of_nonlinearity()?;
+            self.note_rest();
+            self.store_until(step.end)?;
+            self.note_stops()?;
+            self.report_hits()?;
+            if self.output.observer.progress(step.end, step.end - step.start, PhaseKind::Free)
+                == Continue::Interrupt
+            {
+                self.store()?;
+                return Ok(true);
+            }
+            self.mark_restart_point_if_due()?;
+        }
+        if self.run.last_output < self.integrator.time() {
+            self.store()?;
+        }
+        self.end_watch()?;
+        Ok(false)
+    }
+
+    /// Last time in the step before any contact closes; `None` if none does.
+    fn first_closing(&mut self, step: Step) -> Result<Option<f64>, AdaptiveError> {
+        let mut earliest = None;
+        let n_contacts = self.slots.len();
+        let is_watching: Vec<usize> = (0..n_contacts).filter(|i| self.slots[*i].is_watching()).collect();
+        if is_watching.len() < n_contacts {
+            let system = &mut self.model.system;
+            let search = self.crossing.first_crossing(&self.integrator, |t, y| {
+                (0..n_contacts).map(|i| smallest_gap(system, t, y, i)).fold(f64::INFINITY, nan_min)
+            });
+            earliest = search.map_err(AdaptiveError::Dynamics)?.map(|c| c.before);
+        }
+        let close = self.without_clearance(is_watching, (step.start, step.end));
+        let touch = self.first_touch(&close, (step.start, step.end))?.map(|(_, time)| time);
+        Ok(match (earliest, touch) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        })
+    }
+
+    /// Those of the contacts `which` whose surfaces may have met in the last step; the others have come nearer.
+    ///
+    /// The speed at which they approach is taken at both ends of the step. What moves a frame there is resolved by the step, vibration
+    /// of the body itself is bounded for all times (theory Eq. C.33).
+    fn without_clearance(&mut self, which: Vec<usize>, (start, end): (f64, f64)) -> Vec<usize> {
+        let (y, system) = (self.integrator.state(), &mut self.model.system);
+        let mut close = which;
+        if !close.is_empty() {
+            system.body_states(end, y);
+        }
+        close.retain(|&i| {
+            let Some(refinement) = &self.model.contacts[i].refinement else { return false };
+            let slot = &mut self.slots[i];
+            let speed = refinement.detector.closing_speed_bound(system.last_evaluation().0);
+            let fastest = WITHIN_A_STEP * speed.max(slot.closing_speed);
+            slot.closing_speed = speed;
+            slot.clearance -= fastest * (end - start);
+            let is_apart = slot.clearance > TOUCHING * refinement.detector.size();
+            !is_apart
+        });
+        close
+    }
+
+    /// The first of the contacts `which`, which are refined at a touch, to touch in the last step, and the last time before.
+    fn first_touch(
+        &mut self,
+        which: &[usize],
+        (start, end): (f64, f64),
+    ) -> Result<Option<(usize, f64)>, AdaptiveError> {
+        let mut earliest: Option<(usize, f64)> = None;
+        let mut y = vec![0.0; if which.is_empty() { 0 } else { self.interpolated.len() }];
+        for &i in which {
+            let Some(refinement) = &self.model.contacts[i].refinement else { continue };
+            let detector = &refinement.detector;
+            let until = earliest.map_or(end, |(_, t)| t);
+            let ContactSlot { clearance, nearest: search, .. } = &mut self.slots[i];
+            let settings = TouchSettings {
+                gap: TOUCHING * detector.size(),
+                time: EVENT_TOLERANCE * self.impact_step.min(end - start),
+                shortest: SHORTEST_LOOK * (end - start),
+                acceleration: self.settings.gravity.norm(),
+            };
+            let (integrator, system) = (&self.integrator, &mut self.model.system);
+            let touch = first_touch([start, until], &settings, |t| {
+                integrator.interpolate(t, &mut y);
+                system.body_states(t, &y);
+                let states = system.last_evaluation().0;
+                let (gap, speed) =
+                    (detector.nearest(states, search)?.gap, detector.closing_speed_bound(states));
+                *clearance = gap; // the last look is at the end of the step if there is no touch
+                Ok((gap, speed))
+            });
+            let touch = touch
+                .map_err(|source| AdaptiveError::Contact { contact: refinement.name.clone(), source })?;
+            if let Some(touch) = touch {
+                earliest = Some((i, touch.time));
+            }
+        }
+        Ok(earliest)
+    }
+
+    /// Takes the last step, which began at `start`, again as far as `end`: its later part met a contact, whose force reaches
+    /// into every state that the step interpolates.
+    fn repeat_until(&mut self, start: f64, end: f64) -> Result<(), AdaptiveError> {
+        self.interpolated.copy_from_slice(self.integrator.previous_state());
+        self.integrator.restart(start, &self.interpolated);
+        while self.integrator.time() < end {
+            let step = self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
+            self.store_until(step.end)?;
+        }
+        Ok(())
+    }
+}
+
+/// Search for events in steps of `step` seconds at most, in states of `n` numbers.
+fn crossing_search(n: usize, step: f64) -> CrossingSearch {
+    CrossingSearch::new(n, EVENT_TOLERANCE * step, EVENT_SAMPLES)
+}
+
+/// Minimum that keeps NaN.
+fn nan_min(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a < b { a } else { b }
+}

@@ -1,0 +1,240 @@
+//! What a run checks of itself: warnings, and errors that end it.
+
+use super::Driver;
+use crate::adaptivity::penalty_search::MOST_OVERLAP;
+use crate::checks::contact_strain::{HUGE_CONTACT_STRAIN, contact_strain, large_contact_strain};
+use crate::checks::resolution::{
+    coarse_mesh, coarse_place, few_modes, highest_vibration, shown_interval, slow_rise, sparse_output,
+};
+use crate::checks::{motion, start};
+use crate::error::AdaptiveError;
+use crate::record::ImpactRecord;
+use crate::record::finding::ContactQuantity;
+use crate::record::warning::{Warning, WarningKind};
+use crate::run::driver::impact::judgement::MINOR;
+use crate::spec::FREE_INTERVAL;
+use crate::state::simulation::smallest_gap;
+use crate::touch::detection::Search;
+use crate::touch::predicted::TouchKind;
+
+/// Gap of a contact that has closed.
+const CLOSED: f64 = f64::NEG_INFINITY;
+
+impl Driver<'_> {
+    /// Checks how the bodies lie at the start; the warnings of that and of the models.
+    pub(super) fn check_start(&mut self) -> Result<Vec<(usize, Warning)>, AdaptiveError> {
+        let mut searches: Vec<&mut Search> = self.slots.iter_mut().map(|slot| &mut slot.nearest).collect();
+        let mut warnings = start::check(self.model, &mut searches)?;
+        for (b, body) in self.model.bodies.iter().enumerate() {
+            let found = [coarse_mesh(body), coarse_place(body)];
+            warnings.extend(found.into_iter().flatten().map(|warning| (b, warning)));
+        }
+        for touch in &self.model.touches {
+            warnings.extend(touch.warnings().map(|warning| (touch.body, warning)));
+        }
+        Ok(warnings)
+    }
+
+    /// Reports `warnings`, each with the index of its subject, that have not been given yet.
+    pub(super) fn warn(&mut self, warnings: Vec<(usize, Warning)>) -> Result<(), AdaptiveError> {
+        for (subject, warning) in warnings {
+            let key = ((warning.kind as u64) << 32) | subject as u64;
+            if !self.run.warned.contains(&key) {
+                self.run.warned.push(key);
+                self.output.observer.warning(&warning)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Notes the gaps of the contacts that have not closed yet, in the state `interpolated` at time `t`.
+    pub(super) fn note_gaps(&mut self, t: f64) -> Result<(), AdaptiveError> {
+        for i in 0..self.slots.len() {
+            if self.run.contacts[i].smallest_gap > CLOSED {
+                let gap = self.gap(i, t)?;
+                let contact = &mut self.run.contacts[i];
+                if gap < contact.smallest_gap {
+                    (contact.smallest_gap, contact.smallest_gap_time) = (gap, t);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Gap of contact `i` in the state `interpolated` at time `t`.
+    fn gap(&mut self, i: usize, t: f64) -> Result<f64, AdaptiveError> {
+        let y = &self.interpolated;
+        let Some(refinement) = &self.model.contacts[i].refinement else {
+            return Ok(smallest_gap(&mut self.model.system, t, y, i));
+        };
+        self.model.system.body_states(t, y);
+        let states = self.model.system.last_evaluation().0;
+        Ok(refinement.nearest(states, &mut self.slots[i].nearest)?.gap)
+    }
+
+    /// Looks at a finished impact; `is_open`: whether the contact had let go; `is_minor`: whether its force was too small beside
+    /// others to be judged by; `whole`: what touched, if its zones were the whole surfaces of the bodies; `overlap`: the share of the approach that was
+    /// penetration between contact points.
+    pub(super) fn check_impact(
+        &mut self,
+        impact: &ImpactRecord,
+        is_open: bool,
+        is_minor: bool,
+        (whole, overlap): (Option<TouchKind>, Option<f64>),
+    ) -> Result<(), AdaptiveError> {
+        let i = impact.contact as usize;
+        let contact = &mut self.run.contacts[i];
+        (contact.smallest_gap, contact.smallest_gap_time) = (CLOSED, impact.start);
+        self.check_contact_strain(impact)?;
+        if !is_open {
+            return Ok(());
+        }
+        let (body, target) = self.model.system.forces()[i].contact.bodies();
+        let bodies = [Some(body), target].into_iter().flatten();
+        let needs = &self.model.force_needs[i];
+        let few = |b: usize| Some((b, few_modes((b, &self.model.bodies[b]), impact, needs)?));
+        let mut warnings: Vec<(usize, Warning)> = bodies.filter_map(few).collect();
+        if whole == Some(TouchKind::Flat) {
+            let touching: Vec<_> =
+                [Some(body), target].into_iter().flatten().map(|b| &self.model.bodies[b]).collect();
+            warnings.extend(
+                slow_rise(&self.model.contacts[i].name, &touching, impact).map(|warning| (i, warning)),
+            );
+        }
+        let name = &self.model.contacts[i].name;
+        let soft = overlap.filter(|share| *share > MOST_OVERLAP && !is_minor);
+        warnings.extend(soft.map(|share| (i, soft_contact(name, impact, share))));
+        if is_minor && self.model.contacts[i].refinement.is_some() {
+            warnings.push((i, minor_contact(&self.model.contacts[i].name, impact)));
+        }
+        self.warn(warnings)
+    }
+
+    /// Looks at how hard the bodies pressed each other at the peak of `impact` (Eq. P.17).
+    fn check_contact_strain(&mut self, impact: &ImpactRecord) -> Result<(), AdaptiveError> {
+        let i = impact.contact as usize;
+        let facts = &self.model.contacts[i];
+        let pressure = self.slots[i].pressure;
+        let strain = contact_strain(pressure, facts.modulus);
+        if strain > HUGE_CONTACT_STRAIN {
+            let (contact, time, quantity) = (facts.name.clone(), impact.peak_time, ContactQuantity::Strain);
+            let (value, limit) = (strain, HUGE_CONTACT_STRAIN);
+            return Err(AdaptiveError::ImplausibleContact { contact, time, quantity, value, limit });
+        }
+        let warning = large_contact_strain(&facts.name, impact, (pressure, strain));
+        self.warn(warning.map(|warning| (i, warning)).into_iter().collect())
+    }
+
+    /// Looks at the vibrations that an impact has left: states are stored as often as they ask for, or a warning says that they are not.
+    pub(super) fn check_output(&mut self) -> Result<(), AdaptiveError> {
+        let (time, y) = (self.integrator.time(), self.integrator.state());
+        if time >= self.settings.end_time {
+            return Ok(());
+        }
+        self.model.system.body_states(time, y);
+        let states = self.model.system.last_evaluation().0;
+        let scale = self.run.ledger.scale;
+        let bodies = self.model.bodies.iter().zip(states).enumerate();
+        let rings =
+            bodies.filter_map(|(b, (body, state))| Some((b, body, highest_vibration(body, state, scale)?)));
+        let Some(interval) = self.settings.free_interval else {
+            let highest = rings.map(|(_, _, frequency)| frequency).fold(0.0, f64::max);
+            self.run.free_interval = FREE_INTERVAL.min(shown_interval(highest));
+            return Ok(());
+        };
+        let sparse = |(b, body, highest)| Some((b, sparse_output(body, highest, (time, interval))?));
+        let warnings = rings.filter_map(sparse).collect();
+        self.warn(warnings)
+    }
+
+    /// Looks back from the end of the run.
+    pub(super) fn check_end(&mut self) -> Result<(), AdaptiveError> {
+        self.interpolated.copy_from_slice(self.integrator.state());
+        self.note_gaps(self.integrator.time())?;
+        let contacts = self.model.contacts.iter().zip(&self.run.contacts).enumerate();
+        let open = contacts.filter(|(_, (_, c))| c.smallest_gap > CLOSED && c.smallest_gap.is_finite());
+        let warnings = open.map(|(i, (facts, state))| {
+            let (gap, time) = (state.smallest_gap, state.smallest_gap_time);
+            let warning = Warning {
+                kind: WarningKind::NeverClosed,
+                subject: format!("contact \"{}\"", facts.name),
+                time,
+                value: gap,
+                limit: 0.0,
+                message: format!(
+                    "it has never closed; the smallest gap of the stored states was {gap:.6e} m at t = {time:.6e} s"
+                ),
+                remedy: "check positions and velocities of its bodies, or raise simulation.end_time".into(),
+            };
+            (i, warning)
+        });
+        let warnings = warnings.collect();
+        self.warn(warnings)
+    }
+
+    /// Ends the run if the ledger is open by more than allowed in the state noted last.
+    pub(super) fn check_ledger(&self) -> Result<(), AdaptiveError> {
+        self.run.ledger.check(self.imbalance, self.output.sample.time, self.settings.energy_tolerance)
+    }
+
+    /// Ends the run if the present state is none that the equations describe.
+    pub(super) fn check_motion(&mut self) -> Result<(), AdaptiveError> {
+        let (t, y) = (self.integrator.time(), self.integrator.state());
+        self.model.system.body_states(t, y);
+        let states = self.model.system.last_evaluation().0;
+        self.limits.check(&self.model.bodies, states, t)?;
+        self.linear.note(&self.model.bodies, states, t)
+    }
+
+    /// Tells how far the bodies have gone beyond what linear deformation describes in the running phase.
+    pub(super) fn warn_of_nonlinearity(&mut self) -> Result<(), AdaptiveError> {
+        let warnings = self.linear.warnings(&self.model.bodies);
+        self.warn(warnings)
+    }
+
+    /// Ends the run if the bodies of contact `i`, which move at `approach` towards each other, are faster than waves or have come
+    /// into each other by more than their size.
+    pub(super) fn check_contact(&self, i: usize, time: f64, approach: f64) -> Result<(), AdaptiveError> {
+        let facts = &self.model.contacts[i];
+        let depth = self.model.system.forces()[i].contact.report().penetration;
+        let size = facts.radii.map_or(facts.size, |radii| radii[0].min(radii[1]));
+        let fast = motion::fast_approach(&facts.name, time, approach, facts.wave_speed);
+        match fast.or_else(|| motion::deep_penetration(&facts.name, time, depth, size)) {
+            Some(error) => Err(error),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The warning of a contact whose springs, of a factor that nobody may change, are as soft as the bodies (Eq. A.76).
+fn soft_contact(name: &str, impact: &ImpactRecord, share: f64) -> Warning {
+    Warning {
+        kind: WarningKind::SoftContact,
+        subject: format!("contact \"{name}\""),
+        time: impact.start,
+        value: share,
+        limit: MOST_OVERLAP,
+        message: format!(
+            "{:.0} % of the approach of the bodies is penetration and not deformation: the contact is softer than they are",
+            100.0 * share
+        ),
+        remedy: format!("raise contacts.{name}.penalty.initial, or leave it out for the program to choose"),
+    }
+}
+
+/// The warning of a contact whose zone and penalty factor were not judged.
+fn minor_contact(name: &str, impact: &ImpactRecord) -> Warning {
+    Warning {
+        kind: WarningKind::MinorContact,
+        subject: format!("contact \"{name}\""),
+        time: impact.start,
+        value: impact.peak_force,
+        limit: MINOR,
+        message: format!(
+            "its largest force of {:.3e} N is below {MINOR:.0e} of the largest on the bodies that it is connected with: it changes their \
+             motion by no more, and the width of its zone and its penalty factor were not judged",
+            impact.peak_force
+        ),
+        remedy: format!("give contacts.{name}.interval.width if this contact matters by itself"),
+    }
+}

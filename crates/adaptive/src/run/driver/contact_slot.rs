@@ -1,0 +1,88 @@
+//! A contact of the run: what its watching and its impacts need beside its model.
+
+use crate::adaptivity::penalty_search::PenaltySearch;
+use crate::impact::FineContact;
+use crate::state::impact_monitor::ImpactMonitor;
+use crate::state::simulation::RunContact;
+use crate::touch::detection::Search;
+
+/// State of a contact between steps. What outlasts an impact is in [`crate::state::ContactState`].
+pub(super) struct ContactSlot {
+    /// Which model the contact has at present.
+    pub phase: ContactPhase,
+    /// Follows the running impact.
+    pub monitor: ImpactMonitor,
+    /// Mean pressure at the peak of the running impact; zero where too few points carry it to tell \[Pa\].
+    pub pressure: f64,
+    /// Peak force that a preview of the running impact gave \[N\].
+    pub preview: Option<f64>,
+    /// Search for the nearest points of the surfaces.
+    pub nearest: Search,
+    /// The model with whole surfaces that the last such impact had: it is the same in the next one.
+    pub whole: Option<(RunContact, Box<FineContact>)>,
+    /// Penalty search of an earlier trial in which the contact joined the running impact.
+    pub search: Option<PenaltySearch>,
+    /// What the last steps of a free phase left of the gap last looked at: the surfaces are no nearer; zero if unknown \[m\].
+    pub clearance: f64,
+    /// Bound of the closing speed at the end of the last step, while there is a clearance [m/s].
+    pub closing_speed: f64,
+}
+
+/// Model of a contact.
+pub(super) enum ContactPhase {
+    /// One for the whole run.
+    Lasting,
+    /// None: the surfaces are watched until they touch.
+    Watching,
+    /// Fine models of the bodies, as long as an impact lasts.
+    Fine(Box<FineContact>),
+}
+
+impl ContactSlot {
+    /// A contact before the first step; `is_refined`: whether it gets fine models when its bodies touch.
+    pub fn new(is_refined: bool) -> Self {
+        Self {
+            phase: if is_refined { ContactPhase::Watching } else { ContactPhase::Lasting },
+            monitor: ImpactMonitor::default(),
+            pressure: 0.0,
+            preview: None,
+            nearest: Search::new(),
+            whole: None,
+            search: None,
+            clearance: 0.0,
+            closing_speed: 0.0,
+        }
+    }
+
+    /// The fine models, if the contact has some at present.
+    pub fn fine(&self) -> Option<&FineContact> {
+        match &self.phase {
+            ContactPhase::Fine(fine) => Some(fine),
+            ContactPhase::Lasting | ContactPhase::Watching => None,
+        }
+    }
+
+    /// The same, to change what they hold.
+    pub fn fine_mut(&mut self) -> Option<&mut FineContact> {
+        match &mut self.phase {
+            ContactPhase::Fine(fine) => Some(fine),
+            ContactPhase::Lasting | ContactPhase::Watching => None,
+        }
+    }
+
+    /// Goes back to watching; the fine models that the contact had.
+    pub fn take_fine(&mut self) -> Option<Box<FineContact>> {
+        match std::mem::replace(&mut self.phase, ContactPhase::Watching) {
+            ContactPhase::Fine(fine) => Some(fine),
+            other => {
+                self.phase = other;
+                None
+            }
+        }
+    }
+
+    /// Whether the contact is watched, without a model.
+    pub fn is_watching(&self) -> bool {
+        matches!(self.phase, ContactPhase::Watching)
+    }
+}

@@ -1,0 +1,103 @@
+//! Impact phases: trials, each from the same start, until every fine model and penalty factor is acceptable (\[A\] Fig. 2,
+//! Algorithm 3).
+
+pub(crate) mod balance;
+pub(crate) mod judgement;
+pub(crate) mod refine;
+pub(crate) mod trial;
+pub(crate) mod trial_reason;
+
+use super::Driver;
+use crate::adaptivity::interval::IntervalAssessment;
+use crate::error::AdaptiveError;
+use crate::record::{StressState, TrialOutcome};
+use crate::run::driver::impact::judgement::{Ending, Intervals, Judgement};
+use crate::run::driver::impact::trial::Trial;
+use crate::state::impact_monitor::ImpactMonitor;
+use crate::state::ledger::{EnergyLedger, NumericalDamping};
+
+/// Most trials of one impact: widths change by half at least each time, penalty factors by a factor of ten.
+const MAX_TRIALS: u32 = 40;
+
+/// Where all trials of an impact start.
+pub(crate) struct Start {
+    pub time: f64,
+    pub state: Vec<f64>,
+    pub monitors: Vec<ImpactMonitor>,
+    pub stress: Vec<Option<StressState>>,
+    pub numerical: NumericalDamping,
+    pub ledger: EnergyLedger,
+    pub slow_since: Option<f64>,
+}
+
+impl Driver<'_> {
+    /// Simulates an impact from the present state until every contact has been open for the quiet time; returns whether the
+    /// observer stopped the run.
+    pub(super) fn impact_phase(&mut self) -> Result<bool, AdaptiveError> {
+        let start = self.impact_start();
+        self.output.buffer(self.model.contacts.iter().any(|c| c.refinement.is_some()));
+        let mut intervals = Intervals::new(self.slots.len());
+        for slot in &mut self.slots {
+            (slot.preview, slot.search) = (None, None);
+        }
+        let touching = self.touching()?;
+        self.preview(&touching)?;
+        let mut built = self.activate_touching(&intervals.widths);
+        let mut contact_step_limit = self.restart_searches();
+        for number in 1..=MAX_TRIALS {
+            let mut trial = self.begin_trial(number, contact_step_limit);
+            let ending = match built.and_then(|()| self.simulate(&mut trial, &intervals.widths)) {
+                Ok(ending) => ending,
+                Err(AdaptiveError::Interrupted) => Ending::Interrupted,
+                Err(error) => return self.fail(&trial, &[], error),
+            };
+            let minor = self.minor_contacts(&ending);
+            let verdicts = self.assess(&ending, &minor);
+            match self.judge(&ending, (&verdicts, &minor), &mut intervals, number) {
+                Err(error) => return self.fail(&trial, &verdicts, error),
+                Ok(Judgement::Accept(acceptance)) => {
+                    let is_interrupted = ending == Ending::Interrupted;
+                    let outcome =
+                        if is_interrupted { TrialOutcome::Interrupted } else { TrialOutcome::Accepted };
+                    self.log(&trial, outcome, &acceptance.to_string(), &verdicts)?;
+                    self.record_history(&verdicts);
+                    self.finish_impact(&minor)?;
+                    return Ok(is_interrupted);
+                }
+                Ok(Judgement::Again { demands, contact_steps }) => {
+                    self.log(&trial, TrialOutcome::Rejected, &trial_reason::line(&demands), &verdicts)?;
+                    contact_step_limit = contact_steps;
+                    built = if number < MAX_TRIALS { self.rewind(&start, &intervals.widths) } else { Ok(()) };
+                }
+            }
+        }
+        self.output.flush()?;
+        Err(self.no_model(intervals.latest, MAX_TRIALS))
+    }
+
+    /// What every trial of the impact that begins now starts from.
+    fn impact_start(&self) -> Start {
+        Start {
+            time: self.integrator.time(),
+            state: self.integrator.state().to_vec(),
+            monitors: self.slots.iter().map(|slot| slot.monitor.clone()).collect(),
+            stress: self.run.stress.clone(),
+            numerical: self.run.numerical,
+            ledger: self.run.ledger,
+            slow_since: self.run.slow_since,
+        }
+    }
+
+    /// Reports a trial that ends the run, with what it computed, and passes `error` on.
+    fn fail(
+        &mut self,
+        trial: &Trial,
+        verdicts: &[Option<IntervalAssessment>],
+        error: AdaptiveError,
+    ) -> Result<bool, AdaptiveError> {
+        self.log(trial, TrialOutcome::Failed, &error.to_string(), verdicts)?;
+        self.store_noted()?;
+        self.output.flush()?;
+        Err(error)
+    }
+}

@@ -1,0 +1,346 @@
+//! Judgement of a trial of an impact: whether it is the result, and what the next one is to be like.
+
+use ffr_dynamics::error::EvaluationFailure;
+use tracing::debug;
+
+use super::trial_reason::{Acceptance, Change, Demand, PenaltyCause};
+use crate::adaptivity::interval::{IntervalAssessment, IntervalSettings, Verdict};
+use crate::adaptivity::penalty_search::{PenaltyAction, RunOutcome};
+use crate::checks::resolution::longest_element_of;
+use crate::error::AdaptiveError;
+use crate::impact::{AdaptiveContact, FineContact};
+use crate::record::ZoneSite;
+use crate::run::driver::contact_slot::ContactSlot;
+use crate::run::driver::{Driver, TOUCHING};
+
+/// Trials after which an interval counts as impossible though a width is both too narrow and too wide: other contacts of the
+/// same impact may change the force from trial to trial, three times in a row is no coincidence.
+const MOST_CLOSED: u32 = 3;
+/// Ratio of successive growths of a width of which nothing is known, as large as the first growth.
+const GROWTH: f64 = 1.5;
+/// Share of the largest force on connected bodies below which a contact is not judged: a twentieth of the change of the peak force
+/// down to which penalty factors are searched. Such a contact changes no motion by more, and its force may be no more than the
+/// error of the motion, as between bodies at rest that a wave has not reached yet.
+pub(crate) const MINOR: f64 = 1e-4;
+
+/// How a trial of an impact ended.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Ending {
+    /// All contacts are open for good, or the simulated time is up.
+    Complete,
+    /// The observer asked to stop.
+    Interrupted,
+    /// An interval of a refined contact turned out too small.
+    EdgeTouched(usize),
+    /// The steps with contact after which the penalty search stops a trial have passed.
+    TrialPassed,
+    /// The contact solver failed.
+    SolverFailed(EvaluationFailure),
+}
+
+/// Widths of the contacts' intervals in the trials of an impact.
+pub(crate) struct Intervals {
+    /// Widths of the next trial, where earlier ones have set them \[m\].
+    pub widths: Vec<Option<[f64; 2]>>,
+    /// Widest interval whose edge was touched, and narrowest one that was too wide, a contact and direction \[m\].
+    brackets: Vec<[(f64, f64); 2]>,
+    /// How often no width was left between those, per contact.
+    closed: Vec<u32>,
+    /// How often in a row an edge was touched and no width was known to be too wide, per contact and direction.
+    grown: Vec<[u32; 2]>,
+    /// Contact whose interval changed last.
+    pub latest: usize,
+}
+
+impl Intervals {
+    pub fn new(n_contacts: usize) -> Self {
+        Self {
+            widths: vec![None; n_contacts],
+            brackets: vec![[(0.0, f64::INFINITY); 2]; n_contacts],
+            closed: vec![0; n_contacts],
+            grown: vec![[0; 2]; n_contacts],
+            latest: 0,
+        }
+    }
+
+    /// Takes the widths wanted next for contact `i` after `verdict`, and says which ones they are to be: from the third growth in a row on each
+    /// is larger than the one before, so that a first width that says nothing takes few trials. `None` if there is no width that can be acceptable:
+    /// the same one is too narrow and, by less than an element, too wide.
+    fn note(
+        &mut self,
+        i: usize,
+        fine: Option<&FineContact>,
+        verdict: &IntervalAssessment,
+        mut next: [f64; 2],
+    ) -> Option<[f64; 2]> {
+        (self.widths[i], self.latest) = (Some(next), i);
+        let Some(fine) = fine else { return Some(next) };
+        let (widths, counts) = (fine.widths(), fine.n_elements());
+        let mut is_closed = false;
+        for (d, direction) in verdict.directions.iter().enumerate() {
+            let (narrow, wide) = &mut self.brackets[i][d];
+            match direction.verdict {
+                Verdict::EdgeTouched => *narrow = narrow.max(widths[d]),
+                Verdict::UnderUtilised => *wide = wide.min(widths[d]),
+                _ => {}
+            }
+            is_closed |= *narrow * (1.0 + 1.0 / counts[d].max(1) as f64) >= *wide;
+            let grown = &mut self.grown[i][d];
+            let is_growing = direction.verdict == Verdict::EdgeTouched && wide.is_infinite();
+            *grown = if is_growing { *grown + 1 } else { 0 };
+            next[d] *= GROWTH.powi(grown.saturating_sub(2) as i32);
+        }
+        if verdict.directions.len() == 1 {
+            next[1] = next[0];
+        }
+        self.widths[i] = Some(next);
+        self.closed[i] += u32::from(is_closed);
+        (self.closed[i] < MOST_CLOSED).then_some(next)
+    }
+}
+
+/// What follows from a trial.
+pub(crate) enum Judgement {
+    Accept(Acceptance),
+    Again { demands: Vec<Demand>, contact_steps: Option<usize> },
+}
+
+impl Driver<'_> {
+    pub(crate) fn no_model(&self, i: usize, trials: u32) -> AdaptiveError {
+        AdaptiveError::NoAcceptableModel {
+            contact: self.model.contacts[i].name.clone(),
+            time: self.work.start,
+            trials,
+            width: self.slots[i].fine().map_or(0.0, |f| f.widths()[0]),
+        }
+    }
+
+    pub(crate) fn is_width_given(&self, i: usize) -> bool {
+        self.model.contacts[i].refinement.as_ref().is_some_and(AdaptiveContact::is_width_given)
+    }
+
+    /// Whether whole surfaces can take the place of the interval of contact `i`: no element of the bodies, of which rigid ones have none, is longer
+    /// than it is wide.
+    fn may_be_whole(&self, i: usize) -> bool {
+        let (body, target) = self.model.system.forces()[i].contact.bodies();
+        let width = self.slots[i].fine().map_or(0.0, |fine| fine.widths()[0]);
+        let is_fine = |b: usize| longest_element_of(&self.model.bodies[b]).is_none_or(|l| l <= width);
+        self.model.contacts[i].refinement.as_ref().is_some_and(AdaptiveContact::may_be_whole)
+            && [Some(body), target].into_iter().flatten().all(is_fine)
+    }
+
+    /// Answer of Algorithm 2 for every refined contact that touched in a trial that ended as said, but for the `minor` ones.
+    pub(crate) fn assess(&self, ending: &Ending, minor: &[bool]) -> Vec<Option<IntervalAssessment>> {
+        let mut verdicts = vec![None; self.slots.len()];
+        for (i, (slot, contact)) in self.slots.iter().zip(&self.model.contacts).enumerate() {
+            let Some(refinement) = &contact.refinement else { continue };
+            let fine = slot.fine().filter(|f| f.has_touched() && !minor[i]);
+            let is_rising = *ending == Ending::Complete && slot.monitor.is_rising();
+            verdicts[i] = fine.map(|f| f.assess(&refinement.interval_settings(), is_rising));
+        }
+        verdicts
+    }
+
+    /// Whether the trial is the result, and what the next one is to be like.
+    pub(crate) fn judge(
+        &mut self,
+        ending: &Ending,
+        (verdicts, minor): (&[Option<IntervalAssessment>], &[bool]),
+        intervals: &mut Intervals,
+        number: u32,
+    ) -> Result<Judgement, AdaptiveError> {
+        if *ending == Ending::Interrupted {
+            return Ok(Judgement::Accept(Acceptance::Interrupted));
+        }
+        // Intervals first: an unacceptable model says nothing about the penalty factor.
+        let mut demands = Vec::new();
+        for (i, verdict) in verdicts.iter().enumerate() {
+            let (Some(verdict), false) = (verdict, self.is_width_given(i)) else { continue };
+            let is_short = matches!(ending, Ending::TrialPassed | Ending::SolverFailed(_));
+            let is_edge = *ending == Ending::EdgeTouched(i);
+            let is_target_at_end = is_edge && self.slots[i].fine().is_some_and(FineContact::is_target_at_end);
+            if verdict.is_at_face_end() || is_target_at_end && !touches_own_edge(verdict) {
+                if !self.may_be_whole(i) {
+                    return Err(self.face_end(i, number));
+                }
+                (intervals.widths[i], intervals.latest) = (Some(ZoneSite::ALL_WIDTHS), i);
+                demands.push(self.demand(i, Change::WholeSurfaces));
+                continue;
+            }
+            // A trial that ends early has not used its interval yet.
+            if is_edge || !(verdict.is_acceptable() || is_short || matches!(ending, Ending::EdgeTouched(_))) {
+                let mut next = [0.0; 2];
+                next.iter_mut().zip(&verdict.directions).for_each(|(w, d)| *w = d.width);
+                if let (true, false, Some(fine)) = (is_edge, touches_own_edge(verdict), self.slots[i].fine())
+                {
+                    // Contact left the target's interval.
+                    next = fine.widths().map(|w| w * (1.0 + IntervalSettings::default().max_change));
+                }
+                if verdict.directions.len() == 1 {
+                    next[1] = next[0];
+                }
+                let Some(next) = intervals.note(i, self.slots[i].fine(), verdict, next) else {
+                    return Err(self.no_model(i, number));
+                };
+                let directions = verdict.directions.iter().zip(next).map(|(d, width)| (d.utilisation, width));
+                let change = Change::Widths { is_edge, directions: directions.collect() };
+                demands.push(self.demand(i, change));
+            }
+        }
+        if !demands.is_empty() {
+            return Ok(Judgement::Again { demands, contact_steps: self.restart_searches() });
+        }
+        self.judge_penalties(ending, minor, number)
+    }
+
+    fn judge_penalties(
+        &mut self,
+        ending: &Ending,
+        minor: &[bool],
+        number: u32,
+    ) -> Result<Judgement, AdaptiveError> {
+        let mut demands = Vec::new();
+        let mut limit = None;
+        for (i, minor) in minor.iter().enumerate() {
+            let round_off = TOUCHING * self.model.contacts[i].size;
+            let monitor = &self.slots[i].monitor;
+            let (peak_force, overlap) = (monitor.peak_force(), monitor.overlap_share(round_off));
+            debug!(contact = self.model.contacts[i].name, peak_force, overlap, "penetration over approach");
+            let Some(fine) = self.slots[i].fine_mut() else { continue };
+            if (!fine.has_touched() || *minor) && !matches!(ending, Ending::SolverFailed(_)) {
+                continue;
+            }
+            let before = fine.search.penalty();
+            let outcome = match ending {
+                Ending::TrialPassed => RunOutcome::TrialPassed,
+                Ending::SolverFailed(failure) => RunOutcome::SolverError { failure: failure.kind() },
+                _ => RunOutcome::Completed { peak_force, overlap },
+            };
+            let after = match fine.search.next(outcome) {
+                PenaltyAction::Accept { is_last_run: true, .. } => continue,
+                PenaltyAction::Accept { penalty, is_last_run: false } => {
+                    // The run with this factor is gone: it is made again.
+                    fine.search = fine.search.accepted();
+                    penalty
+                }
+                PenaltyAction::Run { penalty, contact_steps } => {
+                    limit = limit.or(contact_steps);
+                    penalty
+                }
+                PenaltyAction::Resume { penalty } => penalty,
+                PenaltyAction::Fail(failure) => {
+                    let contact = self.model.contacts[i].name.clone();
+                    let time = self.work.start;
+                    return Err(AdaptiveError::Penalty { contact, time, trials: number, failure });
+                }
+            };
+            demands.push(self.demand(i, Change::Penalty { cause: penalty_cause(ending), before, after }));
+        }
+        if demands.is_empty() {
+            return Ok(Judgement::Accept(self.acceptance(minor)));
+        }
+        Ok(Judgement::Again { demands, contact_steps: limit })
+    }
+
+    /// For every contact whether its force in a trial that ended as said was too small, beside the largest force on the bodies that
+    /// it is connected with, to judge zone and penalty factor by it. In a trial cut short no force is known to be small.
+    pub(crate) fn minor_contacts(&self, ending: &Ending) -> Vec<bool> {
+        if *ending != Ending::Complete {
+            return vec![false; self.slots.len()];
+        }
+        let peaks: Vec<f64> = self.slots.iter().map(|slot| slot.monitor.peak_force()).collect();
+        let forces = self.model.system.forces().iter();
+        let pairs: Vec<_> = forces.map(|force| force.contact.bodies()).collect();
+        let is_closed =
+            self.slots.iter().zip(&peaks).map(|(slot, peak)| slot.fine().is_some() || *peak > 0.0);
+        let is_closed: Vec<bool> = is_closed.collect();
+        minor(&peaks, &pairs, &is_closed, &self.groups)
+    }
+
+    fn acceptance(&self, minor: &[bool]) -> Acceptance {
+        if self.slots.iter().all(|slot| slot.fine().is_none()) {
+            return Acceptance::Given;
+        }
+        let contacts = self.model.contacts.iter().zip(minor).zip(&self.slots);
+        let unjudged = contacts.filter(|((_, minor), slot)| **minor && slot.fine().is_some());
+        let minor = unjudged.map(|((contact, _), _)| contact.name.clone()).collect();
+        Acceptance::Judged { minor, share: MINOR }
+    }
+
+    fn demand(&self, i: usize, change: Change) -> Demand {
+        Demand { contact: self.model.contacts[i].name.clone(), change }
+    }
+
+    pub(crate) fn restart_searches(&mut self) -> Option<usize> {
+        let mut limit = None;
+        for fine in self.slots.iter_mut().filter_map(ContactSlot::fine_mut) {
+            if let PenaltyAction::Run { contact_steps, .. } = fine.search.restart() {
+                limit = limit.or(contact_steps);
+            }
+        }
+        limit
+    }
+
+    /// Error for a contact that reached the end of its surface.
+    fn face_end(&self, i: usize, trials: u32) -> AdaptiveError {
+        let width = self.slots[i].fine().map_or(0.0, |f| f.widths()[0]);
+        AdaptiveError::IntervalAtEdge {
+            contact: self.model.contacts[i].name.clone(),
+            time: self.integrator.time(),
+            trials,
+            width,
+        }
+    }
+}
+
+/// Whether contact reached an end of the contact body's interval.
+fn touches_own_edge(verdict: &IntervalAssessment) -> bool {
+    verdict.directions.iter().any(|d| d.verdict == Verdict::EdgeTouched)
+}
+
+/// Why a penalty factor is not the last one after a trial that ended as said.
+fn penalty_cause(ending: &Ending) -> PenaltyCause {
+    match ending {
+        Ending::TrialPassed => PenaltyCause::TrialPassed,
+        Ending::SolverFailed(failure) => PenaltyCause::SolverFailed(failure.clone()),
+        _ => PenaltyCause::NotCompared,
+    }
+}
+
+/// Contacts whose peak force is below [`MINOR`] of the largest among those that contacts and joints connect them with. `pairs`:
+/// bodies of each contact; `is_closed`: whether they touched, with force or without; `groups`: for each body the number of the
+/// group of bodies that joints connect.
+fn minor(peaks: &[f64], pairs: &[(usize, Option<usize>)], is_closed: &[bool], groups: &[usize]) -> Vec<bool> {
+    let mut cluster: Vec<usize> = groups.to_vec();
+    for ((body, target), _) in pairs.iter().zip(is_closed).filter(|(_, closed)| **closed) {
+        if let Some(target) = target {
+            let (kept, merged) = (cluster[*body], cluster[*target]);
+            cluster.iter_mut().filter(|c| **c == merged).for_each(|c| *c = kept);
+        }
+    }
+    let of = |i: usize| cluster[pairs[i].0];
+    let largest = |i: usize| {
+        let connected = (0..peaks.len()).filter(|k| of(*k) == of(i));
+        connected.map(|k| peaks[k]).fold(0.0, f64::max)
+    };
+    (0..peaks.len()).map(|i| peaks[i] < MINOR * largest(i)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_contact_is_minor_beside_those_that_it_is_connected_with() {
+        let pairs = [(0, Some(1)), (1, Some(2)), (3, Some(4)), (5, None)];
+        let (groups, closed) = ([0, 1, 2, 3, 4, 5], [true; 4]);
+        let peaks = [100.0, 1e-3, 1e-3, 1e-9];
+        assert_eq!(minor(&peaks, &pairs, &closed, &groups), [false, true, false, false]);
+        // A joint between bodies 2 and 3 connects the third contact with the first.
+        assert_eq!(minor(&peaks, &pairs, &closed, &[0, 1, 2, 2, 4, 5]), [false, true, true, false]);
+        // A row of bodies that touch without force in the middle is connected; bodies that are apart do not.
+        let (row, peaks) = ([(0, Some(1)), (1, Some(2)), (2, Some(3))], [1.0, 0.0, 1e-9]);
+        assert_eq!(minor(&peaks, &row, &[true; 3], &groups), [false, true, true]);
+        assert_eq!(minor(&peaks, &row, &[true, false, true], &groups), [false, true, false]);
+    }
+}

@@ -1,0 +1,226 @@
+//! One trial of an impact: integration from the touch until the impact is over, or the trial is known to be rejected.
+
+use std::time::Instant;
+
+use cpu_time::ProcessTime;
+use ffr_dynamics::integration::DenseOutput;
+
+use super::judgement::Ending;
+use crate::checks::resolution::longest_element_of;
+use crate::error::AdaptiveError;
+use crate::impact::FineContact;
+use crate::impact::MISSED_SURFACE;
+use crate::record::PhaseKind;
+use crate::run::driver::contact_slot::ContactSlot;
+use crate::run::driver::{Driver, QUIET_STEPS};
+use crate::state::observer::Continue;
+use crate::state::simulation::smallest_gap;
+
+/// Counters of one trial.
+pub(crate) struct Trial {
+    /// Number, from 1.
+    pub number: u32,
+    pub started: Instant,
+    /// Processor time at the start; `None` where the system does not tell.
+    pub processor: Option<ProcessTime>,
+    pub steps: u64,
+    pub rejected: u64,
+    pub contact_steps: usize,
+    /// Stop after so many steps with contact.
+    pub contact_step_limit: Option<usize>,
+    pub most_active: Vec<u32>,
+    pub last_force: f64,
+    pub penalty_start: Vec<f64>,
+}
+
+/// Overlap without force, as a share of the interval, that shows that its points missed the contact: far above what the
+/// detection of the touch leaves, far below what elastic bodies that touch come closer by.
+const MISSED: f64 = 1e-4;
+/// The most that edges which bend away between points may be pressed in before a point touches, as a share of the body's size: place and moment of
+/// the touch are then as right as the kept frequencies, to 0.1 %.
+const LATE_SURFACE: f64 = 1e-3;
+
+impl Driver<'_> {
+    /// Begins trial `number`, to be stopped after `contact_step_limit` steps with contact, if there is a limit.
+    pub(crate) fn begin_trial(&mut self, number: u32, contact_step_limit: Option<usize>) -> Trial {
+        self.slots.iter_mut().filter_map(ContactSlot::fine_mut).for_each(FineContact::clear);
+        // Stored before the impact; states of a trial given up do not count.
+        (self.run.last_output, self.output.is_noted) = (self.integrator.time(), false);
+        self.lowered = None;
+        self.begin_watch();
+        if self.integrator.time() <= 0.0 && self.model.contacts.iter().any(|c| c.allowed_overlap > 0.0) {
+            // The energy of an overlap that is allowed is there from the start.
+            self.run.ledger.start = None;
+        }
+        self.local_deformation.begin(self.integrator.time(), self.model.observed.points.len());
+        let statistics = self.statistics();
+        let penalties = self.model.system.forces().iter().map(|f| f.contact.penalty());
+        Trial {
+            number,
+            started: Instant::now(),
+            processor: ProcessTime::try_now().ok(),
+            steps: statistics.steps,
+            rejected: statistics.rejected,
+            contact_steps: 0,
+            contact_step_limit,
+            most_active: vec![0; self.slots.len()],
+            last_force: self.integrator.time(),
+            penalty_start: penalties.collect(),
+        }
+    }
+
+    /// Integrates until the impact is over or the trial is known to be rejected; contacts that join get intervals of the `widths` wanted.
+    pub(crate) fn simulate(
+        &mut self,
+        trial: &mut Trial,
+        widths: &[Option<[f64; 2]>],
+    ) -> Result<Ending, AdaptiveError> {
+        let quiet = self.settings.quiet_time.unwrap_or(QUIET_STEPS * self.impact_step);
+        self.linear.begin(&self.run.loads, self.integrator.time());
+        self.run.hits.clone_from(&self.marked_hits);
+        self.output.discard_hits();
+        if trial.number > 1 {
+            // What the contacts reported last belongs to another trial; a refusal is that of the first step.
+            let (t, y) = (self.integrator.time(), self.integrator.state());
+            let _ = self.model.system.evaluate_accelerations(t, y);
+        }
+        for i in 0..self.slots.len() {
+            self.begin_monitor(i)?;
+        }
+        self.update_stress_states();
+        while self.integrator.time() < self.settings.end_time {
+            let mut fine = self.slots.iter().filter_map(ContactSlot::fine);
+            let stops = fine.any(|f| f.search.stops_at_errors());
+            self.integrator.stop_at_errors(stops);
+            let step = match self.integrator.step(&mut self.model.system, self.settings.end_time) {
+                Ok(step) => step,
+                Err(source) => {
+                    let refusal =
+                        self.integrator.last_refusal().filter(|r| r.kind().may_depend_on_penalty()).cloned();
+                    let Some(refusal) = refusal else { return Err(AdaptiveError::Dynamics(source)) };
+                    if self.lower_penalty(refusal.kind())? {
+                        trial.contact_step_limit = None; // the second phase of Fig. 3 simulates the whole impact
+                        continue;
+                    }
+                    return Ok(Ending::SolverFailed(refusal));
+                }
+            };
+            if let Some((i, time)) = self.first_to_join(step)? {
+                self.repeat_impact_until(step.start, time)?;
+                if self.slots[i].preview.is_none() {
+                    self.preview(&[i])?;
+                }
+                self.activate(i, widths[i])?;
+                self.begin_monitor(i)?;
+                trial.penalty_start[i] = self.model.system.forces()[i].contact.penalty();
+                self.integrator.invalidate();
+                continue;
+            }
+            self.store_step()?;
+            self.update_monitors()?;
+            self.check_motion()?;
+            self.note_stops()?;
+            self.note_rest();
+            if let Some(ending) = self.inspect_contacts(trial)? {
+                return Ok(ending);
+            }
+            let last = self.slots.iter().filter_map(|slot| slot.monitor.last_touch());
+            trial.last_force = last.fold(trial.last_force, f64::max);
+            let progress = self.output.observer.progress(step.end, step.end - step.start, PhaseKind::Impact);
+            if progress == Continue::Interrupt {
+                return Ok(Ending::Interrupted);
+            }
+            if self.is_at_rest() {
+                break;
+            }
+            if step.end - trial.last_force >= quiet && self.is_separating()? {
+                if !self.is_yet_to_touch() {
+                    break;
+                }
+                self.check_resolved(true)?;
+            }
+        }
+        self.check_resolved(false)?;
+        self.end_watch()?;
+        Ok(Ending::Complete)
+    }
+
+    /// Whether points of a whole surface come nearer of which none has touched: an edge that bends away between them touches before they do.
+    fn is_yet_to_touch(&mut self) -> bool {
+        let system = &mut self.model.system;
+        let (start, end) = self.integrator.interval();
+        let (before, now) = (self.integrator.previous_state(), self.integrator.state());
+        self.slots.iter().enumerate().any(|(i, slot)| {
+            slot.fine().is_some_and(|fine| fine.whole.is_some() && !fine.has_touched())
+                && smallest_gap(system, end, now, i) < smallest_gap(system, start, before, i)
+        })
+    }
+
+    /// Refuses an impact in which bodies passed into each other between the contact points; by more than these leave between each other if points are
+    /// still to touch (Eq. C.112).
+    fn check_resolved(&mut self, is_yet_to_touch: bool) -> Result<(), AdaptiveError> {
+        let (time, y) = (self.integrator.time(), self.integrator.state());
+        self.model.system.body_states(time, y);
+        let states = self.model.system.last_evaluation().0;
+        for (slot, contact) in self.slots.iter_mut().zip(&self.model.contacts) {
+            let Some(fine) = slot.fine().filter(|f| !f.has_touched()) else { continue };
+            let Some(refinement) = &contact.refinement else { continue };
+            let (width, is_whole) = (fine.widths()[0], fine.whole.is_some());
+            let overlap = -refinement.nearest(states, &mut slot.nearest)?.gap;
+            let name = || contact.name.clone();
+            let body = &self.model.bodies[contact.body];
+            let between = if is_yet_to_touch && is_whole { body.height_between_points() } else { 0.0 };
+            if is_whole && overlap > MISSED_SURFACE * width + between.min(LATE_SURFACE * width) {
+                let length = longest_element_of(body).unwrap_or_default();
+                let (contact, body) = (name(), body.name.clone());
+                return Err(AdaptiveError::UnresolvedSurface { contact, body, time, overlap, length });
+            }
+            if !is_whole && overlap > MISSED * width {
+                return Err(AdaptiveError::Unresolved { contact: name(), time, overlap, width });
+            }
+        }
+        Ok(())
+    }
+
+    /// Notes what the contacts did in the last step; the ending, if it shows that going on is pointless.
+    fn inspect_contacts(&mut self, trial: &mut Trial) -> Result<Option<Ending>, AdaptiveError> {
+        let mut has_contact = false;
+        for i in 0..self.slots.len() {
+            let contact = self.model.system.forces()[i].contact.as_ref();
+            let report = *contact.report();
+            trial.most_active[i] = trial.most_active[i].max(report.n_active as u32);
+            has_contact |= report.normal_force > 0.0;
+            if let Some(fine) = self.slots[i].fine_mut() {
+                fine.mark(contact);
+            }
+            if !(report.is_rim_touched && report.normal_force > 0.0) {
+                continue;
+            }
+            if self.slots[i].fine().is_some() && !self.is_width_given(i) {
+                return Ok(Some(Ending::EdgeTouched(i)));
+            }
+            let time = self.integrator.time();
+            let contact = self.model.contacts[i].name.clone();
+            let widths = self.slots[i].fine().map_or(self.model.contacts[i].widths, FineContact::widths);
+            return Err(AdaptiveError::IntervalTooSmall { contact, time, width: widths[0] });
+        }
+        trial.contact_steps += usize::from(has_contact);
+        if trial.contact_step_limit.is_some_and(|n| trial.contact_steps >= n) {
+            return Ok(Some(Ending::TrialPassed));
+        }
+        Ok(None)
+    }
+
+    /// Takes the last step of an impact, which began at `start`, again as far as `end`, where another contact joins.
+    fn repeat_impact_until(&mut self, start: f64, end: f64) -> Result<(), AdaptiveError> {
+        self.interpolated.copy_from_slice(self.integrator.previous_state());
+        self.integrator.restart(start, &self.interpolated);
+        self.integrator.stop_at_errors(false); // these steps have passed already
+        while self.integrator.time() < end {
+            self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
+            self.store_step()?;
+            self.update_monitors()?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,146 @@
+//! Why a trial is the result of its impact, or which contacts ask for another one.
+
+use std::fmt;
+
+use ffr_dynamics::error::EvaluationFailure;
+
+/// Why a trial is the result.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Acceptance {
+    /// The observer asked to stop.
+    Interrupted,
+    /// No contact is refined.
+    Given,
+    /// Intervals and penalty factors are acceptable.
+    Judged {
+        /// Names of the contacts whose forces were too small to judge them by.
+        minor: Vec<String>,
+        /// Share of the largest force below which they are.
+        share: f64,
+    },
+}
+
+impl fmt::Display for Acceptance {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Interrupted => f.write_str("stopped by the user"),
+            Self::Given => f.write_str("refinement and penalty are given"),
+            Self::Judged { minor, share } => {
+                f.write_str("utilisation and penalty factor are acceptable")?;
+                if minor.is_empty() {
+                    return Ok(());
+                }
+                let names = minor.join(", ");
+                write!(f, "; not judged, for their forces are below {share:.0e} of the largest: {names}")
+            }
+        }
+    }
+}
+
+/// What a contact asks of the next trial.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Demand {
+    /// Name of the contact.
+    pub contact: String,
+    pub change: Change,
+}
+
+impl fmt::Display for Demand {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}", self.contact, self.change)
+    }
+}
+
+/// What is to be different in the next trial, and why.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Change {
+    /// Contact reached an edge of the body: the whole surfaces take the place of the interval.
+    WholeSurfaces,
+    /// Contact reached an end of the interval, or used too little of it.
+    Widths {
+        /// Which of both.
+        is_edge: bool,
+        /// Share of the interval that was used, and the next width \[m\], for each direction.
+        directions: Vec<(f64, f64)>,
+    },
+    /// The penalty search goes on.
+    Penalty {
+        /// Why.
+        cause: PenaltyCause,
+        /// Factor of the trial \[N/m³\].
+        before: f64,
+        /// Factor of the next one \[N/m³\].
+        after: f64,
+    },
+}
+
+impl fmt::Display for Change {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::WholeSurfaces => f.write_str("contact reached an edge, next the whole surfaces"),
+            Self::Widths { is_edge, directions } => {
+                let used = |(utilisation, width): &(f64, f64)| {
+                    format!("{:.0} % used, next width {width:.3e} m", 100.0 * utilisation)
+                };
+                let what = match is_edge {
+                    true => "an edge element was in contact",
+                    false => "too little of the interval was in contact",
+                };
+                write!(f, "{what} ({})", directions.iter().map(used).collect::<Vec<_>>().join(", "))
+            }
+            Self::Penalty { cause, before, after } => {
+                write!(f, "{cause} at {before:.3e} N/m^3, next {after:.3e} N/m^3")
+            }
+        }
+    }
+}
+
+/// Why a penalty factor is not the last one.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum PenaltyCause {
+    /// The steps of a trial that is stopped early have passed.
+    TrialPassed,
+    /// The contact solver found no forces.
+    SolverFailed(EvaluationFailure),
+    /// There is no peak force of another factor to compare with.
+    NotCompared,
+}
+
+impl fmt::Display for PenaltyCause {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TrialPassed => f.write_str("trial passed"),
+            Self::SolverFailed(failure) => {
+                write!(f, "contact solver failed, {} ({failure})", failure.kind())
+            }
+            Self::NotCompared => f.write_str("peak force not yet compared"),
+        }
+    }
+}
+
+/// The demands of several contacts in one line.
+pub(crate) fn line(demands: &[Demand]) -> String {
+    demands.iter().map(Demand::to_string).collect::<Vec<_>>().join("; ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn reasons_name_contacts_numbers_and_units() {
+        let minor = vec!["a".to_owned(), "b".to_owned()];
+        assert_eq!(
+            Acceptance::Judged { minor, share: 1e-4 }.to_string(),
+            "utilisation and penalty factor are acceptable; not judged, for their forces are below 1e-4 of the largest: a, b"
+        );
+        let widths = Change::Widths { is_edge: true, directions: vec![(1.0, 2e-3), (0.5, 1e-3)] };
+        let penalty = Change::Penalty { cause: PenaltyCause::TrialPassed, before: 1e12, after: 1e13 };
+        let demands = [("c", widths), ("d", penalty)];
+        assert_eq!(
+            line(&demands.map(|(contact, change)| Demand { contact: contact.into(), change })),
+            "c: an edge element was in contact (100 % used, next width 2.000e-3 m, 50 % used, next width 1.000e-3 m); \
+             d: trial passed at 1.000e12 N/m^3, next 1.000e13 N/m^3"
+        );
+    }
+}

@@ -1,0 +1,260 @@
+//! What is monitored and logged of the contacts in an impact phase.
+
+use ffr_dynamics::integration::DenseOutput;
+
+use super::{Driver, TOUCHING};
+use crate::adaptivity::interval::IntervalAssessment;
+use crate::error::AdaptiveError;
+use crate::impact::FineContact;
+use crate::record::{TransferDirection, TrialOutcome, TrialRecord};
+use crate::run::driver::impact::trial::Trial;
+use crate::state::impact_monitor::{Change, ContactInstant, Impact};
+use crate::state::simulation::{RunContact, near_motion, normal_motion, smallest_gap};
+use crate::touch::predicted::TouchKind;
+
+/// Points that carry force from which on their area is that of the contact within a third or so.
+const TELLING_POINTS: usize = 6;
+
+impl Driver<'_> {
+    /// Ends an accepted impact: reports it, with what follows from `minor` contacts, and takes the fine models out of the system.
+    pub(super) fn finish_impact(&mut self, minor: &[bool]) -> Result<(), AdaptiveError> {
+        self.store_noted()?;
+        let is_open: Vec<bool> =
+            self.model.system.forces().iter().map(|f| f.contact.report().normal_force <= 0.0).collect();
+        let whole: Vec<_> = self.slots.iter().map(|slot| slot.fine().and_then(|fine| fine.whole)).collect();
+        // What Hertz' law calls approach is deformation.
+        let has_springs = |f: &RunContact| f.contact.n_points() > 0 && f.contact.penalty().is_finite();
+        let has_springs: Vec<bool> = self.model.system.forces().iter().map(has_springs).collect();
+        let mut is_closed = false; // time is up, or the user stopped the run
+        for i in self.latest_first() {
+            let before = self.present_balance()?;
+            is_closed |= self.model.system.forces()[i].contact.report().normal_force > 0.0;
+            let hosts = self.slots[i].fine().is_some_and(|fine| !fine.hosted.is_empty());
+            if self.model.system.forces()[i].contact.report().normal_force > 0.0 || is_closed && hosts {
+                continue;
+            }
+            self.deactivate(i)?;
+            let after = self.present_balance()?;
+            self.record_transfer(i, TransferDirection::FineToCoarse, &before, &after);
+        }
+        self.output.flush()?;
+        let others: Vec<Vec<(f64, f64)>> = (0..self.slots.len()).map(|i| self.presses_beside(i)).collect();
+        for (i, (is_open, spans)) in is_open.into_iter().zip(others).enumerate() {
+            let monitor = &mut self.slots[i].monitor;
+            let round_off = TOUCHING * self.model.contacts[i].size;
+            let overlap = monitor.overlap_share(round_off).filter(|_| has_springs[i]);
+            let is_alone = |impact: &Impact| {
+                let (start, end) = impact.span();
+                !spans.iter().any(|(first, last)| *first < end && start < *last)
+            };
+            let records = monitor.finish(i as u32, self.run.n_rows(), is_alone);
+            self.run.contacts[i].impact = monitor.reported();
+            for record in records {
+                self.output.observer.impact(&record)?;
+                self.run.n_impacts += u32::from(record.row == self.run.n_rows());
+                self.check_impact(&record, is_open, minor[i], (whole[i], overlap))?;
+            }
+        }
+        self.report_hits()?;
+        self.check_output()?;
+        self.integrator.invalidate();
+        self.run.next_output = self.integrator.time() + self.run.free_interval;
+        Ok(())
+    }
+
+    /// From when until when other contacts press the bodies of contact `i` in this phase, or bodies that joints connect with them: velocities of
+    /// impacts meanwhile are the work of both.
+    fn presses_beside(&self, i: usize) -> Vec<(f64, f64)> {
+        let forces = self.model.system.forces();
+        let groups = &self.groups;
+        let pressed = |k: usize| {
+            let (body, target) = forces[k].contact.bodies();
+            [Some(body), target].into_iter().flatten().map(move |b| groups[b])
+        };
+        let others = self.slots.iter().enumerate().filter(|(k, _)| *k != i);
+        let beside = others.filter(|(k, _)| pressed(*k).any(|group| pressed(i).any(|own| own == group)));
+        beside.flat_map(|(_, slot)| slot.monitor.impacts().map(Impact::span)).collect()
+    }
+
+    /// Logs a trial, one entry per contact that took part.
+    pub(super) fn log(
+        &mut self,
+        trial: &Trial,
+        outcome: TrialOutcome,
+        reason: &str,
+        verdicts: &[Option<IntervalAssessment>],
+    ) -> Result<(), AdaptiveError> {
+        let statistics = self.statistics();
+        let processor = trial.processor.and_then(|start| start.try_elapsed().ok());
+        let cpu_time = processor.map_or(f64::NAN, |spent| spent.as_secs_f64());
+        let mut impact = self.run.n_rows();
+        for i in 0..self.slots.len() {
+            let slot = &self.slots[i];
+            // A trial may end before any force acts, or before there is a model.
+            let has_begun =
+                outcome == TrialOutcome::Failed && slot.fine().is_some() || self.building == Some(i);
+            let took_part = slot.monitor.is_running() || has_begun;
+            if !took_part {
+                continue;
+            }
+            let facts = &self.model.contacts[i];
+            let contact = &self.model.system.forces()[i].contact;
+            let sizes = slot.fine().map_or_else(|| self.model.trial_sizes(i), |f| f.sizes);
+            let mut utilisation = [f64::from(trial.most_active[i]) / contact.n_points().max(1) as f64, 0.0];
+            let verdict = verdicts.get(i).and_then(Option::as_ref);
+            if let Some(verdict) = verdict.filter(|v| !v.directions.is_empty()) {
+                utilisation = [0.0; 2];
+                utilisation.iter_mut().zip(&verdict.directions).for_each(|(u, d)| *u = d.utilisation);
+            }
+            let (row, n_new) = slot.monitor.rows(impact);
+            let record = TrialRecord {
+                impact: row,
+                number: trial.number,
+                start: self.work.start,
+                stop: self.integrator.time(),
+                penalty_start: trial.penalty_start[i],
+                penalty_end: contact.penalty(),
+                interval_widths: slot.fine().map_or(facts.widths, FineContact::widths),
+                utilisation,
+                elements: sizes.elements,
+                dofs: sizes.dofs,
+                interface_dofs: sizes.interface,
+                steps: statistics.steps - trial.steps,
+                rejected: statistics.rejected - trial.rejected,
+                peak_force: slot.monitor.peak_force(),
+                outcome,
+                reason: reason.into(),
+                wall_time: trial.started.elapsed().as_secs_f64(),
+                cpu_time,
+            };
+            self.output.observer.trial(&record)?;
+            impact += if slot.monitor.is_running() { n_new } else { 1 };
+        }
+        Ok(())
+    }
+
+    /// Whether every gap is open, those of the contacts that touched in this phase are wider than before the last step, and no surfaces that
+    /// touch between contact points close.
+    /// A contact that a body flies towards, away from another one, is left to the free phase.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Contact`] if motions are not finite.
+    pub(super) fn is_separating(&mut self) -> Result<bool, AdaptiveError> {
+        let (system, slots) = (&mut self.model.system, &self.slots);
+        let (start, end) = self.integrator.interval();
+        let (before, now) = (self.integrator.previous_state(), self.integrator.state());
+        let are_open = slots.iter().enumerate().all(|(i, slot)| {
+            let gap = smallest_gap(system, end, now, i);
+            gap > 0.0 && (!slot.monitor.is_running() || gap > smallest_gap(system, start, before, i))
+        });
+        Ok(are_open && !self.are_surfaces_closing()?)
+    }
+
+    /// Whether the surfaces of a refined contact that has its fine models touch without opening in the last step, as [`contact_qs::search::first_touch`] has it.
+    fn are_surfaces_closing(&mut self) -> Result<bool, AdaptiveError> {
+        let (start, end) = self.integrator.interval();
+        for i in 0..self.slots.len() {
+            let Some(refinement) = &self.model.contacts[i].refinement else { continue };
+            if self.slots[i].fine().is_none() {
+                continue;
+            }
+            let search = &mut self.slots[i].nearest;
+            let mut gap = |t: f64, y: &[f64]| -> Result<f64, AdaptiveError> {
+                self.model.system.body_states(t, y);
+                Ok(refinement.nearest(self.model.system.last_evaluation().0, search)?.gap)
+            };
+            let (before, now) =
+                (gap(start, self.integrator.previous_state())?, gap(end, self.integrator.state())?);
+            let touching = TOUCHING * refinement.detector.size();
+            let is_overlap = now < -touching && now <= before;
+            if is_overlap || now <= touching && now < before - touching {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Shows the end of the last step to the monitors, and the state to the stress requests.
+    pub(super) fn update_monitors(&mut self) -> Result<(), AdaptiveError> {
+        for i in 0..self.slots.len() {
+            let now = self.instant(i);
+            self.check_contact(i, now.time, -now.motion.along(&now.normal))?;
+            let (touch, release) = self.changes(i)?;
+            if self.slots[i].monitor.step(now, touch, release) {
+                self.slots[i].pressure = self.mean_pressure(i);
+            }
+        }
+        self.update_stress_states();
+        Ok(())
+    }
+
+    /// Shows the present state to the stress requests.
+    pub(super) fn update_stress_states(&mut self) {
+        let slots = &self.slots;
+        self.model.update_stress_states(&mut self.run.stress, self.integrator.time(), |i| slots[i].fine());
+    }
+
+    /// Begins to monitor contact `i` at the present instant.
+    pub(super) fn begin_monitor(&mut self, i: usize) -> Result<(), AdaptiveError> {
+        let now = self.instant(i);
+        self.check_contact(i, now.time, -now.motion.along(&now.normal))?;
+        self.slots[i].monitor.begin(now);
+        self.slots[i].pressure = 0.0;
+        Ok(())
+    }
+
+    /// Mean pressure of contact `i`; zero where too few points carry its force to tell, and where it has no bound \[Pa\].
+    fn mean_pressure(&self, i: usize) -> f64 {
+        let report = self.model.system.forces()[i].contact.report();
+        let is_smooth = self.slots[i].fine().is_none_or(|fine| {
+            fine.whole.is_none_or(TouchKind::bounds_pressure)
+                && fine.zones.iter().all(|zone| zone.site.meets.is_none())
+        });
+        let has_points = self.model.contacts[i].radii.is_some() || report.n_active >= TELLING_POINTS;
+        if is_smooth && has_points && report.contact_area > 0.0 {
+            report.normal_force / report.contact_area
+        } else {
+            0.0
+        }
+    }
+
+    fn instant(&mut self, i: usize) -> ContactInstant {
+        let (time, y) = (self.integrator.time(), self.integrator.state());
+        let system = &mut self.model.system;
+        let (normal, motion) = normal_motion(system, time, y, i);
+        let report = system.forces()[i].contact.report();
+        let (force, penetration) = (report.normal_force, report.penetration);
+        ContactInstant { time, force, impulse: system.impulse(y, i), normal, motion, penetration }
+    }
+
+    /// When contact `i` closed and opened in the last step, if it did.
+    fn changes(&mut self, i: usize) -> Result<(Option<Change>, Option<Change>), AdaptiveError> {
+        let system = &mut self.model.system;
+        let (start, end) = self.integrator.interval();
+        let first = smallest_gap(system, start, self.integrator.previous_state(), i);
+        let last = smallest_gap(system, end, self.integrator.state(), i);
+        Ok(if first > 0.0 && last <= 0.0 {
+            (self.crossing(i, 1.0)?, None)
+        } else if first < 0.0 && last >= 0.0 {
+            (None, self.crossing(i, -1.0)?)
+        } else {
+            (None, None)
+        })
+    }
+
+    /// When in the last step `sign` times the gap of contact `i` became zero or less.
+    fn crossing(&mut self, i: usize, sign: f64) -> Result<Option<Change>, AdaptiveError> {
+        let system = &mut self.model.system;
+        let found = self
+            .crossing
+            .first_crossing(&self.integrator, |t, y| sign * smallest_gap(system, t, y, i))
+            .map_err(AdaptiveError::Dynamics)?;
+        let change = found.map(|c| {
+            self.integrator.interpolate(c.time, &mut self.interpolated);
+            Change { time: c.time, motion: near_motion(system, c.time, &self.interpolated, i) }
+        });
+        // The search leaves the system at another instant.
+        system.body_states(self.integrator.time(), self.integrator.state());
+        Ok(change)
+    }
+}

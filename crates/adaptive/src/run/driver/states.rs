@@ -1,0 +1,109 @@
+//! States of a run on their way to the output: when they are due, and what is noted of them.
+
+use ffr_dynamics::integration::DenseOutput;
+
+use super::Driver;
+use crate::error::AdaptiveError;
+use crate::model::RunModel;
+use crate::record::PhaseKind;
+use crate::state::simulation::fill_sample;
+
+impl Driver<'_> {
+    /// Stores the states due up to time `t` of the last step.
+    pub(super) fn store_until(&mut self, t: f64) -> Result<(), AdaptiveError> {
+        let of_hits = self.interval_of_hits(self.integrator.interval());
+        if let Some(interval) = of_hits {
+            let first = self.integrator.interval().0 + interval;
+            self.run.next_output = self.run.next_output.min(first);
+        }
+        while self.run.next_output <= t {
+            self.integrator.interpolate(self.run.next_output, &mut self.interpolated);
+            self.evaluate(self.run.next_output)?;
+            self.report(self.run.next_output)?;
+            self.note_gaps(self.run.next_output)?;
+            self.watch(self.run.next_output, PhaseKind::Free)?;
+            let interval = self.interval(self.run.free_interval, self.run.next_output);
+            self.run.next_output += of_hits.map_or(interval, |of_hits| of_hits.min(interval));
+        }
+        Ok(())
+    }
+
+    /// Least time from a state stored at time `t` to the next one, `wanted` being that of short phases \[s\].
+    pub(super) fn interval(&self, wanted: f64, t: f64) -> f64 {
+        wanted.max(self.settings.phase_share * (t - self.work.start))
+    }
+
+    /// Stores the present state.
+    pub(super) fn store(&mut self) -> Result<(), AdaptiveError> {
+        self.interpolated.copy_from_slice(self.integrator.state());
+        self.evaluate(self.integrator.time())?;
+        self.report(self.integrator.time())
+    }
+
+    /// Notes the state at the end of the step of an impact just accepted, which the forces were evaluated at last, and stores it
+    /// if that is due.
+    pub(super) fn store_step(&mut self) -> Result<(), AdaptiveError> {
+        self.interpolated.copy_from_slice(self.integrator.state());
+        let t = self.integrator.time();
+        self.fill(t);
+        if t >= self.run.last_output + self.interval(self.settings.impact_interval, t) {
+            self.send()?;
+        }
+        self.watch(t, PhaseKind::Impact)?;
+        self.check_ledger()
+    }
+
+    /// Stores the state noted last, if that has not been done.
+    pub(super) fn store_noted(&mut self) -> Result<(), AdaptiveError> {
+        if self.output.is_noted { self.send() } else { Ok(()) }
+    }
+
+    /// Evaluates forces and accelerations in the state `interpolated` at time `t`.
+    pub(super) fn evaluate(&mut self, t: f64) -> Result<(), AdaptiveError> {
+        let outcome = self.model.system.evaluate_accelerations(t, &self.interpolated);
+        outcome.map_err(|refusal| AdaptiveError::refused(t, refusal))
+    }
+
+    /// Reports the state `interpolated` at time `t`, which the forces were evaluated at last.
+    pub(super) fn report(&mut self, t: f64) -> Result<(), AdaptiveError> {
+        // Outside of impacts no contact force acts; what acts at the start of the run has no past.
+        self.local_deformation.begin(t, self.model.observed.points.len());
+        self.fill(t);
+        self.send()?;
+        self.check_ledger()
+    }
+
+    /// Notes the state `interpolated` at time `t`, which the forces were evaluated at last.
+    pub(super) fn fill(&mut self, t: f64) {
+        let RunModel { system, observed, .. } = &mut *self.model;
+        fill_sample(system, observed, t, &self.interpolated, &mut self.output.sample);
+        self.measure_dents(t);
+        let RunModel { system, observed, .. } = &*self.model;
+        let sample = &mut self.output.sample;
+        self.local_deformation.add_to(&mut sample.points, &observed.points, system.last_evaluation().0);
+        sample.phase = self.run.n_phases;
+        if !self.settings.pressure {
+            sample.pressures.clear();
+        }
+        sample.energies.gravity -= self.gravity_datum;
+        let is_dissipative = self.integrator.method().is_dissipative();
+        self.run.numerical.record(&mut sample.energies, is_dissipative);
+        self.imbalance = self.run.ledger.record(&sample.energies);
+        self.output.is_noted = true;
+    }
+
+    /// Takes the dents at observed points at time `t`, which the forces were evaluated at last.
+    pub(super) fn measure_dents(&mut self, t: f64) {
+        let RunModel { system, observed, contacts, .. } = &*self.model;
+        if !observed.points.is_empty() {
+            let slots = &self.slots;
+            self.local_deformation.update(t, system, |i| slots[i].fine(), |i| contacts[i].loads_interface);
+        }
+    }
+
+    /// Reports the state noted last.
+    pub(super) fn send(&mut self) -> Result<(), AdaptiveError> {
+        self.run.last_output = self.output.sample.time;
+        self.output.send()
+    }
+}

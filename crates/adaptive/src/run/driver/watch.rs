@@ -1,0 +1,107 @@
+//! The watch of a run: no bodies go through each other, whatever their contacts say (docs/theory.md Eq. P.13).
+
+use super::Driver;
+use crate::checks::watch::{Seen, Unknown, WatchedPair};
+use crate::error::AdaptiveError;
+use crate::record::PhaseKind;
+use crate::record::finding::Components;
+use crate::spec::Target;
+
+/// Overlap that says nothing, as a share of the size of the smaller body: far above what detection leaves, 1e-12 of the larger one.
+const SMALL: f64 = 1e-6;
+/// The same as a share of the width of a contact zone: bodies that are curved by twice the width lie so deep in each other before the first
+/// of ten points touches.
+const BETWEEN_POINTS: f64 = 1e-3;
+/// The same as a share of the size of whole surfaces, beside the height of these between their points.
+const ON_SURFACES: f64 = 1e-4;
+
+impl Driver<'_> {
+    /// Begins to watch another phase, or another trial of one.
+    pub(super) fn begin_watch(&mut self) {
+        self.watched.iter_mut().for_each(WatchedPair::begin);
+    }
+
+    /// Looks at the surfaces of every pair in the state `interpolated` at time `t`, in impact phases the fewer the longer they last.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::PassedThrough`] if bodies lie deep in each other and their contact does not know.
+    pub(super) fn watch(&mut self, t: f64, kind: PhaseKind) -> Result<(), AdaptiveError> {
+        for i in 0..self.watched.len() {
+            if kind == PhaseKind::Free || self.watched[i].is_due(t - self.work.start) {
+                let (last, told) = self.look(i, t)?;
+                // In a free phase no contact is to come: what overlaps now is a fault now.
+                let unknown =
+                    told.or_else(|| self.watched[i].unknown(last).filter(|_| kind == PhaseKind::Free));
+                unknown.map_or(Ok(()), |unknown| Err(self.passed_through(i, unknown)))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Looks once more at the end of a phase, and back at all of it.
+    ///
+    /// # Errors
+    /// As [`Driver::watch`].
+    pub(super) fn end_watch(&mut self) -> Result<(), AdaptiveError> {
+        let t = self.integrator.time();
+        self.interpolated.copy_from_slice(self.integrator.state());
+        for i in 0..self.watched.len() {
+            let (last, told) = self.look(i, t)?;
+            let unknown = told.or_else(|| self.watched[i].unknown(last));
+            unknown.map_or(Ok(()), |unknown| Err(self.passed_through(i, unknown)))?;
+        }
+        Ok(())
+    }
+
+    /// The present overlap of contact `i`, with what it knows of it, if there is one that says something; and what of it is to be told at once.
+    fn look(&mut self, i: usize, t: f64) -> Result<(Option<Unknown>, Option<Unknown>), AdaptiveError> {
+        let least = self.unresolved(i);
+        let facts = &self.model.contacts[i];
+        self.model.system.body_states(t, &self.interpolated);
+        let states = self.model.system.last_evaluation().0;
+        let found = self.watched[i].overlap(&facts.name, facts.refinement.as_ref(), (t, states))?;
+        let Some(overlap) = found.filter(|overlap| overlap.depth > least) else { return Ok((None, None)) };
+        let (contact, motion) = self.model.system.force_in_motion(t, &self.interpolated, i);
+        // Zones that vibrate have given way in coordinates of their own.
+        let has_given_way = contact.n_coordinates() > 0 && contact.contact.report().normal_force > 0.0;
+        let depth = if has_given_way { overlap.depth } else { -contact.contact.smallest_gap(motion) };
+        let place = contact.contact.place(motion);
+        let areas = (0..contact.contact.n_points()).filter_map(|k| contact.contact.point(k));
+        let spacing = areas.fold(0.0, |largest: f64, (_, area)| largest.max(area)).sqrt();
+        let told = self.watched[i].note((t, least), overlap, Seen { depth, place, spacing });
+        Ok((Some(Unknown { time: t, overlap, known: depth.max(0.0) }), told))
+    }
+
+    /// Overlap that the points of contact `i` may leave unseen \[m\].
+    fn unresolved(&self, i: usize) -> f64 {
+        let facts = &self.model.contacts[i];
+        let fine = self.slots[i].fine();
+        let last = self.run.contacts[i].history.zones[0].map_or(0.0, |zone| zone.widths[0]);
+        let width =
+            fine.map_or(facts.widths[0].max(if last.is_finite() { last } else { 0.0 }), |f| f.widths()[0]);
+        let of_zone = match fine {
+            Some(fine) if fine.whole.is_some() => {
+                ON_SURFACES * width + self.model.bodies[facts.body].height_between_points()
+            }
+            fine => BETWEEN_POINTS * width + 2.0 * fine.map_or(0.0, |fine| fine.offset.abs()),
+        };
+        of_zone.max(SMALL * self.watched[i].size(facts.refinement.as_ref())).max(facts.allowed_overlap)
+    }
+
+    fn passed_through(&self, i: usize, unknown: Unknown) -> AdaptiveError {
+        let facts = &self.model.contacts[i];
+        let target = match facts.target {
+            Target::Body(other) => format!("body \"{}\"", self.model.bodies[other].name),
+            Target::Plane { .. } => "the plane".to_owned(),
+        };
+        AdaptiveError::PassedThrough {
+            contact: facts.name.clone(),
+            body: self.model.bodies[facts.body].name.as_str().into(),
+            target: target.into(),
+            time: unknown.time,
+            depth: unknown.overlap.depth,
+            place: Components(unknown.overlap.place),
+            known: unknown.known,
+        }
+    }
+}

@@ -1,0 +1,109 @@
+//! The state of a run: all that its future depends on, and what is counted from its start: impacts that go on ([`impact_monitor`]), hits of stops
+//! ([`stop_hit`]), the ledger of energies ([`ledger`]); the system that it belongs to and a sample of it ([`simulation`]); who is told of it
+//! ([`observer`]). A restart file holds it as it is.
+//!
+//! Knows no bodies' models and no phases.
+
+pub mod impact_monitor;
+pub mod ledger;
+pub mod observer;
+pub mod simulation;
+pub mod stop_hit;
+
+use serde::{Deserialize, Serialize};
+
+use crate::record::{PhaseRecord, StressState, ZoneSite};
+use crate::state::impact_monitor::Impact;
+use crate::state::ledger::{EnergyLedger, NumericalDamping};
+use crate::state::stop_hit::StopHit;
+
+/// State of a run. Where it is reported as a restart point, a run taken up from it has the same result as the one that goes on
+/// (docs/decisions/0013-restart-file.md).
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct RunState {
+    /// Simulated time \[s\].
+    pub time: f64,
+    /// State variables of the system.
+    pub state: Vec<f64>,
+    /// Their rates: they tell whether a model built later has the same coordinates. Empty where forces are refused.
+    pub rates: Vec<f64>,
+    /// Step size to go on with; zero: the integrator finds one \[s\].
+    pub step: f64,
+    /// The running phase up to here, which is its start in impact phases.
+    pub phase: PhaseRecord,
+    /// Phases before it.
+    pub n_phases: u32,
+    /// Impacts before it.
+    pub n_impacts: u32,
+    /// Hits of stops reported before it.
+    pub n_hits: u32,
+    /// The stops of the joints, in their order.
+    pub hits: Vec<StopHit>,
+    /// Fine models built before it.
+    pub n_refined: u64,
+    /// Time of the state stored last \[s\].
+    pub last_output: f64,
+    /// When the next state is due \[s\].
+    pub next_output: f64,
+    /// Time between stored states in the present free phase, as long as it is short \[s\].
+    pub free_interval: f64,
+    /// Energy that a dissipative integrator removed, up to the state stored last.
+    pub numerical: NumericalDamping,
+    /// The energy balance up to the state stored last.
+    pub ledger: EnergyLedger,
+    /// Contacts in the order of the system's force elements.
+    pub contacts: Vec<ContactState>,
+    /// Warnings given: number of the kind times 2³² plus index of the subject.
+    pub warned: Vec<u64>,
+    /// Since when the bodies are as slow as at rest \[s\].
+    pub slow_since: Option<f64>,
+    /// Averages of the axial loads of the bodies; empty before the first state.
+    pub loads: Vec<f64>,
+    /// States that the stress requests hold.
+    pub stress: Vec<Option<StressState>>,
+}
+
+impl RunState {
+    /// Rows of impacts so far: those of contacts and hits of stops.
+    pub fn n_rows(&self) -> u32 {
+        self.n_impacts + self.n_hits
+    }
+}
+
+/// What of a contact outlasts an impact.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct ContactState {
+    /// What earlier impacts found.
+    pub history: ImpactHistory,
+    /// Smallest gap seen, -∞ once the contact has closed \[m\].
+    pub smallest_gap: f64,
+    /// When it was seen \[s\].
+    pub smallest_gap_time: f64,
+    /// The impact reported last, which another touch may join.
+    pub impact: Option<Impact>,
+}
+
+impl Default for ContactState {
+    fn default() -> Self {
+        Self {
+            history: ImpactHistory::default(),
+            smallest_gap: f64::INFINITY,
+            smallest_gap_time: 0.0,
+            impact: None,
+        }
+    }
+}
+
+/// Zone, width and penalty factor of accepted impacts, from which the search of the next one starts.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct ImpactHistory {
+    /// Width found over width predicted, per direction, at this contact.
+    pub width_factor: Option<[f64; 2]>,
+    /// Accepted penalty factor times `max_i(A_ii w_i)`, at any contact with the same search: the number has no unit and does
+    /// not depend on sizes.
+    pub stiffness_ratio: Option<f64>,
+    /// Accepted penalty factor of this contact [N/m³].
+    pub penalty: Option<f64>,
+    /// Accepted contact zones of this contact, on contact body and target.
+    pub zones: [Option<ZoneSite>; 2],
+}

@@ -1,0 +1,243 @@
+//! The system of a run, and what is recorded of it at an instant.
+
+use std::ops::{Deref, DerefMut};
+
+use contact_qs::PressureRecovery;
+use contact_qs::contact_element::ActiveContact;
+use ffr_dynamics::invariants::{centre_of_mass, rigid_velocity, vibration_energy};
+use ffr_dynamics::kinematics::marker::FlexiblePoint;
+use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::system::{Multibody, Reaction};
+use iga_core::elasticity::kinematics::PointState;
+use nalgebra::Vector3;
+
+use crate::record::{BodySample, ContactSample, Energies, JointSample, PointSample, PressurePoint, Sample};
+use crate::state::impact_monitor::NearMotion;
+
+/// A contact of a run, with what tells the pressures at its points.
+pub struct RunContact {
+    /// The contact.
+    pub contact: Box<dyn ActiveContact>,
+    recovery: Option<PressureRecovery>,
+}
+
+impl RunContact {
+    /// A contact whose pressures are forces over areas.
+    pub fn new(contact: Box<dyn ActiveContact>) -> Self {
+        Self { contact, recovery: None }
+    }
+
+    /// With the pressures at its points by `recovery`, if there is one.
+    #[must_use]
+    pub fn with_pressures(mut self, recovery: Option<PressureRecovery>) -> Self {
+        self.recovery = recovery;
+        self
+    }
+
+    /// Points under pressure at the last evaluation.
+    fn pressures(&mut self, out: &mut Vec<PressurePoint>) {
+        out.clear();
+        let (contact, forces) = (&self.contact, self.contact.point_forces());
+        let mut add = |i: usize, pressure: &dyn Fn(f64) -> f64| {
+            let point = contact.point(i);
+            out.extend(point.map(|(position, area)| PressurePoint {
+                position,
+                area,
+                pressure: pressure(area),
+            }));
+        };
+        match &mut self.recovery {
+            Some(recovery) => {
+                let pressures = recovery.pressures(forces).iter().enumerate();
+                pressures.filter(|(_, p)| **p > 0.0).for_each(|(i, p)| add(i, &|_| *p));
+            }
+            None => {
+                let loaded = forces.iter().enumerate().filter(|(_, force)| **force > 0.0);
+                loaded.for_each(|(i, force)| add(i, &|area| force / area));
+            }
+        }
+    }
+
+    /// Whether the contact acts on body `body`.
+    pub fn acts_on(&self, body: usize) -> bool {
+        let (contact, target) = self.contact.bodies();
+        contact == body || target == Some(body)
+    }
+}
+
+impl Deref for RunContact {
+    type Target = dyn ActiveContact;
+
+    fn deref(&self) -> &Self::Target {
+        self.contact.as_ref()
+    }
+}
+
+impl DerefMut for RunContact {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        self.contact.as_mut()
+    }
+}
+
+/// A point whose motion is recorded.
+#[derive(Debug, Clone)]
+pub struct ObservedPoint {
+    /// Index of the body.
+    pub body: usize,
+    /// The material point.
+    pub point: FlexiblePoint,
+    /// Strain and stress by a unit of each elastic coordinate, if they are recorded (theory Eq. M.51).
+    pub gauge: Option<Vec<PointState>>,
+}
+
+impl ObservedPoint {
+    /// What is recorded of the point by the dynamic coordinates, its body being in the state `state`.
+    pub fn sample(&self, state: &BodyState) -> PointSample {
+        PointSample {
+            position: self.point.position(state).into(),
+            velocity: self.point.velocity(state).into(),
+            state: self.state(&state.elastic),
+        }
+    }
+
+    /// Strain and stress by the elastic coordinates `elastic`; zero if they are not recorded.
+    fn state(&self, elastic: &[f64]) -> PointState {
+        let mut sum = PointState::default();
+        let modes = self.gauge.iter().flatten().zip(elastic);
+        modes.for_each(|(state, q)| sum.add_scaled(state, *q));
+        sum
+    }
+}
+
+/// The system of a run.
+pub type System = Multibody<RunContact>;
+
+/// What of a system is recorded besides bodies and contacts.
+#[derive(Debug, Clone, Default)]
+pub struct Observed {
+    /// Points.
+    pub points: Vec<ObservedPoint>,
+    /// Bodies whose joints are recorded; joints that close loops are recorded after them.
+    pub joints: Vec<usize>,
+}
+
+/// Fills `sample` with everything recorded at time `t` in the state `y`, which forces and accelerations were evaluated at last; the
+/// phase is left to the caller, and the potential of gravity is that about the inertial origin.
+pub fn fill_sample(system: &mut System, observed: &Observed, t: f64, y: &[f64], sample: &mut Sample) {
+    let invariants = system.invariants(t, y);
+    sample.time = t;
+    sample.energies = Energies {
+        kinetic: invariants.kinetic,
+        elastic_low: invariants.elastic,
+        gravity: invariants.gravity,
+        springs: system.joint_energy(t, y),
+        dissipated: system.dissipated_work(y),
+        supplied: system.supplied_work(y),
+        ..Energies::default()
+    };
+    sample.linear_momentum = invariants.linear_momentum.into();
+    sample.angular_momentum = invariants.angular_momentum.into();
+    sample.contacts.resize(system.forces().len(), ContactSample::default());
+    sample.pressures.resize(system.forces().len(), Vec::new());
+    for (force, slot) in system.forces_mut().iter_mut().zip(&mut sample.pressures) {
+        force.pressures(slot);
+    }
+    for (force, slot) in system.forces().iter().zip(&mut sample.contacts) {
+        let energies = force.energies();
+        sample.energies.elastic_high += energies.elastic_high;
+        sample.energies.penalty += energies.penalty;
+        sample.energies.kinetic += energies.kinetic;
+        *slot = contact_sample(force.contact.as_ref());
+    }
+    let states = system.last_evaluation().0;
+    sample.bodies.resize(states.len(), BodySample::default());
+    for ((body, state), slot) in system.model().bodies.iter().zip(states).zip(&mut sample.bodies) {
+        fill_body(state, centre_of_mass(&body.data, state), slot);
+    }
+    sample.points.clear();
+    sample.points.extend(observed.points.iter().map(|p| p.sample(&states[p.body])));
+    let n_joints = observed.joints.len() + system.model().loops.len();
+    sample.joints.resize(n_joints, JointSample::default());
+    for (&body, slot) in observed.joints.iter().zip(&mut sample.joints) {
+        let kind = system.model().bodies[body].joint.kind;
+        let coordinates = system.joint_coordinates(t, y, body);
+        slot.positions.clear();
+        slot.positions.extend(&coordinates.positions[..kind.n_positions()]);
+        slot.velocities.clear();
+        slot.velocities.extend(&coordinates.velocities[..kind.n_velocities()]);
+        fill_reaction(&system.reaction(body), slot);
+    }
+    for (i, slot) in sample.joints[observed.joints.len()..].iter_mut().enumerate() {
+        fill_reaction(&system.loop_reaction(i), slot);
+    }
+    sample.gears.clear();
+    sample.gears.extend((0..system.model().gears.len()).map(|i| system.gear_force(i)));
+}
+
+fn fill_reaction(reaction: &Reaction, slot: &mut JointSample) {
+    slot.reaction_force = reaction.force.into();
+    slot.reaction_moment = reaction.moment.into();
+}
+
+fn contact_sample(contact: &dyn ActiveContact) -> ContactSample {
+    let report = contact.report();
+    ContactSample {
+        normal_force: report.normal_force,
+        force: report.force.into(),
+        friction_force: report.friction_force.into(),
+        penetration: report.penetration,
+        active_points: report.n_active as u32,
+        sliding_points: report.n_sliding as u32,
+        contact_area: report.contact_area,
+        penalty: contact.penalty(),
+    }
+}
+
+fn fill_body(state: &BodyState, centre_of_mass: Vector3<f64>, slot: &mut BodySample) {
+    let q = state.rotation.quaternion();
+    slot.position = state.position.into();
+    slot.rotation = [q.w, q.i, q.j, q.k];
+    slot.velocity = state.velocity.into();
+    slot.angular_velocity = (state.rotation * state.angular_velocity_in_body).into();
+    slot.centre_of_mass = centre_of_mass.into();
+    slot.elastic_coordinates.clone_from(&state.elastic);
+    slot.elastic_velocities.clone_from(&state.elastic_rates);
+}
+
+/// Smallest gap of contact `index` at time `t` in the state `y` \[m\].
+pub fn smallest_gap(system: &mut System, t: f64, y: &[f64], index: usize) -> f64 {
+    let (force, motion) = system.force_in_motion(t, y, index);
+    force.contact.smallest_gap(motion)
+}
+
+/// The normal of contact `index` at time `t` in the state `y`, and the relative motion of its bodies there. The normal is the
+/// direction of the normal force that acts, whose points are many; without force it is that
+/// of the nearest point, off by the turn of the surface over half their spacing.
+pub fn normal_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> (Vector3<f64>, NearMotion) {
+    let near = near_motion(system, t, y, index);
+    let (force, motion) = system.force_in_motion(t, y, index);
+    let report = force.contact.report();
+    let pressed = (report.force - report.friction_force).try_normalize(0.0);
+    let normal = pressed.filter(|_| report.normal_force > 0.0);
+    (normal.unwrap_or_else(|| force.contact.normal(motion)), near)
+}
+
+/// Rigid motion of the bodies of contact `index` relative to each other at their nearest points, at time `t` in the state `y`
+/// (theory Eq. A.31).
+pub fn near_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> NearMotion {
+    let (force, motion) = system.force_in_motion(t, y, index);
+    let near = force.contact.place(motion);
+    let (body, target) = force.contact.bodies();
+    let (states, _) = system.last_evaluation();
+    let data = |body: usize| (&system.model().bodies[body].data, &states[body]);
+    let velocity = |body: usize| rigid_velocity(data(body).0, data(body).1, &near);
+    let (own, other) = (velocity(body), target.map_or_else(Vector3::zeros, velocity));
+    let bodies = [Some(body), target].into_iter().flatten();
+    let energy: f64 = bodies.clone().map(|b| vibration_energy(data(b).0, data(b).1)).sum();
+    let mobility: f64 = bodies.map(|b| data(b).0.mass.recip()).sum();
+    NearMotion {
+        velocity: (own - other).into(),
+        speed: own.norm() + other.norm(),
+        vibration: (2.0 * energy * mobility).sqrt(),
+    }
+}

@@ -1,0 +1,239 @@
+//! A body at a touch: which faces meet where it is touched, and what they say of the direction to its partner (docs/theory.md Eqs. C.55, C.56,
+//! C.110).
+
+use contact_qs::search::SurfaceSite;
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::system::force::BodyState;
+use nalgebra::{UnitQuaternion, Vector3};
+
+use crate::record::TargetPlace;
+use crate::surface::{ALONG, Surface, SurfacePlace};
+use crate::touch::detection::Nearest;
+
+/// Sweeps over the normals of a cone: those of one place differ by 8 degrees or more, so that a sweep takes 2 % of the error or more.
+const SWEEPS: usize = 500;
+/// Improvement below which a direction is no better than one before it: what the sweeps leave of a direction inside a cone.
+const BETTER: f64 = 1e-6;
+
+/// The unit normal from a target to a contact body at a place where they touch, whose faces have the outward unit normals `target` and `own`
+/// there (Eq. C.110): of the directions of the faces, their means and the common normals of edges the one that lies nearest to the normals'
+/// cones of both, a face before an edge. None without normals.
+pub fn contact_normal(target: &[Vector3<f64>], own: &[Vector3<f64>]) -> Option<Vector3<f64>> {
+    let own: Vec<Vector3<f64>> = own.iter().map(|n| -n).collect();
+    let means = target.iter().flat_map(|t| own.iter().map(move |o| t + o));
+    let edges = |normals: &[Vector3<f64>]| -> Vec<Vector3<f64>> {
+        let pairs =
+            normals.iter().enumerate().flat_map(|(i, a)| normals[..i].iter().map(move |b| a.cross(b)));
+        pairs.collect()
+    };
+    let (first, second) = (edges(target), edges(&own));
+    let crossed = first.iter().flat_map(|a| second.iter().flat_map(move |b| [a.cross(b), b.cross(a)]));
+    let candidates = target.iter().chain(&own).copied().chain(means).chain(crossed);
+    let mut best: Option<(f64, Vector3<f64>)> = None;
+    for direction in candidates.filter_map(|d| d.try_normalize(1e-3)) {
+        let error = beyond_cone(&direction, target).max(beyond_cone(&direction, &own));
+        if best.is_none_or(|(least, _)| error < least - BETTER) {
+            best = Some((error, direction));
+        }
+    }
+    best.map(|(_, direction)| direction)
+}
+
+/// Distance of the unit vector `direction` from the cone of the unit vectors `normals`, by minimisation over one coefficient after the other.
+fn beyond_cone(direction: &Vector3<f64>, normals: &[Vector3<f64>]) -> f64 {
+    let mut coefficients = vec![0.0_f64; normals.len()];
+    let mut rest = *direction;
+    for _ in 0..SWEEPS {
+        for (normal, coefficient) in normals.iter().zip(&mut coefficients) {
+            let next = (*coefficient + rest.dot(normal)).max(0.0);
+            rest -= normal * (next - *coefficient);
+            *coefficient = next;
+        }
+    }
+    rest.norm()
+}
+
+/// A surface with the motion of its body.
+pub type Moved<'a> = (&'a dyn Surface, &'a BodyState);
+
+/// A body at the touch.
+pub struct Side<'a> {
+    surface: &'a dyn Surface,
+    rotation: UnitQuaternion<f64>,
+    /// Outward direction in which the partner lies, in the components of the model; zero as long as it is not known.
+    outward: Vector3<f64>,
+    size: f64,
+}
+
+impl<'a> Side<'a> {
+    /// The body of a surface in its motion, whose partner may lie anywhere.
+    pub fn new((surface, pose): Moved<'a>) -> Self {
+        Self { surface, rotation: pose.rotation, outward: Vector3::zeros(), size: surface.reach() }
+    }
+
+    /// The same with its partner in the direction `outward` of space.
+    #[must_use]
+    pub fn facing(self, outward: &Vector3<f64>) -> Self {
+        let in_body = self.rotation.inverse_transform_vector(outward);
+        Self { outward: self.surface.motion().components(in_body.as_ref()).into(), ..self }
+    }
+
+    /// Largest distance of its points from the origin of the body \[m\].
+    pub fn size(&self) -> f64 {
+        self.size
+    }
+
+    /// The place of this body that a search has found.
+    pub fn place(&self, found: &SurfaceSite) -> SurfacePlace {
+        self.surface.place(found.face, &found.xi)
+    }
+
+    /// Outward normals, in space, of the faces that meet at `place`; at a pole, which has none, that of the face.
+    pub fn normals_in_space(&self, place: &SurfacePlace) -> Vec<Vector3<f64>> {
+        let in_space = |n: &Vector3<f64>| self.rotation * self.surface.motion().in_space(n.as_ref());
+        let found = self.surface.normals_at(&place.point);
+        if found.is_empty() {
+            return vec![in_space(&self.surface.normal(place))];
+        }
+        found.iter().map(in_space).collect()
+    }
+
+    /// Whether a plane face through `point` is turned to the partner, but for the angle `parallel` \[rad\] (Eq. C.55).
+    pub fn is_flat(&self, point: &[f64; 3], parallel: f64) -> bool {
+        self.surface.has_flat_face(point, &self.outward, parallel)
+    }
+
+    /// Number of different normals at `point`: one of a smooth surface, two of an edge, three and more of a corner.
+    pub fn n_normals(&self, point: &[f64; 3]) -> usize {
+        different(self.surface.normals_at(point)).len()
+    }
+
+    /// Whether an edge of the solid `target`, which touches the smooth part of a face at `point` of this body and at `there` of its own with the normal
+    /// `normal`, lies along that face: at a tenth of the bodies' size from there, it is no farther from it than `slack` \[m\].
+    pub fn holds_edge(
+        &self,
+        (point, normal): (&[f64; 3], &Vector3<f64>),
+        (target, there): (&Self, &[f64; 3]),
+        slack: f64,
+    ) -> bool {
+        if self.surface.motion() != RigidMotion::Spatial {
+            return false;
+        }
+        let length = ALONG_EDGE * self.size.min(target.size);
+        let (here, start) = (Vector3::from(*point), Vector3::from(*there));
+        let is_inside = |x: Vector3<f64>| {
+            let in_space = target.rotation * (x - start);
+            let place = here + self.rotation.inverse_transform_vector(&in_space);
+            let found = self.surface.nearest(&place.into());
+            found.is_some_and(|found| {
+                let outward = self.rotation * found.normal;
+                // Beside the face the way to it is no longer along the normal, and on an edge of its own points stand.
+                found.distance <= slack
+                    && outward.dot(normal) < -ALONG
+                    && self.n_normals(&found.place.point) == 1
+            })
+        };
+        target.surface.along_edges(there, length).into_iter().any(is_inside)
+    }
+
+    /// Whether the surface is smooth at `point`: the faces that meet there have one normal, which lies along the direction to the partner
+    /// (Eq. C.56).
+    pub fn is_smooth(&self, point: &[f64; 3]) -> bool {
+        let normals = self.surface.normals_at(point);
+        let all_within = |cosine: f64| normals.iter().all(|normal| normal.dot(&self.outward) > cosine);
+        all_within(ALONG) || normals.len() == 1 && all_within(self.surface.smooth_cosine())
+    }
+}
+
+/// Those of `normals` that are not alike.
+fn different(normals: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
+    let mut different: Vec<Vector3<f64>> = Vec::new();
+    for normal in normals {
+        if different.iter().all(|known| known.dot(&normal) < ALONG) {
+            different.push(normal);
+        }
+    }
+    different
+}
+
+/// Part of the bodies' size at which it is looked whether an edge lies along a face.
+const ALONG_EDGE: f64 = 0.1;
+
+/// Cosine beyond which directions are one: that of a touch is taken from the normals themselves.
+const SAME: f64 = 1.0 - 1e-12;
+
+/// What the contact body meets at the nearest places of a target that has an edge or a corner there, with the normal of Eq. C.110. None where the
+/// target is smooth, and where one of its faces has that normal: it is the face that is touched, at its end.
+pub fn met_place(own: &Side<'_>, target: &Side<'_>, nearest: &Nearest) -> Option<TargetPlace> {
+    let (here, there) = (own.place(&nearest.contact), target.place(nearest.target.as_ref()?));
+    if target.n_normals(&there.point) < 2 {
+        return None;
+    }
+    let faces = target.normals_in_space(&there);
+    let normal = contact_normal(&faces, &own.normals_in_space(&here))?;
+    if faces.iter().any(|face| face.dot(&normal) > SAME) {
+        return None;
+    }
+    let normal = target.rotation.inverse_transform_vector(&normal).into();
+    Some(TargetPlace { face: there.face, xi: there.xi, normal })
+}
+
+/// Gap over the size of a body below which round-off makes the direction between the places.
+const ROUND_OFF: f64 = 1e-9;
+
+/// Direction from the target to the contact body: that between the nearest places or, where these are one but for round-off, what the normals of
+/// the faces that meet there say (Eq. C.110).
+pub fn touch_direction(own: &Side<'_>, other: Option<&Side<'_>>, nearest: &Nearest) -> Vector3<f64> {
+    let (Some(target), Some(there)) = (other, nearest.target) else { return nearest.normal };
+    if nearest.gap.abs() > ROUND_OFF * own.size() && nearest.normal.norm() > 0.5 {
+        return nearest.normal;
+    }
+    contact_normal(
+        &target.normals_in_space(&target.place(&there)),
+        &own.normals_in_space(&own.place(&nearest.contact)),
+    )
+    .unwrap_or(nearest.normal)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const X: Vector3<f64> = Vector3::new(1.0, 0.0, 0.0);
+    const Y: Vector3<f64> = Vector3::new(0.0, 1.0, 0.0);
+    const Z: Vector3<f64> = Vector3::new(0.0, 0.0, 1.0);
+
+    fn check(target: &[Vector3<f64>], own: &[Vector3<f64>], expected: Vector3<f64>) {
+        let found = contact_normal(target, own).expect("normals");
+        // Round-off of unit vectors, and what sweeps leave of a cone.
+        assert!((found - expected.normalize()).norm() < 1e-9, "{found} for {expected}");
+    }
+
+    #[test]
+    fn a_face_has_the_normal_over_edges_and_corners() {
+        check(&[Z, X], &[-Z], Z); // an edge of the target under a face
+        check(&[X, Z], &[-Z], Z);
+        check(&[Z], &[X, -Z], Z);
+        check(&[Z], &[(X - 3.0 * Z).normalize(), (-X - Z).normalize()], Z); // an edge that leans
+        check(&[Z], &[(X - Z).normalize(), (Y - Z).normalize(), (-X - Y - 2.0 * Z).normalize()], Z);
+    }
+
+    #[test]
+    fn rims_that_lie_on_each_other_have_the_normal_of_their_ends() {
+        check(&[X, Z], &[X, -Z], Z);
+        check(&[Z, -X], &[-Z, -X], Z);
+    }
+
+    #[test]
+    fn crossing_edges_have_their_common_normal() {
+        let along = |a: Vector3<f64>, sign: f64| [(sign * Z + a).normalize(), (sign * Z - a).normalize()];
+        check(&along(X, 1.0), &along(Y, -1.0), Z);
+        check(&along(X, 1.0), &along((X + Y).normalize(), -1.0), Z);
+    }
+
+    #[test]
+    fn smooth_surfaces_share_their_normal() {
+        let lean = 1e-3 * X;
+        check(&[(Z + lean).normalize()], &[(lean - Z).normalize()], Z);
+    }
+}
