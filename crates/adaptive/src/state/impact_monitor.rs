@@ -79,10 +79,11 @@ pub struct ImpactMonitor {
 struct PhaseExtremes {
     peak_force: f64,
     peak_time: f64,
-    /// How far the bodies have come nearer to each other since the touch, as far as their motion is rigid, and the most of it \[m\].
+    /// How far the bodies have come nearer to each other since the touch, as far as their motion is rigid, and the most of it while force
+    /// acts \[m\].
     approach: f64,
     largest_approach: f64,
-    /// Largest penetration \[m\].
+    /// Penetration at the instant of the largest approach \[m\].
     penetration: f64,
 }
 
@@ -124,8 +125,8 @@ impl ImpactMonitor {
         (first.unwrap_or(next), self.impacts().filter(|impact| impact.row.is_none()).count() as u32)
     }
 
-    /// Share of the approach of the bodies, the largest of this phase, that is penetration and not deformation; none without approach,
-    /// or if the penetration is no more than `round_off` \[m\] (theory Eq. A.76).
+    /// Share of the approach of the bodies, the largest of this phase, that is penetration and not deformation at that instant; none without
+    /// approach, or if the penetration is no more than `round_off` \[m\] (theory Eq. A.76).
     pub fn overlap_share(&self, round_off: f64) -> Option<f64> {
         let phase = &self.phase;
         let says_something =
@@ -161,8 +162,9 @@ impl ImpactMonitor {
             let since = last.time.max(impact.start.min(now.time));
             phase.approach += 0.5 * (last.closing_speed() + now.closing_speed()) * (now.time - since);
         }
-        phase.largest_approach = phase.largest_approach.max(phase.approach);
-        phase.penetration = phase.penetration.max(now.penetration);
+        if now.force > 0.0 && phase.approach > phase.largest_approach {
+            (phase.largest_approach, phase.penetration) = (phase.approach, now.penetration);
+        }
         if now.force > 0.0 {
             impact.last_until(now.time, now.motion);
         } else if was_touching {
@@ -363,7 +365,7 @@ mod tests {
             let now = ContactInstant { penetration, ..instant(t, t, 0.0, velocity) };
             watch.step(now, change(0.5, -2.0).filter(|_| (0.5..1.5).contains(&t)), None);
         }
-        // The trapezium over the step of the touch takes its speed at the step's start: 1.0 m from there to 1 s where 0.875 m is right.
+        // What is penetration later counts for the approach of then. The trapezium over the step of the touch takes its speed at the step's start: 1.0 m from there to 1 s where 0.875 m is right.
         let share = watch.overlap_share(0.0).expect("it runs");
         assert!((share - 0.1 / 2.0).abs() < 1e-12, "{share}");
     }

@@ -309,12 +309,13 @@ where
         let line = colour.stroke_width(units(LINE) as u32);
         let at = |(x, y): (&f64, &f64)| Some((s.x.at(*x)?, s.y.at(*y)?));
         let all: Vec<Option<(f64, f64)>> = curve.x.iter().zip(&curve.y).map(at).collect();
-        let pixels = f64::from(chart.plotting_area().dim_in_pixel().0) / f64::from(UNITS);
-        let width = (s.x.range.1 - s.x.range.0) / pixels;
+        let (across, up) = chart.plotting_area().dim_in_pixel();
+        let pixel = |range: (f64, f64), n: u32| (range.1 - range.0) * f64::from(UNITS) / f64::from(n);
+        let size = (pixel(s.x.range, across), pixel(s.y.range, up));
         // A value that is not finite interrupts the curve.
         for part in all.split(Option::is_none) {
             let part: Vec<(f64, f64)> = part.iter().flatten().copied().collect();
-            for piece in pieces(&part, width) {
+            for piece in pieces(&part, size) {
                 match piece {
                     Piece::Line(points) if points.len() > 1 => {
                         chart.draw_series([PathElement::new(points, line)]).map_err(draw_error)?;

@@ -5,7 +5,7 @@ use tracing::debug;
 
 use super::trial_reason::{Acceptance, Change, Demand, PenaltyCause};
 use crate::adaptivity::interval::{IntervalAssessment, IntervalSettings, Verdict};
-use crate::adaptivity::penalty_search::{PenaltyAction, RunOutcome};
+use crate::adaptivity::penalty_search::{MOST_OVERLAP, PenaltyAction, RunOutcome};
 use crate::checks::resolution::longest_element_of;
 use crate::error::AdaptiveError;
 use crate::impact::{AdaptiveContact, FineContact};
@@ -234,7 +234,9 @@ impl Driver<'_> {
                     return Err(AdaptiveError::Penalty { contact, time, trials: number, failure });
                 }
             };
-            demands.push(self.demand(i, Change::Penalty { cause: penalty_cause(ending), before, after }));
+            demands.push(
+                self.demand(i, Change::Penalty { cause: penalty_cause(ending, overlap), before, after }),
+            );
         }
         if demands.is_empty() {
             return Ok(Judgement::Accept(self.acceptance(minor)));
@@ -298,12 +300,15 @@ fn touches_own_edge(verdict: &IntervalAssessment) -> bool {
     verdict.directions.iter().any(|d| d.verdict == Verdict::EdgeTouched)
 }
 
-/// Why a penalty factor is not the last one after a trial that ended as said.
-fn penalty_cause(ending: &Ending) -> PenaltyCause {
+/// Why a penalty factor is not the last one after a trial that ended as said, `overlap` of whose approach was penetration.
+fn penalty_cause(ending: &Ending, overlap: Option<f64>) -> PenaltyCause {
     match ending {
         Ending::TrialPassed => PenaltyCause::TrialPassed,
         Ending::SolverFailed(failure) => PenaltyCause::SolverFailed(failure.clone()),
-        _ => PenaltyCause::NotCompared,
+        _ => match overlap.filter(|share| *share > MOST_OVERLAP) {
+            Some(share) => PenaltyCause::TooSoft(share),
+            None => PenaltyCause::NotCompared,
+        },
     }
 }
 
