@@ -250,22 +250,20 @@ impl<'a> Candidate<'a> {
     /// # Errors
     /// [`AdaptiveError`] naming the body.
     pub fn spectrum(&self, elements: &[usize], n: usize) -> Result<Spectrum, AdaptiveError> {
-        let _work = self.trial(elements);
-        let body = self.build(elements)?;
-        let spectrum = FrequencyProblem::new(self.name, &body.assembled)?.lowest(n)?;
-        Ok(Spectrum { elements: elements.to_vec(), ..spectrum })
+        self.spectrum_below(elements, n, &[])
     }
 
-    /// As [`Self::spectrum`], or a count as [`FrequencyProblem::lowest_reaching`].
-    fn spectrum_reaching(
+    /// As [`Self::spectrum`], if a coarser mesh has shown that the frequencies do not exceed `bounds`.
+    fn spectrum_below(
         &self,
         elements: &[usize],
-        at: (f64, usize, usize),
-    ) -> Result<Result<Spectrum, usize>, AdaptiveError> {
+        n: usize,
+        bounds: &[f64],
+    ) -> Result<Spectrum, AdaptiveError> {
         let _work = self.trial(elements);
         let body = self.build(elements)?;
-        let spectrum = FrequencyProblem::new(self.name, &body.assembled)?.lowest_reaching(at)?;
-        Ok(spectrum.map(|spectrum| Spectrum { elements: elements.to_vec(), ..spectrum }))
+        let spectrum = FrequencyProblem::new(self.name, &body.assembled)?.lowest_below(n, bounds)?;
+        Ok(Spectrum { elements: elements.to_vec(), ..spectrum })
     }
 
     /// Number of unknowns that a mesh has, up to boundaries.

@@ -232,6 +232,36 @@ fn inertia_counts_the_eigenvalues_below_the_shift() {
 }
 
 #[test]
+fn eigenvalues_next_to_a_shift_are_those_of_the_whole_spectrum() {
+    let body = block(2, [5, 4, 3], [1.0, 0.8, 0.5]);
+    let problem = ElasticProblem::free(&body, &[]).unwrap();
+    let lambda: Vec<f64> = problem.all_modes().unwrap().omega.iter().map(|w| w * w).collect();
+    for n in [1, 20, 90] {
+        let mu = 0.5 * (lambda[n - 1] + lambda[n]);
+        let found = problem.pencil().neighbours(mu, 5).unwrap().expect("a shift between eigenvalues");
+        assert_eq!(found.below, n + 6);
+        // Residuals of 1e-3 leave their square of the distance from the shift.
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-5 * (b - mu).abs();
+        assert!(near(found.lower, lambda[n - 1]), "{} and {}", found.lower, lambda[n - 1]);
+        for (upper, expected) in found.upper.iter().zip(&lambda[n..]) {
+            assert!(near(*upper, *expected), "{upper} and {expected}");
+        }
+    }
+}
+
+#[test]
+fn frequencies_below_their_bounds_need_no_count() {
+    let body = block(2, [5, 4, 3], [1.0, 0.8, 0.5]);
+    let problem = ElasticProblem::free(&body, &[]).unwrap();
+    let counted = problem.lowest_frequencies(10).unwrap();
+    // A bound that is broken is no reason to fail: the frequencies are counted then.
+    for factor in [1.01, 1.0, 0.99] {
+        let bounds: Vec<f64> = counted.iter().map(|w| factor * w).collect();
+        assert_eq!(problem.lowest_frequencies_below(10, &bounds).unwrap(), counted);
+    }
+}
+
+#[test]
 fn single_precision_count_agrees_or_abstains() {
     let body = block(2, [4, 3, 3], [1.0, 0.8, 0.5]);
     let problem = ElasticProblem::free(&body, &[]).unwrap();

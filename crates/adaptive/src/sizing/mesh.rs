@@ -210,7 +210,8 @@ impl<'a> Check<'a> {
 
     fn error(&mut self, elements: &[usize], g: usize) -> Result<f64, AdaptiveError> {
         let finer = finer(self.candidate, elements, &self.groups[g]);
-        let (coarse, fine) = (self.frequencies(elements)?, self.frequencies(&finer)?);
+        let coarse = self.frequencies(elements, &[])?;
+        let fine = self.frequencies(&finer, &coarse)?;
         let change = coarse.iter().zip(&fine).map(|(c, f)| (c / f - 1.0).abs()).fold(0.0, f64::max);
         let last = self.last[g].as_ref().filter(|(_, error)| *error < RESOLVED);
         let d = self.groups[g][0];
@@ -231,13 +232,14 @@ impl<'a> Check<'a> {
         AIM * tolerance(self.candidate.accuracy) / self.groups.len() as f64
     }
 
-    fn frequencies(&mut self, elements: &[usize]) -> Result<Vec<f64>, AdaptiveError> {
+    /// The checked frequencies of a mesh, which do not exceed `bounds`.
+    fn frequencies(&mut self, elements: &[usize], bounds: &[f64]) -> Result<Vec<f64>, AdaptiveError> {
         let serves =
             |s: &&Spectrum| s.elements == elements && (s.frequencies.len() >= self.n_modes || s.is_complete);
         if let Some(known) = self.solved.iter().find(serves) {
             return Ok(known.frequencies[..self.n_modes.min(known.frequencies.len())].to_vec());
         }
-        let found = self.candidate.spectrum(elements, self.n_modes)?;
+        let found = self.candidate.spectrum_below(elements, self.n_modes, bounds)?;
         self.solved.push(found.clone());
         Ok(found.frequencies)
     }

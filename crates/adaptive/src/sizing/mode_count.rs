@@ -7,6 +7,7 @@ use ffr_dynamics::reduction::neighbouring_counts;
 
 use super::impact_time::{ForceTime, TimeScale};
 use super::mesh::CHECKED;
+use super::spectrum::{FrequencyProblem, Known};
 use super::{Candidate, Spectrum};
 use crate::body::splines::rigid_motion;
 use crate::error::AdaptiveError;
@@ -67,47 +68,83 @@ pub fn count(
 ) -> Result<(usize, f64), AdaptiveError> {
     let motion = rigid_motion(&candidate.spec.model);
     let least = candidate.accuracy.modes(if limit > 0.0 { least(motion) } else { WITHOUT_FORCES });
-    // A few modes more show whether the count cuts through a group.
-    let (mut wanted, mut resolved) = (least + GROUP, least.min(CHECKED));
-    let spectrum = loop {
+    let (mut wanted, mut resolved) = (least, least.min(CHECKED));
+    // The last of the lowest frequencies and its number.
+    let mut last = None;
+    // Whether more modes than are ever taken are known to follow it.
+    let mut is_followed = false;
+    loop {
         let elements = if candidate.chooses_elements {
             first_elements(&candidate.spec, resolved)
         } else {
             candidate.spec.discretisation.elements.clone()
         };
-        let is_last = wanted >= most + GROUP;
-        // A count in single precision is as good as certain; the frequencies are.
-        let reaches = |s: &Spectrum| {
-            s.frequencies.partition_point(|f| *f <= limit) + GROUP <= s.frequencies.len() || s.is_complete
-        };
-        let below = if is_last || limit <= 0.0 {
-            break candidate.spectrum(&elements, wanted)?;
-        } else {
-            match candidate.spectrum_reaching(&elements, (limit, wanted, GROUP))? {
-                Ok(spectrum) if reaches(&spectrum) => break spectrum,
-                Ok(_) => wanted,
-                Err(below) => below,
+        let _work = candidate.trial(&elements);
+        let body = candidate.build(&elements)?;
+        let problem = FrequencyProblem::new(candidate.name, &body.assembled)?;
+        if let Some(known) = last.filter(|_| is_followed) {
+            return Ok((most, problem.nth(most, known)?));
+        }
+        // The check of the mesh asks for the lowest ones anyway.
+        if wanted == least && (candidate.chooses_elements || limit <= 0.0) {
+            let lowest = problem.lowest(least + GROUP)?;
+            let found = Known { first: 0, frequencies: lowest.frequencies.clone() };
+            let reaches = found.below(limit) <= least || lowest.is_complete;
+            last = found.frequencies.last().map(|last| (*last, found.frequencies.len()));
+            solved.push(Spectrum { elements, ..lowest });
+            if reaches {
+                return Ok(chosen_from(&found, limit, (least, most), motion));
             }
-        };
-        wanted = (below + below / 4 + GROUP).max(wanted + least).min(most + GROUP);
+        }
+        let found = problem.next_to(limit, GROUP)?;
+        let below = found.below(limit);
+        if below <= wanted || wanted >= most || !candidate.chooses_elements {
+            return chosen_on(&problem, &found, limit, (least, most), last);
+        }
+        is_followed = below >= most;
+        wanted = (below + below / 4).max(wanted + least).min(most);
         // Where half the waves have two elements a half wave, the shortest ones are right to a per cent: enough to count them.
-        resolved = wanted / 2;
-    };
-    let chosen = chosen_from(&spectrum.frequencies, limit, (least, most), motion);
-    solved.push(spectrum);
-    Ok(chosen)
+        resolved = (wanted + GROUP) / 2;
+    }
 }
 
-/// Number of the frequencies `known` \[Hz\] up to `limit`, between `least` and `most` and without cutting a group, and the last of them.
+/// As [`chosen_from`] where `found` are the frequencies of `problem` next to the limit: others are found if they decide, from a frequency and its number if one
+/// is `known`.
+///
+/// # Errors
+/// [`AdaptiveError`] naming the body.
+pub fn chosen_on(
+    problem: &FrequencyProblem<'_>,
+    found: &Known,
+    limit: f64,
+    (least, most): (usize, usize),
+    known: Option<(f64, usize)>,
+) -> Result<(usize, f64), AdaptiveError> {
+    let (motion, below) = (problem.motion(), found.below(limit));
+    if below >= most.max(least) {
+        return Ok((most, problem.nth(most, known.unwrap_or((limit, below)))?));
+    }
+    let wanted = below.max(least);
+    if (found.first + 1..=found.first + found.frequencies.len()).contains(&wanted) {
+        return Ok(chosen_from(found, limit, (least, most), motion));
+    }
+    // A few modes more show whether the count cuts through a group.
+    let frequencies = problem.lowest(wanted + GROUP)?.frequencies;
+    Ok(chosen_from(&Known { first: 0, frequencies }, limit, (least, most), motion))
+}
+
+/// Number of frequencies up to `limit` \[Hz\], of which those next to it are `known`, between `least` and `most` and without cutting a group, and the last
+/// of them \[Hz\].
 pub fn chosen_from(
-    known: &[f64],
+    known: &Known,
     limit: f64,
     (least, most): (usize, usize),
     motion: RigidMotion,
 ) -> (usize, f64) {
-    let below = known.partition_point(|f| *f <= limit);
-    let n = whole_group(known, below.max(least).min(most).min(known.len()), motion).min(most);
-    (n, known.get(n.saturating_sub(1)).copied().unwrap_or(0.0))
+    let Known { first, frequencies } = known;
+    let n = known.below(limit).max(least).min(most).min(first + frequencies.len());
+    let n = (first + whole_group(frequencies, n.saturating_sub(*first), motion)).min(most);
+    (n, frequencies.get(n.saturating_sub(first + 1)).copied().unwrap_or(0.0))
 }
 
 /// Most modes of a body that is reduced by `reduction`, with the fastest force on it.
@@ -142,5 +179,19 @@ mod tests {
         assert_eq!(whole_group(&known, 2, RigidMotion::Spatial), 4);
         assert_eq!(whole_group(&known, 4, RigidMotion::Spatial), 4);
         assert_eq!(whole_group(&known, 2, RigidMotion::Axial), 2);
+    }
+
+    #[test]
+    fn what_lies_next_to_the_limit_decides_as_all_frequencies_do() {
+        let all = [1.0, 2.0, 2.0, 2.0, 3.0, 4.0, 5.0];
+        let of = |first: usize, limit: f64| {
+            let known = Known { first, frequencies: all[first..].to_vec() };
+            chosen_from(&known, limit, (1, 6), RigidMotion::Spatial)
+        };
+        for (first, limit, expected) in
+            [(1, 2.0, (4, 2.0)), (2, 2.5, (4, 2.0)), (4, 3.5, (5, 3.0)), (5, 9.0, (6, 4.0))]
+        {
+            assert_eq!((of(first, limit), of(0, limit)), (expected, expected), "{limit}");
+        }
     }
 }

@@ -2,8 +2,8 @@
 
 use super::impact_time::ForceTime;
 use super::key::mesh_key;
-use super::mode_count::{ChosenModes, GROUP, WITHOUT_FORCES, chosen_from, least, most};
-use super::spectrum::FrequencyProblem;
+use super::mode_count::{ChosenModes, GROUP, WITHOUT_FORCES, chosen_on, least, most};
+use super::spectrum::{FrequencyProblem, Known};
 use crate::body::mesh::MeshedBody;
 use crate::error::AdaptiveError;
 use crate::record::work;
@@ -46,8 +46,10 @@ fn count(
     let _work = work::begin(format!("modes of a mesh with {} unknowns", 3 * spec.mesh.nodes().len()));
     let body = MeshedBody::build(name, spec.clone())?.assembled;
     let problem = FrequencyProblem::new(name, &body)?;
-    let below = if limit > 0.0 { problem.below(limit)? } else { 0 };
-    // A few modes more show whether the count cuts through a group.
-    let spectrum = problem.lowest(below.clamp(least, most.max(least)) + GROUP)?;
-    Ok(chosen_from(&spectrum.frequencies, limit, (least, most), motion))
+    let found = if limit > 0.0 {
+        problem.next_to(limit, GROUP)?
+    } else {
+        Known { first: 0, frequencies: problem.lowest(least + GROUP)?.frequencies }
+    };
+    chosen_on(&problem, &found, limit, (least, most), None)
 }

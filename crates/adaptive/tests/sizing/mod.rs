@@ -115,6 +115,30 @@ fn slender_bars_vibrate_as_bernoulli_says() {
     }
 }
 
+/// The number of modes up to a limit is found from the frequencies next to it; of more than are ever taken, the highest one taken.
+#[test]
+fn modes_are_counted_as_if_all_were_known() {
+    let plate = body(plane::rectangle(0.03, 0.02), Model::PlaneStress { thickness: 0.01 });
+    let mut given = plate.clone();
+    given.discretisation.elements = vec![24, 16];
+    let candidate = Candidate::new("plate", &given, SizeRequest { elements: false, modes: true });
+    let all = candidate.spectrum(&[24, 16], 120).unwrap().frequencies;
+    // Counts of one mesh err as frequencies without modes do, 1e-6.
+    let same = |(n, highest): (usize, f64), expected: usize| {
+        assert_eq!(n, expected);
+        assert!((highest / all[n - 1] - 1.0).abs() < 1e-5, "{n}: {highest} and {}", all[n - 1]);
+    };
+    for n in [25, 60, 110] {
+        let limit = 0.5 * (all[n - 1] + all[n]);
+        same(mode_count::count(&candidate, limit, 300, &mut Vec::new()).unwrap(), n);
+        same(mode_count::count(&candidate, 3.0 * limit, n, &mut Vec::new()).unwrap(), n);
+    }
+    // With elements of the program's own, the mesh is another one, on which the shortest waves are right to a per cent.
+    let candidate = Candidate::new("plate", &plate, SizeRequest { elements: true, modes: true });
+    let (n, highest) = mode_count::count(&candidate, all[119], 80, &mut Vec::new()).unwrap();
+    assert!(n == 80 && (highest / all[79] - 1.0).abs() < 0.01, "{n}: {highest} and {}", all[79]);
+}
+
 /// What two polynomials more in every direction give, and by how much they lower the frequencies: what the reference is itself off
 /// by counts as an error.
 fn settled(reference: impl Fn(usize) -> Vec<f64>) -> (Vec<f64>, f64) {

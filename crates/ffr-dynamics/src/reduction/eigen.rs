@@ -20,7 +20,7 @@ impl ElasticProblem<'_> {
     /// [`DynamicsError::TooManyModes`]; [`DynamicsError::Eigenmodes`] if the iteration does not converge or the count does not
     /// agree after all restarts.
     pub fn lowest_modes(&self, n_modes: usize) -> Result<EigenModes, DynamicsError> {
-        self.lowest(n_modes, Goal::Modes)
+        self.lowest(n_modes, Goal::Modes, &[])
     }
 
     /// The `n_modes` lowest angular eigenfrequencies of elastic modes [rad/s], rising, to some 1e-6, verified by an inertia count
@@ -29,10 +29,24 @@ impl ElasticProblem<'_> {
     /// # Errors
     /// As [`Self::lowest_modes`].
     pub fn lowest_frequencies(&self, n_modes: usize) -> Result<Vec<f64>, DynamicsError> {
-        Ok(self.lowest(n_modes, Goal::Frequencies)?.omega)
+        self.lowest_frequencies_below(n_modes, &[])
     }
 
-    fn lowest(&self, n_modes: usize, goal: Goal) -> Result<EigenModes, DynamicsError> {
+    /// As [`Self::lowest_frequencies`] where `bounds` are known that they do not exceed [rad/s]: those of a model whose motions are among this one's. None
+    /// found above its bound stands for the count.
+    ///
+    /// # Errors
+    /// As [`Self::lowest_modes`].
+    pub fn lowest_frequencies_below(
+        &self,
+        n_modes: usize,
+        bounds: &[f64],
+    ) -> Result<Vec<f64>, DynamicsError> {
+        let bounds: Vec<f64> = bounds.iter().map(|w| w * w).collect();
+        Ok(self.lowest(n_modes, Goal::Frequencies, &bounds)?.omega)
+    }
+
+    fn lowest(&self, n_modes: usize, goal: Goal, bounds: &[f64]) -> Result<EigenModes, DynamicsError> {
         let available = self.n_elastic();
         if n_modes > available {
             return Err(DynamicsError::TooManyModes { wanted: n_modes, available });
@@ -43,10 +57,10 @@ impl ElasticProblem<'_> {
             all.shapes = all.shapes.as_ref().subcols(0, n_modes).to_owned();
             return Ok(all);
         }
-        let found = Search::new(self, n_modes, goal).run();
+        let found = Search::new(self, n_modes, goal).below(bounds).run();
         if found.is_err() && self.is_single_precision() {
             tracing::debug!("no modes in single precision, trying double");
-            return Search::new(&self.in_double_precision()?, n_modes, goal).run();
+            return Search::new(&self.in_double_precision()?, n_modes, goal).below(bounds).run();
         }
         found
     }

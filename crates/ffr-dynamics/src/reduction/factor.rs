@@ -132,6 +132,15 @@ impl SymbolicFactor {
             }
         }
     }
+
+    /// Factor of a symmetric matrix with pivots of either sign; `None` if one vanishes.
+    pub(super) fn indefinite(
+        self: &Arc<Self>,
+        matrix: SparseColMatRef<'_, u32, f64>,
+    ) -> Option<CholeskyFactor> {
+        let values = self.factorise(matrix, Kind::Indefinite).ok()?;
+        Some(CholeskyFactor { symbolic: Arc::clone(self), values })
+    }
 }
 
 /// Refuses a factor whose entries, of `bytes` bytes each, `shortage` finds no memory for.
@@ -150,7 +159,7 @@ fn refuse_if(
     }
 }
 
-/// A sparse Cholesky factor `L` with `A = L L^T` in the elimination order.
+/// A sparse Cholesky factor `L` with `A = L L^T` in the elimination order, or `A = L S L^T` with the signs `S` of the pivots.
 #[derive(Debug)]
 pub struct CholeskyFactor {
     symbolic: Arc<SymbolicFactor>,
@@ -161,6 +170,11 @@ impl CholeskyFactor {
     /// The analysis behind the factor.
     pub fn symbolic(&self) -> &Arc<SymbolicFactor> {
         &self.symbolic
+    }
+
+    /// Its entries.
+    pub(super) fn values(&self) -> &[f64] {
+        &self.values
     }
 
     /// Solves `A x = b` in place for all columns, eight at a time, on the threads of the current rayon pool.

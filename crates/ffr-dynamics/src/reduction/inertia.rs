@@ -5,10 +5,10 @@
 
 use std::sync::Arc;
 
-use faer::Mat;
 use faer::sparse::SparseColMatRef;
+use faer::{Mat, MatMut};
 
-use super::factor::SymbolicFactor;
+use super::factor::{CholeskyFactor, SymbolicFactor};
 use super::numeric::Kind;
 use super::product::symmetric_product;
 use super::random::Random;
@@ -35,6 +35,23 @@ pub struct Inertia {
     pub contraction: Option<f64>,
 }
 
+/// The factor of `K - mu M` in the precision in which its pivots could be counted.
+#[derive(Debug)]
+pub(super) enum ShiftedFactor {
+    Single(SinglePrecisionFactor),
+    Double(CholeskyFactor),
+}
+
+impl ShiftedFactor {
+    /// Solves `(K - mu M) x = b` in place to the accuracy of the factor.
+    pub fn solve_in_place(&self, x: MatMut<'_, f64>) {
+        match self {
+            Self::Single(factor) => factor.solve_in_place(x),
+            Self::Double(factor) => factor.solve_in_place(x),
+        }
+    }
+}
+
 impl SymbolicFactor {
     /// Counts the negative pivots of a symmetric matrix with the analysed pattern in double precision.
     ///
@@ -43,10 +60,22 @@ impl SymbolicFactor {
     ///
     /// # Panics
     /// If the matrix has not as many entries as the pattern.
-    pub fn inertia_double(&self, matrix: SparseColMatRef<'_, u32, f64>) -> Result<Inertia, DynamicsError> {
+    pub fn inertia_double(
+        self: &Arc<Self>,
+        matrix: SparseColMatRef<'_, u32, f64>,
+    ) -> Result<Inertia, DynamicsError> {
+        Ok(self.counted_double(matrix)?.0)
+    }
+
+    /// The same with the factor, unless a pivot vanishes.
+    pub(super) fn counted_double(
+        self: &Arc<Self>,
+        matrix: SparseColMatRef<'_, u32, f64>,
+    ) -> Result<(Inertia, Option<ShiftedFactor>), DynamicsError> {
         self.check_memory_beside(size_of::<f64>())?;
-        let factor = self.factorise(matrix, Kind::Indefinite);
-        Ok(factor.map_or(SINGULAR, |values| self.count_pivots(&values, &diagonal_of(matrix))))
+        let Some(factor) = self.indefinite(matrix) else { return Ok((SINGULAR, None)) };
+        let inertia = self.count_pivots(factor.values(), &diagonal_of(matrix));
+        Ok((inertia, Some(ShiftedFactor::Double(factor))))
     }
 
     /// The count in single precision; `None` if the factor is not accurate enough for it to stand.
@@ -65,6 +94,14 @@ impl SymbolicFactor {
         self: &Arc<Self>,
         matrix: SparseColMatRef<'_, u32, f64>,
     ) -> Result<Option<Inertia>, DynamicsError> {
+        Ok(self.counted_single(matrix)?.map(|(inertia, _)| inertia))
+    }
+
+    /// The same with the factor.
+    pub(super) fn counted_single(
+        self: &Arc<Self>,
+        matrix: SparseColMatRef<'_, u32, f64>,
+    ) -> Result<Option<(Inertia, ShiftedFactor)>, DynamicsError> {
         self.check_memory_beside(size_of::<f32>())?;
         let Some(factor) = SinglePrecisionFactor::new(self, matrix, Kind::Indefinite) else {
             return Ok(None);
@@ -74,7 +111,8 @@ impl SymbolicFactor {
         let contraction = contraction(matrix, &factor);
         tracing::debug!(contraction, growth = inertia.growth, "inertia count in single precision");
         let stands = contraction <= CONTRACTION_LIMIT && inertia.growth.is_finite();
-        Ok(stands.then_some(Inertia { contraction: Some(contraction), ..inertia }))
+        let counted = Inertia { contraction: Some(contraction), ..inertia };
+        Ok(stands.then_some((counted, ShiftedFactor::Single(factor))))
     }
 
     fn count_pivots<T: Copy + Into<f64>>(&self, values: &[T], diagonal: &[f64]) -> Inertia {

@@ -4,7 +4,7 @@
 //! of multiple eigenvalues that a single vector misses; every block is orthogonalised against the whole basis.
 
 use crate::error::MatrixFault;
-use faer::{Mat, MatRef};
+use faer::{Mat, MatMut, MatRef};
 
 use super::dense;
 use super::problem::{ElasticProblem, SEARCH_ACCURACY};
@@ -17,10 +17,43 @@ const BREAKDOWN: f64 = 1e-13;
 /// orthogonalised once more with a fresh product: what is left would have lost more than two digits.
 const CANCELLATION: f64 = 1e-2;
 
+/// What a Lanczos run multiplies with: `F M`, symmetric in the mass inner product.
+pub(crate) trait Operator {
+    /// Number of unknowns.
+    fn n_unknowns(&self) -> usize;
+
+    /// Replaces loads (n x k) by `F` times them.
+    fn apply(&self, x: MatMut<'_, f64>);
+
+    /// `M x`.
+    fn mass_product(&self, x: MatRef<'_, f64>) -> Mat<f64>;
+
+    /// Takes out of displacements (n x k) what the search is not about.
+    fn project(&self, x: MatMut<'_, f64>);
+}
+
+impl Operator for ElasticProblem<'_> {
+    fn n_unknowns(&self) -> usize {
+        self.n_unknowns()
+    }
+
+    fn apply(&self, x: MatMut<'_, f64>) {
+        self.flexibility_within(SEARCH_ACCURACY, x);
+    }
+
+    fn mass_product(&self, x: MatRef<'_, f64>) -> Mat<f64> {
+        self.mass_product(x)
+    }
+
+    fn project(&self, x: MatMut<'_, f64>) {
+        self.remove_rigid(x);
+    }
+}
+
 /// Basis, projected operator and next block of a Lanczos run.
 #[derive(Debug)]
-pub(crate) struct Lanczos<'p, 'a> {
-    problem: &'p ElasticProblem<'a>,
+pub(crate) struct Lanczos<'p, O> {
+    problem: &'p O,
     /// Vectors per block.
     width: usize,
     /// Mass-orthonormal basis, the first `size` columns are in use.
@@ -55,13 +88,9 @@ pub(crate) struct Ritz {
     pub residuals: Vec<f64>,
 }
 
-impl<'p, 'a> Lanczos<'p, 'a> {
+impl<'p, O: Operator> Lanczos<'p, O> {
     /// A run with blocks of `width` vectors and room for `capacity` basis vectors.
-    pub fn new(
-        problem: &'p ElasticProblem<'a>,
-        width: usize,
-        capacity: usize,
-    ) -> Result<Self, DynamicsError> {
+    pub fn new(problem: &'p O, width: usize, capacity: usize) -> Result<Self, DynamicsError> {
         let n = problem.n_unknowns();
         let mut run = Self {
             problem,
@@ -105,7 +134,7 @@ impl<'p, 'a> Lanczos<'p, 'a> {
         let random = &mut self.random;
         let start = Mat::from_fn(self.basis.nrows(), columns, |_, _| random.next());
         let mut block = self.problem.mass_product(start.as_ref());
-        self.problem.flexibility_within(SEARCH_ACCURACY, block.as_mut());
+        self.problem.apply(block.as_mut());
         for _ in 0..2 {
             self.orthogonalise(&mut block, 0);
         }
@@ -119,7 +148,7 @@ impl<'p, 'a> Lanczos<'p, 'a> {
         self.mass_basis.as_mut().subcols_mut(old, width).copy_from(&self.next.mass_x);
         self.size = new;
         let mut block = self.next.mass_x.clone();
-        self.problem.flexibility_within(SEARCH_ACCURACY, block.as_mut());
+        self.problem.apply(block.as_mut());
         // What is large first, so that the second pass leaves round-off of what is small.
         let mut along = self.orthogonalise(&mut block, self.previous);
         along += self.orthogonalise(&mut block, 0);
@@ -144,7 +173,7 @@ impl<'p, 'a> Lanczos<'p, 'a> {
 
     /// Removes the parts along the rigid modes and the basis vectors from number `first` on; returns the coefficients along the whole basis.
     fn orthogonalise(&self, block: &mut Mat<f64>, first: usize) -> Mat<f64> {
-        self.problem.remove_rigid(block.as_mut());
+        self.problem.project(block.as_mut());
         let count = self.size - first;
         let (basis, mass_basis) =
             (self.basis.as_ref().subcols(first, count), self.mass_basis.as_ref().subcols(first, count));
@@ -245,20 +274,6 @@ impl<'p, 'a> Lanczos<'p, 'a> {
         (turn(&self.basis), turn(&self.mass_basis))
     }
 
-    /// As [`Self::vectors`], the Ritz vectors being those of the stiffness itself: without the error of a flexibility of limited
-    /// accuracy, apart from what it leaves outside the basis.
-    pub fn vectors_of_stiffness(&self, k: usize) -> Result<(Mat<f64>, Mat<f64>), DynamicsError> {
-        let basis = self.basis.as_ref().subcols(0, self.size);
-        let pulled = self.problem.stiffness_product(basis);
-        let mut projected = dense::product(basis.transpose(), pulled.as_ref());
-        dense::symmetrise(&mut projected);
-        let (_, rotation) = dense::symmetric_eigen(projected.as_ref())?;
-        let turn = |basis: &Mat<f64>| {
-            dense::product(basis.as_ref().subcols(0, self.size), rotation.as_ref().subcols(0, k))
-        };
-        Ok((turn(&self.basis), turn(&self.mass_basis)))
-    }
-
     /// Shrinks the basis to the first `k` Ritz vectors; the next block stays (thick restart, Wu and Simon 2000).
     pub fn compress(&mut self, ritz: &Ritz, k: usize) {
         let (kept, mass_kept) = self.vectors(ritz, k);
@@ -275,6 +290,22 @@ impl<'p, 'a> Lanczos<'p, 'a> {
             self.projected[(i, i)] = value;
         }
         (self.size, self.previous) = (k, 0);
+    }
+}
+
+impl Lanczos<'_, ElasticProblem<'_>> {
+    /// As [`Self::vectors`], the Ritz vectors being those of the stiffness itself: without the error of a flexibility of limited
+    /// accuracy, apart from what it leaves outside the basis.
+    pub fn vectors_of_stiffness(&self, k: usize) -> Result<(Mat<f64>, Mat<f64>), DynamicsError> {
+        let basis = self.basis.as_ref().subcols(0, self.size);
+        let pulled = self.problem.stiffness_product(basis);
+        let mut projected = dense::product(basis.transpose(), pulled.as_ref());
+        dense::symmetrise(&mut projected);
+        let (_, rotation) = dense::symmetric_eigen(projected.as_ref())?;
+        let turn = |basis: &Mat<f64>| {
+            dense::product(basis.as_ref().subcols(0, self.size), rotation.as_ref().subcols(0, k))
+        };
+        Ok((turn(&self.basis), turn(&self.mass_basis)))
     }
 }
 

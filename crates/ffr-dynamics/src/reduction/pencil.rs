@@ -9,7 +9,7 @@ use std::sync::Arc;
 use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMat};
 
 use super::factor::{CholeskyFactor, SymbolicFactor};
-use super::inertia::{Inertia, SINGLE_FROM};
+use super::inertia::{Inertia, SINGLE_FROM, ShiftedFactor};
 use super::numeric::Kind;
 use super::ordering::elimination_order;
 use super::single_precision::SinglePrecisionFactor;
@@ -85,7 +85,7 @@ impl<'a> Pencil<'a> {
     /// # Errors
     /// [`DynamicsError::FactorTooLarge`] if memory does not suffice.
     pub fn inertia(&self, mu: f64, fixed: &[bool]) -> Result<Inertia, DynamicsError> {
-        self.with_combination(-mu, fixed, |matrix| self.symbolic.inertia_double(matrix))
+        Ok(self.with_combination(-mu, fixed, |matrix| self.symbolic.counted_double(matrix))?.0)
     }
 
     /// As [`Self::inertia`] in single precision; `None` if the matrix is small, or the factor too inaccurate to count.
@@ -96,7 +96,22 @@ impl<'a> Pencil<'a> {
         if self.symbolic.n_entries() < SINGLE_FROM {
             return Ok(None);
         }
-        self.with_combination(-mu, fixed, |matrix| self.symbolic.inertia_single(matrix))
+        let counted = self.with_combination(-mu, fixed, |matrix| self.symbolic.counted_single(matrix))?;
+        Ok(counted.map(|(inertia, _)| inertia))
+    }
+
+    /// The inertia of `K - mu M` with the factor that tells it: in single precision if the matrix is large and such a factor accurate enough, in double
+    /// precision otherwise. No factor if a pivot vanishes.
+    pub(super) fn shifted(&self, mu: f64) -> Result<(Inertia, Option<ShiftedFactor>), DynamicsError> {
+        let free = vec![false; self.body.n_unknowns()];
+        self.with_combination(-mu, &free, |matrix| {
+            if self.symbolic.n_entries() >= SINGLE_FROM
+                && let Some((inertia, factor)) = self.symbolic.counted_single(matrix)?
+            {
+                return Ok((inertia, Some(factor)));
+            }
+            self.symbolic.counted_double(matrix)
+        })
     }
 
     /// Lower triangle of `K + shift M` on the common pattern, rows and columns of `fixed` unknowns reduced to their diagonal.

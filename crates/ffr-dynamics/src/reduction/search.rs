@@ -31,6 +31,8 @@ const STAGNANT_CHECKS: usize = 5;
 const SMALLEST_GAP: f64 = 1e-4;
 /// Places in the gap for the shift: golden sections, then the middle.
 const SHIFT_PLACES: [f64; 3] = [0.382, 0.618, 0.5];
+/// Part of an eigenvalue by which it may lie above its bound: what the search leaves of error.
+const ABOVE_BOUND: f64 = 1e-5;
 /// Pivot growth above which a count is repeated elsewhere in the gap.
 const GROWTH_LIMIT: f64 = 1e4;
 /// Basis vectors whose projected eigenproblem costs as much as a step.
@@ -60,6 +62,8 @@ pub(super) struct Search<'p, 'a> {
     problem: &'p ElasticProblem<'a>,
     n_modes: usize,
     goal: Goal,
+    /// What the lowest eigenvalues do not exceed, as far as it is known.
+    bounds: &'p [f64],
     /// Vectors per Lanczos block.
     width: usize,
 }
@@ -124,7 +128,18 @@ impl<'p, 'a> Search<'p, 'a> {
     /// for the cache serves eight right-hand sides in little more time than four.
     pub fn new(problem: &'p ElasticProblem<'a>, n_modes: usize, goal: Goal) -> Self {
         let width = if problem.pencil().body().motion == RigidMotion::Spatial { 8 } else { 4 };
-        Self { problem, n_modes, goal, width }
+        Self { problem, n_modes, goal, bounds: &[], width }
+    }
+
+    /// The same for eigenvalues that are no higher than `bounds`, one for each that is wanted: as long as those found are not, no copy was lost,
+    /// and nothing is counted.
+    pub fn below(self, bounds: &'p [f64]) -> Self {
+        Self { bounds, ..self }
+    }
+
+    fn is_below_bounds(&self, lambda: &[f64]) -> bool {
+        self.bounds.len() >= self.n_modes
+            && lambda.iter().zip(self.bounds).all(|(found, bound)| *found <= bound * (1.0 + ABOVE_BOUND))
     }
 
     pub fn run(self) -> Result<EigenModes, DynamicsError> {
@@ -137,12 +152,15 @@ impl<'p, 'a> Search<'p, 'a> {
                 Goal::Modes => self.modes(&run, &ritz, gap.n_below + 1)?,
                 Goal::Frequencies => self.ritz_pairs(&run, &ritz, gap.n_below + 1)?,
             };
+            if self.is_below_bounds(&found.lambda[..self.n_modes]) {
+                return Ok(self.finish(found, gap.n_below, None, recoveries));
+            }
             let above = gap.above.min(found.lambda[gap.n_below]);
             let gap = Gap { below: found.lambda[gap.n_below - 1], above, ..gap };
             let counted = self.count(gap)?;
             let expected = counted - self.problem.n_rigid().min(counted);
             if expected == gap.n_below {
-                return Ok(self.finish(found, gap.n_below, counted, recoveries));
+                return Ok(self.finish(found, gap.n_below, Some(counted), recoveries));
             }
             last = (gap.n_below, expected, gap.below);
             if expected < gap.n_below {
@@ -164,7 +182,11 @@ impl<'p, 'a> Search<'p, 'a> {
     }
 
     /// Runs until the wanted modes and a gap behind them stand and the basis holds `at_least` vectors.
-    fn iterate(&self, run: &mut Lanczos<'_, '_>, at_least: usize) -> Result<(Ritz, Gap), DynamicsError> {
+    fn iterate(
+        &self,
+        run: &mut Lanczos<'_, ElasticProblem<'_>>,
+        at_least: usize,
+    ) -> Result<(Ritz, Gap), DynamicsError> {
         let mut progress = Progress::new();
         let enough = if self.goal == Goal::Modes { CONVERGED } else { GUARD_CONVERGED };
         let (mut worst, mut steps) = (f64::INFINITY, 0);
@@ -212,7 +234,12 @@ impl<'p, 'a> Search<'p, 'a> {
     }
 
     /// The first `k` modes, cleaned up.
-    fn modes(&self, run: &Lanczos<'_, '_>, ritz: &Ritz, k: usize) -> Result<Found, DynamicsError> {
+    fn modes(
+        &self,
+        run: &Lanczos<'_, ElasticProblem<'_>>,
+        ritz: &Ritz,
+        k: usize,
+    ) -> Result<Found, DynamicsError> {
         let (x, mass_x) = if self.problem.is_single_precision() {
             run.vectors_of_stiffness(k)?
         } else {
@@ -224,7 +251,12 @@ impl<'p, 'a> Search<'p, 'a> {
     }
 
     /// The first `k` Ritz pairs; those of a factor in single precision are corrected with the stiffness itself (Eq. R.9a).
-    fn ritz_pairs(&self, run: &Lanczos<'_, '_>, ritz: &Ritz, k: usize) -> Result<Found, DynamicsError> {
+    fn ritz_pairs(
+        &self,
+        run: &Lanczos<'_, ElasticProblem<'_>>,
+        ritz: &Ritz,
+        k: usize,
+    ) -> Result<Found, DynamicsError> {
         let (mut vectors, mass_vectors) = run.vectors(ritz, k);
         let residual = ritz.residuals[..self.n_modes].iter().fold(0.0, |a: f64, &r| a.max(r));
         if !self.problem.is_single_precision() {
@@ -315,14 +347,14 @@ impl<'p, 'a> Search<'p, 'a> {
         })
     }
 
-    fn finish(&self, found: Found, n_below: usize, counted: usize, recoveries: usize) -> EigenModes {
+    fn finish(&self, found: Found, n_below: usize, counted: Option<usize>, recoveries: usize) -> EigenModes {
         let omega: Vec<f64> = found.lambda.iter().map(|l| l.sqrt()).collect();
         EigenModes {
             following: omega[self.n_modes..=n_below].to_vec(),
             omega: omega[..self.n_modes].to_vec(),
             shapes: found.vectors.as_ref().subcols(0, self.n_modes).to_owned(),
             residual: found.residual,
-            counted: Some(counted),
+            counted,
             recoveries,
         }
     }

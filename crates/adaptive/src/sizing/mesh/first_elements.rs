@@ -11,6 +11,8 @@ use crate::touch::wave::Wave;
 
 /// Least number of elements over half a wave at the start (Eq. N.1): four over a wave, which splines of degree 3 follow to some 1e-3.
 const ELEMENTS_PER_HALF_WAVE: f64 = 2.0;
+/// The degree to which that number belongs.
+const CUBIC: usize = 3;
 /// Error of the frequency of the highest wave of bending that elements at the start make in a direction: a quarter of what the check
 /// allows.
 const FIRST_ERROR: f64 = 2.5e-4;
@@ -37,7 +39,7 @@ pub fn first_elements(spec: &ElasticSpec, n_modes: usize) -> Vec<usize> {
     if shape.patches.len() > 1 {
         let lengths = lengths(shape);
         let half_wave = half_wave(&lengths, n_modes.div_ceil(shape.patches.len()));
-        let wanted = |d: usize| elements_over(lengths[d] / half_wave).max(own(d)).max(LEAST);
+        let wanted = |d: usize| elements_over(lengths[d] / half_wave, degrees[d]).max(own(d)).max(LEAST);
         let mut elements = vec![LEAST; degrees.len()];
         for group in groups(shape) {
             let most = group.iter().map(|&d| wanted(d)).max().unwrap_or(LEAST);
@@ -53,9 +55,11 @@ pub fn first_elements(spec: &ElasticSpec, n_modes: usize) -> Vec<usize> {
     (0..degrees.len()).map(wanted).collect()
 }
 
-/// Elements over a number of half waves, four a wave.
-fn elements_over(half_waves: f64) -> usize {
-    (ELEMENTS_PER_HALF_WAVE * half_waves - 0.1).ceil() as usize
+/// Elements of degree `p` over a number of half waves, four a wave of cubic ones; of a higher degree fewer, which err as much (Eq. N.1a).
+fn elements_over(half_waves: f64, p: usize) -> usize {
+    // Of the amplitude of a wave and its nearest copy on `n` elements a wave, 1 / (n - 1), the error goes with the power 2 p.
+    let per_wave = |p: f64| 1.0 + (2.0 * ELEMENTS_PER_HALF_WAVE - 1.0).powf(CUBIC as f64 / p);
+    (0.5 * per_wave(p.max(CUBIC) as f64) * half_waves - 0.1).ceil() as usize
 }
 
 /// A body of a single patch and the waves of its highest mode.
@@ -121,7 +125,7 @@ impl Proportions {
     /// Elements of degree `p` along direction `d`; a length below half a wave has none of it.
     fn along(&self, d: usize, p: usize) -> usize {
         let half_waves = self.half_waves(d);
-        let mut n = elements_over(half_waves).max(1);
+        let mut n = elements_over(half_waves, p).max(1);
         if !self.is_bent() {
             return n;
         }
@@ -166,6 +170,12 @@ mod tests {
         assert!(lengths[2] < 0.9 * lengths[0], "{lengths:?}");
         let elements = first_elements(&steel(shells, 3), 700);
         assert!(elements.iter().all(|n| *n == elements[0]), "{elements:?}");
+    }
+
+    #[test]
+    fn higher_degrees_have_fewer_elements_over_a_wave() {
+        // The nearest copy of the wave has the same amplitude in the power 2 p: (1/3)^6 = (1/2.28)^8.
+        assert_eq!([2, 3, 4, 5].map(|p| elements_over(10.0, p)), [20, 20, 17, 15]);
     }
 
     #[test]
