@@ -30,6 +30,16 @@ SCENARIOS = {
     "benchmarks/chung_ooi_2_aluminium": [],
     "benchmarks/newtons_cradle": [],
     "benchmarks/zener_plate": [],
+    "benchmarks/chung_ooi_1_limestone": [],
+    "benchmarks/chung_ooi_4_alumina": [],
+    "benchmarks/chung_ooi_5_steel": [],
+    "benchmarks/chung_ooi_6_aluminium": [],
+    "benchmarks/chung_ooi_7_spinning": [],
+    "benchmarks/chung_ooi_8_two_spheres": [],
+    "benchmarks/metal_bar": [],
+    "benchmarks/vm265": [],
+    "benchmarks/bouncing_bar": [],
+    "benchmarks/sdnl111": [],
 }
 
 

@@ -241,3 +241,44 @@ fn an_edge_that_lies_along_a_face_belongs_to_the_contact_body() {
     // Claim 1 of docs/verification.md.
     assert!(recording.energy_drift() < 1e-5, "{:e}", recording.energy_drift());
 }
+
+/// A rigid body carries no contact points: what is told to do with its edge works.
+#[test]
+fn an_edge_of_a_rigid_body_along_a_face_is_refused_with_what_works() {
+    let scenario = |tool: &str, contact: &str| {
+        let text = format!(
+            r#"
+            [simulation]
+            end_time = 2.0e-5
+            [materials.steel]
+            youngs_modulus = 210e9
+            poissons_ratio = 0.3
+            density = 7850
+            [bodies.beam]
+            model = "solid"
+            material = "steel"
+            geometry = {{ shape = "box", size = [0.1, 0.02, 0.01] }}
+            discretisation = {{ degree = 2, elements = [6, 2, 1] }}
+            reduction = {{ modes = 10 }}
+            [bodies.tool]
+            {tool}
+            material = "steel"
+            geometry = {{ shape = "box", size = [0.02, 0.05, 0.02] }}
+            position = [0.0, 0.0, 0.01914223562373095]
+            orientation_deg = [0, 45, 0]
+            velocity = [0.0, 0.0, -0.5]
+            [contacts.c]
+            {contact}
+        "#
+        );
+        scenarios::valid(Path::new("."), &text, &[])
+    };
+    let told =
+        scenarios::refusal(&scenario("model = \"rigid\"", "contact_body = \"beam\"\ntarget_body = \"tool\""));
+    assert!(told.contains("leave out model = \"rigid\""), "{told}");
+    let elastic = "model = \"solid\"\ndiscretisation = { degree = 2, elements = [2, 4, 2] }\nreduction = { modes = 10 }";
+    let recording = scenarios::run(&scenario(elastic, "contact_body = \"tool\"\ntarget_body = \"beam\""));
+    assert_eq!(recording.impacts.len(), 1);
+    // Claim 1 of docs/verification.md.
+    assert!(recording.energy_drift() < 1e-5, "{:e}", recording.energy_drift());
+}

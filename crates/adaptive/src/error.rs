@@ -400,9 +400,13 @@ pub enum ContactModelFault {
     },
     /// A touch with an edge of the target that no contact points see.
     #[error(
-        "an edge of its target lies along a face of the contact body, where no contact points stand; exchange contact_body and target_body: the points of an edge stand on its own body"
+        "an edge of its target lies along a face of the contact body, where no contact points stand; the points of an edge stand on its own body: {}",
+        if *.is_rigid { "make the target elastic (leave out model = \"rigid\") and the contact body, and this one the target" } else { "exchange contact_body and target_body" }
     )]
-    BetweenPoints,
+    BetweenPoints {
+        /// Whether the target is rigid, which carries no points.
+        is_rigid: bool,
+    },
     /// A touch with an edge or a flat face of zones that vibrate.
     #[error(
         "its bodies touch with {what}: contact on their whole surfaces is quasistatic, and zones that vibrate lie on smooth faces; choose model \"adaptive\" or \"quasistatic\", or give the body a rounded edge"

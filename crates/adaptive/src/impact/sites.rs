@@ -177,7 +177,10 @@ impl AdaptiveContact {
         let kind = touch_kind_at(own, other, nearest, NEARLY_PARALLEL);
         match kind {
             TouchKind::Smooth => Ok(None),
-            TouchKind::BetweenPoints => Err(self.without_model(ContactModelFault::BetweenPoints)),
+            TouchKind::BetweenPoints => {
+                let is_rigid = self.flexible_target.is_none();
+                Err(self.without_model(ContactModelFault::BetweenPoints { is_rigid }))
+            }
             TouchKind::Flat | TouchKind::Edge if self.is_vibrating() => {
                 Err(self.without_model(ContactModelFault::NotSmooth { what: kind.parts() }))
             }

@@ -59,7 +59,9 @@ fn plan(
         }
         Some(TouchKind::Flat | TouchKind::Edge) => return Ok(ContactPlan::AtTouch),
         Some(TouchKind::BetweenPoints) => {
-            let (contact, fault) = (contact.name.clone(), ContactModelFault::BetweenPoints);
+            let is_rigid =
+                matches!(contact.target, Target::Body(other) if spec.bodies[other].kind.is_rigid());
+            let (contact, fault) = (contact.name.clone(), ContactModelFault::BetweenPoints { is_rigid });
             return Err(AdaptiveError::ContactModel { contact, fault });
         }
         Some(TouchKind::Smooth) | None => {}
