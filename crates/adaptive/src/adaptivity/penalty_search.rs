@@ -69,17 +69,40 @@ pub enum PenaltyStrategy {
         /// Permitted change of the peak force, relative.
         tolerance: f64,
     },
-    /// Raised by `factor` as long as more than [`MOST_OVERLAP`] of the approach of the bodies is penetration: of flat faces, whose force
-    /// does not settle beside the modes kept (theory C.9).
-    UntilStiff {
-        /// Factor between two trials, > 1.
-        factor: f64,
-    },
+    /// Raised as long as too much of the approach of the bodies is penetration: of flat faces and edges, whose force does not settle beside
+    /// the modes kept (theory C.9).
+    UntilStiff(Softness),
+}
+
+/// How soft penalty springs may be that modes limit (theory A.8a).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Softness {
+    /// Springs that alone are soft between two bodies: [`MOST_OVERLAP_ALONE`] of the approach, and what is missing is added, for stiffer
+    /// springs than the modes follow ring.
+    Alone,
+    /// Springs at the ends of a body that is pressed between others, whose stiffness says how fast the force rises: [`MOST_OVERLAP`], and ten
+    /// times the factor.
+    Between,
 }
 
 /// The largest share of the approach of two bodies that may be penetration and not deformation (theory Eq. A.76): the approach at which a
 /// force is reached, and with it the stiffness of the contact, is then right to as much. A body between two flat faces has two such springs.
 pub const MOST_OVERLAP: f64 = 0.03;
+
+/// The same between flat faces of bodies that nothing else touches: the impact lasts half of it longer, where springs of a third of it ring by
+/// a quarter of the force and more.
+pub const MOST_OVERLAP_ALONE: f64 = 0.1;
+
+/// What a factor is raised by at most, and above what springs in series ask for: the force changes a little.
+const MOST_RISE: f64 = 10.0;
+const RISE_MARGIN: f64 = 1.1;
+
+/// The factor by which penalty springs must be stiffer, for a `share` of the approach to become `most`: springs in series with the bodies,
+/// under the same force (theory Eq. A.76a).
+fn missing_stiffness(share: f64, most: f64) -> f64 {
+    let odds = |share: f64| share / (1.0 - share).max(f64::MIN_POSITIVE);
+    (RISE_MARGIN * odds(share) / odds(most)).clamp(RISE_MARGIN, MOST_RISE)
+}
 
 /// Relative change of the peak force that counts as none: a fifth of a percent, less than discretisation errors.
 pub const PEAK_TOLERANCE: f64 = 2e-3;
@@ -147,6 +170,8 @@ pub enum PenaltyFailure {
         penalty: f64,
         /// Share of their approach that is penetration.
         overlap: f64,
+        /// Share that is allowed.
+        most: f64,
     },
 }
 
@@ -162,11 +187,11 @@ impl fmt::Display for PenaltyFailure {
                 "the peak force still changes by {:.3} % at the highest penalty factor {penalty:.3e} N/m^3; loosen penalty.tolerance or refine the interval",
                 100.0 * change
             ),
-            Self::TooSoft { penalty, overlap } => write!(
+            Self::TooSoft { penalty, overlap, most } => write!(
                 f,
                 "{:.0} % of the approach of the bodies is penetration at the penalty factor {penalty:.3e} N/m^3, the highest with which the contact solver finds forces, and {:.0} % are allowed; refine the mesh at the touch, or take the active-set solver",
                 100.0 * overlap,
-                100.0 * MOST_OVERLAP
+                100.0 * most
             ),
             Self::TooHigh { penalty, change: None } => write!(
                 f,
@@ -288,10 +313,19 @@ impl PenaltySearch {
         PenaltyAction::Run { penalty: self.penalty, contact_steps }
     }
 
+    /// Share of the approach of the bodies that may be penetration.
+    pub fn most_overlap(&self) -> f64 {
+        if self.strategy == PenaltyStrategy::UntilStiff(Softness::Alone) {
+            MOST_OVERLAP_ALONE
+        } else {
+            MOST_OVERLAP
+        }
+    }
+
     /// What follows from the outcome of the current run.
     pub fn next(&mut self, outcome: RunOutcome) -> PenaltyAction {
         if let RunOutcome::Completed { peak_force, overlap: Some(overlap) } = outcome
-            && overlap > MOST_OVERLAP
+            && overlap > self.most_overlap()
             && let Some(stiffer) = self.stiffer(Completed { penalty: self.penalty, peak_force, overlap })
         {
             return stiffer;
@@ -325,18 +359,20 @@ impl PenaltySearch {
     /// What follows from a run whose bodies lie too far in each other, whatever the force has converged to; none where the user gives the
     /// factor, and in trials of Fig. 3, which raise it anyway.
     fn stiffer(&mut self, run: Completed) -> Option<PenaltyAction> {
+        let most = self.most_overlap();
         let factor = match (self.strategy, self.state) {
             (PenaltyStrategy::Fixed, _) | (PenaltyStrategy::ErrorDriven { .. }, State::Raising { .. }) => {
                 return None;
             }
             (_, State::Lowering) => {
                 let Completed { penalty, overlap, .. } = run;
-                return Some(PenaltyAction::Fail(PenaltyFailure::TooSoft { penalty, overlap }));
+                return Some(PenaltyAction::Fail(PenaltyFailure::TooSoft { penalty, overlap, most }));
             }
-            (PenaltyStrategy::UntilConverged { factor, .. } | PenaltyStrategy::UntilStiff { factor }, _) => {
-                factor
+            (PenaltyStrategy::UntilConverged { factor, .. }, _) => factor,
+            (PenaltyStrategy::UntilStiff(Softness::Alone), _) => missing_stiffness(run.overlap, most),
+            (PenaltyStrategy::UntilStiff(Softness::Between) | PenaltyStrategy::ErrorDriven { .. }, _) => {
+                MOST_RISE
             }
-            (PenaltyStrategy::ErrorDriven { .. }, _) => 10.0,
         };
         self.state = State::Raising { last: Some(run) };
         Some(self.raise(self.penalty * factor, None))
@@ -358,11 +394,12 @@ impl PenaltySearch {
         match (self.strategy, self.state) {
             // A completed run is at hand, and nothing higher can be solved: that is the best there is.
             (
-                PenaltyStrategy::UntilConverged { .. } | PenaltyStrategy::UntilStiff { .. },
+                PenaltyStrategy::UntilConverged { .. } | PenaltyStrategy::UntilStiff(_),
                 State::Raising { last: Some(Completed { penalty, overlap, .. }) },
             ) => {
-                if overlap > MOST_OVERLAP {
-                    return PenaltyAction::Fail(PenaltyFailure::TooSoft { penalty, overlap });
+                let most = self.most_overlap();
+                if overlap > most {
+                    return PenaltyAction::Fail(PenaltyFailure::TooSoft { penalty, overlap, most });
                 }
                 self.penalty = penalty;
                 return self.accept(false);
@@ -535,15 +572,22 @@ mod tests {
 
     #[test]
     fn bodies_that_lie_in_each_other_are_no_result() {
-        let soft = RunOutcome::Completed { peak_force: 1.0, overlap: Some(2.0 * MOST_OVERLAP) };
-        let stiff = RunOutcome::Completed { peak_force: 1.0, overlap: Some(0.5 * MOST_OVERLAP) };
+        let completed = |overlap| RunOutcome::Completed { peak_force: 1.0, overlap: Some(overlap) };
+        let soft = completed(2.0 * MOST_OVERLAP_ALONE);
         let error = RunOutcome::SolverError { failure: FailureKind::Singular };
-        let until_stiff = PenaltyStrategy::UntilStiff { factor: 10.0 };
-        for strategy in [PenaltyStrategy::CONVERGED, until_stiff] {
+        // Springs in series: of 20 % penetration 80 % is deformation, which stays.
+        let (alone, between) =
+            (1.1 * (0.2 / 0.8) / (0.1 / 0.9), PenaltyStrategy::UntilStiff(Softness::Between));
+        for (strategy, rise, most) in [
+            (PenaltyStrategy::CONVERGED, 10.0, MOST_OVERLAP),
+            (between, 10.0, MOST_OVERLAP),
+            (PenaltyStrategy::UntilStiff(Softness::Alone), alone, MOST_OVERLAP_ALONE),
+        ] {
+            let stiff = completed(0.9 * most);
             // The force is the same each time: only the overlap asks for more.
             let mut search = PenaltySearch::new(strategy, 1e13);
             search.restart();
-            for penalty in [1e14, 1e15] {
+            for penalty in [rise * 1e13, rise * rise * 1e13] {
                 let next = search.next(soft);
                 assert!(
                     matches!(next, PenaltyAction::Run { penalty: p, .. } if (p / penalty - 1.0).abs() < 1e-12),

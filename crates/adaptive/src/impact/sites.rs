@@ -6,10 +6,10 @@ use ffr_dynamics::system::force::BodyState;
 
 use super::widths::PredictedWidths;
 use super::{
-    Activation, AdaptiveContact, FineContact, MISSED_SURFACE, PENALTY_RISE, RefinementRequest, WIDEST,
-    flexible, kept_zone, zone_site,
+    Activation, AdaptiveContact, FineContact, MISSED_SURFACE, RefinementRequest, WIDEST, flexible, kept_zone,
+    zone_site,
 };
-use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy};
+use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy, Softness};
 use crate::body::splines::refined::ELEMENTS;
 use crate::body::zone::contact::FALLBACK_PENALTY;
 use crate::error::{AdaptiveError, ContactModelFault};
@@ -212,7 +212,11 @@ impl AdaptiveContact {
         };
         match self.law.penalty {
             Some(given) => PenaltySearch::new(PenaltyStrategy::Fixed, given),
-            None => PenaltySearch::new(PenaltyStrategy::UntilStiff { factor: PENALTY_RISE }, suggested()),
+            None => {
+                let is_alone = self.is_alone && kind == TouchKind::Flat;
+                let softness = if is_alone { Softness::Alone } else { Softness::Between };
+                PenaltySearch::new(PenaltyStrategy::UntilStiff(softness), suggested())
+            }
         }
     }
 

@@ -72,12 +72,21 @@ pub fn adaptive_contacts(
     let refined = || spec.contacts.iter().enumerate().filter(|(i, _)| is_refined(*i));
     refined()
         .filter_map(|(i, contact)| match &contact.law {
-            ContactLaw::Surface(law) => Some(
-                AdaptiveContact::new(contact, law, (bodies, &surfaces), cache).map(|adaptive| (i, adaptive)),
-            ),
+            ContactLaw::Surface(law) => {
+                let adaptive = AdaptiveContact::new(contact, law, (bodies, &surfaces), cache);
+                Some(adaptive.map(|adaptive| (i, adaptive.alone(is_alone(spec, i)))))
+            }
             ContactLaw::Hertz(_) => None,
         })
         .collect()
+}
+
+/// Whether no other contact than `contact` acts on its bodies.
+fn is_alone(spec: &RunSpec, contact: usize) -> bool {
+    let own = &spec.contacts[contact];
+    let shares =
+        |other: &ContactSpec| (0..spec.bodies.len()).any(|b| takes_part(own, b) && takes_part(other, b));
+    !spec.contacts.iter().enumerate().any(|(i, other)| i != contact && shares(other))
 }
 
 /// Whether `contact` acts on body `index`.

@@ -74,7 +74,7 @@ impl Driver<'_> {
 
     /// Looks at a finished impact; `is_open`: whether the contact had let go; `is_minor`: whether its force was too small beside
     /// others to be judged by; `whole`: what touched, if its zones were the whole surfaces of the bodies; `overlap`: the share of the approach that was
-    /// penetration between contact points.
+    /// penetration between contact points, if it was too large.
     pub(super) fn check_impact(
         &mut self,
         impact: &ImpactRecord,
@@ -102,7 +102,7 @@ impl Driver<'_> {
             );
         }
         let name = &self.model.contacts[i].name;
-        let soft = overlap.filter(|share| *share > MOST_OVERLAP && !is_minor);
+        let soft = overlap.filter(|_| !is_minor);
         warnings.extend(soft.map(|share| (i, soft_contact(name, impact, share))));
         if is_minor && self.model.contacts[i].refinement.is_some() {
             warnings.push((i, minor_contact(&self.model.contacts[i].name, impact)));

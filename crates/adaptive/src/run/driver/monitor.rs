@@ -2,8 +2,10 @@
 
 use ffr_dynamics::integration::DenseOutput;
 
+use super::contact_slot::ContactSlot;
 use super::{Driver, TOUCHING};
 use crate::adaptivity::interval::IntervalAssessment;
+use crate::adaptivity::penalty_search::MOST_OVERLAP;
 use crate::error::AdaptiveError;
 use crate::impact::FineContact;
 use crate::record::{TransferDirection, TrialOutcome, TrialRecord};
@@ -23,8 +25,12 @@ impl Driver<'_> {
             self.model.system.forces().iter().map(|f| f.contact.report().normal_force <= 0.0).collect();
         let whole: Vec<_> = self.slots.iter().map(|slot| slot.fine().and_then(|fine| fine.whole)).collect();
         // What Hertz' law calls approach is deformation.
-        let has_springs = |f: &RunContact| f.contact.n_points() > 0 && f.contact.penalty().is_finite();
-        let has_springs: Vec<bool> = self.model.system.forces().iter().map(has_springs).collect();
+        let most = |(f, slot): (&RunContact, &ContactSlot)| {
+            let has_springs = f.contact.n_points() > 0 && f.contact.penalty().is_finite();
+            let most = slot.fine().map_or(MOST_OVERLAP, |fine| fine.search.most_overlap());
+            if has_springs { most } else { f64::INFINITY }
+        };
+        let most_overlap: Vec<f64> = self.model.system.forces().iter().zip(&self.slots).map(most).collect();
         let mut is_closed = false; // time is up, or the user stopped the run
         for i in self.latest_first() {
             let before = self.present_balance()?;
@@ -42,7 +48,7 @@ impl Driver<'_> {
         for (i, (is_open, spans)) in is_open.into_iter().zip(others).enumerate() {
             let monitor = &mut self.slots[i].monitor;
             let round_off = TOUCHING * self.model.contacts[i].size;
-            let overlap = monitor.overlap_share(round_off).filter(|_| has_springs[i]);
+            let overlap = monitor.overlap_share(round_off).filter(|share| *share > most_overlap[i]);
             let is_alone = |impact: &Impact| {
                 let (start, end) = impact.span();
                 !spans.iter().any(|(first, last)| *first < end && start < *last)

@@ -5,7 +5,7 @@ use tracing::debug;
 
 use super::trial_reason::{Acceptance, Change, Demand, PenaltyCause};
 use crate::adaptivity::interval::{IntervalAssessment, IntervalSettings, Verdict};
-use crate::adaptivity::penalty_search::{MOST_OVERLAP, PenaltyAction, RunOutcome};
+use crate::adaptivity::penalty_search::{PenaltyAction, RunOutcome};
 use crate::checks::resolution::longest_element_of;
 use crate::error::AdaptiveError;
 use crate::impact::{AdaptiveContact, FineContact};
@@ -211,6 +211,7 @@ impl Driver<'_> {
                 continue;
             }
             let before = fine.search.penalty();
+            let cause = penalty_cause(ending, overlap, fine.search.most_overlap());
             let outcome = match ending {
                 Ending::TrialPassed => RunOutcome::TrialPassed,
                 Ending::SolverFailed(failure) => RunOutcome::SolverError { failure: failure.kind() },
@@ -234,9 +235,7 @@ impl Driver<'_> {
                     return Err(AdaptiveError::Penalty { contact, time, trials: number, failure });
                 }
             };
-            demands.push(
-                self.demand(i, Change::Penalty { cause: penalty_cause(ending, overlap), before, after }),
-            );
+            demands.push(self.demand(i, Change::Penalty { cause, before, after }));
         }
         if demands.is_empty() {
             return Ok(Judgement::Accept(self.acceptance(minor)));
@@ -300,13 +299,13 @@ fn touches_own_edge(verdict: &IntervalAssessment) -> bool {
     verdict.directions.iter().any(|d| d.verdict == Verdict::EdgeTouched)
 }
 
-/// Why a penalty factor is not the last one after a trial that ended as said, `overlap` of whose approach was penetration.
-fn penalty_cause(ending: &Ending, overlap: Option<f64>) -> PenaltyCause {
+/// Why a penalty factor is not the last one after a trial that ended as said, `overlap` of whose approach was penetration, where `most` is allowed.
+fn penalty_cause(ending: &Ending, overlap: Option<f64>, most: f64) -> PenaltyCause {
     match ending {
         Ending::TrialPassed => PenaltyCause::TrialPassed,
         Ending::SolverFailed(failure) => PenaltyCause::SolverFailed(failure.clone()),
-        _ => match overlap.filter(|share| *share > MOST_OVERLAP) {
-            Some(share) => PenaltyCause::TooSoft(share),
+        _ => match overlap.filter(|share| *share > most) {
+            Some(share) => PenaltyCause::TooSoft { share, most },
             None => PenaltyCause::NotCompared,
         },
     }

@@ -4,8 +4,6 @@ use std::fmt;
 
 use ffr_dynamics::error::EvaluationFailure;
 
-use crate::adaptivity::penalty_search::MOST_OVERLAP;
-
 /// Why a trial is the result.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Acceptance {
@@ -104,8 +102,13 @@ pub(crate) enum PenaltyCause {
     TrialPassed,
     /// The contact solver found no forces.
     SolverFailed(EvaluationFailure),
-    /// A share of the approach of the bodies, more than is allowed, is penetration (theory Eq. A.76).
-    TooSoft(f64),
+    /// Too much of the approach of the bodies is penetration (theory Eq. A.76).
+    TooSoft {
+        /// The share that it is.
+        share: f64,
+        /// The share that is allowed.
+        most: f64,
+    },
     /// There is no peak force of another factor to compare with.
     NotCompared,
 }
@@ -117,11 +120,11 @@ impl fmt::Display for PenaltyCause {
             Self::SolverFailed(failure) => {
                 write!(f, "contact solver failed, {} ({failure})", failure.kind())
             }
-            Self::TooSoft(share) => write!(
+            Self::TooSoft { share, most } => write!(
                 f,
                 "{:.1} % of the approach is penetration, {:.0} % are allowed,",
                 100.0 * share,
-                100.0 * MOST_OVERLAP
+                100.0 * most
             ),
             Self::NotCompared => f.write_str("peak force not yet compared"),
         }
