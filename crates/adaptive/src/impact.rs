@@ -71,8 +71,6 @@ pub struct AdaptiveContact {
     law: SurfaceLaw,
     /// Watches the pair.
     pub detector: Detector,
-    /// Whether no other contact acts on its bodies.
-    is_alone: bool,
     cache: ModelCache,
 }
 
@@ -214,15 +212,8 @@ impl AdaptiveContact {
             flexible_target: other.filter(|other| bodies[*other].flexible().is_some()),
             law: law.clone(),
             detector: Detector::new(spec.body, surface(spec.body)?, target),
-            is_alone: true,
             cache: cache.clone(),
         })
-    }
-
-    /// The same, and whether no other contact acts on its bodies.
-    #[must_use]
-    pub fn alone(self, is_alone: bool) -> Self {
-        Self { is_alone, ..self }
     }
 
     fn fail(&self, source: ContactError) -> AdaptiveError {

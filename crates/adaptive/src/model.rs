@@ -95,6 +95,8 @@ pub struct ContactModel {
     pub flexible_under_hertz: Option<usize>,
     /// Speed of waves in the slower of the materials that meet [m/s].
     pub wave_speed: f64,
+    /// Time that a wave takes to run to and fro through the flexible body that is crossed soonest; infinite of none \[s\].
+    pub round_trip: f64,
     /// Modulus `E*` of the materials that meet; infinite between rigid ones \[Pa\].
     pub modulus: f64,
     /// Whether its forces act on the interfaces that its bodies were reduced for: quasistatic ones with one model for the

@@ -71,37 +71,78 @@ pub enum PenaltyStrategy {
     },
     /// Raised as long as too much of the approach of the bodies is penetration: of flat faces and edges, whose force does not settle beside
     /// the modes kept (theory C.9).
-    UntilStiff(Softness),
+    UntilStiff,
 }
 
-/// How soft penalty springs may be that modes limit (theory A.8a).
+/// What yields beside the penalty springs while two bodies approach each other (theory A.8a).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Softness {
-    /// Springs that alone are soft between two bodies: [`MOST_OVERLAP_ALONE`] of the approach, and what is missing is added, for stiffer
-    /// springs than the modes follow ring.
-    Alone,
-    /// Springs at the ends of a body that is pressed between others, whose stiffness says how fast the force rises: [`MOST_OVERLAP`], and ten
-    /// times the factor.
-    Between,
+pub enum Pressing {
+    /// Waves between flat faces, which say how large the force is and how long it lasts: [`MOST_OVERLAP_OF_WAVES`] of the approach, and what is
+    /// missing is added, for stiffer springs than the modes follow ring.
+    Waves,
+    /// A body as a whole, through which waves have run to and fro [`TRIPS`] times: its stiffness says how fast the force rises. Also what
+    /// yields at a smooth touch or an edge. [`MOST_OVERLAP`], and ten times the factor.
+    Body,
+}
+
+impl Pressing {
+    /// How bodies are pressed by flat faces `time` \[s\] after these have met, if a wave takes `round_trip` \[s\] to and fro through the one of them
+    /// that is crossed sooner.
+    pub fn of_flat_faces(time: f64, round_trip: f64) -> Self {
+        if time > TRIPS * round_trip { Self::Body } else { Self::Waves }
+    }
+
+    /// Share of the approach that may be penetration.
+    fn most_overlap(self) -> f64 {
+        match self {
+            Self::Waves => MOST_OVERLAP_OF_WAVES,
+            Self::Body => MOST_OVERLAP,
+        }
+    }
+}
+
+/// How much of the approach of two bodies was penetration and not deformation, at the instant of the largest approach.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Overlap {
+    /// Penetration over approach.
+    pub share: f64,
+    /// What yielded meanwhile.
+    pub pressing: Pressing,
+}
+
+impl Overlap {
+    /// Share that is allowed.
+    pub fn most(&self) -> f64 {
+        self.pressing.most_overlap()
+    }
+
+    /// Whether the springs were too soft.
+    pub fn is_too_much(&self) -> bool {
+        self.share > self.most()
+    }
 }
 
 /// The largest share of the approach of two bodies that may be penetration and not deformation (theory Eq. A.76): the approach at which a
 /// force is reached, and with it the stiffness of the contact, is then right to as much. A body between two flat faces has two such springs.
 pub const MOST_OVERLAP: f64 = 0.03;
 
-/// The same between flat faces of bodies that nothing else touches: the impact lasts half of it longer, where springs of a third of it ring by
+/// The same between flat faces while waves say how large the force is: the impact lasts half of it longer, where springs of a third of it ring by
 /// a quarter of the force and more.
-pub const MOST_OVERLAP_ALONE: f64 = 0.1;
+const MOST_OVERLAP_OF_WAVES: f64 = 0.1;
+
+/// Round trips of waves after which the stress along a body is even and it yields like a spring: the criterion of Davies and Hunter (1963) for
+/// specimens in the split Hopkinson bar.
+const TRIPS: f64 = std::f64::consts::PI;
 
 /// What a factor is raised by at most, and above what springs in series ask for: the force changes a little.
 const MOST_RISE: f64 = 10.0;
 const RISE_MARGIN: f64 = 1.1;
 
-/// The factor by which penalty springs must be stiffer, for a `share` of the approach to become `most`: springs in series with the bodies,
-/// under the same force (theory Eq. A.76a).
-fn missing_stiffness(share: f64, most: f64) -> f64 {
+/// The factor by which penalty springs must be stiffer for no more overlap than is allowed: springs in series with the bodies, under the same
+/// force (theory Eq. A.76a).
+fn missing_stiffness(overlap: Overlap) -> f64 {
     let odds = |share: f64| share / (1.0 - share).max(f64::MIN_POSITIVE);
-    (RISE_MARGIN * odds(share) / odds(most)).clamp(RISE_MARGIN, MOST_RISE)
+    (RISE_MARGIN * odds(overlap.share) / odds(overlap.most())).clamp(RISE_MARGIN, MOST_RISE)
 }
 
 /// Relative change of the peak force that counts as none: a fifth of a percent, less than discretisation errors.
@@ -137,8 +178,8 @@ pub enum RunOutcome {
     Completed {
         /// Largest contact force \[N\].
         peak_force: f64,
-        /// Share of the approach that was penetration; none where nothing approached.
-        overlap: Option<f64>,
+        /// How much of the approach was penetration; none where nothing approached.
+        overlap: Option<Overlap>,
     },
     /// The contact solver failed.
     SolverError {
@@ -168,10 +209,8 @@ pub enum PenaltyFailure {
     TooSoft {
         /// That factor [N/m³].
         penalty: f64,
-        /// Share of their approach that is penetration.
-        overlap: f64,
-        /// Share that is allowed.
-        most: f64,
+        /// How much of their approach is penetration.
+        overlap: Overlap,
     },
 }
 
@@ -187,11 +226,11 @@ impl fmt::Display for PenaltyFailure {
                 "the peak force still changes by {:.3} % at the highest penalty factor {penalty:.3e} N/m^3; loosen penalty.tolerance or refine the interval",
                 100.0 * change
             ),
-            Self::TooSoft { penalty, overlap, most } => write!(
+            Self::TooSoft { penalty, overlap } => write!(
                 f,
                 "{:.0} % of the approach of the bodies is penetration at the penalty factor {penalty:.3e} N/m^3, the highest with which the contact solver finds forces, and {:.0} % are allowed; refine the mesh at the touch, or take the active-set solver",
-                100.0 * overlap,
-                100.0 * most
+                100.0 * overlap.share,
+                100.0 * overlap.most()
             ),
             Self::TooHigh { penalty, change: None } => write!(
                 f,
@@ -242,7 +281,7 @@ enum State {
 struct Completed {
     penalty: f64,
     peak_force: f64,
-    overlap: f64,
+    overlap: Option<Overlap>,
 }
 
 /// The search itself.
@@ -313,20 +352,11 @@ impl PenaltySearch {
         PenaltyAction::Run { penalty: self.penalty, contact_steps }
     }
 
-    /// Share of the approach of the bodies that may be penetration.
-    pub fn most_overlap(&self) -> f64 {
-        if self.strategy == PenaltyStrategy::UntilStiff(Softness::Alone) {
-            MOST_OVERLAP_ALONE
-        } else {
-            MOST_OVERLAP
-        }
-    }
-
     /// What follows from the outcome of the current run.
     pub fn next(&mut self, outcome: RunOutcome) -> PenaltyAction {
         if let RunOutcome::Completed { peak_force, overlap: Some(overlap) } = outcome
-            && overlap > self.most_overlap()
-            && let Some(stiffer) = self.stiffer(Completed { penalty: self.penalty, peak_force, overlap })
+            && overlap.is_too_much()
+            && let Some(stiffer) = self.stiffer(peak_force, overlap)
         {
             return stiffer;
         }
@@ -340,41 +370,42 @@ impl PenaltySearch {
             (
                 PenaltyStrategy::UntilConverged { factor, tolerance },
                 RunOutcome::Completed { peak_force, overlap },
-            ) => self.after_run(factor, tolerance, (peak_force, overlap.unwrap_or_default())),
+            ) => self.after_run(factor, tolerance, Completed { penalty: self.penalty, peak_force, overlap }),
             (_, RunOutcome::Completed { .. }) => self.accept(true),
         }
     }
 
-    fn after_run(&mut self, factor: f64, tolerance: f64, (peak, overlap): (f64, f64)) -> PenaltyAction {
+    fn after_run(&mut self, factor: f64, tolerance: f64, run: Completed) -> PenaltyAction {
         let State::Raising { last } = self.state else { return self.accept(true) };
+        let peak = run.peak_force;
         let change = last.map(|last| (peak - last.peak_force).abs() / peak.abs().max(f64::MIN_POSITIVE));
         if change.is_some_and(|c| c < tolerance) {
             return self.accept(true);
         }
-        self.state =
-            State::Raising { last: Some(Completed { penalty: self.penalty, peak_force: peak, overlap }) };
+        self.state = State::Raising { last: Some(run) };
         self.raise(self.penalty * factor, change)
     }
 
     /// What follows from a run whose bodies lie too far in each other, whatever the force has converged to; none where the user gives the
     /// factor, and in trials of Fig. 3, which raise it anyway.
-    fn stiffer(&mut self, run: Completed) -> Option<PenaltyAction> {
-        let most = self.most_overlap();
+    fn stiffer(&mut self, peak_force: f64, overlap: Overlap) -> Option<PenaltyAction> {
+        let penalty = self.penalty;
         let factor = match (self.strategy, self.state) {
             (PenaltyStrategy::Fixed, _) | (PenaltyStrategy::ErrorDriven { .. }, State::Raising { .. }) => {
                 return None;
             }
             (_, State::Lowering) => {
-                let Completed { penalty, overlap, .. } = run;
-                return Some(PenaltyAction::Fail(PenaltyFailure::TooSoft { penalty, overlap, most }));
+                return Some(PenaltyAction::Fail(PenaltyFailure::TooSoft { penalty, overlap }));
             }
             (PenaltyStrategy::UntilConverged { factor, .. }, _) => factor,
-            (PenaltyStrategy::UntilStiff(Softness::Alone), _) => missing_stiffness(run.overlap, most),
-            (PenaltyStrategy::UntilStiff(Softness::Between) | PenaltyStrategy::ErrorDriven { .. }, _) => {
-                MOST_RISE
+            (PenaltyStrategy::UntilStiff | PenaltyStrategy::ErrorDriven { .. }, _) => {
+                match overlap.pressing {
+                    Pressing::Waves => missing_stiffness(overlap),
+                    Pressing::Body => MOST_RISE,
+                }
             }
         };
-        self.state = State::Raising { last: Some(run) };
+        self.state = State::Raising { last: Some(Completed { penalty, peak_force, overlap: Some(overlap) }) };
         Some(self.raise(self.penalty * factor, None))
     }
 
@@ -394,12 +425,11 @@ impl PenaltySearch {
         match (self.strategy, self.state) {
             // A completed run is at hand, and nothing higher can be solved: that is the best there is.
             (
-                PenaltyStrategy::UntilConverged { .. } | PenaltyStrategy::UntilStiff(_),
+                PenaltyStrategy::UntilConverged { .. } | PenaltyStrategy::UntilStiff,
                 State::Raising { last: Some(Completed { penalty, overlap, .. }) },
             ) => {
-                let most = self.most_overlap();
-                if overlap > most {
-                    return PenaltyAction::Fail(PenaltyFailure::TooSoft { penalty, overlap, most });
+                if let Some(overlap) = overlap.filter(Overlap::is_too_much) {
+                    return PenaltyAction::Fail(PenaltyFailure::TooSoft { penalty, overlap });
                 }
                 self.penalty = penalty;
                 return self.accept(false);
@@ -572,18 +602,20 @@ mod tests {
 
     #[test]
     fn bodies_that_lie_in_each_other_are_no_result() {
-        let completed = |overlap| RunOutcome::Completed { peak_force: 1.0, overlap: Some(overlap) };
-        let soft = completed(2.0 * MOST_OVERLAP_ALONE);
         let error = RunOutcome::SolverError { failure: FailureKind::Singular };
+        let completed = |share, pressing| RunOutcome::Completed {
+            peak_force: 1.0,
+            overlap: Some(Overlap { share, pressing }),
+        };
         // Springs in series: of 20 % penetration 80 % is deformation, which stays.
-        let (alone, between) =
-            (1.1 * (0.2 / 0.8) / (0.1 / 0.9), PenaltyStrategy::UntilStiff(Softness::Between));
-        for (strategy, rise, most) in [
-            (PenaltyStrategy::CONVERGED, 10.0, MOST_OVERLAP),
-            (between, 10.0, MOST_OVERLAP),
-            (PenaltyStrategy::UntilStiff(Softness::Alone), alone, MOST_OVERLAP_ALONE),
+        let missing = 1.1 * (0.2 / 0.8) / (0.1 / 0.9);
+        for (strategy, pressing, rise) in [
+            (PenaltyStrategy::CONVERGED, Pressing::Body, 10.0),
+            (PenaltyStrategy::UntilStiff, Pressing::Body, 10.0),
+            (PenaltyStrategy::UntilStiff, Pressing::Waves, missing),
         ] {
-            let stiff = completed(0.9 * most);
+            let soft = completed(2.0 * MOST_OVERLAP_OF_WAVES, pressing);
+            let stiff = completed(0.9 * pressing.most_overlap(), pressing);
             // The force is the same each time: only the overlap asks for more.
             let mut search = PenaltySearch::new(strategy, 1e13);
             search.restart();
@@ -604,6 +636,7 @@ mod tests {
             let failed = known.next(error);
             assert!(matches!(failed, PenaltyAction::Fail(PenaltyFailure::TooSoft { .. })), "{failed:?}");
         }
+        let soft = completed(2.0 * MOST_OVERLAP_OF_WAVES, Pressing::Waves);
         // Lowered until the solver found forces.
         let mut lowered = PenaltySearch::new(PRINTED, 1e13);
         lowered.restart();

@@ -9,7 +9,7 @@ use super::{
     Activation, AdaptiveContact, FineContact, MISSED_SURFACE, RefinementRequest, WIDEST, flexible, kept_zone,
     zone_site,
 };
-use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy, Softness};
+use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::body::splines::refined::ELEMENTS;
 use crate::body::zone::contact::FALLBACK_PENALTY;
 use crate::error::{AdaptiveError, ContactModelFault};
@@ -212,11 +212,7 @@ impl AdaptiveContact {
         };
         match self.law.penalty {
             Some(given) => PenaltySearch::new(PenaltyStrategy::Fixed, given),
-            None => {
-                let is_alone = self.is_alone && kind == TouchKind::Flat;
-                let softness = if is_alone { Softness::Alone } else { Softness::Between };
-                PenaltySearch::new(PenaltyStrategy::UntilStiff(softness), suggested())
-            }
+            None => PenaltySearch::new(PenaltyStrategy::UntilStiff, suggested()),
         }
     }
 

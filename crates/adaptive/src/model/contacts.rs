@@ -74,19 +74,11 @@ pub fn adaptive_contacts(
         .filter_map(|(i, contact)| match &contact.law {
             ContactLaw::Surface(law) => {
                 let adaptive = AdaptiveContact::new(contact, law, (bodies, &surfaces), cache);
-                Some(adaptive.map(|adaptive| (i, adaptive.alone(is_alone(spec, i)))))
+                Some(adaptive.map(|adaptive| (i, adaptive)))
             }
             ContactLaw::Hertz(_) => None,
         })
         .collect()
-}
-
-/// Whether no other contact than `contact` acts on its bodies.
-fn is_alone(spec: &RunSpec, contact: usize) -> bool {
-    let own = &spec.contacts[contact];
-    let shares =
-        |other: &ContactSpec| (0..spec.bodies.len()).any(|b| takes_part(own, b) && takes_part(other, b));
-    !spec.contacts.iter().enumerate().any(|(i, other)| i != contact && shares(other))
 }
 
 /// Whether `contact` acts on body `index`.
@@ -348,6 +340,7 @@ pub fn build_contact(
         spheres: spheres(spec, bodies)?,
         flexible_under_hertz: flexible_under_hertz(spec, bodies),
         wave_speed: slowest_wave(spec, bodies),
+        round_trip: shortest_round_trip(spec, bodies),
         modulus: modulus(spec, bodies),
         loads_interface: is_static && zones.is_some(),
         refinement: None,
@@ -427,6 +420,20 @@ fn hertz_contact(
 
 /// Density above which a sphere of Hertz's law is only a part of its body: that of osmium [kg/m³].
 const DENSEST: f64 = 2.26e4;
+
+/// Time that a wave takes to run to and fro through the flexible body of a contact that is crossed soonest; infinite of none \[s\].
+fn shortest_round_trip(spec: &ContactSpec, bodies: &[BodyModel]) -> f64 {
+    let target = match spec.target {
+        Target::Body(body) => Some(body),
+        Target::Plane { .. } => None,
+    };
+    let of_body = |body: usize| {
+        let body = bodies[body].flexible()?.body.as_ref();
+        let material = body.slowest_material()?;
+        Some(2.0 * body.size() / wave_speed(material.youngs_modulus(), material.density()))
+    };
+    [Some(spec.body), target].into_iter().flatten().filter_map(of_body).fold(f64::INFINITY, f64::min)
+}
 
 /// Speed of waves in the slower of the materials that meet; infinite between rigid ones [m/s].
 fn slowest_wave(spec: &ContactSpec, bodies: &[BodyModel]) -> f64 {

@@ -85,6 +85,9 @@ struct PhaseExtremes {
     largest_approach: f64,
     /// Penetration at the instant of the largest approach \[m\].
     penetration: f64,
+    /// Beginning of the touch, and that instant \[s\].
+    start: f64,
+    approach_time: f64,
 }
 
 impl ImpactMonitor {
@@ -125,13 +128,14 @@ impl ImpactMonitor {
         (first.unwrap_or(next), self.impacts().filter(|impact| impact.row.is_none()).count() as u32)
     }
 
-    /// Share of the approach of the bodies, the largest of this phase, that is penetration and not deformation at that instant; none without
-    /// approach, or if the penetration is no more than `round_off` \[m\] (theory Eq. A.76).
-    pub fn overlap_share(&self, round_off: f64) -> Option<f64> {
+    /// Share of the approach of the bodies, the largest of this phase, that is penetration and not deformation at that instant, and how long after
+    /// the first touch that is \[s\]; none without approach, or if the penetration is no more than `round_off` \[m\] (theory Eq. A.76).
+    pub fn overlap_share(&self, round_off: f64) -> Option<(f64, f64)> {
         let phase = &self.phase;
         let says_something =
             self.is_running() && phase.largest_approach > 0.0 && phase.penetration > round_off;
-        says_something.then(|| phase.penetration / phase.largest_approach)
+        says_something
+            .then(|| (phase.penetration / phase.largest_approach, phase.approach_time - phase.start))
     }
 
     /// Peak force of this phase so far \[N\].
@@ -164,6 +168,7 @@ impl ImpactMonitor {
         }
         if now.force > 0.0 && phase.approach > phase.largest_approach {
             (phase.largest_approach, phase.penetration) = (phase.approach, now.penetration);
+            phase.approach_time = now.time;
         }
         if now.force > 0.0 {
             impact.last_until(now.time, now.motion);
@@ -210,6 +215,8 @@ impl ImpactMonitor {
                 approach: penetration,
                 largest_approach: penetration,
                 penetration,
+                start,
+                approach_time: start,
                 ..PhaseExtremes::default()
             };
         }
@@ -366,8 +373,9 @@ mod tests {
             watch.step(now, change(0.5, -2.0).filter(|_| (0.5..1.5).contains(&t)), None);
         }
         // What is penetration later counts for the approach of then. The trapezium over the step of the touch takes its speed at the step's start: 1.0 m from there to 1 s where 0.875 m is right.
-        let share = watch.overlap_share(0.0).expect("it runs");
+        let (share, time) = watch.overlap_share(0.0).expect("it runs");
         assert!((share - 0.1 / 2.0).abs() < 1e-12, "{share}");
+        assert!((time - 1.5).abs() < 1e-12, "{time}");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! What a run checks of itself: warnings, and errors that end it.
 
 use super::Driver;
-use crate::adaptivity::penalty_search::MOST_OVERLAP;
+use crate::adaptivity::penalty_search::Overlap;
 use crate::checks::contact_strain::{HUGE_CONTACT_STRAIN, contact_strain, large_contact_strain};
 use crate::checks::resolution::{
     coarse_mesh, coarse_place, few_modes, highest_vibration, shown_interval, slow_rise, sparse_output,
@@ -73,14 +73,14 @@ impl Driver<'_> {
     }
 
     /// Looks at a finished impact; `is_open`: whether the contact had let go; `is_minor`: whether its force was too small beside
-    /// others to be judged by; `whole`: what touched, if its zones were the whole surfaces of the bodies; `overlap`: the share of the approach that was
-    /// penetration between contact points, if it was too large.
+    /// others to be judged by; `whole`: what touched, if its zones were the whole surfaces of the bodies; `overlap`: how much of the approach was
+    /// penetration between contact points, if it was too much.
     pub(super) fn check_impact(
         &mut self,
         impact: &ImpactRecord,
         is_open: bool,
         is_minor: bool,
-        (whole, overlap): (Option<TouchKind>, Option<f64>),
+        (whole, overlap): (Option<TouchKind>, Option<Overlap>),
     ) -> Result<(), AdaptiveError> {
         let i = impact.contact as usize;
         let contact = &mut self.run.contacts[i];
@@ -103,7 +103,7 @@ impl Driver<'_> {
         }
         let name = &self.model.contacts[i].name;
         let soft = overlap.filter(|_| !is_minor);
-        warnings.extend(soft.map(|share| (i, soft_contact(name, impact, share))));
+        warnings.extend(soft.map(|overlap| (i, soft_contact(name, impact, overlap))));
         if is_minor && self.model.contacts[i].refinement.is_some() {
             warnings.push((i, minor_contact(&self.model.contacts[i].name, impact)));
         }
@@ -207,16 +207,16 @@ impl Driver<'_> {
 }
 
 /// The warning of a contact whose springs, of a factor that nobody may change, are as soft as the bodies (Eq. A.76).
-fn soft_contact(name: &str, impact: &ImpactRecord, share: f64) -> Warning {
+fn soft_contact(name: &str, impact: &ImpactRecord, overlap: Overlap) -> Warning {
     Warning {
         kind: WarningKind::SoftContact,
         subject: format!("contact \"{name}\""),
         time: impact.start,
-        value: share,
-        limit: MOST_OVERLAP,
+        value: overlap.share,
+        limit: overlap.most(),
         message: format!(
             "{:.0} % of the approach of the bodies is penetration and not deformation: the contact is softer than they are",
-            100.0 * share
+            100.0 * overlap.share
         ),
         remedy: format!("raise contacts.{name}.penalty.initial, or leave it out for the program to choose"),
     }

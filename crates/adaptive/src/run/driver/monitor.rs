@@ -2,16 +2,15 @@
 
 use ffr_dynamics::integration::DenseOutput;
 
-use super::contact_slot::ContactSlot;
 use super::{Driver, TOUCHING};
 use crate::adaptivity::interval::IntervalAssessment;
-use crate::adaptivity::penalty_search::MOST_OVERLAP;
+use crate::adaptivity::penalty_search::Overlap;
 use crate::error::AdaptiveError;
 use crate::impact::FineContact;
 use crate::record::{TransferDirection, TrialOutcome, TrialRecord};
 use crate::run::driver::impact::trial::Trial;
 use crate::state::impact_monitor::{Change, ContactInstant, Impact};
-use crate::state::simulation::{RunContact, near_motion, normal_motion, smallest_gap};
+use crate::state::simulation::{near_motion, normal_motion, smallest_gap};
 use crate::touch::predicted::TouchKind;
 
 /// Points that carry force from which on their area is that of the contact within a third or so.
@@ -24,13 +23,7 @@ impl Driver<'_> {
         let is_open: Vec<bool> =
             self.model.system.forces().iter().map(|f| f.contact.report().normal_force <= 0.0).collect();
         let whole: Vec<_> = self.slots.iter().map(|slot| slot.fine().and_then(|fine| fine.whole)).collect();
-        // What Hertz' law calls approach is deformation.
-        let most = |(f, slot): (&RunContact, &ContactSlot)| {
-            let has_springs = f.contact.n_points() > 0 && f.contact.penalty().is_finite();
-            let most = slot.fine().map_or(MOST_OVERLAP, |fine| fine.search.most_overlap());
-            if has_springs { most } else { f64::INFINITY }
-        };
-        let most_overlap: Vec<f64> = self.model.system.forces().iter().zip(&self.slots).map(most).collect();
+        let overlaps: Vec<_> = (0..self.slots.len()).map(|i| self.overlap(i)).collect();
         let mut is_closed = false; // time is up, or the user stopped the run
         for i in self.latest_first() {
             let before = self.present_balance()?;
@@ -47,8 +40,7 @@ impl Driver<'_> {
         let others: Vec<Vec<(f64, f64)>> = (0..self.slots.len()).map(|i| self.presses_beside(i)).collect();
         for (i, (is_open, spans)) in is_open.into_iter().zip(others).enumerate() {
             let monitor = &mut self.slots[i].monitor;
-            let round_off = TOUCHING * self.model.contacts[i].size;
-            let overlap = monitor.overlap_share(round_off).filter(|share| *share > most_overlap[i]);
+            let overlap = overlaps[i].filter(Overlap::is_too_much);
             let is_alone = |impact: &Impact| {
                 let (start, end) = impact.span();
                 !spans.iter().any(|(first, last)| *first < end && start < *last)

@@ -5,13 +5,14 @@ use tracing::debug;
 
 use super::trial_reason::{Acceptance, Change, Demand, PenaltyCause};
 use crate::adaptivity::interval::{IntervalAssessment, IntervalSettings, Verdict};
-use crate::adaptivity::penalty_search::{PenaltyAction, RunOutcome};
+use crate::adaptivity::penalty_search::{Overlap, PenaltyAction, Pressing, RunOutcome};
 use crate::checks::resolution::longest_element_of;
 use crate::error::AdaptiveError;
 use crate::impact::{AdaptiveContact, FineContact};
 use crate::record::ZoneSite;
 use crate::run::driver::contact_slot::ContactSlot;
 use crate::run::driver::{Driver, TOUCHING};
+use crate::touch::predicted::TouchKind;
 
 /// Trials after which an interval counts as impossible though a width is both too narrow and too wide: other contacts of the
 /// same impact may change the force from trial to trial, three times in a row is no coincidence.
@@ -202,16 +203,14 @@ impl Driver<'_> {
         let mut demands = Vec::new();
         let mut limit = None;
         for (i, minor) in minor.iter().enumerate() {
-            let round_off = TOUCHING * self.model.contacts[i].size;
-            let monitor = &self.slots[i].monitor;
-            let (peak_force, overlap) = (monitor.peak_force(), monitor.overlap_share(round_off));
-            debug!(contact = self.model.contacts[i].name, peak_force, overlap, "penetration over approach");
+            let (peak_force, overlap) = (self.slots[i].monitor.peak_force(), self.overlap(i));
+            debug!(contact = self.model.contacts[i].name, peak_force, ?overlap, "penetration over approach");
             let Some(fine) = self.slots[i].fine_mut() else { continue };
             if (!fine.has_touched() || *minor) && !matches!(ending, Ending::SolverFailed(_)) {
                 continue;
             }
             let before = fine.search.penalty();
-            let cause = penalty_cause(ending, overlap, fine.search.most_overlap());
+            let cause = penalty_cause(ending, overlap);
             let outcome = match ending {
                 Ending::TrialPassed => RunOutcome::TrialPassed,
                 Ending::SolverFailed(failure) => RunOutcome::SolverError { failure: failure.kind() },
@@ -258,6 +257,21 @@ impl Driver<'_> {
         minor(&peaks, &pairs, &is_closed, &self.groups)
     }
 
+    /// How much of the approach of the bodies of contact `i` was penetration in the running impact; none where nothing approached, and where
+    /// no springs stand between them: what Hertz's law calls approach is deformation.
+    pub(crate) fn overlap(&self, i: usize) -> Option<Overlap> {
+        let (facts, element) = (&self.model.contacts[i], &self.model.system.forces()[i].contact);
+        if element.n_points() == 0 || !element.penalty().is_finite() {
+            return None;
+        }
+        let (share, time) = self.slots[i].monitor.overlap_share(TOUCHING * facts.size)?;
+        let pressing = match self.slots[i].fine().and_then(|fine| fine.whole) {
+            Some(TouchKind::Flat) => Pressing::of_flat_faces(time, facts.round_trip),
+            _ => Pressing::Body,
+        };
+        Some(Overlap { share, pressing })
+    }
+
     fn acceptance(&self, minor: &[bool]) -> Acceptance {
         if self.slots.iter().all(|slot| slot.fine().is_none()) {
             return Acceptance::Given;
@@ -299,13 +313,13 @@ fn touches_own_edge(verdict: &IntervalAssessment) -> bool {
     verdict.directions.iter().any(|d| d.verdict == Verdict::EdgeTouched)
 }
 
-/// Why a penalty factor is not the last one after a trial that ended as said, `overlap` of whose approach was penetration, where `most` is allowed.
-fn penalty_cause(ending: &Ending, overlap: Option<f64>, most: f64) -> PenaltyCause {
+/// Why a penalty factor is not the last one after a trial that ended as said, `overlap` of whose approach was penetration.
+fn penalty_cause(ending: &Ending, overlap: Option<Overlap>) -> PenaltyCause {
     match ending {
         Ending::TrialPassed => PenaltyCause::TrialPassed,
         Ending::SolverFailed(failure) => PenaltyCause::SolverFailed(failure.clone()),
-        _ => match overlap.filter(|share| *share > most) {
-            Some(share) => PenaltyCause::TooSoft { share, most },
+        _ => match overlap.filter(Overlap::is_too_much) {
+            Some(overlap) => PenaltyCause::TooSoft(overlap),
             None => PenaltyCause::NotCompared,
         },
     }

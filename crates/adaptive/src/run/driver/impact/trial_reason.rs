@@ -4,6 +4,8 @@ use std::fmt;
 
 use ffr_dynamics::error::EvaluationFailure;
 
+use crate::adaptivity::penalty_search::Overlap;
+
 /// Why a trial is the result.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Acceptance {
@@ -103,12 +105,7 @@ pub(crate) enum PenaltyCause {
     /// The contact solver found no forces.
     SolverFailed(EvaluationFailure),
     /// Too much of the approach of the bodies is penetration (theory Eq. A.76).
-    TooSoft {
-        /// The share that it is.
-        share: f64,
-        /// The share that is allowed.
-        most: f64,
-    },
+    TooSoft(Overlap),
     /// There is no peak force of another factor to compare with.
     NotCompared,
 }
@@ -120,11 +117,11 @@ impl fmt::Display for PenaltyCause {
             Self::SolverFailed(failure) => {
                 write!(f, "contact solver failed, {} ({failure})", failure.kind())
             }
-            Self::TooSoft { share, most } => write!(
+            Self::TooSoft(overlap) => write!(
                 f,
                 "{:.1} % of the approach is penetration, {:.0} % are allowed,",
-                100.0 * share,
-                100.0 * most
+                100.0 * overlap.share,
+                100.0 * overlap.most()
             ),
             Self::NotCompared => f.write_str("peak force not yet compared"),
         }
