@@ -4,7 +4,7 @@
 //! the functions are `R = (C N) / W`: raw functions `N` of the element (B-splines of a level, shape functions of nodes), sparse
 //! [`Rows`] `C`, the weight function `W` of its patch, one on meshes. Coincident control points (poles, collapsed edges, seams,
 //! interfaces), truncation and hanging nodes are such rows, so that no displacement is multivalued and nothing above a space
-//! knows of dependent functions (theory sections E.5, H, C.10).
+//! knows of dependent functions (theory section E.5, part H, section C.10).
 //!
 //! Functions reproduce the geometry: `Σ_A R_A P_A` is the place of the point, `Σ_A R_A = 1`.
 

@@ -70,11 +70,11 @@ pub enum PenaltyStrategy {
         tolerance: f64,
     },
     /// Raised as long as too much of the approach of the bodies is penetration: of flat faces and edges, whose force does not settle beside
-    /// the modes kept (theory C.9).
+    /// the modes kept (theory section A.8a).
     UntilStiff(Softness),
 }
 
-/// How soft penalty springs may be that modes limit (theory A.8a).
+/// How soft penalty springs may be that modes limit (theory section A.8a).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Softness {
     /// Springs that alone are soft between two bodies: [`MOST_OVERLAP_ALONE`] of the approach, and what is missing is added, for stiffer

@@ -66,7 +66,7 @@ pub enum ZoneExtent {
     Part,
     /// All faces, of which smooth parts are touched: contact must not reach an edge.
     Faces,
-    /// The whole surface with its edges and corners, which touch and are touched (theory C.9).
+    /// The whole surface with its edges and corners, which touch and are touched (theory section C.9).
     Whole,
 }
 

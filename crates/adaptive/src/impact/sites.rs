@@ -197,7 +197,7 @@ impl AdaptiveContact {
     }
 
     /// The penalty factor of a contact of whole surfaces: the one that the modes resolve, raised where it leaves the bodies in each other
-    /// (theory C.9).
+    /// (theory section C.9).
     pub(super) fn penalty_of_whole(
         &self,
         kind: TouchKind,

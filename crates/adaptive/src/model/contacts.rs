@@ -473,7 +473,7 @@ fn sphere(body: usize, sphere: &HertzSphere, bodies: &[BodyModel]) -> Result<Sph
     Ok(Sphere { body, centre, radius: sphere.radius, solid: sphere.solid })
 }
 
-/// Contact with one model for the whole run (theory C.8), the `bodies` being in the motions `poses` at the start.
+/// Contact with one model for the whole run (theory section C.8), the `bodies` being in the motions `poses` at the start.
 fn zone_contact(
     law: &SurfaceLaw,
     target: Target,

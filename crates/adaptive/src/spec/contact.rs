@@ -137,7 +137,7 @@ impl SurfaceLaw {
 }
 
 /// Low-frequency modes of the fine models that the program builds, and how the state is transferred to them and back
-/// (\[A\] 4.4; theory A.6).
+/// (\[A\] 4.4; theory section A.6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TransferSpec {
     /// The modes.
@@ -146,7 +146,7 @@ pub struct TransferSpec {
     pub method: TransferMethod,
 }
 
-/// Treatments of the contact zone (\[A\] section 6: the models compared; theory A.8).
+/// Treatments of the contact zone (\[A\] section 6: the models compared; theory section A.8).
 ///
 /// All but [`Treatment::Adaptive`] use the penalty factor as given, or as predicted (Eq. A.14), without a search. Pairs are refined where they touch, for
 /// the time of the impact, as long as an interval is given or a body is not refined by its own discretisation at the place where

@@ -1,4 +1,4 @@
-//! Elements from which the check of a mesh starts (theory N.1), from the proportions of the body.
+//! Elements from which the check of a mesh starts (theory section N.1), from the proportions of the body.
 
 use std::f64::consts::{PI, TAU};
 
