@@ -113,7 +113,7 @@ pub struct FineContact {
     pub activation: Activation,
     /// Its models of the bodies.
     pub zones: Vec<ZoneOnBody>,
-    /// How far a zone that lies on a smooth surface in place of its sides was moved along its normal (theory Eq. C.74); zero if none does \[m\].
+    /// How far a zone that lies on a smooth surface in place of its sides was moved along its normal (theory Eq. C.75); zero if none does \[m\].
     pub offset: f64,
     /// How its forces displace observed points.
     pub points: Vec<PointCompliance>,

@@ -258,7 +258,7 @@ pub struct PhaseRecord {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct ImpactRecord {
     /// Its place among the records of impacts, from 0. A later record with the same place takes that of the earlier one: another touch belongs to
-    /// the impact (theory Eq. A.77).
+    /// the impact (theory Eq. Q.1).
     pub row: u32,
     /// Index of the contact.
     pub contact: u32,
@@ -273,12 +273,12 @@ pub struct ImpactRecord {
     /// Time integral of the normal force [N s].
     pub impulse: f64,
     /// Closing speed of the bodies' rigid motions at the place of contact when it closes, along the normal at the peak (theory Eq.
-    /// A.31) [m/s].
+    /// Q.2) [m/s].
     pub approach_velocity: f64,
     /// Their separating speed when it opens for the last time, along the same normal; NaN while force acts [m/s].
     pub separation_velocity: f64,
-    /// Ratio of the two (theory Eq. A.32); NaN where it has no meaning: without approach, while force acts, if the motions go on
-    /// approaching each other, if the bodies rang before they touched (Eq. A.78), or if another contact pressed the same bodies meanwhile.
+    /// Ratio of the two (theory Eq. Q.3); NaN where it has no meaning: without approach, while force acts, if the motions go on
+    /// approaching each other, if the bodies rang before they touched (Eq. Q.4), or if another contact pressed the same bodies meanwhile.
     pub restitution: f64,
 }
 
@@ -462,7 +462,7 @@ pub struct ZoneSite {
     pub centre: [f64; 3],
     /// Widths of the interval; infinite of the whole surface \[m\].
     pub widths: [f64; 2],
-    /// What the centre meets on the target, if that has an edge or a corner there (theory Eq. C.126).
+    /// What the centre meets on the target, if that has an edge or a corner there (theory Eq. C.63).
     pub meets: Option<TargetPlace>,
 }
 

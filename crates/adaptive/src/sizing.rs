@@ -1,4 +1,4 @@
-//! Mesh and number of modes of bodies for which nobody has given them (theory section N).
+//! Mesh and number of modes of bodies for which nobody has given them (theory part N).
 //!
 //! Four questions, one file each: how fast the forces on a body will change ([`impact_time`]), how many modes follow them
 //! ([`mode_count`]), which elements resolve those modes ([`mesh`], from the [`mesh::proportions`] of the body), and which finer ones

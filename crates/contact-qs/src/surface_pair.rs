@@ -1,15 +1,15 @@
 //! Contact of a body's points with the surface of another body, as a force element.
 //!
 //! Points of the contact body are projected on the deformed surface of the target; gaps are measured along its outward
-//! normal (docs/theory.md Eqs. C.37, C.38). Either body may be rigid, carry all its modes dynamically, or have a quasistatic
-//! compliance; both compliances add up in one convex problem for the point forces (Eq. C.39). The forces act at the
+//! normal (docs/theory.md Eqs. C.38, C.39). Either body may be rigid, carry all its modes dynamically, or have a quasistatic
+//! compliance; both compliances add up in one convex problem for the point forces (Eq. C.40). The forces act at the
 //! displaced points, quasistatic part included, along the normals there: they are the gradient of one potential
-//! (Eq. C.43), equal and opposite, with a common line of action.
+//! (Eq. C.44), equal and opposite, with a common line of action.
 //!
 //! In axisymmetric models a point is a ring: only the axial resultant moves the bodies, radial parts load their modes.
 //!
 //! Each pair has a compliance of its own. A body in two pairs has two zones; the displacement of one zone under the forces in
-//! the other is that of the dynamic modes alone, without its quasistatic part (Eq. C.44).
+//! the other is that of the dynamic modes alone, without its quasistatic part (Eq. C.45).
 
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
@@ -185,7 +185,7 @@ impl SurfacePair {
         &self.surface
     }
 
-    /// Normal compliance `A` of both bodies together at the projections of the motion `bodies` (Eq. C.39), `n_points`
+    /// Normal compliance `A` of both bodies together at the projections of the motion `bodies` (Eq. C.40), `n_points`
     /// squared [m/N]; none when all modes are dynamic. The state forgets where its iterations started.
     ///
     /// # Errors

@@ -236,7 +236,7 @@ pub trait SplineSpace: Space {
     /// elsewhere (theory section E.3).
     fn gauss_counts(&self, e: usize) -> [usize; 3];
 
-    /// Functions whose net entries lie on face `face` of a patch, each with its Greville abscissae there (theory Eq. S.12). A function
+    /// Functions whose net entries lie on face `face` of a patch, each with its Greville abscissae there (theory Eq. S.19). A function
     /// that is tied (pole, seam, interface) comes once for every net entry.
     fn greville(&self, face: FaceId) -> Vec<(u32, [f64; 3])>;
 }

@@ -70,11 +70,11 @@ pub enum PenaltyStrategy {
         tolerance: f64,
     },
     /// Raised as long as too much of the approach of the bodies is penetration: of flat faces and edges, whose force does not settle beside
-    /// the modes kept (theory section A.8a).
+    /// the modes kept (theory section A.9).
     UntilStiff(Softness),
 }
 
-/// How soft penalty springs may be that modes limit (theory section A.8a).
+/// How soft penalty springs may be that modes limit (theory section A.9).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Softness {
     /// Springs that alone are soft between two bodies: [`MOST_OVERLAP_ALONE`] of the approach, and what is missing is added, for stiffer
@@ -85,7 +85,7 @@ pub enum Softness {
     Between,
 }
 
-/// The largest share of the approach of two bodies that may be penetration and not deformation (theory Eq. A.76): the approach at which a
+/// The largest share of the approach of two bodies that may be penetration and not deformation (theory Eq. A.36): the approach at which a
 /// force is reached, and with it the stiffness of the contact, is then right to as much. A body between two flat faces has two such springs.
 pub const MOST_OVERLAP: f64 = 0.03;
 
@@ -98,7 +98,7 @@ const MOST_RISE: f64 = 10.0;
 const RISE_MARGIN: f64 = 1.1;
 
 /// The factor by which penalty springs must be stiffer, for a `share` of the approach to become `most`: springs in series with the bodies,
-/// under the same force (theory Eq. A.76a).
+/// under the same force (theory Eq. A.37).
 fn missing_stiffness(share: f64, most: f64) -> f64 {
     let odds = |share: f64| share / (1.0 - share).max(f64::MIN_POSITIVE);
     (RISE_MARGIN * odds(share) / odds(most)).clamp(RISE_MARGIN, MOST_RISE)

@@ -1,4 +1,4 @@
-//! Displacement, strain and stress at observed points by the forces on an interface (docs/theory.md Eqs. A.33, M.52).
+//! Displacement, strain and stress at observed points by the forces on an interface (docs/theory.md Eqs. Q.5, Q.8).
 
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;

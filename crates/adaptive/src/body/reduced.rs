@@ -63,7 +63,7 @@ pub enum InterfaceModes {
     /// They are dynamic.
     #[default]
     Dynamic,
-    /// They are dynamic and critically damped, on top of the body's own damping (Eq. F.23).
+    /// They are dynamic and critically damped, on top of the body's own damping (Eq. F.28).
     Damped,
 }
 
@@ -133,7 +133,7 @@ fn answering(
     with_static_answers(problem, basis, loads.as_ref(), TakenLoads::ByRank)
 }
 
-/// `own` damping with critical damping of the modes from `n_low` on added (Eq. F.23); `omega`: their frequencies [rad/s].
+/// `own` damping with critical damping of the modes from `n_low` on added (Eq. F.28); `omega`: their frequencies [rad/s].
 pub(crate) fn with_critical(own: ModalDamping, omega: &[f64], n_low: usize) -> ModalDamping {
     let critical = omega.iter().enumerate().map(|(j, w)| if j < n_low { 0.0 } else { 2.0 * w });
     match own {

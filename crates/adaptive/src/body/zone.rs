@@ -43,7 +43,7 @@ pub struct ContactZone {
     pub region: ZoneRegion,
     /// What it is of the surface of the body.
     pub extent: ZoneExtent,
-    /// Indices of the points that meet an edge or a corner of the target (theory Eq. C.126).
+    /// Indices of the points that meet an edge or a corner of the target (theory Eq. C.63).
     pub meeting: Vec<usize>,
 }
 
@@ -56,7 +56,7 @@ pub struct PointsAbout {
     pub meets: Option<TargetPlace>,
 }
 
-/// Halvings of the sides of elements towards a place where an edge touches (theory Eq. C.125).
+/// Halvings of the sides of elements towards a place where an edge touches (theory Eq. C.65).
 const HALVINGS: u8 = 5;
 
 /// What of the surface of its body a zone is.

@@ -1,4 +1,4 @@
-//! How hard a contact presses, beside what linear elasticity bears (docs/theory.md Eq. P.17).
+//! How hard a contact presses, beside what linear elasticity bears (docs/theory.md Eq. P.15).
 
 use crate::record::ImpactRecord;
 use crate::record::warning::{Warning, WarningKind};

@@ -1,5 +1,5 @@
 //! Where a linear body ends: how far its parts turn, how much they strain, and how near its axial loads are to those that buckle it
-//! (docs/theory.md Eqs. P.15, P.16).
+//! (docs/theory.md Eqs. P.13, P.14).
 
 use std::f64::consts::TAU;
 
@@ -60,7 +60,7 @@ struct LinearBody {
     strains: DMatrix<f64>,
     /// Largest turn and strain of each mode.
     largest: Vec<(f64, f64)>,
-    /// Geometric stiffness by a unit of each mode between the lowest ones, over their frequencies (P.16).
+    /// Geometric stiffness by a unit of each mode between the lowest ones, over their frequencies (P.14).
     by_mode: Vec<DMatrix<f64>>,
     /// First natural frequency as the body is held [rad/s]; infinite where spin does not matter.
     first: f64,
@@ -344,7 +344,7 @@ impl LinearBody {
     }
 }
 
-/// Adds what the stress of each mode at a point stiffens the modes `lowest`, turned back by what a held place turns (P.16).
+/// Adds what the stress of each mode at a point stiffens the modes `lowest`, turned back by what a held place turns (P.14).
 fn add_stiffness(at: &GradientsAt, lowest: &[usize], turned: &[Matrix3<f64>], to: &mut [DMatrix<f64>]) {
     let volume = at.mass / at.density;
     let own: Vec<Matrix3<f64>> = lowest.iter().map(|j| at.gradients[*j] - turned[*j]).collect();

@@ -1,5 +1,5 @@
 //! Numbers that look as if they were given in other units: materials that nothing is made of, parts that nobody makes (docs/theory.md
-//! Eq. P.14).
+//! Eq. P.5).
 
 use std::fmt;
 

@@ -1,5 +1,5 @@
 //! A watch of the physics that asks nobody what a body is made of or what makes the force of a contact: how deep do the whole surfaces of a
-//! pair lie in each other, and does its contact know (docs/theory.md Eq. P.13).
+//! pair lie in each other, and does its contact know (docs/theory.md Eq. P.12).
 
 use contact_qs::Sphere;
 use ffr_dynamics::system::force::BodyState;

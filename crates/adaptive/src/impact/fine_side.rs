@@ -368,7 +368,7 @@ impl AdaptiveContact {
         contact.vibrating(zones, bodies.len()).map_err(|e| self.fail(e))
     }
 
-    /// `max_i(A_ii w_i)` of `contact` in the motions `states` (Eq. A.14) [m³/N].
+    /// `max_i(A_ii w_i)` of `contact` in the motions `states` (Eq. A.25) [m³/N].
     pub(super) fn weight_of(
         &self,
         contact: &mut dyn ActiveContact,
@@ -377,7 +377,7 @@ impl AdaptiveContact {
         contact.compliance_weight(Motion::new(0.0, states)).map_err(|failure| self.fail(failure.into()))
     }
 
-    /// The same of a contact whose zones vibrate: their static answer, which the modes add up to (Eq. R.20).
+    /// The same of a contact whose zones vibrate: their static answer, which the modes add up to (Eq. R.26).
     pub(super) fn static_weight(
         &self,
         own: &mut FineSide,

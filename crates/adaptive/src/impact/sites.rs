@@ -121,8 +121,8 @@ impl AdaptiveContact {
     }
 
     /// The zone on the contact body of a touch of the kind `whole`: its whole surface, with more points about the place at the nearest points where an
-    /// edge touches that may do so between the points of its elements (Eq. C.125), or with one there that meets an edge or a corner of the target (Eq.
-    /// C.126). Flat faces, and straight edges on a plane, touch at those of the elements.
+    /// edge touches that may do so between the points of its elements (Eq. C.65), or with one there that meets an edge or a corner of the target (Eq.
+    /// C.63). Flat faces, and straight edges on a plane, touch at those of the elements.
     pub fn whole_site(
         &self,
         bodies: &[BodyModel],

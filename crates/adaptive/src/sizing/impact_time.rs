@@ -1,4 +1,4 @@
-//! How fast the forces of impacts may change, from what is known at the start of a run (theory Eqs. N.4, N.5).
+//! How fast the forces of impacts may change, from what is known at the start of a run (theory Eqs. N.8, N.9).
 //!
 //! An impact lasts as long as Hertz's law and the masses say, or less: between long bodies the force rises until waves carry the
 //! motion away, and that rise is what has to be resolved. Durations go with the speed to the power -1/5, so that a rough speed will do.
@@ -29,7 +29,7 @@ use crate::touch::sites::first_sites;
 /// Speed of impacts when nothing moves and nothing falls at the start [m/s].
 const UNKNOWN_SPEED: f64 = 1.0;
 /// Frequency times duration up to which modes follow the force of flat faces, which jumps: what rings above takes less
-/// than a thousandth of the velocity of separation, and an impact ends `1/f` late (Eq. C.57). Stout bodies have more modes below it than are
+/// than a thousandth of the velocity of separation, and an impact ends `1/f` late (Eq. C.69). Stout bodies have more modes below it than are
 /// taken.
 const FLAT: f64 = 60.0;
 /// The same of solid bodies, whose number of modes grows with the cube of the frequency.
@@ -45,7 +45,7 @@ const SHORTEST_LINE: f64 = 1e-3;
 /// answer of what is left out makes good.
 const NEGLECTED: f64 = 1e-4;
 
-/// Frequency \[Hz\] above which the spectrum of half a sine of `duration` \[s\] has the share `NEGLECTED` of its energy (Eq. N.5).
+/// Frequency \[Hz\] above which the spectrum of half a sine of `duration` \[s\] has the share `NEGLECTED` of its energy (Eq. N.9).
 pub fn pulse_frequency(duration: f64) -> f64 {
     (4.0 * PI / (3.0 * NEGLECTED)).cbrt() / (2.0 * PI * duration)
 }

@@ -113,7 +113,7 @@ pub struct SurfaceLaw {
     pub treatment: Treatment,
     /// Penalty factor, infinite for the exact constraint; `None`: predicted [N/m³].
     pub penalty: Option<f64>,
-    /// Product of a predicted penalty factor and the compliance of the contact (Eq. A.14).
+    /// Product of a predicted penalty factor and the compliance of the contact (Eq. A.25).
     pub stiffness_ratio: f64,
     /// How the penalty factor is found.
     pub search: PenaltySearch,
@@ -148,7 +148,7 @@ pub struct TransferSpec {
 
 /// Treatments of the contact zone (\[A\] section 6: the models compared; theory section A.8).
 ///
-/// All but [`Treatment::Adaptive`] use the penalty factor as given, or as predicted (Eq. A.14), without a search. Pairs are refined where they touch, for
+/// All but [`Treatment::Adaptive`] use the penalty factor as given, or as predicted (Eq. A.25), without a search. Pairs are refined where they touch, for
 /// the time of the impact, as long as an interval is given or a body is not refined by its own discretisation at the place where
 /// the undeformed bodies are nearest at the start. Otherwise, with a plane, and in coarse contacts one model about that place
 /// serves the whole run.
@@ -157,10 +157,10 @@ pub enum Treatment {
     /// Refined by the program during the run; high-frequency modes follow statically.
     Adaptive,
     /// Refined as given; high-frequency modes follow statically. Without penetration (an infinite penalty factor) it is the model with a massless
-    /// boundary of Monjaraz-Tec, Gross and Krack (2022) with MacNeal's modes (theory Eq. C.123).
+    /// boundary of Monjaraz-Tec, Gross and Krack (2022) with MacNeal's modes (theory Eq. A.34).
     Quasistatic,
     /// Refined as given; every Craig-Bampton mode is dynamic, high-frequency ones damped critically on top of the body's own
-    /// damping. Time steps of an explicit method are those of the finest elements (Eq. A.20).
+    /// damping. Time steps of an explicit method are those of the finest elements (Eq. A.33).
     Damped,
     /// Refined as given; every Craig-Bampton mode is dynamic and undamped.
     Dynamic,
@@ -267,7 +267,7 @@ pub enum LowModes {
 /// How states are transferred.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum TransferMethod {
-    /// Mass-orthogonal projection: the best approximation in kinetic energy, keeps the momenta (Eqs. A.15, A.16).
+    /// Mass-orthogonal projection: the best approximation in kinetic energy, keeps the momenta (Eqs. A.28, A.29).
     #[default]
     MassOrthogonal,
     /// As printed: \[A\] (10), (11) to the fine model, (12) to (17) back.

@@ -9,14 +9,14 @@ pub use impact::Impact;
 
 use crate::record::ImpactRecord;
 
-/// Relative motion of two bodies where they are nearest, as far as it is rigid (docs/theory.md Eq. A.31).
+/// Relative motion of two bodies where they are nearest, as far as it is rigid (docs/theory.md Eq. Q.2).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NearMotion {
     /// Velocity of the contact body relative to the target [m/s].
     pub velocity: [f64; 3],
     /// Sum of the speeds of both bodies, by which the error of the velocity counts [m/s].
     pub speed: f64,
-    /// Speed at which the bodies would approach each other with the kinetic energy of their vibration (theory Eq. A.78) [m/s].
+    /// Speed at which the bodies would approach each other with the kinetic energy of their vibration (theory Eq. Q.4) [m/s].
     pub vibration: f64,
 }
 
@@ -126,7 +126,7 @@ impl ImpactMonitor {
     }
 
     /// Share of the approach of the bodies, the largest of this phase, that is penetration and not deformation at that instant; none without
-    /// approach, or if the penetration is no more than `round_off` \[m\] (theory Eq. A.76).
+    /// approach, or if the penetration is no more than `round_off` \[m\] (theory Eq. A.36).
     pub fn overlap_share(&self, round_off: f64) -> Option<f64> {
         let phase = &self.phase;
         let says_something =

@@ -1,4 +1,4 @@
-//! Gradients and stresses of the modes of a body at points all over it (docs/theory.md Eq. P.15).
+//! Gradients and stresses of the modes of a body at points all over it (docs/theory.md Eq. P.13).
 
 use contact_qs::points::DofLookup;
 use faer::MatRef;

@@ -76,7 +76,7 @@ impl RigidSurface {
     }
 
     /// The side of a contact that body `body` with this surface is, by smooth parts of its faces or, with `has_edges`, edges included (theory
-    /// Eq. C.80).
+    /// Eq. C.76).
     pub fn side(&self, body: usize, has_edges: bool) -> ContactSide<'_> {
         let (patches, space, model, lookup) = (&self.shape.patches, &self.space, &self.model, &self.lookup);
         ContactSide {

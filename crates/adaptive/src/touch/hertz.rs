@@ -58,7 +58,7 @@ pub fn contact_modulus(materials: &[(f64, f64)]) -> f64 {
 }
 
 /// Inverse effective mass `1/m + (r × n)ᵀ I⁻¹ (r × n)` of a free rigid body against a push along `normal` at `arm` from its
-/// centre of mass (theory Eq. A.12) [1/kg]. Zero for bodies that cannot move; a singular inertia counts as no rotation.
+/// centre of mass (theory Eq. A.23) [1/kg]. Zero for bodies that cannot move; a singular inertia counts as no rotation.
 pub fn inverse_effective_mass(
     mass: f64,
     inertia: &Matrix3<f64>,
@@ -70,7 +70,7 @@ pub fn inverse_effective_mass(
     1.0 / mass + rotation
 }
 
-/// Peak of the Hertz impact of two surfaces (theory Eqs. A.7 to A.11).
+/// Peak of the Hertz impact of two surfaces (theory Eqs. A.18 to A.22).
 ///
 /// `inverse_mass`: sum of the partners' inverse effective masses [1/kg]; `speed`: closing speed [m/s]. `None` where Hertz's
 /// theory has no answer: rigid partners, surfaces without relative curvature in one direction, no closing motion.
@@ -197,7 +197,7 @@ impl ImpactLaw {
     }
 }
 
-/// Line contact of a plane model (theory Eq. A.13): approach over force with the logarithm of the bodies' size.
+/// Line contact of a plane model (theory Eq. A.24): approach over force with the logarithm of the bodies' size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LineLaw {
     curvature: f64,
@@ -235,7 +235,7 @@ impl LineLaw {
         length * g * if g > 0.0 { (-g.ln() - 1.0).max(1.0) } else { 1.0 }
     }
 
-    /// `δ = l g max(ln(1/g) - 1, 1)` with `g = F/(t F_0)`, `l = κ ℓ²`, `F_0 = π E* l`: Eq. A.13 with `b` put in.
+    /// `δ = l g max(ln(1/g) - 1, 1)` with `g = F/(t F_0)`, `l = κ ℓ²`, `F_0 = π E* l`: Eq. A.24 with `b` put in.
     fn force(&self, approach: f64) -> (f64, f64) {
         let length = self.curvature * self.size * self.size;
         let unit = self.thickness * PI * length / self.compliance;
@@ -248,7 +248,7 @@ impl LineLaw {
     }
 }
 
-/// Contact of solid bodies along a straight line, across which alone their surfaces are curved (theory Eq. C.121).
+/// Contact of solid bodies along a straight line, across which alone their surfaces are curved (theory Eq. C.67).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StraightLine {
     /// Its law.
@@ -292,7 +292,7 @@ fn line_load(x: f64) -> f64 {
     g
 }
 
-/// Line contact of a plane model at the peak of an impact: half width and force a metre of thickness (theory Eq. A.13).
+/// Line contact of a plane model at the peak of an impact: half width and force a metre of thickness (theory Eq. A.24).
 ///
 /// `curvature`: sum of both partners' curvatures in the plane [1/m]; `compliance`: sum of `(1 - ν²)/E` [1/Pa]; `inverse_mass`:
 /// of a slice of one metre [m/kg]; `size`: distance over which the bodies yield, such as a diameter \[m\]. Returns half
@@ -320,7 +320,7 @@ pub fn line_impact(
 }
 
 /// Width of an interval whose utilisation is `target`, for a contact that reaches `half_width` on both sides of the centre;
-/// measured from the axis outwards with `from_axis` (theory Eq. A.11) \[m\].
+/// measured from the axis outwards with `from_axis` (theory Eq. A.22) \[m\].
 pub fn interval_width(half_width: f64, target: f64, from_axis: bool) -> f64 {
     let extent = if from_axis { half_width } else { 2.0 * half_width };
     extent / target
@@ -335,7 +335,7 @@ pub fn half_extents(prediction: &HertzPrediction, tangents: &[Vector3<f64>; 2]) 
     })
 }
 
-/// Extent of an ellipse with the axes `axes` in a direction that has the `components` along them (theory Eq. A.11).
+/// Extent of an ellipse with the axes `axes` in a direction that has the `components` along them (theory Eq. A.22).
 fn extent_of_ellipse(axes: [f64; 2], components: [f64; 2]) -> f64 {
     (axes[0] * components[0]).hypot(axes[1] * components[1])
 }

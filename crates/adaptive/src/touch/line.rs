@@ -1,4 +1,4 @@
-//! Touches along a whole straight line of a curved face, such as that of a cylinder that lies on a plane (docs/theory.md Eqs. C.120, C.121).
+//! Touches along a whole straight line of a curved face, such as that of a cylinder that lies on a plane (docs/theory.md Eqs. C.66, C.67).
 //!
 //! Of such a line the search for the nearest places finds any one, often its end, where an edge seems to touch. The interval of the contact lies
 //! about the middle of the line and is as long as the face.

@@ -1,4 +1,4 @@
-//! How far two bodies overlap, and by what move they would not (docs/theory.md section P).
+//! How far two bodies overlap, and by what move they would not (docs/theory.md part P).
 
 use contact_qs::search::SurfaceModel;
 use ffr_dynamics::body::RigidMotion;

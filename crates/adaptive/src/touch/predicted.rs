@@ -1,5 +1,5 @@
 //! The first touch of a contact if its bodies fly freely, and whether it is one of smooth surfaces, of whole flat faces, or over an edge
-//! (docs/theory.md Eqs. C.55, C.56).
+//! (docs/theory.md Eqs. C.60, C.61).
 
 use std::sync::Arc;
 

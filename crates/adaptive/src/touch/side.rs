@@ -1,5 +1,5 @@
-//! A body at a touch: which faces meet where it is touched, and what they say of the direction to its partner (docs/theory.md Eqs. C.55, C.56,
-//! C.110).
+//! A body at a touch: which faces meet where it is touched, and what they say of the direction to its partner (docs/theory.md Eqs. C.60, C.61,
+//! C.62).
 
 use contact_qs::search::SurfaceSite;
 use ffr_dynamics::body::RigidMotion;
@@ -16,7 +16,7 @@ const SWEEPS: usize = 500;
 const BETTER: f64 = 1e-6;
 
 /// The unit normal from a target to a contact body at a place where they touch, whose faces have the outward unit normals `target` and `own`
-/// there (Eq. C.110): of the directions of the faces, their means and the common normals of edges the one that lies nearest to the normals'
+/// there (Eq. C.62): of the directions of the faces, their means and the common normals of edges the one that lies nearest to the normals'
 /// cones of both, a face before an edge. None without normals.
 pub fn contact_normal(target: &[Vector3<f64>], own: &[Vector3<f64>]) -> Option<Vector3<f64>> {
     let own: Vec<Vector3<f64>> = own.iter().map(|n| -n).collect();
@@ -98,7 +98,7 @@ impl<'a> Side<'a> {
         found.iter().map(in_space).collect()
     }
 
-    /// Whether a plane face through `point` is turned to the partner, but for the angle `parallel` \[rad\] (Eq. C.55).
+    /// Whether a plane face through `point` is turned to the partner, but for the angle `parallel` \[rad\] (Eq. C.60).
     pub fn is_flat(&self, point: &[f64; 3], parallel: f64) -> bool {
         self.surface.has_flat_face(point, &self.outward, parallel)
     }
@@ -137,7 +137,7 @@ impl<'a> Side<'a> {
     }
 
     /// Whether the surface is smooth at `point`: the faces that meet there have one normal, which lies along the direction to the partner
-    /// (Eq. C.56).
+    /// (Eq. C.61).
     pub fn is_smooth(&self, point: &[f64; 3]) -> bool {
         let normals = self.surface.normals_at(point);
         let all_within = |cosine: f64| normals.iter().all(|normal| normal.dot(&self.outward) > cosine);
@@ -162,7 +162,7 @@ const ALONG_EDGE: f64 = 0.1;
 /// Cosine beyond which directions are one: that of a touch is taken from the normals themselves.
 const SAME: f64 = 1.0 - 1e-12;
 
-/// What the contact body meets at the nearest places of a target that has an edge or a corner there, with the normal of Eq. C.110. None where the
+/// What the contact body meets at the nearest places of a target that has an edge or a corner there, with the normal of Eq. C.62. None where the
 /// target is smooth, and where one of its faces has that normal: it is the face that is touched, at its end.
 pub fn met_place(own: &Side<'_>, target: &Side<'_>, nearest: &Nearest) -> Option<TargetPlace> {
     let (here, there) = (own.place(&nearest.contact), target.place(nearest.target.as_ref()?));
@@ -182,7 +182,7 @@ pub fn met_place(own: &Side<'_>, target: &Side<'_>, nearest: &Nearest) -> Option
 const ROUND_OFF: f64 = 1e-9;
 
 /// Direction from the target to the contact body: that between the nearest places or, where these are one but for round-off, what the normals of
-/// the faces that meet there say (Eq. C.110).
+/// the faces that meet there say (Eq. C.62).
 pub fn touch_direction(own: &Side<'_>, other: Option<&Side<'_>>, nearest: &Nearest) -> Vector3<f64> {
     let (Some(target), Some(there)) = (other, nearest.target) else { return nearest.normal };
     if nearest.gap.abs() > ROUND_OFF * own.size() && nearest.normal.norm() > 0.5 {

@@ -136,12 +136,12 @@ impl StickSlip {
         self.solver.invalidate();
     }
 
-    /// Sets the size of the friction force of point `i` whose components have size one (Eq. F.29); one unless it is set.
+    /// Sets the size of the friction force of point `i` whose components have size one (Eq. F.24); one unless it is set.
     pub fn set_length(&mut self, i: usize, length: f64) {
         self.lengths[i] = length;
     }
 
-    /// Largest components that friction gives the points under the normal forces `normal` (Eq. F.29).
+    /// Largest components that friction gives the points under the normal forces `normal` (Eq. F.24).
     fn set_bounds(&mut self, normal: &[f64]) {
         let points = self.bounds.iter_mut().zip(normal).zip(&self.lengths);
         points.for_each(|((bound, force), length)| *bound = self.coefficient * force / length);
@@ -362,7 +362,7 @@ impl StickSlip {
         self.solver.return_to_bounds(&self.springs, slips, &self.bounds, &mut self.forces)
     }
 
-    /// Work of sliding at the last solution (Eqs. F.9 to F.12, F.30). `gap_rates` and `slip_rates`: rates of the points along
+    /// Work of sliding at the last solution (Eqs. F.9 to F.12, F.15). `gap_rates` and `slip_rates`: rates of the points along
     /// normal and tangents without those of the forces [m/s]; `springs`: compliances of the normal springs [m/N].
     ///
     /// # Errors

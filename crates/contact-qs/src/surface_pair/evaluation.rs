@@ -329,7 +329,7 @@ impl SurfacePair {
         error
     }
 
-    /// One solution at the projection just made, and the displacements under its forces (Eq. C.40).
+    /// One solution at the projection just made, and the displacements under its forces (Eq. C.41).
     fn solve(&self, pass: usize, work: &mut Work<'_>) -> Result<SolveReport, EvaluationFailure> {
         let (Some(both), PairState { start, zone: Some(zone), friction, .. }) =
             (self.both(), &mut *work.state)
@@ -478,7 +478,7 @@ impl SurfacePair {
         w.report = report;
     }
 
-    /// Adds the point forces to the contact body, their opposites to the target (Eqs. C.41, C.42).
+    /// Adds the point forces to the contact body, their opposites to the target (Eqs. C.42, C.43).
     pub(super) fn push(
         &self,
         bodies: &[BodyState],

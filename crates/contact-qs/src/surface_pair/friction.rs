@@ -1,7 +1,7 @@
 //! Friction of a surface pair: tangents, slips, history of every point.
 //!
 //! The slip of a point is the path of its projection over the material of the target, from the place where it stuck last (docs/theory.md
-//! Eqs. F.24 to F.26). It does not change when both bodies move together, and forces along the tangents that belong to it
+//! Eqs. F.20 to F.22). It does not change when both bodies move together, and forces along the tangents that belong to it
 //! keep both momenta and do no work but on the slip. References stay within a step as in a plane contact
 //! (docs/decisions/0005-friction.md).
 
@@ -114,7 +114,7 @@ impl PairFriction {
         }
     }
 
-    /// Tangents and slip of point `i`, projected to `found` at gap `gap` (Eqs. F.24 to F.27). `functions` are those of the place
+    /// Tangents and slip of point `i`, projected to `found` at gap `gap` (Eqs. F.20 to F.23). `functions` are those of the place
     /// found.
     pub fn set_slip(
         &mut self,
@@ -291,7 +291,7 @@ impl PairFriction {
         }
     }
 
-    /// Work of sliding, its rates from what was `time` ago (Eqs. F.28, F.30); without, if nothing moves.
+    /// Work of sliding, its rates from what was `time` ago (Eqs. F.25, F.15); without, if nothing moves.
     pub fn sliding_work(&mut self, forces: &[f64], time: Option<f64>) -> SlidingWork {
         let (mut increments, mut rates) = (std::mem::take(&mut self.now), std::mem::take(&mut self.rates));
         for (k, (now, rate)) in increments.iter_mut().zip(&mut rates).enumerate() {
@@ -400,7 +400,7 @@ fn combination(vectors: &[[f64; 3]], components: &[f64]) -> [f64; 3] {
 }
 
 /// Size of a friction force along `tangents` whose components have size one, in the direction of `components`; in the mean of all
-/// directions if these are zero (Eq. F.29).
+/// directions if these are zero (Eq. F.24).
 fn force_length(tangents: &[[f64; 3]], components: &[f64]) -> f64 {
     let size = components.iter().map(|c| c * c).sum::<f64>().sqrt();
     match tangents {

@@ -1,5 +1,5 @@
 //! A place of the target with a normal that it does not have by itself: where edges cross, or a corner or an edge of the target meets the contact
-//! body (docs/theory.md Eq. C.126).
+//! body (docs/theory.md Eq. C.63).
 
 use ffr_dynamics::data_error::DataError;
 use iga_core::nurbs::jet::{difference, dot, norm};

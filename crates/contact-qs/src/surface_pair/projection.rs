@@ -1,4 +1,4 @@
-//! Closest points on a displaced target surface (docs/theory.md Eqs. C.37, C.38).
+//! Closest points on a displaced target surface (docs/theory.md Eqs. C.38, C.39).
 
 use std::ops::Range;
 
@@ -85,7 +85,7 @@ impl Functions {
         self.rows[..self.n].iter().map(move |r| r[1 + a])
     }
 
-    /// Evaluates the functions at `place`; returns the element (Eq. C.36).
+    /// Evaluates the functions at `place`; returns the element (Eq. C.37).
     fn evaluate(&mut self, surface: &TargetSurface, place: &SurfacePlace) -> u32 {
         let grid = &surface.faces[place.face as usize];
         let index = grid.element(&place.xi);
@@ -269,7 +269,7 @@ impl Displaced<'_> {
         jet
     }
 
-    /// Normal and gap of `point`, whose projection along continuous normals ended at `found` (Eq. C.51).
+    /// Normal and gap of `point`, whose projection along continuous normals ended at `found` (Eq. C.53).
     fn at_foot(&self, found: &Foot, point: &[f64; 3], functions: &mut Functions) -> Projection {
         let place = SurfacePlace { face: found.piece, xi: found.xi };
         let jet = self.normal_jet(&place, functions);
@@ -302,7 +302,7 @@ impl Displaced<'_> {
     }
 
     /// Newton's step on the free parameters and the length of the tangential residual there; none unless the Hessian is
-    /// positive definite (Eq. C.37).
+    /// positive definite (Eq. C.38).
     fn newton(&self, place: &SurfacePlace, jet: &SurfaceJet, point: &[f64; 3]) -> Option<([f64; 2], f64)> {
         let grid = &self.surface.faces[place.face as usize];
         let r = difference(&jet.point, point);
@@ -332,7 +332,7 @@ impl Displaced<'_> {
         ))
     }
 
-    /// Closest point by a search that cannot be led astray (Eq. S.14).
+    /// Closest point by a search that cannot be led astray (Eq. S.21).
     fn safeguarded(&self, start: &SurfacePlace, point: &[f64; 3], functions: &mut Functions) -> Projection {
         let grid = &self.surface.faces[start.face as usize];
         let (mut lower, mut upper) = ([0.0; 2], [0.0; 2]);
@@ -399,7 +399,7 @@ impl Displaced<'_> {
         self.complete(*place, &jet, &jet.point, functions)
     }
 
-    /// Normal and gap at a closest point (Eq. C.38).
+    /// Normal and gap at a closest point (Eq. C.39).
     ///
     /// On the axis of an axisymmetric model the surface goes on beyond its end as its mirror image: there is nothing beyond,
     /// and the normal is the axis, whatever slope the displaced functions have there.

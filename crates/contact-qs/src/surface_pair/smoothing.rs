@@ -1,4 +1,4 @@
-//! Continuous normals of a surface of pieces (docs/theory.md Eq. C.50).
+//! Continuous normals of a surface of pieces (docs/theory.md Eq. C.52).
 
 use iga_core::nurbs::jet::{cross, norm};
 

@@ -120,7 +120,7 @@ impl PairZone {
         jacobian.moved(&self.jacobian, surface, is_chosen)
     }
 
-    /// Projects the compliances on `rows` for the points chosen by `is_member` (Eq. C.39), on tangents for `friction`. The others
+    /// Projects the compliances on `rows` for the points chosen by `is_member` (Eq. C.40), on tangents for `friction`. The others
     /// are taken to move by no force and to bear none.
     pub fn build(
         &mut self,

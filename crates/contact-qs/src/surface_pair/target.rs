@@ -1,7 +1,7 @@
 //! The target of a contact: faces of a spline body as data, with low modes and interface compliance of their functions.
 //!
 //! Whatever the space, its functions on an element of a face are `N_A / Σ N_B` with polynomials `N_A`: their Bernstein
-//! coefficients are found once (Eq. C.36), so that an evaluation needs neither space nor patch.
+//! coefficients are found once (Eq. C.37), so that an evaluation needs neither space nor patch.
 
 use std::collections::BTreeMap;
 
@@ -209,7 +209,7 @@ impl TargetSurface {
         Ok(surface)
     }
 
-    /// Surface of a flexible body that is made of pieces; points are projected on it along continuous normals (Eqs. C.49 to C.51). `shapes` and
+    /// Surface of a flexible body that is made of pieces; points are projected on it along continuous normals (Eqs. C.51 to C.53). `shapes` and
     /// `interface` are those of [`TargetSurface::flexible`].
     ///
     /// # Errors
@@ -270,7 +270,7 @@ impl TargetSurface {
     }
 
     /// The surface as the whole of a body's: its ends are edges of the body, not of what is known of it. Points that lie beyond the end of
-    /// a face by no more than `overhang` \[m\], which edges that lie on each other are displaced by, count as lying over it (Eq. C.53).
+    /// a face by no more than `overhang` \[m\], which edges that lie on each other are displaced by, count as lying over it (Eq. C.57).
     /// Pieces are faces then, with the normals that they have.
     #[must_use]
     pub fn with_edges(mut self, overhang: f64) -> Self {

@@ -1,4 +1,4 @@
-//! Where the entries of a supernodal factor stand, and which supernode changes which (Eq. R.2b).
+//! Where the entries of a supernodal factor stand, and which supernode changes which (Eq. R.4).
 //!
 //! Wide supernodes are cut into panels of at most [`PANEL`] columns. A panel is stored by columns: its own rows first, then those of the
 //! later panels of its supernode, then the pattern. Offsets are `usize`, so that factors of more than 4e9 entries can be counted.

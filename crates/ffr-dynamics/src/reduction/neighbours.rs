@@ -1,4 +1,4 @@
-//! Eigenvalues on both sides of a shift, and how many lie below it (Eqs. R.3, R.9b).
+//! Eigenvalues on both sides of a shift, and how many lie below it (Eqs. R.7, R.15).
 //!
 //! `(K - mu M)^-1 M` has the eigenvalues `1 / (lambda - mu)`. Those next to the shift are the largest on either side and stand after a
 //! few blocks, however many lie below; the factor that is solved with tells how many that are.

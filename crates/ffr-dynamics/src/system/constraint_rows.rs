@@ -1,5 +1,5 @@
 //! Constraints of loop-closing joints and gears at one instant: residuals, directions, accelerations by velocities alone, and how readily free
-//! bodies answer them (docs/theory.md Eq. M.18, M.19, M.70).
+//! bodies answer them (docs/theory.md Eq. M.32, M.33, M.37).
 
 use nalgebra::{Matrix3, Vector3};
 

@@ -1,4 +1,4 @@
-//! Inertia forces and weight of a body, fixed in space and to its material points (docs/theory.md Eq. M.39).
+//! Inertia forces and weight of a body, fixed in space and to its material points (docs/theory.md Eq. M.56).
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 

@@ -159,7 +159,7 @@ impl BodyWorkspace {
         }
     }
 
-    /// Adds geometric stiffening to the coupling with translation (Eq. M.30); returns what it does to the rigid part.
+    /// Adds geometric stiffening to the coupling with translation (Eq. M.44); returns what it does to the rigid part.
     fn stiffen(&mut self, state: &BodyState) -> Stiffened {
         let (q, rates) = (&state.elastic, &state.elastic_rates);
         let n_q = q.len();

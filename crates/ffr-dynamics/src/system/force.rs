@@ -77,7 +77,7 @@ pub struct ForceEnergies {
     /// Work lost since the inner state was saved last that is a function of the present state \[J\].
     ///
     /// Where a point begins to slide, its power jumps, which no quadrature over a step sees; `b|w|` with its bound and its slip
-    /// is what it loses beside `∫ |w| db`, which begins at zero (docs/theory.md Eq. F.30).
+    /// is what it loses beside `∫ |w| db`, which begins at zero (docs/theory.md Eq. F.15).
     pub slid: f64,
     /// Rate of `slid` \[W\].
     pub slid_rate: f64,

@@ -108,7 +108,7 @@ impl Footprint {
         self.share(self.along(x)) <= 1.0
     }
 
-    /// Distance of a point from the zone, to the order of the curvature (theory Eq. C.71) \[m\].
+    /// Distance of a point from the zone, to the order of the curvature (theory Eq. C.72) \[m\].
     fn distance(&self, x: &[f64; 3]) -> f64 {
         let [u, v] = self.along(x);
         let inside = 1.0 / self.share([u, v]).max(1.0);
@@ -266,7 +266,7 @@ impl FineElements {
         Ok(assembled)
     }
 
-    /// Displacements of the mesh before (n_before x k) on the free nodes: the same fields (theory Eq. A.5).
+    /// Displacements of the mesh before (n_before x k) on the free nodes: the same fields (theory Eq. A.12).
     pub fn prolonged(&self, shapes: MatRef<'_, f64>) -> Mat<f64> {
         let mut fine = Mat::zeros(self.n_unknowns(), shapes.ncols());
         for node in 0..self.refined.n_free() {
@@ -353,7 +353,7 @@ impl Field for FineElements {
     }
 }
 
-/// Puts points and sides of `zone` on the surface `fit`, so far inside that none of it stands out of where they were (theory Eq. C.74).
+/// Puts points and sides of `zone` on the surface `fit`, so far inside that none of it stands out of where they were (theory Eq. C.75).
 fn smooth(zone: &mut ContactZone, fit: &SmoothFit) {
     let places = zone.points.iter().map(|p| p.position).chain(zone.nodes().into_iter().map(|(_, x)| x));
     let outmost = places.map(|x| fit.above(&x)).fold(f64::NEG_INFINITY, f64::max);

@@ -342,7 +342,7 @@ impl FineMesh {
         Discretised { patches: &self.patches, space: &self.space, model: &self.model, lookup: &self.lookup }
     }
 
-    /// Displacements of the coarse unknowns (n_coarse x k) on the fine ones: the same displacement fields (theory Eq. A.5).
+    /// Displacements of the coarse unknowns (n_coarse x k) on the fine ones: the same displacement fields (theory Eq. A.12).
     /// On a turned net the nearest ones in the mass norm.
     pub fn prolong(&self, coarse: &AssembledBody, shapes: MatRef<'_, f64>) -> Mat<f64> {
         match &self.rotated {
@@ -367,7 +367,7 @@ impl FineMesh {
     }
 
     /// Reduces the body with the matrices `assembled` for quasistatic contact at the interface `unknowns`, the dynamic
-    /// coordinates being those of the reduced `coarse` model (theory Eqs. A.5, A.6).
+    /// coordinates being those of the reduced `coarse` model (theory Eqs. A.12, A.13).
     ///
     /// # Errors
     /// [`AdaptiveError::Reduction`] with the body's name.

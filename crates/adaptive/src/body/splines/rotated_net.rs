@@ -1,7 +1,7 @@
 //! The coarse model of a body with its parametrisation turned, for contact where the body's own net is singular
 //! (theory section A.3, `docs/decisions/0010-turned-nets.md`).
 //!
-//! A ball, cylinder or disc stays what it is when its net is turned, an ellipsoid when the ball that it is stretched from is (theory Eq. A.75). So a contact interval can always be laid where the net is
+//! A ball, cylinder or disc stays what it is when its net is turned, an ellipsoid when the ball that it is stretched from is (theory Eq. A.16). So a contact interval can always be laid where the net is
 //! regular and smooth: the fine model refines a turned copy of the coarse model, and the coarse modes are carried over by
 //! projection.
 

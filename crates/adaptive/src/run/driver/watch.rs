@@ -1,4 +1,4 @@
-//! The watch of a run: no bodies go through each other, whatever their contacts say (docs/theory.md Eq. P.13).
+//! The watch of a run: no bodies go through each other, whatever their contacts say (docs/theory.md Eq. P.12).
 
 use super::Driver;
 use crate::checks::watch::{Seen, Unknown, WatchedPair};

@@ -1,4 +1,4 @@
-//! What the waves that an impact sends into a body take of its energy (theory Eqs. N.8, N.9).
+//! What the waves that an impact sends into a body take of its energy (theory Eqs. N.10, N.11).
 
 use std::f64::consts::TAU;
 

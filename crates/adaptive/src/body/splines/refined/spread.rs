@@ -1,4 +1,4 @@
-//! A contact zone that spreads over several faces of a body: which parts of which faces lie in it (theory Eqs. A.61, A.62).
+//! A contact zone that spreads over several faces of a body: which parts of which faces lie in it (theory Eqs. A.8, A.9).
 
 use iga_core::ParameterBox;
 use iga_core::elasticity::Model;
@@ -16,13 +16,13 @@ use crate::body::splines::ElasticBody;
 
 /// Places a direction at which a face is looked at for parts of a zone.
 const SAMPLES: usize = 64;
-/// Cosine of the angle between normals on both sides of an edge up to which the surface goes on: 8 degrees, as where bodies touch (C.56).
+/// Cosine of the angle between normals on both sides of an edge up to which the surface goes on: 8 degrees, as where bodies touch (C.61).
 const SMOOTH: f64 = 0.99;
 /// Rounds of a search whose window doubles: more than from an element to a body.
 const ROUNDS: usize = 40;
 
 /// Coordinates along the surface about the middle of a zone, in units of half its widths: along the first tangent of the touched face and across it, in
-/// the plane that touches the face there (A.61).
+/// the plane that touches the face there (A.8).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ZoneFrame {
     centre: Vector3<f64>,
@@ -37,7 +37,7 @@ pub struct ZoneFrame {
     pub ends: [[IntervalEnd; 2]; 2],
 }
 
-/// Widths of an area of contact in all directions, from those in two that need not be perpendicular (A.61).
+/// Widths of an area of contact in all directions, from those in two that need not be perpendicular (A.8).
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Extents {
     /// Directions half way between the two, and across that.

@@ -1,4 +1,4 @@
-//! Levels of a zone that spreads over several faces: one lattice for all directions that shared faces turn into one another (theory Eq. A.63).
+//! Levels of a zone that spreads over several faces: one lattice for all directions that shared faces turn into one another (theory Eq. A.10).
 
 use iga_core::ParameterBox;
 use iga_core::nurbs::Patch;
