@@ -71,6 +71,9 @@ def check_book():
     for page in set(listed) ^ set(there):
         check(False, f"docs/SUMMARY.md: {page} is not listed, or not there")
     check(len(listed) == len(set(listed)), "docs/SUMMARY.md lists a page twice")
+    decided = set(links((DOCS / "decisions/README.md").read_text()))
+    for page in sorted((DOCS / "decisions").glob("0*.md")):
+        check(page.name in decided, f"docs/decisions/README.md does not list {page.name}")
 
 
 def check_gallery():
