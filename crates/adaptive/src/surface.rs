@@ -114,7 +114,7 @@ pub trait Surface: Send + Sync {
     /// Curvatures at `place`; none where the surface has none.
     fn shape_at(&self, place: &SurfacePlace) -> Option<LocalShape>;
 
-    /// Of the places where `place` is, on each face that meets there, the one whose normal is nearest to `direction`.
+    /// The point of `place` as a place of the face, among those that meet there, whose normal is nearest to `direction`.
     fn turned_to(&self, place: &SurfacePlace, direction: &Vector3<f64>) -> SurfacePlace;
 
     /// Whether a plane face through `point` has the outward normal `outward`, but for the angle `parallel` \[rad\] (Eq. C.60).

@@ -55,7 +55,7 @@ pub use projection::SurfacePlace;
 pub use state::{PairFound, PairState, PairWorkspace};
 pub use target::{TargetFace, TargetSurface};
 
-/// What a surface pair consists of besides points and surface.
+/// Settings of a surface pair besides its points and its surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfacePairSettings {
     /// Index of the body that carries the points in the lists given to [`ForceElement::evaluate`].
@@ -80,7 +80,7 @@ pub struct SurfacePair {
     facing: Vec<[f64; 3]>,
     /// Rows of the contact body's low-frequency shapes.
     low_rows: Vec<f64>,
-    /// The same, mode after mode.
+    /// The entries of `low_rows`, mode after mode.
     low_columns: Vec<f64>,
     n_modes: usize,
     interface: SparseRows,
@@ -210,7 +210,7 @@ impl SurfacePair {
         if self.friction.is_some() { self.motion.n_components() - 1 } else { 0 }
     }
 
-    /// What both bodies yield by; none when all modes are dynamic.
+    /// Compliances and target surface of the pair; none when all modes are dynamic.
     fn both(&self) -> Option<PairBodies<'_>> {
         self.compliances.as_ref().map(|compliances| PairBodies { compliances, surface: &self.surface })
     }

@@ -17,7 +17,7 @@ use std::time::Duration;
 
 use ffr_dynamics::reduction::memory::{self, gigabytes};
 
-/// That of a model that cannot be built.
+/// Exit code when memory ends: that of a model that cannot be built.
 pub const EXIT_CODE: u8 = 4;
 /// Requests from here on are compared with what is left: far more than looking costs \[bytes\].
 const LARGE: usize = 1 << 26;

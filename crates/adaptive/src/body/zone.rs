@@ -41,7 +41,7 @@ pub struct ContactZone {
     pub widths: [f64; 2],
     /// The part of the surface that points of another body may touch.
     pub region: ZoneRegion,
-    /// What it is of the surface of the body.
+    /// Which part of the surface of the body it covers.
     pub extent: ZoneExtent,
     /// Indices of the points that meet an edge or a corner of the target (theory Eq. C.63).
     pub meeting: Vec<usize>,
@@ -59,21 +59,21 @@ pub struct PointsAbout {
 /// Halvings of the sides of elements towards a place where an edge touches (theory Eq. C.65).
 const HALVINGS: u8 = 5;
 
-/// What of the surface of its body a zone is.
+/// How much of the surface of a body its contact zone covers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ZoneExtent {
-    /// A part: contact must not reach its end.
+    /// A part of a face or of several; contact that reaches its end makes it too small.
     Part,
-    /// All faces, of which smooth parts are touched: contact must not reach an edge.
+    /// All faces, touched inside of their smooth parts; contact must not reach an edge.
     Faces,
-    /// The whole surface with its edges and corners, which touch and are touched (theory section C.9).
+    /// All faces with the edges and corners between them, at which contact is possible as well (theory section C.9).
     Whole,
 }
 
 /// A part of a body's surface.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ZoneRegion {
-    /// Of faces of a spline body.
+    /// Faces of a body of splines.
     Faces(Vec<TargetFace>),
     /// Sides of a mesh.
     Pieces(Arc<PiecewiseSurface>),

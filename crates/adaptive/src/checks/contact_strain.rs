@@ -6,7 +6,7 @@ use crate::record::warning::{Warning, WarningKind};
 /// Contact radius over the radius of curvature that is told: the strain in the contact is some 0.2 of it (Tabor), beyond the yield
 /// point of every metal.
 pub const LARGE_CONTACT_STRAIN: f64 = 0.1;
-/// The same at which a run ends: Hertz's parabola leaves a sphere by a third of the approach.
+/// The ratio at which a run ends: Hertz's parabola leaves a sphere by a third of the approach.
 pub const HUGE_CONTACT_STRAIN: f64 = 0.5;
 
 /// Contact radius over the radius of curvature of two bodies that press each other with the mean pressure `pressure` \[Pa\], from Hertz's

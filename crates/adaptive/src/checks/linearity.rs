@@ -38,7 +38,7 @@ const CLAMPED: f64 = 0.157;
 /// Numbers kept of the gradients of a body's modes at most.
 const MOST_NUMBERS: usize = 1 << 20;
 
-/// What of a body is beyond a limit, and how far.
+/// The largest values that a body has reached of the quantities that linear theory limits.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Extremes {
     /// Largest turn of a part \[rad\], and when.

@@ -24,9 +24,9 @@ const AT_ONCE: f64 = 10.0;
 
 /// Surfaces of a pair, or the spheres that stand for them under Hertz's law.
 enum Shapes {
-    /// Those of the contact's own detection, which follow the modes that its bodies have at present.
+    /// The surfaces of the detection of the contact, which follow the modes that its bodies have at present.
     Refined,
-    /// Others, which last for the run.
+    /// Surfaces of their own, the same for the whole run.
     Lasting(Box<Detector>),
     /// Two spheres, or one and the plane of the target.
     Spheres(Sphere, Option<Sphere>),
@@ -37,7 +37,7 @@ enum Shapes {
 pub struct Overlap {
     /// Depth of the deepest place \[m\].
     pub depth: f64,
-    /// That place in space \[m\].
+    /// The deepest place, in space \[m\].
     pub place: Vector3<f64>,
 }
 
@@ -52,7 +52,7 @@ pub struct Unknown {
     pub known: f64,
 }
 
-/// What is watched of a contact in the running phase.
+/// What the watch keeps of a contact in the running phase.
 pub struct WatchedPair {
     shapes: Shapes,
     target: Target,
@@ -69,7 +69,7 @@ pub struct WatchedPair {
     has_seen: bool,
 }
 
-/// What a contact says of the overlap of its bodies.
+/// How far a contact knows of the overlap of its bodies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seen {
     /// How deep it is; negative for a gap \[m\].

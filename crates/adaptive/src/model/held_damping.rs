@@ -37,7 +37,7 @@ pub(super) fn hold(
     Ok(())
 }
 
-/// What `body` loses by itself, its model having the damping of the free body.
+/// The damping ratios of `body` by its own law; its model still has the damping of the free body.
 fn own(asked: &DampingSpec, body: &BodyModel) -> Result<Option<OwnDamping>, DynamicsError> {
     let Some(law) = law(asked)? else { return Ok(None) };
     let stiffness = &body.data.modal_stiffness;

@@ -100,7 +100,7 @@ pub struct Driver<'a> {
     watched: Vec<WatchedPair>,
 }
 
-/// What the work of the running phase is counted from.
+/// Counters and clocks at the start of the running phase, from which its work is counted.
 struct PhaseWork {
     /// Start of the phase \[s\].
     start: f64,
@@ -396,7 +396,8 @@ impl<'a> Driver<'a> {
         })
     }
 
-    /// Those of the contacts `which` whose surfaces may have met in the last step; the others have come nearer.
+    /// The contacts among `which` whose surfaces may have met in the last step; the clearance of the others is lowered by the way that they may have
+    /// closed.
     ///
     /// The speed at which they approach is taken at both ends of the step. What moves a frame there is resolved by the step, vibration
     /// of the body itself is bounded for all times (theory Eq. C.33).

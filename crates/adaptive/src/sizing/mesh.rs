@@ -138,9 +138,10 @@ fn finer(candidate: &Candidate<'_>, elements: &[usize], group: &[usize]) -> Vec<
 /// Errors that need not be found again.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Known {
-    /// Those found on the very mesh.
+    /// Errors that were found on this mesh.
     OnThisMesh,
-    /// Those of directions that have not been refined since, where they were no more than their share: enough to go on refining.
+    /// Also errors that were found on coarser meshes, of directions that have not been refined since and made no more than their share: enough to go
+    /// on refining, not to accept a mesh.
     Converged,
 }
 

@@ -11,7 +11,7 @@ use crate::surface::{MeshSurface, Surface, SurfacePlace};
 /// Sides of quadratic elements on the contact radius that make the force right to half a per cent: with one the force of a ball is off by 0.7 %, with
 /// two by 0.2 % (Eq. P.10).
 pub const QUADRATIC: f64 = 2.0;
-/// The same of linear elements: with three the force is off by 3 %, which falls with the square of their length.
+/// Linear elements over the contact radius: with three the force is off by 3 %, which falls with the square of their length.
 pub const LINEAR: f64 = 8.0;
 /// Growth of elements per length away from the touch in a field of sizes.
 pub const GROWTH: f64 = 0.35;

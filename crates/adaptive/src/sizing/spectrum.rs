@@ -50,7 +50,7 @@ pub struct FrequencyProblem<'a> {
 }
 
 impl<'a> FrequencyProblem<'a> {
-    /// That of `body`, called `name`.
+    /// The eigenvalue problem of `body`, whose name is `name`.
     ///
     /// # Errors
     /// [`AdaptiveError::Reduction`] naming the body.

@@ -50,9 +50,9 @@ pub enum ContactLaw {
 /// Contact by Hertz's law.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HertzSpec {
-    /// What touches of the contact body.
+    /// The part of the contact body that touches.
     pub contact: HertzPartner,
-    /// What touches of the target.
+    /// The part of the target that touches.
     pub target: HertzPartner,
     /// Coefficient of friction, of stick and slip alike.
     pub friction: f64,

@@ -112,7 +112,7 @@ impl ObservedPoint {
 /// The system of a run.
 pub type System = Multibody<RunContact>;
 
-/// What of a system is recorded besides bodies and contacts.
+/// What is recorded of a system in addition to bodies and contacts.
 #[derive(Debug, Clone, Default)]
 pub struct Observed {
     /// Points.

@@ -26,9 +26,9 @@ pub struct RigidSurface {
     space: PatchSpace,
     /// All its faces, without contact points.
     faces: ContactZone,
-    /// The same with edges.
+    /// All its faces with the edges between them.
     whole: ContactZone,
-    /// It has no unknowns.
+    /// Unknowns of the shape: none.
     lookup: DofLookup,
     shapes: Mat<f64>,
 }

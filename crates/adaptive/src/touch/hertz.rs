@@ -85,7 +85,7 @@ pub fn hertz_impact(partners: &[LocalSurface; 2], inverse_mass: f64, speed: f64)
     Some(law.at_force(law.stiffness() * approach.powf(1.5)))
 }
 
-/// Hertz's contact of two surfaces, and which way it lies.
+/// Hertz's contact of two surfaces, with the directions of its ellipse.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HertzLaw {
     ellipse: HertzEllipse,
@@ -118,13 +118,13 @@ impl HertzLaw {
     }
 }
 
-/// Smaller over larger curvature of a gap below which surfaces touch along a line: the fits of meshes err by less.
+/// Ratio of the smaller to the larger curvature of the gap below which surfaces touch along a line; curvatures fitted to meshes are more accurate.
 const STRAIGHT: f64 = 1e-3;
 
 /// Curvature of the gap across the line along which two surfaces touch [1/m], and the unit vector in space across it; `None` if they are curved
 /// against each other both ways, or none over the length `size` \[m\].
 pub fn across_line(partners: &[LocalSurface; 2], size: f64) -> Option<(f64, Vector3<f64>)> {
-    /// Curvature times size that is round-off of fitted nodes.
+    /// Curvature times size below which a fitted surface counts as flat: round-off of the nodes.
     const PLANE: f64 = 1e-6;
     let RelativeCurvature { small, large, bent_direction } = RelativeCurvature::new(partners);
     let is_line = large * size > PLANE && small.abs() <= STRAIGHT * large;
@@ -142,7 +142,7 @@ struct RelativeCurvature {
 impl RelativeCurvature {
     fn new(partners: &[LocalSurface; 2]) -> Self {
         let mean: f64 = partners.iter().map(|p| 0.5 * (p.curvatures[0] + p.curvatures[1])).sum();
-        // The deviators add up as vectors of twice the angle.
+        // Half the differences of the principal curvatures add up as vectors of twice the angle.
         let [first, second] = partners;
         let main = if second.spread() >= first.spread() { second } else { first };
         let (mut along, mut across) = (0.0, 0.0);
@@ -154,7 +154,7 @@ impl RelativeCurvature {
         }
         let deviation = along.hypot(across);
         let (small, large) = (mean - deviation, mean + deviation);
-        // A partner without a direction, or with the same one, turns nothing.
+        // The normal of the tangent plane, from two directions that differ; without such directions nothing is turned.
         let normal = partners.iter().map(|p| p.direction.cross(&main.direction)).find(|v| v.norm() > 1e-6);
         let bent_direction = most_bent(&main.direction, normal, 0.5 * across.atan2(along));
         Self { small, large, bent_direction }
@@ -175,7 +175,7 @@ impl LocalSurface {
     }
 }
 
-/// Force between two touching bodies over their approach, without waves: what a preview puts in the place of a contact zone.
+/// Force between two touching bodies as a function of their approach: the force of a preview, in which no contact zone is built.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ImpactLaw {
     /// Hertz's contact of curved surfaces.
@@ -207,9 +207,9 @@ pub struct LineLaw {
 }
 
 impl LineLaw {
-    /// `curvature`: sum of both partners' curvatures in the plane [1/m]; `compliance`: sum of `(1 - ν²)/E`, that of a partner of
-    /// another thickness times `thickness` over its own [1/Pa]; `size`: distance over which the bodies yield; `thickness`
-    /// \[m\]. `None` where there is no law.
+    /// `curvature`: sum of the curvatures of both partners in the plane [1/m]; `compliance`: sum of `(1 - ν²)/E`, for a partner of another thickness
+    /// multiplied by `thickness` over its own [1/Pa]; `size`: size of the bodies, on whose logarithm the approach depends \[m\]; `thickness` \[m\].
+    /// `None` without curvature or compliance.
     pub fn new(curvature: f64, compliance: f64, size: f64, thickness: f64) -> Option<Self> {
         let is_possible = curvature > FLAT / size && compliance > 0.0 && compliance.is_finite();
         is_possible.then_some(Self { curvature, compliance, size, thickness })
@@ -257,7 +257,8 @@ pub struct StraightLine {
 }
 
 impl StraightLine {
-    /// The line of two partners of the size `size`, `length` long \[m\]; `None` if their relative curvature vanishes in no direction or in both.
+    /// The line contact of two partners of the size `size` over the length `length` \[m\]; `None` unless their relative curvature vanishes in exactly
+    /// one direction.
     pub fn new(partners: &[LocalSurface; 2], size: f64, length: f64) -> Option<Self> {
         let relative = RelativeCurvature::new(partners);
         let compliance = partners[0].compliance + partners[1].compliance;
@@ -266,7 +267,7 @@ impl StraightLine {
         Some(Self { law, across: relative.bent_direction })
     }
 
-    /// Whether `tangent`, one of two directions along the surface, lies rather across the line than along it.
+    /// Whether `tangent`, a direction along the surface, is nearer to the direction across the line than to the line.
     pub fn is_across(&self, tangent: &Vector3<f64>) -> bool {
         tangent.dot(&self.across).abs() > 0.5_f64.sqrt() * tangent.norm()
     }

@@ -18,7 +18,7 @@ use crate::touch::local_surface::SurfaceView;
 use crate::touch::side::{Moved, Side, touch_direction};
 use crate::touch::sites::Surfaces;
 
-/// What of two bodies touches first.
+/// Which parts of two surfaces touch first: smooth faces, flat faces, edges or lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TouchKind {
     /// Smooth parts of both surfaces, as Hertz's theory has it.
@@ -37,7 +37,7 @@ impl TouchKind {
         matches!(self, Self::Smooth | Self::Flat)
     }
 
-    /// What of the bodies touches, in words that follow "touch with".
+    /// The parts that touch, in words that follow "touch with".
     pub fn parts(self) -> &'static str {
         match self {
             Self::Smooth => "smooth faces",
@@ -52,8 +52,8 @@ const PARALLEL: f64 = 1e-6;
 /// Shortest step of the search for a touch, over the simulated time.
 const SHORTEST: f64 = 1e-6;
 
-/// Looks back, each twice as far as the one before, for a moment at which bodies that touch are apart: a thousand times what their speed
-/// along the normal would need.
+/// Attempts to find an instant before the start at which bodies that touch at the start are apart. Each goes twice as far back as the one before,
+/// the last a thousand times as far as their speed along the normal would need.
 const LOOKS_BACK: usize = 10;
 
 /// What touches first in `contact`, the bodies being in the motions `poses` at the start; `None` where it is not known: bodies that joints or
@@ -82,7 +82,7 @@ struct Pair {
 }
 
 impl Pair {
-    /// Those of `contact`; `None` of a body without a surface.
+    /// The two surfaces of `contact`; `None` if one of its bodies has none.
     fn new((spec, surfaces): (&RunSpec, &Surfaces), contact: &ContactSpec) -> Option<Self> {
         let of = |body: usize| Some((body, surfaces.of(&spec.bodies[body]).ok()??.surface));
         let target = match contact.target {
@@ -192,7 +192,7 @@ fn is_free(spec: &RunSpec, body: usize) -> bool {
 struct Flight<'a> {
     detector: Detector,
     poses: &'a [BodyState],
-    /// Those that fly; others are held.
+    /// Indices of the bodies that fly freely; the others are held.
     bodies: Vec<usize>,
     gravity: Vector3<f64>,
     /// Growth of the closing speed [m/s²].

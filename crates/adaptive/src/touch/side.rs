@@ -71,7 +71,7 @@ impl<'a> Side<'a> {
         Self { surface, rotation: pose.rotation, outward: Vector3::zeros(), size: surface.reach() }
     }
 
-    /// The same with its partner in the direction `outward` of space.
+    /// This side with its partner in the direction `outward`, given in space.
     #[must_use]
     pub fn facing(self, outward: &Vector3<f64>) -> Self {
         let in_body = self.rotation.inverse_transform_vector(outward);
@@ -145,7 +145,7 @@ impl<'a> Side<'a> {
     }
 }
 
-/// Those of `normals` that are not alike.
+/// `normals` without those that agree with an earlier one.
 fn different(normals: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
     let mut different: Vec<Vector3<f64>> = Vec::new();
     for normal in normals {

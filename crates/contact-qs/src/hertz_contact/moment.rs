@@ -3,7 +3,7 @@
 
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
-/// Both surfaces where they touch, in space.
+/// Normal, contact ellipse and curvatures of both surfaces at the touch, in space.
 pub(super) struct Bent<'a> {
     /// Unit normal towards the contact body.
     pub normal: Vector3<f64>,

@@ -45,7 +45,7 @@ pub(super) struct PairFriction {
     pub stick_slip: StickSlip,
     /// Slips at the last projection \[m\].
     pub slips: Vec<f64>,
-    /// The same without quasistatic displacement, and the displacements that the solver counted with.
+    /// Slips without quasistatic displacement, and the quasistatic displacements along the tangents that the solver counted with \[m\].
     pub free_slips: Vec<f64>,
     pub deflections: Vec<f64>,
     /// Deepest penetration without quasistatic displacement in the last solution \[m\].

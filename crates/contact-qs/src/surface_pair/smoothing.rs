@@ -23,7 +23,7 @@ pub(super) struct Smoothing {
 #[derive(Debug, Clone, Copy)]
 struct Corner {
     node: u32,
-    /// Where its slopes begin and end.
+    /// Begin and end of its slopes in the list of slopes.
     range: [u32; 2],
 }
 

@@ -24,7 +24,7 @@ pub(super) struct Compliances {
     bases: [Option<ModalBasis>; 2],
 }
 
-/// What both bodies of a pair yield by.
+/// The compliances of both bodies of a pair, and the surface of the target.
 #[derive(Clone, Copy)]
 pub(super) struct PairBodies<'a> {
     pub compliances: &'a Compliances,

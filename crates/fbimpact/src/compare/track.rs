@@ -15,7 +15,7 @@ pub struct Track<'a> {
     pub times: &'a [f64],
     /// Numbers in the order of rows.
     pub values: &'a [f64],
-    /// Numbers a row.
+    /// How many numbers each row has.
     pub width: usize,
     /// Column.
     pub column: usize,

@@ -28,7 +28,7 @@ pub struct FreeFlexibility {
 }
 
 impl FreeFlexibility {
-    /// That of a free problem whose `interface` was eliminated last.
+    /// The flexibility of a free problem whose `interface` was eliminated last.
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if the problem is clamped, or was built for another interface.

@@ -23,7 +23,7 @@ pub struct Neighbours {
     pub below: usize,
     /// The one next to the shift on its lower side [(rad/s)²].
     pub lower: f64,
-    /// Those above the shift, rising [(rad/s)²].
+    /// Eigenvalues above the shift, in ascending order [(rad/s)²].
     pub upper: Vec<f64>,
 }
 

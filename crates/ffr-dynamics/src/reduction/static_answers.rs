@@ -29,7 +29,7 @@ const SHARED_MASS: f64 = 1e-8;
 /// Loads whose static answers a basis takes.
 #[derive(Debug, Clone, Copy)]
 pub enum TakenLoads<'a> {
-    /// Those that a rank decision leaves ([`RANK_TOLERANCE`]).
+    /// Loads whose answers are linearly independent up to [`RANK_TOLERANCE`].
     ByRank,
     /// These columns, as decided for another model of the body.
     Given(&'a [usize]),

@@ -94,17 +94,17 @@ pub(super) struct Row {
     pub bias: f64,
 }
 
-/// Whose a constraint is.
+/// The joint or gear that a constraint belongs to.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Owner {
-    /// Of a joint that closes a loop.
+    /// A joint that closes a loop.
     Loop {
         /// Number of the joint.
         joint: usize,
         /// Whether it holds a rotation.
         is_rotation: bool,
     },
-    /// Of a gear.
+    /// A gear.
     Gear {
         /// Number of the gear.
         gear: usize,

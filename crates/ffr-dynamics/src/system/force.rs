@@ -81,7 +81,7 @@ pub struct ForceEnergies {
     pub slid: f64,
     /// Rate of `slid` \[W\].
     pub slid_rate: f64,
-    /// What of the dissipated power is that of sliding \[W\].
+    /// The part of the dissipated power that sliding friction takes \[W\].
     pub sliding_power: f64,
 }
 

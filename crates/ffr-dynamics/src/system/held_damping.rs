@@ -26,7 +26,7 @@ const FITTED: f64 = 1e-6;
 /// in the body's list of them.
 const OWN: f64 = 0.5;
 
-/// What a body loses by itself.
+/// The damping ratios of a body by its own law.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OwnDamping {
     /// Damping ratios.

@@ -105,7 +105,7 @@ impl LoopSolver {
         self.rows.iter().map(|r| r.residual.abs()).chain(gears).fold(0.0, f64::max)
     }
 
-    /// Whose constraint `k` is.
+    /// The joint or gear that constraint `k` belongs to.
     pub fn owner(&self, k: usize) -> Owner {
         match self.rows.get(k) {
             Some(Row { joint, is_rotation, .. }) => Owner::Loop { joint: *joint, is_rotation: *is_rotation },

@@ -30,7 +30,7 @@ impl Default for Rows {
 }
 
 impl Rows {
-    /// Those of a space whose elements are all plain.
+    /// The rows of a space in which no function depends on others.
     pub fn none() -> Self {
         Self::default()
     }

@@ -32,7 +32,7 @@ use crate::surface::{LocalShape, MeshSurface, Surface, SurfacePlace};
 /// Sides of quadratic elements across the narrower width of a zone, at least: twice as many at most, since elements are halved. With seven tenths of
 /// the width in contact, 2.1 to 4.2 on the contact radius, where two make the force right to 0.2 % ([`crate::sizing::mesh_touch::QUADRATIC`]).
 pub const QUADRATIC: usize = 6;
-/// The same of linear elements.
+/// Sides of linear elements across the narrower width of a zone, at least.
 pub const LINEAR: usize = 16;
 
 /// Elements over the narrow width of a zone of `mesh` unless the scenario says otherwise.
@@ -52,7 +52,7 @@ const MOST: usize = 300_000;
 /// Displacement components of a node.
 const N_COMPONENTS: usize = 3;
 
-/// What is asked of a fine model.
+/// The zone that a fine model is to have: its middle, its widths, its elements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WantedZone {
     /// The middle of the zone.

@@ -9,10 +9,11 @@ use crate::spec::Target;
 
 /// Overlap that says nothing, as a share of the size of the smaller body: far above what detection leaves, 1e-12 of the larger one.
 const SMALL: f64 = 1e-6;
-/// The same as a share of the width of a contact zone: bodies that are curved by twice the width lie so deep in each other before the first
-/// of ten points touches.
+/// Overlap that says nothing, as a share of the width of a contact zone: bodies that are curved by twice the width lie so deep in each other before
+/// the first of ten points touches.
 const BETWEEN_POINTS: f64 = 1e-3;
-/// The same as a share of the size of whole surfaces, beside the height of these between their points.
+/// Overlap that says nothing, as a share of the size of bodies with contact on their whole surfaces; the height of the surface between its points is
+/// added.
 const ON_SURFACES: f64 = 1e-4;
 
 impl Driver<'_> {

@@ -64,11 +64,11 @@ fn elements_over(half_waves: f64, p: usize) -> usize {
 
 /// A body of a single patch and the waves of its highest mode.
 struct Proportions {
-    /// Of the parameter lines, of slender tubes the diameter in place of the way around \[m\].
+    /// Lengths of the parameter lines, of slender tubes the diameter in place of the way around \[m\].
     lengths: Vec<f64>,
     /// The direction that runs around a hole and ends where it begins; none of slender tubes, which move as bars.
     around: Option<usize>,
-    /// Of what waves bend \[m\].
+    /// Thickness of the wall or bar that waves bend \[m\].
     thickness: f64,
     /// Half a wave of the highest mode \[m\].
     half_wave: f64,

@@ -145,7 +145,7 @@ pub struct Surroundings<'a> {
 }
 
 impl<'a> Surroundings<'a> {
-    /// Those of `body`.
+    /// The neighbours and outer faces of `body`.
     pub fn new(body: &'a ElasticBody) -> Self {
         let patches = &body.shape.patches[..];
         let ties: Vec<PatchTies> = patches.iter().map(PatchTies::detect).collect();
