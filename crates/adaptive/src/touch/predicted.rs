@@ -27,12 +27,12 @@ pub enum TouchKind {
     Flat,
     /// An edge, a rim or a corner of one of the bodies or of both.
     Edge,
-    /// An edge of the target that lies along a face of the contact body: contact points stand at its ends at most.
+    /// An edge of the target that lies along a face of the contact body, where no contact points stand but perhaps at its ends.
     BetweenPoints,
 }
 
 impl TouchKind {
-    /// Whether the pressure has a bound: under edges, rims and corners what is found is the mesh's.
+    /// Whether the pressure has a limit when elements shrink; under edges, rims and corners it has none.
     pub fn bounds_pressure(self) -> bool {
         matches!(self, Self::Smooth | Self::Flat)
     }
@@ -56,8 +56,8 @@ const SHORTEST: f64 = 1e-6;
 /// the last a thousand times as far as their speed along the normal would need.
 const LOOKS_BACK: usize = 10;
 
-/// What touches first in `contact`, the bodies being in the motions `poses` at the start; `None` where it is not known: bodies that joints or
-/// loads hold other than in their place, that have no exact shape, or do not meet.
+/// The kind of the first touch of `contact`, with the motions `poses` of the bodies at the start. `None` if it is not known: for bodies that move on
+/// joints or under loads, that have no surface, or that do not meet.
 pub fn touch_kind(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Option<TouchKind> {
     kind_of_touch((spec, &Surfaces::default()), contact, poses)
 }
@@ -115,10 +115,10 @@ fn touch_in_flight(
     Flight::new((spec, surfaces), contact, poses)?.touch(spec.settings.end_time)
 }
 
-/// What Hertz's law has no answer for where one relative curvature vanishes or is negative.
+/// The reason for which Hertz's law does not hold where a relative curvature is zero or negative.
 const ALONG_LINE: &str = "surfaces touch along a line or lie in each other";
 
-/// Why the first touch of `contact` is none that Hertz's law `law` has an answer for; `None` if it is one, or not known.
+/// The reason for which Hertz's law `law` does not hold for the first touch of `contact`; `None` if it holds, or if the touch is not known.
 pub(crate) fn no_hertz_point(
     (spec, surfaces): (&RunSpec, &Surfaces),
     contact: &ContactSpec,
@@ -153,8 +153,8 @@ pub(crate) fn no_hertz_point(
     HertzLaw::new(&[own_view.surface, other]).is_none().then_some(ALONG_LINE)
 }
 
-/// What touches at the places `nearest` of a contact body and a target, surfaces with their motions; the target is a plane if there is none.
-/// Flat faces meet as a whole if they are inclined by no more than the angle `parallel` \[rad\].
+/// The kind of touch at the places `nearest` of a contact body and a target, which are given as surfaces with their motions; without a target that of
+/// a body and a plane. Flat faces meet as a whole if they are inclined by no more than the angle `parallel` \[rad\].
 pub fn touch_kind_at(
     own: Moved<'_>,
     other: Option<Moved<'_>>,
@@ -219,7 +219,7 @@ impl<'a> Flight<'a> {
         let gravity = spec.settings.gravity;
         let falls = |body: &usize| !spec.is_held(*body);
         let bodies: Vec<usize> = [Some(contact.body), other].into_iter().flatten().filter(falls).collect();
-        // Bodies that fall side by side do not approach each other for that.
+        // Gravity accelerates two free bodies alike, so that they do not approach each other by it.
         let acceleration = if bodies.len() == 2 { 0.0 } else { gravity.norm() };
         let overlap = contact.initial_overlap;
         Some(Self { detector, poses, bodies, gravity, acceleration, size, overlap })
@@ -263,7 +263,7 @@ impl<'a> Flight<'a> {
         if gap < -settings.gap - self.overlap {
             return None; // refused for its overlap
         }
-        // Bodies that touch have no direction between them: a moment before they do, even if that is before the start.
+        // The direction between bodies is not defined when they touch: the instant just before is taken, even if it is before the start.
         let speed = self.detector.closing_speed_bound(&self.at(time));
         let mut back = 2.0 * (settings.gap - gap.min(0.0)) / speed;
         for _ in 0..LOOKS_BACK {
