@@ -217,7 +217,7 @@ impl<'a> Candidate<'a> {
         mesh::proportions::groups(&self.spec.shape)
     }
 
-    /// For each direction, the first one that the body cannot be told from: a mirror turns the one into the other.
+    /// For each direction, the first one that is equivalent to it because a mirror turns the one into the other.
     fn equivalent_directions(&self) -> Vec<usize> {
         let degrees = self.degrees();
         let is_isotropic =
@@ -238,14 +238,14 @@ impl<'a> Candidate<'a> {
         work::begin(format!("modes of a mesh with some {} unknowns", self.unknowns(elements)))
     }
 
-    /// The body with `elements` a direction.
+    /// The body with `elements`, a number for each direction.
     fn build(&self, elements: &[usize]) -> Result<ElasticBody, AdaptiveError> {
         let mut spec = self.spec.clone();
         spec.discretisation.elements = elements.to_vec();
         ElasticBody::build(self.name, spec)
     }
 
-    /// The `n` lowest eigenfrequencies \[Hz\], or all if there are fewer, with `elements` a direction.
+    /// The `n` lowest eigenfrequencies \[Hz\], or all if there are fewer, with `elements`, a number for each direction.
     ///
     /// # Errors
     /// [`AdaptiveError`] naming the body.

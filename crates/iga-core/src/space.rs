@@ -65,7 +65,7 @@ pub enum Integrand {
     Stiffness,
     /// Products of values; exact on straight-sided finite elements.
     Mass,
-    /// Gradients, seen at few points: two a direction of splines, the points of the stiffness of finite elements.
+    /// Gradients at few points: two in each direction for splines, the points of the stiffness for finite elements.
     Sample,
 }
 

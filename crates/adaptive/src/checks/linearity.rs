@@ -323,7 +323,7 @@ impl LinearBody {
         DMatrix::zeros(n, n)
     }
 
-    /// Largest turn \[rad\] and strain with the coordinates `q`; bounds of them as long as these are below what is told.
+    /// Largest turn \[rad\] and strain with the coordinates `q`; bounds of them as long as these are below the limits of the warnings.
     fn deformation(&self, q: &[f64]) -> (f64, f64) {
         let bound = |of: fn(&(f64, f64)) -> f64| -> f64 {
             self.largest.iter().zip(q).map(|(largest, q)| of(largest) * q.abs()).sum()

@@ -151,7 +151,7 @@ struct Check<'a> {
     n_modes: usize,
     /// Directions that are refined together.
     groups: Vec<Vec<usize>>,
-    /// For each group, the first one that the shape cannot be told from.
+    /// For each group of directions, the first one that is equivalent to it by the symmetry of the shape.
     equivalent_directions: Vec<usize>,
     /// Meshes solved: where one direction alone is doubled, they serve the next round.
     solved: Vec<Spectrum>,

@@ -76,7 +76,7 @@ impl DampingLaw {
 }
 
 impl ModalDamping {
-    /// Coefficients `2 ζ_j ω_j` (Eq. F.28) from one damping ratio a mode, 1 being critical; `modal_stiffness`: squared
+    /// Coefficients `2 ζ_j ω_j` (Eq. F.28) from one damping ratio for each mode, 1 being critical; `modal_stiffness`: squared
     /// frequencies [rad²/s²].
     ///
     /// # Errors

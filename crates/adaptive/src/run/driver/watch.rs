@@ -54,7 +54,8 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// The present overlap of contact `i`, with what it knows of it, if there is one that says something; and what of it is to be told at once.
+    /// The present overlap of contact `i` with the overlap that the contact sees, if it is above what says nothing; and the unknown overlap, if it is
+    /// to end the run at once.
     fn look(&mut self, i: usize, t: f64) -> Result<(Option<Unknown>, Option<Unknown>), AdaptiveError> {
         let least = self.unresolved(i);
         let facts = &self.model.contacts[i];

@@ -179,7 +179,7 @@ fn multiplied(a: Complex, b: Complex) -> Complex {
 
 /// A complex polynomial of two parameters by its Bernstein coefficients, the first direction fastest.
 struct Bernstein {
-    /// Coefficients a direction, one more than the degree.
+    /// Number of coefficients in each direction, one more than the degree.
     size: [usize; 2],
     values: Vec<Complex>,
 }
