@@ -164,7 +164,7 @@ impl Numbers {
 pub struct ChosenZone {
     /// The zone.
     pub refinement: RefinementSpec,
-    /// What it is for.
+    /// The purpose of the zone, for the comment in the scenario.
     pub reason: String,
 }
 

@@ -60,7 +60,7 @@ unsafe impl GlobalAlloc for EndingAllocator {
     }
 }
 
-/// What `ask` gets for a request of so many more bytes.
+/// The answer of `ask` to a request of so many more bytes.
 fn given(bytes: usize, ask: impl FnOnce() -> *mut u8) -> *mut u8 {
     if bytes >= LARGE && memory::free().is_some_and(|free| bytes as u64 > free) {
         end(bytes);

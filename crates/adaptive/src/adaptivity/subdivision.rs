@@ -116,7 +116,7 @@ fn prime_factors(mut n: usize) -> Vec<usize> {
     factors
 }
 
-/// What the levels cost beside the direction that is divided.
+/// The data of a surface from which the number of elements of the levels follows, besides the direction that is divided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SurfaceGrowth {
     /// Elements by which every level reaches beyond the intervals.

@@ -46,7 +46,7 @@ pub trait Field: Send + Sync {
     /// The unknowns, sorted by node, then component.
     fn dofs(&self) -> &[Dof];
 
-    /// Numbers of the unknowns.
+    /// The number of the unknown of each function and component.
     fn lookup(&self) -> &DofLookup;
 
     /// Element and parameters of a point of the undeformed body, in the model's components \[m\].

@@ -146,7 +146,7 @@ impl dyn FineModel + '_ {
         ModelKey { kind: "compliance", definition: key.0 }
     }
 
-    /// What a reduction of the body says.
+    /// The error of a reduction, with the name of the body.
     fn reduction(&self, source: DynamicsError) -> AdaptiveError {
         AdaptiveError::Reduction { body: self.field().name().to_owned(), source }
     }

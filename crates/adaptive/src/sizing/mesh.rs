@@ -145,7 +145,7 @@ enum Known {
     Converged,
 }
 
-/// What the check of a candidate's meshes has found so far.
+/// The check of the meshes of a candidate, with the errors and rates that it has found so far.
 struct Check<'a> {
     candidate: &'a Candidate<'a>,
     n_modes: usize,

@@ -16,15 +16,15 @@ pub struct ContactSpec {
     pub name: String,
     /// Index of the contact body, which carries the contact points.
     pub body: usize,
-    /// What it meets.
+    /// The target, whose surface it meets.
     pub target: Target,
-    /// How the two resist each other.
+    /// The law of the contact force.
     pub law: ContactLaw,
     /// Overlap of the bodies at the start that is allowed \[m\].
     pub initial_overlap: f64,
 }
 
-/// What a contact body meets.
+/// The target of a contact, whose surface the contact body meets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
     /// A fixed rigid plane.
@@ -109,7 +109,7 @@ pub struct HertzSphere {
 /// Contact of surfaces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceLaw {
-    /// What becomes of the modes of the contact zone, and who refines it.
+    /// How the modes of the contact zone are treated, and whether the program refines it.
     pub treatment: Treatment,
     /// Penalty factor, infinite for the exact constraint; `None`: predicted [N/m³].
     pub penalty: Option<f64>,

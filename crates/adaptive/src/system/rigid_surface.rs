@@ -70,7 +70,7 @@ impl RigidSurface {
         Geometry { shape: &self.shape, model: &self.model }
     }
 
-    /// What is asked of it beside contact.
+    /// The undeformed surface, for questions about touches and zones.
     pub fn undeformed(&self) -> &dyn Surface {
         self.undeformed.as_ref()
     }

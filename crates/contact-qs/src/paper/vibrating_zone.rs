@@ -53,7 +53,7 @@ pub struct VibratingWorkspace<W> {
     forces: Vec<GeneralisedForce>,
 }
 
-/// What an evaluation of a contact with zones that vibrate finds.
+/// Results of an evaluation of a contact with zones that vibrate.
 pub struct VibratingFound<F> {
     contact: F,
     report: ContactReport,

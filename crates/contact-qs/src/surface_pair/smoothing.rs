@@ -10,7 +10,7 @@ const IS_ONE: f64 = 1e-9;
 /// How the normals at the nodes follow from the places of the nodes.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Smoothing {
-    /// What lies beyond the edges of each piece.
+    /// The neighbours of each piece over its four edges.
     pub neighbours: Vec<[Option<PieceEdge>; 4]>,
     corners: Vec<Corner>,
     /// Nodes of the pieces with the derivatives of their functions at a corner, corner after corner.

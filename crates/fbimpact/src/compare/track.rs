@@ -26,7 +26,7 @@ pub struct Track<'a> {
 pub struct Worst {
     /// Deviation, beyond what the samples leave open; infinite if one value is no number.
     pub deviation: f64,
-    /// Where \[s\].
+    /// The instant \[s\].
     pub time: f64,
     /// The new value there.
     pub new: f64,

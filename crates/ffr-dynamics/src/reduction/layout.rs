@@ -118,7 +118,7 @@ impl Layout {
         &self.panels
     }
 
-    /// What changes supernode `s`, by ascending source.
+    /// The supernodes that contribute to supernode `s`, in ascending order.
     pub fn updates(&self, s: usize) -> &[Update] {
         &self.updates[self.update_start[s]..self.update_start[s + 1]]
     }

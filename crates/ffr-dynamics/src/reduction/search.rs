@@ -48,7 +48,7 @@ pub(super) fn capacity(want: usize) -> usize {
     (4 * want + 40).max(140).next_multiple_of(8)
 }
 
-/// What a search is made for.
+/// The purpose of a search: modes, or frequencies alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Goal {
     /// Modes, cleaned up.
@@ -62,7 +62,7 @@ pub(super) struct Search<'p, 'a> {
     problem: &'p ElasticProblem<'a>,
     n_modes: usize,
     goal: Goal,
-    /// What the lowest eigenvalues do not exceed, as far as it is known.
+    /// Upper bounds of the lowest eigenvalues, as far as they are known.
     bounds: &'p [f64],
     /// Vectors per Lanczos block.
     width: usize,

@@ -20,7 +20,7 @@ pub(super) struct SlidingBearing {
     pub body: usize,
     pub bearing: JointBearing,
     pub sliding: Sliding,
-    /// What the joint transmits without friction in any bearing.
+    /// Force and moment that the joint transmits without friction in any bearing.
     without: Load,
     /// The load with friction.
     pub load: f64,
@@ -125,7 +125,7 @@ impl BearingSolver {
         if is_found { Ok(()) } else { Err(MotionFault::BearingLoads { error, size }.into()) }
     }
 
-    /// What joint `i` transmits by the present loads.
+    /// Force and moment that joint `i` transmits under the present loads of the bearings.
     fn with_friction(&self, i: usize) -> Load {
         let n = self.bearings.len();
         let mut sum = self.bearings[i].without;

@@ -24,7 +24,7 @@ pub(super) struct BodyWorkspace {
     rigid: [[f64; 6]; 6],
 }
 
-/// What geometric stiffening does to the rigid part.
+/// Terms of geometric stiffening in the equations of the rigid motion.
 #[derive(Debug, Default)]
 struct Stiffened {
     mass_moment: Vector3<f64>,

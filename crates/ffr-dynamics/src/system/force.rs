@@ -110,7 +110,7 @@ impl<'a> Motion<'a> {
     }
 }
 
-/// What an evaluation of a force element has found, for the system.
+/// Results of an evaluation of a force element that the system reads.
 pub trait Findings: Send {
     /// Energies and powers.
     fn energies(&self) -> ForceEnergies;
@@ -135,7 +135,7 @@ pub trait ForceElement: Send {
     type State: Send;
     /// Buffers; their contents change no result.
     type Workspace: Send;
-    /// What an evaluation finds.
+    /// Results of an evaluation.
     type Found: Findings;
 
     /// State before the first evaluation, buffers, and a place for what evaluations find, with nothing found yet.

@@ -139,7 +139,7 @@ pub struct FineMesh {
     pub space: HierarchicalSpace,
     /// The unknowns, sorted by node, then component.
     pub dofs: Vec<Dof>,
-    /// Numbers of the unknowns.
+    /// The number of the unknown of each function and component.
     pub lookup: DofLookup,
     /// Functions of the coarse model, or of its turned copy, as combinations of the functions of the fine one.
     pub prolongation: Prolongation,

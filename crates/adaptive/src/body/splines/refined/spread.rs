@@ -33,7 +33,7 @@ pub struct ZoneFrame {
     extents: Extents,
     /// Coordinates at the ends of the zone.
     range: [[f64; 2]; 2],
-    /// What lies at the ends if no edge does.
+    /// The kind of each end of the zone, unless an edge of the surface lies before it.
     pub ends: [[IntervalEnd; 2]; 2],
 }
 

@@ -16,7 +16,7 @@ use crate::adaptivity::lattice::DirectionLattice;
 use crate::body::splines::ElasticBody;
 use crate::error::AdaptiveError;
 
-/// What a part of a zone asks of a direction along its face.
+/// The spacing of elements that a part of a zone needs in a direction along its face.
 struct Need {
     patch: usize,
     direction: usize,
