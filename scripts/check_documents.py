@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Checks what the pages say: links lead somewhere, the book has every page, figures are shown, pages that the program writes are
-those of the program, claims that tests cite are in the table, the commands, scenarios and Python of some pages work and say what stands there.
+those of the program, equations that are cited stand in the theory, claims that tests cite are in the table, the commands, scenarios and Python of some pages work and say what stands there.
 
 Usage: scripts/check_documents.py [PROGRAM]
 """
@@ -71,6 +71,9 @@ def check_book():
     for page in set(listed) ^ set(there):
         check(False, f"docs/SUMMARY.md: {page} is not listed, or not there")
     check(len(listed) == len(set(listed)), "docs/SUMMARY.md lists a page twice")
+    decided = set(links((DOCS / "decisions/README.md").read_text()))
+    for page in sorted((DOCS / "decisions").glob("0*.md")):
+        check(page.name in decided, f"docs/decisions/README.md does not list {page.name}")
 
 
 def check_gallery():
@@ -92,6 +95,47 @@ def check_claims():
             check(number in known, f"{name(file)}: there is no claim {number} in docs/verification.md")
             cited.add(number)
     check(known == cited, f"docs/verification.md: no test cites the claims {sorted(known - cited)}")
+
+
+# A number of the theory: of an equation, or of a section where "section" stands before it. EN 1991-1-1 has a table A.4, too.
+NUMBER = re.compile(r"(?<![\w.\\])(?<!table )([A-Z]\.\d{1,3}[a-z]?)(?!\w|\.\d)")
+SECTIONS = re.compile(rf"(?:^## |\b[Ss]ections?\s+(?://[/!]\s*)?){NUMBER.pattern}(?:(?:,| and| to)\s+(?://[/!]\s*)?{NUMBER.pattern})*", re.M)
+GIVEN = re.compile(r"\\tag\{([^}]*)\}|\*\*\(([A-Z]\.\d+\w?)\)\*\*|\*\*([A-Z]\.\d+\w?)(?=[ .*:])")
+
+
+def given_numbers():
+    """Numbers of equations and of sections that the pages of the theory give: on each of them all from one on, in this order."""
+    equations, sections = set(), set()
+    for page in sorted((DOCS / "theory").glob("*.md")):
+        text = page.read_text()
+        part = text[2]
+        found = ["".join(match) for match in GIVEN.findall(text)], re.findall(r"^## (\S+)", text, re.M)
+        for numbers, kind, known in zip(found, ("equation", "section"), (equations, sections)):
+            for n, number in enumerate(numbers, 1):
+                check(number == f"{part}.{n}", f"{name(page)}: {kind} {number} stands where {part}.{n} is expected")
+            check(not known & set(numbers), f"{name(page)}: part {part} is on two pages")
+            known.update(numbers)
+    return equations, sections
+
+
+def check_theory():
+    """Equations and sections of the theory are cited by numbers that it has."""
+    equations, sections = given_numbers()
+    parts = {number[0] for number in equations}
+    pages = [*ROOT.glob("*.md"), *ROOT.glob("crates/*/*.md"), *DOCS.rglob("*.md")]
+    sources = [f for folder in ("crates", "tests") for f in (ROOT / folder).rglob("*.rs")] + [*(ROOT / "scripts").rglob("*.py")]
+    n = 0
+    for file in pages + sources:
+        text = file.read_text()
+        of_sections = {i for span in SECTIONS.finditer(text) for i in range(*span.span())}
+        for match in NUMBER.finditer(text):
+            if match[1][0] not in parts:
+                continue
+            is_section = match.start() in of_sections
+            known, kind = (sections, "section") if is_section else (equations, "equation")
+            check(match[1] in known, f"{name(file)}: the theory has no {kind} {match[1]}")
+            n += 1
+    check(n > 1000, f"only {n} citations of the theory are found")
 
 
 def check_written(program):
@@ -219,6 +263,7 @@ def main():
     check_links()
     check_book()
     check_gallery()
+    check_theory()
     check_claims()
     check_written(program)
     for page in dict.fromkeys([*RUN, *RUN_PYTHON]):
@@ -227,7 +272,7 @@ def main():
         print(fault, file=sys.stderr)
     if faults:
         sys.exit(1)
-    print("documents: links, book, gallery, claims, written pages and commands are right")
+    print("documents: links, book, gallery, theory, claims, written pages and commands are right")
 
 
 main()

@@ -8,10 +8,10 @@ mod oblique;
 use crate::support::{fbimpact, simulate};
 use tempfile::TempDir;
 
-/// Part of the duration by which an impact of flat faces ends late: modes are kept up to 60 over the duration (theory N.3), and faces may
+/// Part of the duration by which an impact of flat faces ends late: modes are kept up to 60 over the duration (theory section N.3), and faces may
 /// touch once more in the period of the highest.
 const LATE: f64 = 2.0 / 60.0;
-/// Part of the velocity that an impact of flat faces leaves to be found in what those modes do not have (theory C.58).
+/// Part of the velocity that an impact of flat faces leaves to be found in what those modes do not have (theory C.70).
 const LEFT: f64 = 2e-3;
 /// Peak force of balls against Hertz, claim 5 of docs/verification.md.
 const HERTZ: f64 = 0.02;

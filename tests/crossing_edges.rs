@@ -1,4 +1,4 @@
-//! Edges that cross, and corners and edges of the target that meet a face of the contact body: one point with one normal (docs/theory.md Eq. C.126).
+//! Edges that cross, and corners and edges of the target that meet a face of the contact body: one point with one normal (docs/theory.md Eq. C.63).
 
 use crate::support::scenarios;
 

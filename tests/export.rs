@@ -144,7 +144,7 @@ fn pressure_files(folder: &TempDir, stem: &str, contact: &str) -> Vec<(f64, Path
 #[test]
 fn contact_pressure_is_that_of_hertz_in_given_and_in_found_zones() {
     // Share of p0 by which single points may be off. Some 10 points lie in the contact radius a of the found zone, 20 in that of the
-    // given one. Pressures are means over three elements h (theory C.48), off by h²/8 |p''| = (h/a)²/8 (1 - x²)^(-3/2) p0: 0.9 % at the
+    // given one. Pressures are means over three elements h (theory C.49), off by h²/8 |p''| = (h/a)²/8 (1 - x²)^(-3/2) p0: 0.9 % at the
     // outermost point that is looked at, x = 0.85, one and a half elements within the edge, where the mean reaches beyond it.
     const PROFILE: f64 = 0.015;
     // The same at the axis, in two directions, 0.3 %, and what the coarse rings there leave.

@@ -279,7 +279,7 @@ fn a_specimen_between_two_bars_is_pressed_as_waves_in_it_say() {
                 let wanted = times.map(|t| specimen_forces(t, trip, impedances, 1.0)[i]).sum::<f64>() / 400.0;
                 let force = mean_force(&recording, i, span[0], span[1]) / wanted - 1.0;
                 println!("E {young:.2e} Pa, {length} m, face {i}, {t:e} s: {:+.2} %", 100.0 * force);
-                // At most 3 % of the approach at each of two faces is penetration, half of it at the time constant of the rise (theory A.8a).
+                // At most 3 % of the approach at each of two faces is penetration, half of it at the time constant of the rise (theory section A.9).
                 assert!(force.abs() < 0.03, "{force}");
             }
         }

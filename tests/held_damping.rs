@@ -1,5 +1,5 @@
 //! Damping ratios of bodies as joints hold them, splines, meshes and bodies from files: what the equations of motion have, by the eigenvalues
-//! of their derivative, and what a free decay shows (docs/theory.md Eq. F.31 to F.35).
+//! of their derivative, and what a free decay shows (docs/theory.md Eq. F.29 to F.33).
 
 use std::f64::consts::TAU;
 
@@ -26,7 +26,7 @@ type Law = (&'static str, fn(f64) -> f64);
 const LAWS: [Law; 3] = [
     ("damping = { modal = 0.02 }\n", |_| 0.02),
     ("damping = { loss_factor = 0.03 }\n", |_| 0.015),
-    // (F.21), (F.22) with 2 % at 80 and 600 Hz.
+    // (F.26), (F.27) with 2 % at 80 and 600 Hz.
     ("damping = { frequencies = [80.0, 600.0], ratio = 0.02 }\n", |f| 0.02 / 680.0 * (80.0 * 600.0 / f + f)),
 ];
 

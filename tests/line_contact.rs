@@ -1,5 +1,5 @@
-//! Cylinders on their sides: contact along a whole straight line (theory Eqs. C.120 to C.122), and chains whose links touch before anything moves
-//! (Eq. A.73), with default contacts.
+//! Cylinders on their sides: contact along a whole straight line (theory Eqs. C.66 to C.68), and chains whose links touch before anything moves
+//! (Eq. A.3), with default contacts.
 
 use crate::support::scenarios;
 

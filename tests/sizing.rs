@@ -93,7 +93,7 @@ const MASSIVE: &str = r#"
 fn a_body_that_is_massive_beside_the_impact_has_few_modes() {
     let chosen = sized(&parse(MASSIVE), 1, &ModelCache::default()).unwrap().into_owned();
     let modes = |i: usize| chosen.run.bodies[i].elastic().and_then(|e| e.flexible.reduction.modes());
-    // Hundreds of its modes lie below what the force contains; waves take next to nothing of the energy (N.9).
+    // Hundreds of its modes lie below what the force contains; waves take next to nothing of the energy (N.11).
     assert!(modes(1).is_some_and(|n| n <= 20), "{:?}", modes(1));
     let more = parse(&format!("{MASSIVE}\n[bodies.anvil.reduction]\nmodes = 100"));
     assert_same("with 100 modes", &run(&chosen), &run(&more));

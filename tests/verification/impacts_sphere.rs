@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use super::support::{Table, Trace, assert_below, assert_close, deviation, run, run_on};
 
-// Hertz's half space (docs/theory.md Eq. C.15): closed forms at 0.1 m/s.
+// Hertz's half space (docs/theory.md Eqs. C.22, C.23): closed forms at 0.1 m/s.
 const HERTZ_PEAK: f64 = 51.70; // N
 const HERTZ_DURATION: f64 = 83.13e-6; // s
 // The ball is finite: it is really 0.7 % stiffer than a half space, and 0.5 % shorter in contact.

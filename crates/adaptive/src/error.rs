@@ -111,7 +111,7 @@ pub enum AdaptiveError {
         depth: f64,
         /// Deepest point in space \[m\].
         place: Components,
-        /// By what to move the contact body, in space \[m\].
+        /// Displacement of the contact body that removes the overlap, in space \[m\].
         shift: Components,
         /// Overlap that is allowed \[m\].
         allowed: f64,
@@ -127,7 +127,7 @@ pub enum AdaptiveError {
         body: String,
         /// Distance of its nearest point \[m\].
         distance: f64,
-        /// By what to move the body, in space \[m\].
+        /// Displacement of the body that removes the overlap, in space \[m\].
         shift: Components,
     },
     /// Two spheres with one centre at the start.
@@ -252,7 +252,7 @@ pub enum AdaptiveError {
         time: f64,
         /// Depth of the deepest place \[m\].
         depth: f64,
-        /// That place in space \[m\].
+        /// The deepest place, in space \[m\].
         place: Components,
         /// Overlap that the contact sees \[m\].
         known: f64,

@@ -1,4 +1,4 @@
-//! A contact whose refinement and penalty factor the program finds itself (\[A\] section 4).
+//! A contact for which the program finds the refinement and the penalty factor itself (\[A\] section 4).
 //!
 //! Between impacts the pair is only watched. At a touch, fine models are built about the nearest points and become the
 //! contact's force element; widths and penalty factors of accepted impacts seed the next search. Knows the bodies of its pair and their motion;
@@ -47,13 +47,13 @@ use sides::SideRequest;
 use sites::Sites;
 pub use zone_model::ZoneModel;
 
-/// Overlap of whole surfaces without a point that touches that is an error, as a share of the body's size: far above the waves of ringing surfaces
-/// between points, far below the way of bodies that pass through each other.
+/// Overlap of whole surfaces, as a share of the body's size, that is an error if no contact point touches. It is far above the waves of ringing
+/// surfaces between points and far below the overlap of bodies that pass through each other.
 pub const MISSED_SURFACE: f64 = 1e-5;
 
-/// The widest interval, as a share of the body's size: about a place at an end of the body it reaches the other end.
+/// Largest width of an interval, as a share of the body's size: with a centre at one end of the body it then reaches the other end.
 const WIDEST: f64 = 2.0;
-/// Slack of the comparison of a width with the least one: round-off.
+/// Relative tolerance when a width is compared with the least one, for round-off.
 const LEAST_SLACK: f64 = 1e-9;
 /// Ratio of successive penalty factors of a search, as in \[A\] section 4.1.
 const PENALTY_RISE: f64 = 10.0;
@@ -97,9 +97,9 @@ pub struct FineContact {
     pub sizes: TrialSizes,
     /// Widths predicted for this impact \[m\].
     predicted: [f64; 2],
-    /// Widths below which round-off hides what touches \[m\].
+    /// Least widths: in narrower intervals round-off decides which points touch \[m\].
     least: [f64; 2],
-    /// What touches, if its zones are the whole surfaces of the bodies.
+    /// The kind of touch, if the zones are the whole surfaces of the bodies.
     pub whole: Option<TouchKind>,
     /// Penalty search of this impact.
     pub search: PenaltySearch,
@@ -107,13 +107,13 @@ pub struct FineContact {
     weight: Option<f64>,
     /// Bodies that have modes of the fine model because of this contact.
     pub hosted: Vec<usize>,
-    /// When it came into the system.
+    /// When the fine models came into the system.
     pub activation: Activation,
-    /// Its models of the bodies.
+    /// The fine models, one for each body.
     pub zones: Vec<ZoneOnBody>,
-    /// How far a zone that lies on a smooth surface in place of its sides was moved along its normal (theory Eq. C.74); zero if none does \[m\].
+    /// How far a zone that lies on a smooth surface in place of its sides was moved along its normal (theory Eq. C.75); zero if none does \[m\].
     pub offset: f64,
-    /// How its forces displace observed points.
+    /// Displacements of observed points by the forces of the contact.
     pub points: Vec<PointCompliance>,
 }
 
@@ -134,7 +134,7 @@ pub struct RefinedContact {
     pub recovery: PressureRecovery,
     /// Fine models whose modes their bodies are to have, by body.
     pub bases: Vec<(usize, FineBasis)>,
-    /// What the run keeps beside them.
+    /// The data that the run keeps beside them.
     pub contact: FineContact,
 }
 
@@ -151,13 +151,13 @@ pub struct FineBasis {
 pub struct ZoneOnBody {
     /// Index of the body.
     pub body: usize,
-    /// Where it lies.
+    /// The place and widths of the zone.
     pub site: ZoneSite,
     /// Unknowns of its interface.
     pub n_unknowns: usize,
 }
 
-/// Asked between the stages of a build; an error ends it.
+/// A function that is called between the stages of a build; an error of it ends the build.
 pub type CancelCheck<'a> = dyn FnMut() -> Result<(), AdaptiveError> + 'a;
 
 /// Where and for what force a contact is refined.
@@ -167,7 +167,7 @@ pub struct RefinementRequest<'a> {
     pub widths: Option<[f64; 2]>,
     /// Peak force of a preview \[N\].
     pub peak: Option<f64>,
-    /// What earlier impacts found.
+    /// Widths and penalty factors that earlier impacts have found.
     pub history: ImpactHistory,
     /// Penalty search of an earlier trial of the same impact, which goes on.
     pub search: Option<PenaltySearch>,
@@ -320,7 +320,7 @@ impl AdaptiveContact {
         Ok(RefinedContact { element, recovery, bases, contact })
     }
 
-    /// Whether the interval `other` of the target ends where its surface does; all of a rigid one is there from the start.
+    /// Whether the interval of the target side `other` ends where the surface of the target does. A rigid target has its whole surface.
     fn is_at_end_of_target(&self, other: Option<&FineSide>) -> bool {
         match (other, self.target) {
             (Some(other), _) => is_at_end(&other.body.grid()),
@@ -328,7 +328,7 @@ impl AdaptiveContact {
         }
     }
 
-    /// What the accepted model of an impact leaves to the next ones.
+    /// The widths and penalty factor of an accepted impact, from which the search of the next one starts.
     pub fn history(
         &self,
         fine: &FineContact,

@@ -73,7 +73,7 @@ pub struct RunModel {
     pub force_needs: Vec<ForceNeeds>,
 }
 
-/// What of a contact does not change in a run.
+/// The parts of a contact that do not change in a run.
 pub struct ContactModel {
     /// Name.
     pub name: String,

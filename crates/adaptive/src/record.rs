@@ -1,7 +1,7 @@
 //! What a run reports while it goes on: samples, phases, impacts, trials, transfers, timings; its warnings ([`warning`]), what may be wrong
 //! with a result ([`finding`]), and which work is being done ([`work`]).
 //!
-//! Knows numbers with names and units; knows nobody who makes them or keeps them.
+//! Knows numbers with names and units; does not know how they are computed or stored.
 
 pub mod finding;
 pub mod warning;
@@ -20,7 +20,7 @@ pub struct RunLayout {
     pub bodies: Vec<BodyLayout>,
     /// Names of contacts in the order of [`Sample::contacts`].
     pub contacts: Vec<String>,
-    /// Names of the stops of joints, whose hits are numbered behind the contacts.
+    /// Names of the stops of joints. In records of impacts their indices follow those of the contacts.
     pub stops: Vec<String>,
     /// Observed points in the order of [`Sample::points`].
     pub points: Vec<PointLayout>,
@@ -257,8 +257,8 @@ pub struct PhaseRecord {
 /// A finished impact.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct ImpactRecord {
-    /// Its place among the records of impacts, from 0. A later record with the same place takes that of the earlier one: another touch belongs to
-    /// the impact (theory Eq. A.77).
+    /// Index among the records of impacts, from 0. A later record with the same index replaces the earlier one: another touch has been found to
+    /// belong to the impact (theory Eq. Q.1).
     pub row: u32,
     /// Index of the contact.
     pub contact: u32,
@@ -273,19 +273,19 @@ pub struct ImpactRecord {
     /// Time integral of the normal force [N s].
     pub impulse: f64,
     /// Closing speed of the bodies' rigid motions at the place of contact when it closes, along the normal at the peak (theory Eq.
-    /// A.31) [m/s].
+    /// Q.2) [m/s].
     pub approach_velocity: f64,
     /// Their separating speed when it opens for the last time, along the same normal; NaN while force acts [m/s].
     pub separation_velocity: f64,
-    /// Ratio of the two (theory Eq. A.32); NaN where it has no meaning: without approach, while force acts, if the motions go on
-    /// approaching each other, if the bodies rang before they touched (Eq. A.78), or if another contact pressed the same bodies meanwhile.
+    /// Ratio of the two (theory Eq. Q.3); NaN where it has no meaning: without approach, while force acts, if the motions go on
+    /// approaching each other, if the bodies rang before they touched (Eq. Q.4), or if another contact pressed the same bodies meanwhile.
     pub restitution: f64,
 }
 
 /// One trial of an impact phase.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct TrialRecord {
-    /// Index of the impact, from 0: its place among the records of impacts.
+    /// Index of the impact among the records of impacts, from 0.
     pub impact: u32,
     /// Number of the trial, from 1.
     pub number: u32,
@@ -303,7 +303,7 @@ pub struct TrialRecord {
     pub utilisation: [f64; 2],
     /// Elements of the fine model.
     pub elements: u64,
-    /// Freedoms of the fine model.
+    /// Degrees of freedom of the fine model.
     pub dofs: u64,
     /// Interface degrees of freedom.
     pub interface_dofs: u64,
@@ -313,9 +313,9 @@ pub struct TrialRecord {
     pub rejected: u64,
     /// Largest normal force \[N\].
     pub peak_force: f64,
-    /// How it ended.
+    /// How the trial ended.
     pub outcome: TrialOutcome,
-    /// Why.
+    /// Reason for the outcome, a sentence.
     pub reason: String,
     /// Wall time \[s\].
     pub wall_time: f64,
@@ -326,14 +326,14 @@ pub struct TrialRecord {
 /// How a trial of an impact ended.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum TrialOutcome {
-    /// It is the result.
+    /// The trial is accepted and reported as the result.
     Accepted,
     /// Another trial follows.
     #[default]
     Rejected,
-    /// The user stopped the run in it; what it computed is the result.
+    /// The user stopped the run in this trial; what it has computed is reported.
     Interrupted,
-    /// It ended the run with an error.
+    /// The trial ended the run with an error.
     Failed,
 }
 
@@ -355,7 +355,7 @@ pub enum TransferDirection {
     /// The fine models of a contact come into the system.
     #[default]
     CoarseToFine,
-    /// They leave it.
+    /// The fine models leave the system.
     FineToCoarse,
     /// A penalty factor is lowered.
     Penalty,
@@ -375,9 +375,9 @@ impl TransferDirection {
 /// A change of the model in the course of a run, and what it did to the ledger.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct TransferRecord {
-    /// When \[s\].
+    /// Time of the change \[s\].
     pub time: f64,
-    /// What changed.
+    /// The kind of change.
     pub direction: TransferDirection,
     /// Index of the contact.
     pub contact: u32,
@@ -389,14 +389,14 @@ pub struct TransferRecord {
     pub momentum_change: f64,
     /// Where the fine model of the contact body lies, if one came.
     pub site: Option<ZoneSite>,
-    /// Where that of the target body lies.
+    /// Where the fine model of the target body lies, if one came.
     pub target_site: Option<ZoneSite>,
     /// How far a zone on a smooth surface in place of the sides of a mesh was moved along its normal \[m\].
     pub offset: f64,
 }
 
 impl TransferRecord {
-    /// What the contact body meets of an edge or a corner of the target, if a model came for that.
+    /// The place on an edge or a corner of the target that the contact body meets, if a model came for such a touch.
     pub fn met(&self) -> Option<TargetPlace> {
         self.site.and_then(|site| site.meets)
     }
@@ -462,7 +462,7 @@ pub struct ZoneSite {
     pub centre: [f64; 3],
     /// Widths of the interval; infinite of the whole surface \[m\].
     pub widths: [f64; 2],
-    /// What the centre meets on the target, if that has an edge or a corner there (theory Eq. C.126).
+    /// The place on an edge or a corner of the target that the centre meets, if there is one (theory Eq. C.63).
     pub meets: Option<TargetPlace>,
 }
 
@@ -494,8 +494,8 @@ impl ZoneSite {
         self.widths == Self::ALL_WIDTHS
     }
 
-    /// The place about which the whole surface has more contact points, or one that meets the target: number of the face and parameters. None in the
-    /// first corner of a patch, where a point stands anyhow.
+    /// The place about which a whole surface has additional contact points, or a point that meets an edge or a corner of the target: number of the
+    /// face and parameters. None for the first corner of a patch, where a point stands anyhow.
     pub fn place(&self) -> Option<(u32, [f64; 3])> {
         let is_place = self.meets.is_some() || self.centre.iter().any(|u| u.abs() > 0.0);
         (self.is_whole() && is_place).then_some((self.face, self.centre))
@@ -507,7 +507,7 @@ impl ZoneSite {
 pub struct ZoneLoad {
     /// Index of the contact.
     pub contact: u32,
-    /// Its fine model of the body.
+    /// Where the fine model of the body lies.
     pub site: ZoneSite,
     /// Forces on the interface unknowns of that model \[N\].
     pub forces: Vec<f64>,

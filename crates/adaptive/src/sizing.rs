@@ -1,4 +1,4 @@
-//! Mesh and number of modes of bodies for which nobody has given them (theory section N).
+//! Mesh and number of modes of bodies for which nobody has given them (theory part N).
 //!
 //! Four questions, one file each: how fast the forces on a body will change ([`impact_time`]), how many modes follow them
 //! ([`mode_count`]), which elements resolve those modes ([`mesh`], from the [`mesh::proportions`] of the body), and which finer ones
@@ -164,7 +164,7 @@ impl Numbers {
 pub struct ChosenZone {
     /// The zone.
     pub refinement: RefinementSpec,
-    /// What it is for.
+    /// The purpose of the zone, for the comment in the scenario.
     pub reason: String,
 }
 
@@ -217,7 +217,7 @@ impl<'a> Candidate<'a> {
         mesh::proportions::groups(&self.spec.shape)
     }
 
-    /// For each direction, the first one that the body cannot be told from: a mirror turns the one into the other.
+    /// For each direction, the first one that is equivalent to it because a mirror turns the one into the other.
     fn equivalent_directions(&self) -> Vec<usize> {
         let degrees = self.degrees();
         let is_isotropic =
@@ -238,14 +238,14 @@ impl<'a> Candidate<'a> {
         work::begin(format!("modes of a mesh with some {} unknowns", self.unknowns(elements)))
     }
 
-    /// The body with `elements` a direction.
+    /// The body with `elements`, a number for each direction.
     fn build(&self, elements: &[usize]) -> Result<ElasticBody, AdaptiveError> {
         let mut spec = self.spec.clone();
         spec.discretisation.elements = elements.to_vec();
         ElasticBody::build(self.name, spec)
     }
 
-    /// The `n` lowest eigenfrequencies \[Hz\], or all if there are fewer, with `elements` a direction.
+    /// The `n` lowest eigenfrequencies \[Hz\], or all if there are fewer, with `elements`, a number for each direction.
     ///
     /// # Errors
     /// [`AdaptiveError`] naming the body.

@@ -70,10 +70,10 @@ impl RunState {
     }
 }
 
-/// What of a contact outlasts an impact.
+/// The data of a contact that outlast an impact.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ContactState {
-    /// What earlier impacts found.
+    /// Widths and penalty factors that earlier impacts have found.
     pub history: ImpactHistory,
     /// Smallest gap seen, -∞ once the contact has closed \[m\].
     pub smallest_gap: f64,

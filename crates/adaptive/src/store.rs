@@ -13,7 +13,7 @@ mod key;
 
 pub use key::{Bytes, ModelKey, body_definition, meshed_definition};
 
-/// What of a model is kept.
+/// A model as the store keeps it.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct StoredModel {
     /// Sizes and counts.

@@ -114,10 +114,10 @@ pub trait Surface: Send + Sync {
     /// Curvatures at `place`; none where the surface has none.
     fn shape_at(&self, place: &SurfacePlace) -> Option<LocalShape>;
 
-    /// Of the places where `place` is, on each face that meets there, the one whose normal is nearest to `direction`.
+    /// The point of `place` as a place of the face, among those that meet there, whose normal is nearest to `direction`.
     fn turned_to(&self, place: &SurfacePlace, direction: &Vector3<f64>) -> SurfacePlace;
 
-    /// Whether a plane face through `point` has the outward normal `outward`, but for the angle `parallel` \[rad\] (Eq. C.55).
+    /// Whether a plane face through `point` has the outward normal `outward`, but for the angle `parallel` \[rad\] (Eq. C.60).
     fn has_flat_face(&self, point: &[f64; 3], outward: &Vector3<f64>, parallel: f64) -> bool;
 
     /// Straight lines of the surface through `point`, along which it may touch; none of a plane or axisymmetric body.

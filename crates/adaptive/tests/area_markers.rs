@@ -254,7 +254,7 @@ fn what_discs_and_balls_yield_converges() {
             // Conforming elements and consistent loads are never softer than finer ones.
             assert!(a < b && b < finest, "{c}: {found:?}");
             // Two elements a radius against four: three quarters of the error, of which the warning of places that elements do not
-            // resolve takes C (h/a)² (Eq. P.10).
+            // resolve takes C (h/a)² (Eq. P.9).
             let constant = if c < 3 { 0.05 } else { 0.25 };
             assert!(1.0 - b / finest < 0.75 * constant * 0.25, "{c}: {found:?}");
             // A quarter of the error with half the elements, or what elements as large as the place spoil of it.

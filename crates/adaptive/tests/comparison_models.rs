@@ -48,7 +48,7 @@ fn found(trace: &Trace) -> (f64, f64) {
 /// Past the impact of the two spheres, which takes 53 us by Hertz's theory.
 const END: f64 = 5.5e-5;
 
-/// Penalty factor of all models of the two spheres: a quarter of the predicted one (Eq. A.14). It makes the force 0.5 % smaller
+/// Penalty factor of all models of the two spheres: a quarter of the predicted one (Eq. A.25). It makes the force 0.5 % smaller
 /// and the steps of an explicit method twice as long.
 const PENALTY: f64 = 8e15;
 
@@ -100,7 +100,7 @@ fn quasistatic_model_with_given_refinement_agrees_with_the_adaptive_one() {
 fn damped_model_agrees_with_the_adaptive_one() {
     // Half of the loss below comes before the peak; the rest is that of the larger elements.
     let restitution = agrees_with_the_adaptive_one(Treatment::Damped, 8, 0.02);
-    // Eq. A.19: 2 % with a lag of 0.2 us, a contact radius of 0.4 mm over the speed of shear waves of 3.2 mm/us being 0.13 us.
+    // Eq. A.32: 2 % with a lag of 0.2 us, a contact radius of 0.4 mm over the speed of shear waves of 3.2 mm/us being 0.13 us.
     assert!((0.97..0.99).contains(&restitution), "damping takes energy: {restitution}");
 }
 
@@ -289,7 +289,7 @@ fn second_peak_loses_more_than_twice_what_the_first_impulse_loses() {
     assert!((gain - 2.46).abs() < 0.3, "{gain} times {impulse:e}");
 }
 
-/// The high-frequency modes of the damped model follow a force with a lag (Eq. A.18), which costs energy in proportion to their
+/// The high-frequency modes of the damped model follow a force with a lag (Eq. A.31), which costs energy in proportion to their
 /// damping. Between the same elements with and without damping, 8 or 16 of them, that is 0.6 % of the first peak and 1.4 % of the
 /// second; half the damping costs half (0.29 %, 0.72 %), and damping modes above 318 kHz alone costs nearly all (0.55 %, 1.34 %): the
 /// local modes of the zone do it, not those that carry waves. Of the second loss 1 % comes with the 0.42 % of impulse that

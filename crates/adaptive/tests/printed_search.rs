@@ -32,7 +32,7 @@ fn sphere_rod_sphere(end: f64) -> RunSpec {
     let mut spec = spec(bodies, vec![pair("first", 0), pair("second", 2)], end);
     // Lowering a factor takes energy out of the penalty springs, and is booked; how often it happens depends on the round-off at which the solver
     // fails (9.1e-4 and 1.1e-3 of the energy were seen with zones that differ in depth). The springs never hold more than 1/40 of the energy of the
-    // contact (A.14), which is what a run may lose so before it has failed; what is not booked is asked for below.
+    // contact (A.25), which is what a run may lose so before it has failed; what is not booked is asked for below.
     spec.settings.energy_tolerance = 1.0 / 40.0;
     spec
 }

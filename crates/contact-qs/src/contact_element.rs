@@ -120,7 +120,7 @@ pub trait ContactElement: ForceElement<Found: ContactFindings> {
         Err(ContactError::NoPenalty { kind: self.kind() })
     }
 
-    /// `max_i(A_ii w_i)` of the points at `motion` (docs/theory.md Eq. A.14) [m³/N]; none without a quasistatic zone. The state
+    /// `max_i(A_ii w_i)` of the points at `motion` (docs/theory.md Eq. A.25) [m³/N]; none without a quasistatic zone. The state
     /// forgets where its iterations started.
     ///
     /// # Errors

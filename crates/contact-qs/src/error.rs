@@ -69,7 +69,7 @@ pub enum ContactError {
         /// What the model requires.
         requirement: &'static str,
     },
-    /// A motion in which no distance can be told.
+    /// A motion in which no distance can be computed.
     #[error("no distance can be found, {0}")]
     Motion(#[from] MotionFault),
     /// Bodies of different kinds of model.
@@ -142,7 +142,7 @@ pub enum ContactError {
     Data(#[from] DataError),
 }
 
-/// Why no distance can be told in a motion.
+/// The reason for which no distance can be computed in a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Error)]
 #[non_exhaustive]
 pub enum MotionFault {

@@ -1,4 +1,4 @@
-//! Hertz contact of two bodies with smooth surfaces, or of one and a plane, as a force element (docs/theory.md Eqs. F.19, F.20, C.85 to C.94).
+//! Hertz contact of two bodies with smooth surfaces, or of one and a plane, as a force element (docs/theory.md Eqs. C.79 to C.90).
 
 mod geometry;
 mod levels;

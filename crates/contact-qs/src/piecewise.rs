@@ -1,6 +1,6 @@
 //! A surface made of polynomial pieces: what contact needs to know of the surface of a finite element mesh.
 //!
-//! Each piece maps the unit square by Bernstein polynomials (Eq. C.49). Pieces meet along whole edges; where they do so smoothly, points
+//! Each piece maps the unit square by Bernstein polynomials (Eq. C.51). Pieces meet along whole edges; where they do so smoothly, points
 //! may move on from one to the next.
 
 use ffr_dynamics::body::RigidMotion;

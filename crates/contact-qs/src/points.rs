@@ -14,7 +14,7 @@ use crate::submodel::{ContactSubmodel, SparseRows};
 /// Round-off allowance of a sum of shape functions, which is 1.
 const UNITY_TOLERANCE: f64 = 1e-10;
 
-/// Over what the pressure at a contact point is a mean (docs/theory.md Eqs. C.48, C.131).
+/// Over what the pressure at a contact point is a mean (docs/theory.md Eqs. C.49, C.50).
 #[derive(Debug, Clone, PartialEq, Default)]
 pub enum PressureMean {
     /// The point's own area: points that make a quadrature rule.
@@ -41,7 +41,7 @@ pub struct SurfacePoint {
     /// Over what the pressure at the point is a mean.
     pub pressure: PressureMean,
     /// Undeformed outward normal of the face that it belongs to, in the model's components, if only surfaces that this face is turned to
-    /// can press it (docs/theory.md Eq. C.54): of points on the edges of a body, where several faces have one each.
+    /// can press it (docs/theory.md Eq. C.59): of points on the edges of a body, where several faces have one each.
     pub facing: Option<[f64; 3]>,
 }
 

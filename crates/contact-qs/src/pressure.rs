@@ -1,4 +1,4 @@
-//! Contact pressure from point forces (docs/theory.md Eqs. C.48, C.131).
+//! Contact pressure from point forces (docs/theory.md Eqs. C.49, C.50).
 
 use std::collections::HashMap;
 
@@ -17,7 +17,7 @@ const INSIDE: f64 = 0.5;
 /// exact for a constant pressure on every net, smooth for a smooth one. What falls on points without force stays where it is.
 ///
 /// Gauss points on the sides of a mesh are more than the displacements of its nodes; what forces do in the null space of the compliance is
-/// decided by the penalty factor alone and is noise. Means weighted with the linear functions of the corners are free of it (Eq. C.131); the pressure at
+/// decided by the penalty factor alone and is noise. Means weighted with the linear functions of the corners are free of it (Eq. C.50); the pressure at
 /// a point is what these means are there. Points without force take part where all corners around them lie inside the contact, most of their areas under force.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PressureRecovery {

@@ -70,7 +70,7 @@ pub struct ContactSubmodel {
     /// Indices of the points that stand on the rim of the contact zone: contact there means that the zone is too small.
     pub rim: Vec<usize>,
     /// Outward normals of the faces that the points belong to, in the body's frame, for points that only surfaces can press that their
-    /// faces are turned to (Eq. C.54); empty if every surface can press every point.
+    /// faces are turned to (Eq. C.59); empty if every surface can press every point.
     pub facing: Vec<[f64; 3]>,
 }
 
@@ -81,7 +81,7 @@ const TURNED_TO: f64 = 0.1;
 /// Gap that points have in the problem for the forces which nothing can press: farther than any displacement brings them \[m\].
 pub(crate) const OPEN: f64 = 1e6;
 
-/// Whether a face with the outward unit normal `facing` is turned to a surface with the outward normal `normal` (Eq. C.54).
+/// Whether a face with the outward unit normal `facing` is turned to a surface with the outward normal `normal` (Eq. C.59).
 pub(crate) fn is_turned_to(facing: &[f64; 3], normal: &[f64; 3]) -> bool {
     -(facing[0] * normal[0] + facing[1] * normal[1] + facing[2] * normal[2]) > TURNED_TO
 }

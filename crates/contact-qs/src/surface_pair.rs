@@ -1,15 +1,15 @@
 //! Contact of a body's points with the surface of another body, as a force element.
 //!
 //! Points of the contact body are projected on the deformed surface of the target; gaps are measured along its outward
-//! normal (docs/theory.md Eqs. C.37, C.38). Either body may be rigid, carry all its modes dynamically, or have a quasistatic
-//! compliance; both compliances add up in one convex problem for the point forces (Eq. C.39). The forces act at the
+//! normal (docs/theory.md Eqs. C.38, C.39). Either body may be rigid, carry all its modes dynamically, or have a quasistatic
+//! compliance; both compliances add up in one convex problem for the point forces (Eq. C.40). The forces act at the
 //! displaced points, quasistatic part included, along the normals there: they are the gradient of one potential
-//! (Eq. C.43), equal and opposite, with a common line of action.
+//! (Eq. C.44), equal and opposite, with a common line of action.
 //!
 //! In axisymmetric models a point is a ring: only the axial resultant moves the bodies, radial parts load their modes.
 //!
 //! Each pair has a compliance of its own. A body in two pairs has two zones; the displacement of one zone under the forces in
-//! the other is that of the dynamic modes alone, without its quasistatic part (Eq. C.44).
+//! the other is that of the dynamic modes alone, without its quasistatic part (Eq. C.45).
 
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
@@ -55,7 +55,7 @@ pub use projection::SurfacePlace;
 pub use state::{PairFound, PairState, PairWorkspace};
 pub use target::{TargetFace, TargetSurface};
 
-/// What a surface pair consists of besides points and surface.
+/// Settings of a surface pair besides its points and its surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfacePairSettings {
     /// Index of the body that carries the points in the lists given to [`ForceElement::evaluate`].
@@ -80,7 +80,7 @@ pub struct SurfacePair {
     facing: Vec<[f64; 3]>,
     /// Rows of the contact body's low-frequency shapes.
     low_rows: Vec<f64>,
-    /// The same, mode after mode.
+    /// The entries of `low_rows`, mode after mode.
     low_columns: Vec<f64>,
     n_modes: usize,
     interface: SparseRows,
@@ -185,7 +185,7 @@ impl SurfacePair {
         &self.surface
     }
 
-    /// Normal compliance `A` of both bodies together at the projections of the motion `bodies` (Eq. C.39), `n_points`
+    /// Normal compliance `A` of both bodies together at the projections of the motion `bodies` (Eq. C.40), `n_points`
     /// squared [m/N]; none when all modes are dynamic. The state forgets where its iterations started.
     ///
     /// # Errors
@@ -210,7 +210,7 @@ impl SurfacePair {
         if self.friction.is_some() { self.motion.n_components() - 1 } else { 0 }
     }
 
-    /// What both bodies yield by; none when all modes are dynamic.
+    /// Compliances and target surface of the pair; none when all modes are dynamic.
     fn both(&self) -> Option<PairBodies<'_>> {
         self.compliances.as_ref().map(|compliances| PairBodies { compliances, surface: &self.surface })
     }

@@ -1,5 +1,5 @@
 //! The exact constraint on the compliance of a zone is the model with a massless boundary of Monjaraz-Tec, Gross and Krack (2022):
-//! MacNeal's matrices, Signorini's law and the static balance of the boundary, solved here as they are written (docs/theory.md Eq. C.123, C.124).
+//! MacNeal's matrices, Signorini's law and the static balance of the boundary, solved here as they are written (docs/theory.md Eq. A.34, A.35).
 
 use crate::common::Random;
 use contact_qs::quasistatic::Method;

@@ -17,7 +17,7 @@ use std::time::Duration;
 
 use ffr_dynamics::reduction::memory::{self, gigabytes};
 
-/// That of a model that cannot be built.
+/// Exit code when memory ends: that of a model that cannot be built.
 pub const EXIT_CODE: u8 = 4;
 /// Requests from here on are compared with what is left: far more than looking costs \[bytes\].
 const LARGE: usize = 1 << 26;
@@ -60,7 +60,7 @@ unsafe impl GlobalAlloc for EndingAllocator {
     }
 }
 
-/// What `ask` gets for a request of so many more bytes.
+/// The answer of `ask` to a request of so many more bytes.
 fn given(bytes: usize, ask: impl FnOnce() -> *mut u8) -> *mut u8 {
     if bytes >= LARGE && memory::free().is_some_and(|free| bytes as u64 > free) {
         end(bytes);

@@ -16,7 +16,8 @@ use tracing_subscriber::util::SubscriberInitExt;
 use crate::cli::{LogArguments, LogFormat};
 use crate::shown_text::{message, short};
 
-/// Wall time between lines of steps when standard error is no terminal; a stage or a step that lasts is told a tick later, within ten seconds.
+/// Wall time between lines of steps when standard error is no terminal; a stage or a step that lasts longer is reported a tick later, within ten
+/// seconds.
 const LINE_INTERVAL: Duration = Duration::from_secs(9);
 /// Wall time between updates of the bar.
 const BAR_INTERVAL: Duration = Duration::from_millis(100);
@@ -91,7 +92,7 @@ pub fn bar(arguments: LogArguments) -> ProgressBar {
 pub struct Progress {
     bar: ProgressBar,
     span: (f64, f64),
-    /// Whether the time left can be told: where nothing touches, every second of motion takes about as long.
+    /// Whether the time left can be estimated: where nothing touches, every second of motion takes about as long.
     is_even: bool,
     begin: Instant,
     last: Instant,
@@ -205,7 +206,7 @@ impl Progress {
         self.bar.set_message(format!("t = {time:.4e} s, {phase}, step {step:.1e} s{left}"));
     }
 
-    /// The time left, where it can be told from the share that is done.
+    /// The time left, where it can be estimated from the share that is done.
     fn left(&self, fraction: f64) -> String {
         if !self.is_even || fraction < LEAST_SHARE {
             return String::new();

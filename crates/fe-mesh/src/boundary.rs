@@ -38,7 +38,7 @@ fn nodes_of(elements: &Elements, face: Face) -> Vec<u32> {
     nodes
 }
 
-/// Who has a side.
+/// The elements that have a side in common.
 struct Owners {
     first: Face,
     second: Option<u32>,

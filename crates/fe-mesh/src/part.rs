@@ -115,7 +115,7 @@ impl Surroundings for About<'_> {
         Some(Nearest { distance, point, normal, start: () })
     }
 
-    /// Of several sides the nearest one, from outside, no further than a diameter.
+    /// The point over `target` along `normal`: on the nearest side, if it is no further away than the diameter of the disc.
     fn over(&self, target: &[f64; 3], normal: &[f64; 3], _start: ()) -> Option<(Found<()>, f64)> {
         let hits = self.sides.iter().filter_map(|near| Some((near, hit(near, target, normal)?)));
         let reached = hits.filter(|(_, (_, height))| height.abs() <= 2.0 * self.radius);

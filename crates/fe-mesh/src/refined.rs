@@ -86,7 +86,7 @@ impl RefinedMesh {
         &self.mesh.nodes()[..self.n_free]
     }
 
-    /// The free nodes that `node` follows, with their weights (theory Eq. C.70); none of a free node.
+    /// The free nodes that `node` follows, with their weights (theory Eq. C.71); none of a free node.
     pub fn followed(&self, node: u32) -> &[(u32, f64)] {
         (node as usize).checked_sub(self.n_free).and_then(|i| self.hanging.get(i)).map_or(&[], Vec::as_slice)
     }

@@ -42,7 +42,7 @@ pub enum MassRule {
     /// Exact on straight-sided elements; the matrix is positive definite.
     #[default]
     Exact,
-    /// Those of the stiffness, as CalculiX has them in tet10 and wedge15, so that results can be compared digit by digit.
+    /// The points of the stiffness, as CalculiX has them in tet10 and wedge15, so that results can be compared digit by digit.
     AsStiffness,
 }
 

@@ -13,7 +13,7 @@ use crate::refined::RefinedMesh;
 use crate::rules::{MassRule, RulePoint};
 use crate::shape::Functions;
 
-/// The displacements of a mesh: functions of its nodes, of a divided one those of its free nodes (theory Eq. C.70).
+/// The displacements of a mesh: functions of its nodes, of a divided one those of its free nodes (theory Eq. C.71).
 ///
 /// All elements are plain displacement elements with the rules of [`crate::rules`]: hex8 has neither a mean dilatation nor incompatible
 /// modes.

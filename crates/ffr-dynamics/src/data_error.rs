@@ -26,7 +26,7 @@ pub enum DataError {
     /// A list of the wrong length.
     #[error("{what}: {found}, must be {expected}")]
     Count {
-        /// Of what.
+        /// Name of the list.
         what: String,
         /// Number there is.
         found: usize,
@@ -80,7 +80,7 @@ pub enum DataError {
     /// An unknown, or a node, that is named twice or does not exist.
     #[error("{what}: {number} of {count} is named twice or does not exist")]
     Index {
-        /// Of which list.
+        /// Name of the list that numbers it.
         what: String,
         /// The number, from 0.
         number: usize,

@@ -52,7 +52,7 @@ pub enum DynamicsError {
         gigabytes: f64,
         /// Free memory \[GB\].
         free: f64,
-        /// What of it one factor may take \[GB\].
+        /// The part of the free memory that one factor may take \[GB\].
         room: f64,
     },
     /// More modes were asked for than the model has degrees of freedom.
@@ -161,7 +161,7 @@ pub enum DynamicsError {
     },
 }
 
-/// What of a body keeps `matrix` from being factorised, and what of it can be changed.
+/// The likely reason in the body for which `matrix` cannot be factorised, with a remedy.
 fn of_matrix(matrix: &str) -> &'static str {
     if matrix.contains("mass") || matrix.contains("inertia") {
         "a part of the body has no mass, its numbers are in other units, or its modes are nearly the same; check density and mesh, or ask for fewer modes"

@@ -83,7 +83,7 @@ pub fn centre_of_mass(data: &StandardInputData, state: &BodyState) -> Vector3<f6
     state.position + state.rotation * (moment / data.mass)
 }
 
-/// The rigid motion that carries a body's momenta, relative to its frame and in it (Eq. A.31).
+/// The rigid motion that carries a body's momenta, relative to its frame and in it (Eq. Q.2).
 struct RigidShare {
     /// Deformed centre of mass \[m\].
     centre: Vector3<f64>,
@@ -113,7 +113,7 @@ impl RigidShare {
     }
 }
 
-/// Velocity at `place` \[m\] of the rigid motion that carries the body's momenta (Eq. A.31), both in the inertial frame [m/s]: that of
+/// Velocity at `place` \[m\] of the rigid motion that carries the body's momenta (Eq. Q.2), both in the inertial frame [m/s]: that of
 /// the deformed centre of mass, and the turn `J⁻¹ L` with inertia and angular momentum about it. Vibration does not enter, nor does the
 /// choice of the frame of reference. A body without inertia about an axis turns with its frame.
 pub fn rigid_velocity(data: &StandardInputData, state: &BodyState, place: &Vector3<f64>) -> Vector3<f64> {
@@ -123,7 +123,7 @@ pub fn rigid_velocity(data: &StandardInputData, state: &BodyState, place: &Vecto
     state.velocity + state.rotation * (omega.cross(&centre) + velocity + (omega + turn).cross(&arm))
 }
 
-/// Kinetic energy of the motion of a body relative to the rigid motion that carries its momenta (Eq. A.78) \[J\]: no other rigid motion
+/// Kinetic energy of the motion of a body relative to the rigid motion that carries its momenta (Eq. Q.4) \[J\]: no other rigid motion
 /// leaves less. The choice of the frame of reference does not enter.
 pub fn vibration_energy(data: &StandardInputData, state: &BodyState) -> f64 {
     let RigidShare { velocity, turn, spin, .. } = RigidShare::of(data, state);

@@ -1,4 +1,4 @@
-//! Friction of bearings by the load that joints transmit, against closed forms (docs/theory.md Eq. M.64 to M.67).
+//! Friction of bearings by the load that joints transmit, against closed forms (docs/theory.md Eq. M.17 to M.20).
 
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::integration::{Integrator, Method, OdeSystem, StepSettings};

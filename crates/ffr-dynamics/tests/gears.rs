@@ -1,4 +1,4 @@
-//! Gears between joint coordinates against closed forms (docs/theory.md M.70 to M.73).
+//! Gears between joint coordinates against closed forms (docs/theory.md M.37 to M.40).
 
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::integration::{Integrator, Method, OdeSystem, StepSettings};

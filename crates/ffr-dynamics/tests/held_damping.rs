@@ -1,4 +1,4 @@
-//! Damping ratios of bodies that joints hold: those of the modes of the joined system (docs/theory.md Eq. F.31 to F.35).
+//! Damping ratios of bodies that joints hold: those of the modes of the joined system (docs/theory.md Eq. F.29 to F.33).
 
 use crate::dynamics_support::{Random, Sample, block};
 use faer::{Mat, Side};

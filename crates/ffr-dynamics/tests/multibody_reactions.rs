@@ -249,7 +249,7 @@ fn loops_share_the_load_with_the_tree() {
 }
 
 /// Force and moment of a bearing on the child along its free directions, in the axes of the parent's marker, by what the joint transmits
-/// (docs/theory.md Eq. M.64, M.65).
+/// (docs/theory.md Eq. M.17, M.18).
 fn rubbed(kind: JointKind, bearing: &Bearing, reaction: [Vector3<f64>; 2], u: &[f64]) -> [f64; 2] {
     let [force, moment] = reaction;
     let couple = Vector3::z().cross(&moment) / bearing.length;

@@ -1,4 +1,4 @@
-//! The sparse factor against a dense one, under any order and on any number of threads (Eqs. R.2, R.2b).
+//! The sparse factor against a dense one, under any order and on any number of threads (Eqs. R.3, R.4).
 
 use crate::common;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Factors in single precision, refined: the same answers as in double precision (Eqs. R.2a, R.9).
+//! Factors in single precision, refined: the same answers as in double precision (Eqs. R.6, R.13).
 
 use crate::common;
 use faer::Mat;

@@ -103,8 +103,8 @@ fn ringing_of_high_modes_is_not_resolved() {
 }
 
 /// Steps with high modes at rest and at 1e-5 of the slow one, at the tolerances 1e-4 and 1e-5. In a norm of plain components
-/// a method of this kind needs 34 909. In one that knows the modes and only cuts the energy of each (Eq. T.18) it needs 99, 112,
-/// 212, 332: the filter of a system (Eq. M.27) drops elastic energy altogether.
+/// a method of this kind needs 34 909. In one that knows the modes and only cuts the energy of each (Eq. T.24) it needs 99, 112,
+/// 212, 332: the filter of a system (Eq. M.49) drops elastic energy altogether.
 const RINGING_STEPS: [u64; 4] = [92, 91, 187, 222];
 
 #[test]

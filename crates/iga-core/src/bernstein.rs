@@ -1,4 +1,4 @@
-//! Bernstein polynomials: values with derivatives, and the coefficients of polynomials known at some points (theory Eqs. C.27, C.36).
+//! Bernstein polynomials: values with derivatives, and the coefficients of polynomials known at some points (theory Eqs. C.27, C.37).
 
 use faer::Mat;
 use faer::linalg::solvers::Solve;

@@ -16,9 +16,9 @@ pub enum JoinFault {
     Directions {
         /// Number of the patch, from 0.
         patch: usize,
-        /// Its directions.
+        /// Its number of directions.
         found: usize,
-        /// Those of the first patch.
+        /// Number of directions of the first patch.
         expected: usize,
     },
     /// A patch that is none, or is folded.

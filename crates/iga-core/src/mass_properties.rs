@@ -1,4 +1,4 @@
-//! Volume, first and second moments of a body by quadrature over its exact geometry (theory Eq. S.15).
+//! Volume, first and second moments of a body by quadrature over its exact geometry (theory Eq. S.16).
 //!
 //! The integrands are polynomials for shapes without weights, which the rule integrates exactly. Weights make them rational;
 //! sixteen points per direction leave an error far below round-off for arcs of up to 90°, and what may be more, a

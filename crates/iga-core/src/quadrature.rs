@@ -1,4 +1,4 @@
-//! Gauss-Legendre and Gauss-Lobatto quadrature (theory Eqs. E.9, C.52).
+//! Gauss-Legendre and Gauss-Lobatto quadrature (theory Eqs. E.9, C.56).
 
 use std::f64::consts::PI;
 use std::sync::OnceLock;

@@ -4,7 +4,7 @@
 //! the functions are `R = (C N) / W`: raw functions `N` of the element (B-splines of a level, shape functions of nodes), sparse
 //! [`Rows`] `C`, the weight function `W` of its patch, one on meshes. Coincident control points (poles, collapsed edges, seams,
 //! interfaces), truncation and hanging nodes are such rows, so that no displacement is multivalued and nothing above a space
-//! knows of dependent functions (theory sections E.5, H, C.10).
+//! knows of dependent functions (theory section E.5, part H, section C.10).
 //!
 //! Functions reproduce the geometry: `Σ_A R_A P_A` is the place of the point, `Σ_A R_A = 1`.
 
@@ -65,7 +65,7 @@ pub enum Integrand {
     Stiffness,
     /// Products of values; exact on straight-sided finite elements.
     Mass,
-    /// Gradients, seen at few points: two a direction of splines, the points of the stiffness of finite elements.
+    /// Gradients at few points: two in each direction for splines, the points of the stiffness for finite elements.
     Sample,
 }
 
@@ -236,7 +236,7 @@ pub trait SplineSpace: Space {
     /// elsewhere (theory section E.3).
     fn gauss_counts(&self, e: usize) -> [usize; 3];
 
-    /// Functions whose net entries lie on face `face` of a patch, each with its Greville abscissae there (theory Eq. S.12). A function
+    /// Functions whose net entries lie on face `face` of a patch, each with its Greville abscissae there (theory Eq. S.19). A function
     /// that is tied (pole, seam, interface) comes once for every net entry.
     fn greville(&self, face: FaceId) -> Vec<(u32, [f64; 3])>;
 }

@@ -145,7 +145,7 @@ pub enum LevelFault {
         patch: usize,
         /// Its number of levels.
         found: usize,
-        /// That of the first patch.
+        /// Number of levels of the first patch.
         expected: usize,
     },
     /// Patches that are divided differently where they meet.

@@ -165,7 +165,7 @@ fn lobatto_points_load_functions_as_a_uniform_pressure_does() {
                 let area: f64 = wanted.values().sum();
                 for (function, w) in &wanted {
                     let is = found.get(function).copied().unwrap_or(0.0);
-                    // Both are exact but for radii at ends of elements, which are taken 1e-9 of their half within (Eq. C.52).
+                    // Both are exact but for radii at ends of elements, which are taken 1e-9 of their half within (Eq. C.56).
                     assert!((is - w).abs() < 1e-9 * area, "{} degree {degree}: {is} {w}", case.name);
                 }
             }

@@ -3,7 +3,7 @@
 //! An impact that was simulated tells which elements of its interval were in contact. From that follows whether the fine
 //! model may be accepted and how wide the next interval should be. Knows neither splines nor time.
 
-/// What lies at an end of a contact interval.
+/// The kind of an end of a contact interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum IntervalEnd {
     /// More surface: contact there means that the interval is too small.
@@ -23,7 +23,7 @@ pub enum IntervalEnd {
 pub struct IntervalGrid {
     /// Widths, one per direction along the surface; the second is zero for curves \[m\].
     pub widths: [f64; 2],
-    /// What lies at the ends, one entry per direction.
+    /// The kinds of the ends, one entry per direction.
     pub ends: Vec<[IntervalEnd; 2]>,
     /// Rows per direction; 1 in directions that the surface does not have.
     pub n_elements: [usize; 2],
@@ -107,11 +107,11 @@ pub struct DirectionUse<'a> {
     pub contact: &'a [bool],
     /// Width of the interval, in any measure \[m\].
     pub width: f64,
-    /// What lies at its lower and upper end.
+    /// The kinds of its lower and upper end.
     pub ends: [IntervalEnd; 2],
 }
 
-/// What Algorithm 2 says about one direction.
+/// The verdict of Algorithm 2 on one direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
     /// An edge element was in contact, the interval is too small: not acceptable (lines 1–3).
@@ -138,7 +138,7 @@ impl Verdict {
 pub struct DirectionAssessment {
     /// Contact elements over interval elements.
     pub utilisation: f64,
-    /// What was found.
+    /// The verdict.
     pub verdict: Verdict,
     /// Width for the next model, in the measure of the input \[m\].
     pub width: f64,

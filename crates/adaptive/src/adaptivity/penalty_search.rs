@@ -69,12 +69,12 @@ pub enum PenaltyStrategy {
         /// Permitted change of the peak force, relative.
         tolerance: f64,
     },
-    /// Raised as long as too much of the approach of the bodies is penetration: of flat faces and edges, whose force does not settle beside
-    /// the modes kept (theory C.9).
+    /// Raised as long as too much of the approach of the bodies is penetration (theory section A.9). For flat faces and edges, whose peak force
+    /// does not converge with the factor because it excites the highest modes that are kept.
     UntilStiff,
 }
 
-/// What yields beside the penalty springs while two bodies approach each other (theory A.8a).
+/// What yields beside the penalty springs while two bodies approach each other (theory section A.9).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Pressing {
     /// Waves between flat faces, which say how large the force is and how long it lasts: [`MOST_OVERLAP_OF_WAVES`] of the approach, and what is
@@ -122,24 +122,24 @@ impl Overlap {
     }
 }
 
-/// The largest share of the approach of two bodies that may be penetration and not deformation (theory Eq. A.76): the approach at which a
-/// force is reached, and with it the stiffness of the contact, is then right to as much. A body between two flat faces has two such springs.
+/// The largest share of the approach of two bodies that may be penetration and not deformation (theory Eq. A.36). The approach at which a force is
+/// reached, and with it the stiffness of the contact, is off by no more than this share; of a body between two flat faces by twice as much.
 pub const MOST_OVERLAP: f64 = 0.03;
 
-/// The same between flat faces while waves say how large the force is: the impact lasts half of it longer, where springs of a third of it ring by
-/// a quarter of the force and more.
+/// The largest share of penetration in the approach between flat faces while waves say how large the force is. The impact then lasts longer by half
+/// of this share; springs that are three times as stiff ring by a quarter of the force and more.
 const MOST_OVERLAP_OF_WAVES: f64 = 0.1;
 
 /// Round trips of waves after which the stress along a body is even and it yields like a spring: the criterion of Davies and Hunter (1963) for
 /// specimens in the split Hopkinson bar.
 const TRIPS: f64 = std::f64::consts::PI;
 
-/// What a factor is raised by at most, and above what springs in series ask for: the force changes a little.
+/// Factor by which the penalty factor is raised at most, and the margin above what springs in series need, since the force changes as well.
 const MOST_RISE: f64 = 10.0;
 const RISE_MARGIN: f64 = 1.1;
 
 /// The factor by which penalty springs must be stiffer for no more overlap than is allowed: springs in series with the bodies, under the same
-/// force (theory Eq. A.76a).
+/// force (theory Eq. A.37).
 fn missing_stiffness(overlap: Overlap) -> f64 {
     let odds = |share: f64| share / (1.0 - share).max(f64::MIN_POSITIVE);
     (RISE_MARGIN * odds(overlap.share) / odds(overlap.most())).clamp(RISE_MARGIN, MOST_RISE)
@@ -163,13 +163,13 @@ pub struct PenaltyRange {
 }
 
 impl Default for PenaltyRange {
-    /// From a rubber-like foundation to ten powers of ten above what resolves steel on elements of a micrometre.
+    /// From the stiffness of a soft rubber foundation to ten decades above that of steel on elements of a micrometre.
     fn default() -> Self {
         Self { lower: 1e6, upper: 1e28 }
     }
 }
 
-/// What a run gave.
+/// The outcome of a trial.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum RunOutcome {
     /// The trial's steps passed without an error of the contact solver.
@@ -198,16 +198,16 @@ pub enum PenaltyFailure {
         /// Last error of the contact solver.
         failure: FailureKind,
     },
-    /// Neither an error nor convergence up to the highest factor.
+    /// Up to the highest factor the solver did not fail, and the peak force did not converge.
     TooHigh {
         /// Highest factor tried [N/m³].
         penalty: f64,
         /// Last relative change of the peak force, if there was one.
         change: Option<f64>,
     },
-    /// With the highest factor at which the contact solver finds forces the bodies still lie in each other.
+    /// With the highest factor at which the contact solver finds forces, penetration is still too large a share of the approach.
     TooSoft {
-        /// That factor [N/m³].
+        /// The highest factor that could be solved [N/m³].
         penalty: f64,
         /// How much of their approach is penetration.
         overlap: Overlap,
@@ -240,7 +240,7 @@ impl fmt::Display for PenaltyFailure {
     }
 }
 
-/// What to do next.
+/// The next step of the search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum PenaltyAction {
     /// Simulate the impact from its start.
@@ -262,13 +262,13 @@ pub enum PenaltyAction {
         /// Whether the last run is the result; otherwise the last one that was completed before it.
         is_last_run: bool,
     },
-    /// There is none.
+    /// The search ended without a factor.
     Fail(PenaltyFailure),
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum State {
-    /// Trials or full runs that raise the factor; what the last completed run found.
+    /// The factor is being raised, in trials or in full runs; `last`: the last completed run.
     Raising { last: Option<Completed> },
     /// An error occurred, the factor goes down.
     Lowering,
@@ -305,7 +305,7 @@ impl PenaltySearch {
         Self { state: State::Known, ..Self::new(strategy, penalty) }
     }
 
-    /// The same search within another range.
+    /// This search with the factors limited to `range`.
     #[must_use]
     pub fn within(self, range: PenaltyRange) -> Self {
         Self { range, ..self }
@@ -335,8 +335,8 @@ impl PenaltySearch {
         Self { state: State::Known, ..self.clone() }
     }
 
-    /// The current run from its start: the first one, or once more after the model has changed. A changed model gives other
-    /// forces, so that nothing is compared with runs before.
+    /// Starts the current run from its beginning: the first one, or once more after the model has changed. A changed model has other
+    /// forces, so that they are not compared with those of earlier runs.
     pub fn restart(&mut self) -> PenaltyAction {
         if let State::Raising { last } = &mut self.state {
             *last = None;
@@ -352,7 +352,7 @@ impl PenaltySearch {
         PenaltyAction::Run { penalty: self.penalty, contact_steps }
     }
 
-    /// What follows from the outcome of the current run.
+    /// The next step after the current run has ended with `outcome`.
     pub fn next(&mut self, outcome: RunOutcome) -> PenaltyAction {
         if let RunOutcome::Completed { peak_force, overlap: Some(overlap) } = outcome
             && overlap.is_too_much()
@@ -386,8 +386,8 @@ impl PenaltySearch {
         self.raise(self.penalty * factor, change)
     }
 
-    /// What follows from a run whose bodies lie too far in each other, whatever the force has converged to; none where the user gives the
-    /// factor, and in trials of Fig. 3, which raise it anyway.
+    /// The next step after a run in which penetration was too large a share of the approach, even if the force has converged; none where the user
+    /// gives the factor, and in trials of Fig. 3, which raise it anyway.
     fn stiffer(&mut self, peak_force: f64, overlap: Overlap) -> Option<PenaltyAction> {
         let penalty = self.penalty;
         let factor = match (self.strategy, self.state) {

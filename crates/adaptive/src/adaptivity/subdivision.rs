@@ -116,7 +116,7 @@ fn prime_factors(mut n: usize) -> Vec<usize> {
     factors
 }
 
-/// What the levels cost beside the direction that is divided.
+/// The data of a surface from which the number of elements of the levels follows, besides the direction that is divided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SurfaceGrowth {
     /// Elements by which every level reaches beyond the intervals.
@@ -253,7 +253,7 @@ fn elements_of_levels(
 }
 
 /// Parts a level of a direction into the depth, so that the sizes of its elements follow those along the surface (theory
-/// Eq. A.4): `size` is its coarse element at the contact, `along` the size along the surface after each level \[m\].
+/// Eq. A.7): `size` is its coarse element at the contact, `along` the size along the surface after each level \[m\].
 pub fn follow(size: f64, along: &[f64]) -> Vec<usize> {
     let mut size = size;
     let mut parts = Vec::with_capacity(along.len());

@@ -46,7 +46,7 @@ pub trait Field: Send + Sync {
     /// The unknowns, sorted by node, then component.
     fn dofs(&self) -> &[Dof];
 
-    /// Numbers of the unknowns.
+    /// The number of the unknown of each function and component.
     fn lookup(&self) -> &DofLookup;
 
     /// Element and parameters of a point of the undeformed body, in the model's components \[m\].
@@ -157,7 +157,7 @@ pub trait Field: Send + Sync {
     }
 
     /// The marker `name` at `place` with axes turned by `rotation` from the body's, moving with the modes `shapes`. At a point it
-    /// turns with half the curl of the displacement, on a part of the body it has its mean motion (theory Eq. M.44).
+    /// turns with half the curl of the displacement, on a part of the body it has its mean motion (theory Eq. M.9).
     ///
     /// # Errors
     /// As [`Field::flexible_point`]; [`AdaptiveError::Reduction`] if a mode is not finite there.
@@ -187,7 +187,7 @@ pub trait Field: Send + Sync {
         }
     }
 
-    /// The marker that moves with the material point at `place` and turns by half the curl of the displacement there (theory Eq. M.34), with
+    /// The marker that moves with the material point at `place` and turns by half the curl of the displacement there (theory Eq. M.8), with
     /// the orientation `rotation`.
     ///
     /// # Errors
@@ -275,7 +275,7 @@ pub trait Field: Send + Sync {
     }
 
     /// The marker that follows the mean motion of `area`: displacement and rotation of its centre by the rigid motion nearest to
-    /// the displacements of the part, every point with its area (theory Eq. M.44).
+    /// the displacements of the part, every point with its area (theory Eq. M.9).
     ///
     /// # Errors
     /// As [`Field::part`]; [`AdaptiveError::Reduction`] if it defines no rotation.
@@ -291,7 +291,7 @@ pub trait Field: Send + Sync {
     }
 
     /// The lower triangle `stiffness` with that of the rigid parts `areas` of `material` added: `α ∫ |u - u_rigid|² dA` with the rigid motion
-    /// `u_rigid` nearest to `u` (theory Eq. M.45). Rigid motions of the body stay free of forces, masses stay as they are.
+    /// `u_rigid` nearest to `u` (theory Eq. M.10). Rigid motions of the body stay free of forces, masses stay as they are.
     ///
     /// # Errors
     /// As [`Field::mean_motion`]; [`AdaptiveError::Unsupported`] for parts with thousands of unknowns.

@@ -46,7 +46,7 @@ pub trait FieldBody: Field {
     /// How it is reduced, held, damped and framed.
     fn settings(&self) -> &FlexibleSpec;
 
-    /// What its matrices are made from, as bytes.
+    /// All data on which its matrices depend, as bytes: the key of stored models.
     fn definition(&self) -> Vec<u8>;
 
     /// Its material, the one with the slowest waves if there are several.
@@ -65,10 +65,10 @@ pub trait FieldBody: Field {
     /// sides, a quarter of it where a point stands in the middle \[m\].
     fn height_between_points(&self) -> f64;
 
-    /// What gives the body smaller elements at a place, as words of a remedy.
+    /// The keys by which a user gives the body smaller elements at a place, as words of a remedy.
     fn finer_there(&self) -> String;
 
-    /// What gives the body a mesh that carries shorter waves, as a remedy.
+    /// The keys by which a user gives the body a mesh for shorter waves, as words of a remedy.
     fn finer_mesh(&self) -> String;
 
     /// Its deformable surface, moving with `shapes`.

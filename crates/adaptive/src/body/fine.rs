@@ -46,7 +46,7 @@ pub trait FineModel: Send + Sync {
     /// [`AdaptiveError`] with the body's name.
     fn assemble(&self) -> Result<Cow<'_, AssembledBody>, AdaptiveError>;
 
-    /// Displacements of the body's own unknowns (n x k) on these: the same fields, on a turned net the nearest ones (theory Eq. A.5).
+    /// Displacements of the body's own unknowns (n x k) on these: the same fields, on a turned net the nearest ones (theory Eq. A.12).
     fn prolong(&self, shapes: MatRef<'_, f64>) -> Mat<f64>;
 
     /// What its matrices, before it is turned, are made from.
@@ -114,7 +114,7 @@ impl dyn FineModel + '_ {
         flexibility.map_err(|source| self.reduction(source))
     }
 
-    /// What the modes of the body, prolonged, leave of `flexibility` (theory Eq. A.6).
+    /// What the modes of the body, prolonged, leave of `flexibility` (theory Eq. A.13).
     ///
     /// # Errors
     /// [`AdaptiveError::Reduction`] with the body's name.
@@ -146,7 +146,7 @@ impl dyn FineModel + '_ {
         ModelKey { kind: "compliance", definition: key.0 }
     }
 
-    /// What a reduction of the body says.
+    /// The error of a reduction, with the name of the body.
     fn reduction(&self, source: DynamicsError) -> AdaptiveError {
         AdaptiveError::Reduction { body: self.field().name().to_owned(), source }
     }

@@ -1,4 +1,4 @@
-//! Strain and stress at a point of a body, as sums over the displacements of its unknowns (docs/theory.md Eq. M.51).
+//! Strain and stress at a point of a body, as sums over the displacements of its unknowns (docs/theory.md Eq. Q.7).
 
 use contact_qs::points::DofLookup;
 use faer::{Mat, MatMut, MatRef};

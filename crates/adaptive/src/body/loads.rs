@@ -1,4 +1,4 @@
-//! Forces and moments that joints and loads exert on a body: the loads whose static answers its basis has (docs/theory.md Eq. R.21).
+//! Forces and moments that joints and loads exert on a body: the loads whose static answers its basis has (docs/theory.md Eq. R.27).
 
 use faer::Mat;
 use ffr_dynamics::DynamicsError;
@@ -30,7 +30,7 @@ enum Side {
     Child,
 }
 
-/// Relative error of what a disc or ball yields under its own load above which its elements are too coarse (Eq. P.10).
+/// Relative error of what a disc or ball yields under its own load above which its elements are too coarse (Eq. P.9).
 pub const PLACE_ERROR: f64 = 5e-2;
 
 /// A disc or ball on which a load acts, and the elements that it needs.
@@ -74,7 +74,7 @@ impl MarkerLoads {
     }
 }
 
-/// Elements over the radius of a disc or ball at which it yields right to [`PLACE_ERROR`] (Eq. P.10): `C (h/a)²` is missing on average,
+/// Elements over the radius of a disc or ball at which it yields right to [`PLACE_ERROR`] (Eq. P.9): `C (h/a)²` is missing on average,
 /// `C h/a` of a rigid one, whose elements at the rim are rigid as a whole; more under moments, which turn no more than the place itself.
 fn elements_per_radius(coupling: Coupling, is_moment: bool) -> f64 {
     match (coupling, is_moment) {

@@ -38,7 +38,7 @@ pub struct MeshedBody {
     pub materials: ElementMaterials,
     /// Matrices.
     pub assembled: AssembledBody,
-    /// Numbers of the unknowns.
+    /// The number of the unknown of each function and component.
     pub lookup: DofLookup,
     /// Its undeformed surface.
     pub surface: Arc<MeshSurface>,

@@ -1,4 +1,4 @@
-//! The mean motion of a part of a body, and parts that move like rigid bodies, from quadrature points on the part (docs/theory.md Eq. M.44, M.45;
+//! The mean motion of a part of a body, and parts that move like rigid bodies, from quadrature points on the part (docs/theory.md Eq. M.9, M.10;
 //! docs/decisions/0016-markers-with-extent.md). Knows points, functions and unknowns, not what a body is made from.
 
 use faer::Mat;
@@ -102,7 +102,7 @@ impl PartPoints {
     }
 
     /// The marker that follows the mean motion of the part: displacement and rotation of `centre` (the model's components \[m\]) by the rigid motion nearest to
-    /// the displacements of the part, every point with its area (theory Eq. M.44). `number`: the unknown of a function and component, if it is free.
+    /// the displacements of the part, every point with its area (theory Eq. M.9). `number`: the unknown of a function and component, if it is free.
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if the part defines no rotation.
@@ -135,7 +135,7 @@ impl PartPoints {
     }
 
     /// Unknowns of the part as a rigid one, rising, and the lower triangle of its stiffness `α ∫ |u - u_rigid|² dA` with the rigid motion
-    /// `u_rigid` nearest to `u` (theory Eq. M.45). Rigid motions of the body stay free of forces, masses stay as they are. `young`: modulus \[Pa\];
+    /// `u_rigid` nearest to `u` (theory Eq. M.10). Rigid motions of the body stay free of forces, masses stay as they are. `young`: modulus \[Pa\];
     /// `thickness` of plane models \[m\].
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! Displacement, strain and stress at observed points by the forces on an interface (docs/theory.md Eqs. A.33, M.52).
+//! Displacement, strain and stress at observed points by the forces on an interface (docs/theory.md Eqs. Q.5, Q.8).
 
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
@@ -45,7 +45,7 @@ pub fn add_places(key: &mut Bytes, unknowns: &[usize], places: &[ObservedPlace])
     }
 }
 
-/// What an observed place shows of the unknowns of a mesh.
+/// Displacement, strain and stress at an observed place as linear functions of the unknowns of a field.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PlaceFunctions {
     /// Its displacement.
@@ -55,7 +55,7 @@ pub struct PlaceFunctions {
 }
 
 impl PlaceFunctions {
-    /// What `place` shows of the unknowns of `field`.
+    /// The functions of `place` on the unknowns of `field`.
     ///
     /// # Errors
     /// [`AdaptiveError`] if the point is not in the body.

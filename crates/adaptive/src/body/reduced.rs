@@ -44,7 +44,7 @@ impl ReducedBody {
     }
 }
 
-/// What contacts, joints and loads ask of a body's reduction.
+/// What the reduction of a body has to provide for contacts, joints and loads.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Interface {
     /// Unknowns of the contact interface, rising.
@@ -55,15 +55,15 @@ pub struct Interface {
     pub loads: Vec<MarkerLoads>,
 }
 
-/// What becomes of the modes that the interface adds to the low-frequency ones (\[A\] sections 2.4 and 6).
+/// How a body has the modes that the interface adds to the low-frequency ones (\[A\] sections 2.4 and 6).
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum InterfaceModes {
-    /// They follow statically: a residual flexibility takes their place.
+    /// Statically: a residual flexibility takes their place.
     Quasistatic,
-    /// They are dynamic.
+    /// As dynamic coordinates.
     #[default]
     Dynamic,
-    /// They are dynamic and critically damped, on top of the body's own damping (Eq. F.23).
+    /// As dynamic coordinates with critical damping, on top of the body's own damping (Eq. F.28).
     Damped,
 }
 
@@ -78,7 +78,7 @@ impl InterfaceModes {
     }
 }
 
-/// What of a basis is kept: all but the rigid modes.
+/// The parts of a basis that the model store keeps: all but the rigid modes.
 pub(crate) fn stored_basis(basis: &ReducedBasis) -> StoredModel {
     let (fewer, more) = basis.multiplet.unwrap_or((0, 0));
     let counts = [basis.n_low, basis.n_modes(), usize::from(basis.multiplet.is_some()), fewer, more];
@@ -133,7 +133,7 @@ fn answering(
     with_static_answers(problem, basis, loads.as_ref(), TakenLoads::ByRank)
 }
 
-/// `own` damping with critical damping of the modes from `n_low` on added (Eq. F.23); `omega`: their frequencies [rad/s].
+/// `own` damping with critical damping of the modes from `n_low` on added (Eq. F.28); `omega`: their frequencies [rad/s].
 pub(crate) fn with_critical(own: ModalDamping, omega: &[f64], n_low: usize) -> ModalDamping {
     let critical = omega.iter().enumerate().map(|(j, w)| if j < n_low { 0.0 } else { 2.0 * w });
     match own {

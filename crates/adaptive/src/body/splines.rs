@@ -41,7 +41,7 @@ pub struct ElasticBody {
     pub space: PatchSpace,
     /// Matrices.
     pub assembled: AssembledBody,
-    /// Numbers of the unknowns.
+    /// The number of the unknown of each function and component.
     pub lookup: DofLookup,
     /// Its undeformed surface.
     pub surface: Arc<SplineSurface>,

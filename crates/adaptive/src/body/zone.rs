@@ -35,45 +35,45 @@ pub struct ContactZone {
     pub parameters: Vec<[f64; 3]>,
     /// Faces of the points; none on a mesh.
     pub faces: Vec<FaceId>,
-    /// Unknowns of the interface, rising.
+    /// Unknowns of the interface, in ascending order.
     pub unknowns: Vec<usize>,
     /// Full widths along the face \[m\]; the second is zero for curves, and for zones given by one width.
     pub widths: [f64; 2],
     /// The part of the surface that points of another body may touch.
     pub region: ZoneRegion,
-    /// What it is of the surface of the body.
+    /// Which part of the surface of the body it covers.
     pub extent: ZoneExtent,
-    /// Indices of the points that meet an edge or a corner of the target (theory Eq. C.126).
+    /// Indices of the points that meet an edge or a corner of the target (theory Eq. C.63).
     pub meeting: Vec<usize>,
 }
 
-/// A place on a whole surface that contact points stand on.
+/// A place on a whole surface at which additional contact points stand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PointsAbout {
     /// The place.
     pub place: SurfacePlace,
-    /// What the place meets, if that is an edge or a corner of the target; without, points stand ever closer about the place.
+    /// The edge or corner of the target that the place meets. Without one, points stand ever more densely towards the place.
     pub meets: Option<TargetPlace>,
 }
 
-/// Halvings of the sides of elements towards a place where an edge touches (theory Eq. C.125).
+/// Number of halvings of the sides of elements towards a place where an edge touches (theory Eq. C.65).
 const HALVINGS: u8 = 5;
 
-/// What of the surface of its body a zone is.
+/// How much of the surface of a body its contact zone covers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ZoneExtent {
-    /// A part: contact must not reach its end.
+    /// A part of a face or of several; contact that reaches its end makes it too small.
     Part,
-    /// All faces, of which smooth parts are touched: contact must not reach an edge.
+    /// All faces, touched inside of their smooth parts; contact must not reach an edge.
     Faces,
-    /// The whole surface with its edges and corners, which touch and are touched (theory C.9).
+    /// All faces with the edges and corners between them, at which contact is possible as well (theory section C.9).
     Whole,
 }
 
 /// A part of a body's surface.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ZoneRegion {
-    /// Of faces of a spline body.
+    /// Faces of a body of splines.
     Faces(Vec<TargetFace>),
     /// Sides of a mesh.
     Pieces(Arc<PiecewiseSurface>),
@@ -84,7 +84,7 @@ pub enum ZoneRegion {
 pub struct ZoneLimits {
     /// The part of the face.
     pub region: TargetFace,
-    /// Round-off by which parameters of points in the zone may lie outside.
+    /// Tolerance by which parameters of points may lie outside of the zone: round-off.
     pub slack: [f64; 3],
     /// Full widths along the face \[m\].
     pub widths: [f64; 2],
@@ -99,7 +99,7 @@ impl ZoneLimits {
 
 impl ContactZone {
     /// The zone of `body` within `limits`, one for each face: its points by `rule`, their areas times the thickness of plane models, and all unknowns of
-    /// the functions that are not zero in the zone. `on_rim` says which of the points stand where contact must not come.
+    /// the functions that are not zero in the zone. `on_rim` says which points lie where contact must not reach.
     ///
     /// # Errors
     /// [`ContactError::Empty`] if no point lies in the zone.
@@ -152,10 +152,10 @@ impl ContactZone {
 }
 
 impl ContactZone {
-    /// The whole surface of `body` with its edges and corners (docs/theory.md section C.9): Lobatto points of all outer faces, each pressed
-    /// only by surfaces that its face is turned to, and all unknowns of the functions that are not zero there. At the place `about`, if there is one, stands
-    /// a point of each face that meets there: with others ever closer about it, for an edge that bends touches between those of its elements, or
-    /// alone to meet an edge or a corner of the target.
+    /// The whole surface of `body` with its edges and corners (docs/theory.md section C.9): Lobatto points of all outer faces, each pressed only by
+    /// surfaces that its face is turned to, and all unknowns of the functions that are not zero there. At the place `about`, if there is one, every
+    /// face that meets there has a point: for a bent edge, which may touch between the points of its elements, with further points ever more densely
+    /// about the place; to meet an edge or a corner of the target, without them.
     ///
     /// # Errors
     /// [`ContactError::Nothing`] for a body without an outer face.
@@ -230,7 +230,7 @@ impl ContactZone {
     }
 }
 
-/// All unknowns of the functions that are not zero at Gauss points or contact points of a zone, rising.
+/// All unknowns of the functions that are not zero at Gauss points or contact points of a zone, in ascending order.
 fn interface(body: &Discretised<'_>, gauss: &[CollocationPoint], points: &[SurfacePoint]) -> Vec<usize> {
     let mut nodes: Vec<u32> = gauss
         .iter()

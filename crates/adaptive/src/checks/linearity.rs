@@ -1,5 +1,5 @@
-//! Where a linear body ends: how far its parts turn, how much they strain, and how near its axial loads are to those that buckle it
-//! (docs/theory.md Eqs. P.15, P.16).
+//! Limits of linear bodies: how far their parts rotate, how much they strain, and how near axial loads are to the loads that buckle them
+//! (docs/theory.md Eqs. P.13, P.14).
 
 use std::f64::consts::TAU;
 
@@ -13,32 +13,33 @@ use crate::record::warning::{Warning, WarningKind};
 use crate::system::body::BodyModel;
 use crate::system::mode_gradients::GradientsAt;
 
-/// Turn of a part of a body against the body as a whole \[rad\] that is told: a cantilever under a load at its tip, whose tip turns by half as much
-/// again, then deflects by 1 % too much.
+/// Rotation of a part of a body against the body as a whole \[rad\] above which a warning is given: a cantilever under a load at its tip, whose tip
+/// rotates by 1.5 times as much, then deflects by 1 % too much.
 pub const LARGE_TURN: f64 = 0.1;
-/// Turn at which a run ends: a cantilever's tip has moved by more than its length \[rad\].
+/// Rotation at which a run ends: a cantilever's tip has moved by more than its length \[rad\].
 pub const HUGE_TURN: f64 = 1.2;
-/// Strain that is told: squares of strains are a per cent of them.
+/// Strain above which a warning is given: the squares of strains, which are neglected, are a per cent of them.
 pub const LARGE_STRAIN: f64 = 1e-2;
 /// Strain at which a run ends.
 pub const HUGE_STRAIN: f64 = 0.5;
-/// Load over buckling load that is told: deflections change by as much.
+/// Ratio of axial load to buckling load above which a warning is given: deflections change by this share.
 pub const AXIAL_LOAD: f64 = 0.02;
-/// Load over buckling load, both of compression, at which a run ends: the estimate errs by less than this factor.
+/// Ratio of axial load to buckling load in compression at which a run ends: the estimate is better than this factor.
 pub const BUCKLED: f64 = 2.0;
-/// Angular velocity over the first natural frequency that is told: the square of the frequency changes by up to 1.2 of its square.
+/// Ratio of angular velocity to first natural frequency above which a warning is given: the square of the frequency changes by up to 1.2 times the
+/// square of this ratio.
 pub const FAST_SPIN: f64 = 0.2;
 
-/// Modes that buckle: three pairs of bending modes of a rod.
+/// Number of modes in which buckling is looked for: three pairs of bending modes of a rod.
 const N_BUCKLING: usize = 6;
-/// Bodies whose first frequency is above so many times that of waves along them are not slender: they would yield before they buckle.
+/// Ratio of the first frequency to that of waves along the body above which a body is not slender: it would yield before it buckles.
 const SLENDER: f64 = 2.0;
 /// First frequency of a beam that is clamped at one end over that of the free beam: (1.8751/4.7300)².
 const CLAMPED: f64 = 0.157;
-/// Numbers kept of the gradients of a body's modes at most.
+/// Largest number of entries that are kept of the gradients of a body's modes.
 const MOST_NUMBERS: usize = 1 << 20;
 
-/// What of a body is beyond a limit, and how far.
+/// The largest values that a body has reached of the quantities that linear theory limits.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Extremes {
     /// Largest turn of a part \[rad\], and when.
@@ -51,7 +52,7 @@ pub struct Extremes {
     pub spin: (f64, f64),
 }
 
-/// What is known of a body's modes.
+/// Rotations, strains and geometric stiffness of the modes of a body.
 #[derive(Debug, Clone, Default, PartialEq)]
 struct LinearBody {
     /// Turns of each mode, three numbers for every point, against the body as a whole.
@@ -60,7 +61,7 @@ struct LinearBody {
     strains: DMatrix<f64>,
     /// Largest turn and strain of each mode.
     largest: Vec<(f64, f64)>,
-    /// Geometric stiffness by a unit of each mode between the lowest ones, over their frequencies (P.16).
+    /// Geometric stiffness by a unit of each mode between the lowest ones, over their frequencies (P.14).
     by_mode: Vec<DMatrix<f64>>,
     /// First natural frequency as the body is held [rad/s]; infinite where spin does not matter.
     first: f64,
@@ -68,11 +69,11 @@ struct LinearBody {
     memory: f64,
 }
 
-/// What no body of a run should exceed.
+/// The limits of linear theory for the bodies of a run.
 #[derive(Debug, Clone, Default)]
 pub struct LinearLimits {
     bodies: Vec<LinearBody>,
-    /// Since the last [`LinearLimits::begin`].
+    /// Extreme values since the last [`LinearLimits::begin`].
     extremes: Vec<Extremes>,
     /// Averages of the geometric stiffness, body after body, and their time.
     averages: Vec<DMatrix<f64>>,
@@ -322,7 +323,7 @@ impl LinearBody {
         DMatrix::zeros(n, n)
     }
 
-    /// Largest turn \[rad\] and strain with the coordinates `q`; bounds of them as long as these are below what is told.
+    /// Largest turn \[rad\] and strain with the coordinates `q`; bounds of them as long as these are below the limits of the warnings.
     fn deformation(&self, q: &[f64]) -> (f64, f64) {
         let bound = |of: fn(&(f64, f64)) -> f64| -> f64 {
             self.largest.iter().zip(q).map(|(largest, q)| of(largest) * q.abs()).sum()
@@ -344,7 +345,7 @@ impl LinearBody {
     }
 }
 
-/// Adds what the stress of each mode at a point stiffens the modes `lowest`, turned back by what a held place turns (P.16).
+/// Adds the geometric stiffness of the modes `lowest` by the stress of each mode at a point; their rotation at a held place is subtracted (P.14).
 fn add_stiffness(at: &GradientsAt, lowest: &[usize], turned: &[Matrix3<f64>], to: &mut [DMatrix<f64>]) {
     let volume = at.mass / at.density;
     let own: Vec<Matrix3<f64>> = lowest.iter().map(|j| at.gradients[*j] - turned[*j]).collect();
@@ -373,7 +374,7 @@ fn strain_of(g: &Matrix3<f64>) -> [f64; 6] {
     [g[(0, 0)], g[(1, 1)], g[(2, 2)], shear(0, 1), shear(1, 2), shear(2, 0)]
 }
 
-/// The eigenvalue of the largest size, zero if no sum of entries is worth telling.
+/// The eigenvalue of largest absolute value; where the norm of the matrix, which bounds it, is below the limit of the warning, the norm.
 fn extreme_eigenvalue(matrix: &DMatrix<f64>) -> f64 {
     let size = matrix.norm();
     if size <= AXIAL_LOAD || size.is_nan() {

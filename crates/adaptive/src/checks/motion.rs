@@ -27,7 +27,7 @@ struct BodyLimits {
     largest: Vec<f64>,
 }
 
-/// What no body of a run may exceed.
+/// Limits of displacement, deformation and its rate that end a run.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct MotionLimits {
     bodies: Vec<BodyLimits>,

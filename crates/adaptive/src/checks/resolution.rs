@@ -1,5 +1,5 @@
 //! What a result leaves out: modes against the duration of impacts, elements against waves and against places of joints and loads, stored
-//! instants against vibrations (docs/theory.md Eqs. P.5 to P.7, P.10).
+//! instants against vibrations (docs/theory.md Eqs. P.6 to P.9).
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -16,16 +16,16 @@ use crate::system::body::BodyModel;
 use crate::touch::wave::Wave;
 
 /// Product of the highest frequency kept and the duration of an impact from which on the spectrum of the force, that of a half
-/// sine, is below `1/(4·3.57² - 1)`, a fiftieth of its mean (Eq. P.5): twice what the program allows where it chooses the modes (Eq. N.5).
+/// sine, is below `1/(4·3.57² - 1)`, a fiftieth of its mean (Eq. P.6): twice what the program allows where it chooses the modes (Eq. N.9).
 const CYCLES: f64 = 3.57;
-/// Relative error of a frequency above which a mesh is too coarse for its wave (Eq. P.6).
+/// Relative error of a frequency above which a mesh is too coarse for its wave (Eq. P.7).
 const FREQUENCY_ERROR: f64 = 1e-2;
-/// Share of a body's vibration that a mode must carry to be worth storing (Eq. P.7).
+/// Share of a body's vibration that a mode must carry to be worth storing (Eq. P.8).
 const AUDIBLE: f64 = 1e-2;
 /// Share of the largest energy of the run that the vibration of a body must carry.
 const STRONG: f64 = 1e-3;
 
-/// Share of the duration of an impact between flat faces by which it may end late (Eq. P.12).
+/// Share of the duration of an impact between flat faces by which it may end late (Eq. P.11).
 const LATE: f64 = 0.02;
 
 /// Duration of the half sine with the peak and the impulse of an impact, and no longer than the impact \[s\].
@@ -40,8 +40,8 @@ fn highest_free_mode(body: &BodyModel) -> Option<f64> {
     body.frequencies().into_iter().take(body.coordinates().free).reduce(f64::max)
 }
 
-/// The warning of body `number` whose modes end below what an impact excites, if they do (Eq. P.5). `needs` has the frequency up to which the program
-/// would take modes for a touch along a line (Eq. N.5), and for what waves take up (Eq. N.9); the half of either is enough.
+/// The warning of body `number` whose modes end below what an impact excites, if they do (Eq. P.6). `needs` has the frequency up to which the program
+/// would take modes for a touch along a line (Eq. N.9), and for what waves take up (Eq. N.11); the half of either is enough.
 pub fn few_modes(
     (number, body): (usize, &BodyModel),
     impact: &ImpactRecord,
@@ -71,7 +71,7 @@ pub fn few_modes(
     })
 }
 
-/// The warning of an impact between flat faces of `bodies` that ends late because its force cannot rise faster (Eq. P.12).
+/// The warning of an impact between flat faces of `bodies` that ends late because its force cannot rise faster (Eq. P.11).
 pub fn slow_rise(contact: &str, bodies: &[&BodyModel], impact: &ImpactRecord) -> Option<Warning> {
     let lowest = bodies.iter().filter_map(|body| highest_free_mode(body)).reduce(f64::min)?;
     let duration = impact.end - impact.start;
@@ -118,7 +118,7 @@ pub fn edge_touch((contact, time): (&str, f64), body: &BodyModel) -> Option<Warn
     })
 }
 
-/// The warning of a body whose mesh puts the frequency of its highest mode off by more than one per cent (Eq. P.6).
+/// The warning of a body whose mesh puts the frequency of its highest mode off by more than one per cent (Eq. P.7).
 pub fn coarse_mesh(body: &BodyModel) -> Option<Warning> {
     let flexible = body.flexible()?;
     let highest = highest_free_mode(body).filter(|f| *f > 0.0)?;
@@ -147,7 +147,7 @@ pub fn coarse_mesh(body: &BodyModel) -> Option<Warning> {
     })
 }
 
-/// The warning of a body on which joints or loads hold a disc or ball that its elements do not resolve: of the worst one (Eq. P.10).
+/// The warning of a body on which joints or loads hold a disc or ball that its elements do not resolve: of the worst one (Eq. P.9).
 pub fn coarse_place(body: &BodyModel) -> Option<Warning> {
     let flexible = body.flexible()?;
     // Elements over the radius that a place has and needs.
@@ -178,7 +178,7 @@ pub fn coarse_place(body: &BodyModel) -> Option<Warning> {
 }
 
 /// The highest frequency at which a body vibrates strongly in the motion `state`, if it does so at all; `scale`: largest energy of the run \[J\]
-/// (Eq. P.7) \[Hz\].
+/// (Eq. P.8) \[Hz\].
 pub fn highest_vibration(body: &BodyModel, state: &BodyState, scale: f64) -> Option<f64> {
     let frequencies = body.frequencies();
     if frequencies.len() != state.elastic.len() {
@@ -199,13 +199,13 @@ pub fn highest_vibration(body: &BodyModel, state: &BodyState, scale: f64) -> Opt
     (highest > 0.0).then_some(highest)
 }
 
-/// Time between stored states that shows vibrations of a frequency \[Hz\] well: half of what P.7 allows \[s\].
+/// Time between stored states that shows vibrations of a frequency \[Hz\] well: half of what P.8 allows \[s\].
 pub fn shown_interval(frequency: f64) -> f64 {
     0.25 / frequency
 }
 
 /// The warning of a body that vibrates at the frequency `highest` \[Hz\] after the time `time`, faster than its states are stored, `interval` apart
-/// (Eq. P.7).
+/// (Eq. P.8).
 pub fn sparse_output(body: &BodyModel, highest: f64, (time, interval): (f64, f64)) -> Option<Warning> {
     let limit = 0.5 / highest;
     (interval > limit).then(|| Warning {

@@ -1,4 +1,4 @@
-//! How bodies lie at the start: apart, touching, or refused (docs/theory.md section P).
+//! How bodies lie at the start: apart, touching, or refused (docs/theory.md part P).
 
 use std::borrow::Cow;
 

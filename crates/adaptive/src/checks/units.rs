@@ -1,5 +1,5 @@
 //! Numbers that look as if they were given in other units: materials that nothing is made of, parts that nobody makes (docs/theory.md
-//! Eq. P.14).
+//! Eq. P.5).
 
 use std::fmt;
 
@@ -38,11 +38,11 @@ const SYSTEMS: [(&str, f64, f64, f64); 11] = [
 pub struct UnitsDoubt {
     /// Name of the body.
     pub body: String,
-    /// What it has.
+    /// The property that is doubtful.
     pub what: Doubtful,
 }
 
-/// What of a body is doubtful.
+/// A property of a body that is doubtful.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Doubtful {
     /// Its material.

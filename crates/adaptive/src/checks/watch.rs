@@ -1,5 +1,5 @@
-//! A watch of the physics that asks nobody what a body is made of or what makes the force of a contact: how deep do the whole surfaces of a
-//! pair lie in each other, and does its contact know (docs/theory.md Eq. P.13).
+//! A watch that no bodies go through each other, whatever bodies are made of and whatever makes the force of a contact: how deep do the whole
+//! surfaces of a pair overlap, and does the contact know of it (docs/theory.md Eq. P.12).
 
 use contact_qs::Sphere;
 use ffr_dynamics::system::force::BodyState;
@@ -10,34 +10,34 @@ use crate::impact::AdaptiveContact;
 use crate::spec::Target;
 use crate::touch::detection::{Detector, Search};
 
-/// Bound of the closing speed between two looks over that at the later one, and of what gravity and forces add to it meanwhile.
+/// Ratio of the closing speed between two looks to that at the later one, at most, with the change by gravity and forces.
 const BETWEEN_LOOKS: f64 = 2.0;
-/// Share of the deepest overlap of a phase that a contact may not know of: light touches at the beginning of a phase, and the rounding of the
-/// deepest place between contact points, are far below it; a contact elsewhere, or none, is above.
+/// Share of the deepest overlap of a phase that a contact need not know of. Light touches at the beginning of a phase and deepest places between
+/// contact points are far below it; an overlap elsewhere, or without a contact, is above.
 const UNKNOWN: f64 = 0.25;
-/// An overlap is that of a touch of the contact if it lies no farther from it than so many distances of points.
+/// Distance from the nearest point of the contact, in units of the distance of its points, within which an overlap belongs to its touch.
 const SAME_TOUCH: f64 = 2.0;
-/// Growth of the time from the start of an impact phase from look to look: seventy for a million steps.
+/// Ratio of the times of successive looks, from the start of an impact phase: seventy looks for a million steps.
 const LOOKS: f64 = 1.2;
-/// An overlap that is unknown by so many times what may be is told at once, not at the end of the phase.
+/// An unknown overlap of so many times the limit ends the run at once, not at the end of the phase.
 const AT_ONCE: f64 = 10.0;
 
 /// Surfaces of a pair, or the spheres that stand for them under Hertz's law.
 enum Shapes {
-    /// Those of the contact's own detection, which follow the modes that its bodies have at present.
+    /// The surfaces of the detection of the contact, which follow the modes that its bodies have at present.
     Refined,
-    /// Others, which last for the run.
+    /// Surfaces of their own, the same for the whole run.
     Lasting(Box<Detector>),
     /// Two spheres, or one and the plane of the target.
     Spheres(Sphere, Option<Sphere>),
 }
 
-/// How two bodies lie in each other.
+/// The overlap of two bodies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Overlap {
     /// Depth of the deepest place \[m\].
     pub depth: f64,
-    /// That place in space \[m\].
+    /// The deepest place, in space \[m\].
     pub place: Vector3<f64>,
 }
 
@@ -52,12 +52,12 @@ pub struct Unknown {
     pub known: f64,
 }
 
-/// What is watched of a contact in the running phase.
+/// What the watch keeps of a contact in the running phase.
 pub struct WatchedPair {
     shapes: Shapes,
     target: Target,
     search: Search,
-    /// What is left for certain of the gap last looked at, and when that was, with the closing speed then.
+    /// The part of the gap at the last look that cannot have been closed since, with the time and the closing speed of that look.
     clearance: f64,
     time: f64,
     speed: f64,
@@ -69,7 +69,7 @@ pub struct WatchedPair {
     has_seen: bool,
 }
 
-/// What a contact says of the overlap of its bodies.
+/// How far a contact knows of the overlap of its bodies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seen {
     /// How deep it is; negative for a gap \[m\].

@@ -37,22 +37,22 @@ pub struct FineSide {
     pub zone: ContactZone,
     /// Low-frequency modes at the unknowns.
     shapes: Mat<f64>,
-    /// How the rest of the interface's motion answers.
+    /// How the interface answers forces beyond the low-frequency modes.
     answer: ZoneAnswer,
     /// Displacements, strains and stresses at observed points by forces at the interface, as of [`point_rows`]; no columns if the zone vibrates.
     pub points: Mat<f64>,
-    /// The model with modes of its own, if the body changes to them.
+    /// The fine model with modes of its own, if these become the modes of the body during the impact.
     pub fine_basis: Option<FineBasis>,
 }
 
-/// The fine model of a body without its matrices, and its contact zone.
+/// A fine model of a body that is not reduced, and its contact zone.
 pub(super) type FineZone = (Box<dyn FineModel>, ContactZone);
 
 /// A refined contact, built again.
 pub struct RebuiltContact {
     /// The force element.
     pub element: Box<dyn ActiveContact>,
-    /// The fine models, with the bodies that they are of.
+    /// The fine models, each with the index of its body.
     pub models: Vec<(usize, ZoneModel)>,
 }
 
@@ -60,7 +60,7 @@ pub struct RebuiltContact {
 enum ZoneAnswer {
     /// Quasistatically, by the compliance of the interface [m/N].
     Static(Mat<f64>),
-    /// By vibration.
+    /// Dynamically, by modes of the zone that vibrate.
     Vibrating(ResidualModes),
 }
 
@@ -96,7 +96,7 @@ impl AdaptiveContact {
         Ok(side.into_model(residual))
     }
 
-    /// The same as a side of the contact, with the flexibility of its interface.
+    /// The side of the contact on `body`, built again as a [`FineSide`], with the flexibility of its interface.
     fn side_again(
         &self,
         body: &FlexibleModel,
@@ -128,11 +128,11 @@ impl AdaptiveContact {
         Ok([side_with(own, own_zone, flexibilities.0)?, side_with(other, other_zone, flexibilities.1)?])
     }
 
-    /// The contact with fine models at `sites`, that of the contact body first; a zone on a smooth surface is moved by `offset` along its normal, as
-    /// `element_at` found \[m\].
+    /// The contact with fine models at `sites`, the site of the contact body first. A zone that lies on a smooth surface is moved by `offset` \[m\]
+    /// along its normal, as `element_at` found it.
     ///
     /// # Errors
-    /// [`AdaptiveError`] with the name of body or contact, where a site is missing, too.
+    /// [`AdaptiveError`] with the name of body or contact; also if a site is missing.
     pub fn rebuilt(
         &self,
         bodies: &[BodyModel],
@@ -219,7 +219,8 @@ impl AdaptiveContact {
         Ok(FineSide { body: fine, zone, shapes, answer, points, fine_basis: None })
     }
 
-    /// The same with modes of the fine model's own, which meshes do not have; `shown` is what the observed places show.
+    /// The side of a contact whose fine model has low-frequency modes of its own, which meshes do not have. `shown`: the observed places as functions
+    /// of the unknowns.
     fn side_with_modes(
         &self,
         body: &FlexibleModel,
@@ -269,7 +270,7 @@ impl AdaptiveContact {
         self.law.treatment.is_vibrating()
     }
 
-    /// The answer of a zone with `n` unknowns that was kept, and the `n_points` columns of observed points; none if it does not fit.
+    /// The answer of a zone with `n` unknowns and the `n_points` columns of observed points from the model store; none if sizes do not fit.
     fn answer_from(&self, stored: &StoredModel, n: usize, n_points: usize) -> Option<(ZoneAnswer, Mat<f64>)> {
         if !self.is_vibrating() {
             let (compliance, points) = stored.values.split_at_checked(n * n)?;
@@ -316,8 +317,9 @@ impl AdaptiveContact {
         Some((body, bodies[body].rigid_surface()?))
     }
 
-    /// The force element of the refined contact of bodies in the motions `states`, whose surfaces are `gap` apart: where a zone lies on a smooth surface in
-    /// place of its sides, that is moved along its normal until the contact has this gap; and how far it was moved, zero if there is none \[m\].
+    /// The force element of the refined contact of bodies in the motions `states`, whose surfaces are `gap` apart, and the offset of its zone \[m\].
+    /// A zone that lies on a smooth surface in place of the sides of its mesh is moved along its normal until the contact has this gap; other zones
+    /// have no offset.
     ///
     /// # Errors
     /// As [`AdaptiveContact::element`].
@@ -368,7 +370,7 @@ impl AdaptiveContact {
         contact.vibrating(zones, bodies.len()).map_err(|e| self.fail(e))
     }
 
-    /// `max_i(A_ii w_i)` of `contact` in the motions `states` (Eq. A.14) [m³/N].
+    /// `max_i(A_ii w_i)` of `contact` in the motions `states` (Eq. A.25) [m³/N].
     pub(super) fn weight_of(
         &self,
         contact: &mut dyn ActiveContact,
@@ -377,7 +379,7 @@ impl AdaptiveContact {
         contact.compliance_weight(Motion::new(0.0, states)).map_err(|failure| self.fail(failure.into()))
     }
 
-    /// The same of a contact whose zones vibrate: their static answer, which the modes add up to (Eq. R.20).
+    /// `max_i(A_ii w_i)` of a contact whose zones vibrate, for the static answer, which is the sum over their modes (Eq. R.26) [m³/N].
     pub(super) fn static_weight(
         &self,
         own: &mut FineSide,
@@ -414,13 +416,13 @@ impl AdaptiveContact {
 }
 
 impl FineSide {
-    /// What is looked at of it later.
+    /// The parts that pictures and probes of a stored result need.
     fn into_model(self, residual: ResidualFlexibility) -> ZoneModel {
         let Self { body: model, zone, shapes, .. } = self;
         ZoneModel { model, zone, shapes, residual }
     }
 
-    /// Puts the static answer in the place of vibration; returns what was there.
+    /// Replaces the vibration of the zone by its static answer; returns the answer that it had.
     fn hold(&mut self) -> ZoneAnswer {
         let held = match &self.answer {
             ZoneAnswer::Static(compliance) => compliance.clone(),
@@ -490,7 +492,8 @@ fn side_with(
     Ok((side, residual))
 }
 
-/// The side whose zone lies on a smooth surface in place of its sides, and the outward normal of that; the contact body's of two.
+/// The side whose zone lies on a smooth surface in place of the sides of its mesh, with the outward normal of this surface; the contact body if both
+/// do.
 fn smooth_side<'s>(
     own: &'s mut FineSide,
     other: &'s mut Option<(usize, FineSide)>,
@@ -499,7 +502,7 @@ fn smooth_side<'s>(
     sides.into_iter().flatten().find_map(|side| Some((side.body.outward()?, side)))
 }
 
-/// What of a zone's answer is kept.
+/// The parts of a zone's answer that the model store keeps.
 fn stored_answer((answer, points): &(ZoneAnswer, Mat<f64>)) -> StoredModel {
     let values = match answer {
         ZoneAnswer::Static(compliance) => {

@@ -1,4 +1,4 @@
-//! Whether the contact zone of the last impact holds the next one as well, so that its fine model serves again (theory A.1).
+//! Whether the contact zone of the last impact holds the next one as well, so that its fine model serves again (theory Eq. A.4).
 
 use ffr_dynamics::body::RigidMotion;
 

@@ -1,4 +1,4 @@
-//! What the quasistatic displacement of contact zones adds to motion, strain and stress of observed points (docs/theory.md Eqs. A.33, A.34, M.52).
+//! What the quasistatic displacement of contact zones adds to motion, strain and stress of observed points (docs/theory.md Eqs. Q.5, Q.6, Q.8).
 //!
 //! The residual flexibility is symmetric: one static problem for each direction of a point gives the displacement of the point by
 //! the forces at all interface unknowns. With these rows at hand an instant costs one dot product.

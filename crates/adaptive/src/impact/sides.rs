@@ -9,16 +9,16 @@ use crate::record::work;
 use crate::spec::LowModes;
 use crate::system::body::FlexibleModel;
 
-/// What a fine model is built of.
+/// The data from which the fine model of one body is built.
 #[derive(Clone, Copy)]
 pub(super) struct SideRequest<'b, 's> {
     /// The body.
     pub body: &'b FlexibleModel,
     /// Where its contact zone is.
     pub site: &'s ZoneSite,
-    /// The places that it shows beside the zone.
+    /// Observed places of the body, to which the zone adds local deformation.
     pub places: &'s [ObservedPlace],
-    /// Whose low-frequency modes it moves in.
+    /// The low-frequency modes of the fine model: those of the coarse model, or its own.
     pub modes: LowModes,
 }
 

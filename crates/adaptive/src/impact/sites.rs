@@ -35,13 +35,13 @@ pub(super) struct Sites {
     pub target: Option<ZoneSite>,
     /// Widths predicted for the impact \[m\].
     pub predicted: [f64; 2],
-    /// Widths below which round-off hides what touches \[m\].
+    /// Least widths: in narrower intervals round-off decides which points touch \[m\].
     pub least: [f64; 2],
-    /// What touches, if the zones are the whole surfaces of the bodies.
+    /// The kind of touch, if the zones are the whole surfaces of the bodies.
     pub whole: Option<TouchKind>,
 }
 
-/// Bits of a width that are not kept: a millionth of it, far above round-off and far below what is known of widths.
+/// Lowest bits of a width that are set to zero, a millionth of it: far above round-off and far below the accuracy of widths.
 const LOOSE_BITS: u32 = 32;
 
 /// The width next to `width` with twenty bits \[m\]: equal bodies then have zones of the same width, in spite of the round-off of the places where they touch.
@@ -120,9 +120,9 @@ impl AdaptiveContact {
         Ok(Sites { own, target, predicted, least, whole })
     }
 
-    /// The zone on the contact body of a touch of the kind `whole`: its whole surface, with more points about the place at the nearest points where an
-    /// edge touches that may do so between the points of its elements (Eq. C.125), or with one there that meets an edge or a corner of the target (Eq.
-    /// C.126). Flat faces, and straight edges on a plane, touch at those of the elements.
+    /// The zone on the contact body for a touch of the kind `whole`: its whole surface. An edge that may touch between the points of its elements has
+    /// further points about the nearest place (Eq. C.65), and a touch with an edge or a corner of the target has one point there (Eq. C.63). Flat
+    /// faces, and straight edges on a plane, touch at the points of the elements.
     pub fn whole_site(
         &self,
         bodies: &[BodyModel],
@@ -145,7 +145,7 @@ impl AdaptiveContact {
         ZoneSite::WHOLE
     }
 
-    /// What the contact body meets at the places `nearest`, if the target has an edge or a corner there.
+    /// The edge or corner of the target that the contact body meets at the places `nearest`, if there is one.
     fn met_place(
         &self,
         bodies: &[BodyModel],
@@ -156,8 +156,8 @@ impl AdaptiveContact {
         met_place(&Side::new(own), &Side::new(target?), nearest)
     }
 
-    /// What touches at the places `nearest`, if it is an edge or flat faces and `widths` ask for no interval: then the zones are the whole
-    /// surfaces, as [`ZoneSite::ALL_WIDTHS`] asks for. None of smooth surfaces.
+    /// The kind of touch at the places `nearest`, if an edge or flat faces touch and `widths` do not ask for an interval: then the zones are the
+    /// whole surfaces, which [`ZoneSite::ALL_WIDTHS`] stands for. None if smooth surfaces touch.
     ///
     /// # Errors
     /// [`AdaptiveError::ContactModel`] if no contact point sees the touch, or zones that vibrate would be whole surfaces.
@@ -196,8 +196,8 @@ impl AdaptiveContact {
         !self.is_vibrating() && self.law.interval.width.is_none()
     }
 
-    /// The penalty factor of a contact of whole surfaces: the one that the modes resolve, raised where it leaves the bodies in each other
-    /// (theory C.9).
+    /// The penalty factor of a contact of whole surfaces: as stiff as the modes can follow (theory section C.9), and raised where penetration is too
+    /// large a share of the approach (theory section A.9).
     pub(super) fn penalty_of_whole(
         &self,
         kind: TouchKind,
@@ -216,8 +216,8 @@ impl AdaptiveContact {
         }
     }
 
-    /// Makes `element` with the models `fine` of whole surfaces, which served an earlier impact or trial, what they would be if they were built in
-    /// the motions `states`; `search` is the one of the running impact, if it goes on.
+    /// Resets `element` with the models `fine` of whole surfaces, which served an earlier impact or trial, as if they had just been built in the
+    /// motions `states`; `search`: the penalty search of the running impact, if it goes on.
     ///
     /// # Errors
     /// [`AdaptiveError::Contact`] if the motions are not finite.
@@ -244,13 +244,13 @@ impl AdaptiveContact {
         self.granted(bodies, request.widths.unwrap_or(start))
     }
 
-    /// The widths that an interval has if `widths` are wished for \[m\].
+    /// The widths that an interval gets if `widths` are asked for \[m\].
     pub fn granted(&self, bodies: &[BodyModel], widths: [f64; 2]) -> [f64; 2] {
         let widest = WIDEST * flexible(&bodies[self.body]).body.size();
         widths.map(|w| without_round_off(w).min(widest))
     }
 
-    /// The zones of the last impact, of contact body and target, if they hold one for which `wanted` would be laid.
+    /// The zones of the last impact on contact body and target, if they hold the zones `wanted` now.
     fn kept_zones(
         &self,
         bodies: &[BodyModel],

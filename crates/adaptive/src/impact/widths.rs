@@ -180,7 +180,7 @@ fn view(body: &BodyModel, state: &BodyState, site: &SurfaceSite) -> Option<Surfa
 pub(super) struct PredictedWidths {
     /// Predicted \[m\].
     pub widths: [f64; 2],
-    /// Below which nothing is to be told, zero where that is not known \[m\].
+    /// Least widths: in narrower intervals round-off decides which points touch; zero if they are not known \[m\].
     pub least: [f64; 2],
 }
 

@@ -37,7 +37,7 @@ use crate::touch::wave::wave_speed;
 pub struct BuiltContact {
     /// The force element.
     pub element: RunContact,
-    /// What does not change in the run.
+    /// The parts of it that do not change in the run.
     pub model: ContactModel,
 }
 
@@ -153,13 +153,13 @@ pub fn zones(
     spec.contacts.iter().zip(plans).map(of).collect()
 }
 
-/// `contact` with a body that has no surface.
+/// The error of `contact` for a body that has no surface.
 fn no_surface(contact: &ContactSpec) -> AdaptiveError {
     let source = ContactError::Nothing { what: "a body has no surface to touch" };
     AdaptiveError::Contact { contact: contact.name.clone(), source }
 }
 
-/// What `make` makes of the zone that `contact` has on a body, its number first, about a place of it.
+/// Calls `make` with the zone that `contact` is to have from the start on the body of index `body`, about its place `site`.
 fn start_zone<T>(
     (spec, poses): (&RunSpec, &[BodyState]),
     (contact, law): (&ContactSpec, &SurfaceLaw),
@@ -177,7 +177,8 @@ fn start_zone<T>(
     make(&StartZone { request: request(contact, law, site), width: &width, line: &line })
 }
 
-/// Refuses a contact along a line with a mesh whose zones are not strips along it: one that is refined at the touch, and one of which a partner is of splines.
+/// Refuses contacts along a line with a mesh for which no zones can be made that are strips along the line: contacts that are refined at the touch,
+/// and contacts with a partner of splines.
 fn check_line(
     spec: &RunSpec,
     poses: &[BodyState],
@@ -203,10 +204,11 @@ fn check_line(
     }
 }
 
-/// Checks that contacts find their zones on meshes that they keep for the whole run, and that those refined at the touch need none along a line.
+/// Checks the contacts of meshes: that those with one model for the whole run find their zones, and that those refined at the touch do not touch
+/// along a line.
 ///
 /// # Errors
-/// As [`zone_on_mesh`] and [`zone_along_line`].
+/// As [`zone_on_mesh`]; [`AdaptiveError::ContactModel`] for a line that no strip of sides follows.
 pub fn check_mesh_zones(
     spec: &RunSpec,
     (plans, poses): (&[ContactPlan], &[BodyState]),
@@ -233,7 +235,7 @@ fn is_rigid(body: &FullModel<'_>) -> bool {
     matches!(body, FullModel::Rigid(_))
 }
 
-/// What every body is reduced for: the union of the interfaces of its contacts, and the loads of its joints.
+/// The interface and the loads for which every body is reduced: the union of the interfaces of its contacts, and the loads of its joints.
 ///
 /// # Errors
 /// [`AdaptiveError::Unsupported`] if contacts on one body want different things of its modes, or a reduction does not fit.
@@ -250,8 +252,8 @@ pub fn interfaces(spec: &RunSpec, zones: &[Option<Zones>]) -> Result<Vec<Interfa
     (0..spec.bodies.len()).map(of_body).collect()
 }
 
-/// What the contacts of body `index` ask of its reduction. Coarse ones take the modes that there are; adaptive ones need no
-/// more than low-frequency modes, which quasistatic ones leave alone.
+/// The interface that the contacts of body `index` need in its reduction. Coarse and adaptive contacts need none: low-frequency modes are enough for
+/// them.
 fn interface_of(spec: &RunSpec, index: usize, zones: &[Option<Zones>]) -> Result<Interface, AdaptiveError> {
     let body = &spec.bodies[index];
     let mut modes: Option<InterfaceModes> = None;
@@ -418,7 +420,7 @@ fn hertz_contact(
     contact.and_then(|contact| contact.with_friction(law.friction)).map_err(fail)
 }
 
-/// Density above which a sphere of Hertz's law is only a part of its body: that of osmium [kg/m³].
+/// Largest density of a solid, that of osmium: if the sphere of Hertz's law would be denser, it is only a part of its body [kg/m³].
 const DENSEST: f64 = 2.26e4;
 
 /// Time that a wave takes to run to and fro through the flexible body of a contact that is crossed soonest; infinite of none \[s\].
@@ -460,7 +462,7 @@ fn slowest_wave(spec: &ContactSpec, bodies: &[BodyModel]) -> f64 {
     of_body(spec.body, own).min(target)
 }
 
-/// Modulus of the materials that meet \[Pa\].
+/// Modulus `E*` of the two materials that meet \[Pa\].
 fn modulus(spec: &ContactSpec, bodies: &[BodyModel]) -> f64 {
     if let ContactLaw::Hertz(law) = &spec.law {
         return contact_modulus(&law.solids().map(|solid| (solid.young, solid.poisson)));
@@ -480,7 +482,7 @@ fn sphere(body: usize, sphere: &HertzSphere, bodies: &[BodyModel]) -> Result<Sph
     Ok(Sphere { body, centre, radius: sphere.radius, solid: sphere.solid })
 }
 
-/// Contact with one model for the whole run (theory C.8), the `bodies` being in the motions `poses` at the start.
+/// Contact with one model for the whole run (theory section C.8), the `bodies` being in the motions `poses` at the start.
 fn zone_contact(
     law: &SurfaceLaw,
     target: Target,

@@ -34,7 +34,7 @@ pub struct ModelCost {
     pub n_elements: usize,
     /// Number of degrees of freedom.
     pub n_dofs: usize,
-    /// Those of them at the contact's interface.
+    /// Number of degrees of freedom at the interface of the contact.
     pub n_interface: usize,
     /// Memory for matrices, factor and compliance \[bytes\].
     pub bytes: f64,

@@ -1,5 +1,5 @@
-//! The penalty factor of a contact with one model for the whole run, where the scenario gives none (docs/theory.md Eqs. A.14, P.8,
-//! P.9).
+//! The penalty factor of a contact with one model for the whole run, where the scenario gives none (docs/theory.md Eqs. A.25, P.16,
+//! P.17).
 
 use std::f64::consts::PI;
 
@@ -83,7 +83,7 @@ impl<'a> Side<'a> {
         }
     }
 
-    /// `max_i(A_ii w_i)` of the body's modes along `normal`, in its frame (Eq. P.8); of a half space if it has none (Eq. P.9)
+    /// `max_i(A_ii w_i)` of the body's modes along `normal`, in its frame (Eq. P.16); of a half space if it has none (Eq. P.17)
     /// [m³/N].
     fn weight(&self, normal: &Vector3<f64>) -> Result<f64, ContactError> {
         let (motion, lookup) = (self.model.motion(), self.model.lookup());
@@ -107,7 +107,7 @@ impl<'a> Side<'a> {
 }
 
 /// Mean displacement of a circle of the area `area` on a half space of compliance `compliance = (1 - ν²)/E` under a unit pressure on
-/// it, `16 a/(3π E*)` with `π a² = w` (Johnson 3.29; Eq. P.9) [m³/N].
+/// it, `16 a/(3π E*)` with `π a² = w` (Johnson 3.29; Eq. P.17) [m³/N].
 fn half_space_weight(area: f64, compliance: f64) -> f64 {
     16.0 / (3.0 * PI) * (area / PI).sqrt() * compliance
 }

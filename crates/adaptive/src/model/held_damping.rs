@@ -1,4 +1,4 @@
-//! Damping of bodies that joints hold (docs/theory.md Eq. F.31 to F.35).
+//! Damping of bodies that joints hold (docs/theory.md Eq. F.29 to F.33).
 
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::ModalDamping;
@@ -10,8 +10,8 @@ use crate::error::AdaptiveError;
 use crate::spec::{DampingSpec, RunSpec};
 use crate::state::simulation::System;
 
-/// Lets the damping ratios of the bodies hold for the modes of the system as it is joined in the pose of `y` at time `t` (Eq. F.31 to
-/// F.35).
+/// Lets the damping ratios of the bodies hold for the modes of the system as it is joined in the pose of `y` at time `t` (Eq. F.29 to
+/// F.33).
 ///
 /// # Errors
 /// [`AdaptiveError::Reduction`] with the body's name, [`AdaptiveError::Model`] of the system.
@@ -37,7 +37,7 @@ pub(super) fn hold(
     Ok(())
 }
 
-/// What `body` loses by itself, its model having the damping of the free body.
+/// The damping ratios of `body` by its own law; its model still has the damping of the free body.
 fn own(asked: &DampingSpec, body: &BodyModel) -> Result<Option<OwnDamping>, DynamicsError> {
     let Some(law) = law(asked)? else { return Ok(None) };
     let stiffness = &body.data.modal_stiffness;

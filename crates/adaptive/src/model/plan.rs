@@ -19,11 +19,11 @@ use crate::touch::sites::{Sites, Surfaces, sites};
 /// contacts and of those with a plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ContactPlan {
-    /// It needs none: Hertz's law.
+    /// No zone is built: Hertz's law.
     Point,
-    /// At each touch.
+    /// Zones are built at each touch.
     AtTouch,
-    /// Before the run.
+    /// Zones are built before the run.
     FromStart(Sites),
 }
 
@@ -167,7 +167,7 @@ pub fn requests<'a>(
     })
 }
 
-/// What `contact` asks of a body at `site`.
+/// The zone that `contact` needs on a body at `site`.
 pub fn request<'a>(contact: &'a ContactSpec, law: &'a SurfaceLaw, site: SurfacePlace) -> ZoneRequest<'a> {
     ZoneRequest { contact: &contact.name, law, site }
 }

@@ -1,4 +1,4 @@
-//! Bodies whose fine models have low-frequency modes of their own during an impact, as in \[A\] 4.4 (theory A.6).
+//! Bodies whose fine models have low-frequency modes of their own during an impact, as in \[A\] 4.4 (theory section A.6).
 //!
 //! The fine model then gives all of the body: inertia, couplings, markers, observed points. Coordinates change with the modes,
 //! their number does not, so that states keep their places. What is built on the coarse mesh sees the body's modes through

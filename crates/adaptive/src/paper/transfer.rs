@@ -73,7 +73,7 @@ fn product(a: &Mat<f64>, x: &[f64]) -> Vec<f64> {
     (0..a.nrows()).map(|i| x.iter().enumerate().map(|(j, x)| a[(i, j)] * x).sum()).collect()
 }
 
-/// Coordinates in `basis` of the fields `shapes`, best in kinetic energy: `(BᵀMB)⁻¹ BᵀM S` (Eqs. A.15, A.16).
+/// Coordinates in `basis` of the fields `shapes`, best in kinetic energy: `(BᵀMB)⁻¹ BᵀM S` (Eqs. A.28, A.29).
 ///
 /// # Errors
 /// [`DynamicsError::NotPositiveDefinite`] if the basis is linearly dependent.

@@ -44,7 +44,7 @@ pub enum BodyQuantity {
     /// Against the speed of longitudinal waves.
     #[error("the speed of its deformation")]
     DeformationSpeed,
-    /// Of a part against the whole.
+    /// Of the rotation of a part of the body against the whole.
     #[error("the angle by which deformation turns a part of it")]
     Turn,
     /// Against one half.

@@ -19,7 +19,7 @@ pub fn begin(text: String) -> Work {
     Work(number)
 }
 
-/// What is being worked at: the whole first, then its parts; none between.
+/// The work that is being done at present, the whole first, then its parts; none if nothing is.
 pub fn now() -> Option<String> {
     let texts: Vec<String> = lock().1.iter().map(|(_, text)| text.clone()).collect();
     (!texts.is_empty()).then(|| texts.join(", "))

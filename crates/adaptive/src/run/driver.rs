@@ -21,7 +21,7 @@ use crate::state::simulation::smallest_gap;
 use crate::state::stop_hit::StopHit;
 use crate::state::{ContactState, RunState};
 
-/// A body that touches within this part of its size at the start counts as touching: round-off of its coordinates.
+/// Gap at the start, as a share of the body's size, below which bodies count as touching: round-off of coordinates.
 const TOUCHING: f64 = 1e-12;
 /// Share of the largest step to which opening and closing times are located.
 const EVENT_TOLERANCE: f64 = 1e-9;
@@ -33,10 +33,10 @@ const QUIET_STEPS: f64 = 10.0;
 /// Shortest interval between two gap evaluations of a pair that is not in contact, as a share of a step: overlaps that last longer
 /// are never missed.
 const SHORTEST_LOOK: f64 = 1e-4;
-/// Bound of the closing speed within a step over that at its ends: a vibration that a step resolves is sampled three times per period at
-/// least, and what lies between two samples is below `1 / cos(π / 3)` of the larger.
+/// Ratio of the closing speed within a step to the larger one at its ends, at most: a vibration that is resolved has at least three samples per
+/// period, and between two samples it is below `1 / cos(π / 3)` of the larger.
 const WITHIN_A_STEP: f64 = 2.0;
-/// Pairs nearer than this part of their size touch as far as detection can tell: a touch is located to a billionth of a step.
+/// Gap, as a share of the size of the pair, below which detection cannot tell it from a touch: touches are located to a billionth of a step.
 const NEAR: f64 = 1e-9;
 
 mod checks;
@@ -67,7 +67,7 @@ pub struct RunEnd {
 pub struct Driver<'a> {
     model: &'a mut RunModel,
     settings: RunSettings,
-    /// What a restart point stores; its time, state vector, rates and step are filled in there.
+    /// The data of a restart point; time, state vector, rates and step are filled in when one is written.
     run: RunState,
     /// Contacts in the order of the system's force elements.
     slots: Vec<ContactSlot>,
@@ -80,7 +80,7 @@ pub struct Driver<'a> {
     impact_step: f64,
     /// For each body the number of the group of bodies that joints connect.
     groups: Vec<usize>,
-    /// What contact zones add to the observed points.
+    /// Local deformation at the observed points, which contact zones add.
     local_deformation: LocalDeformation,
     /// When a penalty factor was lowered last in the present trial, and energy and momentum with the new one.
     lowered: Option<(f64, Balance)>,
@@ -96,11 +96,11 @@ pub struct Driver<'a> {
     work: PhaseWork,
     /// Contact whose fine model is being built.
     building: Option<usize>,
-    /// The pairs of the contacts, watched apart from them.
+    /// The pairs of bodies with contacts, watched for overlaps independently of their contacts.
     watched: Vec<WatchedPair>,
 }
 
-/// What the work of the running phase is counted from.
+/// Counters and clocks at the start of the running phase, from which its work is counted.
 struct PhaseWork {
     /// Start of the phase \[s\].
     start: f64,
@@ -279,13 +279,13 @@ impl<'a> Driver<'a> {
         Ok(RunEnd { time: self.integrator.time(), is_interrupted })
     }
 
-    /// Whether time is up, so many impacts have ended as the run is to have, or its bodies are at rest.
+    /// Whether the run is over: time is up, the wanted number of impacts has ended, or the bodies are at rest.
     fn is_over(&self) -> bool {
         let is_enough = self.settings.stop_after_impacts.is_some_and(|n| self.run.n_impacts >= n);
         is_enough || self.is_at_rest() || self.integrator.time() >= self.settings.end_time
     }
 
-    /// The running phase as far as it went.
+    /// The record of the running phase up to now.
     fn phase_record(&self, kind: PhaseKind) -> PhaseRecord {
         let (carried, before, now) = (&self.work.carried, self.work.before, self.statistics());
         PhaseRecord {
@@ -350,7 +350,7 @@ impl<'a> Driver<'a> {
                 return Ok(false);
             }
             if let Err(error) = self.check_motion() {
-                // Stored as far as it went; that the ledger is open as well says nothing more.
+                // The result is stored as far as it went; that the energy ledger is open as well is no further information.
                 return match self.store() {
                     Err(failed @ AdaptiveError::Observer(_)) => Err(failed),
                     _ => Err(error),
@@ -396,7 +396,8 @@ impl<'a> Driver<'a> {
         })
     }
 
-    /// Those of the contacts `which` whose surfaces may have met in the last step; the others have come nearer.
+    /// The contacts among `which` whose surfaces may have met in the last step; the clearance of the others is lowered by the way that they may have
+    /// closed.
     ///
     /// The speed at which they approach is taken at both ends of the step. What moves a frame there is resolved by the step, vibration
     /// of the body itself is bounded for all times (theory Eq. C.33).

@@ -1,4 +1,4 @@
-//! Fine elements about the discs and balls on which joints and loads act, in a mesh that the program has chosen (theory Eq. P.10).
+//! Fine elements about the discs and balls on which joints and loads act, in a mesh that the program has chosen (theory Eq. P.9).
 
 use iga_core::space::PatchSpace;
 

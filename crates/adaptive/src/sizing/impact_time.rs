@@ -1,7 +1,7 @@
-//! How fast the forces of impacts may change, from what is known at the start of a run (theory Eqs. N.4, N.5).
+//! How fast the forces of impacts may change, from what is known at the start of a run (theory Eqs. N.8, N.9).
 //!
-//! An impact lasts as long as Hertz's law and the masses say, or less: between long bodies the force rises until waves carry the
-//! motion away, and that rise is what has to be resolved. Durations go with the speed to the power -1/5, so that a rough speed will do.
+//! The duration of an impact of compact bodies follows from Hertz's law and the masses. Between long bodies the force rises faster, until waves carry
+//! the motion away, and this rise has to be resolved. Durations go with the speed to the power -1/5, so that an estimate of the speed is enough.
 
 pub(crate) mod radiation;
 pub mod rise;
@@ -29,23 +29,23 @@ use crate::touch::sites::first_sites;
 /// Speed of impacts when nothing moves and nothing falls at the start [m/s].
 const UNKNOWN_SPEED: f64 = 1.0;
 /// Frequency times duration up to which modes follow the force of flat faces, which jumps: what rings above takes less
-/// than a thousandth of the velocity of separation, and an impact ends `1/f` late (Eq. C.57). Stout bodies have more modes below it than are
+/// than a thousandth of the velocity of separation, and an impact ends `1/f` late (Eq. C.69). Stout bodies have more modes below it than are
 /// taken.
 const FLAT: f64 = 60.0;
-/// The same of solid bodies, whose number of modes grows with the cube of the frequency.
+/// Frequency times duration up to which modes of solid bodies follow that force; their number grows with the cube of the frequency.
 const FLAT_SOLID: f64 = 10.0;
 
-/// Angle \[rad\] between normals of surfaces that face each other up to which they do: those of the sides of meshes err by less.
+/// Largest angle between the normals of two surfaces that count as facing each other, larger than the error of normals of meshes \[rad\].
 pub(super) const ALONG: f64 = 5e-3;
 
-/// Share of the size of a body below which a line is a point: a circle about the axis that has shrunk to it.
+/// Length of a line, as a share of the size of the body, below which it counts as a point: such as a circle about the axis that has shrunk to it.
 const SHORTEST_LINE: f64 = 1e-3;
 
-/// Share of a pulse's energy above the highest kept frequency. Amplitudes go with its root, 1 %, most of which the static
-/// answer of what is left out makes good.
+/// Share of a pulse's energy that may lie above the highest kept frequency. Amplitudes go with its root, 1 %, and the static answer of the modes that
+/// are left out corrects most of that.
 const NEGLECTED: f64 = 1e-4;
 
-/// Frequency \[Hz\] above which the spectrum of half a sine of `duration` \[s\] has the share `NEGLECTED` of its energy (Eq. N.5).
+/// Frequency \[Hz\] above which the spectrum of half a sine of `duration` \[s\] has the share `NEGLECTED` of its energy (Eq. N.9).
 pub fn pulse_frequency(duration: f64) -> f64 {
     (4.0 * PI / (3.0 * NEGLECTED)).cbrt() / (2.0 * PI * duration)
 }
@@ -55,7 +55,7 @@ pub fn pulse_frequency(duration: f64) -> f64 {
 pub struct ForceTime {
     /// Name of the contact.
     pub contact: String,
-    /// What sets the time.
+    /// What determines the time.
     pub scale: TimeScale,
     /// The time \[s\].
     pub duration: f64,
@@ -65,8 +65,8 @@ pub struct ForceTime {
     pub frequency: f64,
 }
 
-/// Frequencies of neighbours among the values that `frequency` is rounded up to: a tenfold speed, 1.6 times the frequency, makes four of them, so
-/// that runs at similar speeds share what is chosen.
+/// Ratio of successive values to which frequencies are rounded up. Ten times the speed gives 1.6 times the frequency, four such values: runs at
+/// similar speeds share the models that are chosen.
 const STEP: f64 = 1.122_018_454_301_963_3;
 
 /// The least of the rounded frequencies that is not below `frequency`.
@@ -109,7 +109,7 @@ pub fn shortest(spec: &RunSpec, poses: &[BodyState]) -> Vec<Option<ForceTime>> {
     for contact in &spec.contacts {
         for BodyForce { body: of, time, of_force, .. } in scene.forces(contact) {
             let joined: Vec<usize> = (0..times.len()).filter(|&i| assembly[i] == assembly[of]).collect();
-            // What joints pass on is the force, not what little a massive body takes of it.
+            // Joints pass on the whole force; that a massive body takes little of its energy does not count for its neighbours.
             let frequency = if joined.len() == 1 { time.frequency } else { of_force };
             for i in joined {
                 if times[i].as_ref().is_none_or(|t| t.frequency < frequency) {
@@ -121,18 +121,18 @@ pub fn shortest(spec: &RunSpec, poses: &[BodyState]) -> Vec<Option<ForceTime>> {
     times
 }
 
-/// What the force of a contact asks of the modes of its bodies, beside what its duration tells.
+/// Frequencies up to which the bodies of a contact need modes, for other reasons than the duration of its force.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ForceNeeds {
     /// Frequency up to which modes are to follow a force along a line \[Hz\].
     pub line: Option<f64>,
-    /// Bodies on no joints, and what they take up of a force at a point.
+    /// Bodies without joints, with the energy that their waves take from a force at a point.
     radiation: Vec<(usize, Radiation)>,
 }
 
 impl ForceNeeds {
-    /// Frequency above which waves in `body` take up nothing worth following of a force at a point that changes the momentum of the bodies by `impulse`
-    /// \[N s\] in a `duration` \[s\], after they have met with a `speed` [m/s]; infinite where nothing is known of it \[Hz\].
+    /// Frequency above which waves in `body` take a negligible share of the energy of an impact at a point \[Hz\]: one with the `impulse` \[N s\] and
+    /// the `duration` \[s\] of bodies that have met with the `speed` [m/s]. Infinite where it is not known.
     pub fn radiated(&self, body: usize, (impulse, speed, duration): (f64, f64, f64)) -> f64 {
         let mass = 0.5 * impulse.abs() / speed.abs();
         let of_body = self.radiation.iter().find(|(b, _)| *b == body && mass.is_finite());
@@ -171,7 +171,7 @@ struct Partner {
     inverse_mass: f64,
     /// Inverse impedance against waves along the body [s/kg].
     mobility: f64,
-    /// What waves take up; none of rigid bodies.
+    /// The energy that waves take up; none in rigid bodies.
     radiation: Option<Radiation>,
     /// Velocity of the place that touches [m/s].
     velocity: Vector3<f64>,
@@ -187,7 +187,7 @@ pub(super) struct Scene<'a> {
 
 /// Surfaces and places of both partners.
 pub(super) struct Meeting {
-    /// Contact body's and target's, if Hertz's theory may know them.
+    /// Surfaces of contact body and target, where Hertz's theory holds for them.
     pub surfaces: Option<[LocalSurface; 2]>,
     /// Angle between the outward normal of the contact body and the opposite of the target's \[rad\].
     pub miss: f64,
@@ -201,22 +201,22 @@ struct BodyForce {
     body: usize,
     /// How fast it changes, and up to which frequency the body has modes for it.
     time: ForceTime,
-    /// Frequency up to which the force itself has a part that counts \[Hz\].
+    /// Frequency above which the spectrum of the force is negligible \[Hz\].
     of_force: f64,
     radiation: Option<Radiation>,
 }
 
 /// Two bodies that are going to meet.
 pub(super) struct Impact {
-    /// Where.
+    /// Surfaces and places.
     pub meeting: Meeting,
-    /// How fast [m/s].
+    /// Closing speed [m/s].
     pub speed: f64,
-    /// Of both along the normal [1/kg].
+    /// Inverse of the effective mass of both bodies along the normal [1/kg].
     pub inverse_mass: f64,
-    /// Of both against waves [s/kg].
+    /// Sum of the inverse impedances of both bodies against waves along the normal [s/kg].
     pub mobility: f64,
-    /// What waves take up in either.
+    /// The energy that waves take up in each of the two bodies.
     radiation: Vec<Option<Radiation>>,
 }
 
@@ -251,7 +251,7 @@ impl Scene<'_> {
         [Some(contact.body), other].into_iter().flatten().zip(radiation).map(force).collect()
     }
 
-    /// Whether the force of a touch on `body` is a single pulse of which waves take a part that is known.
+    /// Whether the force of a touch on `body` is a single pulse, and the share of its energy that waves take is known.
     fn is_pulse(&self, body: usize, scale: TimeScale) -> bool {
         scale == TimeScale::Hertz || (scale == TimeScale::Line && self.thickness(body).is_some())
     }
@@ -279,7 +279,7 @@ impl Scene<'_> {
         (length > SHORTEST_LINE * size && length.is_finite()).then_some(TouchLine { length, curvature, size })
     }
 
-    /// What is known of the first impact of `contact`.
+    /// Estimate of the first impact of `contact`.
     pub(super) fn impact(&self, contact: &ContactSpec) -> Impact {
         let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
         let meeting = self.meeting(contact, other);
@@ -297,7 +297,7 @@ impl Scene<'_> {
         self.spec.bodies[body].kind.thickness()
     }
 
-    /// Where the partners meet; without an answer of Hertz's theory, about the origins of their frames.
+    /// Where the partners meet; if no touch is found, at the origins of their frames.
     fn meeting(&self, contact: &ContactSpec, other: Option<usize>) -> Meeting {
         let found = match &contact.law {
             ContactLaw::Hertz(law) => match law.spheres(contact.target) {
@@ -306,7 +306,7 @@ impl Scene<'_> {
                     self.meeting_of_spheres(contact, own, target.zip(other), plane)
                 }
                 None => self.meeting_of_surfaces(contact, other).map(|mut meeting| {
-                    // Rigid bodies yield by what Hertz's law takes of them.
+                    // Of rigid bodies the material given for Hertz's law counts.
                     for (surface, solid) in meeting.surfaces.iter_mut().flatten().zip(law.solids()) {
                         surface.compliance = solid.compliance();
                     }
@@ -392,7 +392,7 @@ impl Scene<'_> {
         SurfaceView::new(surface::of_body(kind)?.as_ref(), compliance, &self.poses[body].rotation, site)
     }
 
-    /// The same on the side or face there that looks most in the `direction` of space.
+    /// The view of the surface at `site`, on the face that meets there whose normal is nearest to the `direction` in space.
     fn facing(&self, (body, site): (usize, &SurfacePlace), direction: &Vector3<f64>) -> Option<SurfaceView> {
         let surface = surface::of_body(&self.spec.bodies[body].kind)?;
         let in_body = self.poses[body].rotation.inverse_transform_vector(direction);
@@ -421,7 +421,7 @@ impl Scene<'_> {
         Partner { inverse_mass, mobility, radiation, velocity }
     }
 
-    /// Speed of the places that meet; what gravity adds over the gap; that of the fastest body if they are at rest.
+    /// Speed of the places that meet, with what gravity adds over the gap; if they are at rest, that of the fastest body.
     fn speed(&self, partners: &[Partner], meeting: &Meeting) -> f64 {
         let velocity = |i: usize| partners.get(i).map_or_else(Vector3::zeros, |p| p.velocity);
         let gap = (meeting.points[0] - meeting.points[1]).norm();
@@ -454,7 +454,7 @@ fn slowest_bar(body: &BodyKind) -> Option<f64> {
     body.slowest_material().map(bar_speed)
 }
 
-/// What an impact meets of a body.
+/// The inertia of a body and its impedance against waves.
 struct Inertia {
     motion: RigidMotion,
     /// [kg].
@@ -473,7 +473,7 @@ impl Inertia {
         Self { motion, mass, centre, inertia, mobility: 0.0, radiation: None }
     }
 
-    /// That of a body, of infinite mass if it `is_held`; unknown of one from a file, on which no contact acts.
+    /// The inertia of a body, infinite if it `is_held`; unknown of one from a file, on which no contact acts.
     fn of(body: &BodyKind, is_held: bool) -> Self {
         let unknown = Self::unknown(body.motion());
         if let Some(rigid) = body.rigid() {
@@ -509,7 +509,7 @@ fn mass_properties(body: &BodyKind) -> Option<MassProperties> {
     Some(MassProperties::of(&elastic.shape, &elastic.model).ok()?.times(elastic.material.density()))
 }
 
-/// Ways of waves through a body, the longest straight one and the longest along it \[m\].
+/// Lengths of the ways of waves through a body: the longest straight one, and the longest one along the body \[m\].
 fn wave_lengths(body: &BodyKind) -> [f64; 2] {
     let Some(of) = body.geometry() else { return [body.diagonal().unwrap_or(0.0); 2] };
     let longest = lengths(of.shape).into_iter().fold(0.0, f64::max);

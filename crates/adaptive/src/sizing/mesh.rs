@@ -1,7 +1,7 @@
 //! Elements that resolve the kept modes: guessed from the proportions, then checked with finer meshes.
 //!
 //! Each direction is refined by itself, those that shared faces of patches turn into one another together. Frequencies of conforming models fall to their limits from above, so the change tells
-//! the error that the direction makes, and the sum over directions that of the mesh (Eqs. N.2, N.3).
+//! the error that the direction makes, and the sum over directions that of the mesh (Eqs. N.5, N.6).
 
 pub(crate) mod first_elements;
 pub mod proportions;
@@ -21,7 +21,7 @@ pub const MOST_UNKNOWNS: usize = 40_000;
 const CHEAP: usize = 10_000;
 /// Error that a user may count on (docs/verification.md); above it twice as many unknowns are tried.
 const PROMISED: f64 = 3e-3;
-/// Modes whose frequencies are checked. Meshes for more have as many more elements as their waves ask for (Eqs. N.1, N.6), times what the check has
+/// Modes whose frequencies are checked. Meshes for more have as many more elements as their waves ask for (Eqs. N.1, N.3), times what the check has
 /// found those of the checked ones to want.
 pub const CHECKED: usize = 20;
 /// Power of the element's size with which errors fall as far as two meshes do not show a smaller one: the least of singular nets; smooth
@@ -138,19 +138,20 @@ fn finer(candidate: &Candidate<'_>, elements: &[usize], group: &[usize]) -> Vec<
 /// Errors that need not be found again.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Known {
-    /// Those found on the very mesh.
+    /// Errors that were found on this mesh.
     OnThisMesh,
-    /// Those of directions that have not been refined since, where they were no more than their share: enough to go on refining.
+    /// Also errors that were found on coarser meshes, of directions that have not been refined since and made no more than their share: enough to go
+    /// on refining, not to accept a mesh.
     Converged,
 }
 
-/// What the check of a candidate's meshes has found so far.
+/// The check of the meshes of a candidate, with the errors and rates that it has found so far.
 struct Check<'a> {
     candidate: &'a Candidate<'a>,
     n_modes: usize,
     /// Directions that are refined together.
     groups: Vec<Vec<usize>>,
-    /// For each group, the first one that the shape cannot be told from.
+    /// For each group of directions, the first one that is equivalent to it by the symmetry of the shape.
     equivalent_directions: Vec<usize>,
     /// Meshes solved: where one direction alone is doubled, they serve the next round.
     solved: Vec<Spectrum>,
@@ -245,7 +246,7 @@ impl<'a> Check<'a> {
     }
 }
 
-/// Error of a frequency that a mesh of `growth` times the elements changes by `change`, at a rate (Eq. N.2).
+/// Error of a frequency that a mesh of `growth` times the elements changes by `change`, at a rate (Eq. N.5).
 fn error_of(change: f64, growth: f64, rate: f64) -> f64 {
     change / (1.0 - growth.powf(-rate.min(USUAL)))
 }
@@ -255,7 +256,7 @@ fn tolerance(accuracy: Accuracy) -> f64 {
     TOLERANCE * accuracy.mesh_error()
 }
 
-/// More elements in the groups of directions that make more than their `share` of the error, by the rate at which it falls (Eq. E.13).
+/// More elements in the groups of directions that make more than their `share` of the error, by the rate at which it falls (Eq. E.14).
 fn refined(
     elements: &[usize],
     errors: &[f64],

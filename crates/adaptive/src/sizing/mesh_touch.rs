@@ -1,4 +1,4 @@
-//! Whether meshes are fine enough where they are touched, from the contact radius that Hertz's theory predicts (docs/theory.md Eq. P.11).
+//! Whether meshes are fine enough where they are touched, from the contact radius that Hertz's theory predicts (docs/theory.md Eq. P.10).
 
 use ffr_dynamics::system::force::BodyState;
 
@@ -9,9 +9,9 @@ use crate::surface::smooth_fit::SmoothFit;
 use crate::surface::{MeshSurface, Surface, SurfacePlace};
 
 /// Sides of quadratic elements on the contact radius that make the force right to half a per cent: with one the force of a ball is off by 0.7 %, with
-/// two by 0.2 % (Eq. P.11).
+/// two by 0.2 % (Eq. P.10).
 pub const QUADRATIC: f64 = 2.0;
-/// The same of linear elements: with three the force is off by 3 %, which falls with the square of their length.
+/// Linear elements over the contact radius: with three the force is off by 3 %, which falls with the square of their length.
 pub const LINEAR: f64 = 8.0;
 /// Growth of elements per length away from the touch in a field of sizes.
 pub const GROWTH: f64 = 0.35;
@@ -40,7 +40,7 @@ pub struct MeshTouch {
     pub wanted: f64,
     /// Whether the program divides the elements there when the bodies touch.
     pub is_refined: bool,
-    /// Error of the force that the shape of the sides may cause, as a share of it (Eq. C.72).
+    /// Error of the force that the shape of the sides may cause, as a share of it (Eq. C.73).
     pub shape_error: f64,
 }
 
@@ -137,7 +137,7 @@ fn wanted_length(body: &MeshedSpec, radius: f64) -> f64 {
     radius / sides
 }
 
-/// Error of the force that the change of normals at edges may cause, as a share of it (Eq. C.72); none where a smooth surface takes their place.
+/// Error of the force that the change of normals at edges may cause, as a share of it (Eq. C.73); none where a smooth surface takes their place.
 fn shape_error(surface: &MeshSurface, site: &SurfacePlace, zone: &PredictedZone) -> f64 {
     let PredictedZone { half_width, approach, .. } = zone;
     // Of spheres a²/δ.

@@ -32,7 +32,7 @@ pub struct ChosenModes {
     pub modes: usize,
     /// Frequency of the highest one \[Hz\].
     pub highest: f64,
-    /// What the forces on the body ask for; `None` without contacts.
+    /// The force that determines the number; `None` without contacts.
     pub time: Option<ForceTime>,
 }
 

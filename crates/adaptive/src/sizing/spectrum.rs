@@ -50,7 +50,7 @@ pub struct FrequencyProblem<'a> {
 }
 
 impl<'a> FrequencyProblem<'a> {
-    /// That of `body`, called `name`.
+    /// The eigenvalue problem of `body`, whose name is `name`.
     ///
     /// # Errors
     /// [`AdaptiveError::Reduction`] naming the body.
@@ -93,7 +93,7 @@ impl<'a> FrequencyProblem<'a> {
         Ok(Spectrum { elements: Vec::new(), frequencies, is_complete })
     }
 
-    /// Number of frequencies below `limit` \[Hz\], and the one before it and `n` behind it (Eq. R.9b); all up to there if they are not found so.
+    /// Number of frequencies below `limit` \[Hz\], and the one before it and `n` behind it (Eq. R.15); all up to there if they are not found so.
     ///
     /// # Errors
     /// [`AdaptiveError::Reduction`] naming the body.

@@ -75,7 +75,7 @@ pub struct PredictedZone {
     pub force: f64,
     /// Approach of the bodies under it; infinite where Hertz's theory of points does not apply \[m\].
     pub approach: f64,
-    /// Where it is on the contact body and on the target.
+    /// Its places on the contact body and on the target.
     pub sites: [Option<SurfacePlace>; 2],
 }
 

@@ -84,10 +84,10 @@ impl Area {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Coupling {
     /// Distributing (RBE3): the marker follows the mean motion of the part, forces are spread over it; the part deforms
-    /// (theory Eq. M.44).
+    /// (theory Eq. M.9).
     #[default]
     Average,
-    /// Kinematic (RBE2): the part moves like a rigid body (theory Eq. M.45).
+    /// Kinematic (RBE2): the part moves like a rigid body (theory Eq. M.10).
     Rigid,
 }
 

@@ -16,15 +16,15 @@ pub struct ContactSpec {
     pub name: String,
     /// Index of the contact body, which carries the contact points.
     pub body: usize,
-    /// What it meets.
+    /// The target, whose surface it meets.
     pub target: Target,
-    /// How the two resist each other.
+    /// The law of the contact force.
     pub law: ContactLaw,
     /// Overlap of the bodies at the start that is allowed \[m\].
     pub initial_overlap: f64,
 }
 
-/// What a contact body meets.
+/// The target of a contact, whose surface the contact body meets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
     /// A fixed rigid plane.
@@ -50,9 +50,9 @@ pub enum ContactLaw {
 /// Contact by Hertz's law.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HertzSpec {
-    /// What touches of the contact body.
+    /// The part of the contact body that touches.
     pub contact: HertzPartner,
-    /// What touches of the target.
+    /// The part of the target that touches.
     pub target: HertzPartner,
     /// Coefficient of friction, of stick and slip alike.
     pub friction: f64,
@@ -109,11 +109,11 @@ pub struct HertzSphere {
 /// Contact of surfaces.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceLaw {
-    /// What becomes of the modes of the contact zone, and who refines it.
+    /// How the modes of the contact zone are treated, and whether the program refines it.
     pub treatment: Treatment,
     /// Penalty factor, infinite for the exact constraint; `None`: predicted [N/m³].
     pub penalty: Option<f64>,
-    /// Product of a predicted penalty factor and the compliance of the contact (Eq. A.14).
+    /// Product of a predicted penalty factor and the compliance of the contact (Eq. A.25).
     pub stiffness_ratio: f64,
     /// How the penalty factor is found.
     pub search: PenaltySearch,
@@ -137,7 +137,7 @@ impl SurfaceLaw {
 }
 
 /// Low-frequency modes of the fine models that the program builds, and how the state is transferred to them and back
-/// (\[A\] 4.4; theory A.6).
+/// (\[A\] 4.4; theory section A.6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TransferSpec {
     /// The modes.
@@ -146,9 +146,9 @@ pub struct TransferSpec {
     pub method: TransferMethod,
 }
 
-/// Treatments of the contact zone (\[A\] section 6: the models compared; theory A.8).
+/// Treatments of the contact zone (\[A\] section 6: the models compared; theory section A.8).
 ///
-/// All but [`Treatment::Adaptive`] use the penalty factor as given, or as predicted (Eq. A.14), without a search. Pairs are refined where they touch, for
+/// All but [`Treatment::Adaptive`] use the penalty factor as given, or as predicted (Eq. A.25), without a search. Pairs are refined where they touch, for
 /// the time of the impact, as long as an interval is given or a body is not refined by its own discretisation at the place where
 /// the undeformed bodies are nearest at the start. Otherwise, with a plane, and in coarse contacts one model about that place
 /// serves the whole run.
@@ -157,10 +157,10 @@ pub enum Treatment {
     /// Refined by the program during the run; high-frequency modes follow statically.
     Adaptive,
     /// Refined as given; high-frequency modes follow statically. Without penetration (an infinite penalty factor) it is the model with a massless
-    /// boundary of Monjaraz-Tec, Gross and Krack (2022) with MacNeal's modes (theory Eq. C.123).
+    /// boundary of Monjaraz-Tec, Gross and Krack (2022) with MacNeal's modes (theory Eq. A.34).
     Quasistatic,
     /// Refined as given; every Craig-Bampton mode is dynamic, high-frequency ones damped critically on top of the body's own
-    /// damping. Time steps of an explicit method are those of the finest elements (Eq. A.20).
+    /// damping. Time steps of an explicit method are those of the finest elements (Eq. A.33).
     Damped,
     /// Refined as given; every Craig-Bampton mode is dynamic and undamped.
     Dynamic,
@@ -267,7 +267,7 @@ pub enum LowModes {
 /// How states are transferred.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum TransferMethod {
-    /// Mass-orthogonal projection: the best approximation in kinetic energy, keeps the momenta (Eqs. A.15, A.16).
+    /// Mass-orthogonal projection: the best approximation in kinetic energy, keeps the momenta (Eqs. A.28, A.29).
     #[default]
     MassOrthogonal,
     /// As printed: \[A\] (10), (11) to the fine model, (12) to (17) back.

@@ -12,7 +12,7 @@ use super::imported::ImportedSpec;
 pub struct BodySpec {
     /// Name.
     pub name: String,
-    /// What it is.
+    /// Its kind, with the specification of that kind.
     pub kind: BodyKind,
     /// Motion at the start. Of a body that is the child of a joint only the rotation counts, as the one with all joint coordinates
     /// at zero.

@@ -107,7 +107,7 @@ pub struct RunSettings {
 /// Time between stored states in free phases unless it is given, if nothing vibrates fast \[s\].
 pub const FREE_INTERVAL: f64 = 1e-3;
 
-/// What of strain and stress is recorded at a point.
+/// Whether strain and stress are recorded at a point.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct GaugeRequest {
     /// Strain.
@@ -132,7 +132,7 @@ pub struct PointSpec {
     pub body: usize,
     /// Undeformed place.
     pub place: Place,
-    /// What of strain and stress is recorded there.
+    /// Whether strain and stress are recorded there.
     pub gauge: GaugeRequest,
 }
 

@@ -121,7 +121,7 @@ fn next_of(times: &[f64], is_periodic: bool, t: f64) -> f64 {
     next.fold(f64::INFINITY, f64::min)
 }
 
-/// What runs through the points of a [`Piecewise`].
+/// How a [`Piecewise`] is interpolated between its points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PiecewiseForm {
     /// Lines.
@@ -137,7 +137,7 @@ pub struct Piecewise {
     pub times: Vec<f64>,
     /// Values, as many.
     pub values: Vec<f64>,
-    /// What runs through them.
+    /// The interpolation between the points.
     pub form: PiecewiseForm,
     /// Whether they repeat with the time from the first to the last one.
     pub is_periodic: bool,

@@ -9,14 +9,14 @@ pub use impact::Impact;
 
 use crate::record::ImpactRecord;
 
-/// Relative motion of two bodies where they are nearest, as far as it is rigid (docs/theory.md Eq. A.31).
+/// Relative motion of two bodies where they are nearest, as far as it is rigid (docs/theory.md Eq. Q.2).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NearMotion {
     /// Velocity of the contact body relative to the target [m/s].
     pub velocity: [f64; 3],
     /// Sum of the speeds of both bodies, by which the error of the velocity counts [m/s].
     pub speed: f64,
-    /// Speed at which the bodies would approach each other with the kinetic energy of their vibration (theory Eq. A.78) [m/s].
+    /// Speed at which the bodies would approach each other with the kinetic energy of their vibration (theory Eq. Q.4) [m/s].
     pub vibration: f64,
 }
 
@@ -27,7 +27,7 @@ impl NearMotion {
     }
 }
 
-/// What the watch needs to know of a contact at the end of a step.
+/// The quantities of a contact that the monitor reads at the end of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactInstant {
     /// Time \[s\].
@@ -65,22 +65,21 @@ pub struct Change {
 pub struct ImpactMonitor {
     /// The impact of this phase that touched last.
     running: Option<Impact>,
-    /// Impacts of this phase that others have followed.
+    /// Impacts of this phase that are over because another one has begun.
     ended: Vec<Impact>,
-    /// The impact reported last, which another touch may go on with.
+    /// The impact that was reported last; another touch may turn out to belong to it.
     reported: Option<Impact>,
     phase: PhaseExtremes,
     last: Option<ContactInstant>,
     before_last: Option<ContactInstant>,
 }
 
-/// What a phase showed of a contact.
+/// Extreme values of a contact in a phase.
 #[derive(Debug, Clone, Copy, Default)]
 struct PhaseExtremes {
     peak_force: f64,
     peak_time: f64,
-    /// How far the bodies have come nearer to each other since the touch, as far as their motion is rigid, and the most of it while force
-    /// acts \[m\].
+    /// Approach of the bodies since the touch by their rigid motion, and its largest value while force acts \[m\].
     approach: f64,
     largest_approach: f64,
     /// Penetration at the instant of the largest approach \[m\].
@@ -91,7 +90,7 @@ struct PhaseExtremes {
 }
 
 impl ImpactMonitor {
-    /// One that goes on with the impact that a run reported last, if another touch joins it.
+    /// A monitor after the impact `reported`, which goes on if another touch belongs to it.
     pub fn after(reported: Option<Impact>) -> Self {
         Self { reported, ..Self::default() }
     }
@@ -122,14 +121,14 @@ impl ImpactMonitor {
         self.ended.iter().chain(&self.running)
     }
 
-    /// Row of the first impact of this phase where the next new one gets the row `next`, and how many are new.
+    /// Row of the first impact of this phase if the next new impact gets the row `next`, and the number of new impacts.
     pub fn rows(&self, next: u32) -> (u32, u32) {
         let first = self.impacts().next().and_then(|impact| impact.row);
         (first.unwrap_or(next), self.impacts().filter(|impact| impact.row.is_none()).count() as u32)
     }
 
     /// Share of the approach of the bodies, the largest of this phase, that is penetration and not deformation at that instant, and how long after
-    /// the first touch that is \[s\]; none without approach, or if the penetration is no more than `round_off` \[m\] (theory Eq. A.76).
+    /// the first touch that is \[s\]; none without approach, or if the penetration is no more than `round_off` \[m\] (theory Eq. A.36).
     pub fn overlap_share(&self, round_off: f64) -> Option<(f64, f64)> {
         let phase = &self.phase;
         let says_something =
@@ -143,7 +142,7 @@ impl ImpactMonitor {
         self.phase.peak_force
     }
 
-    /// Takes the instant at which a phase begins: what was seen in earlier ones does not count.
+    /// Begins a phase at the instant `now`; extremes of earlier phases are forgotten.
     pub fn begin(&mut self, now: ContactInstant) {
         (self.last, self.before_last) = (None, None);
         self.step(now, None, None);
@@ -209,7 +208,7 @@ impl ImpactMonitor {
     fn begin_touch(&mut self, before: &ContactInstant, now: &ContactInstant, touch: Option<Change>) {
         let start = touch.map_or(before.time, |t| t.time);
         if self.impacts().next().is_none() {
-            // Bodies that begin pressed together have approached by their penetration at least.
+            // Bodies that are pressed together at the start count as having approached by at least their penetration.
             let penetration = before.penetration;
             self.phase = PhaseExtremes {
                 approach: penetration,
@@ -222,7 +221,7 @@ impl ImpactMonitor {
         }
         let previous = self.running.or(self.reported);
         self.running = Some(match previous.filter(|impact| impact.is_joined_by(start)) {
-            // A factor that is lowered in a touch begins no other one.
+            // A penalty factor that is lowered during a touch does not begin another touch.
             Some(joined) => Impact { touch: if start > joined.end { start } else { joined.touch }, ..joined },
             None => {
                 self.ended.extend(self.running);
@@ -257,7 +256,7 @@ impl ImpactMonitor {
     }
 }
 
-/// Ratio of neighbouring steps from which on a parabola through forces makes sense.
+/// Least ratio of two neighbouring steps for which a parabola is laid through the forces at their ends.
 const SHORTEST_STEP: f64 = 0.05;
 
 /// Top of the parabola through three instants none of which is higher than the middle one; the middle one otherwise.

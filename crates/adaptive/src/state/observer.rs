@@ -9,7 +9,7 @@ use crate::record::{
 };
 use crate::state::RunState;
 
-/// What an observer answers to a sample.
+/// The answer of an observer to a sample: whether the run goes on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Continue {
     /// Go on.
@@ -18,7 +18,7 @@ pub enum Continue {
     Interrupt,
 }
 
-/// What a run does.
+/// The work that a run is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stage<'a> {
     /// Chooses meshes and numbers of modes.

@@ -86,7 +86,7 @@ pub struct ObservedPoint {
     pub body: usize,
     /// The material point.
     pub point: FlexiblePoint,
-    /// Strain and stress by a unit of each elastic coordinate, if they are recorded (theory Eq. M.51).
+    /// Strain and stress by a unit of each elastic coordinate, if they are recorded (theory Eq. Q.7).
     pub gauge: Option<Vec<PointState>>,
 }
 
@@ -112,7 +112,7 @@ impl ObservedPoint {
 /// The system of a run.
 pub type System = Multibody<RunContact>;
 
-/// What of a system is recorded besides bodies and contacts.
+/// What is recorded of a system in addition to bodies and contacts.
 #[derive(Debug, Clone, Default)]
 pub struct Observed {
     /// Points.
@@ -223,7 +223,7 @@ pub fn normal_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> (V
 }
 
 /// Rigid motion of the bodies of contact `index` relative to each other at their nearest points, at time `t` in the state `y`
-/// (theory Eq. A.31).
+/// (theory Eq. Q.2).
 pub fn near_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> NearMotion {
     let (force, motion) = system.force_in_motion(t, y, index);
     let near = force.contact.place(motion);

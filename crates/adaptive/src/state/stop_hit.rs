@@ -1,4 +1,4 @@
-//! Follows a stop of a joint through its hits: begin and end, peak, impulse (docs/theory.md Eq. M.74).
+//! Follows a stop of a joint through its hits: begin and end, peak, impulse (docs/theory.md Eq. M.23).
 
 use serde::{Deserialize, Serialize};
 

@@ -37,7 +37,7 @@ pub fn body_definition(spec: &ElasticSpec) -> Vec<u8> {
     key.0
 }
 
-/// What of `flexible` the matrices of a body are made from: its rigid parts.
+/// The parts of `flexible` on which the matrices of a body depend: its rigid areas.
 fn of_matrices(flexible: &FlexibleSpec) -> &[Area] {
     let FlexibleSpec {
         reduction: _,

@@ -1,4 +1,4 @@
-//! The surface of a mesh: its sides, which of them make smooth parts, the edges between those.
+//! The surface of a mesh: its sides, the smooth parts that they form, and the edges between these parts.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, OnceLock};
@@ -31,17 +31,17 @@ pub struct MeshSurface {
 
 /// Parameters of the corners of a side of four.
 const SQUARE: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
-/// Nodes by which curvatures are fitted, at least; a paraboloid has six unknowns.
+/// Least number of nodes to which a paraboloid is fitted for the curvatures; it has six unknowns.
 const FITTED: usize = 16;
-/// Parts of an edge at whose ends normals are compared: contact radii of a sixteenth of an edge are seen.
+/// Number of parts of an edge at whose ends the normals of both sides are compared: enough for contact radii of a sixteenth of an edge.
 const EDGE_PARTS: usize = 16;
-/// Normals whose cosines with a direction differ by less are alike: round-off of positions, squared lengths.
+/// Difference of the cosines of two normals with a direction below which both are equally near to it: round-off of positions.
 const ALIKE: f64 = 1e-9;
-/// A point lies on a side if that comes nearer than this part of its longest edge: places are found to 1e-9.
+/// Distance of a point from a side, as a share of its longest edge, below which the point lies on it; searches find places to 1e-9.
 const SAME_POINT: f64 = 1e-6;
-/// Steps of Newton's method on a side, which is flat or slightly curved: five do.
+/// Limit of the steps of Newton's method on a side; five are enough, as sides are flat or slightly curved.
 const NEWTON_STEPS: usize = 20;
-/// Part of a body's size by which nodes of a plane face or a straight line may lie beside it: coordinates in files have six digits and more.
+/// Deviation of nodes from a plane face or a straight line, as a share of the body's size: coordinates in files have at least six digits.
 const SAME_PLANE: f64 = 1e-6;
 
 impl MeshSurface {
@@ -61,7 +61,7 @@ impl MeshSurface {
         self.sides.sides()
     }
 
-    /// The sides that are connected with `first` over smooth edges through sides of `is_wanted`; rising.
+    /// The sides that are connected with `first` over smooth edges and through sides for which `is_wanted` holds, in ascending order.
     pub fn smooth_part(&self, first: usize, is_wanted: impl Fn(usize) -> bool) -> Vec<u32> {
         self.sides.smooth_part(first, is_wanted)
     }
@@ -163,7 +163,7 @@ impl MeshSurface {
         self.pieces_of(&all)
     }
 
-    /// All sides as faces of their own, with the normals that they have: one piece of a side of four corners, three of a triangle.
+    /// Every side as a face of its own, without normals that are continuous over edges: one piece for a quadrilateral, three for a triangle.
     pub fn faces(&self) -> PiecewiseSurface {
         let pieces = self.sides().iter().enumerate().flat_map(|(i, side)| {
             let corners = match side.n_edges() {
@@ -266,7 +266,7 @@ impl MeshSurface {
         there.collect()
     }
 
-    /// Those places in groups whose sides go on smoothly in each other.
+    /// `places` in groups: sides of one group go on smoothly in each other.
     pub fn smooth_groups(&self, places: &[SurfacePlace]) -> Vec<Vec<SurfacePlace>> {
         let mut groups: Vec<Vec<SurfacePlace>> = Vec::new();
         for place in places {
@@ -305,7 +305,7 @@ impl MeshSurface {
         sum.try_normalize(0.0)
     }
 
-    /// The sides `chosen` with those beyond their smooth edges, rising.
+    /// The sides `chosen` with their neighbours over smooth edges, in ascending order.
     pub fn with_ring(&self, chosen: &[u32]) -> Vec<u32> {
         let ring = chosen.iter().flat_map(|i| self.neighbours(*i as usize)).filter(|n| n.is_smooth);
         let mut all: Vec<u32> = chosen.iter().copied().chain(ring.map(|n| n.side)).collect();
@@ -381,7 +381,7 @@ impl Surface for MeshSurface {
         SurfacePlace { face, xi, point: self.at(face as usize, &[xi[0], xi[1]]).position }
     }
 
-    /// Widths on meshes are those along principal directions, which no side has for itself.
+    /// Widths on meshes are along principal directions of the surface, which do not depend on the side.
     fn share_directions(&self, _: [u32; 2]) -> bool {
         true
     }
@@ -399,7 +399,7 @@ impl Surface for MeshSurface {
         Some(Foot { place, normal: self.normal(&place), distance: found.distance })
     }
 
-    /// Of a node or an edge the side there that is turned to the plane.
+    /// At a node or an edge the place is given on the side that is turned to the plane.
     fn lowest(&self, direction: &Vector3<f64>) -> Option<SurfacePlace> {
         let plane = Plane { point: Vector3::zeros(), normal: Unit::try_new(*direction, 0.0)? };
         let (model, mut workspace) = (self.search_model().ok()?, SearchWorkspace::new());
@@ -423,7 +423,7 @@ impl Surface for MeshSurface {
         CREASE.to_radians().cos()
     }
 
-    /// That of the paraboloid through the nodes around in the sense of least squares, since second derivatives of a single side are right to its first
+    /// The curvatures of the paraboloid that fits the nodes around by least squares, since second derivatives of a single side are right to its first
     /// order only. `None` if the nodes lie on a line, or the side has no normal.
     fn shape_at(&self, place: &SurfacePlace) -> Option<LocalShape> {
         let centre = Vector3::from(place.point);
@@ -440,9 +440,9 @@ impl Surface for MeshSurface {
         };
         let matrix = DMatrix::from_fn(places.len(), 6, |i, j| row(&places[i])[j]);
         let heights = DVector::from_fn(places.len(), |i, _| (places[i] - centre).dot(&normal) / size);
-        // Beyond this condition the nodes do not tell the six apart.
+        // With a worse condition the nodes do not determine the six unknowns.
         let fit = matrix.svd(true, true).solve(&heights, 1e-10).ok()?;
-        // Slopes of a smooth surface at its own normal are small: their squares are left out.
+        // Slopes against the tangent plane are small here; their squares are left out.
         let bend = Matrix2::new(fit[3], fit[4], fit[4], fit[5]) * (-1.0 / size);
         let SymmetricEigen { eigenvalues, eigenvectors } = bend.symmetric_eigen();
         let first = usize::from(eigenvalues[1] > eigenvalues[0]);
@@ -457,7 +457,7 @@ impl Surface for MeshSurface {
     }
 
     fn turned_to(&self, place: &SurfacePlace, direction: &Vector3<f64>) -> SurfacePlace {
-        // The first of those alike.
+        // Of equally near normals the first side.
         let best = self.sides_at(place).into_iter().fold(None, |best: Option<(f64, SurfacePlace)>, place| {
             let cosine = self.normal(&place).dot(direction);
             match best {
@@ -468,8 +468,8 @@ impl Surface for MeshSurface {
         best.map_or(*place, |(_, place)| place)
     }
 
-    /// Sides in the plane that are smoothly connected with one at the point: with an edge of the part all around, or with a node in their midst, which
-    /// a single side of a round part does not have.
+    /// The sides in the plane that are smoothly connected with one at the point are a flat face if they are bounded by edges of the part all around,
+    /// or if a node lies in their midst, which is not so for a single side of a round part.
     fn has_flat_face(&self, point: &[f64; 3], outward: &Vector3<f64>, parallel: f64) -> bool {
         let Some(foot) = self.nearest(point) else { return false };
         let reach = (self as &dyn Surface).reach();

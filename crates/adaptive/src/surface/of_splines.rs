@@ -93,7 +93,7 @@ impl SplineSurface {
         })
     }
 
-    /// The same with their normals, without poles.
+    /// The faces at `point` with their normals; those that have a pole there are left out.
     fn regular_at(&self, point: &[f64; 3]) -> impl Iterator<Item = (usize, Vector3<f64>)> {
         self.faces_at(point).filter_map(|(i, found)| {
             let normal = Vector3::from(found.normal);

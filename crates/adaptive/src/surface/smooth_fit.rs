@@ -1,4 +1,4 @@
-//! A smooth surface through the nodes around a place of a mesh (docs/theory.md Eq. C.73).
+//! A smooth surface through the nodes around a place of a mesh (docs/theory.md Eq. C.74).
 
 use nalgebra::{DMatrix, DVector, Vector3};
 

@@ -67,7 +67,7 @@ impl FlexibleModel {
         self.body.motion()
     }
 
-    /// Numbers of the unknowns.
+    /// The number of the unknown of each function and component.
     pub fn lookup(&self) -> &DofLookup {
         self.body.lookup()
     }

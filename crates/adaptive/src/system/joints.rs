@@ -35,7 +35,7 @@ impl BodyModel {
         matches!(self.form, BodyForm::Flexible(_)) && !matches!(place, Place::Area(_))
     }
 
-    /// Strain and stress at the single point `place` by a unit of each elastic coordinate (theory Eq. M.51).
+    /// Strain and stress at the single point `place` by a unit of each elastic coordinate (theory Eq. Q.7).
     ///
     /// # Errors
     /// [`AdaptiveError`] if there is no such place, if it has an extent, or if the body has no elements.

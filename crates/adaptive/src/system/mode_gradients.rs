@@ -1,4 +1,4 @@
-//! Gradients and stresses of the modes of a body at points all over it (docs/theory.md Eq. P.15).
+//! Gradients and stresses of the modes of a body at points all over it (docs/theory.md Eq. P.13).
 
 use contact_qs::points::DofLookup;
 use faer::MatRef;
@@ -12,7 +12,7 @@ use crate::body::field::Field;
 use crate::error::AdaptiveError;
 use crate::system::imported::ImportedModel;
 
-/// What the modes do at a point of a body.
+/// Gradients and stresses of the modes at a point of a body.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct GradientsAt {
     /// Mass about the point \[kg\].

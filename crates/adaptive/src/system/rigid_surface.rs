@@ -26,9 +26,9 @@ pub struct RigidSurface {
     space: PatchSpace,
     /// All its faces, without contact points.
     faces: ContactZone,
-    /// The same with edges.
+    /// All its faces with the edges between them.
     whole: ContactZone,
-    /// It has no unknowns.
+    /// Unknowns of the shape: none.
     lookup: DofLookup,
     shapes: Mat<f64>,
 }
@@ -70,13 +70,13 @@ impl RigidSurface {
         Geometry { shape: &self.shape, model: &self.model }
     }
 
-    /// What is asked of it beside contact.
+    /// The undeformed surface, for questions about touches and zones.
     pub fn undeformed(&self) -> &dyn Surface {
         self.undeformed.as_ref()
     }
 
     /// The side of a contact that body `body` with this surface is, by smooth parts of its faces or, with `has_edges`, edges included (theory
-    /// Eq. C.80).
+    /// Eq. C.76).
     pub fn side(&self, body: usize, has_edges: bool) -> ContactSide<'_> {
         let (patches, space, model, lookup) = (&self.shape.patches, &self.space, &self.model, &self.lookup);
         ContactSide {

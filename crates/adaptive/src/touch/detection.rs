@@ -62,7 +62,7 @@ impl Default for Search {
     }
 }
 
-/// What the surface may meet.
+/// The target whose distance from the surface is looked for.
 #[derive(Clone)]
 pub enum DetectorTarget {
     /// A fixed plane.

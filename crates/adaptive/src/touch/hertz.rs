@@ -58,7 +58,7 @@ pub fn contact_modulus(materials: &[(f64, f64)]) -> f64 {
 }
 
 /// Inverse effective mass `1/m + (r × n)ᵀ I⁻¹ (r × n)` of a free rigid body against a push along `normal` at `arm` from its
-/// centre of mass (theory Eq. A.12) [1/kg]. Zero for bodies that cannot move; a singular inertia counts as no rotation.
+/// centre of mass (theory Eq. A.23) [1/kg]. Zero for bodies that cannot move; a singular inertia counts as no rotation.
 pub fn inverse_effective_mass(
     mass: f64,
     inertia: &Matrix3<f64>,
@@ -70,7 +70,7 @@ pub fn inverse_effective_mass(
     1.0 / mass + rotation
 }
 
-/// Peak of the Hertz impact of two surfaces (theory Eqs. A.7 to A.11).
+/// Peak of the Hertz impact of two surfaces (theory Eqs. A.18 to A.22).
 ///
 /// `inverse_mass`: sum of the partners' inverse effective masses [1/kg]; `speed`: closing speed [m/s]. `None` where Hertz's
 /// theory has no answer: rigid partners, surfaces without relative curvature in one direction, no closing motion.
@@ -85,7 +85,7 @@ pub fn hertz_impact(partners: &[LocalSurface; 2], inverse_mass: f64, speed: f64)
     Some(law.at_force(law.stiffness() * approach.powf(1.5)))
 }
 
-/// Hertz's contact of two surfaces, and which way it lies.
+/// Hertz's contact of two surfaces, with the directions of its ellipse.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HertzLaw {
     ellipse: HertzEllipse,
@@ -118,13 +118,13 @@ impl HertzLaw {
     }
 }
 
-/// Smaller over larger curvature of a gap below which surfaces touch along a line: the fits of meshes err by less.
+/// Ratio of the smaller to the larger curvature of the gap below which surfaces touch along a line; curvatures fitted to meshes are more accurate.
 const STRAIGHT: f64 = 1e-3;
 
 /// Curvature of the gap across the line along which two surfaces touch [1/m], and the unit vector in space across it; `None` if they are curved
 /// against each other both ways, or none over the length `size` \[m\].
 pub fn across_line(partners: &[LocalSurface; 2], size: f64) -> Option<(f64, Vector3<f64>)> {
-    /// Curvature times size that is round-off of fitted nodes.
+    /// Curvature times size below which a fitted surface counts as flat: round-off of the nodes.
     const PLANE: f64 = 1e-6;
     let RelativeCurvature { small, large, bent_direction } = RelativeCurvature::new(partners);
     let is_line = large * size > PLANE && small.abs() <= STRAIGHT * large;
@@ -142,7 +142,7 @@ struct RelativeCurvature {
 impl RelativeCurvature {
     fn new(partners: &[LocalSurface; 2]) -> Self {
         let mean: f64 = partners.iter().map(|p| 0.5 * (p.curvatures[0] + p.curvatures[1])).sum();
-        // The deviators add up as vectors of twice the angle.
+        // Half the differences of the principal curvatures add up as vectors of twice the angle.
         let [first, second] = partners;
         let main = if second.spread() >= first.spread() { second } else { first };
         let (mut along, mut across) = (0.0, 0.0);
@@ -154,7 +154,7 @@ impl RelativeCurvature {
         }
         let deviation = along.hypot(across);
         let (small, large) = (mean - deviation, mean + deviation);
-        // A partner without a direction, or with the same one, turns nothing.
+        // The normal of the tangent plane, from two directions that differ; without such directions nothing is turned.
         let normal = partners.iter().map(|p| p.direction.cross(&main.direction)).find(|v| v.norm() > 1e-6);
         let bent_direction = most_bent(&main.direction, normal, 0.5 * across.atan2(along));
         Self { small, large, bent_direction }
@@ -175,7 +175,7 @@ impl LocalSurface {
     }
 }
 
-/// Force between two touching bodies over their approach, without waves: what a preview puts in the place of a contact zone.
+/// Force between two touching bodies as a function of their approach: the force of a preview, in which no contact zone is built.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ImpactLaw {
     /// Hertz's contact of curved surfaces.
@@ -197,7 +197,7 @@ impl ImpactLaw {
     }
 }
 
-/// Line contact of a plane model (theory Eq. A.13): approach over force with the logarithm of the bodies' size.
+/// Line contact of a plane model (theory Eq. A.24): approach over force with the logarithm of the bodies' size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LineLaw {
     curvature: f64,
@@ -207,9 +207,9 @@ pub struct LineLaw {
 }
 
 impl LineLaw {
-    /// `curvature`: sum of both partners' curvatures in the plane [1/m]; `compliance`: sum of `(1 - ν²)/E`, that of a partner of
-    /// another thickness times `thickness` over its own [1/Pa]; `size`: distance over which the bodies yield; `thickness`
-    /// \[m\]. `None` where there is no law.
+    /// `curvature`: sum of the curvatures of both partners in the plane [1/m]; `compliance`: sum of `(1 - ν²)/E`, for a partner of another thickness
+    /// multiplied by `thickness` over its own [1/Pa]; `size`: size of the bodies, on whose logarithm the approach depends \[m\]; `thickness` \[m\].
+    /// `None` without curvature or compliance.
     pub fn new(curvature: f64, compliance: f64, size: f64, thickness: f64) -> Option<Self> {
         let is_possible = curvature > FLAT / size && compliance > 0.0 && compliance.is_finite();
         is_possible.then_some(Self { curvature, compliance, size, thickness })
@@ -235,7 +235,7 @@ impl LineLaw {
         length * g * if g > 0.0 { (-g.ln() - 1.0).max(1.0) } else { 1.0 }
     }
 
-    /// `δ = l g max(ln(1/g) - 1, 1)` with `g = F/(t F_0)`, `l = κ ℓ²`, `F_0 = π E* l`: Eq. A.13 with `b` put in.
+    /// `δ = l g max(ln(1/g) - 1, 1)` with `g = F/(t F_0)`, `l = κ ℓ²`, `F_0 = π E* l`: Eq. A.24 with `b` put in.
     fn force(&self, approach: f64) -> (f64, f64) {
         let length = self.curvature * self.size * self.size;
         let unit = self.thickness * PI * length / self.compliance;
@@ -248,7 +248,7 @@ impl LineLaw {
     }
 }
 
-/// Contact of solid bodies along a straight line, across which alone their surfaces are curved (theory Eq. C.121).
+/// Contact of solid bodies along a straight line, across which alone their surfaces are curved (theory Eq. C.67).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StraightLine {
     /// Its law.
@@ -257,7 +257,8 @@ pub struct StraightLine {
 }
 
 impl StraightLine {
-    /// The line of two partners of the size `size`, `length` long \[m\]; `None` if their relative curvature vanishes in no direction or in both.
+    /// The line contact of two partners of the size `size` over the length `length` \[m\]; `None` unless their relative curvature vanishes in exactly
+    /// one direction.
     pub fn new(partners: &[LocalSurface; 2], size: f64, length: f64) -> Option<Self> {
         let relative = RelativeCurvature::new(partners);
         let compliance = partners[0].compliance + partners[1].compliance;
@@ -266,7 +267,7 @@ impl StraightLine {
         Some(Self { law, across: relative.bent_direction })
     }
 
-    /// Whether `tangent`, one of two directions along the surface, lies rather across the line than along it.
+    /// Whether `tangent`, a direction along the surface, is nearer to the direction across the line than to the line.
     pub fn is_across(&self, tangent: &Vector3<f64>) -> bool {
         tangent.dot(&self.across).abs() > 0.5_f64.sqrt() * tangent.norm()
     }
@@ -292,7 +293,7 @@ fn line_load(x: f64) -> f64 {
     g
 }
 
-/// Line contact of a plane model at the peak of an impact: half width and force a metre of thickness (theory Eq. A.13).
+/// Line contact of a plane model at the peak of an impact: half width and force a metre of thickness (theory Eq. A.24).
 ///
 /// `curvature`: sum of both partners' curvatures in the plane [1/m]; `compliance`: sum of `(1 - ν²)/E` [1/Pa]; `inverse_mass`:
 /// of a slice of one metre [m/kg]; `size`: distance over which the bodies yield, such as a diameter \[m\]. Returns half
@@ -320,7 +321,7 @@ pub fn line_impact(
 }
 
 /// Width of an interval whose utilisation is `target`, for a contact that reaches `half_width` on both sides of the centre;
-/// measured from the axis outwards with `from_axis` (theory Eq. A.11) \[m\].
+/// measured from the axis outwards with `from_axis` (theory Eq. A.22) \[m\].
 pub fn interval_width(half_width: f64, target: f64, from_axis: bool) -> f64 {
     let extent = if from_axis { half_width } else { 2.0 * half_width };
     extent / target
@@ -335,7 +336,7 @@ pub fn half_extents(prediction: &HertzPrediction, tangents: &[Vector3<f64>; 2]) 
     })
 }
 
-/// Extent of an ellipse with the axes `axes` in a direction that has the `components` along them (theory Eq. A.11).
+/// Extent of an ellipse with the axes `axes` in a direction that has the `components` along them (theory Eq. A.22).
 fn extent_of_ellipse(axes: [f64; 2], components: [f64; 2]) -> f64 {
     (axes[0] * components[0]).hypot(axes[1] * components[1])
 }

@@ -1,6 +1,6 @@
-//! Touches along a whole straight line of a curved face, such as that of a cylinder that lies on a plane (docs/theory.md Eqs. C.120, C.121).
+//! Touches along a whole straight line of a curved face, such as that of a cylinder that lies on a plane (docs/theory.md Eqs. C.66, C.67).
 //!
-//! Of such a line the search for the nearest places finds any one, often its end, where an edge seems to touch. The interval of the contact lies
+//! The search for the nearest places finds any place of such a line, often its end, where an edge seems to touch. The interval of the contact lies
 //! about the middle of the line and is as long as the face.
 
 use contact_qs::search::SurfaceSite;
@@ -44,11 +44,11 @@ pub fn middle_of_line(
     Some(Nearest { contact, target: Some(target), ..*nearest })
 }
 
-/// How lines are told.
+/// Lengths by which a line of touch is recognised.
 struct LineTouch {
     /// Size of the contact body \[m\].
     size: f64,
-    /// How far a line may lie off \[m\].
+    /// Largest deviation of the line from the surface that it touches \[m\].
     slack: f64,
     /// Distance of the bodies \[m\].
     gap: f64,

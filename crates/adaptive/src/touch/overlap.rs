@@ -1,4 +1,4 @@
-//! How far two bodies overlap, and by what move they would not (docs/theory.md section P).
+//! How far two bodies overlap, and by what move they would not (docs/theory.md part P).
 
 use contact_qs::search::SurfaceModel;
 use ffr_dynamics::body::RigidMotion;
@@ -22,7 +22,7 @@ pub(crate) struct Overlap {
     pub depth: f64,
     /// Deepest point in space \[m\].
     pub point: Vector3<f64>,
-    /// By what the contact body has to be moved \[m\].
+    /// Displacement of the contact body that removes the overlap \[m\].
     pub shift: Vector3<f64>,
     /// Size of the bodies \[m\].
     pub size: f64,
@@ -35,7 +35,7 @@ impl Overlap {
     }
 }
 
-/// What a contact is between.
+/// The two partners of a contact.
 pub(crate) struct Pair<'a> {
     /// Name of the contact.
     pub contact: &'a str,

@@ -1,5 +1,5 @@
 //! The first touch of a contact if its bodies fly freely, and whether it is one of smooth surfaces, of whole flat faces, or over an edge
-//! (docs/theory.md Eqs. C.55, C.56).
+//! (docs/theory.md Eqs. C.60, C.61).
 
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use crate::touch::local_surface::SurfaceView;
 use crate::touch::side::{Moved, Side, touch_direction};
 use crate::touch::sites::Surfaces;
 
-/// What of two bodies touches first.
+/// Which parts of two surfaces touch first: smooth faces, flat faces, edges or lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TouchKind {
     /// Smooth parts of both surfaces, as Hertz's theory has it.
@@ -27,17 +27,17 @@ pub enum TouchKind {
     Flat,
     /// An edge, a rim or a corner of one of the bodies or of both.
     Edge,
-    /// An edge of the target that lies along a face of the contact body: contact points stand at its ends at most.
+    /// An edge of the target that lies along a face of the contact body, where no contact points stand but perhaps at its ends.
     BetweenPoints,
 }
 
 impl TouchKind {
-    /// Whether the pressure has a bound: under edges, rims and corners what is found is the mesh's.
+    /// Whether the pressure has a limit when elements shrink; under edges, rims and corners it has none.
     pub fn bounds_pressure(self) -> bool {
         matches!(self, Self::Smooth | Self::Flat)
     }
 
-    /// What of the bodies touches, in words that follow "touch with".
+    /// The parts that touch, in words that follow "touch with".
     pub fn parts(self) -> &'static str {
         match self {
             Self::Smooth => "smooth faces",
@@ -52,12 +52,12 @@ const PARALLEL: f64 = 1e-6;
 /// Shortest step of the search for a touch, over the simulated time.
 const SHORTEST: f64 = 1e-6;
 
-/// Looks back, each twice as far as the one before, for a moment at which bodies that touch are apart: a thousand times what their speed
-/// along the normal would need.
+/// Attempts to find an instant before the start at which bodies that touch at the start are apart. Each goes twice as far back as the one before,
+/// the last a thousand times as far as their speed along the normal would need.
 const LOOKS_BACK: usize = 10;
 
-/// What touches first in `contact`, the bodies being in the motions `poses` at the start; `None` where it is not known: bodies that joints or
-/// loads hold other than in their place, that have no exact shape, or do not meet.
+/// The kind of the first touch of `contact`, with the motions `poses` of the bodies at the start. `None` if it is not known: for bodies that move on
+/// joints or under loads, that have no surface, or that do not meet.
 pub fn touch_kind(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Option<TouchKind> {
     kind_of_touch((spec, &Surfaces::default()), contact, poses)
 }
@@ -82,7 +82,7 @@ struct Pair {
 }
 
 impl Pair {
-    /// Those of `contact`; `None` of a body without a surface.
+    /// The two surfaces of `contact`; `None` if one of its bodies has none.
     fn new((spec, surfaces): (&RunSpec, &Surfaces), contact: &ContactSpec) -> Option<Self> {
         let of = |body: usize| Some((body, surfaces.of(&spec.bodies[body]).ok()??.surface));
         let target = match contact.target {
@@ -115,10 +115,10 @@ fn touch_in_flight(
     Flight::new((spec, surfaces), contact, poses)?.touch(spec.settings.end_time)
 }
 
-/// What Hertz's law has no answer for where one relative curvature vanishes or is negative.
+/// The reason for which Hertz's law does not hold where a relative curvature is zero or negative.
 const ALONG_LINE: &str = "surfaces touch along a line or lie in each other";
 
-/// Why the first touch of `contact` is none that Hertz's law `law` has an answer for; `None` if it is one, or not known.
+/// The reason for which Hertz's law `law` does not hold for the first touch of `contact`; `None` if it holds, or if the touch is not known.
 pub(crate) fn no_hertz_point(
     (spec, surfaces): (&RunSpec, &Surfaces),
     contact: &ContactSpec,
@@ -153,8 +153,8 @@ pub(crate) fn no_hertz_point(
     HertzLaw::new(&[own_view.surface, other]).is_none().then_some(ALONG_LINE)
 }
 
-/// What touches at the places `nearest` of a contact body and a target, surfaces with their motions; the target is a plane if there is none.
-/// Flat faces meet as a whole if they are inclined by no more than the angle `parallel` \[rad\].
+/// The kind of touch at the places `nearest` of a contact body and a target, which are given as surfaces with their motions; without a target that of
+/// a body and a plane. Flat faces meet as a whole if they are inclined by no more than the angle `parallel` \[rad\].
 pub fn touch_kind_at(
     own: Moved<'_>,
     other: Option<Moved<'_>>,
@@ -192,7 +192,7 @@ fn is_free(spec: &RunSpec, body: usize) -> bool {
 struct Flight<'a> {
     detector: Detector,
     poses: &'a [BodyState],
-    /// Those that fly; others are held.
+    /// Indices of the bodies that fly freely; the others are held.
     bodies: Vec<usize>,
     gravity: Vector3<f64>,
     /// Growth of the closing speed [m/s²].
@@ -219,7 +219,7 @@ impl<'a> Flight<'a> {
         let gravity = spec.settings.gravity;
         let falls = |body: &usize| !spec.is_held(*body);
         let bodies: Vec<usize> = [Some(contact.body), other].into_iter().flatten().filter(falls).collect();
-        // Bodies that fall side by side do not approach each other for that.
+        // Gravity accelerates two free bodies alike, so that they do not approach each other by it.
         let acceleration = if bodies.len() == 2 { 0.0 } else { gravity.norm() };
         let overlap = contact.initial_overlap;
         Some(Self { detector, poses, bodies, gravity, acceleration, size, overlap })
@@ -263,7 +263,7 @@ impl<'a> Flight<'a> {
         if gap < -settings.gap - self.overlap {
             return None; // refused for its overlap
         }
-        // Bodies that touch have no direction between them: a moment before they do, even if that is before the start.
+        // The direction between bodies is not defined when they touch: the instant just before is taken, even if it is before the start.
         let speed = self.detector.closing_speed_bound(&self.at(time));
         let mut back = 2.0 * (settings.gap - gap.min(0.0)) / speed;
         for _ in 0..LOOKS_BACK {

@@ -1,5 +1,5 @@
-//! A body at a touch: which faces meet where it is touched, and what they say of the direction to its partner (docs/theory.md Eqs. C.55, C.56,
-//! C.110).
+//! A body at a touch: the faces that meet where it is touched, and the direction to its partner that follows from their normals (docs/theory.md
+//! Eqs. C.60 to C.62).
 
 use contact_qs::search::SurfaceSite;
 use ffr_dynamics::body::RigidMotion;
@@ -10,13 +10,14 @@ use crate::record::TargetPlace;
 use crate::surface::{ALONG, Surface, SurfacePlace};
 use crate::touch::detection::Nearest;
 
-/// Sweeps over the normals of a cone: those of one place differ by 8 degrees or more, so that a sweep takes 2 % of the error or more.
+/// Limit of the sweeps over the normals of a cone: the normals at a place differ by 8 degrees or more, so that each sweep reduces the error by 2 % or
+/// more.
 const SWEEPS: usize = 500;
-/// Improvement below which a direction is no better than one before it: what the sweeps leave of a direction inside a cone.
+/// Improvement below which a direction does not count as better than an earlier one: the error that the sweeps leave.
 const BETTER: f64 = 1e-6;
 
 /// The unit normal from a target to a contact body at a place where they touch, whose faces have the outward unit normals `target` and `own`
-/// there (Eq. C.110): of the directions of the faces, their means and the common normals of edges the one that lies nearest to the normals'
+/// there (Eq. C.62): of the directions of the faces, their means and the common normals of edges the one that lies nearest to the normals'
 /// cones of both, a face before an edge. None without normals.
 pub fn contact_normal(target: &[Vector3<f64>], own: &[Vector3<f64>]) -> Option<Vector3<f64>> {
     let own: Vec<Vector3<f64>> = own.iter().map(|n| -n).collect();
@@ -71,7 +72,7 @@ impl<'a> Side<'a> {
         Self { surface, rotation: pose.rotation, outward: Vector3::zeros(), size: surface.reach() }
     }
 
-    /// The same with its partner in the direction `outward` of space.
+    /// This side with its partner in the direction `outward`, given in space.
     #[must_use]
     pub fn facing(self, outward: &Vector3<f64>) -> Self {
         let in_body = self.rotation.inverse_transform_vector(outward);
@@ -98,7 +99,7 @@ impl<'a> Side<'a> {
         found.iter().map(in_space).collect()
     }
 
-    /// Whether a plane face through `point` is turned to the partner, but for the angle `parallel` \[rad\] (Eq. C.55).
+    /// Whether a plane face through `point` is turned to the partner, but for the angle `parallel` \[rad\] (Eq. C.60).
     pub fn is_flat(&self, point: &[f64; 3], parallel: f64) -> bool {
         self.surface.has_flat_face(point, &self.outward, parallel)
     }
@@ -108,8 +109,9 @@ impl<'a> Side<'a> {
         different(self.surface.normals_at(point)).len()
     }
 
-    /// Whether an edge of the solid `target`, which touches the smooth part of a face at `point` of this body and at `there` of its own with the normal
-    /// `normal`, lies along that face: at a tenth of the bodies' size from there, it is no farther from it than `slack` \[m\].
+    /// Whether an edge of the solid `target` lies along a face of this body. The edge touches the smooth part of the face at `point` of this body and
+    /// `there` of the target with the normal `normal`; it lies along the face if it is no farther from it than `slack` \[m\] at a tenth of the
+    /// bodies' size.
     pub fn holds_edge(
         &self,
         (point, normal): (&[f64; 3], &Vector3<f64>),
@@ -127,7 +129,7 @@ impl<'a> Side<'a> {
             let found = self.surface.nearest(&place.into());
             found.is_some_and(|found| {
                 let outward = self.rotation * found.normal;
-                // Beside the face the way to it is no longer along the normal, and on an edge of its own points stand.
+                // Places beside the face do not count, nor do edges of this body, where contact points stand.
                 found.distance <= slack
                     && outward.dot(normal) < -ALONG
                     && self.n_normals(&found.place.point) == 1
@@ -137,7 +139,7 @@ impl<'a> Side<'a> {
     }
 
     /// Whether the surface is smooth at `point`: the faces that meet there have one normal, which lies along the direction to the partner
-    /// (Eq. C.56).
+    /// (Eq. C.61).
     pub fn is_smooth(&self, point: &[f64; 3]) -> bool {
         let normals = self.surface.normals_at(point);
         let all_within = |cosine: f64| normals.iter().all(|normal| normal.dot(&self.outward) > cosine);
@@ -145,7 +147,7 @@ impl<'a> Side<'a> {
     }
 }
 
-/// Those of `normals` that are not alike.
+/// `normals` without those that agree with an earlier one.
 fn different(normals: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
     let mut different: Vec<Vector3<f64>> = Vec::new();
     for normal in normals {
@@ -156,14 +158,14 @@ fn different(normals: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
     different
 }
 
-/// Part of the bodies' size at which it is looked whether an edge lies along a face.
+/// Distance along an edge, as a share of the bodies' size, at which it is checked whether the edge lies along a face.
 const ALONG_EDGE: f64 = 0.1;
 
-/// Cosine beyond which directions are one: that of a touch is taken from the normals themselves.
+/// Cosine above which two directions are equal; the direction of a touch is one of the normals or computed from them.
 const SAME: f64 = 1.0 - 1e-12;
 
-/// What the contact body meets at the nearest places of a target that has an edge or a corner there, with the normal of Eq. C.110. None where the
-/// target is smooth, and where one of its faces has that normal: it is the face that is touched, at its end.
+/// The place of an edge or a corner of the target that the contact body meets, with the normal of Eq. C.62. None if the target is smooth there, or if
+/// one of its faces has this normal: then the face is touched, at its end.
 pub fn met_place(own: &Side<'_>, target: &Side<'_>, nearest: &Nearest) -> Option<TargetPlace> {
     let (here, there) = (own.place(&nearest.contact), target.place(nearest.target.as_ref()?));
     if target.n_normals(&there.point) < 2 {
@@ -178,11 +180,11 @@ pub fn met_place(own: &Side<'_>, target: &Side<'_>, nearest: &Nearest) -> Option
     Some(TargetPlace { face: there.face, xi: there.xi, normal })
 }
 
-/// Gap over the size of a body below which round-off makes the direction between the places.
+/// Gap, as a share of the size of a body, below which the direction between the nearest places is round-off.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Direction from the target to the contact body: that between the nearest places or, where these are one but for round-off, what the normals of
-/// the faces that meet there say (Eq. C.110).
+/// Direction from the target to the contact body: between the nearest places or, where these agree up to round-off, from the normals of the faces
+/// that meet there (Eq. C.62).
 pub fn touch_direction(own: &Side<'_>, other: Option<&Side<'_>>, nearest: &Nearest) -> Vector3<f64> {
     let (Some(target), Some(there)) = (other, nearest.target) else { return nearest.normal };
     if nearest.gap.abs() > ROUND_OFF * own.size() && nearest.normal.norm() > 0.5 {

@@ -78,7 +78,7 @@ pub fn sites(
     Some(pair_sites([own.as_ref(), target.as_ref()], [&poses[contact.body], &poses[other]]))
 }
 
-/// The same without a reason where there is none.
+/// The places of `sites`, without the reason where there are none.
 pub fn first_sites(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Option<Sites> {
     sites(spec, contact, poses)?.ok()
 }

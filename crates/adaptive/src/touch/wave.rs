@@ -1,4 +1,4 @@
-//! Error of the frequency of a wave on elements of a given length and degree (theory Eq. P.6).
+//! Error of the frequency of a wave on elements of a given length and degree (theory Eq. P.7).
 
 use std::f64::consts::TAU;
 

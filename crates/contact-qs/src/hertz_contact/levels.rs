@@ -1,5 +1,5 @@
 //! Tangential springs of a Hertz contact: one for the part of the stiffness that comes in between two depths of approach
-//! (docs/theory.md Eqs. C.90 to C.92).
+//! (docs/theory.md Eqs. C.86 to C.88).
 
 /// Levels for each doubling of the approach: lengths across the contact differ by 4.4 % from one to the next.
 pub(super) const PER_OCTAVE: usize = 8;
@@ -48,7 +48,7 @@ pub(super) struct Share {
     pub stiffness: f64,
 }
 
-/// Force of a spring and what it slides (Eq. C.92).
+/// Force of a spring and what it slides (Eq. C.88).
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Returned {
     /// Force along both tangents \[N\].

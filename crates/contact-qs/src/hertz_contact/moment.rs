@@ -1,9 +1,9 @@
-//! What a Hertz contact exerts because its stiffness changes over the surfaces (docs/theory.md Eqs. C.87 to C.89): without it the force would
+//! What a Hertz contact exerts because its stiffness changes over the surfaces (docs/theory.md Eqs. C.83 to C.85): without it the force would
 //! have no potential, and bodies that roll or spin while they touch would gain or lose energy.
 
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
-/// Both surfaces where they touch, in space.
+/// Normal, contact ellipse and curvatures of both surfaces at the touch, in space.
 pub(super) struct Bent<'a> {
     /// Unit normal towards the contact body.
     pub normal: Vector3<f64>,
@@ -36,7 +36,7 @@ pub(super) fn stiffness_change(bent: &Bent<'_>, normal_force: f64) -> Option<Sti
     let [own_slope, other_slope] = bent.slopes.each_ref().map(vector);
     let inverse = (own + other).try_inverse()?;
     let in_space = |v: Vector2<f64>| t1 * v.x + t2 * v.y;
-    // Rates over a tilt and a shift of the contact body (Eq. C.89).
+    // Rates over a tilt and a shift of the contact body (Eq. C.85).
     let tilt = in_space(inverse * (own_slope + other_slope));
     let shift = in_space(other * inverse * own_slope - own * inverse * other_slope);
     // Over a turn about the normal: C : (J S - S J).

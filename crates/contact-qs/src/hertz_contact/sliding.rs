@@ -1,4 +1,4 @@
-//! Friction of a Hertz contact: springs of all depths between two material points, with stick and slip (docs/theory.md Eqs. C.90 to C.93).
+//! Friction of a Hertz contact: springs of all depths between two material points, with stick and slip (docs/theory.md Eqs. C.86 to C.89).
 //!
 //! Within a step the references stay, so that forces are functions of time and state; what the last evaluation found is accepted at the end
 //! of the step (docs/decisions/0005-friction.md).
@@ -283,7 +283,7 @@ impl Sliding {
     }
 }
 
-/// Work that a spring loses to sliding, its bound being `bound` and growing by `bound_rate` (Eqs. C.93, F.30).
+/// Work that a spring loses to sliding, its bound being `bound` and growing by `bound_rate` (Eqs. C.89, F.15).
 fn work(
     spring: &Returned,
     compliance: [f64; 2],

@@ -1,4 +1,4 @@
-//! Hertz's contact of two surfaces of any curvature: an ellipse (docs/theory.md Eqs. A.7, A.8, C.90; K. L. Johnson, Contact
+//! Hertz's contact of two surfaces of any curvature: an ellipse (docs/theory.md Eqs. A.18, A.19, C.86; K. L. Johnson, Contact
 //! Mechanics, sections 4.1 and 4.2).
 
 use std::f64::consts::PI;
@@ -49,7 +49,7 @@ impl HertzEllipse {
         is_circle(self.ratio)
     }
 
-    /// Tangential stiffness over the normal one along the larger and the smaller axis, without slip, of partners of `solids` (Eq. C.90).
+    /// Tangential stiffness over the normal one along the larger and the smaller axis, without slip, of partners of `solids` (Eq. C.86).
     pub fn tangential_ratios(&self, solids: &[Solid; 2]) -> [f64; 2] {
         let m = 1.0 - self.ratio * self.ratio;
         let (first, second) = elliptic_integrals(m);

@@ -7,7 +7,7 @@ use faer::Mat;
 
 use crate::ContactError;
 
-/// Penalty factor times `max_i(A_ii w_i)` (Eq. A.14), the ratio of the surface's own compliance to that of the penalty springs:
+/// Penalty factor times `max_i(A_ii w_i)` (Eq. A.25), the ratio of the surface's own compliance to that of the penalty springs:
 /// at this one the peak force of the sphere impact (\[B\] section 5) is within 0.1 % of its limit.
 pub const DEFAULT_STIFFNESS_RATIO: f64 = 40.0;
 
@@ -67,7 +67,7 @@ pub fn compliance_weight(compliance: &Mat<f64>, areas: &[f64]) -> f64 {
     areas.iter().enumerate().map(|(i, &w)| compliance[(i, i)] * w).fold(0.0, f64::max)
 }
 
-/// Penalty factor that makes penalty springs `stiffness_ratio` times stiffer than the softest point (Eq. A.14) [N/m³]; `weight`: its
+/// Penalty factor that makes penalty springs `stiffness_ratio` times stiffer than the softest point (Eq. A.25) [N/m³]; `weight`: its
 /// [`compliance_weight`] [m³/N].
 ///
 /// # Errors

@@ -1,5 +1,5 @@
 //! A contact whose zones vibrate: high-frequency modes of the interfaces as coordinates of the force element
-//! (docs/theory.md Eqs. C.46, C.47).
+//! (docs/theory.md Eqs. C.47, C.48).
 //!
 //! Wraps a contact without compliance, whose points know the modes of the zones behind those of the bodies. To the bodies it
 //! is a force on their low-frequency coordinates; the zones' coordinates have the contact's forces as their only load, for their modes
@@ -53,7 +53,7 @@ pub struct VibratingWorkspace<W> {
     forces: Vec<GeneralisedForce>,
 }
 
-/// What an evaluation of a contact with zones that vibrate finds.
+/// Results of an evaluation of a contact with zones that vibrate.
 pub struct VibratingFound<F> {
     contact: F,
     report: ContactReport,
@@ -117,7 +117,7 @@ impl<C: ContactElement> VibratingContact<C> {
         })
     }
 
-    /// Second derivatives of the coordinates `internal` under `forces` on the modes (Eq. C.46).
+    /// Second derivatives of the coordinates `internal` under `forces` on the modes (Eq. C.47).
     fn accelerate(&self, internal: &[f64], forces: &[GeneralisedForce], out: &mut [f64]) {
         let (q, rates) = internal.split_at(internal.len() / 2);
         let mut first = 0;

@@ -20,7 +20,7 @@ use crate::submodel::{OPEN, is_turned_to};
 const FAR: f64 = 0.02;
 
 impl PlaneContact {
-    /// Gap of point `i`; open if the plane cannot press it: on faces that are turned away (Eq. C.54), and farther away than any quasistatic
+    /// Gap of point `i`; open if the plane cannot press it: on faces that are turned away (Eq. C.59), and farther away than any quasistatic
     /// displacement.
     fn free_gap(&self, i: usize, offset: f64, normal: (&[f64; 3], &Vector3<f64>), elastic: &[f64]) -> f64 {
         let (components, in_body) = normal;
@@ -221,7 +221,7 @@ impl PlaneContact {
         found.report = report;
     }
 
-    /// Work of sliding (Eqs. F.12, F.30).
+    /// Work of sliding (Eqs. F.12, F.15).
     pub(super) fn sliding_work(
         &self,
         body: &BodyState,

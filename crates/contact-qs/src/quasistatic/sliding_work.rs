@@ -1,4 +1,4 @@
-//! Work of sliding friction (docs/theory.md Eqs. F.12, F.30).
+//! Work of sliding friction (docs/theory.md Eqs. F.12, F.15).
 
 use ffr_dynamics::system::force::ForceEnergies;
 

@@ -110,8 +110,8 @@ impl ZoneSolver {
         self.project_members(zone, normal, &[]);
     }
 
-    /// The same for the points that `is_member` marks, all if it is empty: rows and columns of the others say nothing, and nothing may press
-    /// these.
+    /// Projects the compliance as [`Self::project`] does, but for the points alone that `is_member` marks, all if it is empty. Rows and columns of
+    /// the other points are not valid afterwards, and these points must stay open.
     pub(crate) fn project_members(&mut self, zone: &Quasistatic, normal: [f64; 3], is_member: &[bool]) {
         let unchanged = normal.iter().zip(&self.normal).all(|(a, b)| a.to_bits() == b.to_bits());
         if unchanged && self.members == is_member {

@@ -1,10 +1,10 @@
 //! Normal and tangential forces together: the two convex problems by alternation.
 //!
-//! Coulomb's law with the slip since the references were last updated is no minimum of anything, for the bounds `μ λ` depend on the normal
-//! forces. Given these, the tangential forces are one ([`super::tangential`]), and the other way round (docs/theory.md Eqs.
-//! F.4, F.5). The two are solved alternately, with Aitken's relaxation, until the friction forces stand still. The alternations contract
-//! like `μ` times the coupling `A_TN/A_NN`: some 0.1 for steel at `μ = 0.3`, none at all where `ν = 1/2`. Rates of the forces,
-//! which the slip rates need, follow the same way on the sets found (Eqs. F.9 to F.12).
+//! Coulomb's law with the slip since the references were last updated is not the minimum of one function, since the bounds `μ λ` depend on the normal
+//! forces. With given normal forces the tangential ones minimise a convex function ([`super::tangential`]), and with given tangential forces the
+//! normal ones do (docs/theory.md Eqs. F.4, F.5). The two are solved alternately, with Aitken's relaxation, until the friction forces stand still.
+//! The alternations contract like `μ` times the coupling `A_TN/A_NN`: some 0.1 for steel at `μ = 0.3`, none at all where `ν = 1/2`. Rates of the
+//! forces, which the slip rates need, follow the same way on the sets found (Eqs. F.9 to F.12).
 
 use crate::solver_fault::SolverFault;
 use faer::Mat;
@@ -17,12 +17,12 @@ use super::sliding_work::SlidingWork;
 use super::solver::ZoneSolver;
 use super::tangential::{PointState, Tangential, TangentialProblem};
 
-/// Change of the friction forces in one alternation at which they stand still, as a share of the largest.
+/// Change of the friction forces in one alternation below which they have converged, as a share of the largest.
 const TOLERANCE: f64 = 1e-12;
-/// Alternations: a contraction of 0.75 reaches the tolerance within them even without relaxation.
+/// Limit of the alternations: enough for a contraction of 0.75 without relaxation.
 const MAX_ALTERNATIONS: usize = 100;
 
-/// Tangential forces are solved to this part of what an alternation may leave.
+/// Tolerance of the tangential forces, as a share of the tolerance of the alternations.
 const INNER: f64 = 0.3;
 
 /// Solver of the normal problem (Eq. F.4).
@@ -50,7 +50,7 @@ impl NormalSolver for ZoneSolver {
 /// Tangential half of a contact zone. Components are ordered `n_t * point + component`.
 pub(crate) struct StickSlip {
     coefficient: f64,
-    /// Size of the friction force of each point whose components have size one: the length of the tangents in use.
+    /// For each point, the size of the friction force per size of its components: the tangents in use need not be unit vectors (Eq. F.24).
     lengths: Vec<f64>,
     n_t: usize,
     n_points: usize,
@@ -136,12 +136,12 @@ impl StickSlip {
         self.solver.invalidate();
     }
 
-    /// Sets the size of the friction force of point `i` whose components have size one (Eq. F.29); one unless it is set.
+    /// Sets the size of the friction force of point `i` per size of its components (Eq. F.24); one unless it is set.
     pub fn set_length(&mut self, i: usize, length: f64) {
         self.lengths[i] = length;
     }
 
-    /// Largest components that friction gives the points under the normal forces `normal` (Eq. F.29).
+    /// Sets the bounds of the tangential components under the normal forces `normal` (Eq. F.24).
     fn set_bounds(&mut self, normal: &[f64]) {
         let points = self.bounds.iter_mut().zip(normal).zip(&self.lengths);
         points.for_each(|((bound, force), length)| *bound = self.coefficient * force / length);
@@ -213,7 +213,7 @@ impl StickSlip {
         self.finish_blocks();
     }
 
-    /// Sets all compliances to zero, before those between the points that `is_member` marks, all if it is empty, are set.
+    /// Sets all compliances to zero. Those between the points that `is_member` marks, all if it is empty, are to be set next.
     pub fn begin_blocks(&mut self, is_member: &[bool]) {
         let n_t = self.n_t;
         for &j in &self.members {
@@ -298,7 +298,8 @@ impl StickSlip {
         Ok(report)
     }
 
-    /// The same with alternations until the friction forces change by `tolerance` of the largest, without open points' increments.
+    /// As [`StickSlip::solve`], until the friction forces change by less than `tolerance` of the largest, and without the slip increments of open
+    /// points.
     ///
     /// # Errors
     /// As [`StickSlip::solve`].
@@ -362,7 +363,7 @@ impl StickSlip {
         self.solver.return_to_bounds(&self.springs, slips, &self.bounds, &mut self.forces)
     }
 
-    /// Work of sliding at the last solution (Eqs. F.9 to F.12, F.30). `gap_rates` and `slip_rates`: rates of the points along
+    /// Work of sliding at the last solution (Eqs. F.9 to F.12, F.15). `gap_rates` and `slip_rates`: rates of the points along
     /// normal and tangents without those of the forces [m/s]; `springs`: compliances of the normal springs [m/N].
     ///
     /// # Errors
@@ -402,18 +403,18 @@ impl StickSlip {
             slip = slip.hypot(increments[k]);
         }
         if self.solver.saved_states()[i] == PointState::Open {
-            // Just loaded, with a slip since the step began: the power begins at zero, the rate of the bound does not.
+            // The point was open when the step began and has slipped since: its power begins at zero, the rate of its bound does not.
             return SlidingWork { power, ..SlidingWork::default() };
         }
         SlidingWork { power, slid: work, slid_rate: power + slip * bound_rate }
     }
 
-    /// Largest components that friction gave the points in the last solution \[N\].
+    /// Bounds of the tangential components of the points in the last solution \[N\].
     pub fn bounds(&self) -> &[f64] {
         &self.bounds
     }
 
-    /// Rates of the forces, alternately like the forces themselves.
+    /// Rates of the forces, found by alternation like the forces.
     fn rates_of_forces(
         &mut self,
         zone: &mut ZoneSolver,

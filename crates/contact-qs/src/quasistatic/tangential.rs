@@ -9,9 +9,9 @@
 //! nothing free, and the method is the active-set method for bounds on both sides, with the same safeguard as
 //! [`super::active_set`]: single exchanges where full ones don't gain.
 //!
-//! Work goes into loaded points alone: their block of the compliance is kept as long as they stay the same, and a factor serves
-//! until the free directions have turned or steps with it no longer gain (Newton's method with a kept matrix). Steps end with
-//! one of the very matrix or at the tolerance asked for.
+//! Only loaded points are computed: their block of the compliance is kept as long as they stay the same. A factor is kept until the free directions
+//! have turned, or until steps with it no longer reduce the error (Newton's method with a kept matrix). The last step has the exact matrix, or
+//! reaches the tolerance without it.
 
 use crate::solver_fault::SolverFault;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -30,15 +30,15 @@ use loaded::LoadedPoints;
 const PATIENCE: usize = 10; // Júdice & Pires 1994
 /// Round-off allowance of a slip, in units of `n eps max|c|`.
 const SLIP_ROUND_OFF: f64 = 32.0 * f64::EPSILON;
-/// A force this share above its bound still sticks: round-off of the solution.
+/// Relative excess of a force over its bound up to which the point still sticks: round-off of the solution.
 const BOUND_ROUND_OFF: f64 = 1e-13;
 /// Turn of a force's direction in one Newton step below which the next one is round-off (quadratic convergence).
 const TURN_TOLERANCE: f64 = 1e-8;
-/// The factor of earlier directions serves until one of them has turned by this (sine): steps then gain a digit each.
+/// The factor is kept until one of its directions has turned by this (sine): each step then still gains a digit.
 const KEPT_TURN: f64 = 0.1;
-/// Steps with a kept factor go on as long as each is smaller than the one before by this factor, ...
+/// Steps with a kept factor go on as long as each is smaller than the one before by this factor,
 const KEPT_GAIN: f64 = 0.3;
-/// ... and no more than these: they cost about as much as a factorisation.
+/// and at most for so many steps, which cost about as much as a factorisation.
 const KEPT_STEPS: usize = 5;
 /// A pivot smaller than this times `n eps` of its diagonal entry is round-off.
 const PIVOT_ROUND_OFF: f64 = 64.0 * f64::EPSILON;
@@ -75,7 +75,7 @@ struct Free {
     direction: [f64; 2],
 }
 
-/// What a Newton step did.
+/// The result of a Newton step.
 struct Step {
     /// Whether its matrix was that of the present sets and directions.
     is_exact: bool,
@@ -214,7 +214,7 @@ impl Tangential {
         Err(SolverFault::SlidingSet { points: self.states.len(), iterations: limit }.into())
     }
 
-    /// States and forces to start from: points just loaded slide along their slip, the others go on as they were.
+    /// States and forces to start from: points that have just been loaded slide against their slip, the others keep state and force.
     fn guess(&mut self, problem: &TangentialProblem<'_>, forces: &mut [f64]) {
         for i in 0..self.states.len() {
             if problem.bounds[i] <= 0.0 {
@@ -245,7 +245,7 @@ impl Tangential {
         }
     }
 
-    /// One Newton step on the present sets, with the factor of an earlier one if that may do.
+    /// One Newton step on the present sets, with the factor of an earlier step where it is near enough.
     fn step(
         &mut self,
         problem: &TangentialProblem<'_>,

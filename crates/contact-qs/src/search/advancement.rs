@@ -71,7 +71,7 @@ pub struct Touch {
 /// The first touch in the time from `start` to `end`, none if there is none: the first time at which the surfaces close. Surfaces
 /// that touch at `start` while their gap grows, as at the end of an impact, are on their way apart, and those that touch without moving
 /// lie beside each other; both touch when their gap shrinks by more than the tolerance of `settings`, and overlapping ones when it does
-/// not grow (theory Eq. C.130).
+/// not grow (theory Eq. C.36).
 ///
 /// `sample` gives the gap and the bound of the closing speed at a time, from the dense output of a step say. Between samples
 /// time passes by [`safe_time`], or by the shortest step; once an overlap is seen the root of the gap is

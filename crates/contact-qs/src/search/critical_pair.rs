@@ -1,4 +1,4 @@
-//! The touch of two overlapping bodies, followed from where it was: the places with a common normal (docs/theory.md Eq. C.85).
+//! The touch of two overlapping bodies, followed from where it was: the places with a common normal (docs/theory.md Eq. C.81).
 //!
 //! The search for the deepest place looks at every piece that may be inside the other body. While two bodies stay in contact the places move little, and
 //! Newton's method finds them in a few steps.

@@ -74,7 +74,7 @@ impl SearchWorkspace {
     }
 }
 
-/// Both bodies in the frame of the first.
+/// A search between two bodies, both placed in the frame of the first.
 pub(super) struct Query<'a> {
     pub sides: [Side<'a>; 2],
     pub placement: &'a Placement,

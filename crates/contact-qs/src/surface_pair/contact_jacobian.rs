@@ -22,7 +22,7 @@ pub(super) struct ContactJacobian {
     /// Tangents in the target's frame and in the contact body's.
     pub tangents_in_target: Vec<[f64; 3]>,
     pub tangents_in_body: Vec<[f64; 3]>,
-    /// Normal parts of the target's nodal forces under unit tangential ones, `width` for each tangent (Eq. F.27).
+    /// Normal parts of the target's nodal forces under unit tangential ones, `width` for each tangent (Eq. F.23).
     pub normal_coupling: Vec<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! Which ends of the faces of a body are edges, and which go on smoothly (docs/theory.md Eq. C.81).
+//! Which ends of the faces of a body are edges, and which go on smoothly (docs/theory.md Eq. C.77).
 
 use ffr_dynamics::body::RigidMotion;
 use iga_core::nurbs::SAME_PLACE;
@@ -8,14 +8,14 @@ use super::projection::{Displaced, Functions, Projection, Samples, SurfacePlace}
 use super::target::TargetSurface;
 
 /// Cosine of the angle between normals above which two faces go on smoothly: 8 degrees, for faces that only approximate one, as for the kinds of
-/// touches (Eq. C.56).
+/// touches (Eq. C.61).
 const ALONG: f64 = 0.99;
 /// Shares of an end at which it is looked at.
 const SHARES: [f64; 3] = [0.13, 0.48, 0.91];
 
 impl TargetSurface {
     /// The surface as all faces of a rigid body, of which points meet smooth parts: a projection may end on any of them (section C.11). Contact
-    /// that reaches an edge, where faces meet with two normals (Eq. C.81), counts as contact at an end of the target.
+    /// that reaches an edge, where faces meet with two normals (Eq. C.77), counts as contact at an end of the target.
     #[must_use]
     pub fn complete(mut self) -> Self {
         self.is_complete = true;

@@ -20,11 +20,11 @@ use crate::quasistatic::problem::{add_product, dot};
 use crate::quasistatic::stick_slip::NormalSolver;
 use crate::submodel::OPEN;
 
-/// Passes of projection and solution. Each one leaves about the ratio of contact radius and body's radius of the error, a
-/// few per cent.
+/// Limit of the passes of projection and solution. Each pass reduces the error to about the ratio of contact radius to body radius, a few per cent.
 const MAX_PASSES: usize = 40;
-/// Passes after which points stay on the piece of a target where they are, as long as they leave it by no more than `HELD` in its parameters, so that
-/// none goes to and fro over an edge. Balls need four or five passes; so near to an edge both pieces have one normal to 1e-5.
+/// Number of passes after which a point stays on its piece of the target, unless it leaves it by more than `HELD` in the parameters of the piece: a
+/// point near an edge must not change between two pieces for ever. Balls need four or five passes; so near to an edge the normals of both pieces
+/// agree to 1e-5.
 const STEADY: usize = 6;
 const HELD: f64 = 1e-4;
 /// Error of the projected gaps at convergence, as a share of the deepest penetration.
@@ -32,19 +32,19 @@ pub(super) const GAP_TOLERANCE: f64 = 1e-8;
 /// Change of gaps, as a share of the penetration, when loads move by one element or turn by one radian. Measured 0.13: the
 /// displacement under a load of the neighbouring element, of which there are several on a contact radius.
 const LOAD_SHIFT: f64 = 0.2;
-/// The compliance projected before serves until normals (in radians) or places (in elements) have moved by this.
+/// The projected compliance is used again until normals (in radians) or places (in elements) have moved by this.
 ///
 /// It is only the derivative of the fixed-point iteration, whose gaps are taken on the displaced surfaces: an error of this
 /// size can slow convergence to about this ratio a pass, no more than the passes leave anyway, and changes no result. Balls
 /// that slide need 4.7 passes with 0.05 and with 0.01.
 const REUSE: f64 = 5e-2;
 
-/// Points nearer than this part of the penetration are counted among those that may touch when compliances are projected.
+/// Points whose gap is smaller than this share of the deepest penetration count as points that may touch when compliances are projected.
 /// Around a Hertz contact of radius `a` the gap is that large at `1.35 a` (Johnson 1985, Eq. 3.42a).
 const MARGIN: f64 = 0.25;
 
-/// The power of sliding is taken from a moment ago, in which the bodies moved by this share of the penetration: slips are known
-/// to some 1e-8 of it, and rates change by some such share.
+/// The power of sliding is a difference quotient over a short time before the present, in which the bodies move by this share of the penetration.
+/// Slips are known to some 1e-8 of the penetration, and rates change by about this share.
 const MOMENT: f64 = 3e-4;
 
 impl SurfacePair {
@@ -235,7 +235,7 @@ impl SurfacePair {
         displace(nc, low_nodes, &start.nodes, nodes);
         points_in_target.iter_mut().zip(&*points).for_each(|(x, p)| *x = relative.transform_point(p));
         let WarmStart { proximity, forces, is_known, places, .. } = start;
-        // With friction, points that may soon be loaded shall know where they were.
+        // With friction, the places of points that may soon be loaded are needed as references.
         let margin = friction.as_ref().map_or(0.0, |f| MARGIN * f.depth);
         let shift = proximity.choose(points_in_target, nodes, forces, is_known.then_some(margin), is_wanted);
         self.surface.normals(nodes, normals);
@@ -259,7 +259,7 @@ impl SurfacePair {
             }
             found.is_at_edge = gap < 0.0 && displaced.is_at_edge(&found, self.rim_reach, functions);
             places[i] = found.place;
-            // Whether a point beyond the end stays there is seen at every projection.
+            // A point beyond the end is projected every time, to see whether it stays there.
             let is_held = found.is_beyond && !self.surface.is_complete;
             proximity.note(i, &point, gap, if is_held { f64::INFINITY } else { shift });
             projections[i] = found;
@@ -310,8 +310,8 @@ impl SurfacePair {
         found
     }
 
-    /// Largest difference of the gaps on the displaced surfaces from those that the solver counted with, and what the
-    /// shift of the loads since then is worth at a penetration of `depth`.
+    /// Error of the last pass: the largest difference of the gaps on the displaced surfaces from those that the solver used, with the change of gaps
+    /// that the shift of the loads since then causes at a penetration of `depth`.
     fn error(&self, work: &Work<'_>, depth: f64) -> f64 {
         let (w, forces, gaps) = (&*work.buffers, &work.state.start.forces, work.state.gaps());
         let is_near = |i: usize| forces[i] > 0.0 || gaps[i] < 0.0;
@@ -323,13 +323,13 @@ impl SurfacePair {
             for k in (0..f.slips.len()).filter(|k| forces[k / f.n_t] > 0.0) {
                 error = error.max((f.slips[k] - f.free_slips[k] - f.deflections[k]).abs());
             }
-            // What the alternations between normal and friction forces have left.
+            // The error that the alternations between normal and friction forces have left.
             error = error.max(depth * f.alternation_tolerance);
         }
         error
     }
 
-    /// One solution at the projection just made, and the displacements under its forces (Eq. C.40).
+    /// One solution at the projection just made, and the displacements under its forces (Eq. C.41).
     fn solve(&self, pass: usize, work: &mut Work<'_>) -> Result<SolveReport, EvaluationFailure> {
         let (Some(both), PairState { start, zone: Some(zone), friction, .. }) =
             (self.both(), &mut *work.state)
@@ -341,7 +341,7 @@ impl SurfacePair {
         let gaps = &proximity.gaps;
         let is_near = |i: usize| forces[i] > 0.0 || gaps[i] < 0.0;
         let moved = zone.moved(jacobian, &self.surface, is_near);
-        // Should passes make no headway, the old projection is not to blame.
+        // If passes do not converge, the compliance is projected anew, so that an old projection cannot be the reason.
         let is_new = moved > REUSE || (pass > 10 && moved > 0.0);
         if is_new {
             let depth = gaps.iter().zip(&w.deflections).fold(0.0_f64, |d, (g, s)| d.max(s - g));
@@ -350,7 +350,7 @@ impl SurfacePair {
             zone.build(both, jacobian, stick_slip, is_member);
         }
         w.loaded.copy_from(jacobian);
-        // The solution before has left the products of these forces with this compliance.
+        // The products of these forces with this compliance are left from the solution before.
         if is_new || pass == 0 {
             zone.deflect(forces, &mut w.deflections);
             if let Some(f) = friction {
@@ -369,7 +369,7 @@ impl SurfacePair {
             *free = gap - deflection;
         }
         if self.surface.is_complete {
-            // Nothing presses these points where they are, however near the surface is and whichever way it moves.
+            // No face may press these points where they are, however near the surface is.
             let open =
                 work.found.projections.iter().zip(&mut w.free_gaps).filter(|(found, _)| found.is_beyond);
             open.for_each(|(_, free)| *free = OPEN);
@@ -478,7 +478,7 @@ impl SurfacePair {
         w.report = report;
     }
 
-    /// Adds the point forces to the contact body, their opposites to the target (Eqs. C.41, C.42).
+    /// Adds the point forces to the contact body, their opposites to the target (Eqs. C.42, C.43).
     pub(super) fn push(
         &self,
         bodies: &[BodyState],

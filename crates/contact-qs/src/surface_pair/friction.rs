@@ -1,7 +1,7 @@
 //! Friction of a surface pair: tangents, slips, history of every point.
 //!
 //! The slip of a point is the path of its projection over the material of the target, from the place where it stuck last (docs/theory.md
-//! Eqs. F.24 to F.26). It does not change when both bodies move together, and forces along the tangents that belong to it
+//! Eqs. F.20 to F.22). It does not change when both bodies move together, and forces along the tangents that belong to it
 //! keep both momenta and do no work but on the slip. References stay within a step as in a plane contact
 //! (docs/decisions/0005-friction.md).
 
@@ -17,24 +17,24 @@ use crate::quasistatic::PointState;
 use crate::quasistatic::sliding_work::SlidingWork;
 use crate::quasistatic::stick_slip::StickSlip;
 
-/// A pass leaves some such part of the error.
+/// Factor by which a pass of projection and solution reduces the error, about.
 const PASS_GAIN: f64 = 0.03;
-/// The least that is asked of alternations, in units of the tolerance of the gaps.
+/// Loosest tolerance of the alternations between normal and friction forces, in units of the tolerance of the gaps.
 const FIRST_ALTERNATION_TOLERANCE: f64 = 1e4;
 
 /// Stick reference of a point.
 #[derive(Debug, Clone, Copy, Default)]
 struct StickReference {
-    /// Place of the projection at the references were last updated.
+    /// Place of the projection when the references were last updated.
     point: [f64; 3],
     /// Tangents there, orthonormal but for gap over radius of curvature.
     tangents: [[f64; 3]; 2],
-    /// Slip that the springs held then \[m\].
+    /// Stretch of the tangential springs then \[m\].
     stretch: [f64; 2],
     is_set: bool,
-    /// Whether `point` counts on the plane of a meeting point.
+    /// Whether `point` is a vector on the plane of a meeting point.
     is_on_plane: bool,
-    /// Set since the references were last updated, by the first projection of the point.
+    /// Whether it was set since the references were last updated, by the first projection of the point.
     is_new: bool,
 }
 
@@ -45,7 +45,7 @@ pub(super) struct PairFriction {
     pub stick_slip: StickSlip,
     /// Slips at the last projection \[m\].
     pub slips: Vec<f64>,
-    /// The same without quasistatic displacement, and the displacements that the solver counted with.
+    /// Slips without quasistatic displacement, and the quasistatic displacements along the tangents that the solver counted with \[m\].
     pub free_slips: Vec<f64>,
     pub deflections: Vec<f64>,
     /// Deepest penetration without quasistatic displacement in the last solution \[m\].
@@ -55,14 +55,14 @@ pub(super) struct PairFriction {
     /// largest.
     pub alternation_tolerance: f64,
     references: Vec<StickReference>,
-    /// Tangents at the places of the last projection by which the present ones there would be orthonormal: those of the next references.
+    /// Tangents at the places of the last projection that make the tangents in use there orthonormal; they become those of the next references.
     next_tangents: Vec<[[f64; 3]; 2]>,
-    /// Nodes of the target at the references were last updated.
+    /// Nodes of the target when the references were last updated.
     nodes: Vec<[f64; 3]>,
     has_nodes: bool,
     /// Whether there is an evaluation to take references from.
     pub is_evaluated: bool,
-    /// Time of the last evaluation, and of the last one that references were taken from, -∞ if there is none \[s\].
+    /// Time of the last evaluation, and of the last one from which references were taken; -∞ if there is none \[s\].
     pub time: f64,
     reference_time: f64,
     /// Slip increments shortly before the last evaluation, and bounds of the points then.
@@ -114,7 +114,7 @@ impl PairFriction {
         }
     }
 
-    /// Tangents and slip of point `i`, projected to `found` at gap `gap` (Eqs. F.24 to F.27). `functions` are those of the place
+    /// Tangents and slip of point `i`, projected to `found` at gap `gap` (Eqs. F.20 to F.23). `functions` are those of the place
     /// found.
     pub fn set_slip(
         &mut self,
@@ -216,7 +216,7 @@ impl PairFriction {
         self.next_tangents[i] = tangents;
     }
 
-    /// Takes the directions of the slips for those of the forces, which they are where every point is for itself.
+    /// Takes the directions of the slips as those of the forces, which is right where points do not act on each other.
     pub fn point_along_slips(&mut self, jacobian: &ContactJacobian) {
         let n_t = self.n_t;
         for i in 0..self.references.len() {
@@ -227,7 +227,7 @@ impl PairFriction {
         }
     }
 
-    /// Sets the slip of point `i` to zero, which is far away.
+    /// Sets the slip of point `i` to zero, as the point is far away.
     pub fn clear_slip(&mut self, i: usize) {
         self.slips[self.n_t * i..self.n_t * (i + 1)].fill(0.0);
     }
@@ -237,8 +237,8 @@ impl PairFriction {
         &self.stick_slip.forces()[self.n_t * i..self.n_t * (i + 1)]
     }
 
-    /// Where alternations between normal and friction forces shall end in the next solution: a solution needs no more than the pass leaves.
-    /// `tolerance`: that of the gaps, as a share of `depth`.
+    /// Tolerance of the alternations between normal and friction forces in the next solution: no smaller than the error that the pass leaves anyway.
+    /// `tolerance`: tolerance of the gaps, as a share of `depth`.
     pub fn alternation_tolerance_for(
         &self,
         tolerance: f64,
@@ -258,7 +258,7 @@ impl PairFriction {
                 residual = residual.max((self.slips[k] - expected).abs());
             }
         }
-        // Alternations reach 1e-12; directions of points at the end of their slide come slowly, asked for more than the gaps they might not.
+        // Alternations reach 1e-12. The directions of points that are about to stop converge slowly: they are not asked for more than the gaps.
         (PASS_GAIN * residual / depth).min(FIRST_ALTERNATION_TOLERANCE * tolerance).max(tolerance).max(1e-12)
     }
 
@@ -291,7 +291,7 @@ impl PairFriction {
         }
     }
 
-    /// Work of sliding, its rates from what was `time` ago (Eqs. F.28, F.30); without, if nothing moves.
+    /// Work of sliding, with rates from the differences to the evaluation a `time` before (Eqs. F.25, F.15); no rates if nothing moves.
     pub fn sliding_work(&mut self, forces: &[f64], time: Option<f64>) -> SlidingWork {
         let (mut increments, mut rates) = (std::mem::take(&mut self.now), std::mem::take(&mut self.rates));
         for (k, (now, rate)) in increments.iter_mut().zip(&mut rates).enumerate() {
@@ -309,8 +309,8 @@ impl PairFriction {
         sum
     }
 
-    /// Makes the last evaluation the reference of the next ones: sticking points keep their springs' stretch, sliding ones that
-    /// of their force (Eq. F.8).
+    /// Takes the references of the points from the last evaluation: the springs of sticking points keep their stretch, those of sliding points get
+    /// the stretch that belongs to their force (Eq. F.8).
     pub fn update_references(
         &mut self,
         forces: &[f64],
@@ -341,7 +341,7 @@ impl PairFriction {
                 reference.tangents = self.next_tangents[i];
                 let spring = self.stick_slip.spring(i);
                 if forces[i] > 0.0 && spring > 0.0 {
-                    // The force stays what it is, whose components along the new tangents are others: the surface has been
+                    // The force stays the same vector; its components along the new tangents differ, since the surface has been
                     // strained since the references were last updated.
                     let components = &self.stick_slip.forces()[n_t * i..n_t * (i + 1)];
                     let force = combination(&tangents, components);
@@ -357,8 +357,8 @@ impl PairFriction {
         self.reference_time = self.time;
     }
 
-    /// How long before `t` the power of sliding is to be taken from, `wanted` if it can be: slips count from the references, before
-    /// which there are none.
+    /// Time before `t` over which the power of sliding is a difference quotient: `wanted`, but no longer than since the references were updated, from
+    /// which slips count.
     pub fn time_before(&self, t: f64, wanted: f64) -> f64 {
         let since = t - self.reference_time;
         if since > 0.0 { wanted.min(since) } else { wanted }
@@ -399,8 +399,8 @@ fn combination(vectors: &[[f64; 3]], components: &[f64]) -> [f64; 3] {
     sum
 }
 
-/// Size of a friction force along `tangents` whose components have size one, in the direction of `components`; in the mean of all
-/// directions if these are zero (Eq. F.29).
+/// Size of the friction force along `tangents` per size of its components, in the direction of `components`; the mean over all directions if these
+/// are zero (Eq. F.24).
 fn force_length(tangents: &[[f64; 3]], components: &[f64]) -> f64 {
     let size = components.iter().map(|c| c * c).sum::<f64>().sqrt();
     match tangents {

@@ -1,5 +1,5 @@
-//! A place of the target with a normal that it does not have by itself: where edges cross, or a corner or an edge of the target meets the contact
-//! body (docs/theory.md Eq. C.126).
+//! Meeting points: places on an edge or a corner of the target, which have no normal by themselves and get the one of the touch, where edges cross or
+//! where a corner or an edge of the target touches the contact body (docs/theory.md Eq. C.63).
 
 use ffr_dynamics::data_error::DataError;
 use iga_core::nurbs::jet::{difference, dot, norm};
@@ -8,12 +8,12 @@ use super::SurfacePair;
 use super::projection::{Displaced, Functions, Projection, SurfacePlace};
 use crate::ContactError;
 
-/// Part of the target's size by which a point may slide from the place: beyond it, curved edges have turned away from the plane.
+/// Distance from the place within which points meet the plane, as a share of the target's size; further away curved edges have left the plane.
 const REACH: f64 = 0.02;
 /// Error of the length of a unit vector: round-off.
 const UNIT: f64 = 1e-9;
 
-/// Points of the contact body that meet a place of the target, whose surface is the plane through that place there.
+/// Points of the contact body that meet one place of the target. For them the surface of the target is the plane through that place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeetingPoint {
     /// Indices of the points, which stand in one place.
@@ -51,7 +51,7 @@ impl MeetingPoint {
 }
 
 impl SurfacePair {
-    /// Has the points of `meeting` meet the plane through its place alone, as long as they are near it.
+    /// Lets the points of `meeting` meet the plane through its place in place of the surface, as long as they are near it.
     ///
     /// # Errors
     /// [`ContactError::Data`] if a point or the face does not exist, [`ContactError::Nothing`] without a unit normal.

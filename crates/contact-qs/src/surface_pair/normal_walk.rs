@@ -1,4 +1,4 @@
-//! Projection along continuous normals over the pieces of a surface (docs/theory.md Eq. C.51).
+//! Projection along continuous normals over the pieces of a surface (docs/theory.md Eq. C.53).
 
 use iga_core::nurbs::jet::{cross, difference, dot};
 
@@ -76,7 +76,7 @@ pub(super) fn foot(
     None
 }
 
-/// Newton's step of the parameters (Eq. C.51); none where the map is singular. The height `γ` follows from the place: it is found anew in
+/// Newton's step of the parameters (Eq. C.53); none where the map is singular. The height `γ` follows from the place: it is found anew in
 /// each step.
 fn newton(at: &NormalJet, point: &[f64; 3]) -> Option<[f64; 2]> {
     let rest = difference(point, &at.point);

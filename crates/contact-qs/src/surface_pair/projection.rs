@@ -1,4 +1,4 @@
-//! Closest points on a displaced target surface (docs/theory.md Eqs. C.37, C.38).
+//! Closest points on a displaced target surface (docs/theory.md Eqs. C.38, C.39).
 
 use std::ops::Range;
 
@@ -12,8 +12,8 @@ use super::target::TargetSurface;
 
 /// Newton steps from a known start before the safeguarded search takes over.
 const MAX_STEPS: usize = 6;
-/// Sine of the angle between the tangents below which the net is singular: there the normal is taken the root of this share of the face's ranges
-/// further in, where the tangents have digits to spare.
+/// Sine of the angle between the tangents below which the net counts as singular. The normal is then evaluated further inside, by the square root of
+/// this number times the ranges of the face's parameters, where the tangents are accurate.
 const SINGULAR: f64 = 1e-6;
 /// Samples of each cell for searches without a start, in each direction.
 const SAMPLES: [f64; 2] = [0.25, 0.75];
@@ -51,7 +51,7 @@ pub(super) struct Projection {
     pub is_beyond: bool,
     /// Whether the closest point of a point below the surface is near an edge that contact must not reach.
     pub is_at_edge: bool,
-    /// Whether it lies on the plane of a meeting point ([`super::MeetingPoint`]), from whose place `point` counts.
+    /// Whether it lies on the plane of a meeting point ([`super::MeetingPoint`]): `point` is the vector along this plane from its place then.
     pub is_on_plane: bool,
 }
 
@@ -85,7 +85,7 @@ impl Functions {
         self.rows[..self.n].iter().map(move |r| r[1 + a])
     }
 
-    /// Evaluates the functions at `place`; returns the element (Eq. C.36).
+    /// Evaluates the functions at `place`; returns the element (Eq. C.37).
     fn evaluate(&mut self, surface: &TargetSurface, place: &SurfacePlace) -> u32 {
         let grid = &surface.faces[place.face as usize];
         let index = grid.element(&place.xi);
@@ -177,7 +177,7 @@ pub(super) struct Displaced<'a> {
     pub nodes: &'a [[f64; 3]],
     /// Continuous normals at the nodes; none of splines.
     pub normals: &'a [[f64; 3]],
-    /// By how much, in parameters, a projection may leave a piece of a surface made of pieces before it goes on to the next.
+    /// Distance in parameters by which a projection may leave a piece before it goes on to the next one.
     pub slack: f64,
 }
 
@@ -222,7 +222,7 @@ impl Displaced<'_> {
             let jet = |face: u32, xi: [f64; 2]| self.normal_jet(&SurfacePlace { face, xi }, functions);
             return match foot((start.face, start.xi), point, jet, (&smoothing.neighbours, self.slack)) {
                 Some(found) => self.at_foot(&found, point, functions),
-                // Far away, where the normals of several places lead to a point.
+                // Far from the surface the normals of several places may pass through the point.
                 None => self.safeguarded(start, point, functions),
             };
         }
@@ -234,11 +234,11 @@ impl Displaced<'_> {
             let Some((step, residual)) = step else { break };
             let round_off = self.round_off(&place, &jet, point);
             let is_stalled = residual > 0.5 * last;
-            // Sums of some ten terms may stall a little above the round-off of positions.
+            // The residual is a sum of some ten terms and may stay a little above the round-off of positions.
             if residual <= 2.0 * round_off || (is_stalled && residual <= 32.0 * round_off) {
                 return self.complete(place, &jet, point, functions);
             }
-            // A step that does not bring the residual down is left to the safeguarded search.
+            // If a step does not reduce the residual, the safeguarded search takes over.
             if residual.is_nan() || is_stalled {
                 break;
             }
@@ -269,7 +269,7 @@ impl Displaced<'_> {
         jet
     }
 
-    /// Normal and gap of `point`, whose projection along continuous normals ended at `found` (Eq. C.51).
+    /// Normal and gap of `point`, whose projection along continuous normals ended at `found` (Eq. C.53).
     fn at_foot(&self, found: &Foot, point: &[f64; 3], functions: &mut Functions) -> Projection {
         let place = SurfacePlace { face: found.piece, xi: found.xi };
         let jet = self.normal_jet(&place, functions);
@@ -302,7 +302,7 @@ impl Displaced<'_> {
     }
 
     /// Newton's step on the free parameters and the length of the tangential residual there; none unless the Hessian is
-    /// positive definite (Eq. C.37).
+    /// positive definite (Eq. C.38).
     fn newton(&self, place: &SurfacePlace, jet: &SurfaceJet, point: &[f64; 3]) -> Option<([f64; 2], f64)> {
         let grid = &self.surface.faces[place.face as usize];
         let r = difference(&jet.point, point);
@@ -332,7 +332,7 @@ impl Displaced<'_> {
         ))
     }
 
-    /// Closest point by a search that cannot be led astray (Eq. S.14).
+    /// Closest point by projected Newton steps with a line search, which converges from any start (Eq. S.21).
     fn safeguarded(&self, start: &SurfacePlace, point: &[f64; 3], functions: &mut Functions) -> Projection {
         let grid = &self.surface.faces[start.face as usize];
         let (mut lower, mut upper) = ([0.0; 2], [0.0; 2]);
@@ -367,7 +367,7 @@ impl Displaced<'_> {
         self.complete(place, &jet, point, functions)
     }
 
-    /// Outward unit normal of the displaced surface at `place`; where the net is singular, as at poles, what the normals nearby tend to.
+    /// Outward unit normal of the displaced surface at `place`; where the net is singular, as at poles, the limit of the normals nearby.
     ///
     /// The functions are left as they are at `place`.
     fn normal(&self, place: &SurfacePlace, jet: &SurfaceJet, functions: &mut Functions) -> [f64; 3] {
@@ -393,13 +393,13 @@ impl Displaced<'_> {
         near
     }
 
-    /// The surface at `place` as the projection of its own point.
+    /// The projection of the point of the surface at `place` itself: gap zero.
     pub fn at(&self, place: &SurfacePlace, functions: &mut Functions) -> Projection {
         let jet = self.jet(place, functions);
         self.complete(*place, &jet, &jet.point, functions)
     }
 
-    /// Normal and gap at a closest point (Eq. C.38).
+    /// Normal and gap at a closest point (Eq. C.39).
     ///
     /// On the axis of an axisymmetric model the surface goes on beyond its end as its mirror image: there is nothing beyond,
     /// and the normal is the axis, whatever slope the displaced functions have there.

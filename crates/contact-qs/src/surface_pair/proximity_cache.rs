@@ -1,4 +1,4 @@
-//! Which points need to be projected: not those that are open for certain (docs/theory.md Eq. C.45).
+//! Which points need to be projected: not those that are open for certain (docs/theory.md Eq. C.46).
 
 use iga_core::nurbs::jet::{difference, norm};
 
@@ -93,7 +93,7 @@ impl ProximityCache {
     }
 
     /// Lower bound of the gap of point `i` at `place`, the nodes being `shift` away from those of the last projection of all points (Eq.
-    /// C.45) \[m\].
+    /// C.46) \[m\].
     pub fn least_gap(&self, i: usize, place: &[f64; 3], shift: f64) -> f64 {
         self.gaps[i] - self.moved(i, place) - self.shifts[i] - shift
     }

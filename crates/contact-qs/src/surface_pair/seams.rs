@@ -1,4 +1,4 @@
-//! Points at the end of a face, from which other faces of the target go on (docs/theory.md Eqs. C.83, C.84).
+//! Points at the end of a face, from which other faces of the target go on (docs/theory.md Eqs. C.54, C.55).
 
 use iga_core::nurbs::SAME_PLACE;
 use iga_core::nurbs::jet::{difference, dot, norm};
@@ -23,7 +23,7 @@ impl TargetSurface {
 
 impl Displaced<'_> {
     /// `found` with a normal that is continuous across seams: in a narrow band beside them it goes over from that of the face to the mean of all
-    /// that meet there (C.84). The gap stays.
+    /// that meet there (C.55). The gap stays.
     pub fn across_seams(
         &self,
         found: Projection,

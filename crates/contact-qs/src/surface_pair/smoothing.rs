@@ -1,4 +1,4 @@
-//! Continuous normals of a surface of pieces (docs/theory.md Eq. C.50).
+//! Continuous normals of a surface of pieces (docs/theory.md Eq. C.52).
 
 use iga_core::nurbs::jet::{cross, norm};
 
@@ -10,7 +10,7 @@ const IS_ONE: f64 = 1e-9;
 /// How the normals at the nodes follow from the places of the nodes.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Smoothing {
-    /// What lies beyond the edges of each piece.
+    /// The neighbours of each piece over its four edges.
     pub neighbours: Vec<[Option<PieceEdge>; 4]>,
     corners: Vec<Corner>,
     /// Nodes of the pieces with the derivatives of their functions at a corner, corner after corner.
@@ -23,7 +23,7 @@ pub(super) struct Smoothing {
 #[derive(Debug, Clone, Copy)]
 struct Corner {
     node: u32,
-    /// Where its slopes begin and end.
+    /// Begin and end of its slopes in the list of slopes.
     range: [u32; 2],
 }
 

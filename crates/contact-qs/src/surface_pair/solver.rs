@@ -24,7 +24,7 @@ pub(super) struct Compliances {
     bases: [Option<ModalBasis>; 2],
 }
 
-/// What both bodies of a pair yield by.
+/// The compliances of both bodies of a pair, and the surface of the target.
 #[derive(Clone, Copy)]
 pub(super) struct PairBodies<'a> {
     pub compliances: &'a Compliances,
@@ -120,7 +120,7 @@ impl PairZone {
         jacobian.moved(&self.jacobian, surface, is_chosen)
     }
 
-    /// Projects the compliances on `rows` for the points chosen by `is_member` (Eq. C.39), on tangents for `friction`. The others
+    /// Projects the compliances on `rows` for the points chosen by `is_member` (Eq. C.40), on tangents for `friction`. The others
     /// are taken to move by no force and to bear none.
     pub fn build(
         &mut self,

@@ -118,7 +118,7 @@ impl PairWorkspace {
     }
 }
 
-/// What an evaluation of a surface pair finds.
+/// Results of an evaluation of a surface pair.
 pub struct PairFound {
     /// Points of the contact body with quasistatic displacement, in its frame.
     pub(super) points: Vec<[f64; 3]>,

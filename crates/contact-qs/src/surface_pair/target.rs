@@ -1,7 +1,7 @@
 //! The target of a contact: faces of a spline body as data, with low modes and interface compliance of their functions.
 //!
 //! Whatever the space, its functions on an element of a face are `N_A / Σ N_B` with polynomials `N_A`: their Bernstein
-//! coefficients are found once (Eq. C.36), so that an evaluation needs neither space nor patch.
+//! coefficients are found once (Eq. C.37), so that an evaluation needs neither space nor patch.
 
 use std::collections::BTreeMap;
 
@@ -28,12 +28,12 @@ const DEPTH: f64 = 0.25;
 /// the axis if it is nearer to that.
 const BEYOND: f64 = 1e-12;
 
-/// Part of the diagonal of a piece that its points are from the nearest sample at most: samples stand at a quarter of its sides from their ends, which
-/// are no longer than the diagonal.
+/// Largest distance of the points of a piece from its nearest sample, as a share of the diagonal of the piece: samples stand at a quarter and three
+/// quarters of its parameters, and its sides are no longer than the diagonal.
 const REACH: f64 = 0.5;
 
-/// Part of the target's size by which a point may lie beyond a seam before it goes over to the next face, so that it does not change between both
-/// from one pass of the solver to the next. Gaps err by this times the angle between the faces' normals.
+/// Distance, as a share of the target's size, by which a point must lie beyond a seam before it is projected on the next face: it must not change
+/// between two faces from pass to pass. Gaps are off by this distance times the angle between the normals of the faces.
 const SEAM: f64 = 1e-6;
 
 /// A face of a body, or a part of one, that may be touched.
@@ -78,7 +78,7 @@ pub(super) struct FaceGrid {
     pub orientation: f64,
     /// Whether the lower and the upper end of each direction are edges of the body that contact must not reach.
     pub is_edge: [[bool; 2]; 2],
-    /// How far its points are from the nearest sample at most: those of a piece; unbounded of faces with many elements \[m\].
+    /// Largest distance of a point of the face from its nearest sample: known for pieces, infinite for faces with many elements \[m\].
     pub reach: f64,
 }
 
@@ -110,7 +110,7 @@ pub struct TargetSurface {
     pub(super) elements: Vec<FaceElement>,
     /// Rows of the low-frequency shapes, `n_components node + component`.
     pub(super) low_rows: Vec<f64>,
-    /// The same, mode after mode.
+    /// The low-frequency shapes of the nodes, mode after mode.
     pub(super) low_columns: Vec<f64>,
     pub(super) n_modes: usize,
     /// Interface degree of freedom of every row.
@@ -123,16 +123,16 @@ pub struct TargetSurface {
     pub(super) n_functions: usize,
     /// Continuous normals, of smooth surfaces made of pieces.
     pub(super) smoothing: Option<Smoothing>,
-    /// Bound of the displacement of any point of the surface over the largest one of a node: functions of splines are positive, others may
-    /// be negative.
+    /// Largest ratio of the displacement of a point of the surface to the largest displacement of a node. One for splines, whose functions are
+    /// positive; more for functions that may be negative.
     pub(super) spread: f64,
-    /// Whether the faces are all that the body has, so that a projection may end on any of them.
+    /// Whether these are all faces of the body. If so, a projection may end on any of them.
     pub(super) is_complete: bool,
-    /// How points at its ends are seen, if edges of the body press and are pressed.
+    /// How points at the ends of faces are treated, where contact is possible at the edges of the body.
     pub(super) edges: Option<Edges>,
 }
 
-/// How points at the edges of a body are seen.
+/// How points at the edges of a body are treated.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Edges {
     /// How far beyond the end of a face points still lie over it \[m\].
@@ -209,7 +209,7 @@ impl TargetSurface {
         Ok(surface)
     }
 
-    /// Surface of a flexible body that is made of pieces; points are projected on it along continuous normals (Eqs. C.49 to C.51). `shapes` and
+    /// Surface of a flexible body that is made of pieces; points are projected on it along continuous normals (Eqs. C.51 to C.53). `shapes` and
     /// `interface` are those of [`TargetSurface::flexible`].
     ///
     /// # Errors
@@ -269,12 +269,12 @@ impl TargetSurface {
         Ok(target)
     }
 
-    /// The surface as the whole of a body's: its ends are edges of the body, not of what is known of it. Points that lie beyond the end of
-    /// a face by no more than `overhang` \[m\], which edges that lie on each other are displaced by, count as lying over it (Eq. C.53).
-    /// Pieces are faces then, with the normals that they have.
+    /// This surface as the whole surface of a body: where a face ends, the body has an edge, at which contact is possible. Points that lie beyond the
+    /// end of a face by no more than `overhang` \[m\] count as lying over it, as edges that lie on each other may be displaced by so much (Eq. C.57).
+    /// Pieces become faces of their own, without continuous normals.
     #[must_use]
     pub fn with_edges(mut self, overhang: f64) -> Self {
-        // Less than the way to the face on the other side, of which the least extent of the control points is known.
+        // Must be less than the distance to the opposite face; the least extent of the control points bounds that.
         let extent = |c: usize| {
             let along = || self.nodes.iter().map(|x| x[c]);
             along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
@@ -292,7 +292,7 @@ impl TargetSurface {
         self.edges.map_or(round_off, |edges| edges.overhang.max(round_off))
     }
 
-    /// Whether the surface is a part of a body's, of several spline faces that go on in one another.
+    /// Whether the surface consists of several faces of a spline body that are joined by seams, and is not the whole surface of the body.
     pub(super) fn is_joined(&self) -> bool {
         self.faces.len() > 1 && !self.is_complete && self.smoothing.is_none()
     }
@@ -314,7 +314,7 @@ impl TargetSurface {
         }
     }
 
-    /// Brings modes and interface to the nodes.
+    /// Copies modes and interface compliance to the nodes.
     fn attach(
         &mut self,
         numbers: &BTreeMap<u32, u32>,

@@ -3,7 +3,7 @@
 use super::projection::SurfacePlace;
 use super::proximity_cache::ProximityCache;
 
-/// What changes from one evaluation to the next and serves as a warm start.
+/// Results of an evaluation from which the next one starts its iterations.
 #[derive(Debug, Clone)]
 pub(super) struct WarmStart {
     pub forces: Vec<f64>,

@@ -30,7 +30,7 @@ pub const EXIT_CODES: [(&str, &str); 8] = [
     ("130", "interrupted; what was computed is kept and readable"),
 ];
 
-/// What goes where.
+/// Use of the standard streams, for help and manual pages.
 pub const STREAMS: &str = "Standard output carries results only. Progress and log go to standard error.";
 
 /// Columns of a help page.

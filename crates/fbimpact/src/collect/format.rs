@@ -1,4 +1,4 @@
-//! How a stored table is told from a result.
+//! How a stored table is recognised, as different from a result.
 
 use std::path::Path;
 

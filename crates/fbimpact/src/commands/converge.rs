@@ -113,7 +113,7 @@ impl Runs<'_> {
         Err(AppError::Base { code, message: base.message })
     }
 
-    /// Those of `variants`.
+    /// Runs all `variants` and returns their outcomes.
     fn make(&self, variants: &[Variant]) -> Result<Vec<Outcome>, AppError> {
         self.run(variants, false)
     }
@@ -152,7 +152,7 @@ impl Runs<'_> {
     }
 }
 
-/// The same for the runs.
+/// The options of the cache as arguments for the runs that are started.
 fn cache_arguments(arguments: &CacheArguments) -> Vec<String> {
     let mut list = vec!["--cache-limit".to_owned(), arguments.cache_limit.to_string()];
     if arguments.no_cache {

@@ -57,7 +57,7 @@ pub struct ModelRow {
     pub elements: usize,
     /// Number of degrees of freedom.
     pub dofs: usize,
-    /// Those at the contact's interface.
+    /// Number of degrees of freedom at the interface of the contact.
     pub interface: usize,
     /// Memory \[bytes\].
     pub memory: f64,

@@ -18,7 +18,7 @@ use crate::vtk::times::chosen;
 use crate::vtk::xml::{SeriesEntry, pvd, write_vtu};
 use crate::whole_file;
 
-/// Instants that are told one by one.
+/// Up to so many instants are listed one by one.
 const TOLD: usize = 8;
 
 /// Writes a file per body and instant, and the series that opens them all; prints the name of the series.

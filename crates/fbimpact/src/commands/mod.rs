@@ -88,7 +88,7 @@ pub fn check_distinct(scenario: &Scenario, output: &Path) -> Result<(), AppError
     Ok(())
 }
 
-/// Which body goes where.
+/// A body of a scenario and the file to which it is written.
 #[derive(Debug, Clone, Copy)]
 pub struct BodyExport<'a> {
     /// Scenario file.

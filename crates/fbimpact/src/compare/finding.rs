@@ -7,7 +7,7 @@ pub struct Deviation {
     pub name: String,
     /// Unit.
     pub unit: String,
-    /// Where \[s\]; `None` for what has no time.
+    /// The instant \[s\]; `None` for data without time.
     pub time: Option<f64>,
     /// The new value there.
     pub new: f64,

@@ -15,7 +15,7 @@ pub struct Track<'a> {
     pub times: &'a [f64],
     /// Numbers in the order of rows.
     pub values: &'a [f64],
-    /// Numbers a row.
+    /// How many numbers each row has.
     pub width: usize,
     /// Column.
     pub column: usize,
@@ -26,7 +26,7 @@ pub struct Track<'a> {
 pub struct Worst {
     /// Deviation, beyond what the samples leave open; infinite if one value is no number.
     pub deviation: f64,
-    /// Where \[s\].
+    /// The instant \[s\].
     pub time: f64,
     /// The new value there.
     pub new: f64,

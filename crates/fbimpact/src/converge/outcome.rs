@@ -1,4 +1,4 @@
-//! What became of a run: its impacts and the motions at its end.
+//! The outcome of a run: its impacts and the motions at its end.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use crate::error::AppError;
 use crate::results::stored::Stored;
 use crate::results::tables::ImpactRow;
 
-/// What became of a run.
+/// The outcome of a run.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Outcome {
     /// Whether the run reached its end.

@@ -17,7 +17,7 @@ const SCENARIO: &str = "scenario";
 /// Name of the rows of a contact's impacts.
 const IMPACTS: &str = "impacts";
 
-/// Of rows that start and end, beside their columns.
+/// A further column of tables whose rows have a start and an end.
 const DURATION: TableColumn =
     TableColumn { name: "duration", unit: "s", meaning: "time from the start to the end" };
 

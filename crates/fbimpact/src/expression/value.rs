@@ -7,7 +7,7 @@ pub struct Value {
     pub data: Vec<f64>,
     /// Number of rows; none of a value without.
     pub rows: Option<usize>,
-    /// Numbers in a row; none where a row is one number.
+    /// How many numbers each row has; none where a row is a single number.
     pub width: Option<usize>,
     /// Names of the components, if they have any.
     pub labels: Vec<String>,
@@ -45,7 +45,7 @@ impl Value {
         }
     }
 
-    /// Numbers in a row.
+    /// How many numbers each row has; one if it is a single number.
     fn stride(&self) -> usize {
         self.width.unwrap_or(1)
     }

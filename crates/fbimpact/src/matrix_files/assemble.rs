@@ -77,7 +77,7 @@ pub enum AssemblyFault {
     /// A node without position.
     #[error("{user} names node {node}, which the list of nodes does not have")]
     Node {
-        /// Who names it.
+        /// The entry of the file that names it.
         user: String,
         /// The node.
         node: u64,

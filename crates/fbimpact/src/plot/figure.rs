@@ -9,7 +9,7 @@ pub struct Figure {
     pub name: String,
     /// Title.
     pub title: String,
-    /// Panels a row.
+    /// Number of panels in each row.
     pub columns: usize,
     /// Panels, row by row.
     pub panels: Vec<Panel>,

@@ -93,7 +93,7 @@ fn text(words: &str) -> String {
     out + ">"
 }
 
-/// What is in `of`, which stands in what `around` takes to the page.
+/// Draws the group `of` on `page`; `around` is the transformation of the surrounding group to the page.
 fn group(page: &mut String, of: &Group, around: Transform) -> Result<(), PlotError> {
     let to_page = around.pre_concat(of.transform());
     let is_plain = of.opacity() == Opacity::ONE

@@ -1,4 +1,4 @@
-//! Amplitude spectra of histories whose instants are not evenly spaced (docs/theory.md Eq. M.53).
+//! Amplitude spectra of histories whose instants are not evenly spaced (docs/theory.md Eq. Q.9).
 
 use std::f64::consts::{PI, TAU};
 

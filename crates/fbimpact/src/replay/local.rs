@@ -31,7 +31,7 @@ pub struct LocalContacts<View> {
 pub struct LocalForces {
     /// For each body those on the interface that it was reduced for \[N\]; empty where none act.
     pub own: Vec<Vec<f64>>,
-    /// Those on fine models.
+    /// Forces on the interfaces of fine models \[N\].
     pub zones: Vec<ZoneForces>,
 }
 

@@ -22,10 +22,10 @@ pub struct Span {
     pub to: f64,
 }
 
-/// What is made of a fine model of a body, its number given.
+/// Makes a view of a fine model: from the model of the run, the number of the body, and the fine model.
 pub type MakeView<View> = Box<dyn Fn(&RunModel, usize, &ZoneModel) -> Result<View, AppError>>;
 
-/// A fine model of a body, and what was made of it.
+/// A fine model of a body, with the view that was made of it.
 pub struct ZoneOfBody<View> {
     /// Number of the body.
     pub body: usize,

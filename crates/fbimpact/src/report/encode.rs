@@ -44,7 +44,7 @@ pub struct Array {
     /// Their type.
     #[serde(rename = "type")]
     pub kind: Kind,
-    /// Numbers a row.
+    /// How many numbers each row has.
     pub components: usize,
     /// Value of a unit.
     pub scale: f64,
@@ -82,7 +82,7 @@ impl Blob {
         self.steps(values, components, (0.0, largest), bits)
     }
 
-    /// The same about the middle of the values, for those that change little.
+    /// Appends `values` in steps about the middle of their range: more exact than from zero where they change little.
     pub fn quantised_range(&mut self, values: &[f64], bits: u32) -> Array {
         let finite = values.iter().copied().filter(|x| x.is_finite());
         let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
@@ -122,7 +122,7 @@ impl Blob {
         Array { scale, zero, ..self.naturals(&numbers, 1) }
     }
 
-    /// Appends natural numbers, `components` a row.
+    /// Appends natural numbers, `components` in each row.
     pub fn naturals(&mut self, numbers: &[u32], components: usize) -> Array {
         let coded = differences(numbers, components, |a, b| {
             let d = a.wrapping_sub(b) as i32;

@@ -30,7 +30,7 @@ const POSITION_BITS: u32 = 16;
 const COORDINATE_BITS: u32 = 16;
 /// Shapes that are added at a time.
 const STEP: usize = 2;
-/// Of so many states one is looked at first.
+/// The error of a number of shapes is found at each of so many states first, and at all of them if it is small there.
 const LOOK: usize = 16;
 
 /// How fine motion is stored.
@@ -283,7 +283,7 @@ impl MovingBody {
         (body, blob)
     }
 
-    /// As many shapes as the tolerance needs, and what that makes wrong.
+    /// Adds as many shapes as the tolerance needs, with the error that is left.
     fn add_shapes(&self, body: &mut Value, blob: &mut Blob, fineness: &Fineness) {
         let mut wanted = self.shapes.clone();
         if fineness.stress_bits.is_none() {

@@ -16,7 +16,7 @@ pub struct Shapes {
     pub displacement: Mat<f64>,
     /// Stress, six rows a vertex; no rows where it is left out.
     pub stress: Mat<f64>,
-    /// Coordinates, a column an instant.
+    /// Coordinates, one column for each instant.
     pub coordinates: Mat<f64>,
     /// Their rates.
     pub rates: Mat<f64>,

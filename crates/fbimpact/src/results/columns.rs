@@ -237,7 +237,7 @@ pub const POINT: [Declaration<f64>; 2] = [
     vector(
         "velocity",
         "m/s",
-        "Velocity of the point; that of the local deformation is a difference over the last steps (theory A.34).",
+        "Velocity of the point; that of the local deformation is a difference over the last steps (theory Q.6).",
         |s, i, out| out.extend(s.points[i].velocity),
     ),
 ];
@@ -248,7 +248,7 @@ pub const POINT_STRESS: [Declaration<f64>; 2] = [
         name: "stress",
         unit: "Pa",
         axis: Axis::Tensor,
-        description: "Stress at the point, in the axes of the body's frame, with that of the local deformation (theory M.51, M.52).",
+        description: "Stress at the point, in the axes of the body's frame, with that of the local deformation (theory Q.7, Q.8).",
         extract: |s, i, out| out.extend(s.points[i].state.stress),
     },
     scalar("von_mises", "Pa", "Von Mises stress at the point.", |s, i, out| {

@@ -44,7 +44,7 @@ pub struct Header {
 }
 
 impl Header {
-    /// That of a run of `scenario` with this program.
+    /// The header of a run of `scenario` with this program.
     pub fn new(scenario: &Scenario) -> Self {
         let path = &scenario.source.path;
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.clone());
@@ -64,7 +64,7 @@ impl Header {
 pub enum Entry {
     /// What the run was started from; comes first.
     Header(Header),
-    /// Numbers in a row of every series, floating-point ones, then counts.
+    /// How many numbers each row of every series has: of series of floating-point numbers, then of series of counts.
     Layout(Vec<u64>),
     /// A row of all series.
     Row(Row),

@@ -31,7 +31,7 @@ pub const POINT: Declaration = (
 pub const PRESSURE: Declaration = (
     "pressure",
     "Pa",
-    "Mean contact pressure about the point (theory C.48, C.131): times area and summed over an instant, the normal force.",
+    "Mean contact pressure about the point (theory C.49, C.50): times area and summed over an instant, the normal force.",
 );
 
 /// Name in its group of the number of loaded points per instant.

@@ -52,7 +52,7 @@ impl Status {
     }
 }
 
-/// What an operation on the open file answers.
+/// The result of an operation on the open file.
 type Recorded<T> = Result<T, RecordingFault>;
 
 /// Writes samples, records and stresses of one run.

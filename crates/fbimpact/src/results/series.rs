@@ -96,7 +96,7 @@ impl<T: H5Type + Copy> Series<T> {
         blocks as u64 * self.bytes_needed()
     }
 
-    /// Numbers in a row.
+    /// How many numbers each row has.
     pub fn width(&self) -> usize {
         self.width.unwrap_or(1)
     }

@@ -41,7 +41,7 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// Numbers in a row.
+    /// How many numbers each row has.
     pub fn width(&self) -> usize {
         self.shape.iter().skip(1).product()
     }

@@ -131,7 +131,7 @@ table!(PhaseRow "phases" "Phases of the run." (r: PhaseRecord) {
     wall_time: f64 ["s"] = r.wall_time, "wall time";
 });
 
-table!(ImpactRow "impacts" "Impacts; touches between which the bodies are apart for no longer than the longest of them lasts are one (theory A.77)." (r: ImpactRecord, contact) {
+table!(ImpactRow "impacts" "Impacts; touches between which the bodies are apart for no longer than the longest of them lasts are one (theory Q.1)." (r: ImpactRecord, contact) {
     contact: VarLenUnicode ["–"] = unicode(contact)?, "name of the contact";
     start: f64 ["s"] = r.start, "first contact";
     end: f64 ["s"] = r.end, "last contact";
@@ -139,11 +139,11 @@ table!(ImpactRow "impacts" "Impacts; touches between which the bodies are apart 
     peak_time: f64 ["s"] = r.peak_time, "its time";
     impulse: f64 ["N s"] = r.impulse, "normal force over time";
     approach_velocity: f64 ["m/s"] = r.approach_velocity,
-        "of the bodies' rigid motions at the place of contact when it closes, along the normal at the peak (theory A.31)";
+        "of the bodies' rigid motions at the place of contact when it closes, along the normal at the peak (theory Q.2)";
     separation_velocity: f64 ["m/s"] = r.separation_velocity,
         "the same when it opens for the last time, positive apart; NaN if the run ends in contact";
     restitution: f64 ["–"] = r.restitution,
-        "ratio of the two (theory A.32); NaN where it has no meaning: no approach, run ended in contact, the motions still \
+        "ratio of the two (theory Q.3); NaN where it has no meaning: no approach, run ended in contact, the motions still \
          approach each other when the contact opens, the bodies rang before they touched, another contact pressed the same bodies meanwhile";
 });
 
@@ -183,10 +183,10 @@ table!(TransferRow "transfers" "Changes of models in the course of the run, and 
     target_centre: [f64; 3] ["–"] = r.target_site.map_or([0.0; 3], |s| s.centre), "the same of the target body";
     interval_widths: [f64; 2] ["m"] = r.site.map_or([0.0; 2], |s| s.widths), "widths of the interval along the surface; infinite where the zone is the whole surface";
     edge_face: i32 ["–"] = r.met().map_or(-1, |m| m.face as i32),
-        "face of the target that has an edge or a corner where the contact body meets it at one point (theory C.126), counted through its patches; -1 elsewhere";
+        "face of the target that has an edge or a corner where the contact body meets it at one point (theory C.63), counted through its patches; -1 elsewhere";
     edge_place: [f64; 3] ["–"] = r.met().map_or([0.0; 3], |m| m.xi), "parameters of that point in the face's patch";
     edge_normal: [f64; 3] ["–"] = r.met().map_or([0.0; 3], |m| m.normal), "unit normal there towards the contact body, in the target's frame";
-    offset: f64 ["m"] = r.offset, "how far a zone on a smooth surface in place of the sides of a mesh was moved along its normal (theory C.74)";
+    offset: f64 ["m"] = r.offset, "how far a zone on a smooth surface in place of the sides of a mesh was moved along its normal (theory C.75)";
 });
 
 impl TransferRow {

@@ -71,7 +71,7 @@ enum PlacesOf {
 }
 
 impl BodyPlaces {
-    /// Those of a flexible body, with `markers` added by the user.
+    /// The places of a flexible body, with `markers` added by the user.
     ///
     /// # Errors
     /// [`PlaceError`] for a face that the shape does not have.
@@ -83,7 +83,7 @@ impl BodyPlaces {
         Self::new(PlacesOf::Flexible((Arc::new(shape), model)), markers)
     }
 
-    /// Those of a rigid body, with `markers` added by the user.
+    /// The places of a rigid body, with `markers` added by the user.
     ///
     /// # Errors
     /// As [`BodyPlaces::flexible`].
@@ -94,7 +94,7 @@ impl BodyPlaces {
         Self::new(PlacesOf::Rigid(shape), markers)
     }
 
-    /// Those of a body of finite elements, with `markers` added by the user.
+    /// The places of a body of finite elements, with `markers` added by the user.
     ///
     /// # Errors
     /// [`PlaceError`] for a group that the mesh does not have.

@@ -24,7 +24,7 @@ const INSET: f64 = 0.1;
 pub enum Cells {
     /// Rational Bézier cells: nodes are control points, fields control values.
     Bezier,
-    /// Linear cells: nodes and fields are points and values of the body. Each element is cut into so many a direction, at least.
+    /// Linear cells: nodes and fields are points and values of the body. Each element is cut into at least so many in each direction.
     Linear(usize),
 }
 
@@ -232,7 +232,7 @@ fn element(body: &Undeformed<'_>, e: usize, workspace: &mut Workspace) -> Elemen
     Element { steps, nodes, weights, number: e, points, samples }
 }
 
-/// `f` of all indices `0..=steps` a direction, first direction fastest.
+/// `f` of all indices `0..=steps` in each direction, the first direction fastest.
 fn indices<T>(steps: &[usize], f: impl Fn([usize; 3]) -> T) -> Vec<T> {
     let n = |d: usize| steps.get(d).copied().unwrap_or(0);
     let mut all = Vec::new();

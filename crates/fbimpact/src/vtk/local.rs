@@ -9,9 +9,9 @@ use crate::replay::zones::RefinedZones;
 /// Quasistatic displacement of a body.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct LocalDisplacement {
-    /// Of the unknowns of its own model \[m\]; empty where there is none.
+    /// Displacement of the unknowns of its own model \[m\]; empty where there is none.
     pub own: Vec<f64>,
-    /// Of the unknowns of a fine model, with the contact that this belongs to.
+    /// Displacement of the unknowns of a fine model \[m\], with the index of the contact that this belongs to.
     pub zone: Option<(usize, Vec<f64>)>,
 }
 

@@ -148,7 +148,7 @@ impl<'a> Scene<'a> {
         self.scenario.run.bodies.iter().zip(&self.arrangement.poses).map(frame).collect()
     }
 
-    /// Named points and centres of named parts, a part a body.
+    /// Named points and centres of named parts, as one part of the file for each body.
     fn markers(&self) -> Vec<(String, Grid)> {
         let mut all = Vec::new();
         for body in &self.scenario.bodies {

@@ -29,7 +29,7 @@ const TETRAHEDRA: [[[usize; 2]; 4]; 8] = [
     [[0, 2], [0, 3], [1, 3], [2, 3]],
     [[0, 2], [1, 2], [1, 3], [2, 3]],
 ];
-/// The same of a triangle.
+/// The four triangles into which a triangle is divided, each corner as the middle of two corners of the whole.
 const TRIANGLES: [[[usize; 2]; 3]; 4] =
     [[[0, 0], [0, 1], [0, 2]], [[0, 1], [1, 1], [1, 2]], [[0, 2], [1, 2], [2, 2]], [[0, 1], [1, 2], [0, 2]]];
 
@@ -126,7 +126,7 @@ pub struct Seams {
 }
 
 impl Seams {
-    /// Those of elements of kind `kind`.
+    /// The seams of the cells of elements of kind `kind`.
     pub fn new(kind: ElementKind) -> Self {
         let corners = kind.corners();
         let sum = |of: &[(u8, f64)]| {

@@ -23,7 +23,7 @@ pub struct CellBall {
 
 /// The cells of a mesh.
 pub struct Division {
-    /// Those of elements that were divided, by element.
+    /// Cells of the elements that were divided, in the order of the elements.
     pub cells: Vec<Cell>,
     /// Whether each element was divided.
     pub is_divided: Vec<bool>,

@@ -1,6 +1,6 @@
 //! Damping of elastic coordinates: Rayleigh's from two frequencies, and a ratio for each mode.
 //!
-//! Modes are mass-orthonormal, so that `D_e = α_1 M_e + α_2 K_e` is diagonal (docs/theory.md Eqs. F.21 to F.23; \[B\] Eqs.
+//! Modes are mass-orthonormal, so that `D_e = α_1 M_e + α_2 K_e` is diagonal (docs/theory.md Eqs. F.26 to F.28; \[B\] Eqs.
 //! 26-28). Damping acts on the elastic coordinates alone: rigid motion loses nothing, whatever the mass-proportional part.
 
 use std::f64::consts::{PI, TAU};
@@ -19,7 +19,7 @@ pub struct RayleighDamping {
 }
 
 impl RayleighDamping {
-    /// Damping whose ratio is `ratio` (κ) at both `frequencies` \[Hz\], less between and more outside them (Eq. F.21).
+    /// Damping whose ratio is `ratio` (κ) at both `frequencies` \[Hz\], less between and more outside them (Eq. F.26).
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if a frequency is not positive or the ratio is negative.
@@ -36,7 +36,7 @@ impl RayleighDamping {
         Ok(Self { mass: 4.0 * PI * PI * first * second * stiffness, stiffness }) // [B] Eq. 26
     }
 
-    /// Damping ratio at `frequency` \[Hz\]: `(α_1/ω + α_2 ω)/2` (Eq. F.22).
+    /// Damping ratio at `frequency` \[Hz\]: `(α_1/ω + α_2 ω)/2` (Eq. F.27).
     pub fn ratio(&self, frequency: f64) -> f64 {
         let omega = TAU * frequency;
         0.5 * (self.mass / omega + self.stiffness * omega)
@@ -76,7 +76,7 @@ impl DampingLaw {
 }
 
 impl ModalDamping {
-    /// Coefficients `2 ζ_j ω_j` (Eq. F.23) from one damping ratio a mode, 1 being critical; `modal_stiffness`: squared
+    /// Coefficients `2 ζ_j ω_j` (Eq. F.28) from one damping ratio for each mode, 1 being critical; `modal_stiffness`: squared
     /// frequencies [rad²/s²].
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! Second-order displacements by which stress makes a body stiffer (docs/theory.md Eq. M.25, M.30).
+//! Second-order displacements by which stress makes a body stiffer (docs/theory.md Eq. M.43, M.44).
 
 use nalgebra::Vector3;
 

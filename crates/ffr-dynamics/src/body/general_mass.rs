@@ -1,4 +1,4 @@
-//! Inertia integrals from a mass matrix unknown by unknown (docs/theory.md Eq. M.33), as another program exports it.
+//! Inertia integrals from a mass matrix unknown by unknown (docs/theory.md Eq. M.11), as another program exports it.
 //!
 //! Fields of displacement are written as values of the unknowns; a rotation among them takes half the curl. Rigid motions are
 //! exact for any mass matrix that knows them. Products of single components are exact for elements whose unknowns are displacements, with

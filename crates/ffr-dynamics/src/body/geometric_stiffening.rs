@@ -1,4 +1,4 @@
-//! Geometric stiffening by axial inertia forces, of first order (docs/theory.md Eq. M.25, M.30, M.31; Wallrapp & Schwertassek 1991).
+//! Geometric stiffening by axial inertia forces, of first order (docs/theory.md Eq. M.43 to M.45; Wallrapp & Schwertassek 1991).
 //!
 //! Inertia forces stress a body, and stress makes it stiffer or softer against deformation. To first order the stress is
 //! that of the undeformed body under reference loads, once and for all.

@@ -1,4 +1,4 @@
-//! From an unreduced body to its geometric stiffening (docs/theory.md Eq. M.25).
+//! From an unreduced body to its geometric stiffening (docs/theory.md Eq. M.43).
 //!
 //! The discretisation solves for the stress under each reference load and integrates `∫ ∇R_Aᵀ σ ∇R_B`; loads and the
 //! reduction to modal coordinates are found here.

@@ -13,7 +13,7 @@ const ASYMMETRY: f64 = 1e-6;
 /// Which entries of a symmetric matrix are listed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Triangle {
-    /// Those on and below the diagonal.
+    /// Entries on and below the diagonal.
     Lower,
     /// All.
     Full,

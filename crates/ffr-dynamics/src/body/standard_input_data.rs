@@ -26,7 +26,7 @@ pub enum ModalDamping {
     /// No damping.
     #[default]
     None,
-    /// One coefficient a mode, `2 ζ_j ω_j`, not negative [1/s].
+    /// One coefficient for each mode, `2 ζ_j ω_j`, not negative [1/s].
     PerMode(Vec<f64>),
     /// Symmetric matrix, positive semidefinite [1/s].
     Full(Mat<f64>),

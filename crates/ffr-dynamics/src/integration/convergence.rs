@@ -9,7 +9,7 @@ pub(super) const MAX_ITERATIONS: u32 = 7;
 /// Convergence rate above which the next step begins with a new derivative.
 const SLOW_RATE: f64 = 0.2;
 
-/// What the last iterations have told.
+/// The convergence rate that the last iterations have shown.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Convergence {
     /// Factor from the last correction to the error left.

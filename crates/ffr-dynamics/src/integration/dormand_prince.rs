@@ -1,4 +1,4 @@
-//! Dormand-Prince 5(4) with dense output (docs/theory.md Eq. T.1 to T.5), free vibrations being exact (T.22 to T.25).
+//! Dormand-Prince 5(4) with dense output (docs/theory.md Eq. T.1 to T.5), free vibrations being exact (T.9 to T.12).
 //!
 //! Explicit, seven stages, the last of which is the first of the next step. It knows nothing of mechanics: size and
 //! acceptance of an error are the system's business ([`OdeSystem::error_norm`]).

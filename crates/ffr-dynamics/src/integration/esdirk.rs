@@ -1,5 +1,5 @@
 //! Implicit Runge-Kutta methods with an explicit first stage and one iteration matrix: TR-BDF2, and one of order four
-//! (docs/theory.md Eq. T.9 to T.17, T.20, T.21).
+//! (docs/theory.md Eq. T.13 to T.23).
 //!
 //! L-stable, with an error estimate filtered by the iteration matrix. Modes whose period is far below the step are not resolved
 //! but damped out; what they lose shows as a loss of the system's energy. It knows nothing of mechanics: size and acceptance of an
@@ -61,7 +61,7 @@ impl Esdirk {
         })
     }
 
-    /// The known part of a stage's state, in `scratch`, and a first guess of its rate (T.20): that of the system linearised about the
+    /// The known part of a stage's state, in `scratch`, and a first guess of its rate (T.18): that of the system linearised about the
     /// stage before, by which unresolved modes never leave their size.
     fn begin_stage(&mut self, y: &[f64], stage: usize, weight: f64) {
         let mut factors = [0.0; MAX_STAGES];
@@ -104,7 +104,7 @@ impl Esdirk {
         Ok(())
     }
 
-    /// Newton's method for the rate `k[stage] = f(t, base + d h k[stage])` (T.10), `base` in `scratch`; leaves the state in `trial`.
+    /// Newton's method for the rate `k[stage] = f(t, base + d h k[stage])` (T.14), `base` in `scratch`; leaves the state in `trial`.
     fn solve_stage<S: OdeSystem + ?Sized>(
         &mut self,
         stepping: &mut Stepping,
@@ -145,7 +145,7 @@ impl Esdirk {
         }
     }
 
-    /// Filtered error estimate (Eq. T.12).
+    /// Filtered error estimate (Eq. T.16).
     fn error<S: OdeSystem + ?Sized>(&mut self, stepping: &Stepping, system: &mut S, h: f64) -> f64 {
         if stepping.settings.is_fixed {
             return 0.0;
@@ -184,7 +184,7 @@ impl OneStepMethod for Esdirk {
         stepping.first_implicit_step(system, &self.k[0], t_end)
     }
 
-    /// All stages of a step of size `h`; leaves the new state in `trial` and returns its error (Eq. T.9 to T.12).
+    /// All stages of a step of size `h`; leaves the new state in `trial` and returns its error (Eq. T.13 to T.16).
     fn attempt<S: OdeSystem + ?Sized>(
         &mut self,
         stepping: &mut Stepping,

@@ -36,7 +36,7 @@ pub(super) struct Gauss {
     /// Whether the system solves the linear systems itself, about the start of the step, and whether it is to be asked to.
     is_solved_by_system: bool,
     asks_system: bool,
-    /// What serves where it does not.
+    /// The factorised matrices that are used where the system has no solver of its own.
     held: HeldDerivative,
     matrices: [StageMatrix; PAIRS],
     /// Step that the factors belong to; 0 without factors \[s\].
@@ -47,7 +47,7 @@ pub(super) struct Gauss {
     end_rate: Vec<f64>,
     /// Rates of the stages.
     k: [Vec<f64>; STAGES],
-    /// What the unknowns of the stages lack, then their corrections.
+    /// Residuals of the unknowns of the stages, then their corrections.
     residuals: [Vec<f64>; STAGES],
     corrections: [Vec<f64>; STAGES],
     solution: Vec<c64>,

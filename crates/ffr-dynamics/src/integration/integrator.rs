@@ -14,12 +14,12 @@ use crate::error::{DynamicsError, EvaluationFailure};
 /// Integration method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
-    /// Dormand-Prince 5(4): explicit, order five (docs/theory.md Eq. T.1 to T.5), free vibrations being exact (T.22 to T.25).
+    /// Dormand-Prince 5(4): explicit, order five (docs/theory.md Eq. T.1 to T.5), free vibrations being exact (T.9 to T.12).
     #[default]
     DormandPrince,
-    /// TR-BDF2: implicit, L-stable, order two (Eq. T.9 to T.12).
+    /// TR-BDF2: implicit, L-stable, order two (Eq. T.13 to T.16).
     TrBdf2,
-    /// ESDIRK4(3)6L\[2\]SA: implicit, L-stable, order four (Eq. T.20, T.21).
+    /// ESDIRK4(3)6L\[2\]SA: implicit, L-stable, order four (Eq. T.18, T.19).
     Esdirk4,
     /// Gauss collocation with four stages: implicit, symmetric, order eight (Eq. T.26 to T.31).
     Gauss,

@@ -1,4 +1,4 @@
-//! Derivatives of the right-hand side in the unknowns that an implicit method solves for (docs/theory.md Eq. T.13 to T.15).
+//! Derivatives of the right-hand side in the unknowns that an implicit method solves for (docs/theory.md Eq. T.20 to T.22).
 //!
 //! Velocities are the unknowns; positions follow through known kinematics and quadratures through nothing but the result.
 //! A system of which nothing is known has all its components as unknowns.
@@ -47,7 +47,7 @@ impl Structure {
         Ok(Self { blocks, unknowns })
     }
 
-    /// Sets `direction` to the change of state that unit speed of unknown `j` brings to the positions of `y` (T.13).
+    /// Sets `direction` to the change of state that unit speed of unknown `j` brings to the positions of `y` (T.20).
     fn position_direction(&self, y: &[f64], j: usize, direction: &mut [f64]) {
         direction.fill(0.0);
         let mut first = 0;
@@ -85,7 +85,7 @@ impl Differences {
         Self { base: zeros(), moved: zeros(), direction: zeros(), rates: zeros() }
     }
 
-    /// Derivative at `(t, y)`: what the system knows, the rest by differences (T.15). Restores the system's inner state.
+    /// Derivative at `(t, y)`: what the system knows, the rest by differences (T.22). Restores the system's inner state.
     ///
     /// A column whose differences are refused on both sides is left zero.
     pub(super) fn linearise<S: OdeSystem + ?Sized>(

@@ -1,4 +1,4 @@
-//! How state components move each other, and the derivatives of a right-hand side in the unknowns (docs/theory.md Eq. T.13 to T.15).
+//! How state components move each other, and the derivatives of a right-hand side in the unknowns (docs/theory.md Eq. T.20 to T.22).
 
 /// How a group of state components changes with others. Numbers are indices into the state vector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! The linear systems of an implicit stage, reduced to the velocities (docs/theory.md Eq. T.14).
+//! The linear systems of an implicit stage, reduced to the velocities (docs/theory.md Eq. T.21).
 //!
 //! `(1 - d h J) x = r`, where `J` is the derivative of the right-hand side. Positions and quadratures are eliminated with
 //! known kinematics; the factorised matrix is that of the unknowns alone.
@@ -57,7 +57,7 @@ impl IterationMatrix {
         self.weight = 0.0;
     }
 
-    /// Factorises `1 - d h A_v - (d h)² A_s L` for the weight `d h` and the angular velocities in `y` (T.14).
+    /// Factorises `1 - d h A_v - (d h)² A_s L` for the weight `d h` and the angular velocities in `y` (T.21).
     ///
     /// Returns whether that is possible; the matrix may be singular or not finite.
     pub(super) fn factorise(
@@ -132,7 +132,7 @@ impl IterationMatrix {
         }
     }
 
-    /// Replaces `x` by `(1 - d h J)⁻¹ x`, with the orientations in `y` (T.14).
+    /// Replaces `x` by `(1 - d h J)⁻¹ x`, with the orientations in `y` (T.21).
     pub(super) fn solve(
         &mut self,
         structure: &Structure,

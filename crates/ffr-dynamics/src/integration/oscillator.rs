@@ -1,5 +1,5 @@
 //! Elastic coordinates whose free vibration has a closed form, and what that takes off an explicit method (docs/theory.md
-//! Eq. T.22 to T.25).
+//! Eq. T.9 to T.12).
 //!
 //! The free vibration under the force at the start of the step is exact, whatever the step; the method integrates what the
 //! force changes in it, seen in coordinates that vibrate along.
@@ -163,7 +163,7 @@ impl<const STAGES: usize> Vibration<STAGES> {
         }
     }
 
-    /// Sets the oscillators' part of `state` to that of stage `stage`, with the stage's `weights` (Eq. T.23).
+    /// Sets the oscillators' part of `state` to that of stage `stage`, with the stage's `weights` (Eq. T.10).
     pub fn place(&self, stage: usize, weights: &[f64], state: &mut [f64]) {
         for (o, course) in self.oscillators.iter().zip(&self.courses) {
             let gained = course.gained(self.step, weights);
@@ -181,7 +181,7 @@ impl<const STAGES: usize> Vibration<STAGES> {
         }
     }
 
-    /// Sets the oscillators' part of the error `error` of the step, with the `weights` of the error and of the step (Eq. T.24).
+    /// Sets the oscillators' part of the error `error` of the step, with the `weights` of the error and of the step (Eq. T.11).
     pub fn place_error(&self, weights: &[f64], of_step: &[f64], error: &mut [f64]) {
         for (o, course) in self.oscillators.iter().zip(&self.courses) {
             let (estimate, gained) = (course.gained(self.step, weights), course.gained(self.step, of_step));
@@ -192,7 +192,7 @@ impl<const STAGES: usize> Vibration<STAGES> {
         }
     }
 
-    /// Ends the step in `state`: adds what the quadrature of the damping is short of (Eq. T.25), and prepares the interpolation
+    /// Ends the step in `state`: adds what the quadrature of the damping is short of (Eq. T.12), and prepares the interpolation
     /// from the `weights` of the step and of the last term of the dense output.
     pub fn end(&mut self, weights: &[f64], last_term: &[f64], state: &mut [f64]) {
         let h = self.step;

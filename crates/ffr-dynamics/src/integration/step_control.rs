@@ -31,7 +31,7 @@ pub struct StepSettings {
     /// Ends a step in which the right-hand side refused a state with a critical error of a contact solver, in
     /// place of trying a shorter one.
     pub stops_at_errors: bool,
-    /// Whether the explicit method takes free vibrations from their closed form (Eq. T.22) in place of following them.
+    /// Whether the explicit method takes free vibrations from their closed form (Eq. T.9) in place of following them.
     pub is_vibration_exact: bool,
 }
 

@@ -166,7 +166,7 @@ impl Stepping {
         Ok(())
     }
 
-    /// First step size of an implicit method (Eq. T.16): a small share of the time in which the state changes by its own size at the
+    /// First step size of an implicit method (Eq. T.23): a small share of the time in which the state changes by its own size at the
     /// rate `rate`; too large, it is rejected.
     pub fn first_implicit_step<S: OdeSystem + ?Sized>(
         &self,

@@ -1,4 +1,4 @@
-//! Coefficients of implicit Runge-Kutta methods whose stages share one iteration matrix (docs/theory.md Eq. T.9, T.10, T.20, T.21).
+//! Coefficients of implicit Runge-Kutta methods whose stages share one iteration matrix (docs/theory.md Eq. T.13, T.14, T.18, T.19).
 
 /// Most stages of a method.
 pub(super) const MAX_STAGES: usize = 6;
@@ -73,7 +73,7 @@ pub(super) static ESDIRK4: Tableau = Tableau {
 };
 
 /// Stages have order two only; this combination is exact for cubics, and stays bounded for unresolved modes as the stages do (Eq.
-/// T.21).
+/// T.19).
 const MIDDLE_OF_ESDIRK4: [f64; 4] =
     [-0.146_949_006_930_379_18, 0.322_902_310_509_678_8, 1.018_125_024_267_909, -0.194_078_327_847_208_7];
 

@@ -56,7 +56,7 @@ pub struct RotationVectorRates {
 }
 
 impl RotationVectorRates {
-    /// Of the vector `vector` that moves at `rate` (Eq. M.5, M.6).
+    /// Rates of the rotation whose vector `vector` changes at `rate` (Eq. M.5, M.6).
     pub fn new(vector: &Vector3<f64>, rate: &Vector3<f64>) -> Self {
         let [a, b, a_slope, b_slope] = coefficients(vector.norm_squared());
         let tilde = skew(vector);

@@ -1,4 +1,4 @@
-//! Markers of an unreduced body: which unknowns move them, and how (docs/theory.md Eq. M.32).
+//! Markers of an unreduced body: which unknowns move them, and how (docs/theory.md Eq. M.8).
 
 use faer::{Mat, MatRef};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};

@@ -1,4 +1,4 @@
-//! Residual flexibility of the contact interface (Eqs. R.16 to R.18).
+//! Residual flexibility of the contact interface (Eqs. R.22 to R.24).
 //!
 //! `G = Phi_hf,b K_hf^-1 Phi_hf,b^T` is what quasistatic contact needs of all high-frequency modes together. [`ResidualFlexibility`] takes the
 //! inverse of the trailing Cholesky block and removes the rigid and low-frequency parts, without any high-frequency mode.
@@ -15,7 +15,7 @@ use super::rigid::RigidModes;
 use crate::DynamicsError;
 use crate::data_error::DataError;
 
-/// Flexibility of a free body at its interface without its rigid motions, `F` of Eq. R.17.
+/// Flexibility of a free body at its interface without its rigid motions, `F` of Eq. R.23.
 ///
 /// Owns the factorisation, so it outlives the assembled matrices; clones share it.
 #[derive(Debug, Clone)]
@@ -28,7 +28,7 @@ pub struct FreeFlexibility {
 }
 
 impl FreeFlexibility {
-    /// That of a free problem whose `interface` was eliminated last.
+    /// The flexibility of a free problem whose `interface` was eliminated last.
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if the problem is clamped, or was built for another interface.
@@ -56,7 +56,7 @@ impl FreeFlexibility {
         &self.compliance
     }
 
-    /// The same without the modes `low` (Eq. R.16). These, all forces and displacements are of the body turned by `turn`.
+    /// The same without the modes `low` (Eq. R.22). These, all forces and displacements are of the body turned by `turn`.
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if the modes have not one row per unknown.
@@ -90,7 +90,7 @@ impl FreeFlexibility {
         self.factor.solve_in_place(x);
     }
 
-    /// From the trailing block of the factor (Eq. R.17).
+    /// From the trailing block of the factor (Eq. R.23).
     fn interface_compliance(&self) -> Mat<f64> {
         let n_b = self.interface.len();
         let rows = |m: &Mat<f64>| Mat::from_fn(n_b, m.ncols(), |i, j| m[(self.interface[i], j)]);
@@ -117,7 +117,7 @@ impl FreeFlexibility {
 }
 
 impl LowModes {
-    /// `G` (Eq. R.16) at the unknowns `interface` of a body turned by `turn`, whose modes these are, from the compliance `free` ([`FreeFlexibility`]) of
+    /// `G` (Eq. R.22) at the unknowns `interface` of a body turned by `turn`, whose modes these are, from the compliance `free` ([`FreeFlexibility`]) of
     /// the body as it was.
     pub fn take_out(&self, mut free: Mat<f64>, interface: &[usize], turn: Option<BodyTurn>) -> Mat<f64> {
         if let Some(turn) = turn {

@@ -1,4 +1,4 @@
-//! Fixed-interface (Craig-Bampton) reduction (Eqs. R.13 to R.15; Craig and Bampton 1968).
+//! Fixed-interface (Craig-Bampton) reduction (Eqs. R.19 to R.21; Craig and Bampton 1968).
 //!
 //! `u_i = Psi u_b + Phi_n eta` with the constraint modes `Psi = -K_ii^-1 K_ib`. The reduced eigenproblem turns the basis into
 //! mass-orthonormal modes; the rigid modes in it are removed, the lowest elastic ones are low-frequency.

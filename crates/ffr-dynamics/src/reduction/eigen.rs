@@ -1,4 +1,4 @@
-//! The lowest elastic modes, or all of them, every result checked by an inertia count (Eqs. R.3, R.7 to R.10).
+//! The lowest elastic modes, or all of them, every result checked by an inertia count (Eqs. R.7, R.11 to R.16).
 
 use faer::{Mat, MatRef};
 
@@ -24,7 +24,7 @@ impl ElasticProblem<'_> {
     }
 
     /// The `n_modes` lowest angular eigenfrequencies of elastic modes [rad/s], rising, to some 1e-6, verified by an inertia count
-    /// (Eq. R.9a): for whom the modes do not matter, in less than half the time if there are many.
+    /// (Eq. R.14): for whom the modes do not matter, in less than half the time if there are many.
     ///
     /// # Errors
     /// As [`Self::lowest_modes`].
@@ -107,7 +107,7 @@ impl ElasticProblem<'_> {
 }
 
 /// Elastic modes of dense `(K, M)` with rigid modes `R` (`R^T M R = 1`, may have no columns): eigenvalues in ascending
-/// order and mass-orthonormal vectors, n x (n - r) (Eq. R.10).
+/// order and mass-orthonormal vectors, n x (n - r) (Eq. R.16).
 ///
 /// Works with the inverse on the complement of `R`, so that low eigenvalues keep their digits beside very high ones; the
 /// high part is then solved once more with `K` itself.

@@ -1,4 +1,4 @@
-//! Sparse Cholesky factorisation with one symbolic analysis for many matrices (Eq. R.2).
+//! Sparse Cholesky factorisation with one symbolic analysis for many matrices (Eq. R.3).
 //!
 //! Supernodal, on the threads of the current rayon pool, with the same bits for any number of them.
 
@@ -205,7 +205,7 @@ impl CholeskyFactor {
     }
 
     /// The trailing block `L_bb` (n_b x n_b, lower) of the last `n_b` unknowns of the elimination order: `L_bb L_bb^T` is
-    /// the Schur complement on them (Eq. R.14).
+    /// the Schur complement on them (Eq. R.20).
     ///
     /// # Panics
     /// If there are fewer than `n_b` unknowns.

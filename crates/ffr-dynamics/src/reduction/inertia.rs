@@ -1,4 +1,4 @@
-//! Inertia counts (Sylvester's law, Eq. R.3): how many eigenvalues of `(K, M)` lie below a shift.
+//! Inertia counts (Sylvester's law, Eq. R.7): how many eigenvalues of `(K, M)` lie below a shift.
 //!
 //! Large matrices are factorised in single precision, in half the time and memory; the error of that factorisation is
 //! measured, and only if it could change no sign does the count stand. Otherwise double precision decides.

@@ -1,4 +1,4 @@
-//! Block Lanczos iteration on `F M` in the mass inner product (Eqs. R.7, R.8), thick restart.
+//! Block Lanczos iteration on `F M` in the mass inner product (Eqs. R.11, R.12), thick restart.
 //!
 //! `F M x = theta x` has the eigenvalues `theta = 1 / lambda`, the lowest elastic modes come first. Blocks find the copies
 //! of multiple eigenvalues that a single vector misses; every block is orthogonalised against the whole basis.

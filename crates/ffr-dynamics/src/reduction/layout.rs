@@ -1,4 +1,4 @@
-//! Where the entries of a supernodal factor stand, and which supernode changes which (Eq. R.2b).
+//! Where the entries of a supernodal factor stand, and which supernode changes which (Eq. R.4).
 //!
 //! Wide supernodes are cut into panels of at most [`PANEL`] columns. A panel is stored by columns: its own rows first, then those of the
 //! later panels of its supernode, then the pattern. Offsets are `usize`, so that factors of more than 4e9 entries can be counted.
@@ -118,7 +118,7 @@ impl Layout {
         &self.panels
     }
 
-    /// What changes supernode `s`, by ascending source.
+    /// The supernodes that contribute to supernode `s`, in ascending order.
     pub fn updates(&self, s: usize) -> &[Update] {
         &self.updates[self.update_start[s]..self.update_start[s + 1]]
     }

@@ -4,7 +4,7 @@
 //! symbolic factorisation; [`ElasticProblem`] is the elastic part of it, free or clamped; on that stand the eigensolver
 //! ([`eigen`]), modal truncation ([`modal`]), Craig-Bampton ([`mod@craig_bampton`]) and the residual flexibility
 //! ([`compliance`]) with the modes that it stands for ([`residual_modes`]), and the static answers to loads
-//! ([`static_answers`]). Equations: docs/theory.md R.1 to R.25.
+//! ([`static_answers`]). Equations: docs/theory.md R.1 to R.31.
 
 pub mod dense;
 pub mod product;

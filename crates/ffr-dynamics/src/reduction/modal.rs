@@ -1,4 +1,4 @@
-//! Modal truncation (Eqs. R.11, R.12), and what every reduction hands over.
+//! Modal truncation (Eqs. R.17, R.18), and what every reduction hands over.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Eigenvalues on both sides of a shift, and how many lie below it (Eqs. R.3, R.9b).
+//! Eigenvalues on both sides of a shift, and how many lie below it (Eqs. R.7, R.15).
 //!
 //! `(K - mu M)^-1 M` has the eigenvalues `1 / (lambda - mu)`. Those next to the shift are the largest on either side and stand after a
 //! few blocks, however many lie below; the factor that is solved with tells how many that are.
@@ -23,7 +23,7 @@ pub struct Neighbours {
     pub below: usize,
     /// The one next to the shift on its lower side [(rad/s)²].
     pub lower: f64,
-    /// Those above the shift, rising [(rad/s)²].
+    /// Eigenvalues above the shift, in ascending order [(rad/s)²].
     pub upper: Vec<f64>,
 }
 

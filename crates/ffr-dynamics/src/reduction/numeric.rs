@@ -1,4 +1,4 @@
-//! Numeric factorisation `A = L S Lᵀ` on all threads (Eq. R.2b): `S` holds the signs of the pivots, which are those of the diagonal of `L`.
+//! Numeric factorisation `A = L S Lᵀ` on all threads (Eq. R.4): `S` holds the signs of the pivots, which are those of the diagonal of `L`.
 //!
 //! Left-looking by supernodes: each takes the products of all supernodes below it that reach into its columns, then is factorised itself.
 //! Subtrees of the elimination tree are independent and run side by side; in large supernodes at the top of the tree, tiles of rows do.

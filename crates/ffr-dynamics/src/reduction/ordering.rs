@@ -1,4 +1,4 @@
-//! Nested dissection (Eqs. R.1, R.1a; George 1973): the elimination order of the sparse factorisation.
+//! Nested dissection (Eqs. R.1, R.2; George 1973): the elimination order of the sparse factorisation.
 //!
 //! The graph of the nodes is cut in two across a direction: a coordinate, or the distance from the nodes that are eliminated last. Every place
 //! in every direction is tried; in large sets the separator between the two ends of each direction is then made as small as possible
@@ -263,7 +263,7 @@ impl Cutter<'_> {
         Division { left, right, separator }
     }
 
-    /// The division with the smallest separator between the ends of the direction of a cut (Eq. R.1a).
+    /// The division with the smallest separator between the ends of the direction of a cut (Eq. R.2).
     fn narrowed(&mut self, cut: &Cut) -> Option<Division> {
         let n = cut.sorted.len();
         let kept = |side: usize| ((KEPT * side as f64) as usize).max(1);

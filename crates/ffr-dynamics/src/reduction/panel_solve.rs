@@ -14,7 +14,7 @@ const CHUNK: usize = 256;
 /// Columns that share one load and store of a row.
 const GROUP: usize = 4;
 
-/// A panel: entries by columns, `n_rows` a column, the first `width` rows being its own.
+/// A panel: entries by columns of `n_rows`, the first `width` rows being its own.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PanelEntries<'a, T> {
     pub width: usize,

@@ -1,7 +1,7 @@
 //! The pair `(K, M)` of a body with one pattern, one elimination order and one symbolic factorisation.
 //!
 //! Clamped or supported unknowns keep their place: their rows and columns are replaced by the diagonal entry, so that the
-//! same analysis serves `K` supported, `K` with a clamped interface, and every `K - mu M` (Eq. R.2).
+//! same analysis serves `K` supported, `K` with a clamped interface, and every `K - mu M` (Eq. R.3).
 
 use std::borrow::Cow;
 use std::sync::Arc;

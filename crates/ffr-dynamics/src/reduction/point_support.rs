@@ -1,4 +1,4 @@
-//! Statics of a body that is held at one point (docs/theory.md Eq. M.34).
+//! Statics of a body that is held at one point (docs/theory.md Eq. M.47).
 //!
 //! Loads are balanced by the force and the moment that the support exerts, whatever they are, by rigid-body statics alone; what
 //! then deforms the body is in equilibrium and needs no further support than one against rigid motion.

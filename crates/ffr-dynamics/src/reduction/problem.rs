@@ -3,7 +3,7 @@
 //! A free body is held by a statically determinate support `c`. Loads made self-equilibrated by the inertia forces of the
 //! rigid motion need no support force, so with `P = 1 - R R^T M`
 //!
-//! `F = P K_c^-1 P^T` (Eq. R.6, inertia relief)
+//! `F = P K_c^-1 P^T` (Eq. R.10, inertia relief)
 //!
 //! is the exact inverse of `K` on the motions that are mass-orthogonal to the rigid modes `R`.
 
@@ -252,7 +252,7 @@ impl<'a> ElasticProblem<'a> {
         }
     }
 
-    /// Solves `K_c x = b` in place by refinement (Eq. R.2a): `x <- x + P^-1 (b - K x)` with the rounded factor `P`.
+    /// Solves `K_c x = b` in place by refinement (Eq. R.6): `x <- x + P^-1 (b - K x)` with the rounded factor `P`.
     ///
     /// `project` takes out of a correction what `K` does not see. It ends when `is_enough(change, refinement)` of the largest
     /// relative change of a column in the energy norm.

@@ -1,5 +1,5 @@
 //! The modes behind a residual flexibility: what of the interface's own vibration quasistatic contact leaves out
-//! (docs/theory.md Eqs. R.19, R.20).
+//! (docs/theory.md Eqs. R.25, R.26).
 //!
 //! The quasistatic displacements `X = F_res B` under unit forces at the interface span all that an interface can do beyond the
 //! rigid and low-frequency motions. On their span stiffness is the compliance `G = Bᵀ X` itself, and the mass matrix makes
@@ -54,7 +54,7 @@ impl ResidualModes {
     }
 }
 
-/// Modes `M v = ω⁻² G v` of static answers `X` to unit loads, whose stiffness is their compliance `G = L Lᵀ` (Eq. R.20).
+/// Modes `M v = ω⁻² G v` of static answers `X` to unit loads, whose stiffness is their compliance `G = L Lᵀ` (Eq. R.26).
 ///
 /// By the factor of `G`, whose condition is the better one: the highest modes keep their digits.
 pub(super) struct PencilModes {

@@ -1,4 +1,4 @@
-//! Rigid-body modes of a discretised body and its mass properties (Eqs. R.4, R.5).
+//! Rigid-body modes of a discretised body and its mass properties (Eqs. R.8, R.9).
 //!
 //! A rigid displacement of a spline or Lagrange discretisation has the displacement of the control points as coefficients,
 //! so the modes are exact; everything is integrated with the consistent mass matrix.

@@ -1,6 +1,6 @@
 //! Search for the lowest modes, or their frequencies: block Lanczos until they and a gap behind them stand, clean-up, inertia count.
 //!
-//! Eqs. R.3 and R.7 to R.9a. The count is taken in a gap behind the wanted modes; how many modes lie below the gap is decided
+//! Eqs. R.7 and R.11 to R.14. The count is taken in a gap behind the wanted modes; how many modes lie below the gap is decided
 //! by the spectrum, not in advance.
 
 use crate::error::{EigenFault, MatrixFault};
@@ -48,7 +48,7 @@ pub(super) fn capacity(want: usize) -> usize {
     (4 * want + 40).max(140).next_multiple_of(8)
 }
 
-/// What a search is made for.
+/// The purpose of a search: modes, or frequencies alone.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Goal {
     /// Modes, cleaned up.
@@ -62,7 +62,7 @@ pub(super) struct Search<'p, 'a> {
     problem: &'p ElasticProblem<'a>,
     n_modes: usize,
     goal: Goal,
-    /// What the lowest eigenvalues do not exceed, as far as it is known.
+    /// Upper bounds of the lowest eigenvalues, as far as they are known.
     bounds: &'p [f64],
     /// Vectors per Lanczos block.
     width: usize,
@@ -250,7 +250,7 @@ impl<'p, 'a> Search<'p, 'a> {
         Ok(cleaned)
     }
 
-    /// The first `k` Ritz pairs; those of a factor in single precision are corrected with the stiffness itself (Eq. R.9a).
+    /// The first `k` Ritz pairs; those of a factor in single precision are corrected with the stiffness itself (Eq. R.14).
     fn ritz_pairs(
         &self,
         run: &Lanczos<'_, ElasticProblem<'_>>,
@@ -281,7 +281,7 @@ impl<'p, 'a> Search<'p, 'a> {
         Ok(Found { lambda, vectors: turned(vectors), mass_vectors: turned(mass_vectors), residual })
     }
 
-    /// One more multiplication and a Rayleigh-Ritz step (Eq. R.9); `mass_x` is `M x`.
+    /// One more multiplication and a Rayleigh-Ritz step (Eq. R.13); `mass_x` is `M x`.
     ///
     /// With `y = F M x` and `x` orthogonal to the rigid modes, `K y = M x`: the projected stiffness is `y^T M x`. A flexibility of
     /// limited accuracy would carry its error into that to the first order, `K y` itself carries it to the second.

@@ -1,4 +1,4 @@
-//! Smallest sets of nodes that separate two ends of a graph (Menger 1927; Even and Tarjan 1975; Eq. R.1a).
+//! Smallest sets of nodes that separate two ends of a graph (Menger 1927; Even and Tarjan 1975; Eq. R.2).
 //!
 //! As many paths as the graph has room for are led from one end to the other, no two of them through the same node, by augmentation along
 //! shortest ways. Where nothing more passes, one node of every path is full: these separate the ends, and no smaller set does.

@@ -1,4 +1,4 @@
-//! Cholesky factor in single precision, for refinement with the matrix itself (Eq. R.2a).
+//! Cholesky factor in single precision, for refinement with the matrix itself (Eq. R.6).
 //!
 //! Half the time and half the memory of the factor in double precision, and solves, which are bound by reading it, take half
 //! the time. What it lacks in digits is made good by the residual in double precision.

@@ -1,4 +1,4 @@
-//! Static answers to given loads beside free modes: residual attachment modes (docs/theory.md Eqs. R.21 to R.25; MacNeal 1971,
+//! Static answers to given loads beside free modes: residual attachment modes (docs/theory.md Eqs. R.27 to R.31; MacNeal 1971,
 //! Rubin 1975, Craig and Chang 1977).
 //!
 //! Free modes answer a joint force slowly. `Ψ = (F - Φ Ω⁻² Φᵀ) B` is what they leave out of the static answer to the loads `B`; added to
@@ -29,7 +29,7 @@ const SHARED_MASS: f64 = 1e-8;
 /// Loads whose static answers a basis takes.
 #[derive(Debug, Clone, Copy)]
 pub enum TakenLoads<'a> {
-    /// Those that a rank decision leaves ([`RANK_TOLERANCE`]).
+    /// Loads whose answers are linearly independent up to [`RANK_TOLERANCE`].
     ByRank,
     /// These columns, as decided for another model of the body.
     Given(&'a [usize]),
@@ -124,7 +124,7 @@ fn independent_loads(compliance: &Mat<f64>, energies: &[f64]) -> Vec<usize> {
     columns
 }
 
-/// `basis` with the span of `answers`, which are orthogonal to it in stiffness and have the stiffness matrix `compliance` (R.22).
+/// `basis` with the span of `answers`, which are orthogonal to it in stiffness and have the stiffness matrix `compliance` (R.28).
 fn completed(
     problem: &ElasticProblem<'_>,
     basis: ReducedBasis,

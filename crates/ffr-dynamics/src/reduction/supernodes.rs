@@ -1,4 +1,4 @@
-//! Elimination tree and supernodes of a Cholesky factor (Eq. R.2b; Liu 1990).
+//! Elimination tree and supernodes of a Cholesky factor (Eq. R.4; Liu 1990).
 //!
 //! Columns with the same rows below them form a supernode: a dense block. Small supernodes are merged with their parents where that adds
 //! few zeros (Ashcraft and Grimes 1989).

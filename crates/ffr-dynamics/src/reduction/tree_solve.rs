@@ -1,4 +1,4 @@
-//! Solves with a factor over the elimination tree, on all threads (Eq. R.2c).
+//! Solves with a factor over the elimination tree, on all threads (Eq. R.5).
 //!
 //! A subtree hands on to its parent what it contributes to the rows below it, and takes back the unknowns of these rows; subtrees run side
 //! by side, and rows or columns of large panels do. Every number is made by one thread in an order that the factor alone decides.

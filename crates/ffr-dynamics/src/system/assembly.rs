@@ -1,4 +1,4 @@
-//! Closing loops: the start of a system, and the way back to the constraints after a step (docs/theory.md Eq. M.22, M.63).
+//! Closing loops: the start of a system, and the way back to the constraints after a step (docs/theory.md Eq. M.36, M.24).
 
 use std::ops::DerefMut;
 
@@ -57,7 +57,7 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
 
     /// Closes the loops of a start: joint and elastic coordinates as [`Multibody::assemble`] moves them; then velocities of those joints
     /// for which `is_given` does not hold, by body, follow the given ones and the prescribed motions with the least kinetic energy, as if
-    /// bodies were rigid (Eq. M.63).
+    /// bodies were rigid (Eq. M.24).
     ///
     /// # Errors
     /// [`DynamicsError::Joint`] if a loop does not close, or given velocities contradict it.

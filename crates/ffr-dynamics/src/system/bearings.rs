@@ -1,5 +1,5 @@
 //! Loads of bearings whose friction they determine: what joints transmit depends on the friction, and the friction on what they transmit
-//! (docs/theory.md Eq. M.64 to M.67).
+//! (docs/theory.md Eq. M.17 to M.20).
 
 use nalgebra::Vector3;
 
@@ -20,7 +20,7 @@ pub(super) struct SlidingBearing {
     pub body: usize,
     pub bearing: JointBearing,
     pub sliding: Sliding,
-    /// What the joint transmits without friction in any bearing.
+    /// Force and moment that the joint transmits without friction in any bearing.
     without: Load,
     /// The load with friction.
     pub load: f64,
@@ -97,10 +97,10 @@ impl BearingSolver {
         }
     }
 
-    /// Finds the loads (Eq. M.66).
+    /// Finds the loads (Eq. M.19).
     ///
     /// # Errors
-    /// [`MotionFault::Jam`] if friction adds as much load as it comes from (Eq. M.67): the loads do not exist or are not unique;
+    /// [`MotionFault::Jam`] if friction adds as much load as it comes from (Eq. M.20): the loads do not exist or are not unique;
     /// [`MotionFault::BearingLoads`] if they are not found.
     pub fn solve(&mut self, model: &MultibodyModel) -> Result<(), EvaluationFailure> {
         self.check_gains(model)?;
@@ -125,7 +125,7 @@ impl BearingSolver {
         if is_found { Ok(()) } else { Err(MotionFault::BearingLoads { error, size }.into()) }
     }
 
-    /// What joint `i` transmits by the present loads.
+    /// Force and moment that joint `i` transmits under the present loads of the bearings.
     fn with_friction(&self, i: usize) -> Load {
         let n = self.bearings.len();
         let mut sum = self.bearings[i].without;
@@ -194,7 +194,7 @@ impl BearingSolver {
         Ok(())
     }
 
-    /// Refuses gains with which the loads need not exist (Eq. M.67): the matrix `1 - Γ` has positive pivots exactly if the spectral radius
+    /// Refuses gains with which the loads need not exist (Eq. M.20): the matrix `1 - Γ` has positive pivots exactly if the spectral radius
     /// of `Γ`, which has no negative entries, is below one.
     fn check_gains(&mut self, model: &MultibodyModel) -> Result<(), EvaluationFailure> {
         let n = self.bearings.len();

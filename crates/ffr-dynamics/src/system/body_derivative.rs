@@ -1,4 +1,4 @@
-//! Derivatives of one body's forces for implicit integrators (docs/theory.md Eq. T.19).
+//! Derivatives of one body's forces for implicit integrators (docs/theory.md Eq. T.25).
 //!
 //! Only those with respect to elastic coordinates and rates, which are many and stiff; the few of the rigid motion are left to
 //! differences of the right-hand side.

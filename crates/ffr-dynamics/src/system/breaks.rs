@@ -1,5 +1,5 @@
 //! Where the right-hand side of a multibody system is not smooth: in time by what is given, in the state by stops and friction of joints
-//! (docs/theory.md Eq. T.32, M.62).
+//! (docs/theory.md Eq. T.32, M.22).
 
 use super::joints::TimeFunction;
 use super::joints::form::{change_of_form, change_of_sliding};

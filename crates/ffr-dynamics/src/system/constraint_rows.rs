@@ -1,5 +1,5 @@
 //! Constraints of loop-closing joints and gears at one instant: residuals, directions, accelerations by velocities alone, and how readily free
-//! bodies answer them (docs/theory.md Eq. M.18, M.19, M.70).
+//! bodies answer them (docs/theory.md Eq. M.32, M.33, M.37).
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -94,17 +94,17 @@ pub(super) struct Row {
     pub bias: f64,
 }
 
-/// Whose a constraint is.
+/// The joint or gear that a constraint belongs to.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Owner {
-    /// Of a joint that closes a loop.
+    /// A joint that closes a loop.
     Loop {
         /// Number of the joint.
         joint: usize,
         /// Whether it holds a rotation.
         is_rotation: bool,
     },
-    /// Of a gear.
+    /// A gear.
     Gear {
         /// Number of the gear.
         gear: usize,

@@ -1,4 +1,4 @@
-//! Inertia forces and weight of a body, fixed in space and to its material points (docs/theory.md Eq. M.39).
+//! Inertia forces and weight of a body, fixed in space and to its material points (docs/theory.md Eq. M.56).
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -23,7 +23,7 @@ pub(super) struct DeadLoad {
 }
 
 impl DeadLoad {
-    /// Of a body in `state` whose frame has the acceleration `frame` less gravity, in its axes; modes do not accelerate.
+    /// The load on a body in `state` whose frame has the acceleration `frame` less gravity, in its axes; modes do not accelerate.
     pub fn new(data: &StandardInputData, state: &BodyState, frame: &SpatialVector) -> Self {
         let (translation, spin) = split(frame);
         let (n_q, n_c, q) = (data.n_modes(), data.motion.n_components(), &state.elastic);

@@ -1,4 +1,4 @@
-//! Sums over the elastic coordinates of one body (docs/theory.md Eq. D.6, D.8, M.30, M.31).
+//! Sums over the elastic coordinates of one body (docs/theory.md Eq. D.6, D.8, M.44, M.45).
 //!
 //! They are what an evaluation reads most memory for. Each is the product of a matrix, made once, with the elastic coordinates or with their
 //! rates; of rates only those parts of moments are summed that a turn about an axis leaves.

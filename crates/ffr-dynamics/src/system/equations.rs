@@ -24,7 +24,7 @@ pub(super) struct BodyWorkspace {
     rigid: [[f64; 6]; 6],
 }
 
-/// What geometric stiffening does to the rigid part.
+/// Terms of geometric stiffening in the equations of the rigid motion.
 #[derive(Debug, Default)]
 struct Stiffened {
     mass_moment: Vector3<f64>,
@@ -159,7 +159,7 @@ impl BodyWorkspace {
         }
     }
 
-    /// Adds geometric stiffening to the coupling with translation (Eq. M.30); returns what it does to the rigid part.
+    /// Adds geometric stiffening to the coupling with translation (Eq. M.44); returns what it does to the rigid part.
     fn stiffen(&mut self, state: &BodyState) -> Stiffened {
         let (q, rates) = (&state.elastic, &state.elastic_rates);
         let n_q = q.len();

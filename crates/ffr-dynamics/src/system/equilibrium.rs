@@ -1,4 +1,4 @@
-//! Static start: elastic coordinates that do not accelerate (docs/theory.md Eq. M.24).
+//! Static start: elastic coordinates that do not accelerate (docs/theory.md Eq. M.42).
 
 use std::ops::DerefMut;
 

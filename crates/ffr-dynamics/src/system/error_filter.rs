@@ -1,4 +1,4 @@
-//! What is left of an error of velocities when ringing counts by its displacement only (docs/theory.md Eq. M.27).
+//! What is left of an error of velocities when ringing counts by its displacement only (docs/theory.md Eq. M.49).
 //!
 //! Fast vibration of a joined system moves joints and frames as well as elastic coordinates, and no body's own modes tell
 //! it apart from slow motion. Its elastic inertia enlarged by `K_e / ν²`, the tree does: what it keeps of a mode of

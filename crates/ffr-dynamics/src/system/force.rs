@@ -77,11 +77,11 @@ pub struct ForceEnergies {
     /// Work lost since the inner state was saved last that is a function of the present state \[J\].
     ///
     /// Where a point begins to slide, its power jumps, which no quadrature over a step sees; `b|w|` with its bound and its slip
-    /// is what it loses beside `∫ |w| db`, which begins at zero (docs/theory.md Eq. F.30).
+    /// is what it loses beside `∫ |w| db`, which begins at zero (docs/theory.md Eq. F.15).
     pub slid: f64,
     /// Rate of `slid` \[W\].
     pub slid_rate: f64,
-    /// What of the dissipated power is that of sliding \[W\].
+    /// The part of the dissipated power that sliding friction takes \[W\].
     pub sliding_power: f64,
 }
 
@@ -110,7 +110,7 @@ impl<'a> Motion<'a> {
     }
 }
 
-/// What an evaluation of a force element has found, for the system.
+/// Results of an evaluation of a force element that the system reads.
 pub trait Findings: Send {
     /// Energies and powers.
     fn energies(&self) -> ForceEnergies;
@@ -135,7 +135,7 @@ pub trait ForceElement: Send {
     type State: Send;
     /// Buffers; their contents change no result.
     type Workspace: Send;
-    /// What an evaluation finds.
+    /// Results of an evaluation.
     type Found: Findings;
 
     /// State before the first evaluation, buffers, and a place for what evaluations find, with nothing found yet.

@@ -1,4 +1,4 @@
-//! Frequencies of one free undeformed body, whatever the frame and the scaling of its modes (docs/theory.md Eq. M.26).
+//! Frequencies of one free undeformed body, whatever the frame and the scaling of its modes (docs/theory.md Eq. M.48).
 //!
 //! In a Buckens frame with mass-orthonormal modes the data themselves tell it. In a tangent frame elastic coordinates move
 //! the body as a whole, too; that part is split off here.

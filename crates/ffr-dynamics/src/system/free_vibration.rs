@@ -1,4 +1,4 @@
-//! Bodies whose elastic coordinates vibrate by themselves, each for itself (docs/theory.md Eq. T.22).
+//! Bodies whose elastic coordinates vibrate by themselves, each for itself (docs/theory.md Eq. T.9).
 //!
 //! In a Buckens frame modes move no momentum, so that the frame's motion and the coordinates do not know of each other but for
 //! gyroscopic terms. A joint on a marker that the deformation moves couples them.
@@ -35,7 +35,7 @@ fn joined_markers(model: &MultibodyModel, i: usize) -> impl Iterator<Item = &Mar
     sites.map(|site| &site.marker).chain([&model.bodies[i].joint.child])
 }
 
-/// Whether the modes are orthonormal and know nothing of the frame's motion (D.6).
+/// Whether the modes are orthonormal and know nothing of the frame's motion (D.5).
 fn is_uncoupled(data: &StandardInputData) -> bool {
     let (root_mass, root_inertia) = (data.mass.sqrt(), data.inertia().trace().sqrt());
     data.modal_mass == ModalMass::Identity

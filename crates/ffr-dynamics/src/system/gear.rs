@@ -1,4 +1,4 @@
-//! Gears: two joint coordinates whose rates have a fixed ratio (docs/theory.md Eq. M.70 to M.73).
+//! Gears: two joint coordinates whose rates have a fixed ratio (docs/theory.md Eq. M.37 to M.40).
 
 use super::joints::JointKind;
 use super::specification::GearSpec;

@@ -1,4 +1,4 @@
-//! Damping ratios of bodies that joints hold: those of the modes of the joined system (docs/theory.md Eq. F.31 to F.35).
+//! Damping ratios of bodies that joints hold: those of the modes of the joined system (docs/theory.md Eq. F.29 to F.33).
 //!
 //! A ratio that is set for the modes of the free body is lost where rigid motion carries a mode. Here each body's damping matrix is found
 //! from the modes of the system about a pose: it acts on the body's elastic rates alone, so that momenta stay exact, and it is positive
@@ -26,7 +26,7 @@ const FITTED: f64 = 1e-6;
 /// in the body's list of them.
 const OWN: f64 = 0.5;
 
-/// What a body loses by itself.
+/// The damping ratios of a body by its own law.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OwnDamping {
     /// Damping ratios.
@@ -92,7 +92,7 @@ struct Structure {
 struct Vibrations {
     /// Angular frequencies [rad/s].
     frequencies: Vec<f64>,
-    /// Columns `v = K^(1/2) z / ω`, orthonormal: their squares are the shares of the elastic energy (Eq. F.31).
+    /// Columns `v = K^(1/2) z / ω`, orthonormal: their squares are the shares of the elastic energy (Eq. F.29).
     parts: Mat<f64>,
 }
 
@@ -150,7 +150,7 @@ impl Structure {
         Ok(found)
     }
 
-    /// `2 ζ/ω` of each mode of the system by what body `held` loses, whose part of the modes is `part` (Eq. F.32).
+    /// `2 ζ/ω` of each mode of the system by what body `held` loses, whose part of the modes is `part` (Eq. F.30).
     fn weights(
         &self,
         held: &Held<'_>,
@@ -202,7 +202,7 @@ impl Structure {
         Ok((0..part.ncols()).map(mean).collect())
     }
 
-    /// What damps the deformations that loops do not leave in this pose: the free bodies' damping (Eq. F.35), over the roots of the stiffness.
+    /// What damps the deformations that loops do not leave in this pose: the free bodies' damping (Eq. F.33), over the roots of the stiffness.
     fn unreachable(&self, held: &[Held<'_>], all: &Vibrations) -> Vec<Mat<f64>> {
         let stiff: Vec<usize> = (0..self.small.n()).filter(|i| self.small.elastic[*i] > 0.0).collect();
         let zeros = |h: &Held<'_>| Mat::zeros(self.elastic[h.body].len(), self.elastic[h.body].len());
@@ -227,7 +227,7 @@ impl Structure {
     }
 }
 
-/// Shares `d` of the modes by which the bodies' damping, without what couples them, gives each mode its ratio (Eq. F.34): multiplied by
+/// Shares `d` of the modes by which the bodies' damping, without what couples them, gives each mode its ratio (Eq. F.32): multiplied by
 /// what is asked over what is found, round by round, so that they stay positive. One body alone has ones.
 fn fitted_shares(blocks: &[MatRef<'_, f64>], weights: &[Vec<f64>], given: &[Mat<f64>]) -> Vec<f64> {
     let n = blocks.first().map_or(0, |b| b.ncols());

@@ -1,4 +1,4 @@
-//! Joints that close loops, and gears: constraints, their forces, and the way back to them (docs/theory.md Eq. M.18 to M.22, M.70 to M.72).
+//! Joints that close loops, and gears: constraints, their forces, and the way back to them (docs/theory.md Eq. M.32 to M.39).
 //!
 //! A constraint holds a displacement of the child marker along an axis of the parent marker, or keeps an axis of the one
 //! perpendicular to an axis of the other. Redundant constraints (four hinges with parallel axes) are found and left out.
@@ -73,7 +73,7 @@ impl LoopSolver {
         self.rank
     }
 
-    /// Residuals, directions and velocity terms at the present motion (Eq. M.18, M.19).
+    /// Residuals, directions and velocity terms at the present motion (Eq. M.32, M.33).
     pub fn evaluate(&mut self, model: &MultibodyModel, states: &[BodyState], edges: &[JointKinematics]) {
         self.rows.clear();
         for (row, gear) in self.gears.iter_mut().zip(&model.gears) {
@@ -105,7 +105,7 @@ impl LoopSolver {
         self.rows.iter().map(|r| r.residual.abs()).chain(gears).fold(0.0, f64::max)
     }
 
-    /// Whose constraint `k` is.
+    /// The joint or gear that constraint `k` belongs to.
     pub fn owner(&self, k: usize) -> Owner {
         match self.rows.get(k) {
             Some(Row { joint, is_rotation, .. }) => Owner::Loop { joint: *joint, is_rotation: *is_rotation },
@@ -123,7 +123,7 @@ impl LoopSolver {
         all.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(k, _)| k)
     }
 
-    /// Rate of constraint `k` for velocities of frames and elastic coordinates (Eq. M.19).
+    /// Rate of constraint `k` for velocities of frames and elastic coordinates (Eq. M.33).
     pub(super) fn rate(
         &self,
         model: &MultibodyModel,
@@ -165,7 +165,7 @@ impl LoopSolver {
         }
     }
 
-    /// Wrenches of the joints on their children at the children's markers, in inertial axes (Eq. M.37).
+    /// Wrenches of the joints on their children at the children's markers, in inertial axes (Eq. M.54).
     pub fn fill_wrenches(&self, wrenches: &mut [SpatialVector]) {
         wrenches.fill([0.0; 6]);
         let none = Vector3::zeros();
@@ -176,7 +176,7 @@ impl LoopSolver {
         }
     }
 
-    /// Forces of the gears along their second coordinates [N or N m] (Eq. M.71).
+    /// Forces of the gears along their second coordinates [N or N m] (Eq. M.38).
     pub fn gear_forces(&self) -> &[f64] {
         &self.multipliers[self.multipliers.len() - self.gears.len()..]
     }
@@ -205,7 +205,7 @@ impl LoopSolver {
         }
     }
 
-    /// Mobility between constraints with the factors of the tree, and its factorisation (Eq. M.20).
+    /// Mobility between constraints with the factors of the tree, and its factorisation (Eq. M.34).
     pub fn factorise(&mut self, tree: FactorisedTree<'_, f64>) {
         let n = self.n_constraints();
         for k in 0..n {
@@ -283,7 +283,7 @@ impl LoopSolver {
         self.response.solve(tree, None);
     }
 
-    /// Multipliers and the accelerations they add, so that constraints stay (Eq. M.21).
+    /// Multipliers and the accelerations they add, so that constraints stay (Eq. M.35).
     ///
     /// `frames` and `rates` are the accelerations without the constraints.
     pub fn correct_accelerations(
@@ -334,7 +334,7 @@ impl LoopSolver {
         self.respond(tree);
     }
 
-    /// Change of all coordinates that takes the residuals away to first order (Eq. M.22), in `response.rates`.
+    /// Change of all coordinates that takes the residuals away to first order (Eq. M.36), in `response.rates`.
     pub fn correct_positions(&mut self, tree: FactorisedTree<'_, f64>) {
         let residuals = self.rows.iter().map(|row| row.residual).chain(self.gears.iter().map(|g| g.residual));
         for (multiplier, residual) in self.multipliers.iter_mut().zip(residuals) {

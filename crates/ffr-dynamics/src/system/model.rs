@@ -142,7 +142,7 @@ pub struct TreeBody {
     pub layout: TreeLayout,
     /// Its modes without coupling.
     pub(super) modes: UncoupledModes,
-    /// What its deformation does to its moments.
+    /// Changes of its moments of inertia by deformation.
     pub(super) deformation: DeformationMaps,
 }
 

@@ -1,4 +1,4 @@
-//! Flexible multibody systems in joint and elastic coordinates (docs/theory.md Eq. M.8 to M.23).
+//! Flexible multibody systems in joint and elastic coordinates (docs/theory.md Eq. M.12 to M.42).
 //!
 //! Bodies form a tree, so that the equations are ordinary ones without drift; loop-closing joints add constraints.
 

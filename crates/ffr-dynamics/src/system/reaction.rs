@@ -1,4 +1,4 @@
-//! Forces and moments that joints transmit (docs/theory.md Eq. M.35 to M.37).
+//! Forces and moments that joints transmit (docs/theory.md Eq. M.52 to M.54).
 
 use std::ops::DerefMut;
 
@@ -19,7 +19,7 @@ pub struct Reaction {
 }
 
 impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
-    /// Reaction of the joint whose child body `body` is (Eq. M.35, M.36). Zero for bodies that move freely.
+    /// Reaction of the joint whose child body `body` is (Eq. M.52, M.53). Zero for bodies that move freely.
     ///
     /// Belongs to the last accelerations ([`Multibody::evaluate_accelerations`] or a right-hand side); the bodies must stand where
     /// they did then, as after [`Multibody::invariants`] of that state. Does not allocate.
@@ -35,13 +35,13 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         }
     }
 
-    /// Force or moment of gear `gear` along its second coordinate, at the last accelerations (Eq. M.71); along the first it is the
+    /// Force or moment of gear `gear` along its second coordinate, at the last accelerations (Eq. M.38); along the first it is the
     /// same times the negative ratio. Does not allocate.
     pub fn gear_force(&self, gear: usize) -> f64 {
         self.workspace.gear_forces[gear]
     }
 
-    /// Reaction of the loop-closing joint `joint`, in the order of [`super::MultibodyModel::loops`] (Eq. M.37), at the last
+    /// Reaction of the loop-closing joint `joint`, in the order of [`super::MultibodyModel::loops`] (Eq. M.54), at the last
     /// accelerations. Redundant constraints carry nothing. Does not allocate.
     pub fn loop_reaction(&self, joint: usize) -> Reaction {
         let (force, moment) = split(&self.workspace.loop_wrenches[joint]);

@@ -1,4 +1,4 @@
-//! Mass and stiffness of a joined system about a pose at rest (docs/theory.md Eq. M.38 to M.40).
+//! Mass and stiffness of a joined system about a pose at rest (docs/theory.md Eq. M.55 to M.57).
 
 use faer::{Mat, MatRef};
 use nalgebra::Vector3;
@@ -126,7 +126,7 @@ impl SmallMotion {
     }
 
     /// Changes of all rates that take the rates `open` of the constraints away with the least kinetic energy, by those joint coordinates
-    /// alone for which `may_move` holds (Eq. M.63).
+    /// alone for which `may_move` holds (Eq. M.24).
     pub fn closing_rates(
         model: &MultibodyModel,
         t: f64,
@@ -336,7 +336,7 @@ impl Movable {
         inertia.collect()
     }
 
-    /// Forces along all coordinates at rest in the pose of `y`, modal stiffness left out (Eq. M.39).
+    /// Forces along all coordinates at rest in the pose of `y`, modal stiffness left out (Eq. M.56).
     fn forces(&mut self, y: &[f64], out: &mut [f64]) {
         self.place(y);
         let Self { model, workspace, multipliers, dead, wrenches, modal, .. } = self;

@@ -1,4 +1,4 @@
-//! The linear systems of implicit stages, by way of the tree (docs/theory.md Eq. M.46).
+//! The linear systems of implicit stages, by way of the tree (docs/theory.md Eq. M.51).
 //!
 //! `(M + w² K + w D) x = M r - K s` for a complex weight `w`, with the stiffness and damping of modes and joint springs and the inertia
 //! of one pose.

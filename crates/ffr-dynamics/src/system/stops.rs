@@ -1,4 +1,4 @@
-//! Stops of the joints of a system, one by one (docs/theory.md Eq. M.60).
+//! Stops of the joints of a system, one by one (docs/theory.md Eq. M.15).
 
 use super::joints::Stop;
 use super::model::MultibodyModel;

@@ -1,4 +1,4 @@
-//! Size of a local error of a multibody system: in energy, whatever the coordinates (docs/theory.md Eq. M.23, T.7, T.8).
+//! Size of a local error of a multibody system: in energy, whatever the coordinates (docs/theory.md Eq. M.41, T.7, T.8).
 //!
 //! Errors of joint and elastic coordinates become motions of the bodies, and count by the energy of those. The choice of
 //! joints and frames does not change the size.
@@ -152,13 +152,13 @@ impl TreeNorm {
     }
 
     /// Largest velocity that carries the energy of `error` in one body, at the state of the last [`TreeNorm::speed`], for
-    /// motion of velocity `speed` (Eq. M.23) [m/s].
+    /// motion of velocity `speed` (Eq. M.41) [m/s].
     pub fn error_speed(&mut self, model: &MultibodyModel, error: &[f64], speed: f64) -> f64 {
         self.take(model, error);
         self.largest(model, speed, false)
     }
 
-    /// [`TreeNorm::error_speed`] with ringing counted by its displacement (Eq. M.27); `y0` at `t` is the start of the step, and
+    /// [`TreeNorm::error_speed`] with ringing counted by its displacement (Eq. M.49); `y0` at `t` is the start of the step, and
     /// `start_speed` the speed there.
     pub fn damped_error_speed(
         &mut self,
@@ -191,7 +191,7 @@ impl TreeNorm {
         }
     }
 
-    /// Largest size of the errors taken; filtered ones (Eq. M.27) are counted without elastic energy.
+    /// Largest size of the errors taken; filtered ones (Eq. M.49) are counted without elastic energy.
     fn largest(&mut self, model: &MultibodyModel, speed: f64, is_filtered: bool) -> f64 {
         let [velocities, positions] = &mut self.frames;
         frame_velocities(model, &self.edges, &self.rates, velocities);

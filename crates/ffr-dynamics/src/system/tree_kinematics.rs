@@ -1,4 +1,4 @@
-//! Motion of all bodies from joint and elastic coordinates (docs/theory.md Eq. M.11 to M.13).
+//! Motion of all bodies from joint and elastic coordinates (docs/theory.md Eq. M.25 to M.27).
 //!
 //! Spatial vectors hold a translation of the frame's origin, then a rotation, in the body's axes. What concerns the parent's
 //! marker is expressed in the parent's axes as well (inertial axes for ground), so that no marker axes are needed.
@@ -75,7 +75,7 @@ impl JointKinematics {
     }
 }
 
-/// Motions of all bodies at time `t` in the state `y`, with all that couples neighbours (Eq. M.11 to M.13).
+/// Motions of all bodies at time `t` in the state `y`, with all that couples neighbours (Eq. M.25 to M.27).
 pub(super) fn update(
     model: &MultibodyModel,
     t: f64,
@@ -226,7 +226,7 @@ fn add_columns(columns: &[SpatialVector], factors: &[f64], to: &mut SpatialVecto
     }
 }
 
-/// Velocities of all frames, in body axes, from rates of all coordinates; prescribed motion is held (Eq. M.12).
+/// Velocities of all frames, in body axes, from rates of all coordinates; prescribed motion is held (Eq. M.26).
 pub(super) fn frame_velocities(
     model: &MultibodyModel,
     edges: &[JointKinematics],

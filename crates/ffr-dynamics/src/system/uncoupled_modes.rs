@@ -1,4 +1,4 @@
-//! The modes of one body without coupling, in place of its elastic coordinates (docs/theory.md, "Elimination from the leaves").
+//! The modes of one body without coupling, in place of its elastic coordinates (docs/theory.md section M.7).
 
 use faer::Mat;
 use nalgebra::ComplexField;

@@ -1,4 +1,4 @@
-//! Eigenfrequencies of a joined system about a pose at rest (docs/theory.md Eq. M.38 to M.42).
+//! Eigenfrequencies of a joined system about a pose at rest (docs/theory.md Eq. M.55 to M.59).
 
 use std::ops::DerefMut;
 
@@ -34,7 +34,7 @@ pub struct SystemModes {
     /// equilibrium.
     pub acceleration: f64,
     /// Part of the stiffness without a potential, that of following loads and moments, as a share of the stiffness of the modes that
-    /// it couples (Eq. M.43). It is left out.
+    /// it couples (Eq. M.60). It is left out.
     pub asymmetry: f64,
 }
 
@@ -45,7 +45,7 @@ pub struct SystemMode {
     pub squared_frequency: f64,
     /// Share of each body in the kinetic energy.
     pub shares: Vec<f64>,
-    /// What the dampers of bodies and joints take from the mode, `zᵀ D z` of the mass-orthonormal mode `z` (Eq. M.68) [1/s].
+    /// What the dampers of bodies and joints take from the mode, `zᵀ D z` of the mass-orthonormal mode `z` (Eq. M.61) [1/s].
     pub damping: f64,
 }
 
@@ -71,7 +71,7 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
     /// (contacts open), joint springs, drives and loads as they are, with the stiffness of weight and of the forces in loops.
     ///
     /// Where the pose is no equilibrium of joints, inertia forces hold it, fixed in space at every material point; where it is none of
-    /// modes, constant forces along them do (Eq. M.39).
+    /// modes, constant forces along them do (Eq. M.56).
     ///
     /// # Errors
     /// [`DynamicsError`] if the mass matrix is not positive definite or an eigenproblem cannot be solved.
@@ -159,7 +159,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Largest skew entry of the stiffness between two of the modes `vectors`, as a share of the geometric mean of their squared
-    /// frequencies `values`, of the larger one if the other mode is rigid (Eq. M.43).
+    /// frequencies `values`, of the larger one if the other mode is rigid (Eq. M.60).
     ///
     /// Not of the skew matrix by the symmetric one: where forces do not depend on the pose at all, both are round-off.
     fn asymmetry(&self, values: &[f64], vectors: &Mat<f64>) -> f64 {

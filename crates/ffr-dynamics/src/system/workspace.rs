@@ -135,7 +135,7 @@ impl Workspace {
         Ok(())
     }
 
-    /// Adds the friction of bearings by the loads that the joints transmit with it; returns the power lost \[W\] (Eq. M.66).
+    /// Adds the friction of bearings by the loads that the joints transmit with it; returns the power lost \[W\] (Eq. M.19).
     fn slide(&mut self, model: &MultibodyModel) -> Result<f64, EvaluationFailure> {
         let Self { bearings, edges, loops, .. } = self;
         bearings.start(edges, &self.accelerations.wrenches);

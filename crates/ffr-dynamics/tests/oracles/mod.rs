@@ -11,7 +11,7 @@ pub fn modal_truncation(body: &AssembledBody, n_modes: usize) -> Result<ReducedB
     Ok(ReducedBasis::from_modes(problem.lowest_modes(n_modes)?, problem.free_rigid()?))
 }
 
-/// Residual flexibility from the high-frequency modes of `basis`, `Σ φ φᵀ/ω²` at the unknowns `interface` [m/N] (Eq. R.16).
+/// Residual flexibility from the high-frequency modes of `basis`, `Σ φ φᵀ/ω²` at the unknowns `interface` [m/N] (Eq. R.22).
 pub fn modal_compliance(basis: &ReducedBasis, interface: &[usize]) -> Mat<f64> {
     let scaled = Mat::from_fn(interface.len(), basis.n_modes() - basis.n_low, |i, j| {
         let mode = basis.n_low + j;

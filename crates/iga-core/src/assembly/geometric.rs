@@ -1,4 +1,4 @@
-//! Geometric stiffness of stresses that displacement fields cause (theory Eq. E.15).
+//! Geometric stiffness of stresses that displacement fields cause (theory Eq. E.13).
 
 use faer::linalg::matmul::matmul;
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
@@ -15,7 +15,7 @@ use crate::space::{Integrand, Space};
 /// Elements whose products are kept at a time, per thread.
 const BATCH: usize = 16;
 
-/// Node by node matrices `∫ ∇R_Aᵀ σ ∇R_B dV` (theory Eq. E.15), lower triangle, the same for every displacement component, of
+/// Node by node matrices `∫ ∇R_Aᵀ σ ∇R_B dV` (theory Eq. E.13), lower triangle, the same for every displacement component, of
 /// the stress `σ` that each of the displacement `fields` causes \[N/m\].
 ///
 /// A field is node-major: component `c` of function `A` at `A * n_components + c` \[m\]. The matrices are linear in the fields;

@@ -77,7 +77,7 @@ pub struct ElementMaterials {
 }
 
 impl ElementMaterials {
-    /// Of every element the place of its material among `materials`.
+    /// `of_element`: for every element the index of its material in `materials`.
     pub fn new(materials: Vec<Material>, of_element: Vec<u16>) -> Self {
         Self { materials, of_element }
     }

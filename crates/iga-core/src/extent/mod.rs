@@ -1,4 +1,4 @@
-//! Places with an extent: faces by name, discs on the surface, balls inside (docs/theory.md Eq. M.44).
+//! Places with an extent: faces by name, discs on the surface, balls inside (docs/theory.md Eq. M.9).
 //!
 //! An extent is turned into quadrature points with areas (volumes inside a body), the same whatever the mesh is. Two
 //! things make integrals over it converge under refinement: faces take their Gauss points from the elements of the space

@@ -51,7 +51,7 @@ pub enum ReadFault {
     /// Another count of numbers than others ask for.
     #[error("{what}: {found} found, {expected} are needed")]
     Count {
-        /// Of what.
+        /// The list of numbers.
         what: String,
         /// How many there are.
         found: usize,

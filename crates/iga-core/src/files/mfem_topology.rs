@@ -66,7 +66,7 @@ pub struct Topology {
 pub struct Numbering {
     /// How many there are.
     pub n: usize,
-    /// Of every entry of the net of each patch.
+    /// For each patch, the number of the function of every entry of its net.
     pub patches: Vec<Vec<usize>>,
 }
 

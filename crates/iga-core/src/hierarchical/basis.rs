@@ -14,11 +14,11 @@ struct ActiveLevel {
     flat: Vec<usize>,
     /// Number of the first of them.
     first: u32,
-    /// Those whose support lies in the region, but not that of a function that they are one with; rising.
+    /// Functions whose own support lies in the region, though the support of a function that they are tied to does not; in ascending order.
     held: Vec<usize>,
 }
 
-/// What functions on shared faces are kept from by the other patches, level by level: flat net indices, rising.
+/// Functions on shared faces that the regions of the other patches keep from being refined, level by level: flat net indices in ascending order.
 #[derive(Debug, Clone, Default)]
 struct Withheld {
     /// Supports that lie in the region of the level here, but not everywhere.

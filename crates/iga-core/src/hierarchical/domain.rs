@@ -78,7 +78,7 @@ impl Level {
         std::array::from_fn(|d| self.knots.get(d).map_or(1, KnotVector::n_elements))
     }
 
-    /// Functions a direction; 1 in directions that the patch does not have.
+    /// Number of functions in each direction; 1 in directions that the patch does not have.
     pub fn net_size(&self) -> [usize; 3] {
         std::array::from_fn(|d| self.supports[d].len())
     }

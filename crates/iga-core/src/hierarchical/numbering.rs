@@ -178,7 +178,7 @@ struct Groups {
 }
 
 impl Groups {
-    /// So many functions, none joined.
+    /// `n_functions` groups of one function each.
     fn new(n_functions: usize) -> Self {
         Self { first: (0..n_functions as u32).collect() }
     }

@@ -338,7 +338,8 @@ impl Space for HierarchicalSpace {
         &self.numbering.control_points
     }
 
-    /// Of one patch Greville abscissae, in net indices of the coarsest level; of several control points.
+    /// Points by which functions are ordered: on one patch their Greville abscissae, in net indices of the coarsest level, on several their control
+    /// points.
     fn anchors(&self) -> Vec<[f64; 3]> {
         if self.parts.len() > 1 {
             return self.control_points().to_vec();

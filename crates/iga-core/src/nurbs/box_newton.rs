@@ -27,7 +27,7 @@ impl<const N: usize> Default for Sample<N> {
 }
 
 impl<const N: usize> Sample<N> {
-    /// Half the squared distance of a moving point from `target` (theory Eq. S.14): of its place `point` with `first` derivatives for
+    /// Half the squared distance of a moving point from `target` (theory Eq. S.21): of its place `point` with `first` derivatives for
     /// the parameters, and second ones.
     pub fn half_square(
         point: &[f64; 3],

@@ -157,7 +157,7 @@ impl Parts {
         all.filter(|&i| tensor::multi_index(&self.counts, i)[direction] == layer).collect()
     }
 
-    /// What of a singular set of `patch` lies on each part, whose numbers begin with `first`.
+    /// The pieces of a singular set of `patch` on the parts into which it is cut, whose numbers begin with `first`.
     fn singular(&self, set: &SingularSet, patch: &Patch, first: usize) -> Vec<SingularSet> {
         const ROUND_OFF: f64 = 1e-12; // of parameters from 0 to 1
         let (low, high) = patch.domain();

@@ -128,7 +128,7 @@ impl PatchSearch {
         self.finish(patch, xi, |p| norm(&difference(p, target)))
     }
 
-    /// Parameters of the point `target` of the patch by Newton's method for `x(ξ) = target` from `start`, which needs first derivatives alone (theory Eq. S.14a);
+    /// Parameters of the point `target` of the patch by Newton's method for `x(ξ) = target` from `start`, which needs first derivatives alone (theory Eq. S.22);
     /// `None` if it has not come within `within` \[m\], as from far away or near collapsed faces, where the map has no inverse.
     pub fn inverse_from(
         &self,

@@ -118,7 +118,7 @@ impl Patch {
         &self.weights
     }
 
-    /// Functions a direction.
+    /// Number of functions in each direction.
     pub fn net_size(&self) -> Vec<usize> {
         self.knots.iter().map(KnotVector::n_functions).collect()
     }

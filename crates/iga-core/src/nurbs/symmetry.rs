@@ -1,5 +1,5 @@
 //! Rotations that leave a shape as it is, so that its parametrisation may be turned without changing the body. An ellipsoid is a stretched ball: what turns
-//! the ball leaves it as it is too, as a linear map that keeps volumes, not lengths (theory Eq. A.75).
+//! the ball leaves it as it is too, as a linear map that keeps volumes, not lengths (theory Eq. A.16).
 
 use super::jet::{cross, dot, norm};
 
@@ -56,7 +56,7 @@ impl Symmetry {
     }
 
     /// The map (rows) that brings the nearest regular direction to the surface point `point` with outward normal `normal`: a rotation, of an ellipsoid
-    /// `D Q D⁻¹` with one of its ball (Eq. A.75), after which the parametrisation at the point follows the principal curvatures.
+    /// `D Q D⁻¹` with one of its ball (Eq. A.16), after which the parametrisation at the point follows the principal curvatures.
     ///
     /// `None` if the parametrisation is regular around the point as it is, or turning it does not help, as on the flat ends of
     /// a cylinder.

@@ -4,7 +4,7 @@
 const PLAIN: usize = usize::MAX;
 
 /// Functions of every element and their coefficients `C_im` in the raw functions `N_m` of the element: ties of coincident control points,
-/// truncated hierarchical B-splines with their weights (theory Eq. H.5, H.6), nodes that hang on sides of larger elements (C.70).
+/// truncated hierarchical B-splines with their weights (theory Eq. H.5, H.6), nodes that hang on sides of larger elements (C.71).
 ///
 /// Only functions of the space stand for rows, so that whoever evaluates an element meets no dependent one. Elements without rows are *plain*;
 /// their functions need not be listed where the space knows them otherwise.
@@ -30,7 +30,7 @@ impl Default for Rows {
 }
 
 impl Rows {
-    /// Those of a space whose elements are all plain.
+    /// The rows of a space in which no function depends on others.
     pub fn none() -> Self {
         Self::default()
     }

@@ -1,4 +1,4 @@
-//! Contact points of faces with their tributary areas: Greville, Gauss and Lobatto points (theory Eqs. S.12, S.13, C.52).
+//! Contact points of faces with their tributary areas: Greville, Gauss and Lobatto points (theory Eqs. S.19, S.20, C.56).
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -80,13 +80,13 @@ pub fn gauss_points(
     points
 }
 
-/// Lobatto points of all face elements, those on common ends of elements of a face once where it is smooth (theory Eq. C.52): edges,
+/// Lobatto points of all face elements, those on common ends of elements of a face once where it is smooth (theory Eq. C.56): edges,
 /// rims and corners carry points, one of each face that meets there. The rule integrates a constant pressure times every function of a flat face
 /// exactly. Points without area, as on the axis of axisymmetric models, at poles and on singular
 /// lines, are left out.
 ///
 /// Sides of elements that hold one of the places `about`, parameters on faces, are divided there, and `halvings` times towards it by halves: the rule
-/// holds on each part, so that a point stands at the place and others about it (theory Eq. C.125).
+/// holds on each part, so that a point stands at the place and others about it (theory Eq. C.65).
 pub fn lobatto_points(
     space: &dyn SplineSpace,
     patches: &[Patch],

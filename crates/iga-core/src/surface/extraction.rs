@@ -1,5 +1,5 @@
 //! Bézier extraction of faces: the functions of a space on a part of an element's side as Bernstein polynomials (theory Eqs. C.27,
-//! C.36).
+//! C.37).
 
 use super::face::Face;
 use crate::bernstein::{Interpolation, apply};

@@ -116,7 +116,7 @@ impl Face {
         self.geometry(&patch.jet(&self.on_face(xi), 1, scratch))
     }
 
-    /// Geometry from position and first derivatives, of the undeformed or of a deformed body (theory Eq. S.10).
+    /// Geometry from position and first derivatives, of the undeformed or of a deformed body (theory Eq. S.17).
     pub fn geometry(&self, jet: &Jet) -> SurfacePoint {
         let mut tangents = [[0.0; 3]; 2];
         for (t, d) in tangents.iter_mut().zip(self.directions()) {
@@ -141,7 +141,7 @@ impl Face {
     }
 
     /// Principal curvatures [1/m], larger first, positive where the body is convex (`1/R` on a sphere); zero for the
-    /// direction across a plane model. Axisymmetric: meridian and circumference (theory Eq. S.11). `None` where the face is
+    /// direction across a plane model. Axisymmetric: meridian and circumference (theory Eq. S.18). `None` where the face is
     /// singular. `jet` needs second derivatives.
     pub fn curvatures(&self, jet: &Jet) -> Option<[f64; 2]> {
         let at = self.geometry(jet);

@@ -32,7 +32,7 @@ use crate::surface::{LocalShape, MeshSurface, Surface, SurfacePlace};
 /// Sides of quadratic elements across the narrower width of a zone, at least: twice as many at most, since elements are halved. With seven tenths of
 /// the width in contact, 2.1 to 4.2 on the contact radius, where two make the force right to 0.2 % ([`crate::sizing::mesh_touch::QUADRATIC`]).
 pub const QUADRATIC: usize = 6;
-/// The same of linear elements.
+/// Sides of linear elements across the narrower width of a zone, at least.
 pub const LINEAR: usize = 16;
 
 /// Elements over the narrow width of a zone of `mesh` unless the scenario says otherwise.
@@ -52,7 +52,7 @@ const MOST: usize = 300_000;
 /// Displacement components of a node.
 const N_COMPONENTS: usize = 3;
 
-/// What is asked of a fine model.
+/// The zone that a fine model is to have: its middle, its widths, its elements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WantedZone {
     /// The middle of the zone.
@@ -108,7 +108,7 @@ impl Footprint {
         self.share(self.along(x)) <= 1.0
     }
 
-    /// Distance of a point from the zone, to the order of the curvature (theory Eq. C.71) \[m\].
+    /// Distance of a point from the zone, to the order of the curvature (theory Eq. C.72) \[m\].
     fn distance(&self, x: &[f64; 3]) -> f64 {
         let [u, v] = self.along(x);
         let inside = 1.0 / self.share([u, v]).max(1.0);
@@ -266,7 +266,7 @@ impl FineElements {
         Ok(assembled)
     }
 
-    /// Displacements of the mesh before (n_before x k) on the free nodes: the same fields (theory Eq. A.5).
+    /// Displacements of the mesh before (n_before x k) on the free nodes: the same fields (theory Eq. A.12).
     pub fn prolonged(&self, shapes: MatRef<'_, f64>) -> Mat<f64> {
         let mut fine = Mat::zeros(self.n_unknowns(), shapes.ncols());
         for node in 0..self.refined.n_free() {
@@ -353,7 +353,7 @@ impl Field for FineElements {
     }
 }
 
-/// Puts points and sides of `zone` on the surface `fit`, so far inside that none of it stands out of where they were (theory Eq. C.74).
+/// Puts points and sides of `zone` on the surface `fit`, so far inside that none of it stands out of where they were (theory Eq. C.75).
 fn smooth(zone: &mut ContactZone, fit: &SmoothFit) {
     let places = zone.points.iter().map(|p| p.position).chain(zone.nodes().into_iter().map(|(_, x)| x));
     let outmost = places.map(|x| fit.above(&x)).fold(f64::NEG_INFINITY, f64::max);

@@ -50,7 +50,7 @@ impl FieldBody for MeshedBody {
         self.spec.mesh.size()
     }
 
-    /// Those of linear and of quadratic kinds: the longest edge between corners.
+    /// One entry for the linear and one for the quadratic elements: the longest edge between corners.
     fn longest_elements(&self) -> Vec<LongestElement> {
         let mesh = &self.spec.mesh;
         let longest = |degree: usize| {

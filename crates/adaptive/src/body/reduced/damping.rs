@@ -1,4 +1,4 @@
-//! Damping of the elastic coordinates of bodies that are reduced here while nothing holds them (docs/theory.md F.6).
+//! Damping of the elastic coordinates of bodies that are reduced here while nothing holds them (docs/theory.md section F.6).
 
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::{DampingLaw, ModalDamping, RayleighDamping};

@@ -19,7 +19,7 @@ use crate::body::reduced::damping::damping;
 use crate::spec::{DampingSpec, ReductionSpec};
 use crate::store::{ModelCache, ModelKey};
 
-/// What a reduction is made from beside the interface.
+/// The data of a reduction besides the interface.
 pub(crate) struct ReductionInput<'a> {
     /// The matrices.
     pub body: &'a AssembledBody,

@@ -1,4 +1,4 @@
-//! Geometric stiffening of a body by inertia forces (docs/theory.md Eq. M.25, E.15).
+//! Geometric stiffening of a body by inertia forces (docs/theory.md Eq. M.43, E.13).
 //!
 //! Supported at the marker that its frame follows, the body is stressed by unit inertia loads; the stresses give the modal
 //! matrices that [`StandardInputData::with_geometric_stiffening`](ffr_dynamics::body::StandardInputData::with_geometric_stiffening) takes.

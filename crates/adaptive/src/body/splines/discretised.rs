@@ -21,7 +21,7 @@ pub struct Discretised<'a> {
     pub space: &'a dyn SplineSpace,
     /// Kinematics.
     pub model: &'a Model,
-    /// Numbers of the unknowns.
+    /// The number of the unknown of each function and component.
     pub lookup: &'a DofLookup,
 }
 

@@ -58,7 +58,7 @@ impl FieldBody for ElasticBody {
         patches.flat_map(|patch| (0..patch.dimension()).map(|d| longest_element(patch, d))).collect()
     }
 
-    /// Of its parameter lines.
+    /// The smallest length of the body along its parameter lines, in axisymmetric models with the diameter in place of the radius \[m\].
     fn thickness(&self) -> f64 {
         let mut extents = lengths(&self.spec.shape);
         if self.spec.model == Model::Axisymmetric {

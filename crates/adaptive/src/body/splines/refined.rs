@@ -61,7 +61,7 @@ pub use spread::{Spread, SpreadPart, ZoneFrame};
 pub struct RefinementPlan {
     /// The levels.
     pub division: Division,
-    /// Regions around which every level is refined: one per interval, of an interval on several faces one per part.
+    /// Regions around which every level is refined: one for each interval, or for each part of an interval on several faces.
     pub regions: Vec<Region>,
     /// The interval's parts, if it is one on several faces.
     pub spread: Option<Spread>,
@@ -139,15 +139,15 @@ pub struct FineMesh {
     pub space: HierarchicalSpace,
     /// The unknowns, sorted by node, then component.
     pub dofs: Vec<Dof>,
-    /// Numbers of the unknowns.
+    /// The number of the unknown of each function and component.
     pub lookup: DofLookup,
-    /// Functions of the coarse model, or of its turned copy, in those of the fine one.
+    /// Functions of the coarse model, or of its turned copy, as combinations of the functions of the fine one.
     pub prolongation: Prolongation,
     /// The turned net, if it is one.
     pub rotated: Option<TurnedMesh>,
 }
 
-/// What a fine model on a turned net has besides.
+/// Additional data of a fine model on a turned net.
 pub struct TurnedMesh {
     /// How displacements are carried to the net.
     pub net: RotatedNet,
@@ -222,7 +222,7 @@ impl FineMesh {
         }
     }
 
-    /// The model turned with its net, which leaves the body as it is.
+    /// The model, turned together with its net; the body stays the same.
     fn turned(self, coarse: &ElasticBody, turn: NetRotation) -> Result<Self, AdaptiveError> {
         let fail = |source| AdaptiveError::Geometry { body: coarse.name.clone(), source };
         let rotation = &turn.rotation;
@@ -234,8 +234,8 @@ impl FineMesh {
         Ok(Self { shape, patches, space, rotated, ..self })
     }
 
-    /// The rotation by which the model of a body without rigid parts is turned: matrices and flexibility are those of the model before, the same about all places
-    /// of a ball. None of ellipsoids, whose maps change lengths.
+    /// The rotation by which the model of a body without rigid parts is turned, if it keeps lengths: matrices and flexibility are then those of the
+    /// model before it was turned, the same for all places of a ball. None for ellipsoids, whose maps change lengths.
     pub fn turn(&self, coarse: &ElasticBody) -> Option<BodyTurn> {
         let keeps_lengths = self.shape.symmetry.as_ref().is_some_and(|symmetry| symmetry.stretch().is_none());
         let is_rotation = keeps_lengths && coarse.spec.flexible.rigid_areas.is_empty();
@@ -320,8 +320,8 @@ impl FineMesh {
         })
     }
 
-    /// Places for ordering unknowns: of several patches the control points along the surface and into the depth of the first interval, where most of
-    /// them are, so that layers of them lie in planes.
+    /// Coordinates of the control points by which unknowns are ordered for the factorisation. On several patches they are taken along the surface and
+    /// into the depth at the first interval, where most points are, so that layers of points lie in planes.
     fn anchors(&self) -> Vec<[f64; 3]> {
         let (Some(part), true) = (self.intervals.first().map(|i| &i.parts[0]), self.patches.len() > 1) else {
             return self.space.anchors();
@@ -337,13 +337,13 @@ impl FineMesh {
         self.space.control_points().iter().map(place).collect()
     }
 
-    /// What contact zones on its faces need.
+    /// The data that contact zones on its faces need.
     pub fn discretised(&self) -> Discretised<'_> {
         Discretised { patches: &self.patches, space: &self.space, model: &self.model, lookup: &self.lookup }
     }
 
-    /// Displacements of the coarse unknowns (n_coarse x k) on the fine ones: the same displacement fields (theory Eq. A.5).
-    /// On a turned net the nearest ones in the mass norm.
+    /// Displacements of the coarse unknowns (n_coarse x k) on the fine ones: the same displacement fields (theory Eq. A.12).
+    /// On a turned net these are the nearest fields in the mass norm.
     pub fn prolong(&self, coarse: &AssembledBody, shapes: MatRef<'_, f64>) -> Mat<f64> {
         match &self.rotated {
             None => self.prolong_nested(coarse, shapes),
@@ -367,7 +367,7 @@ impl FineMesh {
     }
 
     /// Reduces the body with the matrices `assembled` for quasistatic contact at the interface `unknowns`, the dynamic
-    /// coordinates being those of the reduced `coarse` model (theory Eqs. A.5, A.6).
+    /// coordinates being those of the reduced `coarse` model (theory Eqs. A.12, A.13).
     ///
     /// # Errors
     /// [`AdaptiveError::Reduction`] with the body's name.
@@ -398,7 +398,7 @@ impl FineMesh {
         Ok((basis, residual))
     }
 
-    /// The contact zone of interval `i`; on its rim are the points in edge elements.
+    /// The contact zone of interval `i`. The points in its edge elements are on its rim.
     ///
     /// # Errors
     /// [`ContactError::Empty`] if no point lies in the interval.
@@ -410,14 +410,15 @@ impl FineMesh {
         ContactZone::new(&self.discretised(), &interval.limits(), rule, on_rim)
     }
 
-    /// Row of each point of `zone`, which is that of interval `i`, for the utilisation.
+    /// For each point of `zone`, the zone of interval `i`, the contact element in which it lies: its row in each of the two directions, from which
+    /// the utilisation is counted.
     pub fn contact_elements(&self, i: usize, zone: &ContactZone) -> Vec<[usize; 2]> {
         let interval = &self.intervals[i];
         let places = zone.faces.iter().zip(&zone.parameters).zip(&zone.points);
         places.map(|((face, xi), p)| self.rows(interval, *face, (xi, &p.position))).collect()
     }
 
-    /// Rows of an interval in which a place of a face lies.
+    /// The row in each direction of an interval in which a place of a face lies.
     fn rows(&self, interval: &FineInterval, face: FaceId, place: (&[f64; 3], &[f64; 3])) -> [usize; 2] {
         let part = interval.parts.iter().position(|p| p.face.id == face).unwrap_or_default();
         interval.rows(part, finest_knots(&self.space, face.patch), place)

@@ -1,7 +1,7 @@
 //! The coarse model of a body with its parametrisation turned, for contact where the body's own net is singular
 //! (theory section A.3, `docs/decisions/0010-turned-nets.md`).
 //!
-//! A ball, cylinder or disc stays what it is when its net is turned, an ellipsoid when the ball that it is stretched from is (theory Eq. A.75). So a contact interval can always be laid where the net is
+//! A ball, cylinder or disc stays what it is when its net is turned, an ellipsoid when the ball that it is stretched from is (theory Eq. A.16). So a contact interval can always be laid where the net is
 //! regular and smooth: the fine model refines a turned copy of the coarse model, and the coarse modes are carried over by
 //! projection.
 
@@ -36,8 +36,8 @@ pub struct NetRotation {
 }
 
 impl NetRotation {
-    /// That of `coarse` by which the interval `wanted` lies where the net is regular: about the first regular direction of a ball, wherever it is touched, so that all its
-    /// intervals of the same widths are one; `None` if it does already, or the body has no symmetry.
+    /// The rotation of the net of `coarse` by which the interval `wanted` lies where the net is regular: about the first regular direction of a ball,
+    /// wherever it is touched, so that all its intervals of the same widths are one; `None` if it does already, or the body has no symmetry.
     ///
     /// # Errors
     /// [`AdaptiveError::Geometry`] if the turned net cannot be built.
@@ -86,7 +86,7 @@ pub struct RotatedNet {
 }
 
 impl RotatedNet {
-    /// Those of the model `coarse` and its copy turned by `turn`.
+    /// The copy of the model `coarse` whose net is turned by `turn`, with its mass matrix factorised for the transfer of modes.
     ///
     /// # Errors
     /// [`AdaptiveError::Geometry`] if the turned net cannot be built, [`AdaptiveError::Reduction`] if its mass is singular.

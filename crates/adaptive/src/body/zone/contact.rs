@@ -30,7 +30,7 @@ pub struct ContactSide<'a> {
     pub body: usize,
     /// Rigid motions of the body.
     pub motion: RigidMotion,
-    /// Numbers of the unknowns of the model that the zone lies on.
+    /// The number of the unknown of each function and component of the model on which the zone lies.
     pub lookup: &'a DofLookup,
     /// The spline space that it lies on; none of a mesh.
     pub splines: Option<Discretised<'a>>,

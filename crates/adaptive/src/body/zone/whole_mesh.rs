@@ -43,7 +43,8 @@ fn points_of(kind: SideKind) -> Vec<([f64; 2], f64)> {
     }
 }
 
-/// The same of a side of the kind `kind`, ever closer about its place `place`: on the square of four corners, and on the pieces of a triangle.
+/// Points and weights of a side of the kind `kind` that is divided at its place `place` and by halves towards it: on the square of four corners, and
+/// on the pieces of a triangle.
 fn points_towards(kind: SideKind, pieces: &[SurfacePiece], place: [f64; 2]) -> Vec<([f64; 2], f64)> {
     let rule = LobattoRule::new(kind.degree() + 1);
     let square = |range: (f64, f64), place: Option<[f64; 2]>| -> Vec<([f64; 2], f64)> {
@@ -75,9 +76,9 @@ struct Gathered {
 struct Gathering<'a> {
     surface: &'a MeshSurface,
     points: Vec<Gathered>,
-    /// By node and smooth part there.
+    /// Index in `points` by node and smooth part of the surface at the node.
     at_nodes: BTreeMap<[u32; 2], usize>,
-    /// Those about a place that stand at no node, by the smooth parts that meet there.
+    /// Indices of the points about a divided place, which stand at no node: a list for each smooth part that meets there.
     about_place: Vec<Vec<usize>>,
     /// Distance of points that are one \[m\].
     near: f64,

@@ -110,7 +110,7 @@ impl Driver<'_> {
         self.warn(warnings)
     }
 
-    /// Looks at how hard the bodies pressed each other at the peak of `impact` (Eq. P.17).
+    /// Looks at how hard the bodies pressed each other at the peak of `impact` (Eq. P.15).
     fn check_contact_strain(&mut self, impact: &ImpactRecord) -> Result<(), AdaptiveError> {
         let i = impact.contact as usize;
         let facts = &self.model.contacts[i];
@@ -206,7 +206,7 @@ impl Driver<'_> {
     }
 }
 
-/// The warning of a contact whose springs, of a factor that nobody may change, are as soft as the bodies (Eq. A.76).
+/// The warning of a contact whose springs, of a factor that nobody may change, are as soft as the bodies (Eq. A.36).
 fn soft_contact(name: &str, impact: &ImpactRecord, overlap: Overlap) -> Warning {
     Warning {
         kind: WarningKind::SoftContact,

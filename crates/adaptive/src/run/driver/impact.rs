@@ -75,7 +75,7 @@ impl Driver<'_> {
         Err(self.no_model(intervals.latest, MAX_TRIALS))
     }
 
-    /// What every trial of the impact that begins now starts from.
+    /// The state from which every trial of the impact starts, taken now.
     fn impact_start(&self) -> Start {
         Start {
             time: self.integrator.time(),

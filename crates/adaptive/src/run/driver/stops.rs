@@ -1,4 +1,4 @@
-//! Hits of the stops of joints: watched in every step, stored densely and reported like impacts (docs/theory.md Eq. M.74).
+//! Hits of the stops of joints: watched in every step, stored densely and reported like impacts (docs/theory.md Eq. M.23).
 
 use ffr_dynamics::integration::DenseOutput;
 

@@ -1,4 +1,4 @@
-//! What the waves that an impact sends into a body take of its energy (theory Eqs. N.8, N.9).
+//! What the waves that an impact sends into a body take of its energy (theory Eqs. N.10, N.11).
 
 use std::f64::consts::TAU;
 
@@ -31,8 +31,8 @@ enum HalfSpace {
 }
 
 impl Radiation {
-    /// That of a body with a `volume` \[m³\] and a longest way through it \[m\], of a plane body with its thickness: a plate or bar as thick as the one over the
-    /// other allows. Long bodies count as thinner than they are, which move more readily.
+    /// The radiation into a body with a `volume` \[m³\] and a longest way through it \[m\], of a plane body with its thickness: a plate or bar as
+    /// thick as the one over the other allows. Long bodies count as thinner than they are, which move more readily.
     pub fn new(material: &Material, volume: f64, longest: f64, plane: Option<f64>) -> Self {
         let (density, speed) = (material.density(), (material.youngs_modulus() / material.density()).sqrt());
         let section = match plane {

@@ -1,4 +1,4 @@
-//! How long the force of a touch takes to rise, at a point and along a line (theory Eq. N.4).
+//! How long the force of a touch takes to rise, at a point and along a line (theory Eq. N.8).
 //!
 //! The force rises until the masses have been stopped, or until waves carry the motion away, whichever comes first.
 

@@ -1,4 +1,4 @@
-//! Elements from which the check of a mesh starts (theory N.1), from the proportions of the body.
+//! Elements from which the check of a mesh starts (theory section N.1), from the proportions of the body.
 
 use std::f64::consts::{PI, TAU};
 
@@ -32,7 +32,7 @@ const OVALS: f64 = 6.0;
 /// Elements per direction for `n_modes` modes, from which the check starts; never fewer than the shape has itself. Each of several
 /// patches has its part of the modes, and the same number in directions that shared faces turn into one another.
 ///
-/// Thin walls have as many along them as the bending of the highest mode needs (Eq. P.6), and one element across them.
+/// Thin walls have as many along them as the bending of the highest mode needs (Eq. P.7), and one element across them.
 pub fn first_elements(spec: &ElasticSpec, n_modes: usize) -> Vec<usize> {
     let (shape, degrees) = (&spec.shape, &spec.discretisation.degrees);
     let own = |d: usize| shape.patches.iter().map(|p| p.knots()[d].breaks().len() - 1).max().unwrap_or(1);
@@ -55,7 +55,7 @@ pub fn first_elements(spec: &ElasticSpec, n_modes: usize) -> Vec<usize> {
     (0..degrees.len()).map(wanted).collect()
 }
 
-/// Elements of degree `p` over a number of half waves, four a wave of cubic ones; of a higher degree fewer, which err as much (Eq. N.1a).
+/// Elements of degree `p` over a number of half waves, four a wave of cubic ones; of a higher degree fewer, which err as much (Eq. N.2).
 fn elements_over(half_waves: f64, p: usize) -> usize {
     // Of the amplitude of a wave and its nearest copy on `n` elements a wave, 1 / (n - 1), the error goes with the power 2 p.
     let per_wave = |p: f64| 1.0 + (2.0 * ELEMENTS_PER_HALF_WAVE - 1.0).powf(CUBIC as f64 / p);
@@ -64,11 +64,11 @@ fn elements_over(half_waves: f64, p: usize) -> usize {
 
 /// A body of a single patch and the waves of its highest mode.
 struct Proportions {
-    /// Of the parameter lines, of slender tubes the diameter in place of the way around \[m\].
+    /// Lengths of the parameter lines, of slender tubes the diameter in place of the way around \[m\].
     lengths: Vec<f64>,
     /// The direction that runs around a hole and ends where it begins; none of slender tubes, which move as bars.
     around: Option<usize>,
-    /// Of what waves bend \[m\].
+    /// Thickness of the wall or bar that waves bend \[m\].
     thickness: f64,
     /// Half a wave of the highest mode \[m\].
     half_wave: f64,

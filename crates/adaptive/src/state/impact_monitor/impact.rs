@@ -1,4 +1,4 @@
-//! One impact: touches that follow each other closely (docs/theory.md Eq. A.77), and what is recorded of them.
+//! One impact: touches that follow each other closely (docs/theory.md Eq. Q.1), and what is recorded of them.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::{Change, ContactInstant, NearMotion};
 use crate::record::ImpactRecord;
 
-/// Touches of two bodies between which they are apart for no longer than the longest of those before or after lasted (docs/theory.md Eq. A.77).
+/// Touches of two bodies between which they are apart for no longer than the longest of those before or after lasted (docs/theory.md Eq. Q.1).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Impact {
     /// Row in which it has been reported.

@@ -18,7 +18,7 @@ pub(super) struct LoadedPoints {
 }
 
 impl LoadedPoints {
-    /// Of `n_points` points with `n_t` tangential components.
+    /// Buffers for `n_points` points with `n_t` tangential components.
     pub fn new(n_points: usize, n_t: usize) -> Self {
         let n = n_points * n_t;
         Self {

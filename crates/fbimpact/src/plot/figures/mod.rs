@@ -41,7 +41,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// Those that are drawn unless others are asked for.
+    /// The figures that are drawn unless others are asked for.
     pub const USUAL: [Self; 8] = [
         Self::Energies,
         Self::Forces,

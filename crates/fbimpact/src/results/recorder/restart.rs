@@ -50,7 +50,7 @@ impl Open {
         self.journal.as_mut().map_or(Ok(()), |j| j.append(entry).map_err(RecordingFault::Restart))
     }
 
-    /// Numbers in a row of every series.
+    /// How many numbers each row of every series has.
     pub(super) fn widths(&self) -> Vec<u64> {
         let columns = self.columns.iter().map(|c| c.series.width() as u64);
         columns.chain(self.counts.iter().map(|c| c.series.width() as u64)).collect()

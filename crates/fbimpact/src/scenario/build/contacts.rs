@@ -112,7 +112,7 @@ fn surface(root: &Section, section: &Section, facts: &ContactFacts<'_>) -> Optio
     let (penalty, search) = penalty(root, section, facts)?;
     Some(SurfaceLaw {
         treatment: match facts.model {
-            // The boundary's compliance without springs behind its points: Eq. C.123.
+            // The boundary's compliance without springs behind its points: Eq. A.34.
             "quasistatic" | "massless" => Treatment::Quasistatic,
             "damped" => Treatment::Damped,
             "dynamic" => Treatment::Dynamic,

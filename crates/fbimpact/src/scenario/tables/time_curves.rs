@@ -18,7 +18,7 @@ const WITHOUT_FILE: Condition = Condition::new("without `file`", Test::Without("
 /// Numbers stand in a file.
 const WITH_FILE: Condition = Condition::new("with `file`", Test::With("file"));
 
-/// What runs through the points of a table.
+/// How values between the points of a table are found.
 const INTERPOLATIONS: &[Choice] = &[
     Choice::new("smooth", "cubic spline").elsewhere(&["spline", "cubic"]),
     Choice::new("linear", "lines; for forces, not for prescribed motions, whose velocity would jump")

@@ -1,4 +1,4 @@
-//! Friction of a bearing by the load that the joint transmits (docs/theory.md Eq. M.64 to M.66).
+//! Friction of a bearing by the load that the joint transmits (docs/theory.md Eq. M.17 to M.19).
 //!
 //! The friction is `-μ L g`: `L` a norm of what the joint transmits in the directions that it holds, `g` the direction of sliding, smooth about
 //! zero velocity. Loads stand in the axes of the parent's marker, moments about the place of the child's marker, where the bearing is.
@@ -80,7 +80,7 @@ impl JointBearing {
         self.bearing.coefficient
     }
 
-    /// Parts of the load (Eq. M.64): it is the sum of the sizes of these vectors, which are linear in force and moment.
+    /// Parts of the load (Eq. M.17): it is the sum of the sizes of these vectors, which are linear in force and moment.
     fn parts(&self, (force, moment): &Load) -> [Vector3<f64>; 3] {
         let Bearing { radius, length, collar, .. } = self.bearing;
         let across = |v: &Vector3<f64>| Vector3::new(v.x, v.y, 0.0);
@@ -134,7 +134,7 @@ impl JointBearing {
         arms.iter().zip(velocities).take(n).map(|(a, u)| (a * u).powi(2)).sum::<f64>().sqrt()
     }
 
-    /// Direction of sliding (Eq. M.65).
+    /// Direction of sliding (Eq. M.18).
     pub(crate) fn sliding(&self, velocities: &[f64]) -> Sliding {
         let (arms, forces, n) = self.arms();
         let whole = self.speed(velocities).hypot(self.bearing.velocity);

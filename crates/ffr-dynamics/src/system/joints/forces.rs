@@ -1,4 +1,4 @@
-//! Springs, dampers, stops, friction, drives and prescribed motion along joint coordinates (docs/theory.md Eq. M.10, M.60 to M.62).
+//! Springs, dampers, stops, friction, drives and prescribed motion along joint coordinates (docs/theory.md Eq. M.14 to M.16, M.22).
 
 use std::fmt;
 use std::sync::Arc;
@@ -99,7 +99,7 @@ pub struct CoordinateForce {
 }
 
 /// Ends of a coordinate's travel: one-sided springs with the damping of Hunt and Crossley, which vanishes with the compression, so that
-/// the force sets in and ends at zero (Eq. M.60).
+/// the force sets in and ends at zero (Eq. M.15).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stop {
     /// Least coordinate that is reached without compression [m or rad]; may be -∞.
@@ -112,7 +112,7 @@ pub struct Stop {
     pub damping: f64,
 }
 
-/// Dry friction of given size (Coulomb), smooth about zero velocity (Eq. M.61).
+/// Dry friction of given size (Coulomb), smooth about zero velocity (Eq. M.16).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Friction {
     /// Force or moment of sliding, not negative [N or N m].
@@ -176,7 +176,7 @@ pub(crate) struct JointForces {
     pub dissipated: f64,
 }
 
-/// Forces of a joint's springs, dampers, stops, friction and drives (Eq. M.10, M.60, M.61).
+/// Forces of a joint's springs, dampers, stops, friction and drives (Eq. M.14 to M.16).
 pub(crate) fn joint_forces(
     kind: JointKind,
     coordinates: &[CoordinateForce],

@@ -1,5 +1,5 @@
 //! Where the forces of a joint change their form within a step: at the ends of the travel, and about zero velocity where there is friction
-//! (docs/theory.md Eq. M.62).
+//! (docs/theory.md Eq. M.22).
 
 use super::bearing::JointBearing;
 use super::forces::{CoordinateForce, Friction, Stop};

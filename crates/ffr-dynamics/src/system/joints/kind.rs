@@ -1,4 +1,4 @@
-//! Relative motion of two markers (docs/theory.md Eq. M.8, M.9).
+//! Relative motion of two markers (docs/theory.md Eq. M.12, M.13).
 //!
 //! Axes are those of the markers: a hinge turns about `z`, a slider moves along `z`, a plane has the normal `z`. At zero
 //! coordinates the markers coincide. Coordinates are displacements along the parent's axes, then rotations.
@@ -185,7 +185,7 @@ impl JointKind {
         positions
     }
 
-    /// Relative motion at `positions` and `velocities` (Eq. M.8).
+    /// Relative motion at `positions` and `velocities` (Eq. M.12).
     ///
     /// # Panics
     /// If there are fewer numbers than the joint has coordinates.
@@ -226,7 +226,7 @@ impl JointKind {
         motion
     }
 
-    /// Rates of the position coordinates (Eq. M.9).
+    /// Rates of the position coordinates (Eq. M.13).
     ///
     /// # Panics
     /// If the slices do not have the joint's numbers of coordinates.

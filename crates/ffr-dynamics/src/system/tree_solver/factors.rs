@@ -22,7 +22,7 @@ impl<T: Number> Impedance<T> {
         Self { inertia: T::one(), damping: T::zero(), stiffness: T::zero() }
     }
 
-    /// Of a damper and a spring.
+    /// Impedance of a damper and a spring.
     pub(super) fn passive(&self, damping: f64, stiffness: f64) -> T {
         self.damping.scale(damping) + self.stiffness.scale(stiffness)
     }

@@ -13,7 +13,7 @@ use crate::system::tree_kinematics::{JointKinematics, SpatialVector};
 pub(super) struct BodyPose {
     /// Inertia of the frame.
     pub rigid: Matrix6<f64>,
-    /// Coupling of frame and modes, a column a mode.
+    /// Coupling of frame and modes, one column for each mode.
     pub coupling: Vec<SpatialVector>,
     /// Motion of the place that the own joint holds by the modes; empty if it does not feel them. That place is then the marker,
     /// otherwise the frame.

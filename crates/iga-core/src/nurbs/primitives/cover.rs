@@ -3,7 +3,7 @@
 //! On solids such a surface is divided into a square about the axis and four pieces around it, without singular places. A plane is divided
 //! by straight lines and quarters of circles, of degree 2. A sphere of the curvature `κ` is the image of the complex plane: the point
 //! `w = z₀/z₁` is mapped to `(z₀ z̄₁, κ |z₀|²/2, |z₁|² + κ² |z₀|²/4)`, homogeneous, the stereographic projection from the plane that touches its
-//! pole (theory Eq. A.65). It is of degree 4: with biquadratic pieces the lines between them could not be one for both neighbours.
+//! pole (theory Eq. S.11). It is of degree 4: with biquadratic pieces the lines between them could not be one for both neighbours.
 
 use std::f64::consts::FRAC_PI_8;
 
@@ -179,7 +179,7 @@ fn multiplied(a: Complex, b: Complex) -> Complex {
 
 /// A complex polynomial of two parameters by its Bernstein coefficients, the first direction fastest.
 struct Bernstein {
-    /// Coefficients a direction, one more than the degree.
+    /// Number of coefficients in each direction, one more than the degree.
     size: [usize; 2],
     values: Vec<Complex>,
 }

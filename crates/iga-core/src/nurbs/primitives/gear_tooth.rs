@@ -19,7 +19,7 @@ const SPAN: f64 = 0.25;
 ///
 /// The flanks are involutes of the base circle `module teeth cos(pressure_angle) / 2` from the roll angle 0.05 up, or from the root circle if that is
 /// higher up; below they are straight down to the root circle, without a fillet. On the pitch circle, of the diameter `module teeth`, tooth and gap are
-/// equally wide. Tip, root and bore are arcs about the axis (theory Eqs. A.67 to A.69).
+/// equally wide. Tip, root and bore are arcs about the axis (theory Eqs. S.13 to S.15).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GearTooth {
     /// Pitch diameter over the number of teeth \[m\].
@@ -52,7 +52,7 @@ struct Involute {
 }
 
 impl Involute {
-    /// Position, slope and second derivative by the roll angle \[m\], \[m/rad\], \[m/rad²\] (theory Eq. A.67).
+    /// Position, slope and second derivative by the roll angle \[m\], \[m/rad\], \[m/rad²\] (theory Eq. S.13).
     fn at(&self, roll: f64) -> [[f64; 2]; 3] {
         let (sine, cosine) = (self.half - roll).sin_cos();
         let b = self.base;
@@ -69,7 +69,7 @@ impl Involute {
     }
 
     /// Control points of the quintic spline with the involute's position and first two derivatives at `n` + 1 equally spaced roll angles; its
-    /// interior knots are triple (theory Eq. A.68).
+    /// interior knots are triple (theory Eq. S.14).
     fn spline(&self, [first, last]: [f64; 2], n: usize) -> Vec<[f64; 2]> {
         let h = (last - first) / n as f64;
         let mut points = Vec::with_capacity(3 * n + 3);

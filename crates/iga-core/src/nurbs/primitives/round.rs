@@ -144,7 +144,7 @@ impl Round {
 }
 
 /// The crowned lower end of a cylinder of the radius `r`, its pole at the origin: the fillet, of the radius `f`, touches the sphere of the
-/// crown, of the radius `c`, from inside, and the jacket (theory Eq. A.66).
+/// crown, of the radius `c`, from inside, and the jacket (theory Eq. S.12).
 fn crowned(r: f64, crown: Option<f64>, fillet: Option<f64>) -> Result<Cover, SplineError> {
     let curvature = match crown {
         Some(c) => {

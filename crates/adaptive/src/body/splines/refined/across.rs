@@ -1,4 +1,4 @@
-//! Lattices of patches beyond shared faces: they go on with the elements that the levels have there (theory Eq. A.64).
+//! Lattices of patches beyond shared faces: they go on with the elements that the levels have there (theory Eq. A.11).
 
 use iga_core::hierarchical::{Neighbours, PatchTies, SharedFace};
 use iga_core::nurbs::Patch;

@@ -1,4 +1,4 @@
-//! Contact intervals as a fine model has them: which elements they hold, and the rows by which their use is judged (theory A.1, A.62).
+//! Contact intervals as a fine model has them: which elements they hold, and the rows by which their use is judged (theory section A.1, Eq. A.9).
 
 use contact_qs::surface_pair::TargetFace;
 use iga_core::ParameterBox;

@@ -18,7 +18,7 @@ pub fn zone_definition(body: &ElasticBody, interval: Option<(&WantedInterval, &F
     key
 }
 
-/// What a body is refined for.
+/// The contact zone for which a body is refined.
 fn add_interval(key: &mut Bytes, wanted: &WantedInterval, settings: &FineSettings) {
     let WantedInterval { face, centre, widths } = wanted;
     let Face { id: FaceId { patch, direction, upper }, parameter, dimension, axisymmetric } = face;

@@ -1,4 +1,4 @@
-//! A contact zone that spreads over several faces of a body: which parts of which faces lie in it (theory Eqs. A.61, A.62).
+//! A contact zone that spreads over several faces of a body: which parts of which faces lie in it (theory Eqs. A.8, A.9).
 
 use iga_core::ParameterBox;
 use iga_core::elasticity::Model;
@@ -16,13 +16,13 @@ use crate::body::splines::ElasticBody;
 
 /// Places a direction at which a face is looked at for parts of a zone.
 const SAMPLES: usize = 64;
-/// Cosine of the angle between normals on both sides of an edge up to which the surface goes on: 8 degrees, as where bodies touch (C.56).
+/// Cosine of the angle between normals on both sides of an edge up to which the surface goes on: 8 degrees, as where bodies touch (C.61).
 const SMOOTH: f64 = 0.99;
 /// Rounds of a search whose window doubles: more than from an element to a body.
 const ROUNDS: usize = 40;
 
 /// Coordinates along the surface about the middle of a zone, in units of half its widths: along the first tangent of the touched face and across it, in
-/// the plane that touches the face there (A.61).
+/// the plane that touches the face there (A.8).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ZoneFrame {
     centre: Vector3<f64>,
@@ -33,11 +33,11 @@ pub struct ZoneFrame {
     extents: Extents,
     /// Coordinates at the ends of the zone.
     range: [[f64; 2]; 2],
-    /// What lies at the ends if no edge does.
+    /// The kind of each end of the zone, unless an edge of the surface lies before it.
     pub ends: [[IntervalEnd; 2]; 2],
 }
 
-/// Widths of an area of contact in all directions, from those in two that need not be perpendicular (A.61).
+/// Widths of an area of contact in all directions, from those in two that need not be perpendicular (A.8).
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Extents {
     /// Directions half way between the two, and across that.
@@ -145,7 +145,7 @@ pub struct Surroundings<'a> {
 }
 
 impl<'a> Surroundings<'a> {
-    /// Those of `body`.
+    /// The neighbours and outer faces of `body`.
     pub fn new(body: &'a ElasticBody) -> Self {
         let patches = &body.shape.patches[..];
         let ties: Vec<PatchTies> = patches.iter().map(PatchTies::detect).collect();

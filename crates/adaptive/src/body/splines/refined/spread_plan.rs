@@ -1,4 +1,4 @@
-//! Levels of a zone that spreads over several faces: one lattice for all directions that shared faces turn into one another (theory Eq. A.63).
+//! Levels of a zone that spreads over several faces: one lattice for all directions that shared faces turn into one another (theory Eq. A.10).
 
 use iga_core::ParameterBox;
 use iga_core::nurbs::Patch;
@@ -16,7 +16,7 @@ use crate::adaptivity::lattice::DirectionLattice;
 use crate::body::splines::ElasticBody;
 use crate::error::AdaptiveError;
 
-/// What a part of a zone asks of a direction along its face.
+/// The spacing of elements that a part of a zone needs in a direction along its face.
 struct Need {
     patch: usize,
     direction: usize,

@@ -100,7 +100,7 @@ impl Intervals {
     }
 }
 
-/// What follows from a trial.
+/// The consequence of a trial: accepted, or to be repeated.
 pub(crate) enum Judgement {
     Accept(Acceptance),
     Again { demands: Vec<Demand>, contact_steps: Option<usize> },

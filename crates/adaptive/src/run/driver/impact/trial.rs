@@ -157,7 +157,7 @@ impl Driver<'_> {
     }
 
     /// Refuses an impact in which bodies passed into each other between the contact points; by more than these leave between each other if points are
-    /// still to touch (Eq. C.112).
+    /// still to touch (Eq. C.64).
     fn check_resolved(&mut self, is_yet_to_touch: bool) -> Result<(), AdaptiveError> {
         let (time, y) = (self.integrator.time(), self.integrator.state());
         self.model.system.body_states(time, y);

@@ -104,7 +104,7 @@ pub(crate) enum PenaltyCause {
     TrialPassed,
     /// The contact solver found no forces.
     SolverFailed(EvaluationFailure),
-    /// Too much of the approach of the bodies is penetration (theory Eq. A.76).
+    /// Too much of the approach of the bodies is penetration (theory Eq. A.36).
     TooSoft(Overlap),
     /// There is no peak force of another factor to compare with.
     NotCompared,
