@@ -284,6 +284,10 @@ fn a_specimen_between_two_bars_is_pressed_as_waves_in_it_say() {
             }
         }
         check_ledger("specimen", &recording);
+        assert!(
+            recording.warnings.iter().any(|w| w.kind == WarningKind::RingingForce),
+            "its peak is none of waves"
+        );
     }
 }
 
@@ -490,5 +494,10 @@ fn compact_bars_in_a_row_press_each_other_as_waves_say() {
             assert!((1.0..1.1).contains(&late), "{late}");
         }
         assert_eq!(recording.impacts.len(), n - 1);
+        assert!(
+            recording.warnings.iter().all(|w| w.kind == WarningKind::SlowRise),
+            "{:?}",
+            recording.warnings
+        );
     }
 }

@@ -28,6 +28,12 @@ const STRONG: f64 = 1e-3;
 /// Share of the duration of an impact between flat faces by which it may end late (Eq. P.11).
 const LATE: f64 = 0.02;
 
+/// How many times stiffer springs between flat faces may be than the modes follow, without a word on the largest force: three times as stiff ones
+/// ring by a quarter of it (theory section A.9).
+const TOO_STIFF: f64 = 2.0;
+/// Periods of the highest mode over which a mean of the force shows no more of that ringing than a tenth.
+const PERIODS: f64 = 3.0;
+
 /// Duration of the half sine with the peak and the impulse of an impact, and no longer than the impact \[s\].
 pub fn pulse_duration(impact: &ImpactRecord) -> f64 {
     let duration = impact.end - impact.start;
@@ -88,6 +94,32 @@ pub fn slow_rise(contact: &str, bodies: &[&BodyModel], impact: &ImpactRecord) ->
             100.0 * share
         ),
         remedy: "raise reduction.modes of its bodies, or take time and shape of the force as no sharper than that, and the restitution of a compact body as an upper bound".into(),
+    })
+}
+
+/// The warning of an impact between flat faces of `bodies` whose springs are `beyond_modes` times stiffer than the modes follow (theory section P.3).
+pub fn ringing_force(
+    contact: &str,
+    bodies: &[&BodyModel],
+    impact: &ImpactRecord,
+    beyond_modes: f64,
+) -> Option<Warning> {
+    let lowest = bodies.iter().filter_map(|body| highest_free_mode(body)).reduce(f64::min)?;
+    (beyond_modes > TOO_STIFF).then(|| Warning {
+        kind: WarningKind::RingingForce,
+        subject: format!("contact \"{contact}\""),
+        time: impact.peak_time,
+        value: beyond_modes,
+        limit: TOO_STIFF,
+        message: format!(
+            "its springs are {beyond_modes:.1} times stiffer than modes up to {lowest:.4e} Hz follow: the force between its flat faces rings \
+             about its mean, by a quarter and more, and its peak of {:.4e} N is too high; impulse, motion and energy do not depend on it",
+            impact.peak_force
+        ),
+        remedy: format!(
+            "read the force as a mean over {:.1e} s, or raise reduction.modes of its bodies",
+            PERIODS / lowest
+        ),
     })
 }
 

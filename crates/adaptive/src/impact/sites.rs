@@ -205,15 +205,20 @@ impl AdaptiveContact {
         weight: Option<f64>,
     ) -> PenaltySearch {
         let suggested = || {
-            let sides =
-                [Some(self.body), self.flexible_target].into_iter().flatten().map(|b| flexible(&bodies[b]));
-            let most = if kind == TouchKind::Flat { resolved_penalty(sides) } else { f64::INFINITY };
+            let most = self.penalty_of_modes(kind, bodies);
             weight.map_or(FALLBACK_PENALTY, |weight| self.law.stiffness_ratio / weight).min(most)
         };
         match self.law.penalty {
             Some(given) => PenaltySearch::new(PenaltyStrategy::Fixed, given),
             None => PenaltySearch::new(PenaltyStrategy::UntilStiff, suggested()),
         }
+    }
+
+    /// The stiffest springs that the modes of the bodies follow where flat faces touch (theory Eq. C.69); infinite of other touches [N/m³].
+    pub fn penalty_of_modes(&self, kind: TouchKind, bodies: &[BodyModel]) -> f64 {
+        let sides =
+            [Some(self.body), self.flexible_target].into_iter().flatten().map(|b| flexible(&bodies[b]));
+        if kind == TouchKind::Flat { resolved_penalty(sides) } else { f64::INFINITY }
     }
 
     /// Resets `element` with the models `fine` of whole surfaces, which served an earlier impact or trial, as if they had just been built in the

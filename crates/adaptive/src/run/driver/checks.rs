@@ -4,7 +4,8 @@ use super::Driver;
 use crate::adaptivity::penalty_search::Overlap;
 use crate::checks::contact_strain::{HUGE_CONTACT_STRAIN, contact_strain, large_contact_strain};
 use crate::checks::resolution::{
-    coarse_mesh, coarse_place, few_modes, highest_vibration, shown_interval, slow_rise, sparse_output,
+    coarse_mesh, coarse_place, few_modes, highest_vibration, ringing_force, shown_interval, slow_rise,
+    sparse_output,
 };
 use crate::checks::{motion, start};
 use crate::error::AdaptiveError;
@@ -20,7 +21,32 @@ use crate::touch::predicted::TouchKind;
 /// Gap of a contact that has closed.
 const CLOSED: f64 = f64::NEG_INFINITY;
 
+/// What is doubtful about the penalty springs of a contact in an impact.
+pub(super) struct Springs {
+    /// How much of the approach was penetration, if it was too much and the contact could be judged.
+    too_soft: Option<Overlap>,
+    /// Whether flat faces touched.
+    are_between_flat_faces: bool,
+    /// How many times stiffer they were than the modes follow.
+    beyond_modes: f64,
+}
+
 impl Driver<'_> {
+    /// What is doubtful about the springs of contact `i` in the running impact; `is_minor`: whether its force is too small to judge them by.
+    pub(super) fn springs(&self, i: usize, is_minor: bool) -> Springs {
+        let whole = self.slots[i].fine().and_then(|fine| fine.whole);
+        let element = &self.model.system.forces()[i].contact;
+        let beyond = |kind| {
+            let refinement = self.model.contacts[i].refinement.as_ref()?;
+            Some(element.penalty() / refinement.penalty_of_modes(kind, &self.model.bodies))
+        };
+        Springs {
+            too_soft: self.overlap(i).filter(|overlap| !is_minor && overlap.is_too_much()),
+            are_between_flat_faces: whole == Some(TouchKind::Flat),
+            beyond_modes: whole.and_then(beyond).unwrap_or(0.0),
+        }
+    }
+
     /// Checks how the bodies lie at the start; the warnings of that and of the models.
     pub(super) fn check_start(&mut self) -> Result<Vec<(usize, Warning)>, AdaptiveError> {
         let mut searches: Vec<&mut Search> = self.slots.iter_mut().map(|slot| &mut slot.nearest).collect();
@@ -73,39 +99,36 @@ impl Driver<'_> {
     }
 
     /// Looks at a finished impact; `is_open`: whether the contact had let go; `is_minor`: whether its force was too small beside
-    /// others to be judged by; `whole`: what touched, if its zones were the whole surfaces of the bodies; `overlap`: how much of the approach was
-    /// penetration between contact points, if it was too much.
+    /// others to be judged by; `springs`: what is doubtful about its penalty springs.
     pub(super) fn check_impact(
         &mut self,
         impact: &ImpactRecord,
         is_open: bool,
         is_minor: bool,
-        (whole, overlap): (Option<TouchKind>, Option<Overlap>),
+        springs: &Springs,
     ) -> Result<(), AdaptiveError> {
         let i = impact.contact as usize;
         let contact = &mut self.run.contacts[i];
         (contact.smallest_gap, contact.smallest_gap_time) = (CLOSED, impact.start);
         self.check_contact_strain(impact)?;
-        if !is_open {
-            return Ok(());
-        }
+        let name = &self.model.contacts[i].name;
         let (body, target) = self.model.system.forces()[i].contact.bodies();
         let bodies = [Some(body), target].into_iter().flatten();
+        let touching: Vec<_> = bodies.clone().map(|b| &self.model.bodies[b]).collect();
+        let rings = ringing_force(name, &touching, impact, springs.beyond_modes).map(|warning| (i, warning));
+        if !is_open {
+            return self.warn(rings.into_iter().collect());
+        }
         let needs = &self.model.force_needs[i];
         let few = |b: usize| Some((b, few_modes((b, &self.model.bodies[b]), impact, needs)?));
         let mut warnings: Vec<(usize, Warning)> = bodies.filter_map(few).collect();
-        if whole == Some(TouchKind::Flat) {
-            let touching: Vec<_> =
-                [Some(body), target].into_iter().flatten().map(|b| &self.model.bodies[b]).collect();
-            warnings.extend(
-                slow_rise(&self.model.contacts[i].name, &touching, impact).map(|warning| (i, warning)),
-            );
+        warnings.extend(rings);
+        if springs.are_between_flat_faces {
+            warnings.extend(slow_rise(name, &touching, impact).map(|warning| (i, warning)));
         }
-        let name = &self.model.contacts[i].name;
-        let soft = overlap.filter(|_| !is_minor);
-        warnings.extend(soft.map(|overlap| (i, soft_contact(name, impact, overlap))));
+        warnings.extend(springs.too_soft.map(|overlap| (i, soft_contact(name, impact, overlap))));
         if is_minor && self.model.contacts[i].refinement.is_some() {
-            warnings.push((i, minor_contact(&self.model.contacts[i].name, impact)));
+            warnings.push((i, minor_contact(name, impact)));
         }
         self.warn(warnings)
     }

@@ -4,7 +4,6 @@ use ffr_dynamics::integration::DenseOutput;
 
 use super::{Driver, TOUCHING};
 use crate::adaptivity::interval::IntervalAssessment;
-use crate::adaptivity::penalty_search::Overlap;
 use crate::error::AdaptiveError;
 use crate::impact::FineContact;
 use crate::record::{TransferDirection, TrialOutcome, TrialRecord};
@@ -22,8 +21,7 @@ impl Driver<'_> {
         self.store_noted()?;
         let is_open: Vec<bool> =
             self.model.system.forces().iter().map(|f| f.contact.report().normal_force <= 0.0).collect();
-        let whole: Vec<_> = self.slots.iter().map(|slot| slot.fine().and_then(|fine| fine.whole)).collect();
-        let overlaps: Vec<_> = (0..self.slots.len()).map(|i| self.overlap(i)).collect();
+        let springs: Vec<_> = (0..self.slots.len()).map(|i| self.springs(i, minor[i])).collect();
         let mut is_closed = false; // time is up, or the user stopped the run
         for i in self.latest_first() {
             let before = self.present_balance()?;
@@ -40,7 +38,6 @@ impl Driver<'_> {
         let others: Vec<Vec<(f64, f64)>> = (0..self.slots.len()).map(|i| self.presses_beside(i)).collect();
         for (i, (is_open, spans)) in is_open.into_iter().zip(others).enumerate() {
             let monitor = &mut self.slots[i].monitor;
-            let overlap = overlaps[i].filter(Overlap::is_too_much);
             let is_alone = |impact: &Impact| {
                 let (start, end) = impact.span();
                 !spans.iter().any(|(first, last)| *first < end && start < *last)
@@ -50,7 +47,7 @@ impl Driver<'_> {
             for record in records {
                 self.output.observer.impact(&record)?;
                 self.run.n_impacts += u32::from(record.row == self.run.n_rows());
-                self.check_impact(&record, is_open, minor[i], (whole[i], overlap))?;
+                self.check_impact(&record, is_open, minor[i], &springs[i])?;
             }
         }
         self.report_hits()?;
