@@ -10,7 +10,8 @@ use adaptive::model::start_poses;
 use adaptive::record::warning::WarningKind;
 use adaptive::record::{ImpactRecord, Sample};
 use adaptive::run::recording::Recording;
-use adaptive::touch::predicted::{TouchKind, touch_kind};
+use adaptive::touch::first::FirstTouches;
+use adaptive::touch::parts::TouchKind;
 use fbimpact::scenario;
 use nalgebra::{Rotation3, Vector3};
 
@@ -61,7 +62,7 @@ fn cycles(recording: &Recording) -> f64 {
 fn kind(text: &str) -> Option<TouchKind> {
     let scenario = scenario::parse(Path::new("case.toml"), text.as_bytes(), &[]).unwrap();
     let spec = &scenario.run;
-    touch_kind(spec, &spec.contacts[0], &start_poses(spec).unwrap())
+    FirstTouches::new(spec, &start_poses(spec).unwrap()).kind(&spec.contacts[0])
 }
 
 /// A solid of steel, `shape` its geometry, that stands at the height `z` turned by the rotation vector `turn` \[degrees\] and falls on the floor.

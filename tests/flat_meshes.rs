@@ -8,7 +8,8 @@ use std::path::Path;
 use adaptive::model::start_poses;
 use adaptive::record::ImpactRecord;
 use adaptive::run::recording::Recording;
-use adaptive::touch::predicted::{TouchKind, touch_kind};
+use adaptive::touch::first::FirstTouches;
+use adaptive::touch::parts::TouchKind;
 
 /// A box about its middle.
 #[derive(Clone, Copy)]
@@ -95,7 +96,7 @@ fn run(folder: &Path, bodies: &str, target: &str) -> (Recording, Option<TouchKin
     );
     let scenario = scenarios::valid(folder, &text, &[]);
     let spec = &scenario.run;
-    let kind = touch_kind(spec, &spec.contacts[0], &start_poses(spec).unwrap());
+    let kind = FirstTouches::new(spec, &start_poses(spec).unwrap()).kind(&spec.contacts[0]);
     (scenarios::run(&scenario), kind)
 }
 

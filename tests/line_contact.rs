@@ -7,7 +7,8 @@ use std::path::Path;
 
 use adaptive::model::start_poses;
 use adaptive::run::recording::Recording;
-use adaptive::touch::predicted::{TouchKind, touch_kind};
+use adaptive::touch::first::FirstTouches;
+use adaptive::touch::parts::TouchKind;
 use fbimpact::scenario;
 
 const STEEL: &str = "[materials.steel]\nyoungs_modulus = 210e9\npoissons_ratio = 0.3\ndensity = 7850.0\n";
@@ -64,7 +65,7 @@ fn kind(text: &str) -> Option<TouchKind> {
     let scenario = scenario::parse(Path::new("line.toml"), text.as_bytes(), &[]).expect("a valid scenario");
     let spec = &scenario.run;
     let poses = start_poses(spec).expect("poses");
-    touch_kind(spec, &spec.contacts[0], &poses)
+    FirstTouches::new(spec, &poses).kind(&spec.contacts[0])
 }
 
 #[test]
@@ -99,7 +100,7 @@ fn half_the_elements_across_change_the_force_little_and_end_the_search() {
 fn lines_are_found_wherever_the_net_has_its_seams() {
     for roll in [0.0, 20.0, 45.0, 90.0, 200.0] {
         let text = on_plane(&lying("part", RADIUS, RADIUS + 1e-6, -SPEED, roll), [0.0, 0.0, 1.0]);
-        assert_eq!(kind(&text), Some(TouchKind::Smooth), "roll {roll}");
+        assert_eq!(kind(&text), Some(TouchKind::Line), "roll {roll}");
     }
     let pair = |body: &str, target: &str| {
         let (upper, lower) =
@@ -109,8 +110,8 @@ fn lines_are_found_wherever_the_net_has_its_seams() {
         )
     };
     // Rims that lie beside each other were taken for edges.
-    assert_eq!(kind(&pair("upper", "lower")), Some(TouchKind::Smooth));
-    assert_eq!(kind(&pair("lower", "upper")), Some(TouchKind::Smooth));
+    assert_eq!(kind(&pair("upper", "lower")), Some(TouchKind::Line));
+    assert_eq!(kind(&pair("lower", "upper")), Some(TouchKind::Line));
 }
 
 #[test]

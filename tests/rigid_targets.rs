@@ -6,8 +6,9 @@ use std::path::Path;
 
 use adaptive::model::start_poses;
 use adaptive::run::recording::Recording;
+use adaptive::touch::first::FirstTouches;
 use adaptive::touch::hertz::{HertzLaw, LocalSurface, hertz_impact};
-use adaptive::touch::predicted::{TouchKind, touch_kind};
+use adaptive::touch::parts::TouchKind;
 use fbimpact::scenario::Scenario;
 use nalgebra::Vector3;
 
@@ -316,7 +317,7 @@ fn poles_of_nets_are_smooth_places() {
     for tool in [rigid.clone(), rigid.replace("rigid", "solid")] {
         let scenario = valid(&[WORLD, &part, &tool].concat());
         let spec = &scenario.run;
-        let kind = touch_kind(spec, &spec.contacts[0], &start_poses(spec).unwrap());
+        let kind = FirstTouches::new(spec, &start_poses(spec).unwrap()).kind(&spec.contacts[0]);
         assert_eq!(kind, Some(TouchKind::Smooth));
     }
 }

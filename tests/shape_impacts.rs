@@ -7,8 +7,9 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 use adaptive::model::start_poses;
+use adaptive::touch::first::FirstTouches;
 use adaptive::touch::hertz::{LocalSurface, hertz_impact};
-use adaptive::touch::predicted::{TouchKind, touch_kind};
+use adaptive::touch::parts::TouchKind;
 use fbimpact::scenario;
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -151,7 +152,7 @@ fn every_shape_is_a_rigid_target_that_a_ball_touches_smoothly() {
         let tool = format!("material = \"aluminium\"\ngeometry = {{ {geometry} }}");
         let scenario = scenarios::valid(Path::new("."), &world(&part, &tool), &[]);
         let spec = &scenario.run;
-        let kind = touch_kind(spec, &spec.contacts[0], &start_poses(spec).unwrap());
+        let kind = FirstTouches::new(spec, &start_poses(spec).unwrap()).kind(&spec.contacts[0]);
         assert_eq!(kind, Some(TouchKind::Smooth), "{geometry}");
     }
 }

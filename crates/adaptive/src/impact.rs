@@ -30,7 +30,7 @@ use crate::state::simulation::ObservedPoint;
 use crate::store::ModelCache;
 use crate::system::body::{BodyModel, FlexibleModel};
 use crate::touch::detection::{Detector, DetectorTarget, Nearest, Search};
-use crate::touch::predicted::TouchKind;
+use crate::touch::parts::{Touch, TouchKind};
 
 mod fine_side;
 mod kept_zone;
@@ -232,7 +232,7 @@ impl AdaptiveContact {
         self.detector.nearest(states, search).map_err(|e| self.fail(e))
     }
 
-    /// Fine models about the points `nearest` in the motions `states`, with intervals of the widths wished for or, at the first trial of
+    /// Fine models at a `touch` in the motions `states`, with intervals of the widths wished for or, at the first trial of
     /// an impact, of a width predicted: for the peak force if a preview gave one.
     ///
     /// `check_cancel` is asked between stages.
@@ -243,13 +243,13 @@ impl AdaptiveContact {
         &self,
         bodies: &[BodyModel],
         states: &[BodyState],
-        nearest: &Nearest,
+        touch: &Touch,
         request: RefinementRequest<'_>,
         check_cancel: &mut CancelCheck<'_>,
     ) -> Result<RefinedContact, AdaptiveError> {
         let own_body = flexible(&bodies[self.body]);
         let Sites { own: site, target: target_site, predicted, least, whole } =
-            self.sites(bodies, states, nearest, &request)?;
+            self.sites(bodies, states, touch, &request)?;
         let modes = |body: usize| match request.fixed.contains(&body) {
             true => LowModes::Prolonged,
             false => self.law.transfer.modes,
@@ -270,7 +270,8 @@ impl AdaptiveContact {
             }
             _ => (self.side_on(on_own, check_cancel)?, None),
         };
-        let (mut element, offset) = self.element_at(&mut own, &mut other, (bodies, states), nearest.gap)?;
+        let (mut element, offset) =
+            self.element_at(&mut own, &mut other, (bodies, states), touch.nearest.gap)?;
         let on_body =
             |body, site, side: &FineSide| ZoneOnBody { body, site, n_unknowns: side.zone.unknowns.len() };
         let mut zones = vec![on_body(self.body, site, &own)];

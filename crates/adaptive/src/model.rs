@@ -22,6 +22,7 @@ use crate::state::simulation::{Observed, ObservedPoint, System};
 use crate::store::ModelCache;
 use crate::system::body::{BodyModel, FlexibleModel};
 use crate::system::{joints, start};
+use crate::touch::first::FirstTouches;
 use crate::touch::overlap::check_undeformed;
 
 mod arrangement;
@@ -122,13 +123,15 @@ impl RunModel {
     pub fn build_with(spec: &RunSpec, cache: &ModelCache) -> Result<Self, AdaptiveError> {
         let started = Instant::now();
         let poses = start::poses(spec)?;
-        let plans = plan::plans(spec, &poses)?;
+        let first = FirstTouches::new(spec, &poses);
+        let plans = plan::plans(&first)?;
         let refined = resolution::refined(spec, &plans);
         let spec = refined.as_ref();
+        let first = first.with_sizes(spec);
         stress::check(spec, &plans)?;
         let full = full_models(spec, &plans)?;
         let assembly = started.elapsed().as_secs_f64();
-        let zones = zones(spec, (&plans, &poses), &full)?;
+        let zones = zones(&first, &plans, &full)?;
         let search = started.elapsed().as_secs_f64() - assembly;
         let interfaces = interfaces(spec, &zones)?;
         let bodies = spec.bodies.iter().zip(full).zip(interfaces).enumerate();
@@ -168,8 +171,8 @@ impl RunModel {
             stress: spec.stress.clone(),
             source: needs_fine_modes(spec, &plans, &bodies)?.then(|| Box::new(spec.clone())),
             cache: cache.clone(),
-            touches: spec.contacts.iter().flat_map(|c| touches(spec, &poses, c)).collect(),
-            force_needs: force_needs(spec, &poses),
+            touches: spec.contacts.iter().flat_map(|c| touches(&first, c)).collect(),
+            force_needs: force_needs(&first),
             system,
             initial,
             bodies,
@@ -271,8 +274,9 @@ impl RunModel {
 /// [`AdaptiveError`] as a run, for contacts that have no plan and bodies that overlap.
 pub fn check_contacts(spec: &RunSpec) -> Result<(), AdaptiveError> {
     let poses = start::poses(spec)?;
-    let plans = plan::plans(spec, &poses)?;
-    check_mesh_zones(spec, (&plans, &poses))?;
+    let first = FirstTouches::new(spec, &poses);
+    let plans = plan::plans(&first)?;
+    check_mesh_zones(&first, &plans)?;
     check_undeformed(spec, &poses)
 }
 

@@ -22,6 +22,7 @@ use crate::model::start_poses;
 use crate::record::work::{self, Work};
 use crate::spec::{Accuracy, DiscretisationSpec, ElasticSpec, ReductionSpec, RefinementSpec, RunSpec};
 use crate::store::{ModelCache, ModelKey, StoredModel};
+use crate::touch::first::FirstTouches;
 use iga_core::elasticity::Model;
 use impact_time::{ForceTime, TimeScale};
 use mesh::ChosenMesh;
@@ -63,8 +64,9 @@ pub fn choose(
         return Ok(chosen);
     }
     let poses = start_poses(spec)?;
+    let touches = FirstTouches::new(spec, &poses);
     let accuracy = spec.accuracy;
-    let mut times = impact_time::shortest(spec, &poses);
+    let mut times = impact_time::shortest(&touches);
     times
         .iter_mut()
         .flatten()
@@ -80,7 +82,7 @@ pub fn choose(
         }
         chosen[i].warn(&body.name);
         if wish.elements {
-            chosen[i].zones = zone::zones(spec, &poses, i);
+            chosen[i].zones = zone::zones(&touches, i);
             let elements = chosen[i].mesh.as_ref().map_or(&[][..], |mesh| &mesh.elements);
             let places = held_place::zones(spec, i, elements);
             chosen[i].zones.extend(places);

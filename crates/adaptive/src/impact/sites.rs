@@ -19,13 +19,9 @@ use crate::state::ImpactHistory;
 use crate::system::body::BodyModel;
 use crate::system::whole_surface::resolved_penalty;
 use crate::touch::detection::{Nearest, Search};
-use crate::touch::line::middle_of_line;
-use crate::touch::predicted::{TouchKind, touch_kind_at};
+use crate::touch::parts::{Touch, TouchKind};
 use crate::touch::side::{Moved, Side, met_place};
-
-/// Angle \[rad\] by which flat faces may be inclined at a touch in the run and still meet as a whole: motions err by some 1e-6 of the way, and the
-/// faces of bodies that swing and ring turn by more; over 20 mm it is 2 um, which bodies at 1 m/s close in 2 us.
-const NEARLY_PARALLEL: f64 = 1e-4;
+use crate::touch::tolerances::PARALLEL_IN_RUN;
 
 /// Where the zones of a contact lie.
 pub(super) struct Sites {
@@ -54,7 +50,7 @@ fn without_round_off(width: f64) -> f64 {
 }
 
 impl AdaptiveContact {
-    /// Where the bodies touch in the motions `states`: the nearest points or, of a whole straight line of them, its middle.
+    /// How the bodies touch in the motions `states`. Zones that vibrate lie about the nearest points, even if these belong to a line.
     ///
     /// # Errors
     /// [`AdaptiveError::Contact`] if the motions are not finite.
@@ -63,12 +59,15 @@ impl AdaptiveContact {
         bodies: &[BodyModel],
         states: &[BodyState],
         search: &mut Search,
-    ) -> Result<Nearest, AdaptiveError> {
+    ) -> Result<Touch, AdaptiveError> {
         let nearest = self.nearest(states, search)?;
-        let Some((own, other)) = self.moved(bodies, states).filter(|_| !self.is_vibrating()) else {
-            return Ok(nearest);
-        };
-        Ok(middle_of_line(own, other, &nearest, NEARLY_PARALLEL).unwrap_or(nearest))
+        Ok(match self.moved(bodies, states) {
+            Some((own, other)) if self.is_vibrating() => {
+                Touch::at_places(own, other, &nearest, PARALLEL_IN_RUN)
+            }
+            Some((own, other)) => Touch::at(own, other, &nearest, PARALLEL_IN_RUN),
+            None => Touch { nearest, kind: TouchKind::Smooth, normal: nearest.normal },
+        })
     }
 
     /// The undeformed surfaces of the contact body and of the target, if that is a body, with their motions; none if one has no surface.
@@ -93,10 +92,10 @@ impl AdaptiveContact {
         &self,
         bodies: &[BodyModel],
         states: &[BodyState],
-        nearest: &Nearest,
+        touch: &Touch,
         request: &RefinementRequest<'_>,
     ) -> Result<Sites, AdaptiveError> {
-        let whole = self.whole_at(bodies, states, nearest, request.widths)?;
+        let (whole, nearest) = (self.whole_at(touch, request.widths)?, &touch.nearest);
         let target = self.flexible_target.zip(nearest.target.as_ref());
         if whole.is_some() {
             let own = self.whole_site(bodies, states, nearest, whole);
@@ -156,16 +155,14 @@ impl AdaptiveContact {
         met_place(&Side::new(own), &Side::new(target?), nearest)
     }
 
-    /// The kind of touch at the places `nearest`, if an edge or flat faces touch and `widths` do not ask for an interval: then the zones are the
+    /// The kind of `touch`, if an edge or flat faces touch and `widths` do not ask for an interval: then the zones are the
     /// whole surfaces, which [`ZoneSite::ALL_WIDTHS`] stands for. None if smooth surfaces touch.
     ///
     /// # Errors
     /// [`AdaptiveError::ContactModel`] if no contact point sees the touch, or zones that vibrate would be whole surfaces.
     pub fn whole_at(
         &self,
-        bodies: &[BodyModel],
-        states: &[BodyState],
-        nearest: &Nearest,
+        touch: &Touch,
         widths: Option<[f64; 2]>,
     ) -> Result<Option<TouchKind>, AdaptiveError> {
         match widths.or(self.law.interval.width.map(|w| [w; 2])) {
@@ -173,10 +170,9 @@ impl AdaptiveContact {
             Some(_) => return Ok(None),
             None => {}
         }
-        let Some((own, other)) = self.moved(bodies, states) else { return Ok(None) };
-        let kind = touch_kind_at(own, other, nearest, NEARLY_PARALLEL);
+        let kind = touch.kind;
         match kind {
-            TouchKind::Smooth => Ok(None),
+            TouchKind::Smooth | TouchKind::Line => Ok(None),
             TouchKind::BetweenPoints => {
                 let is_rigid = self.flexible_target.is_none();
                 Err(self.without_model(ContactModelFault::BetweenPoints { is_rigid }))

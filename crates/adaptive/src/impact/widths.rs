@@ -155,8 +155,9 @@ impl AdaptiveContact {
         if self.law.interval.width.is_some() {
             return Ok(None);
         }
-        let nearest = self.touch(bodies, states, search)?;
-        if self.whole_at(bodies, states, &nearest, None)?.is_some() {
+        let touch = self.touch(bodies, states, search)?;
+        let nearest = touch.nearest;
+        if self.whole_at(&touch, None)?.is_some() {
             return Ok(None);
         }
         let Some(Partners { own, other, normal }) = self.partners(bodies, states, &nearest) else {

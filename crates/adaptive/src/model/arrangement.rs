@@ -11,7 +11,7 @@ use crate::sizing::zone::{PredictedZone, predicted_zone};
 use crate::spec::{Attachment, ContactLaw, ContactSpec, JointSpec, Place, RunSpec, Target};
 use crate::surface::SurfacePlace;
 use crate::system::start::{poses, rigid_models};
-use crate::touch::sites::first_sites;
+use crate::touch::first::FirstTouches;
 
 /// A place with axes in space.
 #[derive(Debug, Clone, PartialEq)]
@@ -155,14 +155,15 @@ impl Arrangement {
         Ok(Self { poses, joints, loads, points })
     }
 
-    /// The first touch of `contact`; `None` where a body has no surface to touch.
+    /// Where the bodies of `contact` are nearest, and what its first touch is going to be; `None` where a body has no surface to touch.
     pub fn touch(&self, spec: &RunSpec, contact: &ContactSpec) -> Option<PlacedTouch> {
         let at = |body: usize, site: &SurfacePlace| {
             let point = spec.bodies[body].kind.motion().in_space(&site.point);
             self.poses[body].position + self.poses[body].rotation * point
         };
+        let first = FirstTouches::new(spec, &self.poses);
         let sites = match &contact.law {
-            ContactLaw::Surface(_) => first_sites(spec, contact, &self.poses)?,
+            ContactLaw::Surface(_) => first.at_start(contact)?,
             ContactLaw::Hertz { .. } => return None,
         };
         let on_body = at(contact.body, &sites.contact_body);
@@ -178,7 +179,7 @@ impl Arrangement {
             }
             (Target::Body(_), None) => return None,
         };
-        Some(PlacedTouch { on_body, on_target, normal, zone: predicted_zone(spec, &self.poses, contact) })
+        Some(PlacedTouch { on_body, on_target, normal, zone: predicted_zone(&first, contact) })
     }
 }
 

@@ -30,6 +30,7 @@ use crate::state::simulation::RunContact;
 use crate::store::ModelCache;
 use crate::surface::{MeshSurface, SurfacePlace};
 use crate::touch::detection::InactiveContact;
+use crate::touch::first::FirstTouches;
 use crate::touch::hertz::contact_modulus;
 use crate::touch::wave::wave_speed;
 
@@ -124,8 +125,8 @@ impl Zones {
 /// # Errors
 /// See [`crate::body::zone::at_start::ZoneRequest::zone`].
 pub fn zones(
-    spec: &RunSpec,
-    (plans, poses): (&[ContactPlan], &[BodyState]),
+    first: &FirstTouches<'_>,
+    plans: &[ContactPlan],
     full: &[FullModel<'_>],
 ) -> Result<Vec<Option<Zones>>, AdaptiveError> {
     let of = |(contact, plan): (&ContactSpec, &ContactPlan)| {
@@ -133,14 +134,14 @@ pub fn zones(
         let sites = match plan {
             ContactPlan::FromStart(sites) => sites,
             ContactPlan::Point | ContactPlan::AtTouch => {
-                check_line(spec, poses, (contact, plan))?;
+                check_line(first, contact, plan)?;
                 return Ok(None);
             }
         };
-        check_line(spec, poses, (contact, plan))?;
+        check_line(first, contact, plan)?;
         let zone = |body: usize, site: SurfacePlace| {
             let FullModel::Flexible(full) = &full[body] else { return Err(no_surface(contact)) };
-            start_zone((spec, poses), (contact, law), (body, site), |wanted| full.zone_at_start(wanted))
+            start_zone(first, (contact, law), (body, site), |wanted| full.zone_at_start(wanted))
         };
         let own = zone(contact.body, sites.contact_body)?;
         let target = match (contact.target, sites.target) {
@@ -150,7 +151,7 @@ pub fn zones(
         };
         Ok(Some(Zones { contact_body: own, target }))
     };
-    spec.contacts.iter().zip(plans).map(of).collect()
+    first.spec.contacts.iter().zip(plans).map(of).collect()
 }
 
 /// The error of `contact` for a body that has no surface.
@@ -161,35 +162,38 @@ fn no_surface(contact: &ContactSpec) -> AdaptiveError {
 
 /// Calls `make` with the zone that `contact` is to have from the start on the body of index `body`, about its place `site`.
 fn start_zone<T>(
-    (spec, poses): (&RunSpec, &[BodyState]),
+    first: &FirstTouches<'_>,
     (contact, law): (&ContactSpec, &SurfaceLaw),
     (body, site): (usize, SurfacePlace),
     make: impl FnOnce(&StartZone<'_>) -> T,
 ) -> T {
-    let in_body = |v: &Vector3<f64>| poses[body].rotation.inverse_transform_vector(v);
+    let touch = first.of(contact);
+    let pose = touch.as_ref().map_or(&first.poses[body], |touch| &touch.poses[body]);
+    let in_body = |v: &Vector3<f64>| pose.rotation.inverse_transform_vector(v);
     let line = || {
-        let line = predicted_line(spec, poses, contact)?;
+        let line = predicted_line(first, contact)?;
         let outward = if body == contact.body { -line.normal } else { line.normal };
         let (across, outward) = (in_body(&line.across), in_body(&outward));
         Some(LineOnBody { half_width: line.half_width, width: line.width, across, outward })
     };
-    let width = || predicted_zone(spec, poses, contact).map(|zone| zone.width);
+    let width = || predicted_zone(first, contact).map(|zone| zone.width);
     make(&StartZone { request: request(contact, law, site), width: &width, line: &line })
 }
 
 /// Refuses contacts along a line with a mesh for which no zones can be made that are strips along the line: contacts that are refined at the touch,
 /// and contacts with a partner of splines.
 fn check_line(
-    spec: &RunSpec,
-    poses: &[BodyState],
-    (contact, plan): (&ContactSpec, &ContactPlan),
+    first: &FirstTouches<'_>,
+    contact: &ContactSpec,
+    plan: &ContactPlan,
 ) -> Result<(), AdaptiveError> {
+    let spec = first.spec;
     let ContactLaw::Surface(law) = &contact.law else { return Ok(()) };
     let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
     let bodies = || [Some(contact.body), other].into_iter().flatten().map(|body| &spec.bodies[body]);
     let mesh = bodies().find(|body| body.kind.brings_mesh());
     let Some(mesh) = mesh.filter(|_| law.treatment != Treatment::Coarse) else { return Ok(()) };
-    let Some(line) = predicted_line(spec, poses, contact) else { return Ok(()) };
+    let Some(line) = predicted_line(first, contact) else { return Ok(()) };
     if *plan == ContactPlan::AtTouch {
         let fault = ContactModelFault::RefinedLine { body: mesh.name.clone(), width: 2.0 * line.half_width };
         return Err(AdaptiveError::ContactModel { contact: contact.name.clone(), fault });
@@ -209,12 +213,10 @@ fn check_line(
 ///
 /// # Errors
 /// As [`zone_on_mesh`]; [`AdaptiveError::ContactModel`] for a line that no strip of sides follows.
-pub fn check_mesh_zones(
-    spec: &RunSpec,
-    (plans, poses): (&[ContactPlan], &[BodyState]),
-) -> Result<(), AdaptiveError> {
+pub fn check_mesh_zones(first: &FirstTouches<'_>, plans: &[ContactPlan]) -> Result<(), AdaptiveError> {
+    let spec = first.spec;
     for (contact, plan) in spec.contacts.iter().zip(plans) {
-        check_line(spec, poses, (contact, plan))?;
+        check_line(first, contact, plan)?;
         let (ContactLaw::Surface(law), ContactPlan::FromStart(sites)) = (&contact.law, plan) else {
             continue;
         };
@@ -224,7 +226,7 @@ pub fn check_mesh_zones(
             if let Some(mesh) = spec.bodies[body].kind.meshed() {
                 let on = (spec.bodies[body].name.as_str(), &*MeshSurface::of(&mesh.mesh));
                 let wanted = |wanted: &StartZone<'_>| zone_on_mesh(on, wanted).map(|_| ());
-                start_zone((spec, poses), (contact, law), (body, site), wanted)?;
+                start_zone(first, (contact, law), (body, site), wanted)?;
             }
         }
     }

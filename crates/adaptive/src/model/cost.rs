@@ -2,7 +2,6 @@
 
 use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::reduction::Pencil;
-use ffr_dynamics::system::force::BodyState;
 
 use super::contacts::{interfaces, takes_part, zones};
 use super::plan::{self, ContactPlan};
@@ -15,6 +14,7 @@ use crate::sizing::zone::predicted_zone;
 use crate::spec::{ContactLaw, ContactSpec, ImportedSpec, RunSpec, SurfaceLaw, Target};
 use crate::surface::SurfacePlace;
 use crate::system::start;
+use crate::touch::first::FirstTouches;
 
 /// Bytes of an entry of a sparse matrix with its index.
 const SPARSE_ENTRY: f64 = 12.0;
@@ -44,26 +44,28 @@ pub struct ModelCost {
 
 /// Models of all elastic bodies of `spec`, with the zones that contacts have from the start, and the fine models that the first touch of each contact is predicted to need.
 ///
-/// Hertz's theory and the motions at the start predict zone and place of a touch, as in [`predicted_zone`]; a contact that it has no
+/// Hertz's theory and the first touch in free flight predict zone and place of a touch, as in [`predicted_zone`]; a contact that it has no
 /// answer for is left out. Meshes and matrices are made, nothing is factorised.
 ///
 /// # Errors
 /// [`AdaptiveError`] with the body's name if a mesh cannot be made, no memory holds a factor, or the motions at the start are not known.
 pub fn costs(spec: &RunSpec) -> Result<Vec<ModelCost>, AdaptiveError> {
     let poses = start::poses(spec)?;
-    let plans = plan::plans(spec, &poses)?;
+    let first = FirstTouches::new(spec, &poses);
+    let plans = plan::plans(&first)?;
     let refined = resolution::refined(spec, &plans);
     let spec = refined.as_ref();
+    let first = first.with_sizes(spec);
     let full = full_models(spec, &plans)?;
-    let interfaces = interfaces(spec, &zones(spec, (&plans, &poses), &full)?)?;
+    let interfaces = interfaces(spec, &zones(&first, &plans, &full)?)?;
     let mut costs = Vec::new();
     for (index, (full, interface)) in full.iter().zip(&interfaces).enumerate() {
         let contacts = spec.contacts.iter().zip(&plans).filter(|(_, plan)| **plan == ContactPlan::AtTouch);
         let (whole, smooth): (Vec<_>, Vec<_>) = contacts
             .map(|(contact, _)| contact)
             .filter(|contact| takes_part(contact, index))
-            .partition(|contact| plan::is_whole(spec, contact, &poses));
-        let touches = smooth.into_iter().filter_map(|contact| touch(spec, &poses, contact, index));
+            .partition(|contact| plan::is_whole(&first, contact));
+        let touches = smooth.into_iter().filter_map(|contact| touch(&first, contact, index));
         match full {
             FullModel::Flexible(coarse) => {
                 let n_elements = coarse.space().n_elements();
@@ -102,14 +104,9 @@ struct Touch<'a> {
 }
 
 /// The first touch of `contact`, which gets fine models then, on body `index`; none if Hertz's theory has no answer.
-fn touch<'a>(
-    spec: &RunSpec,
-    poses: &[BodyState],
-    contact: &'a ContactSpec,
-    index: usize,
-) -> Option<Touch<'a>> {
+fn touch<'a>(first: &FirstTouches<'_>, contact: &'a ContactSpec, index: usize) -> Option<Touch<'a>> {
     let ContactLaw::Surface(law) = &contact.law else { return None };
-    let zone = predicted_zone(spec, poses, contact)?;
+    let zone = predicted_zone(first, contact)?;
     let side = match contact.target {
         _ if contact.body == index => 0,
         Target::Body(other) if other == index => 1,

@@ -1,21 +1,21 @@
 //! Which contacts have one model for the whole run, and about which places of the bodies.
 
 use contact_qs::ContactError;
-use ffr_dynamics::system::force::BodyState;
 
 use crate::body::zone::at_start::{ZoneRequest, refined_width};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::spec::unsupported::Unsupported;
 use crate::spec::{ContactLaw, ContactSpec, ElasticSpec, RunSpec, SurfaceLaw, Target, Treatment};
 use crate::surface::{self, SurfacePlace};
-use crate::touch::predicted::{TouchKind, kind_of_touch, no_hertz_point};
-use crate::touch::sites::{Sites, Surfaces, sites};
+use crate::touch::first::FirstTouches;
+use crate::touch::parts::TouchKind;
+use crate::touch::sites::Sites;
 
 /// When a contact gets its model.
 ///
 /// Adaptive contacts are refined by the program at each touch. Quasistatic, damped and dynamic pairs are too, with the width
-/// and penalty factor given, unless both bodies, as far as they are flexible, are refined by their own discretisation at the places where they are
-/// nearest at the start and no interval is given: then that refinement is the model of the whole run, as it always is of coarse
+/// and penalty factor given, unless both bodies, as far as they are flexible, are refined by their own discretisation at the places where they
+/// touch first and no interval is given: then that refinement is the model of the whole run, as it always is of coarse
 /// contacts and of those with a plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ContactPlan {
@@ -27,32 +27,28 @@ pub enum ContactPlan {
     FromStart(Sites),
 }
 
-/// The plan of every contact, `poses` being the motions at the start.
+/// The plan of every contact.
 ///
 /// # Errors
 /// [`AdaptiveError::Unsupported`] for bodies that cannot take their part, [`AdaptiveError::Contact`] if nearest places
 /// cannot be found.
-pub fn plans(spec: &RunSpec, poses: &[BodyState]) -> Result<Vec<ContactPlan>, AdaptiveError> {
-    let surfaces = Surfaces::default();
-    spec.contacts.iter().map(|contact| plan((spec, &surfaces), contact, poses)).collect()
+pub fn plans(touches: &FirstTouches<'_>) -> Result<Vec<ContactPlan>, AdaptiveError> {
+    touches.spec.contacts.iter().map(|contact| plan(touches, contact)).collect()
 }
 
-fn plan(
-    (spec, surfaces): (&RunSpec, &Surfaces),
-    contact: &ContactSpec,
-    poses: &[BodyState],
-) -> Result<ContactPlan, AdaptiveError> {
+fn plan(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Result<ContactPlan, AdaptiveError> {
+    let spec = touches.spec;
     let law = match &contact.law {
         ContactLaw::Surface(law) => law,
         ContactLaw::Hertz(law) => {
-            let what = no_hertz_point((spec, surfaces), contact, law, poses);
+            let what = touches.no_hertz_point(contact, law);
             let refused =
                 |what| AdaptiveError::unsupported_contact(&contact.name, Unsupported::NoHertzPoint { what });
             return what.map_or(Ok(ContactPlan::Point), |what| Err(refused(what)));
         }
     };
     check_surfaces(spec, contact)?;
-    match edge_touch((spec, surfaces), contact, law, poses) {
+    match edge_touch(touches, contact, law) {
         Some(kind @ (TouchKind::Flat | TouchKind::Edge)) if law.is_exact() => {
             let fault = ContactModelFault::ExactWhole { what: kind.parts() };
             return Err(AdaptiveError::ContactModel { contact: contact.name.clone(), fault });
@@ -64,18 +60,18 @@ fn plan(
             let (contact, fault) = (contact.name.clone(), ContactModelFault::BetweenPoints { is_rigid });
             return Err(AdaptiveError::ContactModel { contact, fault });
         }
-        Some(TouchKind::Smooth) | None => {}
+        Some(TouchKind::Smooth | TouchKind::Line) | None => {}
     }
     if law.treatment == Treatment::Adaptive {
         return Ok(ContactPlan::AtTouch);
     }
     let other = match &contact.target {
         Target::Body(other) => *other,
-        Target::Plane { .. } => return from_start(spec, contact, poses),
+        Target::Plane { .. } => return from_start(touches, contact),
     };
     // A mesh is not refined: it keeps its zone, and so does its partner.
     if [contact.body, other].into_iter().any(|body| spec.bodies[body].kind.brings_mesh()) {
-        return from_start(spec, contact, poses);
+        return from_start(touches, contact);
     }
     // A rigid target needs no elements.
     let bodies: Vec<&ElasticSpec> =
@@ -87,7 +83,7 @@ fn plan(
     if !is_coarse && !may_be_refined {
         return Ok(ContactPlan::AtTouch);
     }
-    let sites = find_sites(spec, contact, poses)?;
+    let sites = find_sites(touches, contact)?;
     let found = [Some(sites.contact_body), sites.target].into_iter().flatten();
     let is_refined = bodies.iter().zip(found).all(|(b, s)| refined_width(b, &s.point).is_some());
     if !is_coarse && !is_refined {
@@ -97,39 +93,28 @@ fn plan(
 }
 
 /// Whether flat faces, edges or corners touch first in `contact`, so that its zones are the whole surfaces then.
-pub fn is_whole(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> bool {
+pub fn is_whole(touches: &FirstTouches<'_>, contact: &ContactSpec) -> bool {
     let ContactLaw::Surface(law) = &contact.law else { return false };
-    matches!(
-        edge_touch((spec, &Surfaces::default()), contact, law, poses),
-        Some(TouchKind::Flat | TouchKind::Edge)
-    )
+    matches!(edge_touch(touches, contact, law), Some(TouchKind::Flat | TouchKind::Edge))
 }
 
 /// What touches first in a contact whose zone nobody has given and that is quasistatic, or refined by the program.
-fn edge_touch(
-    (spec, surfaces): (&RunSpec, &Surfaces),
-    contact: &ContactSpec,
-    law: &SurfaceLaw,
-    poses: &[BodyState],
-) -> Option<TouchKind> {
+fn edge_touch(touches: &FirstTouches<'_>, contact: &ContactSpec, law: &SurfaceLaw) -> Option<TouchKind> {
     let is_left_open = law.interval.width.is_none();
     let is_quasistatic = matches!(law.treatment, Treatment::Adaptive | Treatment::Quasistatic);
-    if is_left_open && is_quasistatic { kind_of_touch((spec, surfaces), contact, poses) } else { None }
+    if is_left_open && is_quasistatic { touches.kind(contact) } else { None }
 }
 
-/// The plan of a contact with zones about the places where the bodies are nearest at the start.
-fn from_start(
-    spec: &RunSpec,
-    contact: &ContactSpec,
-    poses: &[BodyState],
-) -> Result<ContactPlan, AdaptiveError> {
-    find_sites(spec, contact, poses).map(ContactPlan::FromStart)
+/// The plan of a contact with zones about the places where the bodies touch first.
+fn from_start(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Result<ContactPlan, AdaptiveError> {
+    find_sites(touches, contact).map(ContactPlan::FromStart)
 }
 
-fn find_sites(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Result<Sites, AdaptiveError> {
+fn find_sites(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Result<Sites, AdaptiveError> {
     let none = Err(ContactError::Nothing { what: "a body has no surface to touch" });
-    sites(spec, contact, poses)
-        .unwrap_or(none)
+    let touch = touches.find(contact).unwrap_or(none);
+    touch
+        .map(|touch| touch.sites)
         .map_err(|source| AdaptiveError::Contact { contact: contact.name.clone(), source })
 }
 

@@ -11,6 +11,7 @@ use crate::spec::{
     SurfaceLaw, Target, Treatment,
 };
 use crate::system::start;
+use crate::touch::first::FirstTouches;
 
 /// Names of the bodies and contacts that the factors of a [`crate::spec::Resolution`] act on.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -30,7 +31,8 @@ pub struct Subjects {
 /// # Errors
 /// [`AdaptiveError`] as a run, if motions at the start or places of contact cannot be found.
 pub fn subjects(spec: &RunSpec) -> Result<Subjects, AdaptiveError> {
-    let plans = plans(spec, &start::poses(spec)?)?;
+    let poses = start::poses(spec)?;
+    let plans = plans(&FirstTouches::new(spec, &poses))?;
     let bodies = |wanted: fn(&BodyKind) -> bool| {
         let named = spec.bodies.iter().filter(move |b| wanted(&b.kind));
         named.map(|b| b.name.clone()).collect()

@@ -22,9 +22,11 @@ pub use crate::sizing::impact_time::rise::TimeScale;
 use crate::sizing::impact_time::rise::{TouchLine, Touching, length_along, line_time, point_time};
 use crate::spec::{BodyKind, ContactLaw, ContactSpec, HertzSphere, Place, RunSpec, Target};
 use crate::surface::{self, SurfacePlace};
+use crate::touch::first::{FirstTouch, FirstTouches};
 use crate::touch::hertz::{LocalSurface, across_line, inverse_effective_mass};
 use crate::touch::local_surface::{SurfaceView, plane_compliance};
-use crate::touch::sites::first_sites;
+use crate::touch::sites::Sites;
+use crate::touch::tolerances::{FACING, SHORTEST_LINE};
 
 /// Speed of impacts when nothing moves and nothing falls at the start [m/s].
 const UNKNOWN_SPEED: f64 = 1.0;
@@ -34,12 +36,6 @@ const UNKNOWN_SPEED: f64 = 1.0;
 const FLAT: f64 = 60.0;
 /// Frequency times duration up to which modes of solid bodies follow that force; their number grows with the cube of the frequency.
 const FLAT_SOLID: f64 = 10.0;
-
-/// Largest angle between the normals of two surfaces that count as facing each other, larger than the error of normals of meshes \[rad\].
-pub(super) const ALONG: f64 = 5e-3;
-
-/// Length of a line, as a share of the size of the body, below which it counts as a point: such as a circle about the axis that has shrunk to it.
-const SHORTEST_LINE: f64 = 1e-3;
 
 /// Share of a pulse's energy that may lie above the highest kept frequency. Amplitudes go with its root, 1 %, and the static answer of the modes that
 /// are left out corrects most of that.
@@ -101,13 +97,15 @@ impl fmt::Display for ForceTime {
     }
 }
 
-/// The fastest forces on each body, `poses` being the motions at the start; bodies that joints connect share them.
-pub fn shortest(spec: &RunSpec, poses: &[BodyState]) -> Vec<Option<ForceTime>> {
-    let scene = Scene { spec, poses };
+/// The fastest forces on each body at the first touches; bodies that joints connect share them.
+pub fn shortest(touches: &FirstTouches<'_>) -> Vec<Option<ForceTime>> {
+    let spec = touches.spec;
     let mut times: Vec<Option<ForceTime>> = vec![None; spec.bodies.len()];
     let assembly = assemblies(spec);
     for contact in &spec.contacts {
-        for BodyForce { body: of, time, of_force, .. } in scene.forces(contact) {
+        for BodyForce { body: of, time, of_force, .. } in
+            Scene::at(touches, touches.of(contact).as_deref()).forces(contact)
+        {
             let joined: Vec<usize> = (0..times.len()).filter(|&i| assembly[i] == assembly[of]).collect();
             // Joints pass on the whole force; that a massive body takes little of its energy does not count for its neighbours.
             let frequency = if joined.len() == 1 { time.frequency } else { of_force };
@@ -141,10 +139,12 @@ impl ForceNeeds {
 }
 
 /// The needs of each contact.
-pub fn force_needs(spec: &RunSpec, poses: &[BodyState]) -> Vec<ForceNeeds> {
-    let (scene, assembly) = (Scene { spec, poses }, assemblies(spec));
+pub fn force_needs(touches: &FirstTouches<'_>) -> Vec<ForceNeeds> {
+    let (spec, assembly) = (touches.spec, assemblies(touches.spec));
     let is_free = |body: &usize| assembly.iter().filter(|n| **n == assembly[*body]).count() == 1;
     let of_contact = |contact: &ContactSpec| {
+        let touch = touches.of(contact);
+        let scene = Scene::at(touches, touch.as_deref());
         let forces = scene.forces(contact);
         let line = forces.first().filter(|f| f.time.scale.is_line()).map(|f| f.time.frequency);
         let free = forces.iter().filter(|f| is_free(&f.body) && scene.is_pulse(contact.body, f.time.scale));
@@ -177,12 +177,14 @@ struct Partner {
     velocity: Vector3<f64>,
 }
 
-/// The motions at the start of a run.
+/// The bodies at the first touch of a contact.
 pub(super) struct Scene<'a> {
     /// Bodies and contacts.
     pub spec: &'a RunSpec,
-    /// Motions of the bodies.
+    /// Motions of the bodies just before it, as far as it is known; otherwise at the start.
     pub poses: &'a [BodyState],
+    /// The places that touch; none where a body has no surface.
+    sites: Option<Sites>,
 }
 
 /// Surfaces and places of both partners.
@@ -220,7 +222,13 @@ pub(super) struct Impact {
     radiation: Vec<Option<Radiation>>,
 }
 
-impl Scene<'_> {
+impl<'a> Scene<'a> {
+    /// The bodies at `touch`, one of `touches`.
+    pub(super) fn at(touches: &FirstTouches<'a>, touch: Option<&'a FirstTouch>) -> Self {
+        let poses = touch.map_or(touches.poses, |touch| &touch.poses);
+        Self { spec: touches.spec, poses, sites: touch.map(|touch| touch.sites) }
+    }
+
     /// The force of `contact` on each of its bodies.
     fn forces(&self, contact: &ContactSpec) -> Vec<BodyForce> {
         let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
@@ -263,7 +271,7 @@ impl Scene<'_> {
             let curvature = surfaces.iter().map(LocalSurface::in_plane).sum();
             return Some(TouchLine { length, curvature, size });
         }
-        let (curvature, across) = across_line(surfaces, size).filter(|_| meeting.miss <= ALONG)?;
+        let (curvature, across) = across_line(surfaces, size).filter(|_| meeting.miss <= FACING)?;
         let pose = &self.poses[contact.body];
         let is_axisymmetric = self.spec.bodies[contact.body].kind.motion() == RigidMotion::Axial;
         let length = if is_axisymmetric {
@@ -354,7 +362,7 @@ impl Scene<'_> {
     }
 
     fn meeting_of_surfaces(&self, contact: &ContactSpec, other: Option<usize>) -> Option<Meeting> {
-        let sites = first_sites(self.spec, contact, self.poses)?;
+        let sites = self.sites?;
         let view = |body: usize, site: &SurfacePlace| self.view(body, site);
         let own = view(contact.body, &sites.contact_body)?;
         let at = self.in_space(contact.body, &own.point);
@@ -369,7 +377,7 @@ impl Scene<'_> {
         // What is nearest may be an edge of several sides of a mesh, or where a line of a face ends, of which any face may have been found.
         let is_mesh = |body: usize| self.spec.bodies[body].kind.brings_mesh();
         let has_mesh = is_mesh(contact.body) || is_mesh(target);
-        let (own, facing) = if !has_mesh || own.outward.angle(&-facing.outward) <= ALONG {
+        let (own, facing) = if !has_mesh || own.outward.angle(&-facing.outward) <= FACING {
             (own, facing)
         } else {
             let turned = self.facing((contact.body, &sites.contact_body), &-facing.outward);

@@ -1,12 +1,11 @@
 //! Whether meshes are fine enough where they are touched, from the contact radius that Hertz's theory predicts (docs/theory.md Eq. P.10).
 
-use ffr_dynamics::system::force::BodyState;
-
 use crate::record::warning::{Warning, WarningKind};
 use crate::sizing::zone::{PredictedZone, predicted_zone};
-use crate::spec::{ContactLaw, ContactSpec, MeshedSpec, RunSpec, Target, Treatment};
+use crate::spec::{ContactLaw, ContactSpec, MeshedSpec, Target, Treatment};
 use crate::surface::smooth_fit::SmoothFit;
 use crate::surface::{MeshSurface, Surface, SurfacePlace};
+use crate::touch::first::FirstTouches;
 
 /// Sides of quadratic elements on the contact radius that make the force right to half a per cent: with one the force of a ball is off by 0.7 %, with
 /// two by 0.2 % (Eq. P.10).
@@ -97,8 +96,9 @@ impl MeshTouch {
     }
 }
 
-/// The touches of `contact` on bodies of finite elements, as far as Hertz's theory predicts them, `poses` being the motions at the start.
-pub fn touches(spec: &RunSpec, poses: &[BodyState], contact: &ContactSpec) -> Vec<MeshTouch> {
+/// The touches of `contact` on bodies of finite elements, as far as Hertz's theory predicts them.
+pub fn touches(first: &FirstTouches<'_>, contact: &ContactSpec) -> Vec<MeshTouch> {
+    let spec = first.spec;
     let on_mesh = |body: usize| spec.bodies[body].kind.meshed();
     let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
     let bodies = [Some(contact.body), other];
@@ -108,7 +108,7 @@ pub fn touches(spec: &RunSpec, poses: &[BodyState], contact: &ContactSpec) -> Ve
         return Vec::new();
     }
     let is_refined = law.treatment == Treatment::Adaptive;
-    let Some(zone) = predicted_zone(spec, poses, contact) else { return Vec::new() };
+    let Some(zone) = predicted_zone(first, contact) else { return Vec::new() };
     let touch = |(body, site): (usize, SurfacePlace)| {
         let mesh = on_mesh(body)?;
         let surface = MeshSurface::of(&mesh.mesh);

@@ -1,19 +1,19 @@
 //! Fine elements where a body meets a plane, for contacts that keep one model for the whole run and say nothing of it.
 
-use ffr_dynamics::system::force::BodyState;
 use iga_core::elasticity::Model;
 use nalgebra::Vector3;
 
 use super::ChosenZone;
 use super::extent::extent;
-use super::impact_time::{ALONG, Impact, Scene};
+use super::impact_time::{Impact, Scene};
 use crate::body::splines::refined::ELEMENTS;
 use crate::spec::{
     ContactLaw, ContactSpec, IntervalSpec, RefinementSpec, RunSpec, SurfaceLaw, Target, Treatment,
 };
 use crate::surface::SurfacePlace;
+use crate::touch::first::FirstTouches;
 use crate::touch::hertz::{HertzLaw, LocalSurface, across_line, hertz_impact, interval_width, line_impact};
-use crate::touch::sites::first_sites;
+use crate::touch::tolerances::FACING;
 
 /// Growth of elements outside a zone.
 const RATIO: f64 = 1.5;
@@ -21,27 +21,28 @@ const RATIO: f64 = 1.5;
 const ROUND_OFF: f64 = 1e-14;
 
 /// The zones that contacts need on body `index` and nobody has given.
-pub(super) fn zones(spec: &RunSpec, poses: &[BodyState], index: usize) -> Vec<ChosenZone> {
-    let scene = Scene { spec, poses };
+pub(super) fn zones(touches: &FirstTouches<'_>, index: usize) -> Vec<ChosenZone> {
+    let spec = touches.spec;
     let is_refined = spec.bodies[index].elastic().is_some_and(|e| !e.discretisation.refine.is_empty());
     let contacts = spec.contacts.iter().filter(|_| !is_refined);
-    contacts.filter_map(|contact| zone(&scene, contact, index)).collect()
+    contacts.filter_map(|contact| zone(touches, contact, index)).collect()
 }
 
 /// The zone that `contact` needs on body `index`.
-fn zone(scene: &Scene<'_>, contact: &ContactSpec, index: usize) -> Option<ChosenZone> {
+fn zone(touches: &FirstTouches<'_>, contact: &ContactSpec, index: usize) -> Option<ChosenZone> {
     let ContactLaw::Surface(law) = &contact.law else { return None };
-    if !keeps_its_model(scene.spec, contact, law) {
+    if !keeps_its_model(touches.spec, contact, law) {
         return None;
     }
-    let sites = first_sites(scene.spec, contact, scene.poses)?;
+    let touch = touches.of(contact)?;
+    let (sites, scene) = (touch.sites, Scene::at(touches, Some(&touch)));
     let site = match contact.target {
         _ if contact.body == index => sites.contact_body,
         Target::Body(other) if other == index => sites.target?,
         _ => return None,
     };
     let elastic = scene.spec.bodies[index].elastic()?;
-    let touch = predicted(scene, contact)?;
+    let touch = predicted(&scene, contact)?;
     let from_axis = elastic.model == Model::Axisymmetric;
     let width = interval_width(touch.half_width, IntervalSpec::default().target_utilisation, from_axis);
     // A place on an axis or at an end is found but for round-off.
@@ -79,11 +80,11 @@ pub struct PredictedZone {
     pub sites: [Option<SurfacePlace>; 2],
 }
 
-/// The first touch of `contact`, `poses` being the motions at the start; `None` where Hertz's theory has no answer.
-pub fn predicted_zone(spec: &RunSpec, poses: &[BodyState], contact: &ContactSpec) -> Option<PredictedZone> {
-    let scene = Scene { spec, poses };
-    let Touch { half_width, force, approach } = predicted(&scene, contact)?;
-    let sites = first_sites(spec, contact, poses)?;
+/// The zone of the first touch of `contact`; `None` where Hertz's theory has no answer.
+pub fn predicted_zone(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Option<PredictedZone> {
+    let touch = touches.of(contact)?;
+    let Extent { half_width, force, approach } = predicted(&Scene::at(touches, Some(&touch)), contact)?;
+    let sites = touch.sites;
     let width = interval_width(half_width, IntervalSpec::default().target_utilisation, false);
     Some(PredictedZone {
         half_width,
@@ -107,17 +108,18 @@ pub struct PredictedLine {
     pub normal: Vector3<f64>,
 }
 
-/// The line of the first touch of `contact` between spatial bodies, `poses` being the motions at the start; `None` if they touch otherwise, or nothing is
-/// known of it.
-pub fn predicted_line(spec: &RunSpec, poses: &[BodyState], contact: &ContactSpec) -> Option<PredictedLine> {
-    let scene = Scene { spec, poses };
+/// The line of the first touch of `contact` between spatial bodies; `None` if they touch otherwise, or nothing is known of it.
+pub fn predicted_line(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Option<PredictedLine> {
+    let touch = touches.of(contact)?;
+    let scene = Scene::at(touches, Some(&touch));
     let Impact { meeting, speed, inverse_mass, .. } = scene.impact(contact);
     let (surfaces, size) = (meeting.surfaces?, scene.size(contact.body));
-    let (curvature, across) = across_line(&surfaces, size).filter(|_| meeting.miss <= ALONG)?;
+    let (curvature, across) = across_line(&surfaces, size).filter(|_| meeting.miss <= FACING)?;
     let along = meeting.normal.cross(&across).try_normalize(0.0)?;
     let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
     let bodies = [Some(contact.body), other].into_iter().flatten();
-    let length = bodies.map(|body| extent(spec, poses, body, &along)).fold(f64::INFINITY, f64::min);
+    let length =
+        bodies.map(|body| extent(scene.spec, scene.poses, body, &along)).fold(f64::INFINITY, f64::min);
     let compliance = surfaces[0].compliance + surfaces[1].compliance;
     let (half_width, _) = line_impact(curvature, compliance, inverse_mass * length, speed, size)?;
     let width = interval_width(half_width, IntervalSpec::default().target_utilisation, false);
@@ -125,32 +127,32 @@ pub fn predicted_line(spec: &RunSpec, poses: &[BodyState], contact: &ContactSpec
 }
 
 /// Half extent and force of a contact.
-struct Touch {
+struct Extent {
     half_width: f64,
     force: f64,
     approach: f64,
 }
 
-fn predicted(scene: &Scene<'_>, contact: &ContactSpec) -> Option<Touch> {
+fn predicted(scene: &Scene<'_>, contact: &ContactSpec) -> Option<Extent> {
     let impact = scene.impact(contact);
     match scene.thickness(contact.body) {
         Some(thickness) => {
             let (half_width, force) = line_contact(&impact, thickness, scene.size(contact.body))?;
-            Some(Touch { half_width, force, approach: f64::INFINITY })
+            Some(Extent { half_width, force, approach: f64::INFINITY })
         }
         None => point_contact(&impact),
     }
 }
 
 /// Half extent and force of a contact at a point: under Hertz's peak force, or the one that waves allow if that is smaller.
-fn point_contact(impact: &Impact) -> Option<Touch> {
+fn point_contact(impact: &Impact) -> Option<Extent> {
     let surfaces = impact.meeting.surfaces.as_ref()?;
     let hertz = hertz_impact(surfaces, impact.inverse_mass, impact.speed)?;
     let waves = if impact.mobility > 0.0 { impact.speed / impact.mobility } else { f64::INFINITY };
     let force = hertz.peak_force.min(waves);
     let law = HertzLaw::new(surfaces)?;
     let half_width = law.at_force(force).semi_axes[0];
-    Some(Touch { half_width, force, approach: law.at_force(force).approach })
+    Some(Extent { half_width, force, approach: law.at_force(force).approach })
 }
 
 fn line_contact(impact: &Impact, thickness: f64, size: f64) -> Option<(f64, f64)> {

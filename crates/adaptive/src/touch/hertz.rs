@@ -8,8 +8,7 @@ use std::f64::consts::PI;
 use contact_qs::law::HertzEllipse;
 use nalgebra::{Matrix3, Vector3};
 
-/// Relative size of a curvature below which it counts as flat.
-const FLAT: f64 = 1e-9;
+use crate::touch::tolerances::{FLAT, NO_CURVATURE, STRAIGHT};
 
 /// Surface of one partner at the point of first contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -118,16 +117,11 @@ impl HertzLaw {
     }
 }
 
-/// Ratio of the smaller to the larger curvature of the gap below which surfaces touch along a line; curvatures fitted to meshes are more accurate.
-const STRAIGHT: f64 = 1e-3;
-
 /// Curvature of the gap across the line along which two surfaces touch [1/m], and the unit vector in space across it; `None` if they are curved
 /// against each other both ways, or none over the length `size` \[m\].
 pub fn across_line(partners: &[LocalSurface; 2], size: f64) -> Option<(f64, Vector3<f64>)> {
-    /// Curvature times size below which a fitted surface counts as flat: round-off of the nodes.
-    const PLANE: f64 = 1e-6;
     let RelativeCurvature { small, large, bent_direction } = RelativeCurvature::new(partners);
-    let is_line = large * size > PLANE && small.abs() <= STRAIGHT * large;
+    let is_line = large * size > FLAT && small.abs() <= STRAIGHT * large;
     is_line.then_some((large, bent_direction))
 }
 
@@ -211,7 +205,7 @@ impl LineLaw {
     /// multiplied by `thickness` over its own [1/Pa]; `size`: size of the bodies, on whose logarithm the approach depends \[m\]; `thickness` \[m\].
     /// `None` without curvature or compliance.
     pub fn new(curvature: f64, compliance: f64, size: f64, thickness: f64) -> Option<Self> {
-        let is_possible = curvature > FLAT / size && compliance > 0.0 && compliance.is_finite();
+        let is_possible = curvature > NO_CURVATURE / size && compliance > 0.0 && compliance.is_finite();
         is_possible.then_some(Self { curvature, compliance, size, thickness })
     }
 
@@ -262,7 +256,7 @@ impl StraightLine {
     pub fn new(partners: &[LocalSurface; 2], size: f64, length: f64) -> Option<Self> {
         let relative = RelativeCurvature::new(partners);
         let compliance = partners[0].compliance + partners[1].compliance;
-        let is_straight = relative.small.abs() <= FLAT * relative.large;
+        let is_straight = relative.small.abs() <= NO_CURVATURE * relative.large;
         let law = LineLaw::new(relative.large, compliance, size, length).filter(|_| is_straight)?;
         Some(Self { law, across: relative.bent_direction })
     }
@@ -305,7 +299,8 @@ pub fn line_impact(
     speed: f64,
     size: f64,
 ) -> Option<(f64, f64)> {
-    let is_possible = curvature > FLAT / size && compliance > 0.0 && inverse_mass > 0.0 && speed > 0.0;
+    let is_possible =
+        curvature > NO_CURVATURE / size && compliance > 0.0 && inverse_mass > 0.0 && speed > 0.0;
     let energy = 0.5 * speed * speed / inverse_mass;
     if !(is_possible && energy.is_finite() && compliance.is_finite()) {
         return None;

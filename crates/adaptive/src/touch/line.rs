@@ -12,14 +12,8 @@ use crate::surface::{ALONG_LINE, Foot, StraightLine, Surface, SurfacePlace};
 use crate::touch::detection::Nearest;
 use crate::touch::local_surface::SurfaceView;
 use crate::touch::side::{Moved, Side, touch_direction};
+use crate::touch::tolerances::{ACROSS_LINE, FLAT, SHORTEST_LINE};
 
-/// Angle \[rad\] by which the normal at the nearest place may miss the direction to the partner: places across the curved direction are known to the
-/// root of round-off, and bodies that ring turn by less.
-const ACROSS: f64 = 1e-3;
-/// Curvature times size of a body below which a surface is flat: round-off of its net.
-const FLAT: f64 = 1e-6;
-/// Length of a line over the size of a body below which it is a point.
-const SHORTEST: f64 = 1e-2;
 /// Halvings of a line in the search for the end of a body over it.
 const HALVINGS: usize = 30;
 
@@ -68,7 +62,8 @@ impl LineTouch {
         for line in first.lines_through(&place.point) {
             let is_touched = line.points.iter().all(|p| (p - start).dot(&in_body).abs() <= self.slack);
             let view = is_touched.then(|| SurfaceView::new(first, 1.0, &pose.rotation, &line.middle));
-            let Some(view) = view.flatten().filter(|view| (view.outward - outward).norm() <= ACROSS) else {
+            let Some(view) = view.flatten().filter(|view| (view.outward - outward).norm() <= ACROSS_LINE)
+            else {
                 continue;
             };
             let middle = in_space(&line, pose);
@@ -119,13 +114,13 @@ impl LineTouch {
                 start + inside * (end - start)
             });
             let points = ALONG_LINE.map(|share| ends[0] + share * (ends[1] - ends[0]));
-            if (ends[1] - ends[0]).norm() <= SHORTEST * self.size || !points.iter().all(is_over) {
+            if (ends[1] - ends[0]).norm() <= SHORTEST_LINE * self.size || !points.iter().all(is_over) {
                 continue;
             }
             let middle = first.nearest(&points[ALONG_LINE.len() / 2].into())?.place;
             let middle = first.turned_to(&middle, &pose.rotation.inverse_transform_vector(outward));
             let view = SurfaceView::new(first, 1.0, &pose.rotation, &middle)?;
-            if (view.outward - outward).norm() <= ACROSS && self.is_curved(&view) {
+            if (view.outward - outward).norm() <= ACROSS_LINE && self.is_curved(&view) {
                 let there = on_second(&Vector3::from(middle.point))?.place;
                 let there = second.turned_to(&there, &at.rotation.inverse_transform_vector(&-outward));
                 return Some((site(&middle, pose), site(&there, at)));

@@ -10,10 +10,8 @@ use crate::record::finding::Components;
 use crate::spec::{ContactLaw, ContactSpec, RunSpec, Target};
 use crate::touch::detection::{Detector, DetectorTarget, Nearest, Search};
 use crate::touch::sites::Surfaces;
+use crate::touch::tolerances::ROUND_OFF;
 
-/// Overlap as a share of the bodies' size that is round-off of their places: positions of some sizes are known to 1e-16 of
-/// them, and shapes to 1e-12.
-const ROUND_OFF: f64 = 1e-9;
 /// Moves in search of a place where two bodies no longer overlap.
 const MOVES: usize = 50;
 

@@ -9,6 +9,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use crate::record::TargetPlace;
 use crate::surface::{ALONG, Surface, SurfacePlace};
 use crate::touch::detection::Nearest;
+use crate::touch::tolerances::{ALONG_EDGE, ROUND_OFF, SAME_DIRECTION};
 
 /// Limit of the sweeps over the normals of a cone: the normals at a place differ by 8 degrees or more, so that each sweep reduces the error by 2 % or
 /// more.
@@ -89,6 +90,11 @@ impl<'a> Side<'a> {
         self.surface.place(found.face, &found.xi)
     }
 
+    /// The same, on the face of those that meet there that is turned to the partner.
+    pub fn facing_place(&self, found: &SurfaceSite) -> SurfacePlace {
+        self.surface.turned_to(&self.place(found), &self.outward)
+    }
+
     /// Outward normals, in space, of the faces that meet at `place`; at a pole, which has none, that of the face.
     pub fn normals_in_space(&self, place: &SurfacePlace) -> Vec<Vector3<f64>> {
         let in_space = |n: &Vector3<f64>| self.rotation * self.surface.motion().in_space(n.as_ref());
@@ -158,12 +164,6 @@ fn different(normals: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
     different
 }
 
-/// Distance along an edge, as a share of the bodies' size, at which it is checked whether the edge lies along a face.
-const ALONG_EDGE: f64 = 0.1;
-
-/// Cosine above which two directions are equal; the direction of a touch is one of the normals or computed from them.
-const SAME: f64 = 1.0 - 1e-12;
-
 /// The place of an edge or a corner of the target that the contact body meets, with the normal of Eq. C.62. None if the target is smooth there, or if
 /// one of its faces has this normal: then the face is touched, at its end.
 pub fn met_place(own: &Side<'_>, target: &Side<'_>, nearest: &Nearest) -> Option<TargetPlace> {
@@ -173,15 +173,12 @@ pub fn met_place(own: &Side<'_>, target: &Side<'_>, nearest: &Nearest) -> Option
     }
     let faces = target.normals_in_space(&there);
     let normal = contact_normal(&faces, &own.normals_in_space(&here))?;
-    if faces.iter().any(|face| face.dot(&normal) > SAME) {
+    if faces.iter().any(|face| face.dot(&normal) > SAME_DIRECTION) {
         return None;
     }
     let normal = target.rotation.inverse_transform_vector(&normal).into();
     Some(TargetPlace { face: there.face, xi: there.xi, normal })
 }
-
-/// Gap, as a share of the size of a body, below which the direction between the nearest places is round-off.
-const ROUND_OFF: f64 = 1e-9;
 
 /// Direction from the target to the contact body: between the nearest places or, where these agree up to round-off, from the normals of the faces
 /// that meet there (Eq. C.62).

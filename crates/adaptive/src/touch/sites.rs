@@ -1,4 +1,4 @@
-//! Where the bodies of a contact are nearest at the start of a run.
+//! Surfaces of undeformed bodies, and where they are nearest.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -10,7 +10,7 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
 use nalgebra::Vector3;
 
-use crate::spec::{BodySpec, ContactSpec, RunSpec, Target};
+use crate::spec::{BodySpec, ContactSpec, Target};
 use crate::surface::{self, Surface, SurfacePlace};
 
 /// First places of contact.
@@ -56,33 +56,6 @@ impl Surfaces {
     }
 }
 
-/// Places at which a contact of surfaces is first, the undeformed bodies being nearest or lowest there in the motions `poses`; `None` if a body has
-/// no surface to touch.
-///
-/// # Errors
-/// [`ContactError`] if nearest places cannot be found.
-pub fn sites(
-    spec: &RunSpec,
-    contact: &ContactSpec,
-    poses: &[BodyState],
-) -> Option<Result<Sites, ContactError>> {
-    let own = surface::of_body(&spec.bodies[contact.body].kind)?;
-    let other = match &contact.target {
-        Target::Body(other) => *other,
-        Target::Plane { normal, .. } => {
-            let site = lowest(own.as_ref(), &poses[contact.body], normal);
-            return Some(site.map(|contact_body| Sites { contact_body, target: None }));
-        }
-    };
-    let target = surface::of_body(&spec.bodies[other].kind)?;
-    Some(pair_sites([own.as_ref(), target.as_ref()], [&poses[contact.body], &poses[other]]))
-}
-
-/// The places of `sites`, without the reason where there are none.
-pub fn first_sites(spec: &RunSpec, contact: &ContactSpec, poses: &[BodyState]) -> Option<Sites> {
-    sites(spec, contact, poses)?.ok()
-}
-
 /// The first point of a surface in the motion `pose` to touch a plane of the given normal in space.
 fn lowest(
     surface: &dyn Surface,
@@ -94,13 +67,36 @@ fn lowest(
     surface.lowest(&direction.into()).ok_or(ContactError::Empty { width: 0.0 })
 }
 
-/// Nearest places of two undeformed bodies.
-fn pair_sites(surfaces: [&dyn Surface; 2], poses: [&BodyState; 2]) -> Result<Sites, ContactError> {
-    let models = [surfaces[0].search_model()?, surfaces[1].search_model()?];
-    let nearest = minimum_distance([&models[0], &models[1]], poses, &mut SearchWorkspace::new())?;
+/// Nearest places of two undeformed bodies in the motions `poses`.
+fn pair_sites(surfaces: [&KnownSurface; 2], poses: [&BodyState; 2]) -> Result<Sites, ContactError> {
+    let models = surfaces.map(|known| known.model.as_ref());
+    let nearest = minimum_distance(models, poses, &mut SearchWorkspace::new())?;
     let [own, target] = [0, 1].map(|i| {
         let site = &nearest.sites[i];
-        surfaces[i].place(site.face, &site.xi)
+        surfaces[i].surface.place(site.face, &site.xi)
     });
     Ok(Sites { contact_body: own, target: Some(target) })
+}
+
+/// Places where the undeformed bodies of a contact are nearest to each other, or lowest over a plane, in the motions `poses`; `own` and `target` are their
+/// numbers and surfaces.
+///
+/// # Errors
+/// [`ContactError`] if they cannot be found.
+pub(super) fn nearest_sites(
+    contact: &ContactSpec,
+    (body, own): &(usize, KnownSurface),
+    target: Option<&(usize, KnownSurface)>,
+    poses: &[BodyState],
+) -> Result<Sites, ContactError> {
+    match (contact.target, target) {
+        (Target::Plane { normal, .. }, _) => {
+            let contact_body = lowest(own.surface.as_ref(), &poses[*body], &normal)?;
+            Ok(Sites { contact_body, target: None })
+        }
+        (Target::Body(_), Some((other, target))) => {
+            pair_sites([own, target], [&poses[*body], &poses[*other]])
+        }
+        (Target::Body(_), None) => Err(ContactError::Nothing { what: "a body has no surface to touch" }),
+    }
 }

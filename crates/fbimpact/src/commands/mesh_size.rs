@@ -5,6 +5,7 @@ use std::path::Path;
 
 use adaptive::model::start_poses;
 use adaptive::sizing::mesh_touch::{GROWTH, MeshTouch, touches, usual_length};
+use adaptive::touch::first::FirstTouches;
 
 use super::{body_index, check_distinct, check_folder, print};
 use crate::error::{AppError, CommandFault};
@@ -35,8 +36,9 @@ pub fn mesh_size(asked: &MeshSize<'_>, overrides: &[Override]) -> Result<(), App
         check_folder(output)?;
     }
     let poses = start_poses(&scenario.run).map_err(AppError::model)?;
+    let first = FirstTouches::new(&scenario.run, &poses);
     let mut all: Vec<MeshTouch> =
-        scenario.run.contacts.iter().flat_map(|contact| touches(&scenario.run, &poses, contact)).collect();
+        scenario.run.contacts.iter().flat_map(|contact| touches(&first, contact)).collect();
     if let Some(name) = asked.body {
         let index = body_index(name, scenario.run.bodies.iter().map(|b| &b.name))?;
         all.retain(|touch| touch.body == index);

@@ -16,7 +16,7 @@ use crate::run::driver::impact::judgement::MINOR;
 use crate::spec::FREE_INTERVAL;
 use crate::state::simulation::smallest_gap;
 use crate::touch::detection::Search;
-use crate::touch::predicted::TouchKind;
+use crate::touch::parts::TouchKind;
 
 /// Gap of a contact that has closed.
 const CLOSED: f64 = f64::NEG_INFINITY;

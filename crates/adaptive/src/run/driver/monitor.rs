@@ -10,7 +10,7 @@ use crate::record::{TransferDirection, TrialOutcome, TrialRecord};
 use crate::run::driver::impact::trial::Trial;
 use crate::state::impact_monitor::{Change, ContactInstant, Impact};
 use crate::state::simulation::{near_motion, normal_motion, smallest_gap};
-use crate::touch::predicted::TouchKind;
+use crate::touch::parts::TouchKind;
 
 /// Points that carry force from which on their area is that of the contact within a third or so.
 const TELLING_POINTS: usize = 6;

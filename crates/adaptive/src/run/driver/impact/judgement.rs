@@ -12,7 +12,7 @@ use crate::impact::{AdaptiveContact, FineContact};
 use crate::record::ZoneSite;
 use crate::run::driver::contact_slot::ContactSlot;
 use crate::run::driver::{Driver, TOUCHING};
-use crate::touch::predicted::TouchKind;
+use crate::touch::parts::TouchKind;
 
 /// Trials after which an interval counts as impossible though a width is both too narrow and too wide: other contacts of the
 /// same impact may change the force from trial to trial, three times in a row is no coincidence.

@@ -20,7 +20,7 @@ use crate::record::{TransferDirection, ZoneSite};
 use crate::state::observer::Stage;
 use crate::state::simulation::RunContact;
 use crate::touch::detection::InactiveContact;
-use crate::touch::predicted::TouchKind;
+use crate::touch::parts::TouchKind;
 
 /// Relative error a step of a preview, which only sizes an interval.
 const PREVIEW_TOLERANCE: f64 = 1e-6;
@@ -145,11 +145,11 @@ impl Driver<'_> {
         let states = self.model.system.last_evaluation().0;
         let Some(refinement) = &self.model.contacts[i].refinement else { return Ok(()) };
         let slot = &mut self.slots[i];
-        let nearest = refinement.touch(&self.model.bodies, states, &mut slot.nearest)?;
+        let touch = refinement.touch(&self.model.bodies, states, &mut slot.nearest)?;
         let activation = Activation { time: t, number: self.run.n_refined + 1 };
-        let whole = refinement.whole_at(&self.model.bodies, states, &nearest, widths)?;
+        let whole = refinement.whole_at(&touch, widths)?;
         // Points about another place are those of another model.
-        let site = refinement.whole_site(&self.model.bodies, states, &nearest, whole);
+        let site = refinement.whole_site(&self.model.bodies, states, &touch.nearest, whole);
         let serves = |fine: &FineContact| {
             whole.is_some() && fine.whole == whole && fine.zones.first().is_some_and(|zone| zone.site == site)
         };
@@ -171,7 +171,7 @@ impl Driver<'_> {
         observer.stage(fine_models(self.model, i));
         let mut check_cancel =
             || if observer.is_interrupted() { Err(AdaptiveError::Interrupted) } else { Ok(()) };
-        let refined = refinement.refine(&self.model.bodies, states, &nearest, request, &mut check_cancel);
+        let refined = refinement.refine(&self.model.bodies, states, &touch, request, &mut check_cancel);
         observer.stage(Stage::Motion);
         let RefinedContact { element, recovery, bases, contact } = refined?;
         let element = RunContact::new(element).with_pressures(Some(recovery));

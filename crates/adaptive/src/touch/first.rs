@@ -1,0 +1,174 @@
+//! Where and how the contacts of a run touch first, before anything is built: one answer for plans, sizes, checks, costs and pictures.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::rc::Rc;
+
+use contact_qs::ContactError;
+use contact_qs::search::SurfaceSite;
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::system::force::BodyState;
+use nalgebra::Vector3;
+
+use crate::spec::{ContactSpec, HertzSpec, RunSpec, Target};
+use crate::surface::{POLE, SurfacePlace};
+use crate::touch::flight::touch_in_flight;
+use crate::touch::hertz::{HertzLaw, LocalSurface};
+use crate::touch::local_surface::SurfaceView;
+use crate::touch::parts::{Touch, TouchKind};
+use crate::touch::side::{Moved, Side};
+use crate::touch::sites::{KnownSurface, Sites, Surfaces, nearest_sites};
+use crate::touch::tolerances::PARALLEL_AT_START;
+
+/// The first touch of a contact.
+#[derive(Debug, Clone)]
+pub struct FirstTouch {
+    /// Motions of the bodies just before it; those at the start if it is not known.
+    pub poses: Vec<BodyState>,
+    /// Its places on the bodies; if it is not known, where they are nearest at the start.
+    pub sites: Sites,
+    /// What touches; none if it is not known: of bodies that move on joints or under loads, and of those that do not meet.
+    pub kind: Option<TouchKind>,
+}
+
+/// The first touches of the contacts of a run, each looked for once.
+pub struct FirstTouches<'a> {
+    /// Bodies and contacts.
+    pub spec: &'a RunSpec,
+    /// Motions of the bodies at the start.
+    pub poses: &'a [BodyState],
+    surfaces: Surfaces,
+    known: RefCell<HashMap<String, Found>>,
+}
+
+/// What was found of a contact; none if one of its bodies has no surface.
+type Found = Option<Result<Rc<FirstTouch>, ContactError>>;
+
+impl<'a> FirstTouches<'a> {
+    /// Those of the contacts of `spec` with the motions `poses` at the start.
+    pub fn new(spec: &'a RunSpec, poses: &'a [BodyState]) -> Self {
+        Self { spec, poses, surfaces: Surfaces::default(), known: RefCell::default() }
+    }
+
+    /// The same touches of the same bodies and contacts, whose sizes alone are those of `spec` now.
+    #[must_use]
+    pub fn with_sizes(self, spec: &'a RunSpec) -> Self {
+        Self { spec, ..self }
+    }
+
+    /// Where the bodies of `contact` are nearest at the start; `None` if one of them has no surface, or if that cannot be found.
+    pub fn at_start(&self, contact: &ContactSpec) -> Option<Sites> {
+        let pair = Pair::new((self.spec, &self.surfaces), contact).ok()??;
+        nearest_sites(contact, &pair.own, pair.target.as_ref(), self.poses).ok()
+    }
+
+    /// The first touch of `contact`; `None` if one of its bodies has no surface.
+    ///
+    /// # Errors
+    /// [`ContactError`] if nearest places cannot be found.
+    pub fn find(&self, contact: &ContactSpec) -> Found {
+        if let Some(known) = self.known.borrow().get(&contact.name) {
+            return known.clone();
+        }
+        let found = self.look(contact);
+        self.known.borrow_mut().insert(contact.name.clone(), found.clone());
+        found
+    }
+
+    /// The same, without the reason where there is none.
+    pub fn of(&self, contact: &ContactSpec) -> Option<Rc<FirstTouch>> {
+        self.find(contact)?.ok()
+    }
+
+    /// What touches first in `contact`; `None` if it is not known.
+    pub fn kind(&self, contact: &ContactSpec) -> Option<TouchKind> {
+        self.of(contact)?.kind
+    }
+
+    fn look(&self, contact: &ContactSpec) -> Found {
+        let pair = match Pair::new((self.spec, &self.surfaces), contact) {
+            Ok(pair) => pair?,
+            Err(error) => return Some(Err(error)),
+        };
+        let flight = touch_in_flight((self.spec, &self.surfaces), contact, self.poses);
+        let Some((poses, nearest)) = flight else {
+            let sites = nearest_sites(contact, &pair.own, pair.target.as_ref(), self.poses);
+            let at_start = |sites| Rc::new(FirstTouch { poses: self.poses.to_vec(), sites, kind: None });
+            return Some(sites.map(at_start));
+        };
+        let (own, other) = pair.in_motion(&poses);
+        let Touch { nearest, kind, normal } = Touch::at(own, other, &nearest, PARALLEL_AT_START);
+        let place = |moved: Moved<'_>, site: &SurfaceSite, outward: &Vector3<f64>| {
+            Side::new(moved).facing(outward).facing_place(site)
+        };
+        let sites = Sites {
+            contact_body: place(own, &nearest.contact, &-normal),
+            target: other.zip(nearest.target.as_ref()).map(|(other, site)| place(other, site, &normal)),
+        };
+        Some(Ok(Rc::new(FirstTouch { poses, sites, kind: Some(kind) })))
+    }
+
+    /// The reason for which Hertz's law `law` does not hold for the first touch of `contact`; `None` if it holds, or if the touch is not known.
+    pub fn no_hertz_point(&self, contact: &ContactSpec, law: &HertzSpec) -> Option<&'static str> {
+        if law.spheres(contact.target).is_some() {
+            return None;
+        }
+        let touch = self.of(contact)?;
+        match touch.kind? {
+            TouchKind::Line => return Some(ALONG_LINE),
+            TouchKind::Flat => return Some("flat faces touch"),
+            TouchKind::Edge | TouchKind::BetweenPoints => return Some("an edge, a rim or a corner touches"),
+            TouchKind::Smooth => {}
+        }
+        let pair = Pair::new((self.spec, &self.surfaces), contact).ok()??;
+        let (own, other) = pair.in_motion(&touch.poses);
+        let view = |(surface, pose): Moved<'_>, place: &SurfacePlace| {
+            SurfaceView::new(surface, 1.0, &pose.rotation, place)
+        };
+        let own_view = view(own, &touch.sites.contact_body)?;
+        if own.0.motion() == RigidMotion::Axial && own_view.point[0].abs() > POLE * own.0.reach() {
+            return Some("bodies touch along a ring");
+        }
+        let other = match (other, &touch.sites.target) {
+            (Some(other), Some(site)) => view(other, site)?.surface,
+            _ => LocalSurface::plane(1.0),
+        };
+        HertzLaw::new(&[own_view.surface, other]).is_none().then_some(ALONG_LINE)
+    }
+}
+
+/// The reason for which Hertz's law does not hold where a relative curvature is zero or negative.
+const ALONG_LINE: &str = "surfaces touch along a line or lie in each other";
+
+/// The surfaces of a contact body and its target, none of a plane, with the numbers of the bodies.
+struct Pair {
+    own: (usize, KnownSurface),
+    target: Option<(usize, KnownSurface)>,
+}
+
+impl Pair {
+    /// The two surfaces of `contact`; `None` if one of its bodies has none.
+    ///
+    /// # Errors
+    /// [`ContactError`] if a surface cannot be searched.
+    fn new(
+        (spec, surfaces): (&RunSpec, &Surfaces),
+        contact: &ContactSpec,
+    ) -> Result<Option<Self>, ContactError> {
+        let of = |body: usize| surfaces.of(&spec.bodies[body]);
+        let Some(own) = of(contact.body)? else { return Ok(None) };
+        let target = match contact.target {
+            Target::Plane { .. } => None,
+            Target::Body(other) => match of(other)? {
+                Some(target) => Some((other, target)),
+                None => return Ok(None),
+            },
+        };
+        Ok(Some(Self { own: (contact.body, own), target }))
+    }
+
+    fn in_motion<'a>(&'a self, poses: &'a [BodyState]) -> (Moved<'a>, Option<Moved<'a>>) {
+        let moved = |(body, known): &'a (usize, KnownSurface)| (known.surface.as_ref(), &poses[*body]);
+        (moved(&self.own), self.target.as_ref().map(moved))
+    }
+}

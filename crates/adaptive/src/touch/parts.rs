@@ -1,0 +1,99 @@
+//! Which parts of two bodies touch, at given motions: smooth faces, a line of them, flat faces, edges (docs/theory.md Eqs. C.60, C.61).
+
+use iga_core::nurbs::SAME_PLACE;
+use nalgebra::Vector3;
+
+use crate::touch::detection::Nearest;
+use crate::touch::line::middle_of_line;
+use crate::touch::side::{Moved, Side, touch_direction};
+
+/// Which parts of two surfaces touch first: smooth faces, flat faces, edges or lines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TouchKind {
+    /// Smooth parts of both surfaces, as Hertz's theory has it.
+    Smooth,
+    /// Smooth parts along a whole straight line of a curved face, such as that of a cylinder that lies on a plane.
+    Line,
+    /// Plane faces that lie on each other.
+    Flat,
+    /// An edge, a rim or a corner of one of the bodies or of both.
+    Edge,
+    /// An edge of the target that lies along a face of the contact body, where no contact points stand but perhaps at its ends.
+    BetweenPoints,
+}
+
+impl TouchKind {
+    /// Whether the pressure has a limit when elements shrink; under edges, rims and corners it has none.
+    pub fn bounds_pressure(self) -> bool {
+        matches!(self, Self::Smooth | Self::Line | Self::Flat)
+    }
+
+    /// Whether the contact may have an interval of its surfaces as its zone; otherwise its zones are the whole surfaces.
+    pub fn is_smooth(self) -> bool {
+        matches!(self, Self::Smooth | Self::Line)
+    }
+
+    /// The parts that touch, in words that follow "touch with".
+    pub fn parts(self) -> &'static str {
+        match self {
+            Self::Smooth | Self::Line => "smooth faces",
+            Self::Flat => "flat faces",
+            Self::Edge | Self::BetweenPoints => "an edge or a corner",
+        }
+    }
+}
+
+/// How two bodies touch.
+#[derive(Debug, Clone, Copy)]
+pub struct Touch {
+    /// The places that touch: the nearest ones or, of a whole straight line of them, those at its middle.
+    pub nearest: Nearest,
+    /// What touches there.
+    pub kind: TouchKind,
+    /// Unit normal of the touch in space, from the target to the contact body (Eq. C.62).
+    pub normal: Vector3<f64>,
+}
+
+impl Touch {
+    /// The touch of a contact body and a target, surfaces with their motions (a plane without the latter), that are nearest at the places `nearest`.
+    /// Faces and lines that are inclined by no more than the angle `parallel` \[rad\] lie on each other as a whole.
+    pub fn at(own: Moved<'_>, other: Option<Moved<'_>>, nearest: &Nearest, parallel: f64) -> Self {
+        let middle = middle_of_line(own, other, nearest, parallel);
+        let touch = Self::at_places(own, other, &middle.unwrap_or(*nearest), parallel);
+        let is_line = middle.is_some() && touch.kind == TouchKind::Smooth;
+        Self { kind: if is_line { TouchKind::Line } else { touch.kind }, ..touch }
+    }
+
+    /// The same at the places `nearest` themselves, even if they belong to a line.
+    pub fn at_places(own: Moved<'_>, other: Option<Moved<'_>>, nearest: &Nearest, parallel: f64) -> Self {
+        let (own, target) = (Side::new(own), other.map(Side::new));
+        let normal = touch_direction(&own, target.as_ref(), nearest);
+        let (own, target) = (own.facing(&-normal), target.map(|side| side.facing(&normal)));
+        Self { nearest: *nearest, kind: kind_at((&own, target.as_ref()), nearest, &normal, parallel), normal }
+    }
+}
+
+/// The kind of touch at the places `nearest` of the sides `own` of a contact body and `target` of its target, none of a plane, along the direction
+/// `normal`. Flat faces meet as a whole if they are inclined by no more than the angle `parallel` \[rad\].
+fn kind_at(
+    (own, target): (&Side<'_>, Option<&Side<'_>>),
+    nearest: &Nearest,
+    normal: &Vector3<f64>,
+    parallel: f64,
+) -> TouchKind {
+    let own_point = own.place(&nearest.contact).point;
+    let target_point = target.zip(nearest.target).map(|(side, site)| side.place(&site).point);
+    let both = || std::iter::once((own, own_point)).chain(target.zip(target_point));
+    if both().all(|(side, point)| side.is_flat(&point, parallel)) {
+        TouchKind::Flat
+    } else if both().all(|(side, point)| side.is_smooth(&point)) {
+        TouchKind::Smooth
+    } else if target.zip(target_point).is_some_and(|(target, point)| {
+        let slack = (parallel + SAME_PLACE) * own.size().min(target.size());
+        own.holds_edge((&own_point, normal), (target, &point), slack)
+    }) {
+        TouchKind::BetweenPoints
+    } else {
+        TouchKind::Edge
+    }
+}
