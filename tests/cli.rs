@@ -399,6 +399,15 @@ fn words_of_other_programs_are_understood_and_what_is_meant_comes_before_what_is
             "carries the contact points, did you mean \"contact_body\"? Known",
         ),
         ("materials.aluminium.E=1e9", "unknown key, did you mean \"youngs_modulus\"? Known here are"),
+        (
+            "bodies.ball.diameter=0.1",
+            "half of the diameter is given; radius stands in the geometry of a body, known",
+        ),
+        (
+            "simulation.master=\"ball\"",
+            "the master is the target; target_body stands in [contacts.NAME], known",
+        ),
+        ("bodies.ball.dt=1", "max_step stands in [simulation.impact] or [simulation.free], known"),
         ("bodies.ball.velocty=1", "unknown key, did you mean \"velocity\"? Known here are"),
         ("bodies.ball.xyzzy=1", "unknown key, known here are"),
     ] {

@@ -22,6 +22,7 @@ use crate::body::zone::contact::FALLBACK_PENALTY;
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::paper::fine_modes::FineModes;
 use crate::record::ZoneSite;
+use crate::record::ZoneSize;
 use crate::spec::LowModes;
 use crate::spec::unsupported::Unsupported;
 use crate::spec::{self, ContactSpec, SurfaceLaw, Target};
@@ -163,8 +164,8 @@ pub type CancelCheck<'a> = dyn FnMut() -> Result<(), AdaptiveError> + 'a;
 /// Where and for what force a contact is refined.
 #[derive(Debug, Clone, Default)]
 pub struct RefinementRequest<'a> {
-    /// Widths of the interval; `None`: predicted \[m\].
-    pub widths: Option<[f64; 2]>,
+    /// Size of the zones; `None`: predicted.
+    pub size: Option<ZoneSize>,
     /// Peak force of a preview \[N\].
     pub peak: Option<f64>,
     /// Widths and penalty factors that earlier impacts have found.
@@ -473,8 +474,8 @@ fn flexible(model: &BodyModel) -> &FlexibleModel {
 }
 
 /// The place `site` on a body, for an interval of the widths given.
-fn zone_site(site: &SurfaceSite, widths: [f64; 2]) -> ZoneSite {
-    ZoneSite::about((site.face, site.xi), widths)
+fn zone_site(site: &SurfaceSite, size: ZoneSize) -> ZoneSite {
+    ZoneSite::about((site.face, site.xi), size)
 }
 
 fn is_at_end(interval: &IntervalGrid) -> bool {

@@ -453,6 +453,47 @@ pub struct StressState {
     pub zones: Vec<ZoneLoad>,
 }
 
+/// What a zone covers of the surface of its body.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub enum ZoneSize {
+    /// An interval of these widths \[m\].
+    Interval([f64; 2]),
+    /// The whole surface with its edges.
+    Whole,
+}
+
+impl Default for ZoneSize {
+    fn default() -> Self {
+        Self::Interval([0.0; 2])
+    }
+}
+
+impl ZoneSize {
+    /// Widths in a result, where those of the whole surface are infinite \[m\].
+    const OF_WHOLE: [f64; 2] = [f64::INFINITY; 2];
+
+    /// Widths of an interval; none of the whole surface \[m\].
+    pub fn widths(self) -> Option<[f64; 2]> {
+        match self {
+            Self::Interval(widths) => Some(widths),
+            Self::Whole => None,
+        }
+    }
+
+    /// Its widths as results have them \[m\].
+    pub fn in_result(self) -> [f64; 2] {
+        self.widths().unwrap_or(Self::OF_WHOLE)
+    }
+
+    /// The size of the `widths` \[m\] of a result; none of widths that no zone has.
+    pub fn of_result(widths: [f64; 2]) -> Option<Self> {
+        if widths.iter().all(|w| w.is_finite() && *w > 0.0) {
+            return Some(Self::Interval(widths));
+        }
+        (widths == Self::OF_WHOLE).then_some(Self::Whole)
+    }
+}
+
 /// Where the fine model of a contact lies on one of its bodies: all it takes to build it again.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct ZoneSite {
@@ -460,8 +501,8 @@ pub struct ZoneSite {
     pub face: u32,
     /// Parameters of the interval's centre in the face's patch.
     pub centre: [f64; 3],
-    /// Widths of the interval; infinite of the whole surface \[m\].
-    pub widths: [f64; 2],
+    /// What of the surface it covers.
+    pub size: ZoneSize,
     /// The place on an edge or a corner of the target that the centre meets, if there is one (theory Eq. C.63).
     pub meets: Option<TargetPlace>,
 }
@@ -478,27 +519,19 @@ pub struct TargetPlace {
 }
 
 impl ZoneSite {
-    /// Widths of a zone that is the whole surface of its body.
-    pub const ALL_WIDTHS: [f64; 2] = [f64::INFINITY; 2];
-
     /// The whole surface of a body, about no place on it.
-    pub const WHOLE: Self = Self { face: 0, centre: [0.0; 3], widths: Self::ALL_WIDTHS, meets: None };
+    pub const WHOLE: Self = Self { face: 0, centre: [0.0; 3], size: ZoneSize::Whole, meets: None };
 
-    /// A zone of the widths `widths` \[m\] about the parameters `centre` of face `face`.
-    pub fn about((face, centre): (u32, [f64; 3]), widths: [f64; 2]) -> Self {
-        Self { face, centre, widths, meets: None }
-    }
-
-    /// Whether the zone is the whole surface of the body, with its edges.
-    pub fn is_whole(&self) -> bool {
-        self.widths == Self::ALL_WIDTHS
+    /// A zone of the size `size` about the parameters `centre` of face `face`.
+    pub fn about((face, centre): (u32, [f64; 3]), size: ZoneSize) -> Self {
+        Self { face, centre, size, meets: None }
     }
 
     /// The place about which a whole surface has additional contact points, or a point that meets an edge or a corner of the target: number of the
     /// face and parameters. None for the first corner of a patch, where a point stands anyhow.
     pub fn place(&self) -> Option<(u32, [f64; 3])> {
         let is_place = self.meets.is_some() || self.centre.iter().any(|u| u.abs() > 0.0);
-        (self.is_whole() && is_place).then_some((self.face, self.centre))
+        (self.size == ZoneSize::Whole && is_place).then_some((self.face, self.centre))
     }
 }
 

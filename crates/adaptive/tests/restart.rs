@@ -59,7 +59,12 @@ fn without_clocks(mut trace: Trace) -> Trace {
 
 /// Takes the run up at every restart point; returns the kinds of their phases, and whether they lie at the start.
 fn check(spec: &RunSpec) -> Vec<(PhaseKind, bool)> {
-    let whole = without_clocks(finished(spec));
+    check_against(spec, finished(spec))
+}
+
+/// The same of the run of `spec` that has left `whole`.
+fn check_against(spec: &RunSpec, whole: Trace) -> Vec<(PhaseKind, bool)> {
+    let whole = without_clocks(whole);
     for (k, (point, [samples, phases, impacts, trials, transfers])) in whole.restarts.iter().enumerate() {
         let rest = without_clocks(taken_up(spec, point).unwrap_or_else(|e| panic!("{e}")));
         let place = format!("{:e} s, {:?}", point.time, point.phase.kind);
@@ -97,7 +102,7 @@ fn impacts_in_the_zone_of_an_earlier_one_go_on_to_the_last_bit() {
     assert!(starts.windows(2).last().is_some_and(|w| w[1] - w[0] > 1e-4), "two impacts: {starts:?}");
     assert!(on_floor.windows(2).last().is_some_and(|w| w[0] == w[1]), "{on_floor:?}");
     // A run taken up between them builds the zone of the first again.
-    assert!(check(&spec).len() > 4);
+    assert!(check_against(&spec, trace).len() > 4);
 }
 
 #[test]
@@ -123,7 +128,7 @@ fn impacts_of_whole_surfaces_go_on_to_the_last_bit() {
         penalties.windows(2).any(|w| (w[0] - w[1]).abs() > 0.0),
         "the corners yield alike: {penalties:?}"
     );
-    assert!(check(&spec).len() > 2);
+    assert!(check_against(&spec, trace).len() > 2);
 }
 
 #[test]
@@ -140,14 +145,15 @@ fn impacts_of_rims_go_on_to_the_last_bit() {
     let mut body = ball("ring", RADIUS, ALUMINIUM, motion);
     let BodyKind::Elastic(ring) = &mut body.kind else { panic!("an elastic ring") };
     ring.shape = Arc::new(solid::hollow_cylinder(3e-3, outer, 20e-3).expect("a ring"));
-    ring.discretisation.elements = vec![4, 4, 4];
+    ring.discretisation.elements = vec![2, 2, 2];
     let spec = spec(vec![body], vec![horizontal("floor", 0.0, 1.0)], 8e-4);
     let trace = finished(&spec);
     let sites: Vec<_> = trace.transfers.iter().filter_map(|t| t.site).collect();
     // Each end has a model about its own place.
     assert!(sites.windows(2).any(|w| w[0] != w[1]), "{sites:?}");
     assert!(sites.iter().all(|site| site.place().is_some()), "{sites:?}");
-    assert!(trace.impacts.len() > 1 && check(&spec).len() > 2);
+    assert!(trace.impacts.len() > 1);
+    assert!(check_against(&spec, trace).len() > 2);
 }
 
 #[test]

@@ -18,7 +18,6 @@ use crate::body::splines::ElasticBody;
 use crate::body::zone::at_start::StartZone;
 use crate::body::zone::{ContactZone, PointsAbout};
 use crate::error::AdaptiveError;
-use crate::record::ZoneSite;
 use crate::spec::unsupported::Unsupported;
 use crate::spec::{Area, FlexibleSpec, FrameSpec, IntervalSpec};
 use crate::store::ModelCache;
@@ -92,13 +91,14 @@ pub trait FieldBody: Field {
     /// [`AdaptiveError::Contact`], [`AdaptiveError::ContactModel`] or [`AdaptiveError::Mesh`] if no width is known, or the zone is empty.
     fn zone_at_start(&self, request: &StartZone<'_>) -> Result<ContactZone, AdaptiveError>;
 
-    /// The model refined about `site`, a part of its surface, with the settings `interval`.
+    /// The model refined about the place `(face, parameters)` of its surface, over the `widths` \[m\], with the settings `interval`.
     ///
     /// # Errors
     /// [`AdaptiveError`] with the body's name if it cannot be refined so far.
     fn refined(
         self: Arc<Self>,
-        site: &ZoneSite,
+        place: (u32, [f64; 3]),
+        widths: [f64; 2],
         interval: &IntervalSpec,
     ) -> Result<Box<dyn FineModel>, AdaptiveError>;
 

@@ -14,7 +14,7 @@ use crate::body::splines::refined::{gigabytes, most_gigabytes};
 use crate::body::splines::{Discretised, ElasticBody};
 use crate::body::zone::{ContactZone, PointsAbout};
 use crate::error::{AdaptiveError, ContactModelFault};
-use crate::record::{TargetPlace, ZoneSite};
+use crate::record::{TargetPlace, ZoneSite, ZoneSize};
 use crate::spec::{IntervalSpec, PointRule};
 use crate::store::Bytes;
 
@@ -34,8 +34,8 @@ pub fn fine_model(
     site: &ZoneSite,
     interval: &IntervalSpec,
 ) -> Result<Box<dyn FineModel>, AdaptiveError> {
-    if !site.is_whole() {
-        return Arc::clone(body).refined(site, interval);
+    if let ZoneSize::Interval(widths) = site.size {
+        return Arc::clone(body).refined((site.face, site.centre), widths, interval);
     }
     let about = site.place().map(|(face, xi)| {
         let place = body.undeformed().place(face, &xi);

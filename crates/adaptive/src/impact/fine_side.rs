@@ -75,8 +75,9 @@ impl AdaptiveContact {
         if face as usize >= count {
             return Err(self.without_model(ContactModelFault::UnknownFace { face, count }));
         }
-        let (width, size) = (site.widths[0].max(site.widths[1]), body.body.size());
-        if width > WIDEST * size && !site.is_whole() {
+        let size = body.body.size();
+        let width = site.size.widths().map_or(0.0, |[first, second]| first.max(second));
+        if width > WIDEST * size {
             return Err(self.without_model(ContactModelFault::TooWide { width, size }));
         }
         fine_model(&body.body, site, &self.law.interval)

@@ -29,7 +29,8 @@ pub(super) fn holds(
     let is_from_axis =
         body.motion() == RigidMotion::Axial && is_on_axis(body, &from) && is_on_axis(body, &to);
     let sides = if is_from_axis { 1.0 } else { 2.0 };
-    let mut directions = kept.widths.iter().zip(&wanted.widths).filter(|(kept, _)| **kept > 0.0);
+    let (Some(kept), Some(wanted)) = (kept.size.widths(), wanted.size.widths()) else { return false };
+    let mut directions = kept.iter().zip(&wanted).filter(|(kept, _)| **kept > 0.0);
     directions.all(|(kept, wanted)| is_accepted(*kept, target * wanted, moved, (sides, elements), target))
 }
 

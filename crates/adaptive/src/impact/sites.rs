@@ -13,7 +13,7 @@ use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::body::splines::refined::ELEMENTS;
 use crate::body::zone::contact::FALLBACK_PENALTY;
 use crate::error::{AdaptiveError, ContactModelFault};
-use crate::record::{TargetPlace, ZoneSite};
+use crate::record::{TargetPlace, ZoneSite, ZoneSize};
 use crate::spec::Target;
 use crate::state::ImpactHistory;
 use crate::system::body::BodyModel;
@@ -95,7 +95,7 @@ impl AdaptiveContact {
         touch: &Touch,
         request: &RefinementRequest<'_>,
     ) -> Result<Sites, AdaptiveError> {
-        let (whole, nearest) = (self.whole_at(touch, request.widths)?, &touch.nearest);
+        let (whole, nearest) = (self.whole_at(touch, request.size)?, &touch.nearest);
         let target = self.flexible_target.zip(nearest.target.as_ref());
         if whole.is_some() {
             let own = self.whole_site(bodies, states, nearest, whole);
@@ -105,13 +105,13 @@ impl AdaptiveContact {
         let PredictedWidths { widths: predicted, least } =
             self.predicted_widths(bodies, states, nearest, request.peak);
         let widths = self.widths(bodies, request, predicted);
-        let mut own = zone_site(&nearest.contact, widths);
+        let mut own = zone_site(&nearest.contact, ZoneSize::Interval(widths));
         let mut target = target.map(|(other, there)| {
             let widths = self.target_widths(bodies, states, (&nearest.contact, widths), (other, there));
             let widths = widths.map(without_round_off);
-            zone_site(there, widths)
+            zone_site(there, ZoneSize::Interval(widths))
         });
-        if request.widths.is_none()
+        if request.size.is_none()
             && let Some(kept) = self.kept_zones(bodies, &request.history, [Some(own), target])
         {
             (own, target) = kept;
@@ -133,13 +133,13 @@ impl AdaptiveContact {
         if whole == Some(TouchKind::Edge)
             && let Some(meets) = self.met_place(bodies, states, nearest)
         {
-            let site = zone_site(&nearest.contact, ZoneSite::ALL_WIDTHS);
+            let site = zone_site(&nearest.contact, ZoneSize::Whole);
             return ZoneSite { meets: Some(meets), ..site };
         }
         let is_bent = || body.height_between_points() > MISSED_SURFACE * self.detector.size();
         let is_on_plane = matches!(self.target, Target::Plane { .. });
         if whole == Some(TouchKind::Edge) && (!is_on_plane || is_bent()) {
-            return zone_site(&nearest.contact, ZoneSite::ALL_WIDTHS);
+            return zone_site(&nearest.contact, ZoneSize::Whole);
         }
         ZoneSite::WHOLE
     }
@@ -163,11 +163,11 @@ impl AdaptiveContact {
     pub fn whole_at(
         &self,
         touch: &Touch,
-        widths: Option<[f64; 2]>,
+        size: Option<ZoneSize>,
     ) -> Result<Option<TouchKind>, AdaptiveError> {
-        match widths.or(self.law.interval.width.map(|w| [w; 2])) {
-            Some(ZoneSite::ALL_WIDTHS) => return Ok(Some(TouchKind::Edge)),
-            Some(_) => return Ok(None),
+        match size.or(self.law.interval.width.map(|w| ZoneSize::Interval([w; 2]))) {
+            Some(ZoneSize::Whole) => return Ok(Some(TouchKind::Edge)),
+            Some(ZoneSize::Interval(_)) => return Ok(None),
             None => {}
         }
         let kind = touch.kind;
@@ -242,7 +242,7 @@ impl AdaptiveContact {
         let factor = request.history.width_factor.unwrap_or([1.0; 2]);
         let start =
             self.law.interval.width.map_or([predicted[0] * factor[0], predicted[1] * factor[1]], |w| [w; 2]);
-        self.granted(bodies, request.widths.unwrap_or(start))
+        self.granted(bodies, request.size.and_then(ZoneSize::widths).unwrap_or(start))
     }
 
     /// The widths that an interval gets if `widths` are asked for \[m\].

@@ -10,6 +10,7 @@ use crate::body::FullModel;
 use crate::body::whole::fine_model;
 use crate::error::AdaptiveError;
 use crate::record::ZoneSite;
+use crate::record::ZoneSize;
 use crate::sizing::zone::predicted_zone;
 use crate::spec::{ContactLaw, ContactSpec, ImportedSpec, RunSpec, SurfaceLaw, Target};
 use crate::surface::SurfacePlace;
@@ -75,7 +76,10 @@ pub fn costs(spec: &RunSpec) -> Result<Vec<ModelCost>, AdaptiveError> {
                     Some((contact, law, ZoneSite::WHOLE))
                 });
                 let touches = touches.map(|touch| {
-                    let site = ZoneSite::about((touch.site.face, touch.site.xi), [touch.width; 2]);
+                    let site = ZoneSite::about(
+                        (touch.site.face, touch.site.xi),
+                        ZoneSize::Interval([touch.width; 2]),
+                    );
                     (touch.contact, touch.law, site)
                 });
                 for (contact, law, site) in whole.chain(touches) {

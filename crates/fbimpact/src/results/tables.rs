@@ -1,7 +1,9 @@
 //! Tables of a result file: a row of each is declared once, with name, unit, origin and meaning of every column. The dataset, its description, the
 //! reference page and the JSON of `info` follow.
 
-use adaptive::record::{ImpactRecord, PhaseRecord, TargetPlace, TransferRecord, TrialRecord, ZoneSite};
+use adaptive::record::{
+    ImpactRecord, PhaseRecord, TargetPlace, TransferRecord, TrialRecord, ZoneSite, ZoneSize,
+};
 use hdf5::types::VarLenUnicode;
 use hdf5::{Group, H5Type, Result};
 use serde_json::{Map, Value};
@@ -181,7 +183,7 @@ table!(TransferRow "transfers" "Changes of models in the course of the run, and 
     centre: [f64; 3] ["–"] = r.site.map_or([0.0; 3], |s| s.centre), "parameters of the interval's centre in the face's patch";
     target_face: i32 ["–"] = r.target_site.map_or(-1, |s| s.face as i32), "the same of the target body";
     target_centre: [f64; 3] ["–"] = r.target_site.map_or([0.0; 3], |s| s.centre), "the same of the target body";
-    interval_widths: [f64; 2] ["m"] = r.site.map_or([0.0; 2], |s| s.widths), "widths of the interval along the surface; infinite where the zone is the whole surface";
+    interval_widths: [f64; 2] ["m"] = r.site.map_or([0.0; 2], |s| s.size.in_result()), "widths of the interval along the surface; infinite where the zone is the whole surface";
     edge_face: i32 ["–"] = r.met().map_or(-1, |m| m.face as i32),
         "face of the target that has an edge or a corner where the contact body meets it at one point (theory C.63), counted through its patches; -1 elsewhere";
     edge_place: [f64; 3] ["–"] = r.met().map_or([0.0; 3], |m| m.xi), "parameters of that point in the face's patch";
@@ -193,13 +195,12 @@ impl TransferRow {
     /// Where the fine models of the contact body and of the target lie, as far as any came. Columns that a result of an earlier
     /// version does not have are zero: no model has an interval without width. Those of the whole surface are infinite.
     pub fn sites(&self) -> [Option<ZoneSite>; 2] {
-        let widths = self.interval_widths;
-        let is_interval = widths.iter().all(|w| w.is_finite() && *w > 0.0) || widths == ZoneSite::ALL_WIDTHS;
+        let size = ZoneSize::of_result(self.interval_widths);
         let own = (self.face, self.centre, self.met());
         [own, (self.target_face, self.target_centre, None)].map(|(face, centre, meets)| {
             let face = u32::try_from(face).ok()?;
-            let is_place = is_interval && centre.iter().all(|u| u.is_finite());
-            is_place.then_some(ZoneSite { face, centre, widths, meets })
+            let size = size.filter(|_| centre.iter().all(|u| u.is_finite()))?;
+            Some(ZoneSite { face, centre, size, meets })
         })
     }
 

@@ -35,26 +35,68 @@ const FORMER: &[(&str, &str)] = &[
     ),
 ];
 
-/// Words of other programs, the key that stands for them here, if there is one, and what to know of it.
-const FOREIGN: &[(&[&str], &str, &str)] = &[
-    (
-        &["restitution", "coefficient_of_restitution", "restitution_coefficient", "cor"],
-        "",
-        "restitution is a result and no setting, it follows from waves, damping and friction (`fbimpact info` prints it); for losses see damping of bodies and joints",
-    ),
-    (&["diameter", "d"], "radius", ": half of the diameter is given"),
-    (&["master", "master_body", "master_surface"], "target_body", ": the master is the target"),
-    (&["slave", "slave_body", "slave_surface"], "contact_body", ": the slave carries the contact points"),
-    (&["E", "young", "modulus", "elastic_modulus"], "youngs_modulus", ""),
-    (&["nu", "poisson"], "poissons_ratio", ""),
-    (&["rho"], "density", ""),
-    (&["mu", "friction_coefficient", "coefficient_of_friction"], "friction", ""),
-    (
-        &["dt", "time_step", "step_size", "timestep"],
-        "max_step",
-        ": steps are chosen by the program, the largest may be given",
-    ),
-    (&["t_end", "duration", "stop_time", "end"], "end_time", ""),
+/// A word of other programs.
+struct Foreign {
+    words: &'static [&'static str],
+    /// The key that stands for it here; none if nothing does.
+    key: Option<&'static str>,
+    /// What to know of it.
+    remark: &'static str,
+    /// Where that key stands.
+    place: &'static str,
+}
+
+const FOREIGN: &[Foreign] = &[
+    Foreign {
+        words: &["restitution", "coefficient_of_restitution", "restitution_coefficient", "cor"],
+        key: None,
+        remark: ": restitution is a result and no setting, it follows from waves, damping and friction (`fbimpact info` prints it); for losses see damping of bodies and joints",
+        place: "",
+    },
+    Foreign {
+        words: &["diameter", "d"],
+        key: Some("radius"),
+        remark: ": half of the diameter is given",
+        place: "the geometry of a body",
+    },
+    Foreign {
+        words: &["master", "master_body", "master_surface"],
+        key: Some("target_body"),
+        remark: ": the master is the target",
+        place: "[contacts.NAME]",
+    },
+    Foreign {
+        words: &["slave", "slave_body", "slave_surface"],
+        key: Some("contact_body"),
+        remark: ": the slave carries the contact points",
+        place: "[contacts.NAME]",
+    },
+    Foreign {
+        words: &["E", "young", "modulus", "elastic_modulus"],
+        key: Some("youngs_modulus"),
+        remark: "",
+        place: "[materials.NAME]",
+    },
+    Foreign { words: &["nu", "poisson"], key: Some("poissons_ratio"), remark: "", place: "[materials.NAME]" },
+    Foreign { words: &["rho"], key: Some("density"), remark: "", place: "[materials.NAME]" },
+    Foreign {
+        words: &["mu", "friction_coefficient", "coefficient_of_friction"],
+        key: Some("friction"),
+        remark: "",
+        place: "[contacts.NAME]",
+    },
+    Foreign {
+        words: &["dt", "time_step", "step_size", "timestep"],
+        key: Some("max_step"),
+        remark: ": steps are chosen by the program, the largest may be given",
+        place: "[simulation.impact] or [simulation.free]",
+    },
+    Foreign {
+        words: &["t_end", "duration", "stop_time", "end"],
+        key: Some("end_time"),
+        remark: "",
+        place: "[simulation]",
+    },
 ];
 
 /// Collects faults while tables are checked.
@@ -119,13 +161,18 @@ impl Checker {
         let known: Vec<&str> = skip.into_iter().chain(keys.iter().map(|k| k.name)).collect();
         let location = entry.origin.location(&Origin::Default);
         let listed = format!("known here are {}", names(known.iter().copied()));
-        let foreign = FOREIGN.iter().find(|(words, name, _)| {
-            words.contains(&entry.key.as_str()) && (name.is_empty() || known.contains(name))
-        });
+        let foreign = FOREIGN.iter().find(|foreign| foreign.words.contains(&entry.key.as_str()));
+        let nearest = |known| nearest(&entry.key, known);
         let (message, suggestion) = match foreign {
-            Some((_, "", remark)) => (format!("unknown key: {remark}"), None),
-            Some((_, name, remark)) => (format!("unknown key{remark}"), Some((*name).to_owned())),
-            None => ("unknown key".to_owned(), nearest(&entry.key, known)),
+            Some(Foreign { key: None, remark, .. }) => (format!("unknown key{remark}"), None),
+            Some(Foreign { key: Some(key), remark, .. }) if known.contains(key) => {
+                (format!("unknown key{remark}"), Some((*key).to_owned()))
+            }
+            Some(Foreign { key: Some(key), remark, place, .. }) => match nearest(known) {
+                Some(near) => ("unknown key".to_owned(), Some(near)),
+                None => (format!("unknown key{remark}; {key} stands in {place}"), None),
+            },
+            None => ("unknown key".to_owned(), nearest(known)),
         };
         self.faults.push(Fault {
             location,

@@ -20,7 +20,6 @@ use crate::body::zone::at_start::StartZone;
 use crate::body::zone::on_mesh::zone_on_mesh;
 use crate::body::zone::{ContactZone, PointsAbout};
 use crate::error::AdaptiveError;
-use crate::record::ZoneSite;
 use crate::spec::{Accuracy, FlexibleSpec, IntervalSpec, PointRule};
 use crate::store::{Bytes, meshed_definition};
 use crate::surface::Surface;
@@ -107,14 +106,15 @@ impl FieldBody for MeshedBody {
 
     fn refined(
         self: Arc<Self>,
-        site: &ZoneSite,
+        (face, centre): (u32, [f64; 3]),
+        widths: [f64; 2],
         interval: &IntervalSpec,
     ) -> Result<Box<dyn FineModel>, AdaptiveError> {
-        let place = self.surface.place(site.face, &site.centre);
+        let place = self.surface.place(face, &centre);
         let usual = || interval.elements_or(usual_elements(&self.spec.mesh));
         let is_usual = interval.elements.is_none() && interval.accuracy == Accuracy::default();
         let elements = (!is_usual).then(usual);
-        let wanted = WantedZone { site: place, widths: site.widths, elements };
+        let wanted = WantedZone { site: place, widths, elements };
         Ok(Box::new(FineElements::build(&self, &wanted)?))
     }
 

@@ -23,7 +23,6 @@ use crate::body::splines::{Discretised, ElasticBody};
 use crate::body::zone::at_start::StartZone;
 use crate::body::zone::{ContactZone, PointsAbout};
 use crate::error::AdaptiveError;
-use crate::record::ZoneSite;
 use crate::spec::{FlexibleSpec, IntervalSpec, PointRule};
 use crate::store::{Bytes, body_definition};
 use crate::surface::Surface;
@@ -110,12 +109,13 @@ impl FieldBody for ElasticBody {
 
     fn refined(
         self: Arc<Self>,
-        site: &ZoneSite,
+        (face, centre): (u32, [f64; 3]),
+        widths: [f64; 2],
         interval: &IntervalSpec,
     ) -> Result<Box<dyn FineModel>, AdaptiveError> {
-        let (id, patches) = (FaceId::all(&self.shape.patches)[site.face as usize], &self.shape.patches);
+        let (id, patches) = (FaceId::all(&self.shape.patches)[face as usize], &self.shape.patches);
         let face = Face::new(patches, id, self.spec.model == Model::Axisymmetric);
-        let wanted = WantedInterval { face, centre: site.centre, widths: site.widths };
+        let wanted = WantedInterval { face, centre, widths };
         let elements = interval.elements_or(ELEMENTS);
         let settings = FineSettings { division: interval.division, elements, growth: None };
         let mesh = Arc::new(FineMesh::build(&self, &[wanted], &settings)?);

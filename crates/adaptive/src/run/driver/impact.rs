@@ -42,11 +42,11 @@ impl Driver<'_> {
         }
         let touching = self.touching()?;
         self.preview(&touching)?;
-        let mut built = self.activate_touching(&intervals.widths);
+        let mut built = self.activate_touching(&intervals.sizes);
         let mut contact_step_limit = self.restart_searches();
         for number in 1..=MAX_TRIALS {
             let mut trial = self.begin_trial(number, contact_step_limit);
-            let ending = match built.and_then(|()| self.simulate(&mut trial, &intervals.widths)) {
+            let ending = match built.and_then(|()| self.simulate(&mut trial, &intervals.sizes)) {
                 Ok(ending) => ending,
                 Err(AdaptiveError::Interrupted) => Ending::Interrupted,
                 Err(error) => return self.fail(&trial, &[], error),
@@ -67,7 +67,7 @@ impl Driver<'_> {
                 Ok(Judgement::Again { demands, contact_steps }) => {
                     self.log(&trial, TrialOutcome::Rejected, &trial_reason::line(&demands), &verdicts)?;
                     contact_step_limit = contact_steps;
-                    built = if number < MAX_TRIALS { self.rewind(&start, &intervals.widths) } else { Ok(()) };
+                    built = if number < MAX_TRIALS { self.rewind(&start, &intervals.sizes) } else { Ok(()) };
                 }
             }
         }

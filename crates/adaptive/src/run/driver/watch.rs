@@ -78,9 +78,8 @@ impl Driver<'_> {
     fn unresolved(&self, i: usize) -> f64 {
         let facts = &self.model.contacts[i];
         let fine = self.slots[i].fine();
-        let last = self.run.contacts[i].history.zones[0].map_or(0.0, |zone| zone.widths[0]);
-        let width =
-            fine.map_or(facts.widths[0].max(if last.is_finite() { last } else { 0.0 }), |f| f.widths()[0]);
+        let last = self.run.contacts[i].history.zones[0].and_then(|zone| zone.size.widths());
+        let width = fine.map_or(facts.widths[0].max(last.map_or(0.0, |w| w[0])), |f| f.widths()[0]);
         let of_zone = match fine {
             Some(fine) if fine.whole.is_some() => {
                 ON_SURFACES * width + self.model.bodies[facts.body].height_between_points()

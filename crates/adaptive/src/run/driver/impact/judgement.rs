@@ -9,7 +9,7 @@ use crate::adaptivity::penalty_search::{Overlap, PenaltyAction, Pressing, RunOut
 use crate::checks::resolution::longest_element_of;
 use crate::error::AdaptiveError;
 use crate::impact::{AdaptiveContact, FineContact};
-use crate::record::ZoneSite;
+use crate::record::ZoneSize;
 use crate::run::driver::contact_slot::ContactSlot;
 use crate::run::driver::{Driver, TOUCHING};
 use crate::touch::parts::TouchKind;
@@ -41,8 +41,8 @@ pub(crate) enum Ending {
 
 /// Widths of the contacts' intervals in the trials of an impact.
 pub(crate) struct Intervals {
-    /// Widths of the next trial, where earlier ones have set them \[m\].
-    pub widths: Vec<Option<[f64; 2]>>,
+    /// Sizes of the zones of the next trial, where earlier ones have set them.
+    pub sizes: Vec<Option<ZoneSize>>,
     /// Widest interval whose edge was touched, and narrowest one that was too wide, a contact and direction \[m\].
     brackets: Vec<[(f64, f64); 2]>,
     /// How often no width was left between those, per contact.
@@ -56,7 +56,7 @@ pub(crate) struct Intervals {
 impl Intervals {
     pub fn new(n_contacts: usize) -> Self {
         Self {
-            widths: vec![None; n_contacts],
+            sizes: vec![None; n_contacts],
             brackets: vec![[(0.0, f64::INFINITY); 2]; n_contacts],
             closed: vec![0; n_contacts],
             grown: vec![[0; 2]; n_contacts],
@@ -74,7 +74,7 @@ impl Intervals {
         verdict: &IntervalAssessment,
         mut next: [f64; 2],
     ) -> Option<[f64; 2]> {
-        (self.widths[i], self.latest) = (Some(next), i);
+        (self.sizes[i], self.latest) = (Some(ZoneSize::Interval(next)), i);
         let Some(fine) = fine else { return Some(next) };
         let (widths, counts) = (fine.widths(), fine.n_elements());
         let mut is_closed = false;
@@ -94,7 +94,7 @@ impl Intervals {
         if verdict.directions.len() == 1 {
             next[1] = next[0];
         }
-        self.widths[i] = Some(next);
+        self.sizes[i] = Some(ZoneSize::Interval(next));
         self.closed[i] += u32::from(is_closed);
         (self.closed[i] < MOST_CLOSED).then_some(next)
     }
@@ -164,7 +164,7 @@ impl Driver<'_> {
                 if !self.may_be_whole(i) {
                     return Err(self.face_end(i, number));
                 }
-                (intervals.widths[i], intervals.latest) = (Some(ZoneSite::ALL_WIDTHS), i);
+                (intervals.sizes[i], intervals.latest) = (Some(ZoneSize::Whole), i);
                 demands.push(self.demand(i, Change::WholeSurfaces));
                 continue;
             }

@@ -16,7 +16,7 @@ use crate::checks::resolution::edge_touch;
 use crate::error::AdaptiveError;
 use crate::impact::{Activation, FineBasis, FineContact, RefinedContact, RefinementRequest};
 use crate::model::RunModel;
-use crate::record::{TransferDirection, ZoneSite};
+use crate::record::{TransferDirection, ZoneSize};
 use crate::state::observer::Stage;
 use crate::state::simulation::RunContact;
 use crate::touch::detection::InactiveContact;
@@ -34,7 +34,7 @@ const SAME_WIDTH: f64 = 1e-9;
 
 impl Driver<'_> {
     /// Back to the start of the impact, with fine models of the widths wanted.
-    pub(crate) fn rewind(&mut self, start: &Start, widths: &[Option<[f64; 2]>]) -> Result<(), AdaptiveError> {
+    pub(crate) fn rewind(&mut self, start: &Start, sizes: &[Option<ZoneSize>]) -> Result<(), AdaptiveError> {
         self.output.discard_after(start.time);
         for (slot, monitor) in self.slots.iter_mut().zip(&start.monitors) {
             slot.monitor.clone_from(monitor);
@@ -42,7 +42,7 @@ impl Driver<'_> {
         self.run.stress.clone_from(&start.stress);
         (self.run.numerical, self.run.ledger) = (start.numerical, start.ledger);
         self.run.slow_since = start.slow_since;
-        let leaving = self.leaving(start.time, widths);
+        let leaving = self.leaving(start.time, sizes);
         for i in self.latest_first() {
             let Some(search) = self.slots[i].fine().map(|fine| fine.search.clone()) else { continue };
             let penalty = search.penalty();
@@ -51,7 +51,7 @@ impl Driver<'_> {
                 self.model.system.forces_mut()[i].contact.forget();
                 continue;
             }
-            if self.has_width(i, widths[i]) {
+            if self.has_size(i, sizes[i]) {
                 // It is activated again, now or when it touches, and goes on with its search.
                 self.slots[i].search = Some(search);
             }
@@ -63,38 +63,39 @@ impl Driver<'_> {
         state.resize(self.model.dimension(), 0.0);
         self.model.to_present_modes(start.time, &mut state)?;
         self.integrator.restart(start.time, &state);
-        self.activate_touching(widths)?;
+        self.activate_touching(sizes)?;
         self.integrator.invalidate();
         Ok(())
     }
 
     /// Contacts whose fine models do not serve the next trial: those with other widths, those that joined the impact later, and
     /// those on a body that loses the modes it had because of one of them.
-    fn leaving(&self, start: f64, widths: &[Option<[f64; 2]>]) -> Vec<usize> {
+    fn leaving(&self, start: f64, sizes: &[Option<ZoneSize>]) -> Vec<usize> {
         let mut leaving = Vec::new();
         for i in self.latest_first().into_iter().rev() {
             let Some(fine) = self.slots[i].fine() else { continue };
             let (body, target) = self.model.system.forces()[i].contact.bodies();
             let hosts = leaving.iter().filter_map(|&k: &usize| self.slots[k].fine());
             let is_guest = hosts.flat_map(|f| &f.hosted).any(|b| *b == body || Some(*b) == target);
-            if is_guest || fine.activation.time > start || !self.has_width(i, widths[i]) {
+            if is_guest || fine.activation.time > start || !self.has_size(i, sizes[i]) {
                 leaving.push(i);
             }
         }
         leaving
     }
 
-    /// Whether the fine model of contact `i` has the widths wanted.
-    fn has_width(&self, i: usize, wanted: Option<[f64; 2]>) -> bool {
+    /// Whether the fine model of contact `i` has the size wanted.
+    fn has_size(&self, i: usize, wanted: Option<ZoneSize>) -> bool {
         let fine = self.slots[i].fine();
-        let widths = fine.map_or([0.0; 2], FineContact::widths);
-        if wanted == Some(ZoneSite::ALL_WIDTHS) {
-            return fine.is_some_and(|fine| fine.whole.is_some());
-        }
+        let wanted = match wanted {
+            None => return true,
+            Some(ZoneSize::Whole) => return fine.is_some_and(|fine| fine.whole.is_some()),
+            Some(ZoneSize::Interval(widths)) => widths,
+        };
         let refinement = self.model.contacts[i].refinement.as_ref();
-        let granted = wanted.map(|w| refinement.map_or(w, |r| r.granted(&self.model.bodies, w)));
-        granted
-            .is_none_or(|w| widths.iter().zip(w).all(|(a, b)| *a == 0.0 || (a / b - 1.0).abs() < SAME_WIDTH))
+        let granted = refinement.map_or(wanted, |r| r.granted(&self.model.bodies, wanted));
+        let mut widths = fine.map_or([0.0; 2], FineContact::widths).into_iter().zip(granted);
+        widths.all(|(a, b)| a == 0.0 || (a / b - 1.0).abs() < SAME_WIDTH)
     }
 
     /// Contacts with fine models, the last one to come first: modes of bodies are given back in the reverse order.
@@ -118,9 +119,9 @@ impl Driver<'_> {
     }
 
     /// Gives every refined contact that touches in the present state its fine model.
-    pub(crate) fn activate_touching(&mut self, widths: &[Option<[f64; 2]>]) -> Result<(), AdaptiveError> {
+    pub(crate) fn activate_touching(&mut self, sizes: &[Option<ZoneSize>]) -> Result<(), AdaptiveError> {
         for i in self.touching()? {
-            self.activate(i, widths[i])?;
+            self.activate(i, sizes[i])?;
         }
         Ok(())
     }
@@ -136,7 +137,7 @@ impl Driver<'_> {
     }
 
     /// Puts the fine model of contact `i` about the present nearest points into the system.
-    pub(crate) fn activate(&mut self, i: usize, widths: Option<[f64; 2]>) -> Result<(), AdaptiveError> {
+    pub(crate) fn activate(&mut self, i: usize, size: Option<ZoneSize>) -> Result<(), AdaptiveError> {
         let began = Instant::now();
         self.building = Some(i);
         let fixed = self.bodies_in_contact();
@@ -147,7 +148,7 @@ impl Driver<'_> {
         let slot = &mut self.slots[i];
         let touch = refinement.touch(&self.model.bodies, states, &mut slot.nearest)?;
         let activation = Activation { time: t, number: self.run.n_refined + 1 };
-        let whole = refinement.whole_at(&touch, widths)?;
+        let whole = refinement.whole_at(&touch, size)?;
         // Points about another place are those of another model.
         let site = refinement.whole_site(&self.model.bodies, states, &touch.nearest, whole);
         let serves = |fine: &FineContact| {
@@ -159,7 +160,7 @@ impl Driver<'_> {
             return self.enter((i, element), fine, Vec::new());
         }
         let request = RefinementRequest {
-            widths,
+            size,
             peak: slot.preview,
             history: self.run.contacts[i].history,
             search: slot.search.take(),

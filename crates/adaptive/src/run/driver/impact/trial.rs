@@ -11,6 +11,7 @@ use crate::error::AdaptiveError;
 use crate::impact::FineContact;
 use crate::impact::MISSED_SURFACE;
 use crate::record::PhaseKind;
+use crate::record::ZoneSize;
 use crate::run::driver::contact_slot::ContactSlot;
 use crate::run::driver::{Driver, QUIET_STEPS};
 use crate::state::observer::Continue;
@@ -69,11 +70,11 @@ impl Driver<'_> {
         }
     }
 
-    /// Integrates until the impact is over or the trial is known to be rejected; contacts that join get intervals of the `widths` wanted.
+    /// Integrates until the impact is over or the trial is known to be rejected; contacts that join get zones of the `sizes` wanted.
     pub(crate) fn simulate(
         &mut self,
         trial: &mut Trial,
-        widths: &[Option<[f64; 2]>],
+        sizes: &[Option<ZoneSize>],
     ) -> Result<Ending, AdaptiveError> {
         let quiet = self.settings.quiet_time.unwrap_or(QUIET_STEPS * self.impact_step);
         self.linear.begin(&self.run.loads, self.integrator.time());
@@ -110,7 +111,7 @@ impl Driver<'_> {
                 if self.slots[i].preview.is_none() {
                     self.preview(&[i])?;
                 }
-                self.activate(i, widths[i])?;
+                self.activate(i, sizes[i])?;
                 self.begin_monitor(i)?;
                 trial.penalty_start[i] = self.model.system.forces()[i].contact.penalty();
                 self.integrator.invalidate();
