@@ -77,7 +77,7 @@ fn what_touches_first_decides_and_not_what_is_nearest_at_the_start() {
     // Spin and height are given to 1e-5, a gap of round-off is closed at 1 m/s.
     let place = |point: [f64; 3]| point[2].abs() / end;
     assert!((place(touch.sites.contact_body.point) - 1.0).abs() < 1e-4);
-    let before = touches.at_start(contact).expect("it lies above the floor").contact_body.point;
+    let before = touches.at_start(contact).unwrap().expect("it lies above the floor").contact_body.point;
     assert!(place(before) < 1e-4, "{before:?}");
     // Hertz: T = 2.868 (m² / (R E*² v))^(1/5) with the radius of curvature a²/c; the speed is that of the end, which the spin moves aside.
     let volume = 4.0 / 3.0 * PI * side * side * end;

@@ -163,7 +163,7 @@ impl Arrangement {
         };
         let first = FirstTouches::new(spec, &self.poses);
         let sites = match &contact.law {
-            ContactLaw::Surface(_) => first.at_start(contact)?,
+            ContactLaw::Surface(_) => first.at_start(contact)?.ok()?,
             ContactLaw::Hertz { .. } => return None,
         };
         let on_body = at(contact.body, &sites.contact_body);

@@ -14,8 +14,8 @@ use crate::touch::sites::Sites;
 /// When a contact gets its model.
 ///
 /// Adaptive contacts are refined by the program at each touch. Quasistatic, damped and dynamic pairs are too, with the width
-/// and penalty factor given, unless both bodies, as far as they are flexible, are refined by their own discretisation at the places where they
-/// touch first and no interval is given: then that refinement is the model of the whole run, as it always is of coarse
+/// and penalty factor given, unless both bodies, as far as they are flexible, are refined by their own discretisation at the places where they are
+/// nearest at the start and no interval is given: then that refinement is the model of the whole run, as it always is of coarse
 /// contacts and of those with a plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ContactPlan {
@@ -105,17 +105,15 @@ fn edge_touch(touches: &FirstTouches<'_>, contact: &ContactSpec, law: &SurfaceLa
     if is_left_open && is_quasistatic { touches.kind(contact) } else { None }
 }
 
-/// The plan of a contact with zones about the places where the bodies touch first.
+/// The plan of a contact with zones about the places where the bodies are nearest at the start.
 fn from_start(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Result<ContactPlan, AdaptiveError> {
     find_sites(touches, contact).map(ContactPlan::FromStart)
 }
 
 fn find_sites(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Result<Sites, AdaptiveError> {
     let none = Err(ContactError::Nothing { what: "a body has no surface to touch" });
-    let touch = touches.find(contact).unwrap_or(none);
-    touch
-        .map(|touch| touch.sites)
-        .map_err(|source| AdaptiveError::Contact { contact: contact.name.clone(), source })
+    let sites = touches.at_start(contact).unwrap_or(none);
+    sites.map_err(|source| AdaptiveError::Contact { contact: contact.name.clone(), source })
 }
 
 /// Checks that the contact body is flexible, and that the target has a surface.

@@ -34,8 +34,8 @@ fn zone(touches: &FirstTouches<'_>, contact: &ContactSpec, index: usize) -> Opti
     if !keeps_its_model(touches.spec, contact, law) {
         return None;
     }
-    let touch = touches.of(contact)?;
-    let (sites, scene) = (touch.sites, Scene::at(touches, Some(&touch)));
+    let (touch, sites) = (touches.of(contact)?, touches.at_start(contact)?.ok()?);
+    let scene = Scene::at(touches, Some(&touch));
     let site = match contact.target {
         _ if contact.body == index => sites.contact_body,
         Target::Body(other) if other == index => sites.target?,

@@ -56,17 +56,20 @@ impl<'a> FirstTouches<'a> {
         Self { spec, ..self }
     }
 
-    /// Where the bodies of `contact` are nearest at the start; `None` if one of them has no surface, or if that cannot be found.
-    pub fn at_start(&self, contact: &ContactSpec) -> Option<Sites> {
-        let pair = Pair::new((self.spec, &self.surfaces), contact).ok()??;
-        nearest_sites(contact, &pair.own, pair.target.as_ref(), self.poses).ok()
+    /// Where the bodies of `contact` are nearest at the start; `None` if one of them has no surface.
+    ///
+    /// # Errors
+    /// [`ContactError`] if these places cannot be found.
+    pub fn at_start(&self, contact: &ContactSpec) -> Option<Result<Sites, ContactError>> {
+        let pair = Pair::new((self.spec, &self.surfaces), contact).transpose()?;
+        Some(pair.and_then(|pair| nearest_sites(contact, &pair.own, pair.target.as_ref(), self.poses)))
     }
 
     /// The first touch of `contact`; `None` if one of its bodies has no surface.
     ///
     /// # Errors
     /// [`ContactError`] if nearest places cannot be found.
-    pub fn find(&self, contact: &ContactSpec) -> Found {
+    fn find(&self, contact: &ContactSpec) -> Found {
         if let Some(known) = self.known.borrow().get(&contact.name) {
             return known.clone();
         }
