@@ -128,11 +128,11 @@ pub const MOST_OVERLAP: f64 = 0.03;
 
 /// The largest share of penetration in the approach between flat faces while waves say how large the force is. The impact then lasts longer by half
 /// of this share; springs that are three times as stiff ring by a quarter of the force and more.
-const MOST_OVERLAP_OF_WAVES: f64 = 0.1;
+pub const MOST_OVERLAP_OF_WAVES: f64 = 0.1;
 
 /// Round trips of waves after which the stress along a body is even and it yields like a spring: the criterion of Davies and Hunter (1963) for
 /// specimens in the split Hopkinson bar.
-const TRIPS: f64 = std::f64::consts::PI;
+pub const TRIPS: f64 = std::f64::consts::PI;
 
 /// Factor by which the penalty factor is raised at most, and the margin above what springs in series need, since the force changes as well.
 const MOST_RISE: f64 = 10.0;

@@ -156,7 +156,7 @@ impl AdaptiveContact {
     }
 
     /// The kind of `touch`, if an edge or flat faces touch and `widths` do not ask for an interval: then the zones are the
-    /// whole surfaces, which [`ZoneSite::ALL_WIDTHS`] stands for. None if smooth surfaces touch.
+    /// whole surfaces, which [`ZoneSize::Whole`] stands for. None if smooth surfaces touch.
     ///
     /// # Errors
     /// [`AdaptiveError::ContactModel`] if no contact point sees the touch, or zones that vibrate would be whole surfaces.
