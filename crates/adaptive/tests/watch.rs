@@ -3,7 +3,7 @@
 use crate::balls::Ball;
 use crate::impacts::{ALUMINIUM, STEEL, Trace, contact, explicit, law, spec, sphere};
 use adaptive::AdaptiveError;
-use adaptive::adaptivity::penalty_search::MOST_OVERLAP;
+use adaptive::adaptivity::overlap::MOST_OVERLAP;
 use adaptive::model::RunModel;
 use adaptive::record::warning::WarningKind;
 use adaptive::run::driver::run;

@@ -44,7 +44,7 @@ impl Accuracy {
 
     /// Factor on the frequency up to which modes are chosen for a force, which `jumps` where flat faces meet. With `fast` it stays above the half
     /// at which a run warns of too few modes (Eq. P.6); of a force that jumps it stays as it is: penalty springs are as stiff as its modes
-    /// can follow, and softer ones let the faces overlap by more than [`crate::adaptivity::penalty_search::MOST_OVERLAP`].
+    /// can follow, and softer ones let the faces overlap by more than [`crate::adaptivity::overlap::MOST_OVERLAP`].
     pub const fn frequency(self, jumps: bool) -> f64 {
         self.of([if jumps { 1.0 } else { 0.6 }, 1.0, 1.5])
     }

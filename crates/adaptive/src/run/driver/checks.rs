@@ -1,7 +1,7 @@
 //! What a run checks of itself: warnings, and errors that end it.
 
 use super::Driver;
-use crate::adaptivity::penalty_search::Overlap;
+use crate::adaptivity::overlap::Overlap;
 use crate::checks::contact_strain::{HUGE_CONTACT_STRAIN, contact_strain, large_contact_strain};
 use crate::checks::resolution::{
     coarse_mesh, coarse_place, few_modes, highest_vibration, ringing_force, shown_interval, slow_rise,

@@ -5,7 +5,8 @@ use tracing::debug;
 
 use super::trial_reason::{Acceptance, Change, Demand, PenaltyCause};
 use crate::adaptivity::interval::{IntervalAssessment, IntervalSettings, Verdict};
-use crate::adaptivity::penalty_search::{Overlap, PenaltyAction, Pressing, RunOutcome};
+use crate::adaptivity::overlap::{Overlap, Pressing};
+use crate::adaptivity::penalty_search::{PenaltyAction, RunOutcome};
 use crate::checks::resolution::longest_element_of;
 use crate::error::AdaptiveError;
 use crate::impact::{AdaptiveContact, FineContact};

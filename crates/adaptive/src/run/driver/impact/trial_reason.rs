@@ -4,7 +4,7 @@ use std::fmt;
 
 use ffr_dynamics::error::EvaluationFailure;
 
-use crate::adaptivity::penalty_search::Overlap;
+use crate::adaptivity::overlap::Overlap;
 
 /// Why a trial is the result.
 #[derive(Debug, Clone, PartialEq)]
