@@ -103,30 +103,39 @@ fn end_aborts() {
 fn end_panics() {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
-        if !has_room() {
+        if is_of_memory(panic.payload_as_str()) || has_no_room() {
             end_without_room();
         }
         usual(panic);
     }));
 }
 
+/// Whether the standard library panics with this text for want of memory only: what was missing may be there again when one looks.
+#[cfg(unix)]
+fn is_of_memory(text: Option<&str>) -> bool {
+    const BEGINNINGS: [&str; 2] =
+        ["failed to allocate an alternative stack", "failed to set up alternative stack guard page"];
+    text.is_some_and(|text| BEGINNINGS.iter().any(|beginning| text.starts_with(beginning)))
+}
+
 /// Looks whether memory has ended; if not, the process is aborted after this.
 #[cfg(unix)]
 extern "C" fn on_abort(_: i32) {
-    if !has_room() {
+    if has_no_room() {
         end_without_room();
     }
 }
 
-/// Whether the system still gives addresses.
+/// Whether the system gives no more addresses, or has given none to another thread, which then gave back what was set aside.
 #[cfg(unix)]
-fn has_room() -> bool {
+fn has_no_room() -> bool {
     use nix::libc::{MAP_ANONYMOUS, MAP_FAILED, MAP_PRIVATE, PROT_NONE, mmap, munmap};
     // SAFETY: an anonymous mapping that nobody uses, and its end.
-    unsafe {
+    let has_room = unsafe {
         let room = mmap(null_mut(), ROOM, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
         room != MAP_FAILED && munmap(room, ROOM) == 0
-    }
+    };
+    !has_room || has_ended()
 }
 
 /// Tells that memory has ended, and ends the process.
