@@ -83,23 +83,29 @@ pub fn centre_of_mass(data: &StandardInputData, state: &BodyState) -> Vector3<f6
     state.position + state.rotation * (moment / data.mass)
 }
 
-/// The rigid motion that carries a body's momenta, relative to its frame and in it (Eq. Q.2).
-struct RigidShare {
-    /// Deformed centre of mass \[m\].
+/// The rigid motion that carries the momenta of a body (Eq. Q.2), and what the body does beside it. The choice of the frame of reference does not
+/// enter.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct MeanMotion {
+    /// Mass of the body \[kg\].
+    pub mass: f64,
+    /// Deformed centre of mass in the inertial frame \[m\].
     centre: Vector3<f64>,
     /// Its velocity [m/s].
     velocity: Vector3<f64>,
-    /// Angular velocity `J⁻¹ L` [rad/s].
-    turn: Vector3<f64>,
-    /// Angular momentum `L` about the centre of mass [kg m²/s].
-    spin: Vector3<f64>,
+    /// Angular velocity in the inertial frame, with the turn `J⁻¹ L` relative to the frame of reference [rad/s].
+    angular_velocity: Vector3<f64>,
+    /// Kinetic energy of the motion relative to it (Eq. Q.4): no other rigid motion leaves less \[J\].
+    pub vibration: f64,
 }
 
-impl RigidShare {
-    fn of(data: &StandardInputData, state: &BodyState) -> Self {
+impl MeanMotion {
+    /// The mean motion of a body in motion `state`: the velocity of the deformed centre of mass, and the turn with inertia and angular momentum about
+    /// it. A body without inertia about an axis turns with its frame. Does not allocate.
+    pub fn of(data: &StandardInputData, state: &BodyState) -> Self {
         let DeformedMoments { mass_moment, mass_moment_rate, inertia, relative_spin } =
             data.deformed_moments(&state.elastic, &state.elastic_rates);
-        let centre = mass_moment / data.mass;
+        let (centre, velocity) = (mass_moment / data.mass, mass_moment_rate / data.mass);
         let about_centre = inertia
             - (Matrix3::identity() * mass_moment.norm_squared() - mass_moment * mass_moment.transpose())
                 / data.mass;
@@ -109,26 +115,21 @@ impl RigidShare {
             1 if about_centre[(2, 2)] > 0.0 => Vector3::z() * (spin.z / about_centre[(2, 2)]),
             _ => Vector3::zeros(),
         };
-        Self { centre, velocity: mass_moment_rate / data.mass, turn, spin }
+        let omega = &state.angular_velocity_in_body;
+        let rigid = data.mass * velocity.norm_squared() + spin.dot(&turn);
+        Self {
+            mass: data.mass,
+            centre: state.position + state.rotation * centre,
+            velocity: state.velocity + state.rotation * (omega.cross(&centre) + velocity),
+            angular_velocity: state.rotation * (omega + turn),
+            vibration: (0.5 * (data.modal_mass.square(&state.elastic_rates) - rigid)).max(0.0),
+        }
     }
-}
 
-/// Velocity at `place` \[m\] of the rigid motion that carries the body's momenta (Eq. Q.2), both in the inertial frame [m/s]: that of
-/// the deformed centre of mass, and the turn `J⁻¹ L` with inertia and angular momentum about it. Vibration does not enter, nor does the
-/// choice of the frame of reference. A body without inertia about an axis turns with its frame.
-pub fn rigid_velocity(data: &StandardInputData, state: &BodyState, place: &Vector3<f64>) -> Vector3<f64> {
-    let RigidShare { centre, velocity, turn, .. } = RigidShare::of(data, state);
-    let omega = &state.angular_velocity_in_body;
-    let arm = state.rotation.inverse_transform_vector(&(place - state.position)) - centre;
-    state.velocity + state.rotation * (omega.cross(&centre) + velocity + (omega + turn).cross(&arm))
-}
-
-/// Kinetic energy of the motion of a body relative to the rigid motion that carries its momenta (Eq. Q.4) \[J\]: no other rigid motion
-/// leaves less. The choice of the frame of reference does not enter.
-pub fn vibration_energy(data: &StandardInputData, state: &BodyState) -> f64 {
-    let RigidShare { velocity, turn, spin, .. } = RigidShare::of(data, state);
-    let rigid = data.mass * velocity.norm_squared() + spin.dot(&turn);
-    (0.5 * (data.modal_mass.square(&state.elastic_rates) - rigid)).max(0.0)
+    /// Velocity at `place` \[m\], both in the inertial frame [m/s]. Vibration does not enter.
+    pub fn velocity_at(&self, place: &Vector3<f64>) -> Vector3<f64> {
+        self.velocity + self.angular_velocity.cross(&(place - self.centre))
+    }
 }
 
 #[cfg(test)]
@@ -154,7 +155,7 @@ mod tests {
         let arm = Vector3::new(0.5, 0.6, -0.7);
         let place = state.position + state.rotation * arm;
         let expected = state.velocity + state.rotation * state.angular_velocity_in_body.cross(&arm);
-        let found = rigid_velocity(&data, &state, &place);
+        let found = MeanMotion::of(&data, &state).velocity_at(&place);
         assert!((found - expected).norm() < 1e-14, "{found} {expected}"); // round-off
     }
 }

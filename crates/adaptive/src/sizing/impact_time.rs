@@ -234,12 +234,17 @@ impl<'a> Scene<'a> {
         let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
         let Impact { meeting, speed, inverse_mass, mobility, radiation } = self.impact(contact);
         let touching = Touching { inverse_mass, mobility, speed };
-        let known = meeting.surfaces.as_ref().and_then(|surfaces| match self.line(contact, &meeting) {
+        let line = self.line(contact, &meeting);
+        let known = meeting.surfaces.as_ref().and_then(|surfaces| match line {
             Some(line) => line_time(surfaces, line, touching),
             None => point_time(surfaces, touching),
         });
         let is_solid = self.spec.bodies[contact.body].kind.motion() == RigidMotion::Spatial;
         let force = |(body, radiation): (usize, Option<Radiation>)| {
+            let radiation = match line {
+                Some(line) if is_solid => radiation.map(|radiation| radiation.along(line.length)),
+                _ => radiation,
+            };
             let (scale, duration, of_force, frequency) = match known {
                 Some((scale, duration)) => {
                     let all = pulse_frequency(duration);
@@ -259,9 +264,10 @@ impl<'a> Scene<'a> {
         [Some(contact.body), other].into_iter().flatten().zip(radiation).map(force).collect()
     }
 
-    /// Whether the force of a touch on `body` is a single pulse, and the share of its energy that waves take is known.
+    /// Whether the force of a touch on `body` is a single pulse, and the share of its energy that waves take is known: not about an axis of symmetry.
     fn is_pulse(&self, body: usize, scale: TimeScale) -> bool {
-        scale == TimeScale::Hertz || (scale == TimeScale::Line && self.thickness(body).is_some())
+        let is_axial = self.spec.bodies[body].kind.motion() == RigidMotion::Axial;
+        scale == TimeScale::Hertz || (scale == TimeScale::Line && !is_axial)
     }
 
     /// The line along which the bodies of `contact` touch, if they do.

@@ -5,7 +5,7 @@ use std::fmt;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::reduction::neighbouring_counts;
 
-use super::impact_time::{ForceTime, TimeScale};
+use super::impact_time::ForceTime;
 use super::mesh::CHECKED;
 use super::spectrum::{FrequencyProblem, Known};
 use super::{Candidate, Spectrum};
@@ -37,9 +37,9 @@ pub struct ChosenModes {
 }
 
 impl ChosenModes {
-    /// Whether more modes would be needed than are ever chosen.
+    /// Whether more modes would be needed than are ever chosen, and they would count.
     pub fn is_cut(&self) -> bool {
-        let is_cut = |t: &ForceTime| t.scale != TimeScale::Flat && t.frequency > self.highest;
+        let is_cut = |t: &ForceTime| !t.scale.is_jump() && t.frequency > self.highest;
         self.time.as_ref().is_some_and(is_cut) && self.modes >= MOST
     }
 }
@@ -149,7 +149,7 @@ pub fn chosen_from(
 
 /// Most modes of a body that is reduced by `reduction`, with the fastest force on it.
 pub fn most(reduction: ReductionSpec, accuracy: Accuracy, time: Option<&ForceTime>) -> usize {
-    let is_jump = time.is_some_and(|t| t.scale == TimeScale::Flat);
+    let is_jump = time.is_some_and(|t| t.scale.is_jump());
     let most = if is_jump { accuracy.modes(MOST_OF_JUMPS) } else { MOST };
     match reduction {
         ReductionSpec::CraigBampton { fixed_interface_modes: Some(n), .. } => n.min(most),

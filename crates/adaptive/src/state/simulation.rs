@@ -4,7 +4,7 @@ use std::ops::{Deref, DerefMut};
 
 use contact_qs::PressureRecovery;
 use contact_qs::contact_element::ActiveContact;
-use ffr_dynamics::invariants::{centre_of_mass, rigid_velocity, vibration_energy};
+use ffr_dynamics::invariants::{MeanMotion, centre_of_mass};
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::system::force::BodyState;
 use ffr_dynamics::system::{Multibody, Reaction};
@@ -229,12 +229,12 @@ pub fn near_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> Near
     let near = force.contact.place(motion);
     let (body, target) = force.contact.bodies();
     let (states, _) = system.last_evaluation();
-    let data = |body: usize| (&system.model().bodies[body].data, &states[body]);
-    let velocity = |body: usize| rigid_velocity(data(body).0, data(body).1, &near);
-    let (own, other) = (velocity(body), target.map_or_else(Vector3::zeros, velocity));
-    let bodies = [Some(body), target].into_iter().flatten();
-    let energy: f64 = bodies.clone().map(|b| vibration_energy(data(b).0, data(b).1)).sum();
-    let mobility: f64 = bodies.map(|b| data(b).0.mass.recip()).sum();
+    let motion = |body: usize| MeanMotion::of(&system.model().bodies[body].data, &states[body]);
+    let motions = [Some(body), target].map(|body| body.map(motion));
+    let [own, other] =
+        motions.map(|motion| motion.map_or_else(Vector3::zeros, |motion| motion.velocity_at(&near)));
+    let sum = |of: fn(&MeanMotion) -> f64| motions.iter().flatten().map(of).sum::<f64>();
+    let (energy, mobility) = (sum(|motion| motion.vibration), sum(|motion| motion.mass.recip()));
     NearMotion {
         velocity: (own - other).into(),
         speed: own.norm() + other.norm(),

@@ -245,13 +245,6 @@ impl StandardInputData {
         self.block(&self.shape_shape[i * size..(i + 1) * size], j)
     }
 
-    /// `∫ ρ X g_ijᵀ` of the second-order displacements.
-    fn foreshortening(&self, i: usize, j: usize) -> Matrix3<f64> {
-        let Some(Foreshortening { position, .. }) = &self.foreshortening else { return Matrix3::zeros() };
-        let size = self.position_shape.len();
-        self.block(&position[i * size..(i + 1) * size], j)
-    }
-
     /// Row `j` of `C_r` at rest, `∫ ρ X × φ_j`; zero in a Buckens frame.
     pub fn coupling_rotation_at_rest(&self, j: usize) -> Vector3<f64> {
         axial(&self.position_shape_integral(j))
@@ -293,15 +286,17 @@ impl StandardInputData {
         let mut second = self.second_moment;
         let mut spin = Matrix3::zeros();
         if self.has_rotation() {
-            for (j, (q_j, rate_j)) in elastic.iter().zip(rates).enumerate() {
-                let first = self.position_shape_integral(j);
-                let mut deformed = first;
-                for (i, q_i) in elastic.iter().enumerate() {
-                    deformed += (self.shape_shape_integral(i, j) + self.foreshortening(i, j)) * *q_i;
+            let bent = self.foreshortening.as_ref().map_or(&[][..], |g| &g.position[..]);
+            let [moved, turned] = self.contracted(&self.position_shape, elastic, rates);
+            second += moved + moved.transpose();
+            spin += turned;
+            let size = self.position_shape.len().max(1);
+            for quadratic in [&self.shape_shape[..], bent] {
+                for (rows, q_i) in quadratic.chunks_exact(size).zip(elastic) {
+                    let [moved, turned] = self.contracted(rows, elastic, rates);
+                    second += (moved + moved.transpose()) * (0.5 * *q_i);
+                    spin += turned * *q_i;
                 }
-                let change = first.transpose() + deformed;
-                second += (change + change.transpose()) * (0.5 * *q_j);
-                spin += deformed * *rate_j;
             }
         }
         DeformedMoments {
@@ -310,6 +305,17 @@ impl StandardInputData {
             inertia: inertia_from(&second),
             relative_spin: axial(&spin),
         }
+    }
+
+    /// Sums of the blocks of an array ordered `(a n_c + b) n_q + j`, block `j` times `x_j` and times `y_j`.
+    fn contracted(&self, array: &[f64], x: &[f64], y: &[f64]) -> [Matrix3<f64>; 2] {
+        let n_c = self.motion.n_components();
+        let mut sums = [Matrix3::zeros(); 2];
+        for (at, row) in array.chunks_exact(self.n_modes().max(1)).enumerate() {
+            let place = (at / n_c, at % n_c);
+            [sums[0][place], sums[1][place]] = products(row, x, y);
+        }
+        sums
     }
 
     /// Block `j` of an array ordered `(a n_c + b) n_q + j`; models that do not turn have none.
@@ -325,6 +331,25 @@ impl StandardInputData {
         }
         block
     }
+}
+
+/// Scalar products of `row` with `x` and with `y`.
+fn products(row: &[f64], x: &[f64], y: &[f64]) -> [f64; 2] {
+    // Four sums at a time do not wait for each other.
+    let mut sums = [[0.0; 4]; 2];
+    let ((row, rest), (x, x_rest), (y, y_rest)) =
+        (row.as_chunks::<4>(), x.as_chunks::<4>(), y.as_chunks::<4>());
+    for ((row, x), y) in row.iter().zip(x).zip(y) {
+        for k in 0..4 {
+            sums[0][k] += row[k] * x[k];
+            sums[1][k] += row[k] * y[k];
+        }
+    }
+    for ((row, x), y) in rest.iter().zip(x_rest).zip(y_rest) {
+        sums[0][0] += row * x;
+        sums[1][0] += row * y;
+    }
+    sums.map(|[a, b, c, d]| (a + b) + (c + d))
 }
 
 /// Inertia `tr(W) E - W` from the second moment `W`.

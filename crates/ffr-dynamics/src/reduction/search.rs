@@ -35,8 +35,6 @@ const SHIFT_PLACES: [f64; 3] = [0.382, 0.618, 0.5];
 const ABOVE_BOUND: f64 = 1e-5;
 /// Pivot growth above which a count is repeated elsewhere in the gap.
 const GROWTH_LIMIT: f64 = 1e4;
-/// Basis vectors whose projected eigenproblem costs as much as a step.
-const CHECK_SIZE: usize = 200;
 /// Rounds of compression, and of restarts for lost copies.
 const MAX_ROUNDS: usize = 12;
 const MAX_RECOVERIES: usize = 6;
@@ -100,14 +98,13 @@ impl Progress {
         Self { best: f64::INFINITY, checks: 0, last: (0, f64::INFINITY), next: 0 }
     }
 
-    /// Takes the `residual` of a check behind step `step` with a basis of `size` vectors; it is to become `enough`. The projected eigenproblem of
-    /// a large basis costs as much as some steps: the next check comes after as many, or when the residual will be small enough if it falls on as
-    /// it did since the last one.
-    fn note(&mut self, residual: f64, (step, size): (usize, usize), enough: f64) {
+    /// Takes the `residual` of a check behind step `step`, which has cost as much as `cost` steps; it is to become `enough`. The next check comes
+    /// after as many, or when the residual will be small enough if it falls on as it did since the last one.
+    fn note(&mut self, residual: f64, (step, cost): (usize, usize), enough: f64) {
         let (before, was) = self.last;
         let per_step = (was / residual).ln() / (step - before).max(1) as f64;
         let remaining = ((residual / enough).ln() / per_step).ceil();
-        let most = 1 + (size / CHECK_SIZE).pow(2);
+        let most = 1 + cost;
         // As a count of steps: nothing if it is not a number, the most if it is infinite.
         let wait = if per_step > 0.0 && was.is_finite() { remaining as usize } else { most };
         (self.last, self.next) = ((step, residual), step + wait.clamp(1, most));
@@ -199,7 +196,7 @@ impl<'p, 'a> Search<'p, 'a> {
                 }
                 let ritz = run.ritz()?;
                 worst = ritz.residuals[..self.n_modes].iter().fold(0.0, |a: f64, &r| a.max(r));
-                progress.note(worst, (steps, run.size()), enough);
+                progress.note(worst, (steps, run.steps_of_ritz()), enough);
                 if worst > enough && !(progress.is_stagnant() && worst <= RESIDUAL_LIMIT) {
                     continue;
                 }

@@ -16,9 +16,16 @@ const SEARCH: (f64, f64) = (1e-3, 1e5);
 /// shorter ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Radiation {
-    /// Real part of the mobility of a plate or bar, of twice its value in the middle [s/kg].
-    mobility: f64,
-    half_space: HalfSpace,
+    /// [kg/m³].
+    density: f64,
+    /// Young's modulus \[Pa\].
+    young: f64,
+    /// \[m³\].
+    volume: f64,
+    /// The longest way through the body \[m\].
+    longest: f64,
+    /// Length of the line along which the force acts, the thickness of a plane body; none at a point \[m\].
+    line: Option<f64>,
 }
 
 /// Real part of the mobility of a half-space.
@@ -34,23 +41,42 @@ impl Radiation {
     /// The radiation into a body with a `volume` \[m³\] and a longest way through it \[m\], of a plane body with its thickness: a plate or bar as
     /// thick as the one over the other allows. Long bodies count as thinner than they are, which move more readily.
     pub fn new(material: &Material, volume: f64, longest: f64, plane: Option<f64>) -> Self {
-        let (density, speed) = (material.density(), (material.youngs_modulus() / material.density()).sqrt());
-        let section = match plane {
-            Some(_) => volume / longest,
-            None => (volume / (longest * longest)).powi(2),
+        let (density, young) = (material.density(), material.youngs_modulus());
+        Self { density, young, volume, longest, line: plane }
+    }
+
+    /// The same for a force along a line of so many metres over a solid body, whose waves are those of a plane body as thick.
+    #[must_use]
+    pub fn along(self, line: f64) -> Self {
+        Self { line: Some(line), ..self }
+    }
+
+    /// Real part of the mobility of a plate or bar, of twice its value in the middle [s/kg].
+    fn mobility(&self) -> f64 {
+        let section = match self.line {
+            Some(_) => self.volume / self.longest,
+            None => (self.volume / (self.longest * self.longest)).powi(2),
         };
-        let half_space = match plane {
-            Some(width) => HalfSpace::Line(1.0 / (material.youngs_modulus() * width)),
-            None => HalfSpace::Point(HALF_SPACE / (density * speed.powi(3))),
-        };
-        Self { mobility: 1.0 / (section * density * speed), half_space }
+        1.0 / (section * self.density * self.speed())
+    }
+
+    fn half_space(&self) -> HalfSpace {
+        match self.line {
+            Some(width) => HalfSpace::Line(1.0 / (self.young * width)),
+            None => HalfSpace::Point(HALF_SPACE / (self.density * self.speed().powi(3))),
+        }
+    }
+
+    /// Speed of waves along a bar [m/s].
+    fn speed(&self) -> f64 {
+        (self.young / self.density).sqrt()
     }
 
     /// Share of the energy of an impact that waves above `x` over its `duration` \[s\] carry, if it stops `mass` \[kg\] in half of it. Under Hertz's law the force
     /// begins and ends as `sin^(3/2)` and its spectrum falls with `x^(-5/2)`, along a line as `sin` and with `x^(-2)`.
     fn share(&self, mass: f64, duration: f64, x: f64) -> f64 {
-        let of_bar = self.mobility * mass / duration;
-        match self.half_space {
+        let of_bar = self.mobility() * mass / duration;
+        match self.half_space() {
             HalfSpace::Point(k) => 226.0 * of_bar / x.powi(4) + 450.0 * k * mass / (duration.powi(3) * x * x),
             HalfSpace::Line(k) => 41.0 * of_bar / x.powi(3) + 62.0 * k * mass / (duration * x).powi(2),
         }
@@ -128,7 +154,7 @@ mod tests {
         let pair = HertzPair::new([steel, steel], [radius, f64::INFINITY]);
         let impact = HertzImpact::new(pair, [mass, f64::INFINITY], speed);
         // The rate of the force, (3/2)² π² / 2 · mean of sin cos² over the pulse, with the peak 3.6 m v / T.
-        let HalfSpace::Point(k) = Radiation::new(&material, 1.0, 1.0, None).half_space else {
+        let HalfSpace::Point(k) = Radiation::new(&material, 1.0, 1.0, None).half_space() else {
             unreachable!()
         };
         let lost = 122.0 * k * mass / impact.duration().powi(3);

@@ -37,6 +37,12 @@ impl TimeScale {
     pub fn is_line(self) -> bool {
         matches!(self, Self::Line | Self::LineWaves)
     }
+
+    /// Whether the force comes like a step beside the time of the impact, so that no mode is the last that counts: between flat faces, and along a
+    /// line from which waves carry the motion away.
+    pub fn is_jump(self) -> bool {
+        matches!(self, Self::Flat | Self::LineWaves)
+    }
 }
 
 /// What the partners are, along the normal of their touch.
