@@ -18,8 +18,9 @@ const LEAF: usize = 32;
 const SMALLEST_SIDE: f64 = 0.2;
 /// Sets of at least this many nodes get the smallest separator; smaller ones have no part in the cost.
 const LARGE: usize = 200;
-/// Share of each side of a cut, its outermost nodes, that stays on this side when the separator is made small: sides stay even.
-const KEPT: f64 = 0.4;
+/// Share of each side of a cut, its outermost nodes, that stays on this side when the separator is made small: two sides remain. Meshes graded
+/// towards a contact have small separators far from the best straight cut; with 0.2 and 0.05 orders are up to a half dearer.
+const KEPT: f64 = 0.1;
 
 /// Neighbours of every node.
 #[derive(Debug, Clone)]
@@ -177,9 +178,10 @@ struct Cut {
 }
 
 impl Cut {
-    /// Nodes of the separator against the product of the sides.
+    /// The square of the nodes of the separator against the product of the sides (Eq. R.1): what the separator costs grows with the cube of its nodes, so
+    /// that a small one counts more than even sides.
     fn score(separator: usize, left: usize, right: usize) -> f64 {
-        separator as f64 / (left as f64 * right as f64)
+        (separator as f64).powi(2) / (left as f64 * right as f64)
     }
 }
 
