@@ -103,7 +103,9 @@ fn end_aborts() {
 fn end_panics() {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
-        if is_of_memory(panic.payload_as_str()) || has_no_room() {
+        let (payload, owned) = (panic.payload(), panic.payload().downcast_ref::<String>());
+        let text = payload.downcast_ref::<&str>().copied().or(owned.map(String::as_str));
+        if is_of_memory(text) || has_no_room() {
             end_without_room();
         }
         usual(panic);
