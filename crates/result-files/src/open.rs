@@ -5,23 +5,28 @@ use std::path::Path;
 use hdf5::File;
 use hdf5::types::VarLenUnicode;
 
-use super::FORMAT;
-use crate::error::AppError;
+use crate::error::ResultError;
 use crate::file_fault::{Access, ResultFault};
 use crate::hdf5_integrity;
 use crate::plain_file;
 
+/// Value of the root attribute `format`.
+pub const FORMAT: &str = "fbimpact";
+/// Value of the root attribute `format_version`; raised whenever an old reader would misread a new file.
+pub const FORMAT_VERSION: u32 = 1;
+
 /// Opens `path` without a lock, so that a run may still be writing it.
 ///
 /// # Errors
-/// [`AppError::Io`] if it cannot be read or is not a result file.
-pub fn open(path: &Path) -> Result<File, AppError> {
+/// [`ResultError::File`] if it cannot be read or is not a result file.
+pub fn open(path: &Path) -> Result<File, ResultError> {
     if let Err(e) = plain_file::open(path) {
-        return Err(AppError::system(path, Access::Read, e));
+        return Err(ResultError::system(path, Access::Read, e));
     }
-    let file = hdf5_integrity::open(path).map_err(|fault| AppError::io(path, ResultFault::NotHdf5(fault)))?;
+    let file =
+        hdf5_integrity::open(path).map_err(|fault| ResultError::io(path, ResultFault::NotHdf5(fault)))?;
     if attribute(&file, "format").as_deref() != Some(FORMAT) {
-        return Err(AppError::io(path, ResultFault::Foreign));
+        return Err(ResultError::io(path, ResultFault::Foreign));
     }
     Ok(file)
 }

@@ -4,8 +4,35 @@ use std::ops::Range;
 
 use hdf5::{File, Result};
 
-use super::pressure::{AREA, COUNT, POINT, POSITION, PRESSURE};
 use crate::hdf5_integrity;
+
+/// Declaration of a dataset: name, unit, one sentence.
+type Declaration = (&'static str, &'static str, &'static str);
+
+/// Undeformed points.
+pub const POSITION: Declaration = (
+    "position",
+    "m",
+    "Undeformed contact points that were under pressure at a stored instant, in the frame of the contact body.",
+);
+/// Their areas.
+pub const AREA: Declaration =
+    ("area", "m²", "Tributary area of each of these points; of the whole ring in axisymmetric models.");
+/// Which of them.
+pub const POINT: Declaration = (
+    "point",
+    "–",
+    "Index into `position` of each loaded point; instant after instant, `pressure_points` of /contacts/NAME each.",
+);
+/// What it carries.
+pub const PRESSURE: Declaration = (
+    "pressure",
+    "Pa",
+    "Mean contact pressure about the point (theory C.49, C.50): times area and summed over an instant, the normal force.",
+);
+
+/// Name in its group of the number of loaded points per instant.
+pub const COUNT: &str = "pressure_points";
 
 /// Contact pressures over time.
 #[derive(Debug, Clone, Default, PartialEq)]

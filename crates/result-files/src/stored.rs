@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use hdf5::types::{TypeDescriptor, VarLenUnicode};
 use hdf5::{Dataset, File, Group};
 
-use super::open;
-use super::tables::ImpactRow;
-use crate::error::AppError;
+use crate::error::ResultError;
 use crate::file_fault::ResultFault;
 use crate::hdf5_integrity;
+use crate::open;
+use crate::tables::ImpactRow;
 
 /// Groups whose datasets have one row a stored instant.
 const SERIES_GROUPS: [&str; 7] = ["energies", "momentum", "bodies", "contacts", "points", "joints", "gears"];
@@ -66,17 +66,17 @@ impl Stored {
     /// Opens a result file.
     ///
     /// # Errors
-    /// [`AppError::Io`] if the file cannot be read, is damaged or is not a result file.
-    pub fn open(path: &Path) -> Result<Self, AppError> {
+    /// [`ResultError::File`] if the file cannot be read, is damaged or is not a result file.
+    pub fn open(path: &Path) -> Result<Self, ResultError> {
         let file = open::open(path)?;
-        let damaged = |e: hdf5::Error| AppError::io(path, ResultFault::Part(e));
+        let damaged = |e: hdf5::Error| ResultError::io(path, ResultFault::Part(e));
         let time = match file.link_exists("time") {
             true => file.dataset("time").and_then(|d| hdf5_integrity::rows::<f64>(&d)).map_err(damaged)?,
             false => Vec::new(),
         };
         if let Some(i) = (0..time.len()).find(|i| !time[*i].is_finite() || (*i > 0 && time[*i] < time[i - 1]))
         {
-            return Err(AppError::io(path, ResultFault::Time { row: i, value: time[i] }));
+            return Err(ResultError::io(path, ResultFault::Time { row: i, value: time[i] }));
         }
         let mut entries = BTreeMap::new();
         walk(&file, "", time.len(), &mut entries).map_err(damaged)?;
@@ -109,11 +109,11 @@ impl Stored {
     /// All numbers of a dataset in the order of rows.
     ///
     /// # Errors
-    /// [`AppError::Io`] if they cannot be read.
-    pub fn values(&self, name: &str) -> Result<Vec<f64>, AppError> {
+    /// [`ResultError::File`] if they cannot be read.
+    pub fn values(&self, name: &str) -> Result<Vec<f64>, ResultError> {
         let read = self.file.dataset(name).and_then(|d| hdf5_integrity::rows::<f64>(&d));
         read.map_err(|source| {
-            AppError::io(&self.path, ResultFault::Dataset { name: name.to_owned(), source })
+            ResultError::io(&self.path, ResultFault::Dataset { name: name.to_owned(), source })
         })
     }
 }

@@ -5,15 +5,15 @@ use std::path::Path;
 use hdf5::{File, H5Type, Result};
 use serde_json::{Value, json};
 
-use super::columns::TIMINGS;
-use super::open::{attribute, open, scenario_text};
-use super::reactions::{self, PeakReaction};
-use super::tables::{ImpactRow, PhaseRow, TableRow, TransferRow, TrialRow};
-use super::warnings;
-use crate::error::AppError;
+use crate::chosen_sizes::{self, Note};
+use crate::error::ResultError;
 use crate::file_fault::ResultFault;
 use crate::hdf5_integrity;
-use crate::sizing::{self, Note};
+use crate::open::{attribute, open, scenario_text};
+use crate::reactions::{self, PeakReaction};
+use crate::stages::STAGES;
+use crate::tables::{ImpactRow, PhaseRow, TableRow, TransferRow, TrialRow};
+use crate::warnings;
 
 /// The gist of a result file.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,10 +57,10 @@ pub struct Summary {
 /// Reads the summary of `path`.
 ///
 /// # Errors
-/// [`AppError::Io`] if the file cannot be read or is not a result file.
-pub fn read(path: &Path) -> Result<Summary, AppError> {
+/// [`ResultError::File`] if the file cannot be read or is not a result file.
+pub fn read(path: &Path) -> Result<Summary, ResultError> {
     let file = open(path)?;
-    summary(&file).map_err(|e| AppError::io(path, ResultFault::Part(e)))
+    summary(&file).map_err(|e| ResultError::io(path, ResultFault::Part(e)))
 }
 
 fn summary(file: &File) -> Result<Summary> {
@@ -83,7 +83,7 @@ fn summary(file: &File) -> Result<Summary> {
         let count = group.dataset("reduction").and_then(|d| d.attr("fine_models")?.read_scalar::<u64>());
         fine_models = count.ok();
         // In the order of the run; a result of an earlier version has not all of them.
-        let names = TIMINGS.iter().map(|stage| stage.name).chain(["cache"]);
+        let names = STAGES.into_iter().chain(["cache"]);
         for name in names.filter(|name| group.link_exists(name)) {
             timings.push((name.to_owned(), hdf5_integrity::scalar(&group.dataset(name)?)?));
         }
@@ -98,7 +98,7 @@ fn summary(file: &File) -> Result<Summary> {
         n_samples: time.len(),
         end: time.last().copied(),
         bodies,
-        chosen: scenario_text(file).map(|text| sizing::notes(&text)).unwrap_or_default(),
+        chosen: scenario_text(file).map(|text| chosen_sizes::notes(&text)).unwrap_or_default(),
         phases: rows(file, "phases")?,
         impacts: rows(file, "impacts")?,
         trials: rows(file, "tries")?,

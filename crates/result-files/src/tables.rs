@@ -1,14 +1,11 @@
 //! Tables of a result file: a row of each is declared once, with name, unit, origin and meaning of every column. The dataset, its description, the
 //! reference page and the JSON of `info` follow.
 
-use adaptive::record::{
-    ImpactRecord, PhaseRecord, TargetPlace, TransferRecord, TrialRecord, ZoneSite, ZoneSize,
-};
 use hdf5::types::VarLenUnicode;
 use hdf5::{Group, H5Type, Result};
 use serde_json::{Map, Value};
 
-use super::series::{Table, unicode};
+use crate::dataset::Table;
 
 /// A column of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,6 +30,9 @@ pub trait TableRow: H5Type {
     /// The row as JSON, its columns by their names; what is no number is null.
     fn json(&self) -> Map<String, Value>;
 }
+
+/// What the column `outcome` of [`TrialRow`] holds of a trial that is the result.
+pub const ACCEPTED: &str = "accepted";
 
 /// Creates the table of rows `T` in `group`; its attribute `unit` has names and units of the columns, `name: unit, name: unit`.
 ///
@@ -81,11 +81,10 @@ macro_rules! column_name {
     };
 }
 
-/// Declares the row of a table: `field [as name]: type [unit] = value, meaning;` for each column, the value from a record and, where it is
-/// asked for, the name of its contact.
+/// Declares the row of a table: `field [as name]: type [unit], meaning;` for each column.
 macro_rules! table {
-    ($row:ident $name:literal $description:literal ($record:ident: $from:ty $(, $contact:ident)?) {
-        $($field:ident $(as $rename:literal)?: $kind:ty [$unit:literal] = $value:expr, $meaning:literal;)*
+    ($row:ident $name:literal $description:literal {
+        $($field:ident $(as $rename:literal)?: $kind:ty [$unit:literal], $meaning:literal;)*
     }) => {
         #[doc = concat!("A row of `/", $name, "`.")]
         #[derive(Debug, Clone, PartialEq, H5Type)]
@@ -96,16 +95,6 @@ macro_rules! table {
                 $(#[hdf5(rename = $rename)])?
                 pub $field: $kind,
             )*
-        }
-
-        impl $row {
-            /// The row of a record; a contact goes by its name.
-            ///
-            /// # Errors
-            /// That of a text that HDF5 cannot hold.
-            pub fn new($record: &$from $(, $contact: &str)?) -> Result<Self> {
-                Ok(Self { $($field: $value,)* })
-            }
         }
 
         impl TableRow for $row {
@@ -123,91 +112,70 @@ macro_rules! table {
     };
 }
 
-table!(PhaseRow "phases" "Phases of the run." (r: PhaseRecord) {
-    kind: VarLenUnicode ["–"] = unicode(r.kind.identifier())?, "`free` or `impact`";
-    start: f64 ["s"] = r.start, "time at which it starts";
-    end: f64 ["s"] = r.end, "time at which it ends";
-    steps: u64 ["–"] = r.steps, "accepted steps";
-    rejected: u64 ["–"] = r.rejected, "rejected steps";
-    evaluations: u64 ["–"] = r.evaluations, "evaluations of the right-hand side";
-    wall_time: f64 ["s"] = r.wall_time, "wall time";
+table!(PhaseRow "phases" "Phases of the run." {
+    kind: VarLenUnicode ["–"], "`free` or `impact`";
+    start: f64 ["s"], "time at which it starts";
+    end: f64 ["s"], "time at which it ends";
+    steps: u64 ["–"], "accepted steps";
+    rejected: u64 ["–"], "rejected steps";
+    evaluations: u64 ["–"], "evaluations of the right-hand side";
+    wall_time: f64 ["s"], "wall time";
 });
 
-table!(ImpactRow "impacts" "Impacts; touches between which the bodies are apart for no longer than the longest of them lasts are one (theory Q.1)." (r: ImpactRecord, contact) {
-    contact: VarLenUnicode ["–"] = unicode(contact)?, "name of the contact";
-    start: f64 ["s"] = r.start, "first contact";
-    end: f64 ["s"] = r.end, "last contact";
-    peak_force: f64 ["N"] = r.peak_force, "largest normal force";
-    peak_time: f64 ["s"] = r.peak_time, "its time";
-    impulse: f64 ["N s"] = r.impulse, "normal force over time";
-    approach_velocity: f64 ["m/s"] = r.approach_velocity,
+table!(ImpactRow "impacts" "Impacts; touches between which the bodies are apart for no longer than the longest of them lasts are one (theory Q.1)." {
+    contact: VarLenUnicode ["–"], "name of the contact";
+    start: f64 ["s"], "first contact";
+    end: f64 ["s"], "last contact";
+    peak_force: f64 ["N"], "largest normal force";
+    peak_time: f64 ["s"], "its time";
+    impulse: f64 ["N s"], "normal force over time";
+    approach_velocity: f64 ["m/s"],
         "of the bodies' rigid motions at the place of contact when it closes, along the normal at the peak (theory Q.2)";
-    separation_velocity: f64 ["m/s"] = r.separation_velocity,
+    separation_velocity: f64 ["m/s"],
         "the same when it opens for the last time, positive apart; NaN if the run ends in contact";
-    restitution: f64 ["–"] = r.restitution,
+    restitution: f64 ["–"],
         "ratio of the two (theory Q.3); NaN where it has no meaning: no approach, run ended in contact, the motions still \
          approach each other when the contact opens, the bodies rang before they touched, another contact pressed the same bodies meanwhile";
 });
 
-table!(TrialRow "tries" "Trials of every impact phase, one row per trial and contact." (r: TrialRecord) {
-    impact: u32 ["–"] = r.impact,
+table!(TrialRow "tries" "Trials of every impact phase, one row per trial and contact." {
+    impact: u32 ["–"],
         "index of the impact, its row in `/impacts`; arrays count from 0, numbers that people see from 1";
-    number as "try": u32 ["–"] = r.number, "number of the trial, from 1";
-    start: f64 ["s"] = r.start, "time at which it starts";
-    stop: f64 ["s"] = r.stop, "time reached";
-    penalty_start: f64 ["N/m³"] = r.penalty_start, "penalty factor at the start";
-    penalty_end: f64 ["N/m³"] = r.penalty_end, "penalty factor at the end";
-    interval_widths: [f64; 2] ["m"] = r.interval_widths, "width of the contact interval in two directions";
-    utilisation: [f64; 2] ["–"] = r.utilisation, "largest part of it in contact, in two directions";
-    elements: u64 ["–"] = r.elements, "elements of the fine model";
-    dofs as "freedoms": u64 ["–"] = r.dofs, "its degrees of freedom";
-    interface_dofs as "interface_freedoms": u64 ["–"] = r.interface_dofs, "those in the contact zone";
-    steps: u64 ["–"] = r.steps, "accepted steps";
-    rejected: u64 ["–"] = r.rejected, "rejected steps";
-    peak_force: f64 ["N"] = r.peak_force, "largest normal force";
-    outcome: VarLenUnicode ["–"] = unicode(r.outcome.identifier())?, "`accepted`, `rejected`, `interrupted` or `failed`";
-    reason: VarLenUnicode ["–"] = unicode(&r.reason)?, "why";
-    wall_time: f64 ["s"] = r.wall_time, "wall time";
-    cpu_time: f64 ["s"] = r.cpu_time, "processor time of the whole process";
+    number as "try": u32 ["–"], "number of the trial, from 1";
+    start: f64 ["s"], "time at which it starts";
+    stop: f64 ["s"], "time reached";
+    penalty_start: f64 ["N/m³"], "penalty factor at the start";
+    penalty_end: f64 ["N/m³"], "penalty factor at the end";
+    interval_widths: [f64; 2] ["m"], "width of the contact interval in two directions";
+    utilisation: [f64; 2] ["–"], "largest part of it in contact, in two directions";
+    elements: u64 ["–"], "elements of the fine model";
+    dofs as "freedoms": u64 ["–"], "its degrees of freedom";
+    interface_dofs as "interface_freedoms": u64 ["–"], "those in the contact zone";
+    steps: u64 ["–"], "accepted steps";
+    rejected: u64 ["–"], "rejected steps";
+    peak_force: f64 ["N"], "largest normal force";
+    outcome: VarLenUnicode ["–"], "`accepted`, `rejected`, `interrupted` or `failed`";
+    reason: VarLenUnicode ["–"], "why";
+    wall_time: f64 ["s"], "wall time";
+    cpu_time: f64 ["s"], "processor time of the whole process";
 });
 
-table!(TransferRow "transfers" "Changes of models in the course of the run, and what they did to the ledger." (r: TransferRecord, contact) {
-    time: f64 ["s"] = r.time, "when";
-    direction: VarLenUnicode ["–"] = unicode(r.direction.identifier())?, "`coarse to fine`, `fine to coarse` or `penalty`";
-    contact: VarLenUnicode ["–"] = unicode(contact)?, "name of the contact";
-    energy_before: f64 ["J"] = r.energy_before, "total energy before";
-    energy_after: f64 ["J"] = r.energy_after, "total energy after";
-    momentum_change: f64 ["kg m/s"] = r.momentum_change, "length of the change of linear momentum";
-    face: i32 ["–"] = r.site.map_or(-1, |s| s.face as i32),
+table!(TransferRow "transfers" "Changes of models in the course of the run, and what they did to the ledger." {
+    time: f64 ["s"], "when";
+    direction: VarLenUnicode ["–"], "`coarse to fine`, `fine to coarse` or `penalty`";
+    contact: VarLenUnicode ["–"], "name of the contact";
+    energy_before: f64 ["J"], "total energy before";
+    energy_after: f64 ["J"], "total energy after";
+    momentum_change: f64 ["kg m/s"], "length of the change of linear momentum";
+    face: i32 ["–"],
         "face of the contact body that the interval of the fine model lies on, counted through its patches; -1 if none came";
-    centre: [f64; 3] ["–"] = r.site.map_or([0.0; 3], |s| s.centre), "parameters of the interval's centre in the face's patch";
-    target_face: i32 ["–"] = r.target_site.map_or(-1, |s| s.face as i32), "the same of the target body";
-    target_centre: [f64; 3] ["–"] = r.target_site.map_or([0.0; 3], |s| s.centre), "the same of the target body";
-    interval_widths: [f64; 2] ["m"] = r.site.map_or([0.0; 2], |s| s.size.in_result()), "widths of the interval along the surface; infinite where the zone is the whole surface";
-    edge_face: i32 ["–"] = r.met().map_or(-1, |m| m.face as i32),
+    centre: [f64; 3] ["–"], "parameters of the interval's centre in the face's patch";
+    target_face: i32 ["–"], "the same of the target body";
+    target_centre: [f64; 3] ["–"], "the same of the target body";
+    interval_widths: [f64; 2] ["m"], "widths of the interval along the surface; infinite where the zone is the whole surface";
+    edge_face: i32 ["–"],
         "face of the target that has an edge or a corner where the contact body meets it at one point (theory C.63), counted through its patches; -1 elsewhere";
-    edge_place: [f64; 3] ["–"] = r.met().map_or([0.0; 3], |m| m.xi), "parameters of that point in the face's patch";
-    edge_normal: [f64; 3] ["–"] = r.met().map_or([0.0; 3], |m| m.normal), "unit normal there towards the contact body, in the target's frame";
-    offset: f64 ["m"] = r.offset, "how far a zone on a smooth surface in place of the sides of a mesh was moved along its normal (theory C.75)";
+    edge_place: [f64; 3] ["–"], "parameters of that point in the face's patch";
+    edge_normal: [f64; 3] ["–"], "unit normal there towards the contact body, in the target's frame";
+    offset: f64 ["m"], "how far a zone on a smooth surface in place of the sides of a mesh was moved along its normal (theory C.75)";
 });
-
-impl TransferRow {
-    /// Where the fine models of the contact body and of the target lie, as far as any came. Columns that a result of an earlier
-    /// version does not have are zero: no model has an interval without width. Those of the whole surface are infinite.
-    pub fn sites(&self) -> [Option<ZoneSite>; 2] {
-        let size = ZoneSize::of_result(self.interval_widths);
-        let own = (self.face, self.centre, self.met());
-        [own, (self.target_face, self.target_centre, None)].map(|(face, centre, meets)| {
-            let face = u32::try_from(face).ok()?;
-            let size = size.filter(|_| centre.iter().all(|u| u.is_finite()))?;
-            Some(ZoneSite { face, centre, size, meets })
-        })
-    }
-
-    /// What the contact body meets of an edge or a corner of the target; none without a normal.
-    fn met(&self) -> Option<TargetPlace> {
-        let (face, xi, normal) = (u32::try_from(self.edge_face).ok()?, self.edge_place, self.edge_normal);
-        let is_place = xi.iter().all(|u| u.is_finite()) && normal.iter().any(|n| n.abs() > 0.0);
-        is_place.then_some(TargetPlace { face, xi, normal })
-    }
-}

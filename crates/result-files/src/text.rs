@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::tables::TableRow;
+use crate::tables::TableRow;
 
 /// A column of a table for people.
 pub struct Shown<T> {

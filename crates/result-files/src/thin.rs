@@ -6,11 +6,11 @@ use hdf5::types::VarLenUnicode;
 use hdf5::{File, Group, Result};
 use ndarray::ArrayD;
 
-use super::series::{text_attribute, unicode, write_text};
-use super::stored::{Entry, Kind, Stored};
-use super::tables::{self, ImpactRow};
-use crate::error::AppError;
+use crate::dataset::{text_attribute, unicode, write_text};
+use crate::error::ResultError;
 use crate::file_fault::FileFault;
+use crate::stored::{Entry, Kind, Stored};
+use crate::tables::{self, ImpactRow};
 use crate::whole_file;
 
 /// Root attributes that are copied.
@@ -35,9 +35,9 @@ fn rows(stored: usize, n: usize) -> Vec<usize> {
 /// Writes a small copy of `source` with at most `n` instants to the new file `target`, in single precision except for time.
 ///
 /// # Errors
-/// [`AppError::Io`] if one of the files cannot be read or written.
-pub fn write(source: &Stored, target: &Path, n: usize) -> std::result::Result<(), AppError> {
-    let fail = |e: hdf5::Error| AppError::io(target, FileFault::Unwritten(e));
+/// [`ResultError::File`] if one of the files cannot be read or written.
+pub fn write(source: &Stored, target: &Path, n: usize) -> std::result::Result<(), ResultError> {
+    let fail = |e: hdf5::Error| ResultError::io(target, FileFault::Unwritten(e));
     // Version 1.8 files, as those of a run; the lock of the output would refuse HDF5's own.
     let mut builder = File::with_options();
     let file = builder.with_fapl(|p| p.libver_v110().file_locking(false)).create(target).map_err(fail)?;

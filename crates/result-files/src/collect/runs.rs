@@ -7,18 +7,18 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::format::is_table;
-use crate::compare::scenario_values::{self, Values};
-use crate::error::AppError;
+use crate::error::ResultError;
 use crate::expression::fault::ExpressionFault;
 use crate::expression::named::{Cell, NamedExpression};
 use crate::expression::source::Source;
 use crate::file_fault::{Access, FileFault};
 use crate::plain_file;
-use crate::results::reactions::PeakReaction;
-use crate::results::stored::Stored;
-use crate::results::summary;
-use crate::results::tables::ImpactRow;
-use crate::results::warnings;
+use crate::reactions::PeakReaction;
+use crate::scenario_values::{self, Values};
+use crate::stored::Stored;
+use crate::summary;
+use crate::tables::ImpactRow;
+use crate::warnings;
 
 /// What is left of a run.
 #[derive(Debug, Clone, Default)]
@@ -56,8 +56,8 @@ pub struct Run {
 /// Runs in files and directories, in a directory in the order of its sweep or of names, with the values of the expressions `wanted`.
 ///
 /// # Errors
-/// [`AppError::Io`] if a directory cannot be read, or if a place is neither a directory nor the name of a run or of a file.
-pub fn find(places: &[PathBuf], wanted: &[NamedExpression]) -> Result<Vec<Run>, AppError> {
+/// [`ResultError::File`] if a directory cannot be read, or if a place is neither a directory nor the name of a run or of a file.
+pub fn find(places: &[PathBuf], wanted: &[NamedExpression]) -> Result<Vec<Run>, ResultError> {
     let mut stems = Vec::new();
     for place in places {
         if place.is_dir() {
@@ -68,7 +68,7 @@ pub fn find(places: &[PathBuf], wanted: &[NamedExpression]) -> Result<Vec<Run>, 
             let has_traces =
                 [".h5", ".h5.part", ".exit", ".set", ".log"].iter().any(|end| with_end(&stem, end).exists());
             if stem == *place && !place.exists() && !has_traces {
-                return Err(AppError::io(place, FileFault::NoRuns));
+                return Err(ResultError::io(place, FileFault::NoRuns));
             }
             stems.push(stem);
         }
@@ -88,7 +88,7 @@ fn stem(path: &Path) -> PathBuf {
 }
 
 /// Runs of a folder: those of its plan, if it is that of a sweep, in the order of their values, then all others in the order of their names.
-fn in_directory(directory: &Path) -> Result<Vec<PathBuf>, AppError> {
+fn in_directory(directory: &Path) -> Result<Vec<PathBuf>, ResultError> {
     let mut found = found_in(directory)?;
     let plan = plain_file::text(&directory.join("plan")).unwrap_or_default();
     let planned = plan.lines().map(|name| directory.join(name));
@@ -97,8 +97,8 @@ fn in_directory(directory: &Path) -> Result<Vec<PathBuf>, AppError> {
     Ok(runs)
 }
 
-fn found_in(directory: &Path) -> Result<BTreeSet<PathBuf>, AppError> {
-    let fail = |e: std::io::Error| AppError::system(directory, Access::Read, e);
+fn found_in(directory: &Path) -> Result<BTreeSet<PathBuf>, ResultError> {
+    let fail = |e: std::io::Error| ResultError::system(directory, Access::Read, e);
     let mut stems = BTreeSet::new();
     for entry in std::fs::read_dir(directory).map_err(fail)? {
         let path = entry.map_err(fail)?.path();
@@ -146,7 +146,7 @@ fn set_values(text: &str) -> Values {
     pairs.map(|(key, value)| (key.trim().to_owned(), scenario_values::shown(value.trim()))).collect()
 }
 
-fn fill(run: &mut Run, file: &Path, wanted: &[NamedExpression]) -> Result<(), AppError> {
+fn fill(run: &mut Run, file: &Path, wanted: &[NamedExpression]) -> Result<(), ResultError> {
     let stored = Stored::open(file)?;
     run.status = stored.attribute("status");
     run.message = stored.attribute("message");

@@ -5,8 +5,8 @@ use std::collections::BTreeSet;
 
 use super::runs::Run;
 use crate::expression::named::Cell;
-use crate::results::reactions::PeakReaction;
-use crate::results::tables::ImpactRow;
+use crate::reactions::PeakReaction;
+use crate::tables::ImpactRow;
 
 /// Cells of a column.
 #[derive(Debug, Clone, PartialEq)]

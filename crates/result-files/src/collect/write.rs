@@ -8,6 +8,7 @@ use ndarray::ArrayView1;
 
 use super::format::TABLE_FORMAT;
 use super::table::{Column, Table, Values};
+use crate::dataset::unicode;
 use crate::whole_file;
 
 /// The table as CSV (RFC 4180): a line of names, then one per row; what is not there is empty.
@@ -73,10 +74,6 @@ pub fn hdf5(table: &Table, path: &Path) -> hdf5::Result<()> {
     }
     drop(group);
     whole_file::close(file)
-}
-
-fn unicode(text: &str) -> hdf5::Result<VarLenUnicode> {
-    text.replace('\0', "").parse().map_err(|e| hdf5::Error::from(format!("{e:?}")))
 }
 
 #[cfg(test)]

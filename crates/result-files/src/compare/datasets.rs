@@ -4,8 +4,8 @@ use super::align::{self, Coordinates};
 use super::finding::{Deviation, Finding};
 use super::tolerance::{Rules, Tolerance};
 use super::track::{Track, difference};
-use crate::error::AppError;
-use crate::results::stored::{Entry, Kind, Stored};
+use crate::error::ResultError;
+use crate::stored::{Entry, Kind, Stored};
 
 /// Part of the largest value with the same unit that is rounding: what is zero by symmetry is compared with this.
 const ROUNDING: f64 = 1e-11;
@@ -59,13 +59,13 @@ impl Pair<'_> {
     /// Compares the dataset `name` of the reference.
     ///
     /// # Errors
-    /// [`AppError::Io`] if it cannot be read.
+    /// [`ResultError::File`] if it cannot be read.
     pub fn compare(
         &self,
         name: &str,
         deviations: &mut Vec<Deviation>,
         findings: &mut Vec<Finding>,
-    ) -> Result<(), AppError> {
+    ) -> Result<(), ResultError> {
         let tolerance = self.rules.dataset(name);
         let reference = &self.reference.entries[name];
         let Some(new) = self.new.entries.get(name) else {
@@ -93,7 +93,7 @@ impl Pair<'_> {
         tolerance: Tolerance,
         deviations: &mut Vec<Deviation>,
         findings: &mut Vec<Finding>,
-    ) -> Result<(), AppError> {
+    ) -> Result<(), ResultError> {
         let width = entry.width();
         let (mut new, mut reference) = (self.new.values(name)?, self.reference.values(name)?);
         self.align(name, width, &mut new, &mut reference)?;
@@ -147,7 +147,7 @@ impl Pair<'_> {
         width: usize,
         new: &mut [f64],
         reference: &mut [f64],
-    ) -> Result<(), AppError> {
+    ) -> Result<(), ResultError> {
         if name.ends_with("/rotation") && width == 4 {
             let first = reference.get(..4).map_or([1.0; 4].to_vec(), <[f64]>::to_vec);
             align::quaternions(reference, &first);
@@ -173,7 +173,7 @@ impl Pair<'_> {
         entry: &Entry,
         tolerance: Tolerance,
         deviations: &mut Vec<Deviation>,
-    ) -> Result<(), AppError> {
+    ) -> Result<(), ResultError> {
         let (new, reference) = (self.new.values(name)?, self.reference.values(name)?);
         let whole = peak(&reference);
         let each = name.ends_with("/eigenfrequencies");

@@ -3,7 +3,7 @@
 use super::finding::{Deviation, Finding};
 use super::tolerance::{Rules, Tolerance};
 use super::track::difference;
-use crate::results::tables::ImpactRow;
+use crate::tables::ImpactRow;
 
 /// Times of an impact may differ by the relative tolerance times its duration, but by default not by more than this \[s\].
 const LARGEST_SHIFT: f64 = 0.5e-6;

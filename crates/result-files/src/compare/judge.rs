@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use super::datasets::{Pair, peak};
 use super::features;
 use super::finding::{Deviation, Finding};
-use super::scenario_values::{Change, changes, read};
 use super::tolerance::Rules;
-use crate::error::AppError;
-use crate::results::stored::{Kind, Stored};
+use crate::error::ResultError;
+use crate::scenario_values::{Change, changes, read};
+use crate::stored::{Kind, Stored};
 
 /// End times may differ by this part of the time span: rounding.
 const SAME_END: f64 = 1e-9;
@@ -37,8 +37,8 @@ pub struct Comparison {
 /// Compares the result `new` with `reference`.
 ///
 /// # Errors
-/// [`AppError::Io`] if one of them cannot be read, is damaged or is not a result file.
-pub fn compare(new: &Path, reference: &Path, rules: &Rules) -> Result<Comparison, AppError> {
+/// [`ResultError::File`] if one of them cannot be read, is damaged or is not a result file.
+pub fn compare(new: &Path, reference: &Path, rules: &Rules) -> Result<Comparison, ResultError> {
     let (new, reference) = (Stored::open(new)?, Stored::open(reference)?);
     let peaks = unit_peaks(&reference)?;
     let pair = Pair { new: &new, reference: &reference, peaks: &peaks, rules };
@@ -67,7 +67,7 @@ pub fn compare(new: &Path, reference: &Path, rules: &Rules) -> Result<Comparison
     })
 }
 
-fn unit_peaks(reference: &Stored) -> Result<Vec<(String, f64)>, AppError> {
+fn unit_peaks(reference: &Stored) -> Result<Vec<(String, f64)>, ResultError> {
     let mut peaks: Vec<(String, f64)> = Vec::new();
     for (name, entry) in reference.entries.iter().filter(|(_, e)| e.kind == Kind::Series) {
         let value = peak(&reference.values(name)?);

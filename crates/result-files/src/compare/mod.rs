@@ -10,7 +10,6 @@ mod finding;
 mod datasets;
 mod features;
 mod report;
-pub mod scenario_values;
 mod judge;
 
 pub use finding::{Deviation, Finding};

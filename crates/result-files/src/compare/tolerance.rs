@@ -4,11 +4,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::glob::matches;
-use crate::error::AppError;
+use crate::error::ResultError;
 use crate::file_fault::Access;
 use crate::plain_file;
-use crate::scenario::document::{Entry, Node, Origin, SourceText, Value, parse_toml};
-use crate::scenario::fault::{Fault, Faults, nearest};
+use crate::toml_text::document::{Entry, Node, Origin, SourceText, Value, parse_toml};
+use crate::toml_text::fault::{Fault, Faults, nearest};
 
 /// The default tolerance file.
 pub const DEFAULTS: &str = include_str!("defaults.toml");
@@ -60,12 +60,12 @@ impl Rules {
     /// The defaults, then the file, then the command line's numbers for what no pattern says otherwise.
     ///
     /// # Errors
-    /// [`AppError::Scenario`] for a file with faults, all of them with their lines; [`AppError::Io`] if it cannot be read.
-    pub fn read(file: Option<&Path>, rtol: Option<f64>, atol: Option<f64>) -> Result<Self, AppError> {
+    /// [`ResultError::Tolerances`] for a file with faults, all of them with their lines; [`ResultError::File`] if it cannot be read.
+    pub fn read(file: Option<&Path>, rtol: Option<f64>, atol: Option<f64>) -> Result<Self, ResultError> {
         let mut rules = Self { rtol: 0.0, atol: 0.0, is_chosen: false, rules: Vec::new() };
         rules.add("defaults.toml", DEFAULTS, true)?;
         if let Some(path) = file {
-            let text = plain_file::text(path).map_err(|e| AppError::system(path, Access::Read, e))?;
+            let text = plain_file::text(path).map_err(|e| ResultError::system(path, Access::Read, e))?;
             rules.add(&path.display().to_string(), &text, false)?;
         }
         if let Some(rtol) = rtol {
@@ -113,7 +113,7 @@ impl Rules {
         tolerance
     }
 
-    fn add(&mut self, name: &str, text: &str, is_default: bool) -> Result<(), AppError> {
+    fn add(&mut self, name: &str, text: &str, is_default: bool) -> Result<(), ResultError> {
         let source = Arc::new(SourceText { name: name.to_owned(), text: text.to_owned() });
         let root = parse_toml(&source).map_err(Faults::new)?;
         let mut reader = Reader { faults: Vec::new() };
@@ -236,7 +236,7 @@ impl Reader {
 mod tests {
     use super::*;
 
-    fn rules(text: &str, rtol: Option<f64>) -> Result<Rules, AppError> {
+    fn rules(text: &str, rtol: Option<f64>) -> Result<Rules, ResultError> {
         let mut rules = Rules::read(None, None, None)?;
         rules.add("t.toml", text, false)?;
         if let Some(rtol) = rtol {

@@ -6,8 +6,8 @@
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
-use crate::error::AppError;
-use crate::results::stored::Stored;
+use crate::error::ResultError;
+use crate::stored::Stored;
 
 /// Length of the stretch as a share of the simulated time: motion hardly changes in a tenth of what was thought worth
 /// simulating, vibrations that the run can be asked about have many periods in it.
@@ -33,8 +33,8 @@ pub struct Motion {
 /// Motions at the end of the run in `stored`, in the order of names.
 ///
 /// # Errors
-/// [`AppError::Io`] if the result cannot be read.
-pub fn motions(stored: &Stored) -> Result<Vec<Motion>, AppError> {
+/// [`ResultError::File`] if the result cannot be read.
+pub fn motions(stored: &Stored) -> Result<Vec<Motion>, ResultError> {
     let names =
         stored.entries.keys().filter_map(|path| path.strip_prefix("bodies/")?.strip_suffix("/velocity"));
     let last_contact = stored.impacts.iter().map(|impact| impact.end).fold(f64::NEG_INFINITY, f64::max);
@@ -56,8 +56,8 @@ struct Course {
 }
 
 impl Course {
-    fn read(stored: &Stored, body: &str) -> Result<Self, AppError> {
-        let vectors = |name: &str| -> Result<Vec<Vector3<f64>>, AppError> {
+    fn read(stored: &Stored, body: &str) -> Result<Self, ResultError> {
+        let vectors = |name: &str| -> Result<Vec<Vector3<f64>>, ResultError> {
             let values = stored.values(&format!("bodies/{body}/{name}"))?;
             Ok(values.as_chunks::<3>().0.iter().copied().map(Vector3::from).collect())
         };

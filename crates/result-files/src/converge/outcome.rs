@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 pub use super::motion::Motion;
 use super::motion::motions;
 use crate::collect;
-use crate::error::AppError;
-use crate::results::stored::Stored;
-use crate::results::tables::ImpactRow;
+use crate::error::ResultError;
+use crate::stored::Stored;
+use crate::tables::ImpactRow;
 
 /// The outcome of a run.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -53,8 +53,8 @@ impl Outcome {
     /// What is left of the run that was to write `result`.
     ///
     /// # Errors
-    /// [`AppError::Io`] if a complete result cannot be read.
-    pub fn read(result: &Path) -> Result<Self, AppError> {
+    /// [`ResultError::File`] if a complete result cannot be read.
+    pub fn read(result: &Path) -> Result<Self, ResultError> {
         let mut runs = collect::find(&[result.to_owned()], &[])?;
         let run = runs.pop().unwrap_or_default();
         let mut outcome = Self {

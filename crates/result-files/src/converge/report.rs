@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::difference::{Difference, Quantity};
 use super::outcome::{Impact, Outcome};
-use super::plan::Parameter;
+use super::variant::Parameter;
 use super::verdict::{Compared, Verdict};
 
 /// The report in the folder of the runs.

@@ -2,7 +2,7 @@
 
 use super::difference::{Difference, Largest, Quantity};
 use super::outcome::Outcome;
-use super::plan::{Parameter, Plan, Variant};
+use super::variant::{Parameter, Variant};
 use crate::percent::percent;
 
 /// Share of the tolerance below which a parameter does not matter: five such changes together are half of it.
@@ -60,7 +60,6 @@ pub fn dominant(singles: &[Compared]) -> Option<&Compared> {
 /// Judges the variants `singles` of one parameter each, that of all that mattered `together`, and those of single bodies or
 /// contacts `split` of the parameter that limits.
 pub fn judge(
-    plan: &Plan<'_>,
     (singles, together, split): (&[Compared], Option<&Compared>, &[Compared]),
     tolerance: f64,
 ) -> Verdict {
@@ -70,7 +69,7 @@ pub fn judge(
     let limiting = dominant(singles).filter(|c| c.change() > tolerance);
     let joint = together.filter(|c| c.change() > tolerance);
     let mut sentence = match (limiting, joint) {
-        (Some(single), _) => limits(plan, single, split, tolerance),
+        (Some(single), _) => limits(single, split, tolerance),
         (None, Some(joint)) => together_limits(joint, tolerance),
         (None, None) => within(largest.as_ref(), singles, tolerance),
     };
@@ -113,10 +112,10 @@ fn subject(parameter: Parameter, names: &[String]) -> String {
     }
 }
 
-fn limits(plan: &Plan<'_>, single: &Compared, split: &[Compared], tolerance: f64) -> String {
+fn limits(single: &Compared, split: &[Compared], tolerance: f64) -> String {
     let parameter = single.variant.parameters[0];
     let alone = dominant(split).filter(|c| c.change() >= MOST * single.change());
-    let names = alone.map_or(plan.subjects(parameter), |c| &c.variant.subjects);
+    let names = &alone.unwrap_or(single).variant.subjects;
     format!("{} {}", subject(parameter, names), effect(single, parameter.change(), tolerance))
 }
 
@@ -175,39 +174,13 @@ fn within(largest: Option<&(String, Largest)>, singles: &[Compared], tolerance: 
 
 #[cfg(test)]
 mod tests {
-    use std::path::Path;
-
-    use adaptive::model::Subjects;
-
     use super::super::difference::{CountChange, VelocityChange};
     use super::*;
-    use crate::scenario::{self, Scenario};
 
-    const TEXT: &str = r#"
-        simulation = { end_time = 1e-3 }
-        [materials.steel]
-        youngs_modulus = 210e9
-        poissons_ratio = 0.3
-        density = 7850.0
-        [bodies.rod]
-        model = "axisymmetric"
-        material = "steel"
-        geometry = { shape = "rod", radius = 0.01, length = 0.1 }
-        [bodies.ball]
-        model = "axisymmetric"
-        material = "steel"
-        geometry = { shape = "sphere", radius = 0.01 }
-        position = [0.0, 0.0, -1.0]
-    "#;
-
-    fn scenario() -> Scenario {
-        scenario::parse(Path::new("test.toml"), TEXT.as_bytes(), &[]).expect("a scenario")
-    }
-
-    fn plan<'a>(scenario: &'a Scenario, bodies: &[&str]) -> Plan<'a> {
-        let names: Vec<String> = bodies.iter().map(|b| (*b).to_owned()).collect();
-        let subjects = Subjects { modes: names.clone(), mesh: names, ..Subjects::default() };
-        Plan::new(scenario, subjects)
+    /// The variant of `parameter` for `subjects`.
+    fn variant(parameter: Parameter, subjects: &[&str]) -> Variant {
+        let subjects = subjects.iter().map(|subject| (*subject).to_owned()).collect();
+        Variant { name: parameter.name().into(), parameters: vec![parameter], subjects, set: Vec::new() }
     }
 
     /// A variant that changes the velocity of the ball by `relative`.
@@ -218,16 +191,16 @@ mod tests {
         Compared { variant, outcome: Outcome::default(), difference: Some(difference) }
     }
 
-    fn singles(plan: &Plan<'_>, of: impl Fn(Parameter) -> f64) -> Vec<Compared> {
-        plan.singles().into_iter().map(|v| compared(v.clone(), of(v.parameters[0]))).collect()
+    /// Variants of meshes and modes of `bodies` and of the tolerance.
+    fn singles(bodies: &[&str], of: impl Fn(Parameter) -> f64) -> Vec<Compared> {
+        let all = [(Parameter::Mesh, bodies), (Parameter::Modes, bodies), (Parameter::Tolerance, &[])];
+        all.map(|(parameter, subjects)| compared(variant(parameter, subjects), of(parameter))).into()
     }
 
     #[test]
     fn small_changes_are_converged_and_the_largest_is_named() {
-        let scenario = scenario();
-        let plan = plan(&scenario, &["rod"]);
-        let all = singles(&plan, |p| if p == Parameter::Modes { 3e-3 } else { 1e-4 });
-        let verdict = judge(&plan, (&all, None, &[]), 0.01);
+        let all = singles(&["rod"], |p| if p == Parameter::Modes { 3e-3 } else { 1e-4 });
+        let verdict = judge((&all, None, &[]), 0.01);
         assert!(verdict.is_converged);
         assert_eq!(
             verdict.sentence,
@@ -237,15 +210,13 @@ mod tests {
 
     #[test]
     fn the_parameter_that_limits_is_named_with_its_body_and_the_next_ones() {
-        let scenario = scenario();
-        let plan = plan(&scenario, &["rod"]);
         let of = |p| match p {
             Parameter::Mesh => 0.013,
             Parameter::Modes => 0.011,
             _ => 0.0,
         };
-        let all = singles(&plan, of);
-        let verdict = judge(&plan, (&all, None, &[]), 0.01);
+        let all = singles(&["rod"], of);
+        let verdict = judge((&all, None, &[]), 0.01);
         assert!(!verdict.is_converged);
         assert_eq!(
             verdict.sentence,
@@ -256,14 +227,12 @@ mod tests {
 
     #[test]
     fn one_body_of_several_is_named_if_it_causes_most_of_the_change() {
-        let scenario = scenario();
-        let plan = plan(&scenario, &["rod", "ball"]);
-        let all = singles(&plan, |p| if p == Parameter::Mesh { 0.02 } else { 0.0 });
+        let all = singles(&["rod", "ball"], |p| if p == Parameter::Mesh { 0.02 } else { 0.0 });
         let split = |of_ball: f64| {
-            let pairs = plan.split(Parameter::Mesh).into_iter().zip([0.001, of_ball]);
-            pairs.map(|(v, change)| compared(v, change)).collect::<Vec<_>>()
+            [("rod", 0.001), ("ball", of_ball)]
+                .map(|(body, change)| compared(variant(Parameter::Mesh, &[body]), change))
         };
-        let sentence = |of_ball| judge(&plan, (&all, None, &split(of_ball)), 0.01).sentence;
+        let sentence = |of_ball| judge((&all, None, &split(of_ball)), 0.01).sentence;
         assert!(sentence(0.019).starts_with("the mesh of body \"ball\" limits"), "{}", sentence(0.019));
         let both = "the meshes of bodies \"rod\", \"ball\" limit";
         assert!(sentence(0.002).starts_with(both), "{}", sentence(0.002));
@@ -271,11 +240,11 @@ mod tests {
 
     #[test]
     fn changes_that_add_up_are_beyond_the_tolerance_together() {
-        let scenario = scenario();
-        let plan = plan(&scenario, &["rod"]);
-        let all = singles(&plan, |p| if p == Parameter::Tolerance { 0.0 } else { 0.008 });
-        let together = plan.together(&significant(&all, 0.01)).expect("two parameters");
-        let verdict = judge(&plan, (&all, Some(&compared(together, 0.015)), &[]), 0.01);
+        let all = singles(&["rod"], |p| if p == Parameter::Tolerance { 0.0 } else { 0.008 });
+        let parameters = significant(&all, 0.01);
+        assert_eq!(parameters, [Parameter::Modes, Parameter::Mesh]);
+        let together = Variant { name: "together".into(), parameters, subjects: Vec::new(), set: Vec::new() };
+        let verdict = judge((&all, Some(&compared(together, 0.015)), &[]), 0.01);
         assert!(!verdict.is_converged);
         assert!(
             verdict.sentence.starts_with("modes, mesh together limit the final velocity"),
@@ -286,12 +255,10 @@ mod tests {
 
     #[test]
     fn a_failed_variant_is_no_proof_of_convergence() {
-        let scenario = scenario();
-        let plan = plan(&scenario, &["rod"]);
-        let mut all = singles(&plan, |_| 1e-4);
+        let mut all = singles(&["rod"], |_| 1e-4);
         all[0].difference = None;
         all[0].outcome.message = "body \"rod\": out of memory.\nmore".into();
-        let verdict = judge(&plan, (&all, None, &[]), 0.01);
+        let verdict = judge((&all, None, &[]), 0.01);
         assert!(!verdict.is_converged);
         let words =
             ["what could be judged is converged", "mesh could not be judged: body \"rod\": out of memory"];
@@ -300,12 +267,10 @@ mod tests {
 
     #[test]
     fn another_number_of_impacts_is_said_in_numbers() {
-        let scenario = scenario();
-        let plan = plan(&scenario, &["rod"]);
-        let mut all = singles(&plan, |_| 0.0);
+        let mut all = singles(&["rod"], |_| 0.0);
         let counts = vec![CountChange { contact: "tip".into(), base: 3, variant: 2 }];
         all[1].difference = Some(Difference { counts, ..Difference::default() });
-        let verdict = judge(&plan, (&all, None, &[]), 0.01);
+        let verdict = judge((&all, None, &[]), 0.01);
         assert_eq!(
             verdict.sentence,
             "the number of modes of body \"rod\" limits the number of impacts of contact \"tip\": 3 become 2 with twice the modes"

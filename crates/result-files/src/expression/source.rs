@@ -9,8 +9,8 @@ use super::fault::FaultAt;
 use super::parse::{Step, Taken};
 use super::value::Value;
 use crate::hdf5_integrity;
-use crate::results::stored::{Kind, Stored};
-use crate::results::tables::{ImpactRow, PhaseRow, TableColumn, TableRow, TransferRow, TrialRow};
+use crate::stored::{Kind, Stored};
+use crate::tables::{ImpactRow, PhaseRow, TableColumn, TableRow, TransferRow, TrialRow};
 
 /// Name under which the values of the scenario stand.
 const SCENARIO: &str = "scenario";

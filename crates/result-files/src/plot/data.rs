@@ -2,17 +2,16 @@
 
 use std::path::Path;
 
-use adaptive::adaptivity::interval::least_utilisation;
 use hdf5::types::VarLenUnicode;
 use hdf5::{File, Group, Result};
 
-use crate::compare::scenario_values::{self, Values};
-use crate::error::AppError;
+use crate::error::ResultError;
 use crate::file_fault::ResultFault;
 use crate::hdf5_integrity;
-use crate::results::open::{attribute, open, scenario_text};
-use crate::results::pressure_series::PressureSeries;
-use crate::results::tables::{ImpactRow, PhaseRow, TrialRow};
+use crate::open::{attribute, open, scenario_text};
+use crate::pressure_series::PressureSeries;
+use crate::scenario_values::{self, Values};
+use crate::tables::{ImpactRow, PhaseRow, TrialRow};
 
 /// A motion in space: x, y, z over time.
 pub type Components = [Vec<f64>; 3];
@@ -33,6 +32,15 @@ pub struct StressLine {
     pub von_mises: Vec<f64>,
     /// Components \[Pa\].
     pub components: Named,
+}
+
+/// Which share of a contact interval shall touch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Utilisation {
+    /// Share below which the interval is too wide; only results of the first versions tell, others leave it to the program.
+    pub least: Option<f64>,
+    /// Share that is aimed at.
+    pub target: f64,
 }
 
 /// Series and tables of a result file.
@@ -66,20 +74,20 @@ pub struct ResultData {
     pub impacts: Vec<ImpactRow>,
     /// Trials.
     pub trials: Vec<TrialRow>,
-    /// Least and wanted utilisation of the contact interval, if all contacts agree on them.
-    pub utilisation: Option<[f64; 2]>,
+    /// Utilisation of the contact interval, if all contacts agree on it.
+    pub utilisation: Option<Utilisation>,
 }
 
 impl ResultData {
     /// Reads `path`; `label` is what legends call it.
     ///
     /// # Errors
-    /// [`AppError::Io`] if it is no readable result file.
-    pub fn read(path: &Path, label: String) -> std::result::Result<Self, AppError> {
+    /// [`ResultError::File`] if it is no readable result file.
+    pub fn read(path: &Path, label: String) -> std::result::Result<Self, ResultError> {
         let file = open(path)?;
-        let mut data = contents(&file).map_err(|e| AppError::io(path, ResultFault::Part(e)))?;
+        let mut data = contents(&file).map_err(|e| ResultError::io(path, ResultFault::Part(e)))?;
         if data.time.is_empty() {
-            return Err(AppError::io(path, ResultFault::NothingToDraw));
+            return Err(ResultError::io(path, ResultFault::NothingToDraw));
         }
         data.label = label;
         Ok(data)
@@ -210,18 +218,16 @@ fn components(group: &Group, name: &str) -> Result<Components> {
     Ok(std::array::from_fn(|c| rows.iter().skip(c).step_by(3).copied().collect()))
 }
 
-/// Least and wanted utilisation of the contacts that the program refines, if they all agree.
-fn utilisation(scenario: &str) -> Option<[f64; 2]> {
+/// Utilisation of the contacts that the program refines, if they all agree.
+fn utilisation(scenario: &str) -> Option<Utilisation> {
     let scenario: toml::Table = scenario.parse().ok()?;
     let contacts = scenario.get("contacts")?.as_table()?.values();
     let refined = contacts.filter(|c| c.get("model").and_then(|m| m.as_str()) == Some("adaptive"));
     let of = |contact: &toml::Value| {
         let value = |key: &str| contact.get("interval")?.get(key)?.as_float();
-        let target = value("target_utilisation")?;
-        // Results of the first versions hold both.
-        Some([value("min_utilisation").unwrap_or_else(|| least_utilisation(target)), target])
+        Some(Utilisation { least: value("min_utilisation"), target: value("target_utilisation")? })
     };
-    let mut all: Vec<Option<[f64; 2]>> = refined.map(of).collect();
+    let mut all: Vec<Option<Utilisation>> = refined.map(of).collect();
     all.dedup();
     if let [one] = all[..] { one } else { None }
 }

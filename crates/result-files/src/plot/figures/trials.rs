@@ -4,8 +4,7 @@ use super::{labels, title};
 use crate::plot::data::ResultData;
 use crate::plot::figure::{Axis, Curve, Entry, Figure, Panel, Shade, Sign, entries};
 use crate::plot::ticks::Tick;
-use crate::results::tables::TrialRow;
-use adaptive::record::TrialOutcome;
+use crate::tables::{ACCEPTED, TrialRow};
 
 /// Trials whose numbers fit below the axis.
 const LABELLED: usize = 24;
@@ -67,7 +66,7 @@ fn curves(files: &[ResultData], value: Quantity) -> Vec<Curve> {
                 number += 1.0;
                 curve.x.push(number);
                 curve.y.push(value(t));
-                curve.marks.push(t.outcome.as_str() == TrialOutcome::Accepted.identifier());
+                curve.marks.push(t.outcome.as_str() == ACCEPTED);
             }
             all.push(curve);
         }
@@ -102,7 +101,8 @@ fn ticks(files: &[ResultData], most: usize) -> Vec<Tick> {
 
 /// Least and wanted utilisation, if all files have the same.
 fn limits(files: &[ResultData]) -> Option<[f64; 2]> {
-    let mut all: Vec<Option<[f64; 2]>> = files.iter().map(|f| f.utilisation).collect();
+    let limits = |f: &ResultData| f.utilisation.and_then(|u| Some([u.least?, u.target]));
+    let mut all: Vec<Option<[f64; 2]>> = files.iter().map(limits).collect();
     all.dedup();
     if let [one] = all[..] { one } else { None }
 }
