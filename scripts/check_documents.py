@@ -149,7 +149,7 @@ def check_written(program):
         _, _, rest = (DOCS / f"{page}.md").read_text().partition(BEGIN.format(page))
         remedy = f"put the output of `fbimpact reference {page}` between its marks"
         check(rest.partition(END)[0] == printed("reference", page), f"docs/{page}.md is old: {remedy}")
-    tolerances = (ROOT / "crates/fbimpact/src/compare/defaults.toml").read_text()
+    tolerances = (ROOT / "crates/result-files/src/compare/defaults.toml").read_text()
     check(tolerances in (DOCS / "compare.md").read_text(), "docs/compare.md has not the tolerances of the program")
 
 

@@ -101,7 +101,7 @@ def check_licences(data):
 def check_own(data):
     members = set(data["workspace_members"])
     own = [p for p in data["packages"] if p["id"] in members]
-    check(len(own) == 6, f"{len(own)} crates of our own, six are expected")
+    check(len(own) == 7, f"{len(own)} crates of our own, seven are expected")
     for package in own:
         for key in ("description", "license", "readme", "rust_version"):
             check(package[key], f"{package['name']}: {key} is missing")
@@ -116,8 +116,14 @@ def check_own(data):
 
 
 def check_vendored():
-    """Files that the program carries are its own, or stand in the list as they are."""
-    folder = ROOT / "crates/fbimpact/assets"
+    """Files that the program carries are its own, or stand in the list of their crate as they are."""
+    folders = sorted((ROOT / "crates").glob("*/assets"))
+    check(len(folders) == 2, f"{len(folders)} crates carry files, two are expected")
+    for folder in folders:
+        check_assets(folder)
+
+
+def check_assets(folder):
     listed = json.loads((folder / "vendored.json").read_text())
     named = set(listed["own"])
     for package in listed["vendored"]:

@@ -29,7 +29,7 @@ cp -r docs "$doc/docs"
 cp README.md CHANGELOG.md LICENSE-MIT LICENSE-APACHE "$doc/"
 {
     cat LICENSE; echo
-    cat crates/fbimpact/assets/DejaVuSans.LICENSE; echo
+    cat crates/result-files/assets/DejaVuSans.LICENSE; echo
     echo "Figures of reports: uPlot"; cat crates/fbimpact/assets/report/uPlot.LICENSE; echo
     echo "Files of results: HDF5"; cat licenses/HDF5.LICENSE
 } > "$doc/copyright"

@@ -28,7 +28,7 @@ import zipfile
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 NAME = "fbimpact"
-LICENCES = ["LICENSE", "LICENSE-MIT", "LICENSE-APACHE", "licenses/*", "crates/fbimpact/assets/*LICENSE", "crates/fbimpact/assets/report/*LICENSE"]
+LICENCES = ["LICENSE", "LICENSE-MIT", "LICENSE-APACHE", "licenses/*", "crates/result-files/assets/*LICENSE", "crates/fbimpact/assets/report/*LICENSE"]
 # Libraries that every Linux with the C library of GNU has (PEP 600, manylinux); a program that needs others fits this machine alone.
 ALLOWED = re.compile(r"(ld-linux[\w-]*|libc|libm|libdl|libpthread|librt|libgcc_s)\.so\.\d+$")
 # Of members of the archives, so that the same program gives the same wheel.

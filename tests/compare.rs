@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use result_files::tables::ImpactRow;
+
 use crate::support::fbimpact as output;
-use fbimpact::results::tables::ImpactRow;
 use tempfile::TempDir;
 
 fn text(path: &Path) -> &str {
@@ -152,7 +153,7 @@ fn missing_and_changed_datasets_are_differences_and_extra_ones_are_named() {
             attribute.write_scalar(&unit).expect("written");
         })
     };
-    let n = fbimpact::results::summary::read(&a).expect("a result").n_samples;
+    let n = result_files::summary::read(&a).expect("a result").n_samples;
     for (file, what) in [
         (replaced("narrow", n, 2), "linear: shape is "),
         (replaced("short", n - 1, 3), "linear: "),

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use result_files::stored::{Kind, Stored};
+use result_files::summary::{self, Summary};
+
 use fbimpact::results::OutputFile;
-use fbimpact::results::stored::{Kind, Stored};
-use fbimpact::results::summary::{self, Summary};
 
 /// Kills of the second tier for each of the first one.
 const MANY: u32 = 5;

@@ -11,7 +11,8 @@ use adaptive::spec::{BodyKind, ReductionSpec};
 use adaptive::store::ModelCache;
 use fbimpact::scenario::Scenario;
 use fbimpact::simulate::{modes, simulate};
-use fbimpact::sizing::{notes, sized};
+use fbimpact::sizing::sized;
+use result_files::chosen_sizes::notes;
 
 fn parse(text: &str) -> Scenario {
     scenarios::valid(Path::new("scenarios"), text, &[])

@@ -4,18 +4,18 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use adaptive::store::ModelCache;
-use fbimpact::compare::{Rules, compare};
-use fbimpact::expression::evaluate::evaluate;
-use fbimpact::expression::parse::parse;
-use fbimpact::expression::source::Source;
-use fbimpact::plot::data::ResultData;
-use fbimpact::plot::figures::Kind;
-use fbimpact::plot::render;
-use fbimpact::plot::theme::Page;
 use fbimpact::replay::states::States;
-use fbimpact::results::stored::Stored;
-use fbimpact::results::{summary, thin};
-use fbimpact::{body_file, collect, scenario, simulate};
+use fbimpact::{body_file, scenario, simulate};
+use result_files::compare::{Rules, compare};
+use result_files::expression::evaluate::evaluate;
+use result_files::expression::parse::parse;
+use result_files::expression::source::Source;
+use result_files::plot::data::ResultData;
+use result_files::plot::figures::Kind;
+use result_files::plot::render;
+use result_files::plot::theme::Page;
+use result_files::stored::Stored;
+use result_files::{collect, summary, thin};
 
 /// A source of choices.
 pub struct Bytes<'a>(&'a [u8]);

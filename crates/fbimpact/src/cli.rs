@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::TypedValueParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use result_files::expression::named::{NamedExpression, column};
 
 use crate::cache::{CacheSettings, DEFAULT_LIMIT};
-use crate::expression::named::{NamedExpression, column};
 use crate::provenance;
 use crate::scenario::Override;
 

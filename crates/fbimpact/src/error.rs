@@ -4,12 +4,14 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use adaptive::AdaptiveError;
+use result_files::error::ResultError;
+use result_files::expression::fault::ExpressionFault;
+use result_files::file_fault::{Access, FileError, FileFault};
+use result_files::percent::percent;
+use result_files::toml_text::fault::Faults;
 
-use crate::expression::fault::ExpressionFault;
-use crate::file_fault::{Access, FileError, FileFault};
-use crate::percent::percent;
+use crate::scenario::OverrideFault;
 use crate::scenario::body_places::PlaceError;
-use crate::scenario::{Faults, OverrideFault};
 
 /// Everything that ends a command without a result.
 #[derive(Debug, thiserror::Error)]
@@ -326,6 +328,15 @@ pub enum CommandFault {
     /// A scenario key and value that cannot be read.
     #[error(transparent)]
     Override(#[from] OverrideFault),
+}
+
+impl From<ResultError> for AppError {
+    fn from(error: ResultError) -> Self {
+        match error {
+            ResultError::File(error) => Self::Io(error),
+            ResultError::Tolerances(faults) => Self::Scenario(faults),
+        }
+    }
 }
 
 impl From<AdaptiveError> for AppError {

@@ -1,14 +1,7 @@
 //! The fbimpact program as a library: command line, scenario, run, results.
 
-mod percent;
 pub mod allocation;
-pub mod plain_file;
-pub mod shown_text;
 pub mod error;
-pub mod error_text;
-pub mod whole_file;
-pub mod hdf5_integrity;
-pub mod file_fault;
 pub mod provenance;
 pub mod scenario;
 pub mod thread_pool;
@@ -19,11 +12,7 @@ pub mod results;
 pub mod body_file;
 pub mod matrix_files;
 pub mod cache;
-pub mod compare;
-pub mod expression;
-pub mod collect;
 pub mod converge;
-pub mod plot;
 pub mod replay;
 pub mod vtk;
 pub mod probe;
@@ -46,7 +35,7 @@ use error::AppError;
 /// Parses the command line, does what it says and returns the exit code. Never ends the process itself: HDF5 files
 /// must be closed first.
 pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    hdf5_integrity::forbid();
+    result_files::hdf5_integrity::forbid();
     let matches = cli::tree::command().try_get_matches_from(arguments);
     let cli = match matches.and_then(|mut found| Cli::from_arg_matches_mut(&mut found)) {
         Ok(cli) => cli,
@@ -123,7 +112,9 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
         Command::Schema => commands::print(&scenario::schema::text()),
         Command::Reference { page: Page::Scenario } => commands::print(&scenario::reference::markdown()),
         Command::Reference { page: Page::Results } => commands::print(&results::reference::markdown()),
-        Command::Reference { page: Page::Expressions } => commands::print(&expression::function::markdown()),
+        Command::Reference { page: Page::Expressions } => {
+            commands::print(&result_files::expression::function::markdown())
+        }
         Command::Collect { runs, output, column, long } => {
             commands::collect::collect(&runs, &output, &column, long)
         }
@@ -141,5 +132,5 @@ fn report(error: &AppError) {
         matches!(error, AppError::Scenario(_) | AppError::Differs { .. } | AppError::Unconverged { .. });
     let prefix = if is_plain { "" } else { "error: " };
     // Nothing can be done when standard error is closed.
-    let _ = writeln!(std::io::stderr(), "{prefix}{}", shown_text::message(&error.to_string()));
+    let _ = writeln!(std::io::stderr(), "{prefix}{}", result_files::shown_text::message(&error.to_string()));
 }

@@ -8,13 +8,13 @@ use std::time::{Duration, Instant};
 use adaptive::record::PhaseKind;
 use adaptive::record::work;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use result_files::shown_text::{message, short};
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::fmt::MakeWriter;
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
 
 use crate::cli::{LogArguments, LogFormat};
-use crate::shown_text::{message, short};
 
 /// Wall time between lines of steps when standard error is no terminal; a stage or a step that lasts longer is reported a tick later, within ten
 /// seconds.

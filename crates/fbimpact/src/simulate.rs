@@ -13,11 +13,12 @@ use adaptive::state::observer::{Observer, Stage};
 use adaptive::store::ModelCache;
 use adaptive::system::body::BodyModel;
 use ffr_dynamics::system::SystemModes;
+use result_files::chosen_sizes;
 
 use crate::error::AppError;
 use crate::one_body;
 use crate::scenario::Scenario;
-use crate::sizing::{self, sized};
+use crate::sizing::sized;
 use crate::thread_pool::thread_pool;
 
 /// How a run ended.
@@ -163,7 +164,7 @@ pub fn modes_with(
     let scenario = alone.as_ref().unwrap_or(&sized);
     let spec = &scenario.run;
     let model = build(spec, threads, cache)?;
-    let notes = sizing::notes(&scenario.source.resolved);
+    let notes = chosen_sizes::notes(&scenario.source.resolved);
     let wanted = body.map(|b| scenario.bodies[b].name.as_str());
     let bodies = model.bodies.iter().zip(&spec.bodies);
     let bodies = bodies.filter(|(b, _)| wanted.is_none_or(|name| b.name == name));

@@ -10,22 +10,11 @@ use adaptive::sizing::mode_count::WITHOUT_FORCES;
 use adaptive::sizing::{ChosenSizes, SizeRequest, choose};
 use adaptive::spec::{Accuracy, BodySpec, ImportedSpec, RefinementSpec};
 use adaptive::store::ModelCache;
+use result_files::chosen_sizes::MARK;
 
 use crate::error::AppError;
 use crate::scenario::Scenario;
 use crate::thread_pool::thread_pool;
-
-/// Begins the comment behind a key that the program has chosen.
-const MARK: &str = "  # chosen by the program: ";
-
-/// A size that the program has chosen.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Note {
-    /// Name of the body.
-    pub body: String,
-    /// What was chosen, and why.
-    pub text: String,
-}
 
 /// The scenario with every size that it leaves to the program, which runs on `threads` threads; itself if there is none.
 ///
@@ -103,24 +92,10 @@ fn insert(text: &mut String, header: &str, line: &str) {
     }
 }
 
-/// The sizes that the program has chosen, from the resolved text of a scenario.
-pub fn notes(resolved: &str) -> Vec<Note> {
-    let (mut body, mut found) = (String::new(), Vec::new());
-    for line in resolved.lines() {
-        if let Some(path) =
-            line.trim_matches(['[', ']']).strip_prefix("bodies.").filter(|_| line.starts_with('['))
-        {
-            body = path.split('.').next().unwrap_or(path).to_owned();
-        } else if let Some((_, text)) = line.split_once(MARK) {
-            found.push(Note { body: body.clone(), text: text.to_owned() });
-        }
-    }
-    found
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use result_files::chosen_sizes::{Note, notes};
 
     #[test]
     fn chosen_lines_go_to_their_table_and_are_found_again() {

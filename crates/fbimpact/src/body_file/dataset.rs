@@ -5,9 +5,9 @@ use hdf5::types::{TypeDescriptor, VarLenAscii, VarLenUnicode};
 use hdf5::{Dataset, Group, H5Type, Location};
 use nalgebra::Vector3;
 use ndarray::ArrayD;
+use result_files::hdf5_integrity;
 
 use super::fault::BodyFault;
-use crate::hdf5_integrity;
 
 /// Lengths of a dataset: fixed, or whatever the file has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

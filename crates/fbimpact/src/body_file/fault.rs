@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use ffr_dynamics::DynamicsError;
+use result_files::error_text;
+use result_files::file_fault::FileFault;
+use result_files::hdf5_integrity::OpenFault;
 use thiserror::Error;
 
 use crate::error::AppError;
-use crate::error_text;
-use crate::file_fault::FileFault;
-use crate::hdf5_integrity::OpenFault;
 
 /// A body file that cannot be read or written.
 #[derive(Debug, Error)]

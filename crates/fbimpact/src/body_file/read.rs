@@ -4,11 +4,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use ffr_dynamics::body::RigidMotion;
+use result_files::hdf5_integrity;
 
 use super::dataset::Node;
 use super::fault::{BodyFault, BodyFileError};
 use super::{BodyFile, FORMAT, FORMAT_VERSION, full, reduced};
-use crate::hdf5_integrity;
 
 /// Models by the attribute `model`.
 pub const MODELS: [(&str, RigidMotion); 3] =

@@ -4,12 +4,13 @@ use std::path::Path;
 
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::interchange::{FullBody, ReducedModel};
+use result_files::whole_file;
 
 use super::dataset::Node;
 use super::fault::{BodyFault, BodyFileError};
 use super::read::MODELS;
 use super::{FORMAT, FORMAT_VERSION, full, reduced};
-use crate::{provenance, whole_file};
+use crate::provenance;
 
 /// Writes an unreduced body; an existing file is replaced.
 ///

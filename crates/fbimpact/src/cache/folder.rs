@@ -10,8 +10,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
 
+use result_files::plain_file;
+
 use super::Name;
-use crate::plain_file;
 
 /// Ending of models.
 const MODEL: &str = "model";

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use clap::builder::TypedValueParser;
+use result_files::plot::figures::Kind;
+use result_files::plot::labels::Labels;
+use result_files::plot::theme::WIDTH;
 
 use super::{CacheArguments, SetArguments, tolerance};
-use crate::plot::figures::Kind;
-use crate::plot::labels::Labels;
-use crate::plot::theme::WIDTH;
 use crate::probe::places::{Coordinates, Line};
 use crate::vtk::times::Times;
 

@@ -1,9 +1,10 @@
 //! `fbimpact cache`: what is in the folder of models, and removing it.
 
+use result_files::file_fault::Access;
+
 use crate::cache::{Contents, Folder};
 use crate::cli::CacheAction;
 use crate::error::AppError;
-use crate::file_fault::Access;
 
 /// Shows or clears the folder that the arguments of `action` name.
 ///

@@ -3,12 +3,13 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use result_files::collect::{Run, Table, csv, find, gather, hdf5};
+use result_files::expression::named::NamedExpression;
+use result_files::file_fault::{Access, FileFault};
+use result_files::{error_text, whole_file};
+
 use super::check_folder;
-use crate::collect::{Run, Table, csv, find, gather, hdf5};
 use crate::error::{AppError, CommandFault};
-use crate::expression::named::NamedExpression;
-use crate::file_fault::{Access, FileFault};
-use crate::{error_text, whole_file};
 
 /// Gathers runs into a table; runs without a readable result are rows with their status.
 ///

@@ -1,8 +1,9 @@
 //! `fbimpact compare`: a result against a reference.
 
+use result_files::compare::{Rules, compare as compare_files};
+
 use super::print;
 use crate::cli::CompareArguments;
-use crate::compare::{Rules, compare as compare_files};
 use crate::error::AppError;
 
 /// Prints how far a result is from a reference.

@@ -2,21 +2,23 @@
 
 use std::path::{Path, PathBuf};
 
+use result_files::converge::difference::Difference;
+use result_files::converge::outcome::Outcome;
+use result_files::converge::report::{self, Study};
+use result_files::converge::variant::{Parameter, Variant};
+use result_files::converge::verdict::{Compared, dominant, judge, significant};
+use result_files::file_fault::Access;
+use result_files::whole_file;
+
 use super::stop::Stop;
 use super::{print, threads};
 use crate::cache;
 use crate::cli::{CacheArguments, ConvergeArguments};
-use crate::converge::difference::Difference;
 use crate::converge::execute::{Job, RunSetting, execute, prepare};
-use crate::converge::outcome::Outcome;
-use crate::converge::plan::{BASE, Parameter, Plan, Variant};
-use crate::converge::report::{self, Study};
+use crate::converge::plan::{BASE, Plan};
 use crate::converge::sizes::sizes;
-use crate::converge::verdict::{Compared, dominant, judge, significant};
 use crate::error::{AppError, CommandFault};
-use crate::file_fault::Access;
 use crate::scenario::{self, Override};
-use crate::whole_file;
 
 /// Runs the scenario and its variants, compares them and judges.
 ///
@@ -60,7 +62,7 @@ pub fn converge(arguments: &ConvergeArguments) -> Result<(), AppError> {
     let mut more = compare(more, outcomes);
     let split = more.split_off(n_together);
 
-    let verdict = judge(&plan, (&singles, more.first(), &split), tolerance);
+    let verdict = judge((&singles, more.first(), &split), tolerance);
     let variants = [singles, more, split].concat();
     let study = Study {
         scenario: &arguments.scenario,

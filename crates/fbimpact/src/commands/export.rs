@@ -2,11 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
+use result_files::file_fault::{Access, FileFault};
+use result_files::whole_file;
+
 use super::{check_folder, print, threads};
 use crate::cache;
 use crate::cli::ExportArguments;
 use crate::error::{AppError, CommandFault};
-use crate::file_fault::{Access, FileFault};
 use crate::replay::states::States;
 use crate::vtk::assemble::View;
 use crate::vtk::bodies::{Bodies, Shown};
@@ -16,7 +18,6 @@ use crate::vtk::paraview;
 use crate::vtk::pressure::contact_pressures;
 use crate::vtk::times::chosen;
 use crate::vtk::xml::{SeriesEntry, pvd, write_vtu};
-use crate::whole_file;
 
 /// Up to so many instants are listed one by one.
 const TOLD: usize = 8;

@@ -1,18 +1,18 @@
 //! `fbimpact export SCENARIO.toml`: what a scenario describes, before any run, for ParaView.
 
 use adaptive::model::Arrangement;
+use result_files::file_fault::Access;
+use result_files::whole_file;
 
 use super::export::{folder_of, write_grid, write_script};
 use super::{check_distinct, threads};
 use crate::cli::ExportArguments;
 use crate::error::{AppError, CommandFault};
-use crate::file_fault::Access;
 use crate::scenario::{self, Scenario};
 use crate::vtk::assemble::View;
 use crate::vtk::body::Cells;
 use crate::vtk::setup::blocks;
 use crate::vtk::xml::{BlockEntry, vtm};
-use crate::whole_file;
 
 /// Writes a file per body, joint, contact and load in its place at the start, and the one that opens them all; prints its name.
 ///

@@ -1,13 +1,13 @@
 //! `fbimpact export-body --nurbs`: the exact shape of a body as splines for another program.
 
 use iga_core::files::{write_gismo, write_mfem};
+use result_files::file_fault::Access;
+use result_files::whole_file;
 
 use super::{BodyExport, body_index, check_distinct, check_folder, print};
 use crate::cli::SplineFormat;
 use crate::error::{AppError, CommandFault};
-use crate::file_fault::Access;
 use crate::scenario::{self, Override};
-use crate::whole_file;
 
 /// Writes the patches of the body's shape in `format`, in the components of its model, lengths in units of `unit` \[m\].
 ///

@@ -3,13 +3,14 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use result_files::file_fault::{Access, FileFault, OutputFault};
+use result_files::plain_file;
+
 use super::{check_folder, print, threads};
 use crate::body_file;
 use crate::cli::{ImportArguments, ImportUnit};
 use crate::error::{AppError, CommandFault};
-use crate::file_fault::{Access, FileFault, OutputFault};
 use crate::matrix_files::{Matrix, Parts, assemble, read_map, read_matrix, read_nodes};
-use crate::plain_file;
 
 /// Most nodes of a marker: a range of more is a slip.
 const MOST_NODES: u64 = 1_000_000;

@@ -3,14 +3,15 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use result_files::reactions::PeakReaction;
+use result_files::shown_text::short;
+use result_files::summary::{self, Summary};
+use result_files::tables::{ImpactRow, PhaseRow, TrialRow};
+use result_files::text::{Shown, heading, table, with_unit};
+
 use super::{print, ratio};
 use crate::error::AppError;
 use crate::results::columns;
-use crate::results::reactions::PeakReaction;
-use crate::results::summary::{self, Summary};
-use crate::results::tables::{ImpactRow, PhaseRow, TrialRow};
-use crate::results::text::{Shown, heading, table, with_unit};
-use crate::shown_text::short;
 
 /// Prints the summary of a result file.
 ///

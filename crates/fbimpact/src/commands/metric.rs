@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
+use result_files::expression::named::NamedExpression;
+use result_files::expression::source::Source;
+use result_files::expression::value::Value;
+use result_files::stored::Stored;
 use serde_json::{Map, Value as Json, json};
 
 use super::print;
 use crate::error::{AppError, CommandFault};
-use crate::expression::named::NamedExpression;
-use crate::expression::source::Source;
-use crate::expression::value::Value;
-use crate::results::stored::Stored;
 
 /// Prints an object with an entry for each expression, by its name.
 ///

@@ -36,11 +36,12 @@ pub mod thin;
 use std::io::Write;
 use std::path::Path;
 
+use result_files::file_fault::{FileFault, OutputFault};
+use result_files::shown_text::shown;
+use result_files::whole_file;
+
 use crate::error::AppError;
-use crate::file_fault::{FileFault, OutputFault};
 use crate::scenario::Scenario;
-use crate::shown_text::shown;
-use crate::whole_file;
 
 /// A ratio for people, a dash where there is none.
 fn ratio(x: f64) -> String {

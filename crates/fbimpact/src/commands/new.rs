@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use result_files::file_fault::{Access, OutputFault};
+use result_files::whole_file;
+
 use crate::cli::Template;
 use crate::error::{AppError, CommandFault};
-use crate::file_fault::{Access, OutputFault};
 use crate::scenario::schema;
-use crate::whole_file;
 
 /// The schema that the scenario names in its first line.
 const SCHEMA: &str = "fbimpact.schema.json";

@@ -2,18 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
+use adaptive::adaptivity::interval::least_utilisation;
+use result_files::error::ResultError;
+use result_files::file_fault::{Access, FileFault};
+use result_files::plot::data::ResultData;
+use result_files::plot::figure::Figure;
+use result_files::plot::figures::Kind;
+use result_files::plot::labels::{LONGEST, Labels, by_values};
+use result_files::plot::theme::{Page, STYLES};
+use result_files::plot::{PlotError, pdf, raster, render};
+use result_files::scenario_values::Values;
+use result_files::whole_file;
+
 use super::print;
 use crate::cli::PlotArguments;
-use crate::compare::scenario_values::Values;
 use crate::error::{AppError, CommandFault};
-use crate::file_fault::{Access, FileFault};
-use crate::plot::data::ResultData;
-use crate::plot::figure::Figure;
-use crate::plot::figures::Kind;
-use crate::plot::labels::{LONGEST, Labels, by_values};
-use crate::plot::theme::{Page, STYLES};
-use crate::plot::{PlotError, pdf, raster, render};
-use crate::whole_file;
 
 /// Draws the figures of all files together and prints the names of the files that it writes.
 ///
@@ -60,7 +63,10 @@ pub fn labelled(paths: &[PathBuf], wanted: Labels) -> Result<Vec<ResultData>, Ap
         return Err(CommandFault::TooManyFiles { files: paths.len(), most: STYLES.len() }.into());
     }
     let files = paths.iter().zip(labels(paths)).map(|(path, label)| ResultData::read(path, label));
-    let mut files: Vec<ResultData> = files.collect::<Result<_, AppError>>()?;
+    let mut files: Vec<ResultData> = files.collect::<Result<_, ResultError>>()?;
+    for utilisation in files.iter_mut().filter_map(|file| file.utilisation.as_mut()) {
+        utilisation.least.get_or_insert_with(|| least_utilisation(utilisation.target));
+    }
     if wanted == Labels::Values {
         let names: Vec<String> = files.iter().map(|file| file.label.clone()).collect();
         let scenarios: Vec<Values> = files.iter().map(|file| file.scenario.clone()).collect();

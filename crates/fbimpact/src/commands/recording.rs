@@ -11,11 +11,12 @@ use adaptive::record::{
 use adaptive::state::RunState;
 use adaptive::state::observer::{Continue, Observer, Stage};
 use indicatif::ProgressBar;
+use result_files::file_fault::FileFault;
 
 use super::stop::{Held, Stop};
 use crate::error::AppError;
-use crate::file_fault::{OutputFault, RecordingFault};
 use crate::progress::Progress;
+use crate::results::fault::RecordingFault;
 use crate::results::journal::{Header, Journal};
 use crate::results::{OutputFile, Recorder, Status};
 use crate::scenario::Scenario;
@@ -62,7 +63,7 @@ pub fn finish(
     let recorder = &mut recorder.expect("it was given above");
     if let Some(fault) = recorder.failure() {
         // The rows that reached the disk stay in the part file, and the run can be taken up once there is space.
-        return Err(AppError::io(part, OutputFault::Recording(fault)));
+        return Err(AppError::io(part, FileFault::contents(fault)));
     }
     if recorder.is_taken_up() && matches!(outcome, Err(AppError::Model(_))) {
         // Another machine or version may be the reason: where the run came from, it can still be taken up.
@@ -85,7 +86,7 @@ pub fn finish(
     }
     recorder
         .finish(status, &message, timings)
-        .map_err(|fault| AppError::io(&part, OutputFault::Recording(fault)))?;
+        .map_err(|fault| AppError::io(&part, FileFault::contents(fault)))?;
     let path = output.finish(status)?;
     let report = outcome.inspect_err(|_| {
         tracing::warn!("the results up to the failure are in {}", path.display());

@@ -3,6 +3,11 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use result_files::error::ResultError;
+use result_files::file_fault::{Access, FileFault};
+use result_files::open::{open, scenario_text};
+use result_files::summary::{self, Summary};
+use result_files::whole_file;
 use serde_json::Value;
 
 use super::plot::labelled;
@@ -10,15 +15,11 @@ use super::{check_folder, print, threads};
 use crate::cache;
 use crate::cli::ReportArguments;
 use crate::error::{AppError, CommandFault};
-use crate::file_fault::{Access, FileFault};
 use crate::replay::states::States;
 use crate::report::charts::charts;
 use crate::report::motion::Motion;
 use crate::report::tables::Told;
 use crate::report::whole::{Parts, Scene, report};
-use crate::results::open::{open, scenario_text};
-use crate::results::summary::{self, Summary};
-use crate::whole_file;
 use adaptive::store::ModelCache;
 
 /// Stands for standard output.
@@ -37,8 +38,11 @@ pub fn write_report(arguments: &ReportArguments) -> Result<(), AppError> {
         check_distinct(&arguments.files, output)?;
     }
     let files = labelled(&arguments.files, arguments.labels)?;
-    let summaries =
-        arguments.files.iter().map(|path| summary::read(path)).collect::<Result<Vec<Summary>, AppError>>()?;
+    let summaries = arguments
+        .files
+        .iter()
+        .map(|path| summary::read(path))
+        .collect::<Result<Vec<Summary>, ResultError>>()?;
     let json: Vec<Value> = summaries.iter().map(Summary::json).collect();
     let texts: Vec<String> =
         arguments.files.iter().map(|path| scenario(path)).collect::<Result<_, AppError>>()?;
@@ -97,7 +101,7 @@ fn scenario(path: &Path) -> Result<String, AppError> {
 
 /// The study of the resolution in the folder that `converge` gives it: beside the result, under its name.
 fn study(path: &Path) -> Option<Value> {
-    let file = path.with_extension("converge").join(crate::converge::report::FILE);
+    let file = path.with_extension("converge").join(result_files::converge::report::FILE);
     serde_json::from_slice(&std::fs::read(file).ok()?).ok()
 }
 

@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use indicatif::ProgressBar;
+use result_files::file_fault::FileFault;
+use result_files::open::{attribute, open};
 
 use super::begin::begin;
 use super::recording::finish;
@@ -11,10 +13,9 @@ use super::stop::Stop;
 use crate::cache;
 use crate::cli::RunArguments;
 use crate::error::AppError;
-use crate::file_fault::{OutputFault, ResumeFault};
 use crate::provenance;
+use crate::results::fault::ResumeFault;
 use crate::results::journal::{self, Restart};
-use crate::results::open::{attribute, open};
 use crate::results::{OutputFile, Recorder, linked, part_path, restart_path};
 use crate::scenario::{self, Scenario};
 use crate::simulate::simulate_with;
@@ -52,7 +53,7 @@ pub fn resume(
     let part = output.part().to_owned();
     let mut recorder =
         Recorder::create(&part, &scenario, n_threads).map_err(|fault| AppError::io(&part, fault))?;
-    recorder.take_up(restart).map_err(|fault| AppError::io(&part, OutputFault::Recording(fault)))?;
+    recorder.take_up(restart).map_err(|fault| AppError::io(&part, FileFault::contents(fault)))?;
     let cache = cache::open(&arguments.cache.settings());
     let outcome = finish(recorder, output, (stop, bar, Instant::now()), |observer| {
         simulate_with(&scenario, Some(&point), observer, n_threads, &cache)

@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use clap::CommandFactory;
+use result_files::file_fault::{Access, FileFault};
+use result_files::whole_file;
 
 use super::{check_folder, completion_files, manual, print};
 use crate::cli::Cli;
 use crate::error::{AppError, CommandFault};
-use crate::file_fault::{Access, FileFault};
-use crate::whole_file;
 
 /// Prints completions for a shell.
 ///

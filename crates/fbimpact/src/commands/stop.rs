@@ -10,11 +10,11 @@ use std::thread::Thread;
 use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
+use result_files::file_fault::FileFault;
 
 use super::signals::{self, Request};
 use crate::allocation;
 use crate::error::AppError;
-use crate::file_fault::OutputFault;
 use crate::results::{OutputFile, Recorder, Status};
 
 /// Time that the run has to end by itself.
@@ -193,7 +193,7 @@ impl Held {
         let part = output.part().to_owned();
         let message = format!("interrupted at t = {time:.9e} s");
         if let Err(fault) = recorder.finish(Status::Interrupted, &message, None) {
-            return AppError::io(&part, OutputFault::Recording(fault));
+            return AppError::io(&part, FileFault::contents(fault));
         }
         match output.finish(Status::Interrupted) {
             Ok(output) => AppError::Interrupted { time, output },

@@ -2,9 +2,11 @@
 
 use std::path::Path;
 
+use result_files::stored::Stored;
+use result_files::thin as copy;
+
 use crate::error::{AppError, CommandFault};
-use crate::results::stored::Stored;
-use crate::results::{OutputFile, Status, thin as copy};
+use crate::results::{OutputFile, Status};
 
 /// Writes a small copy of `file` to `output`.
 ///
@@ -21,7 +23,7 @@ pub fn thin(file: &Path, output: &Path, rows: usize, force: bool) -> Result<(), 
     let part = target.part().to_owned();
     if let Err(error) = copy::write(&source, &part, rows) {
         target.discard();
-        return Err(error);
+        return Err(error.into());
     }
     let path = target.finish(Status::Complete)?;
     let size = std::fs::metadata(&path).map_or(0, |m| m.len());

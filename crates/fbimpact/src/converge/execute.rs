@@ -6,10 +6,11 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
+use result_files::converge::outcome::Outcome;
+use result_files::file_fault::Access;
+
 use super::job::{Running, Setting};
-use super::outcome::Outcome;
 use crate::error::AppError;
-use crate::file_fault::Access;
 
 pub use super::job::{Job, Left, Setting as RunSetting, prepare};
 

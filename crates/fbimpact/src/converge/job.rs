@@ -5,14 +5,16 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::time::Instant;
 
-use super::outcome::Outcome;
+use result_files::converge::outcome::Outcome;
+use result_files::converge::report;
+use result_files::file_fault::{Access, FileFault};
+use result_files::plain_file;
+use result_files::stored::Stored;
+use result_files::whole_file;
+
 use crate::error::AppError;
-use crate::file_fault::{Access, FileFault};
-use crate::plain_file;
 use crate::results::journal::{Entries, Entry};
 use crate::results::restart_path;
-use crate::results::stored::Stored;
-use crate::whole_file;
 
 /// A run to be made.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -173,12 +175,12 @@ impl Running {
 pub fn prepare(folder: &Path) -> Result<(), AppError> {
     let fail = |access| move |e: std::io::Error| AppError::system(folder, access, e);
     fs::create_dir_all(folder).map_err(fail(Access::Create))?;
-    let mark = folder.join(super::report::FILE);
+    let mark = folder.join(report::FILE);
     if mark.is_file() {
         return Ok(());
     }
     if fs::read_dir(folder).map_err(fail(Access::Read))?.next().is_some() {
-        return Err(AppError::io(folder, FileFault::ForeignFolder { mark: super::report::FILE }));
+        return Err(AppError::io(folder, FileFault::ForeignFolder { mark: report::FILE }));
     }
     whole_file::write(&mark, b"{}\n").map_err(fail(Access::Write))
 }

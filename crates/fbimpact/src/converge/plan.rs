@@ -2,6 +2,7 @@
 
 use adaptive::model::Subjects;
 use adaptive::spec::{BodyFactors, ContactFactors, Resolution};
+use result_files::converge::variant::{Parameter, Variant};
 
 use crate::scenario::Scenario;
 
@@ -18,81 +19,26 @@ pub const BASE: &str = "base";
 /// Name of the run with everything that mattered.
 pub const TOGETHER: &str = "together";
 
-/// What can be varied.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Parameter {
-    /// Number of modes of bodies.
-    Modes,
-    /// Elements of bodies outside of contact zones.
-    Mesh,
-    /// Elements across contact zones.
-    Zone,
-    /// Permitted error and length of time steps.
-    Tolerance,
-    /// Penalty factor.
-    Penalty,
-}
-
-impl Parameter {
-    /// All, in the order of tables.
-    pub const ALL: [Self; 5] = [Self::Modes, Self::Mesh, Self::Zone, Self::Tolerance, Self::Penalty];
-
-    /// Name of the variant, and the key of the scenario's table `resolution`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Modes => "modes",
-            Self::Mesh => "mesh",
-            Self::Zone => "zone",
-            Self::Tolerance => "tolerance",
-            Self::Penalty => "penalty",
-        }
-    }
-
-    /// What the variant has that the scenario has not.
-    pub fn change(self) -> &'static str {
-        match self {
-            Self::Modes => "twice the modes",
-            Self::Mesh => "twice the elements in each direction",
-            Self::Zone => "twice the elements across the contact zone",
-            Self::Tolerance => "a tenth of the integration tolerance and half the longest steps",
-            Self::Penalty => "ten times the penalty factor",
-        }
-    }
-
-    /// Why a scenario has nothing to vary.
-    fn absence(self) -> &'static str {
-        match self {
-            Self::Modes => "no body is reduced to a number of modes",
-            Self::Mesh => "no body has a mesh",
-            Self::Zone => "no contact has a zone of small elements",
-            Self::Tolerance => "",
-            Self::Penalty => "no contact has a penalty factor that could be raised",
-        }
-    }
-
-    /// Relative cost of a run, the dearest first.
-    fn expense(self) -> u8 {
-        match self {
-            Self::Mesh => 0,
-            Self::Zone => 1,
-            Self::Modes => 2,
-            Self::Penalty => 3,
-            Self::Tolerance => 4,
-        }
+/// Why a scenario has nothing to vary.
+fn absence(parameter: Parameter) -> &'static str {
+    match parameter {
+        Parameter::Modes => "no body is reduced to a number of modes",
+        Parameter::Mesh => "no body has a mesh",
+        Parameter::Zone => "no contact has a zone of small elements",
+        Parameter::Tolerance => "",
+        Parameter::Penalty => "no contact has a penalty factor that could be raised",
     }
 }
 
-/// A run beside that of the scenario as it is.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Variant {
-    /// Name, and that of its files.
-    pub name: String,
-    /// What is varied.
-    pub parameters: Vec<Parameter>,
-    /// Bodies or contacts that are; none of a tolerance and of several parameters.
-    pub subjects: Vec<String>,
-    /// Changes of the scenario, `KEY=VALUE`.
-    pub set: Vec<String>,
+/// Relative cost of a run, the dearest first.
+fn expense(parameter: Parameter) -> u8 {
+    match parameter {
+        Parameter::Mesh => 0,
+        Parameter::Zone => 1,
+        Parameter::Modes => 2,
+        Parameter::Penalty => 3,
+        Parameter::Tolerance => 4,
+    }
 }
 
 /// What can be varied in a scenario.
@@ -126,14 +72,14 @@ impl<'a> Plan<'a> {
     /// Parameters without meaning in the scenario, and why.
     pub fn not_varied(&self) -> Vec<(Parameter, &'static str)> {
         let absent = Parameter::ALL.into_iter().filter(|p| !self.has_meaning(*p));
-        absent.map(|p| (p, p.absence())).collect()
+        absent.map(|p| (p, absence(p))).collect()
     }
 
     /// One variant a parameter, the dearest first so that it does not end last.
     pub fn singles(&self) -> Vec<Variant> {
         let mut parameters: Vec<Parameter> =
             Parameter::ALL.into_iter().filter(|p| self.has_meaning(*p)).collect();
-        parameters.sort_by_key(|p| p.expense());
+        parameters.sort_by_key(|p| expense(*p));
         let single = |p: Parameter| Variant {
             name: p.name().to_owned(),
             parameters: vec![p],

@@ -13,12 +13,12 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
 use iga_core::elasticity::kinematics::PointState;
 use nalgebra::Vector3;
+use result_files::tables::PhaseRow;
 
 use super::places::WantedPoint;
 use crate::error::AppError;
 use crate::replay::rebuilt::Rebuilt;
 use crate::replay::states::States;
-use crate::results::tables::PhaseRow;
 use crate::scenario::FileBody;
 
 /// A point at a stored instant.

@@ -6,14 +6,15 @@ use std::path::{Path, PathBuf};
 use ffr_dynamics::system::force::BodyState;
 use hdf5::{File, Group, Result};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use result_files::file_fault::ResultFault;
+use result_files::hdf5_integrity;
+use result_files::open::{open, scenario_text};
+use result_files::pressure_series::PressureSeries;
+use result_files::tables::{ImpactRow, PhaseRow, TransferRow};
 
 use super::zones::Span;
 use crate::error::AppError;
-use crate::file_fault::ResultFault;
-use crate::hdf5_integrity;
-use crate::results::open::{open, scenario_text};
-use crate::results::pressure_series::PressureSeries;
-use crate::results::tables::{ImpactRow, PhaseRow, TransferRow};
+use crate::results::rows;
 use crate::scenario::{self, Scenario};
 
 /// Motion of a body's reference frame.
@@ -163,7 +164,7 @@ impl States {
             .map_err(|source| self.unreadable("/transfers".into(), source))?;
         let mut spans: Vec<Span> = Vec::new();
         for row in &rows {
-            let (contact, sites) = (row.contact.as_str(), row.sites());
+            let (contact, sites) = (row.contact.as_str(), rows::sites(row));
             if sites[0].is_some() {
                 let contact = contact.to_owned();
                 let (offset, from) = (row.offset, row.time);

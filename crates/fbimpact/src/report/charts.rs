@@ -2,19 +2,19 @@
 
 use std::collections::HashMap;
 
+use result_files::file_fault::FileFault;
+use result_files::plot::axis::Scale;
+use result_files::plot::data::ResultData;
+use result_files::plot::figure::{Entry, Figure, Panel, Shade, Sign};
+use result_files::plot::figures::Kind;
+use result_files::plot::render;
+use result_files::plot::theme::{Page, style};
+use result_files::plot::thin::thinned;
 use serde_json::{Value, json};
 
 use super::encode::{Array, Blob};
 use super::html::escaped;
 use crate::error::AppError;
-use crate::file_fault::FileFault;
-use crate::plot::axis::Scale;
-use crate::plot::data::ResultData;
-use crate::plot::figure::{Entry, Figure, Panel, Shade, Sign};
-use crate::plot::figures::Kind;
-use crate::plot::render;
-use crate::plot::theme::{Page, style};
-use crate::plot::thin::thinned;
 
 /// Divisions that labels are made for; a page makes its own.
 const DIVISIONS: usize = 6;

@@ -2,9 +2,8 @@
 
 use std::fmt::Write as _;
 
+use result_files::shown_text::shown;
 use serde_json::{Map, Value};
-
-use crate::shown_text::shown;
 
 /// `text` as it stands between tags and in attributes: nothing in it is obeyed.
 pub fn escaped(text: &str) -> String {

@@ -2,10 +2,12 @@
 
 use adaptive::record::{Sample, Timings};
 use hdf5::{Dataset, Group, H5Type, Result};
+use result_files::dataset::describe;
+use result_files::pressure_series as pressure;
+use result_files::scales;
+use result_files::stages::STAGES;
 
-use super::pressure;
-use super::scales;
-use super::series::{Series, describe};
+use super::series::Series;
 use crate::scenario::Compression;
 
 /// Second dimension of a series.
@@ -278,28 +280,20 @@ pub struct Stage {
 /// `/timings`.
 pub const TIMINGS: [Stage; 7] = [
     Stage {
-        name: "sizes",
+        name: STAGES[0],
         description: "Choice of meshes and numbers of modes, where the scenario leaves them to the program.",
         seconds: |t| t.sizes,
     },
+    Stage { name: STAGES[1], description: "Geometry and assembly of the matrices.", seconds: |t| t.assembly },
     Stage {
-        name: "assembly",
-        description: "Geometry and assembly of the matrices.",
-        seconds: |t| t.assembly,
-    },
-    Stage {
-        name: "reduction",
+        name: STAGES[2],
         description: "Eigenmodes and compliance; attribute `fine_models`: number of fine models built.",
         seconds: |t| t.reduction,
     },
-    Stage { name: "search", description: "Contact search.", seconds: |t| t.search },
-    Stage { name: "contact", description: "Contact solver.", seconds: |t| t.contact },
-    Stage {
-        name: "integration",
-        description: "Time integration without contact.",
-        seconds: |t| t.integration,
-    },
-    Stage { name: "output", description: "Writing results.", seconds: |t| t.output },
+    Stage { name: STAGES[3], description: "Contact search.", seconds: |t| t.search },
+    Stage { name: STAGES[4], description: "Contact solver.", seconds: |t| t.contact },
+    Stage { name: STAGES[5], description: "Time integration without contact.", seconds: |t| t.integration },
+    Stage { name: STAGES[6], description: "Writing results.", seconds: |t| t.output },
 ];
 
 /// Scales that the second dimensions refer to.

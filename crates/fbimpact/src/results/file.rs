@@ -6,12 +6,14 @@
 use std::fs::{File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
 
-use crate::error::AppError;
-use crate::file_fault::{Access, FileFault, OutputFault};
-use crate::hdf5_integrity;
-use crate::whole_file;
+use result_files::file_fault::{Access, FileFault, OutputFault};
+use result_files::hdf5_integrity;
+use result_files::open::FORMAT;
+use result_files::whole_file;
 
-use super::{FORMAT, Status};
+use crate::error::AppError;
+
+use super::Status;
 
 /// Links that lead from one to the next at most, as in Linux.
 const MOST_LINKS: usize = 40;

@@ -11,13 +11,14 @@ use std::path::{Path, PathBuf};
 use adaptive::record::warning::Warning;
 use adaptive::record::{ImpactRecord, PhaseRecord, PressurePoint, TransferRecord, TrialRecord};
 use adaptive::state::RunState;
+use result_files::file_fault::{Access, FileError, FileFault};
+use result_files::plain_file;
+use result_files::whole_file;
 use serde::{Deserialize, Serialize};
 
-use crate::file_fault::{Access, FileError, FileFault, ResumeFault};
-use crate::plain_file;
+use super::fault::ResumeFault;
 use crate::provenance;
 use crate::scenario::Scenario;
-use crate::whole_file;
 
 /// First bytes of the file; the last one is the version of the format.
 const MAGIC: &[u8; 17] = b"fbimpact restart\x07";

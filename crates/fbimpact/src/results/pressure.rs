@@ -4,38 +4,12 @@ use std::collections::HashMap;
 
 use adaptive::record::PressurePoint;
 use hdf5::{Dataset, Group, Result};
+use result_files::dataset::describe;
+use result_files::pressure_series::{AREA, POINT, POSITION, PRESSURE};
+use result_files::scales;
 
-use super::scales;
-use super::series::{Series, describe};
+use super::series::Series;
 use crate::scenario::Compression;
-
-/// Declaration of a dataset: name, unit, one sentence.
-type Declaration = (&'static str, &'static str, &'static str);
-
-/// Undeformed points.
-pub const POSITION: Declaration = (
-    "position",
-    "m",
-    "Undeformed contact points that were under pressure at a stored instant, in the frame of the contact body.",
-);
-/// Their areas.
-pub const AREA: Declaration =
-    ("area", "m²", "Tributary area of each of these points; of the whole ring in axisymmetric models.");
-/// Which of them.
-pub const POINT: Declaration = (
-    "point",
-    "–",
-    "Index into `position` of each loaded point; instant after instant, `pressure_points` of /contacts/NAME each.",
-);
-/// What it carries.
-pub const PRESSURE: Declaration = (
-    "pressure",
-    "Pa",
-    "Mean contact pressure about the point (theory C.49, C.50): times area and summed over an instant, the normal force.",
-);
-
-/// Name in its group of the number of loaded points per instant.
-pub const COUNT: &str = "pressure_points";
 
 /// Bits that tell points apart.
 type Key = [u64; 4];

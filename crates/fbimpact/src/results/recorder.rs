@@ -10,11 +10,12 @@ use adaptive::record::{
 };
 use adaptive::spec::BodySpec;
 use iga_core::elasticity::Model;
+use result_files::dataset::text_attribute;
+use result_files::file_fault::FileFault;
 
+use super::fault::RecordingFault;
 use super::journal::{Entry, Restart};
-use super::series::text_attribute;
 use super::stress::write_stress;
-use crate::file_fault::{FileFault, RecordingFault};
 use crate::scenario::{Compression, Scenario};
 
 mod layout;

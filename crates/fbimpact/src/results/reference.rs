@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 
 use adaptive::record::warning::WarningKind;
+use result_files::pressure_series::{AREA, POINT, POSITION, PRESSURE};
+use result_files::tables::{ImpactRow, PhaseRow, TableColumn, TableRow, TransferRow, TrialRow};
 
 use super::columns::{self, Axis, Declaration, Stage, TIMINGS};
-use super::pressure::{AREA, POINT, POSITION, PRESSURE};
-use super::tables::{ImpactRow, PhaseRow, TableColumn, TableRow, TransferRow, TrialRow};
 
 /// Attributes of the root.
 const ATTRIBUTES: [(&str, &str); 12] = [

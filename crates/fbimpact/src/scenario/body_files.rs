@@ -5,17 +5,17 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use result_files::plain_file;
+use result_files::toml_text::document::{Origin, SourceText, Value, parse_json, parse_toml};
 use sha2::{Digest, Sha256};
 
 use super::body_source::{BodySource, GivenPatches, MeshSource, SplineSource};
 use super::check::Checker;
-use super::document::{Origin, SourceText, Value, parse_json, parse_toml};
 use super::hex;
 use super::section::{Checked, Item, Section};
 use super::spline_nets;
 use super::tables::NURBS_FILE;
 use crate::body_file;
-use crate::plain_file;
 
 /// Largest file with control nets: 64 MiB are a million control points.
 const MAX_NET: u64 = 64 << 20;

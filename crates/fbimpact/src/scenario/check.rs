@@ -2,8 +2,9 @@
 
 use std::borrow::Cow;
 
-use super::document::{Entry, Node, Origin, Value, parse_value};
-use super::fault::{Fault, meant, nearest};
+use result_files::toml_text::document::{Entry, Node, Origin, Value, parse_value};
+use result_files::toml_text::fault::{Fault, meant, nearest};
+
 use super::keys::{Choice, Key, Kind, Need, Range, Variant, names};
 use super::section::{Checked, Item, NamedSections, Section, join};
 use super::units;

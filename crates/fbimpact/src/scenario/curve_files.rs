@@ -3,9 +3,10 @@
 use std::io::Read;
 use std::path::Path;
 
+use result_files::plain_file;
+
 use super::check::Checker;
 use super::section::{Checked, Item, Section};
-use crate::plain_file;
 
 /// Largest file: 64 MiB are a million instants.
 const MOST: u64 = 64 << 20;
@@ -71,8 +72,9 @@ impl Fault {
 }
 
 fn text(path: &Path) -> Result<String, Fault> {
-    let fail =
-        |e: std::io::Error| Fault::of_file(format_args!(" cannot be read: {}", crate::error_text::of_io(&e)));
+    let fail = |e: std::io::Error| {
+        Fault::of_file(format_args!(" cannot be read: {}", result_files::error_text::of_io(&e)))
+    };
     let file = plain_file::open(path).map_err(fail)?;
     let mut bytes = Vec::new();
     file.take(MOST + 1).read_to_end(&mut bytes).map_err(fail)?;

@@ -6,9 +6,6 @@
 
 pub mod types;
 pub mod body_places;
-pub mod fault;
-mod blank_lines;
-pub mod document;
 pub mod overrides;
 pub mod keys;
 pub mod tables;
@@ -30,16 +27,16 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
+use result_files::file_fault::Access;
+use result_files::plain_file;
+use result_files::toml_text::document::{self, Origin, SourceText, Value};
 use sha2::{Digest, Sha256};
 
 use crate::error::AppError;
-use crate::file_fault::Access;
-use crate::plain_file;
 use check::Checker;
-use document::{Origin, SourceText, Value};
 
-pub use fault::{Fault, Faults};
 pub use overrides::{Override, OverrideFault};
+pub use result_files::toml_text::fault::{Fault, Faults};
 pub use types::{Compression, FileBody, FileOfBody, Scenario, Source};
 
 /// Reads and validates the scenario file `path` with `overrides` applied.

@@ -1,7 +1,7 @@
 //! `--set KEY=VALUE`: changes a document before it is checked.
 
-use super::document::{Entry, Node, Origin, Value, parse_value};
-use super::fault::{Fault, Location};
+use result_files::toml_text::document::{Entry, Node, Origin, Value, parse_value};
+use result_files::toml_text::fault::{Fault, Location};
 
 /// Deepest key; scenarios have six levels.
 const MAX_DEPTH: usize = 16;

@@ -4,8 +4,9 @@ use std::collections::HashMap;
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
 
+use result_files::toml_text::document::Origin;
+
 use super::body_source::{BodySource, MeshSource, SplineSource};
-use super::document::Origin;
 use super::keys::Condition;
 
 /// A checked table.

@@ -1,6 +1,6 @@
 //! Materials that a body may name without a table of the scenario's own.
 
-use super::document::{Entry, Node, Origin, Value};
+use result_files::toml_text::document::{Entry, Node, Origin, Value};
 
 /// A material with the source of its values.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,6 +1,6 @@
 //! Numbers with a unit: `"10 mm"`, `"20 deg"`, `"210 GPa"`.
 
-use super::document::{Node, Value};
+use result_files::toml_text::document::{Node, Value};
 
 /// Units with their factors to the first one, which is that of the keys.
 type Units = &'static [(&'static str, f64)];

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
 use ffr_dynamics::body::RigidMotion;
+use result_files::pressure_series::PressureSeries;
 
 use super::assemble::{View, placed};
 use super::bodies::{Bodies, Drawn};
@@ -12,7 +13,6 @@ use super::order;
 use super::revolution::{ArcNode, rings};
 use crate::error::AppError;
 use crate::replay::states::States;
-use crate::results::pressure_series::PressureSeries;
 use crate::scenario::Scenario;
 
 /// Points around the axis of an axisymmetric body that is revolved, a quarter turn.

@@ -3,15 +3,15 @@
 use adaptive::record::{JointLayout, NameAndUnit, PointLayout, RunLayout};
 use hdf5::{Dataset, Group, Result};
 use ndarray::ArrayView1;
+use result_files::dataset::{component_scale, describe, text_attribute};
+use result_files::scales;
 
 use super::super::columns::{self, Axes, Axis, Column, Declaration};
 use super::super::disk_space::BYTES_OF_DATASET;
+use super::super::fault::RecordingFault;
 use super::super::pressure::Pressures;
-use super::super::scales;
-use super::super::series::{component_scale, describe, text_attribute};
 use super::super::stress::tensor_scale;
 use super::{Open, Recorded};
-use crate::file_fault::RecordingFault;
 use crate::scenario::Compression;
 
 /// Datasets of a body, contact, point or joint at most, with their scales.

@@ -8,16 +8,19 @@ use hdf5::plist::file_access::{
     CacheDecreaseMode, CacheIncreaseMode, FlashIncreaseMode, MetadataCacheConfig,
 };
 use hdf5::types::VarLenUnicode;
+use result_files::dataset::{Table, describe, text_attribute, unicode, write_text};
+use result_files::file_fault::{Access, FileFault};
+use result_files::open::{FORMAT, FORMAT_VERSION};
+use result_files::tables::{self, ImpactRow, PhaseRow, TransferRow, TrialRow};
 
 use super::super::columns::{Column, Stage, TIMINGS};
 use super::super::disk_space::DiskSpace;
+use super::super::fault::RecordingFault;
 use super::super::journal::{Entry, Journal, Row};
 use super::super::pressure::Pressures;
-use super::super::series::{ROWS, Table, describe, text_attribute, unicode, write_text};
-use super::super::tables::{self, ImpactRow, PhaseRow, TransferRow, TrialRow};
-use super::super::{FORMAT, FORMAT_VERSION};
+use super::super::rows;
+use super::super::series::ROWS;
 use super::{Recorded, WARNINGS};
-use crate::file_fault::{Access, FileFault, RecordingFault};
 use crate::provenance;
 use crate::scenario::Scenario;
 
@@ -176,14 +179,14 @@ impl Open {
     /// Puts a record into its table; what belongs to none is left.
     pub(super) fn enter(&mut self, entry: &Entry) -> hdf5::Result<()> {
         match entry {
-            Entry::Phase(record) => self.phases.push(PhaseRow::new(record)?),
+            Entry::Phase(record) => self.phases.push(rows::phase(record)?),
             Entry::Impact(record) => {
-                let row = ImpactRow::new(record, &self.contact_name(record.contact))?;
+                let row = rows::impact(record, &self.contact_name(record.contact))?;
                 self.impacts.put(record.row as usize, row)
             }
-            Entry::Trial(record) => self.trials.push(TrialRow::new(record)?),
+            Entry::Trial(record) => self.trials.push(rows::trial(record)?),
             Entry::Transfer(record) => {
-                self.transfers.push(TransferRow::new(record, &self.contact_name(record.contact))?)
+                self.transfers.push(rows::transfer(record, &self.contact_name(record.contact))?)
             }
             Entry::Warning(warning) => self.warnings.push(unicode(&warning.line())?),
             Entry::Header(_) | Entry::Layout(_) | Entry::Row(_) | Entry::Restart(_) | Entry::Resumed => {

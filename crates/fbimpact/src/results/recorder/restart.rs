@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use adaptive::state::RunState;
 
+use super::super::fault::RecordingFault;
 use super::super::journal::{Entries, Entry, Journal, Restart};
 use super::{Open, Recorded, Recorder};
-use crate::file_fault::RecordingFault;
 
 impl Recorder {
     /// Keeps everything in `journal`, too, from which the run can be taken up.

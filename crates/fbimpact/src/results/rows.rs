@@ -1,0 +1,145 @@
+//! Rows of tables from what a run reports, and places of fine models from rows.
+
+use adaptive::record::{
+    ImpactRecord, PhaseRecord, TargetPlace, TransferRecord, TrialRecord, ZoneSite, ZoneSize,
+};
+use hdf5::Result;
+use result_files::dataset::unicode;
+use result_files::tables::{ImpactRow, PhaseRow, TransferRow, TrialRow};
+
+/// The row of a phase.
+///
+/// # Errors
+/// That of a text that HDF5 cannot hold, as in all functions here.
+pub fn phase(r: &PhaseRecord) -> Result<PhaseRow> {
+    Ok(PhaseRow {
+        kind: unicode(r.kind.identifier())?,
+        start: r.start,
+        end: r.end,
+        steps: r.steps,
+        rejected: r.rejected,
+        evaluations: r.evaluations,
+        wall_time: r.wall_time,
+    })
+}
+
+/// The row of an impact of the contact `contact`.
+///
+/// # Errors
+/// As [`phase`].
+pub fn impact(r: &ImpactRecord, contact: &str) -> Result<ImpactRow> {
+    Ok(ImpactRow {
+        contact: unicode(contact)?,
+        start: r.start,
+        end: r.end,
+        peak_force: r.peak_force,
+        peak_time: r.peak_time,
+        impulse: r.impulse,
+        approach_velocity: r.approach_velocity,
+        separation_velocity: r.separation_velocity,
+        restitution: r.restitution,
+    })
+}
+
+/// The row of a trial.
+///
+/// # Errors
+/// As [`phase`].
+pub fn trial(r: &TrialRecord) -> Result<TrialRow> {
+    Ok(TrialRow {
+        impact: r.impact,
+        number: r.number,
+        start: r.start,
+        stop: r.stop,
+        penalty_start: r.penalty_start,
+        penalty_end: r.penalty_end,
+        interval_widths: r.interval_widths,
+        utilisation: r.utilisation,
+        elements: r.elements,
+        dofs: r.dofs,
+        interface_dofs: r.interface_dofs,
+        steps: r.steps,
+        rejected: r.rejected,
+        peak_force: r.peak_force,
+        outcome: unicode(r.outcome.identifier())?,
+        reason: unicode(&r.reason)?,
+        wall_time: r.wall_time,
+        cpu_time: r.cpu_time,
+    })
+}
+
+/// The row of a change of the model at the contact `contact`.
+///
+/// # Errors
+/// As [`phase`].
+pub fn transfer(r: &TransferRecord, contact: &str) -> Result<TransferRow> {
+    let met = r.met();
+    Ok(TransferRow {
+        time: r.time,
+        direction: unicode(r.direction.identifier())?,
+        contact: unicode(contact)?,
+        energy_before: r.energy_before,
+        energy_after: r.energy_after,
+        momentum_change: r.momentum_change,
+        face: r.site.map_or(-1, |s| s.face as i32),
+        centre: r.site.map_or([0.0; 3], |s| s.centre),
+        target_face: r.target_site.map_or(-1, |s| s.face as i32),
+        target_centre: r.target_site.map_or([0.0; 3], |s| s.centre),
+        interval_widths: r.site.map_or([0.0; 2], |s| s.size.in_result()),
+        edge_face: met.map_or(-1, |m| m.face as i32),
+        edge_place: met.map_or([0.0; 3], |m| m.xi),
+        edge_normal: met.map_or([0.0; 3], |m| m.normal),
+        offset: r.offset,
+    })
+}
+
+/// Where the fine models of the contact body and of the target lie, as far as any came. Columns that a result of an earlier
+/// version does not have are zero: no model has an interval without width. Those of the whole surface are infinite.
+pub fn sites(row: &TransferRow) -> [Option<ZoneSite>; 2] {
+    let size = ZoneSize::of_result(row.interval_widths);
+    let own = (row.face, row.centre, met(row));
+    [own, (row.target_face, row.target_centre, None)].map(|(face, centre, meets)| {
+        let face = u32::try_from(face).ok()?;
+        let size = size.filter(|_| centre.iter().all(|u| u.is_finite()))?;
+        Some(ZoneSite { face, centre, size, meets })
+    })
+}
+
+/// What the contact body meets of an edge or a corner of the target; none without a normal.
+fn met(row: &TransferRow) -> Option<TargetPlace> {
+    let (face, xi, normal) = (u32::try_from(row.edge_face).ok()?, row.edge_place, row.edge_normal);
+    let is_place = xi.iter().all(|u| u.is_finite()) && normal.iter().any(|n| n.abs() > 0.0);
+    is_place.then_some(TargetPlace { face, xi, normal })
+}
+
+#[cfg(test)]
+mod tests {
+    use adaptive::record::TrialOutcome;
+    use adaptive::record::warning::{Warning, WarningKind};
+    use result_files::tables::ACCEPTED;
+    use result_files::warnings;
+
+    #[test]
+    fn an_accepted_trial_is_called_as_readers_expect() {
+        assert_eq!(TrialOutcome::Accepted.identifier(), ACCEPTED);
+    }
+
+    #[test]
+    fn the_line_of_a_warning_is_taken_apart_as_it_was_put_together() {
+        let warning = Warning {
+            kind: WarningKind::NeverClosed,
+            subject: "contact \"c\"".into(),
+            message: "it is open; by 1 m".into(),
+            remedy: "wait".into(),
+            ..Warning::default()
+        };
+        let line = warning.line();
+        assert_eq!(warnings::identifier(&line), "never-closed");
+        let parts = warnings::json(&line);
+        let text = |key: &str| parts[key].as_str().map(str::to_owned);
+        assert_eq!(text("identifier").as_deref(), Some("never-closed"));
+        assert_eq!(text("subject").as_deref(), Some("contact \"c\""));
+        assert_eq!(text("message").as_deref(), Some("it is open; by 1 m"));
+        assert_eq!(text("remedy").as_deref(), Some("wait"));
+    }
+}

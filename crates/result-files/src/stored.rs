@@ -1,0 +1,155 @@
+//! A stored result as a list of datasets: what `compare`, `thin` and `collect` read.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use hdf5::types::{TypeDescriptor, VarLenUnicode};
+use hdf5::{Dataset, File, Group};
+
+use crate::error::ResultError;
+use crate::file_fault::ResultFault;
+use crate::hdf5_integrity;
+use crate::open;
+use crate::tables::ImpactRow;
+
+/// Groups whose datasets have one row a stored instant.
+const SERIES_GROUPS: [&str; 7] = ["energies", "momentum", "bodies", "contacts", "points", "joints", "gears"];
+
+/// Group of lists that are as long as it happens: contact pressures.
+const LISTS: &str = "pressure";
+
+/// What a dataset holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Numbers, one row a stored instant.
+    Series,
+    /// Numbers that do not change with time.
+    Fixed,
+    /// A table, a list or texts.
+    Other,
+}
+
+/// A dataset of a result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entry {
+    /// What it holds.
+    pub kind: Kind,
+    /// Its lengths.
+    pub shape: Vec<usize>,
+    /// Unit, empty if it has none.
+    pub unit: String,
+}
+
+impl Entry {
+    /// How many numbers each row has.
+    pub fn width(&self) -> usize {
+        self.shape.iter().skip(1).product()
+    }
+}
+
+/// An open result file.
+#[derive(Debug)]
+pub struct Stored {
+    path: PathBuf,
+    file: File,
+    /// Stored instants \[s\].
+    pub time: Vec<f64>,
+    /// Every dataset but `/time` and `/scenario`, by path without the leading slash.
+    pub entries: BTreeMap<String, Entry>,
+    /// Impacts.
+    pub impacts: Vec<ImpactRow>,
+    /// The resolved scenario as TOML; empty if there is none.
+    pub scenario: String,
+}
+
+impl Stored {
+    /// Opens a result file.
+    ///
+    /// # Errors
+    /// [`ResultError::File`] if the file cannot be read, is damaged or is not a result file.
+    pub fn open(path: &Path) -> Result<Self, ResultError> {
+        let file = open::open(path)?;
+        let damaged = |e: hdf5::Error| ResultError::io(path, ResultFault::Part(e));
+        let time = match file.link_exists("time") {
+            true => file.dataset("time").and_then(|d| hdf5_integrity::rows::<f64>(&d)).map_err(damaged)?,
+            false => Vec::new(),
+        };
+        if let Some(i) = (0..time.len()).find(|i| !time[*i].is_finite() || (*i > 0 && time[*i] < time[i - 1]))
+        {
+            return Err(ResultError::io(path, ResultFault::Time { row: i, value: time[i] }));
+        }
+        let mut entries = BTreeMap::new();
+        walk(&file, "", time.len(), &mut entries).map_err(damaged)?;
+        let impacts = match entries.contains_key("impacts") {
+            true => file.dataset("impacts").and_then(|d| hdf5_integrity::rows(&d)).map_err(damaged)?,
+            false => Vec::new(),
+        };
+        let scenario = match file.link_exists("scenario") {
+            true => open::scenario_text(&file).map_err(damaged)?,
+            false => String::new(),
+        };
+        Ok(Self { path: path.to_owned(), file, time, entries, impacts, scenario })
+    }
+
+    /// The file as it was named.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The HDF5 file.
+    pub fn file(&self) -> &File {
+        &self.file
+    }
+
+    /// A root attribute, or an empty text.
+    pub fn attribute(&self, name: &str) -> String {
+        open::attribute(&self.file, name).unwrap_or_default()
+    }
+
+    /// All numbers of a dataset in the order of rows.
+    ///
+    /// # Errors
+    /// [`ResultError::File`] if they cannot be read.
+    pub fn values(&self, name: &str) -> Result<Vec<f64>, ResultError> {
+        let read = self.file.dataset(name).and_then(|d| hdf5_integrity::rows::<f64>(&d));
+        read.map_err(|source| {
+            ResultError::io(&self.path, ResultFault::Dataset { name: name.to_owned(), source })
+        })
+    }
+}
+
+fn walk(group: &Group, at: &str, n_times: usize, out: &mut BTreeMap<String, Entry>) -> hdf5::Result<()> {
+    for name in group.member_names()? {
+        let path = if at.is_empty() { name.clone() } else { format!("{at}/{name}") };
+        if path == "time" || path == "scenario" {
+            continue;
+        }
+        match group.group(&name) {
+            Ok(child) => walk(&child, &path, n_times, out)?,
+            Err(_) => {
+                let entry = entry(&group.dataset(&name)?, &path, n_times);
+                out.insert(path, entry);
+            }
+        }
+    }
+    Ok(())
+}
+
+fn entry(dataset: &Dataset, path: &str, n_times: usize) -> Entry {
+    let shape = dataset.shape();
+    let top = path.split('/').next().unwrap_or_default();
+    let is_number = top != LISTS
+        && dataset.dtype().and_then(|t| t.to_descriptor()).is_ok_and(|t| {
+            matches!(t, TypeDescriptor::Float(_) | TypeDescriptor::Integer(_) | TypeDescriptor::Unsigned(_))
+        });
+    let is_series = (SERIES_GROUPS.contains(&top) || path == "phase")
+        && !path.ends_with("/eigenfrequencies")
+        && shape.first() == Some(&n_times);
+    let kind = match (is_number, is_series) {
+        (false, _) => Kind::Other,
+        (true, true) => Kind::Series,
+        (true, false) => Kind::Fixed,
+    };
+    let unit = dataset.attr("unit").and_then(|a| a.read_scalar::<VarLenUnicode>());
+    Entry { kind, shape, unit: unit.map_or_else(|_| String::new(), |u| u.as_str().to_owned()) }
+}

@@ -1,0 +1,181 @@
+//! Tables of a result file: a row of each is declared once, with name, unit, origin and meaning of every column. The dataset, its description, the
+//! reference page and the JSON of `info` follow.
+
+use hdf5::types::VarLenUnicode;
+use hdf5::{Group, H5Type, Result};
+use serde_json::{Map, Value};
+
+use crate::dataset::Table;
+
+/// A column of a table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TableColumn {
+    /// Name in the file.
+    pub name: &'static str,
+    /// Unit, "–" for what has none.
+    pub unit: &'static str,
+    /// What it holds.
+    pub meaning: &'static str,
+}
+
+/// A row of a table.
+pub trait TableRow: H5Type {
+    /// Name of the table.
+    const NAME: &'static str;
+    /// What the table holds, a sentence.
+    const DESCRIPTION: &'static str;
+    /// The columns in their order.
+    const COLUMNS: &'static [TableColumn];
+
+    /// The row as JSON, its columns by their names; what is no number is null.
+    fn json(&self) -> Map<String, Value>;
+}
+
+/// What the column `outcome` of [`TrialRow`] holds of a trial that is the result.
+pub const ACCEPTED: &str = "accepted";
+
+/// Creates the table of rows `T` in `group`; its attribute `unit` has names and units of the columns, `name: unit, name: unit`.
+///
+/// # Errors
+/// Those of HDF5.
+pub fn create<T: TableRow>(group: &Group) -> Result<Table> {
+    let units: Vec<String> = T::COLUMNS.iter().map(|c| format!("{}: {}", c.name, c.unit)).collect();
+    Table::create::<T>(group, T::NAME, &units.join(", "), T::DESCRIPTION)
+}
+
+/// A value of a column as JSON.
+trait ColumnValue {
+    fn json(&self) -> Value;
+}
+
+macro_rules! column_values {
+    ($($kind:ty),*) => { $(
+        impl ColumnValue for $kind {
+            fn json(&self) -> Value {
+                (*self).into()
+            }
+        }
+    )* };
+}
+column_values!(f64, u32, u64, i32);
+
+impl<const N: usize> ColumnValue for [f64; N] {
+    fn json(&self) -> Value {
+        self.iter().copied().collect()
+    }
+}
+
+impl ColumnValue for VarLenUnicode {
+    fn json(&self) -> Value {
+        self.as_str().into()
+    }
+}
+
+/// The name of a column: that of its field unless another is given.
+macro_rules! column_name {
+    ($field:ident) => {
+        stringify!($field)
+    };
+    ($field:ident $name:literal) => {
+        $name
+    };
+}
+
+/// Declares the row of a table: `field [as name]: type [unit], meaning;` for each column.
+macro_rules! table {
+    ($row:ident $name:literal $description:literal {
+        $($field:ident $(as $rename:literal)?: $kind:ty [$unit:literal], $meaning:literal;)*
+    }) => {
+        #[doc = concat!("A row of `/", $name, "`.")]
+        #[derive(Debug, Clone, PartialEq, H5Type)]
+        #[repr(C)]
+        pub struct $row {
+            $(
+                #[doc = concat!($meaning, " \\[", $unit, "\\]")]
+                $(#[hdf5(rename = $rename)])?
+                pub $field: $kind,
+            )*
+        }
+
+        impl TableRow for $row {
+            const NAME: &'static str = $name;
+            const DESCRIPTION: &'static str = $description;
+            const COLUMNS: &'static [TableColumn] = &[
+                $(TableColumn { name: column_name!($field $($rename)?), unit: $unit, meaning: $meaning },)*
+            ];
+
+            fn json(&self) -> Map<String, Value> {
+                let columns = [$((column_name!($field $($rename)?), self.$field.json()),)*];
+                columns.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+            }
+        }
+    };
+}
+
+table!(PhaseRow "phases" "Phases of the run." {
+    kind: VarLenUnicode ["–"], "`free` or `impact`";
+    start: f64 ["s"], "time at which it starts";
+    end: f64 ["s"], "time at which it ends";
+    steps: u64 ["–"], "accepted steps";
+    rejected: u64 ["–"], "rejected steps";
+    evaluations: u64 ["–"], "evaluations of the right-hand side";
+    wall_time: f64 ["s"], "wall time";
+});
+
+table!(ImpactRow "impacts" "Impacts; touches between which the bodies are apart for no longer than the longest of them lasts are one (theory Q.1)." {
+    contact: VarLenUnicode ["–"], "name of the contact";
+    start: f64 ["s"], "first contact";
+    end: f64 ["s"], "last contact";
+    peak_force: f64 ["N"], "largest normal force";
+    peak_time: f64 ["s"], "its time";
+    impulse: f64 ["N s"], "normal force over time";
+    approach_velocity: f64 ["m/s"],
+        "of the bodies' rigid motions at the place of contact when it closes, along the normal at the peak (theory Q.2)";
+    separation_velocity: f64 ["m/s"],
+        "the same when it opens for the last time, positive apart; NaN if the run ends in contact";
+    restitution: f64 ["–"],
+        "ratio of the two (theory Q.3); NaN where it has no meaning: no approach, run ended in contact, the motions still \
+         approach each other when the contact opens, the bodies rang before they touched, another contact pressed the same bodies meanwhile";
+});
+
+table!(TrialRow "tries" "Trials of every impact phase, one row per trial and contact." {
+    impact: u32 ["–"],
+        "index of the impact, its row in `/impacts`; arrays count from 0, numbers that people see from 1";
+    number as "try": u32 ["–"], "number of the trial, from 1";
+    start: f64 ["s"], "time at which it starts";
+    stop: f64 ["s"], "time reached";
+    penalty_start: f64 ["N/m³"], "penalty factor at the start";
+    penalty_end: f64 ["N/m³"], "penalty factor at the end";
+    interval_widths: [f64; 2] ["m"], "width of the contact interval in two directions";
+    utilisation: [f64; 2] ["–"], "largest part of it in contact, in two directions";
+    elements: u64 ["–"], "elements of the fine model";
+    dofs as "freedoms": u64 ["–"], "its degrees of freedom";
+    interface_dofs as "interface_freedoms": u64 ["–"], "those in the contact zone";
+    steps: u64 ["–"], "accepted steps";
+    rejected: u64 ["–"], "rejected steps";
+    peak_force: f64 ["N"], "largest normal force";
+    outcome: VarLenUnicode ["–"], "`accepted`, `rejected`, `interrupted` or `failed`";
+    reason: VarLenUnicode ["–"], "why";
+    wall_time: f64 ["s"], "wall time";
+    cpu_time: f64 ["s"], "processor time of the whole process";
+});
+
+table!(TransferRow "transfers" "Changes of models in the course of the run, and what they did to the ledger." {
+    time: f64 ["s"], "when";
+    direction: VarLenUnicode ["–"], "`coarse to fine`, `fine to coarse` or `penalty`";
+    contact: VarLenUnicode ["–"], "name of the contact";
+    energy_before: f64 ["J"], "total energy before";
+    energy_after: f64 ["J"], "total energy after";
+    momentum_change: f64 ["kg m/s"], "length of the change of linear momentum";
+    face: i32 ["–"],
+        "face of the contact body that the interval of the fine model lies on, counted through its patches; -1 if none came";
+    centre: [f64; 3] ["–"], "parameters of the interval's centre in the face's patch";
+    target_face: i32 ["–"], "the same of the target body";
+    target_centre: [f64; 3] ["–"], "the same of the target body";
+    interval_widths: [f64; 2] ["m"], "widths of the interval along the surface; infinite where the zone is the whole surface";
+    edge_face: i32 ["–"],
+        "face of the target that has an edge or a corner where the contact body meets it at one point (theory C.63), counted through its patches; -1 elsewhere";
+    edge_place: [f64; 3] ["–"], "parameters of that point in the face's patch";
+    edge_normal: [f64; 3] ["–"], "unit normal there towards the contact body, in the target's frame";
+    offset: f64 ["m"], "how far a zone on a smooth surface in place of the sides of a mesh was moved along its normal (theory C.75)";
+});
