@@ -80,7 +80,7 @@ pub struct SurfacePair {
     facing: Vec<[f64; 3]>,
     /// Rows of the contact body's low-frequency shapes.
     low_rows: Vec<f64>,
-    /// The entries of `low_rows`, mode after mode.
+    /// The entries of `low_rows`, mode after mode, three for each point.
     low_columns: Vec<f64>,
     n_modes: usize,
     interface: SparseRows,
@@ -122,7 +122,9 @@ impl SurfacePair {
         let mut pair = Self {
             points: submodel.points.iter().map(|p| motion.components(p)).collect(),
             low_rows,
-            low_columns: (0..n_q).flat_map(|k| low.col_as_slice(k)).copied().collect(),
+            low_columns: (0..n_q)
+                .flat_map(|k| target::by_places(nc, low.col_as_slice(k).iter().copied()))
+                .collect(),
             n_modes: n_q,
             is_rim,
             springs: vec![0.0; n],

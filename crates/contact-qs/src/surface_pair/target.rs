@@ -110,7 +110,7 @@ pub struct TargetSurface {
     pub(super) elements: Vec<FaceElement>,
     /// Rows of the low-frequency shapes, `n_components node + component`.
     pub(super) low_rows: Vec<f64>,
-    /// The low-frequency shapes of the nodes, mode after mode.
+    /// The low-frequency shapes of the nodes, mode after mode, three entries for each node.
     pub(super) low_columns: Vec<f64>,
     pub(super) n_modes: usize,
     /// Interface degree of freedom of every row.
@@ -353,9 +353,8 @@ impl TargetSurface {
                 is_outside[node as usize] |= place[dof].is_none();
             }
         }
-        let n_rows = self.dofs.len();
-        self.low_columns =
-            (0..n_q * n_rows).map(|k| self.low_rows[(k % n_rows) * n_q + k / n_rows]).collect();
+        let column = |k: usize| self.low_rows.iter().skip(k).step_by(n_q).copied();
+        self.low_columns = (0..n_q).flat_map(|k| by_places(nc, column(k))).collect();
         if !self.low_rows.iter().all(|x| x.is_finite()) {
             return Err(DataError::NotFinite { what: "a mode shape of the target".into() }.into());
         }
@@ -518,4 +517,17 @@ impl WeightFunction {
         splines.evaluate(e, xi, 0, &mut basis);
         splines.active_indices(e).zip(&basis.values).map(|(i, n)| self.weights[i] * n).sum()
     }
+}
+
+/// The entries `column` of displacements in `nc` components, three for each place, of which the last are zero.
+pub(super) fn by_places(nc: usize, column: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut places = Vec::new();
+    for (row, entry) in column.enumerate() {
+        if row % nc == 0 {
+            places.extend([0.0; 3]);
+        }
+        let place = places.len() - 3;
+        places[place + row % nc] = entry;
+    }
+    places
 }
