@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use result_files::collect::{Run, Table, csv, find, gather, hdf5};
 use result_files::expression::named::NamedExpression;
-use result_files::file_fault::{Access, FileFault};
+use result_files::file_fault::Access;
 use result_files::{error_text, whole_file};
 
 use super::check_folder;
@@ -31,7 +31,7 @@ pub fn collect(
     check_folder(output)?;
     let runs = find(places, columns)?;
     if runs.is_empty() {
-        return Err(AppError::io(&places[0], FileFault::NothingToCollect));
+        return Err(AppError::io(&places[0], "holds no results (.h5) and no traces of runs (.exit, .set)"));
     }
     check_values(&runs, columns)?;
     let table = gather(&runs, is_long);

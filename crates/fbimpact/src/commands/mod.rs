@@ -36,7 +36,7 @@ pub mod thin;
 use std::io::Write;
 use std::path::Path;
 
-use result_files::file_fault::{FileFault, OutputFault};
+use result_files::file_fault::FileFault;
 use result_files::shown_text::shown;
 use result_files::whole_file;
 
@@ -79,11 +79,12 @@ pub fn check_distinct(scenario: &Scenario, output: &Path) -> Result<(), AppError
     let Ok(target) = output.canonicalize() else { return Ok(()) };
     let is_target = |path: &Path| path.canonicalize().is_ok_and(|path| path == target);
     if is_target(&scenario.source.path) {
-        return Err(AppError::io(output, OutputFault::Scenario));
+        return Err(AppError::io(output, "is the scenario itself, name another output"));
     }
     for body in &scenario.bodies {
         if body.file.as_ref().is_some_and(|file| is_target(&file.path)) {
-            return Err(AppError::io(output, OutputFault::BodyFile { body: body.name.clone() }));
+            let reason = format!("is the file of body \"{}\", name another output", body.name);
+            return Err(AppError::io(output, reason));
         }
     }
     Ok(())

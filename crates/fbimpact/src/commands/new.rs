@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use result_files::file_fault::{Access, OutputFault};
+use result_files::file_fault::Access;
 use result_files::whole_file;
 
 use crate::cli::Template;
@@ -56,7 +56,7 @@ pub fn new(name: &Path, template: Template, force: bool) -> Result<(), AppError>
     let files: Vec<&Path> =
         std::iter::once(path.as_path()).chain(companion.iter().map(|(p, _)| p.as_path())).collect();
     if !force && let Some(there) = files.iter().find(|f| f.exists()) {
-        return Err(AppError::io(there, OutputFault::Exists));
+        return Err(AppError::io(there, "exists, choose another name or add --force"));
     }
     write(&path, &template.text().replace("NAME", &stem))?;
     if let Some((companion, text)) = &companion {
