@@ -11,10 +11,10 @@ use ffr_dynamics::kinematics::MarkerWeights;
 use indicatif::ProgressBar;
 use nalgebra::UnitQuaternion;
 
-use super::{BodyExport, body_index, check_distinct, check_folder, print, threads};
+use super::{BodyExport, body_index, check_distinct, check_folder, no_full_model, print, threads};
 use crate::body_file;
 use crate::cache::{self, CacheSettings};
-use crate::error::{AppError, CommandFault};
+use crate::error::AppError;
 use crate::progress::while_building;
 use crate::scenario::{self, Override};
 use crate::sizing::sized;
@@ -23,7 +23,7 @@ use crate::sizing::sized;
 /// its joints and loads in a Buckens frame, or with unreduced matrices (`is_full`), and with its named points for output.
 ///
 /// # Errors
-/// [`AppError::UnknownBody`], [`AppError::Command`] for a rigid body, [`AppError::Model`] if it cannot be built, [`AppError::Io`] for the file, also if
+/// [`AppError::Command`] for a body that there is not and for a rigid body, [`AppError::Model`] if it cannot be built, [`AppError::Io`] for the file, also if
 /// it is one that the scenario reads.
 pub fn export_body(
     export: &BodyExport<'_>,
@@ -62,7 +62,7 @@ fn write(
     let Some(body) = built(&spec.name, &spec.kind).map_err(AppError::model)? else {
         let is_rigid = spec.kind.is_rigid();
         let what = if is_rigid { "rigid" } else { "from a file already" };
-        return Err(CommandFault::NoFullModel { name: spec.name.clone(), what }.into());
+        return Err(no_full_model(&spec.name, what));
     };
     let markers = markers(body.as_ref(), areas)?;
     let (name, path) = (export.body, export.output.display());

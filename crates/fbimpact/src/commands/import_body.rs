@@ -103,7 +103,10 @@ fn parsed<T, E: std::error::Error + Send + Sync + 'static>(
 
 /// A marker: its name and nodes.
 fn marker(given: &str) -> Result<(String, Vec<u64>), AppError> {
-    let fail = |reason| Err(CommandFault::Marker { given: given.to_owned(), reason }.into());
+    let fail = |reason| {
+        let reason = format!("{reason}; write NAME=NODES, as in hinge=1,2,5-9");
+        Err(CommandFault::argument("--marker", given, reason).into())
+    };
     let Some((name, list)) = given.split_once('=') else { return fail("there is no =") };
     let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if name.is_empty() || name.len() > MAX_NAME || !name.chars().all(is_plain) {

@@ -40,7 +40,7 @@ use result_files::file_fault::FileFault;
 use result_files::shown_text::shown;
 use result_files::whole_file;
 
-use crate::error::AppError;
+use crate::error::{AppError, CommandFault};
 use crate::scenario::Scenario;
 
 /// A ratio for people, a dash where there is none.
@@ -105,12 +105,13 @@ pub struct BodyExport<'a> {
 fn body_index<'a>(name: &str, bodies: impl Iterator<Item = &'a String>) -> Result<usize, AppError> {
     let known: Vec<String> = bodies.cloned().collect();
     let index = known.iter().position(|known| known == name);
-    index.ok_or_else(|| AppError::UnknownBody {
-        option: "--body",
-        name: name.to_owned(),
-        holder: "scenario",
-        known,
-    })
+    index.ok_or_else(|| CommandFault::unknown_body("--body", name, "scenario", &known).into())
+}
+
+/// The body that `--body` names has no full model to export.
+fn no_full_model(name: &str, what: &str) -> AppError {
+    CommandFault::argument("--body", name, format!("the body is {what}, name a flexible one with a shape"))
+        .into()
 }
 
 /// Threads per core of the machine at most: more only take memory and time.

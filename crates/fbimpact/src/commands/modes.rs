@@ -17,7 +17,7 @@ use crate::simulate::{self, BodyModes, Coordinates, ModesReport, StaticAnswers};
 /// Builds the reduced models and prints their spectra.
 ///
 /// # Errors
-/// [`AppError::UnknownBody`], and whatever reading and building answer.
+/// [`AppError::Command`] for a body that there is not, and whatever reading and building answer.
 pub fn modes(
     path: &Path,
     overrides: &[Override],

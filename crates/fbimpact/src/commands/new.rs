@@ -50,7 +50,7 @@ pub fn new(name: &Path, template: Template, force: bool) -> Result<(), AppError>
         }
     };
     let Some(stem) = path.file_stem().map(|s| s.to_string_lossy().into_owned()) else {
-        return Err(CommandFault::NoFileName { path: name.to_owned() }.into());
+        return Err(CommandFault::request(format!("{}: is no name for a file", name.display())).into());
     };
     let companion = template.companion().map(|(ending, text)| (path.with_extension(ending), text));
     let files: Vec<&Path> =
