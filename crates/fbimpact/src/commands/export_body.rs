@@ -8,10 +8,9 @@ use adaptive::spec::{Area, BodySpec, FlexibleSpec, Place};
 use adaptive::store::ModelCache;
 use ffr_dynamics::interchange::{BodyFrame, FullBody, ReducedModel, ReducedParts};
 use ffr_dynamics::kinematics::MarkerWeights;
-use indicatif::ProgressBar;
 use nalgebra::UnitQuaternion;
 
-use super::{BodyExport, body_index, check_distinct, check_folder, no_full_model, print, threads};
+use super::{BodyExport, Means, body_index, check_distinct, check_folder, no_full_model, print, threads};
 use crate::body_file;
 use crate::cache::{self, CacheSettings};
 use crate::error::AppError;
@@ -29,15 +28,15 @@ pub fn export_body(
     export: &BodyExport<'_>,
     is_full: bool,
     overrides: &[Override],
-    (n_threads, bar): (usize, &ProgressBar),
+    means: Means<'_>,
 ) -> Result<(), AppError> {
-    let n_threads = threads(n_threads)?;
+    let n_threads = threads(means.threads)?;
     let scenario = scenario::read(export.scenario, overrides)?;
     check_distinct(&scenario, export.output)?;
     check_folder(export.output)?;
     let index = body_index(export.body, scenario.run.bodies.iter().map(|b| &b.name))?;
     let places = Places { areas: scenario.areas(export.body), points: scenario.points(export.body) };
-    let text = while_building(bar, || {
+    let text = while_building(means.bar, || {
         let scenario = sized(&scenario, n_threads, &cache::open(&CacheSettings::of_environment()))?;
         let loads = MarkerLoads::on_body(&scenario.run, index);
         write((export, is_full), &scenario.run.bodies[index], loads, &places)

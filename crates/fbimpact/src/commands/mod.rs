@@ -36,6 +36,7 @@ pub mod thin;
 use std::io::Write;
 use std::path::Path;
 
+use indicatif::ProgressBar;
 use result_files::file_fault::FileFault;
 use result_files::shown_text::shown;
 use result_files::whole_file;
@@ -99,6 +100,15 @@ pub struct BodyExport<'a> {
     pub body: &'a str,
     /// File to be written.
     pub output: &'a Path,
+}
+
+/// What a command computes with.
+#[derive(Clone, Copy)]
+pub struct Means<'a> {
+    /// Threads that are asked for; 0 stands for all cores.
+    pub threads: usize,
+    /// Tells how far the work is.
+    pub bar: &'a ProgressBar,
 }
 
 /// Number of the body that `--body` names, among those of a scenario.

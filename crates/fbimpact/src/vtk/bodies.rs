@@ -12,7 +12,7 @@ use iga_core::space::PatchSpace;
 
 use super::assemble::{View, grid};
 use super::body::{BodyGeometry, Cells, Elasticity};
-use super::grid::Grid;
+use super::grid::{Deformation, Grid};
 use super::local::{LocalDisplacement, displacements};
 use super::mesh::MeshGeometry;
 use super::shown::{ShownGeometry, ZoneGeometry};
@@ -201,10 +201,10 @@ impl Drawn<'_> {
     /// # Errors
     /// [`AppError::Model`] where the geometry is folded.
     pub fn grid(&self, pose: &Pose, view: View) -> Result<Grid, AppError> {
-        let fields = (&self.displacement[..], &self.rate[..]);
+        let deformation = Deformation { displacement: &self.displacement, rate: &self.rate };
         let grid = match self.geometry {
-            DrawnGeometry::Splines(geometry) => grid(geometry, pose, fields, view),
-            DrawnGeometry::Mesh(geometry) => geometry.grid(pose, fields, view),
+            DrawnGeometry::Splines(geometry) => grid(geometry, pose, deformation, view),
+            DrawnGeometry::Mesh(geometry) => geometry.grid(pose, deformation, view),
         };
         grid.map_err(|source| {
             AppError::model(AdaptiveError::Geometry { body: self.body.name.clone(), source })
