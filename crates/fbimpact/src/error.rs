@@ -1,5 +1,6 @@
 //! What can end the program, and the exit code that each case maps to.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -101,19 +102,7 @@ pub enum AppError {
         /// What it was.
         error: Box<AppError>,
     },
-    /// A command line that names a body which there is not.
-    #[error("{option} {name}: no such body, the {holder} has {}", known.join(", "))]
-    UnknownBody {
-        /// Option of the command line.
-        option: &'static str,
-        /// Name given.
-        name: String,
-        /// What has the bodies: "scenario" or "result".
-        holder: &'static str,
-        /// Names of the bodies there are.
-        known: Vec<String>,
-    },
-    /// A command line that asks for something else that cannot be.
+    /// A command line that asks for what cannot be.
     #[error(transparent)]
     Command(#[from] CommandFault),
 }
@@ -142,92 +131,19 @@ pub enum PlaceFault {
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum CommandFault {
-    /// Neither a scenario nor a result.
-    #[error("name a scenario, or a result with --resume")]
-    NothingToRun,
-    /// A scenario has no stored states and deforms nothing.
-    #[error("{option} is for results; a scenario is shown as it starts, leave the option out")]
-    OptionForResult {
-        /// The option.
+    /// What follows an option, or a command, does not serve.
+    #[error("{option} {given}: {reason}")]
+    Argument {
+        /// The option or command.
         option: &'static str,
-    },
-    /// What has been run cannot be changed any more.
-    #[error(
-        "--set changes scenarios; a result is as its scenario was, leave the option out or name a scenario"
-    )]
-    SetOnResult,
-    /// A manual page of a command that there is not.
-    #[error("man {name}: no such command, there are {}", known.join(", "))]
-    UnknownCommand {
-        /// Name given.
-        name: String,
-        /// The commands there are.
-        known: Vec<String>,
-    },
-    /// No mesh whose touch can be predicted.
-    #[error(
-        "no contact of a body with model \"mesh\" has a radius that Hertz's theory predicts; there must be one, with surfaces that are curved against each other"
-    )]
-    NoMeshTouched,
-    /// Several meshes for one file of sizes.
-    #[error("contacts touch the meshes of {}; choose one with --body", names.join(" and "))]
-    SeveralMeshes {
-        /// Names of the bodies.
-        names: Vec<String>,
-    },
-    /// A path without a file name.
-    #[error("{}: is no name for a file", path.display())]
-    NoFileName {
-        /// The path.
-        path: PathBuf,
-    },
-    /// A table of an unknown kind.
-    #[error("-o {}: must end in .csv or .h5", output.display())]
-    TableEnding {
-        /// The output.
-        output: PathBuf,
-    },
-    /// A result that would be written over itself.
-    #[error("-o {}: is the result itself", output.display())]
-    OutputIsInput {
-        /// The output.
-        output: PathBuf,
-    },
-    /// More results than figures have styles for.
-    #[error("{files} files in one figure cannot be told apart, name at most {most}")]
-    TooManyFiles {
-        /// Number of files.
-        files: usize,
-        /// Number of styles.
-        most: usize,
-    },
-    /// A marker that is none.
-    #[error("--marker {given}: {reason}; write NAME=NODES, as in hinge=1,2,5-9")]
-    Marker {
         /// As given.
         given: String,
-        /// What is wrong.
-        reason: &'static str,
+        /// What is wrong, and what to give.
+        reason: String,
     },
-    /// A body that has no full model to export.
-    #[error("--body {name}: the body is {what}, name a flexible one with a shape")]
-    NoFullModel {
-        /// Name of the body.
-        name: String,
-        /// What it is.
-        what: &'static str,
-    },
-    /// A body that has no shape to show.
-    #[error("--bodies {name}: {reason}")]
-    NoShape {
-        /// Name of the body.
-        name: String,
-        /// Why it has none.
-        reason: &'static str,
-    },
-    /// A result in which nothing has a shape.
-    #[error("no body of the result has a shape, there is nothing to export")]
-    NothingToExport,
+    /// Arguments that do not serve together, or not with this file.
+    #[error("{0}")]
+    Request(Cow<'static, str>),
     /// An expression that has no value.
     #[error("{option}: {fault}")]
     Expression {
@@ -235,12 +151,6 @@ pub enum CommandFault {
         option: &'static str,
         /// Why.
         fault: ExpressionFault,
-    },
-    /// Two columns of one name.
-    #[error("the table has a column \"{name}\" already, choose another name")]
-    ColumnTwice {
-        /// The name.
-        name: String,
     },
     /// A place on a body that there is not.
     #[error("{option} {given}: {fault}")]
@@ -252,82 +162,36 @@ pub enum CommandFault {
         /// Why there is none.
         fault: Box<PlaceFault>,
     },
-    /// A body at rest.
-    #[error("--body {name}: is a plane at rest, name a body that moves")]
-    NoMotion {
-        /// Name of the body.
-        name: String,
-    },
-    /// Modes of a rigid body.
-    #[error("--modes: body {name} is rigid and has no elastic coordinates")]
-    NoModes {
-        /// Name of the body.
-        name: String,
-    },
-    /// A range without a stored instant.
-    #[error("no instant is stored from {from:e} s to {to:e} s, the result holds {first:e} s to {last:e} s")]
-    NoInstant {
-        /// Begin \[s\].
-        from: f64,
-        /// End \[s\].
-        to: f64,
-        /// First stored time \[s\].
-        first: f64,
-        /// Last stored time \[s\].
-        last: f64,
-    },
-    /// A span of times without a stored instant.
-    #[error(
-        "--from {from} --to {to}: {label} has no stored state between them, it holds {first:e} s to {last:e} s"
-    )]
-    NoInstants {
-        /// How the legend calls the result.
-        label: String,
-        /// Begin \[s\].
-        from: f64,
-        /// End \[s\].
-        to: f64,
-        /// First stored time \[s\].
-        first: f64,
-        /// Last stored time \[s\].
-        last: f64,
-    },
-    /// Peaks of a result without impacts.
-    #[error("--times peak: the result has no impacts, name times as A:B:STEP")]
-    NoPeaks,
-    /// A film of a kind that there is not.
-    #[error("--movie {}: must end in .{}", movie.display(), endings.join(", ."))]
-    MovieEnding {
-        /// The film.
-        movie: PathBuf,
-        /// Ends there are.
-        endings: &'static [&'static str],
-    },
-    /// Films are made by ParaView.
-    #[error(
-        "--movie needs pvpython, which comes with ParaView 5.10 or later: put its folder on PATH, or its path into {variable}; or leave --movie out, open the export in ParaView and save an animation there"
-    )]
-    NoPvpython {
-        /// Variable of the environment that may name it.
-        variable: &'static str,
-    },
-    /// A range beyond the stored times.
-    #[error("--times {from}:{to}:{step}: the result holds {first:e} s to {last:e} s")]
-    Times {
-        /// Begin \[s\].
-        from: f64,
-        /// End \[s\].
-        to: f64,
-        /// Step \[s\].
-        step: f64,
-        /// First stored time \[s\].
-        first: f64,
-        /// Last stored time \[s\].
-        last: f64,
-    },
     /// A scenario key and value that cannot be read.
     #[error(transparent)]
     Override(#[from] OverrideFault),
+}
+
+impl CommandFault {
+    /// What follows `option` does not serve, for this reason.
+    pub fn argument(option: &'static str, given: impl Into<String>, reason: impl Into<String>) -> Self {
+        Self::Argument { option, given: given.into(), reason: reason.into() }
+    }
+
+    /// The arguments do not serve, for this reason.
+    pub fn request(reason: impl Into<Cow<'static, str>>) -> Self {
+        Self::Request(reason.into())
+    }
+
+    /// The body that follows `option` is not among those of the `holder`, a scenario or result.
+    pub fn unknown_body(option: &'static str, name: &str, holder: &str, known: &[String]) -> Self {
+        Self::argument(option, name, format!("no such body, the {holder} has {}", known.join(", ")))
+    }
+
+    /// Two columns of one name.
+    pub fn column_twice(name: &str) -> Self {
+        Self::request(format!("the table has a column \"{name}\" already, choose another name"))
+    }
+
+    /// A result that would be written over itself.
+    pub fn output_is_input(output: &Path) -> Self {
+        Self::argument("-o", output.display().to_string(), "is the result itself")
+    }
 }
 
 impl From<ResultError> for AppError {
@@ -373,7 +237,7 @@ impl AppError {
     pub fn code(&self) -> u8 {
         match self {
             Self::Differs { .. } | Self::Unconverged { .. } => 1,
-            Self::UnknownBody { .. } | Self::Command(_) => 2,
+            Self::Command(_) => 2,
             Self::Scenario(_) => 3,
             Self::OfScenario { error, .. } => error.code(),
             Self::Model(_) | Self::OtherModes { .. } => 4,

@@ -29,6 +29,7 @@ use std::process::ExitCode;
 use clap::FromArgMatches;
 
 use cli::{Cli, Command, Page};
+use commands::Means;
 use commands::check::CostFormat;
 use error::AppError;
 
@@ -71,15 +72,26 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
                 (true, false) => CostFormat::Table,
                 (true, true) => CostFormat::Json,
             };
-            commands::check::check(&scenarios, &set.set, format, (threads, &bar))
+            commands::check::check(&scenarios, &set.set, format, Means { threads, bar: &bar })
         }
         Command::Modes { scenario, system: true, is_static, json, threads, cache, set, .. } => {
             let form = (is_static, json);
-            commands::system_modes::system_modes(&scenario, &set.set, form, (threads, &bar), &cache)
+            commands::system_modes::system_modes(
+                &scenario,
+                &set.set,
+                form,
+                Means { threads, bar: &bar },
+                &cache,
+            )
         }
-        Command::Modes { scenario, body, json, threads, cache, set, .. } => {
-            commands::modes::modes(&scenario, &set.set, body.as_deref(), json, (threads, &bar), &cache)
-        }
+        Command::Modes { scenario, body, json, threads, cache, set, .. } => commands::modes::modes(
+            &scenario,
+            &set.set,
+            body.as_deref(),
+            json,
+            Means { threads, bar: &bar },
+            &cache,
+        ),
         Command::Cache { action } => commands::cache::cache(&action),
         Command::MeshSize { scenario, body, output, set } => {
             let asked = commands::mesh_size::MeshSize {
@@ -96,7 +108,7 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
         }
         Command::ExportBody { scenario, body, output, full, threads, set, .. } => {
             let export = commands::BodyExport { scenario: &scenario, body: &body, output: &output };
-            commands::export_body::export_body(&export, full, &set.set, (threads, &bar))
+            commands::export_body::export_body(&export, full, &set.set, Means { threads, bar: &bar })
         }
         Command::ImportBody(arguments) => commands::import_body::import_body(&arguments),
         Command::Info { file, json } => commands::info::info(&file, json),

@@ -6,7 +6,7 @@ use hdf5::File;
 use hdf5::types::VarLenUnicode;
 
 use crate::error::ResultError;
-use crate::file_fault::{Access, ResultFault};
+use crate::file_fault::Access;
 use crate::hdf5_integrity;
 use crate::plain_file;
 
@@ -23,10 +23,9 @@ pub fn open(path: &Path) -> Result<File, ResultError> {
     if let Err(e) = plain_file::open(path) {
         return Err(ResultError::system(path, Access::Read, e));
     }
-    let file =
-        hdf5_integrity::open(path).map_err(|fault| ResultError::io(path, ResultFault::NotHdf5(fault)))?;
+    let file = hdf5_integrity::open(path).map_err(|fault| ResultError::io(path, fault))?;
     if attribute(&file, "format").as_deref() != Some(FORMAT) {
-        return Err(ResultError::io(path, ResultFault::Foreign));
+        return Err(ResultError::io(path, "is not a result file of fbimpact"));
     }
     Ok(file)
 }

@@ -7,7 +7,7 @@ use hdf5::types::{TypeDescriptor, VarLenUnicode};
 use hdf5::{Dataset, File, Group};
 
 use crate::error::ResultError;
-use crate::file_fault::ResultFault;
+use crate::file_fault::FileFault;
 use crate::hdf5_integrity;
 use crate::open;
 use crate::tables::ImpactRow;
@@ -69,14 +69,17 @@ impl Stored {
     /// [`ResultError::File`] if the file cannot be read, is damaged or is not a result file.
     pub fn open(path: &Path) -> Result<Self, ResultError> {
         let file = open::open(path)?;
-        let damaged = |e: hdf5::Error| ResultError::io(path, ResultFault::Part(e));
+        let damaged = |e: hdf5::Error| ResultError::io(path, FileFault::part(e));
         let time = match file.link_exists("time") {
             true => file.dataset("time").and_then(|d| hdf5_integrity::rows::<f64>(&d)).map_err(damaged)?,
             false => Vec::new(),
         };
         if let Some(i) = (0..time.len()).find(|i| !time[*i].is_finite() || (*i > 0 && time[*i] < time[i - 1]))
         {
-            return Err(ResultError::io(path, ResultFault::Time { row: i, value: time[i] }));
+            let value = time[i];
+            let reason =
+                format!("/time holds {value} at row {i}, times must be finite and must not decrease");
+            return Err(ResultError::io(path, reason));
         }
         let mut entries = BTreeMap::new();
         walk(&file, "", time.len(), &mut entries).map_err(damaged)?;
@@ -113,7 +116,8 @@ impl Stored {
     pub fn values(&self, name: &str) -> Result<Vec<f64>, ResultError> {
         let read = self.file.dataset(name).and_then(|d| hdf5_integrity::rows::<f64>(&d));
         read.map_err(|source| {
-            ResultError::io(&self.path, ResultFault::Dataset { name: name.to_owned(), source })
+            let what = format!("/{name} cannot be read").into();
+            ResultError::io(&self.path, FileFault::Hdf5 { what, source })
         })
     }
 }

@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::chosen_sizes::{self, Note};
 use crate::error::ResultError;
-use crate::file_fault::ResultFault;
+use crate::file_fault::FileFault;
 use crate::hdf5_integrity;
 use crate::open::{attribute, open, scenario_text};
 use crate::reactions::{self, PeakReaction};
@@ -60,7 +60,7 @@ pub struct Summary {
 /// [`ResultError::File`] if the file cannot be read or is not a result file.
 pub fn read(path: &Path) -> Result<Summary, ResultError> {
     let file = open(path)?;
-    summary(&file).map_err(|e| ResultError::io(path, ResultFault::Part(e)))
+    summary(&file).map_err(|e| ResultError::io(path, FileFault::part(e)))
 }
 
 fn summary(file: &File) -> Result<Summary> {

@@ -37,7 +37,7 @@ fn rows(stored: usize, n: usize) -> Vec<usize> {
 /// # Errors
 /// [`ResultError::File`] if one of the files cannot be read or written.
 pub fn write(source: &Stored, target: &Path, n: usize) -> std::result::Result<(), ResultError> {
-    let fail = |e: hdf5::Error| ResultError::io(target, FileFault::Unwritten(e));
+    let fail = |e: hdf5::Error| ResultError::io(target, FileFault::unwritten(e));
     // Version 1.8 files, as those of a run; the lock of the output would refuse HDF5's own.
     let mut builder = File::with_options();
     let file = builder.with_fapl(|p| p.libver_v110().file_locking(false)).create(target).map_err(fail)?;

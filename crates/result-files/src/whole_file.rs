@@ -3,7 +3,10 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::file_fault::{Access, FileFault, OutputFault};
+use crate::file_fault::{Access, FileFault};
+
+/// What is wrong with an output that is no file.
+pub const DEVICE: &str = "is a device or pipe, name a file with -o";
 
 /// Flushes and closes `file`, so that a full disk is an error and not a broken file.
 ///
@@ -46,15 +49,16 @@ pub fn check(path: &Path) -> Result<(), FileFault> {
         path.as_os_str().as_encoded_bytes().ends_with(name.as_encoded_bytes())
     });
     if name.is_none() || path.is_dir() {
-        return Err(OutputFault::Directory.into());
+        return Err("is a directory, name a file with -o".into());
     }
     let directory = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     if !directory.is_dir() {
-        return Err(OutputFault::NoDirectory { directory: directory.to_owned() }.into());
+        let directory = directory.display();
+        return Err(format!("directory {directory} does not exist, create it or choose another one").into());
     }
     // Links are followed, or replaced: what counts is where they lead.
     if path.exists() && !path.is_file() {
-        return Err(OutputFault::Device.into());
+        return Err(DEVICE.into());
     }
     let fail = |e| FileFault::system(Access::Write, e);
     let probe = aside(path);

@@ -5,10 +5,9 @@ use std::path::{Path, PathBuf};
 
 use adaptive::checks::units;
 use adaptive::spec::{ContactSpec, Target};
-use indicatif::ProgressBar;
 
 use super::cost::{self, CostReport};
-use super::{joints, print, threads};
+use super::{Means, joints, print, threads};
 use crate::error::AppError;
 use crate::progress::while_building;
 use crate::scenario::{self, Override, Scenario};
@@ -33,10 +32,10 @@ pub fn check(
     scenarios: &[PathBuf],
     overrides: &[Override],
     format: CostFormat,
-    (n_threads, bar): (usize, &ProgressBar),
+    means: Means<'_>,
 ) -> Result<(), AppError> {
     // Body files are checked with linear algebra.
-    let n_threads = threads(n_threads)?;
+    let n_threads = threads(means.threads)?;
     let mut last = None;
     let mut reports: BTreeMap<String, CostReport> = BTreeMap::new();
     for path in scenarios {
@@ -50,7 +49,7 @@ pub fn check(
                 continue;
             }
         };
-        match while_building(bar, || cost::cost(&scenario, n_threads)) {
+        match while_building(means.bar, || cost::cost(&scenario, n_threads)) {
             Ok(report) if format == CostFormat::Table => {
                 let head = if scenarios.len() > 1 { format!("{}\n", path.display()) } else { String::new() };
                 print(&(head + &cost::table(&report)))?;

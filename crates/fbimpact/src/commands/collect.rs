@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use result_files::collect::{Run, Table, csv, find, gather, hdf5};
 use result_files::expression::named::NamedExpression;
-use result_files::file_fault::{Access, FileFault};
+use result_files::file_fault::Access;
 use result_files::{error_text, whole_file};
 
 use super::check_folder;
@@ -25,13 +25,16 @@ pub fn collect(
     let is_csv = match output.extension().and_then(|e| e.to_str()) {
         Some("csv") => true,
         Some("h5" | "hdf5") => false,
-        _ => return Err(CommandFault::TableEnding { output: output.to_owned() }.into()),
+        _ => {
+            let given = output.display().to_string();
+            return Err(CommandFault::argument("-o", given, "must end in .csv or .h5").into());
+        }
     };
     check_names(columns)?;
     check_folder(output)?;
     let runs = find(places, columns)?;
     if runs.is_empty() {
-        return Err(AppError::io(&places[0], FileFault::NothingToCollect));
+        return Err(AppError::io(&places[0], "holds no results (.h5) and no traces of runs (.exit, .set)"));
     }
     check_values(&runs, columns)?;
     let table = gather(&runs, is_long);
@@ -55,7 +58,7 @@ fn check_names(columns: &[NamedExpression]) -> Result<(), AppError> {
     let is_there_before =
         |(i, column): (usize, &NamedExpression)| columns[..i].iter().any(|c| c.name == column.name);
     match columns.iter().enumerate().find(|column| is_there_before(*column)) {
-        Some((_, twice)) => Err(CommandFault::ColumnTwice { name: twice.name.clone() }.into()),
+        Some((_, twice)) => Err(CommandFault::column_twice(&twice.name).into()),
         None => Ok(()),
     }
 }
@@ -65,7 +68,7 @@ fn check_columns(table: &Table) -> Result<(), AppError> {
     let mut names: Vec<&str> = table.columns.iter().map(|c| c.name.as_str()).collect();
     names.sort_unstable();
     match names.windows(2).find(|pair| pair[0] == pair[1]) {
-        Some(pair) => Err(CommandFault::ColumnTwice { name: pair[0].to_owned() }.into()),
+        Some(pair) => Err(CommandFault::column_twice(pair[0]).into()),
         None => Ok(()),
     }
 }

@@ -6,7 +6,7 @@ use result_files::converge::difference::Difference;
 use result_files::converge::outcome::Outcome;
 use result_files::converge::report::{self, Study};
 use result_files::converge::variant::{Parameter, Variant};
-use result_files::converge::verdict::{Compared, dominant, judge, significant};
+use result_files::converge::verdict::{Compared, Variants, dominant, judge, significant};
 use result_files::file_fault::Access;
 use result_files::whole_file;
 
@@ -62,7 +62,7 @@ pub fn converge(arguments: &ConvergeArguments) -> Result<(), AppError> {
     let mut more = compare(more, outcomes);
     let split = more.split_off(n_together);
 
-    let verdict = judge((&singles, more.first(), &split), tolerance);
+    let verdict = judge(Variants { singles: &singles, together: more.first(), split: &split }, tolerance);
     let variants = [singles, more, split].concat();
     let study = Study {
         scenario: &arguments.scenario,

@@ -25,11 +25,14 @@ const TOLD: usize = 8;
 /// Writes a file per body and instant, and the series that opens them all; prints the name of the series.
 ///
 /// # Errors
-/// [`AppError::UnknownBody`], [`AppError::Command`] for times that do not exist, [`AppError::Io`] for files, [`AppError::Scenario`] and
+/// [`AppError::Command`] for a body that there is not and for times that do not exist, [`AppError::Io`] for files, [`AppError::Scenario`] and
 /// [`AppError::Model`] if the bodies cannot be built again.
 pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
     if !arguments.set.set.is_empty() {
-        return Err(CommandFault::SetOnResult.into());
+        return Err(CommandFault::request(
+            "--set changes scenarios; a result is as its scenario was, leave the option out or name a scenario",
+        )
+        .into());
     }
     let n_threads = threads(arguments.threads)?;
     if let Some(movie) = &arguments.movie {
@@ -87,10 +90,16 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
 fn movie_maker(movie: &Path) -> Result<PathBuf, AppError> {
     let ending = movie.extension().unwrap_or_default();
     if !paraview::ENDINGS.iter().any(|known| ending == *known) {
-        let fault = CommandFault::MovieEnding { movie: movie.to_owned(), endings: &paraview::ENDINGS };
-        return Err(fault.into());
+        let reason = format!("must end in .{}", paraview::ENDINGS.join(", ."));
+        return Err(CommandFault::argument("--movie", movie.display().to_string(), reason).into());
     }
-    paraview::pvpython().ok_or_else(|| CommandFault::NoPvpython { variable: paraview::VARIABLE }.into())
+    paraview::pvpython().ok_or_else(|| {
+        let variable = paraview::VARIABLE;
+        CommandFault::request(format!(
+            "--movie needs pvpython, which comes with ParaView 5.10 or later: put its folder on PATH, or its path into {variable}; or leave --movie out, open the export in ParaView and save an animation there"
+        ))
+        .into()
+    })
 }
 
 /// Says which stored instants are written: all of a few, or how many from when to when.

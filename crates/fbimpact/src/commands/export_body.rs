@@ -8,13 +8,12 @@ use adaptive::spec::{Area, BodySpec, FlexibleSpec, Place};
 use adaptive::store::ModelCache;
 use ffr_dynamics::interchange::{BodyFrame, FullBody, ReducedModel, ReducedParts};
 use ffr_dynamics::kinematics::MarkerWeights;
-use indicatif::ProgressBar;
 use nalgebra::UnitQuaternion;
 
-use super::{BodyExport, body_index, check_distinct, check_folder, print, threads};
+use super::{BodyExport, Means, body_index, check_distinct, check_folder, no_full_model, print, threads};
 use crate::body_file;
 use crate::cache::{self, CacheSettings};
-use crate::error::{AppError, CommandFault};
+use crate::error::AppError;
 use crate::progress::while_building;
 use crate::scenario::{self, Override};
 use crate::sizing::sized;
@@ -23,21 +22,21 @@ use crate::sizing::sized;
 /// its joints and loads in a Buckens frame, or with unreduced matrices (`is_full`), and with its named points for output.
 ///
 /// # Errors
-/// [`AppError::UnknownBody`], [`AppError::Command`] for a rigid body, [`AppError::Model`] if it cannot be built, [`AppError::Io`] for the file, also if
+/// [`AppError::Command`] for a body that there is not and for a rigid body, [`AppError::Model`] if it cannot be built, [`AppError::Io`] for the file, also if
 /// it is one that the scenario reads.
 pub fn export_body(
     export: &BodyExport<'_>,
     is_full: bool,
     overrides: &[Override],
-    (n_threads, bar): (usize, &ProgressBar),
+    means: Means<'_>,
 ) -> Result<(), AppError> {
-    let n_threads = threads(n_threads)?;
+    let n_threads = threads(means.threads)?;
     let scenario = scenario::read(export.scenario, overrides)?;
     check_distinct(&scenario, export.output)?;
     check_folder(export.output)?;
     let index = body_index(export.body, scenario.run.bodies.iter().map(|b| &b.name))?;
     let places = Places { areas: scenario.areas(export.body), points: scenario.points(export.body) };
-    let text = while_building(bar, || {
+    let text = while_building(means.bar, || {
         let scenario = sized(&scenario, n_threads, &cache::open(&CacheSettings::of_environment()))?;
         let loads = MarkerLoads::on_body(&scenario.run, index);
         write((export, is_full), &scenario.run.bodies[index], loads, &places)
@@ -62,7 +61,7 @@ fn write(
     let Some(body) = built(&spec.name, &spec.kind).map_err(AppError::model)? else {
         let is_rigid = spec.kind.is_rigid();
         let what = if is_rigid { "rigid" } else { "from a file already" };
-        return Err(CommandFault::NoFullModel { name: spec.name.clone(), what }.into());
+        return Err(no_full_model(&spec.name, what));
     };
     let markers = markers(body.as_ref(), areas)?;
     let (name, path) = (export.body, export.output.display());

@@ -28,7 +28,9 @@ pub fn export_setup(arguments: &ExportArguments) -> Result<(), AppError> {
         (arguments.scale.to_bits() != 1.0_f64.to_bits(), "--scale"),
     ];
     if let Some((_, option)) = options.into_iter().find(|(is_given, _)| *is_given) {
-        return Err(CommandFault::OptionForResult { option }.into());
+        let reason =
+            format!("{option} is for results; a scenario is shown as it starts, leave the option out");
+        return Err(CommandFault::request(reason).into());
     }
     threads(arguments.threads)?;
     let scenario = scenario::read(&arguments.file, &arguments.set.set)?;

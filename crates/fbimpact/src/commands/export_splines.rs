@@ -4,15 +4,15 @@ use iga_core::files::{write_gismo, write_mfem};
 use result_files::file_fault::Access;
 use result_files::whole_file;
 
-use super::{BodyExport, body_index, check_distinct, check_folder, print};
+use super::{BodyExport, body_index, check_distinct, check_folder, no_full_model, print};
 use crate::cli::SplineFormat;
-use crate::error::{AppError, CommandFault};
+use crate::error::AppError;
 use crate::scenario::{self, Override};
 
 /// Writes the patches of the body's shape in `format`, in the components of its model, lengths in units of `unit` \[m\].
 ///
 /// # Errors
-/// [`AppError::UnknownBody`], [`AppError::Command`] for a body without a shape, [`AppError::Io`] for the file, also if it is one that the
+/// [`AppError::Command`] for a body that there is not and for a body without a shape, [`AppError::Io`] for the file, also if it is one that the
 /// scenario reads.
 pub fn export_splines(
     export: &BodyExport<'_>,
@@ -24,9 +24,7 @@ pub fn export_splines(
     check_folder(export.output)?;
     let index = body_index(export.body, scenario.bodies.iter().map(|b| &b.name))?;
     let Some((shape, _)) = scenario.bodies[index].places.shape() else {
-        let (name, what) =
-            (export.body.to_owned(), "a plane, from a file of another kind, or without a shape");
-        return Err(CommandFault::NoFullModel { name, what }.into());
+        return Err(no_full_model(export.body, "a plane, from a file of another kind, or without a shape"));
     };
     let text = match format {
         SplineFormat::Gismo => write_gismo(&shape.patches, unit),

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use result_files::file_fault::{Access, FileFault, OutputFault};
+use result_files::file_fault::{Access, FileFault};
 use result_files::plain_file;
 
 use super::{check_folder, print, threads};
@@ -30,7 +30,7 @@ pub fn import_body(arguments: &ImportArguments) -> Result<(), AppError> {
             a.canonicalize().ok().is_some_and(|a| b.canonicalize().is_ok_and(|b| a == b))
         };
         if is_same(&input, &arguments.output) {
-            return Err(AppError::io(&arguments.output, OutputFault::Input));
+            return Err(AppError::io(&arguments.output, "is read as well, name another output"));
         }
     }
     let stiffness = matrix(&arguments.stiffness)?;
@@ -96,13 +96,17 @@ fn parsed<T, E: std::error::Error + Send + Sync + 'static>(
     read: impl FnOnce(&str) -> Result<T, E>,
 ) -> Result<T, AppError> {
     let bytes = plain_file::read(path).map_err(|e| AppError::system(path, Access::Read, e))?;
-    let text = String::from_utf8(bytes).map_err(|_| AppError::io(path, FileFault::NoText))?;
+    let text =
+        String::from_utf8(bytes).map_err(|_| AppError::io(path, "is no text; write it in its text form"))?;
     read(&text).map_err(|e| AppError::io(path, FileFault::contents(e)))
 }
 
 /// A marker: its name and nodes.
 fn marker(given: &str) -> Result<(String, Vec<u64>), AppError> {
-    let fail = |reason| Err(CommandFault::Marker { given: given.to_owned(), reason }.into());
+    let fail = |reason| {
+        let reason = format!("{reason}; write NAME=NODES, as in hinge=1,2,5-9");
+        Err(CommandFault::argument("--marker", given, reason).into())
+    };
     let Some((name, list)) = given.split_once('=') else { return fail("there is no =") };
     let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if name.is_empty() || name.len() > MAX_NAME || !name.chars().all(is_plain) {

@@ -44,7 +44,10 @@ pub fn mesh_size(asked: &MeshSize<'_>, overrides: &[Override]) -> Result<(), App
         all.retain(|touch| touch.body == index);
     }
     if all.is_empty() {
-        return Err(CommandFault::NoMeshTouched.into());
+        return Err(CommandFault::request(
+            "no contact of a body with model \"mesh\" has a radius that Hertz's theory predicts; there must be one, with surfaces that are curved against each other",
+        )
+        .into());
     }
     let text = table(&all);
     if let Some(output) = asked.output {
@@ -52,7 +55,9 @@ pub fn mesh_size(asked: &MeshSize<'_>, overrides: &[Override]) -> Result<(), App
         if all.iter().any(|touch| touch.body != body) {
             let mut names: Vec<String> = all.iter().map(|touch| touch.name.clone()).collect();
             names.dedup();
-            return Err(CommandFault::SeveralMeshes { names }.into());
+            let names = names.join(" and ");
+            let reason = format!("contacts touch the meshes of {names}; choose one with --body");
+            return Err(CommandFault::request(reason).into());
         }
         let field = field(&scenario, body, &all);
         std::fs::write(output, field).map_err(|e| AppError::system(output, Access::Write, e))?;

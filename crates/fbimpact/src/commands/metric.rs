@@ -24,7 +24,7 @@ pub fn metric(file: &Path, expressions: &[NamedExpression]) -> Result<(), AppErr
             .value(&source)
             .map_err(|fault| CommandFault::Expression { option: "metric", fault })?;
         if object.insert(expression.name.clone(), entry(&found)).is_some() {
-            return Err(CommandFault::ColumnTwice { name: expression.name.clone() }.into());
+            return Err(CommandFault::column_twice(&expression.name).into());
         }
     }
     print(&format!("{:#}\n", Json::Object(object)))

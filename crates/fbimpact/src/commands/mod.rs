@@ -36,11 +36,12 @@ pub mod thin;
 use std::io::Write;
 use std::path::Path;
 
-use result_files::file_fault::{FileFault, OutputFault};
+use indicatif::ProgressBar;
+use result_files::file_fault::FileFault;
 use result_files::shown_text::shown;
 use result_files::whole_file;
 
-use crate::error::AppError;
+use crate::error::{AppError, CommandFault};
 use crate::scenario::Scenario;
 
 /// A ratio for people, a dash where there is none.
@@ -79,11 +80,12 @@ pub fn check_distinct(scenario: &Scenario, output: &Path) -> Result<(), AppError
     let Ok(target) = output.canonicalize() else { return Ok(()) };
     let is_target = |path: &Path| path.canonicalize().is_ok_and(|path| path == target);
     if is_target(&scenario.source.path) {
-        return Err(AppError::io(output, OutputFault::Scenario));
+        return Err(AppError::io(output, "is the scenario itself, name another output"));
     }
     for body in &scenario.bodies {
         if body.file.as_ref().is_some_and(|file| is_target(&file.path)) {
-            return Err(AppError::io(output, OutputFault::BodyFile { body: body.name.clone() }));
+            let reason = format!("is the file of body \"{}\", name another output", body.name);
+            return Err(AppError::io(output, reason));
         }
     }
     Ok(())
@@ -100,16 +102,26 @@ pub struct BodyExport<'a> {
     pub output: &'a Path,
 }
 
+/// What a command computes with.
+#[derive(Clone, Copy)]
+pub struct Means<'a> {
+    /// Threads that are asked for; 0 stands for all cores.
+    pub threads: usize,
+    /// Tells how far the work is.
+    pub bar: &'a ProgressBar,
+}
+
 /// Number of the body that `--body` names, among those of a scenario.
 fn body_index<'a>(name: &str, bodies: impl Iterator<Item = &'a String>) -> Result<usize, AppError> {
     let known: Vec<String> = bodies.cloned().collect();
     let index = known.iter().position(|known| known == name);
-    index.ok_or_else(|| AppError::UnknownBody {
-        option: "--body",
-        name: name.to_owned(),
-        holder: "scenario",
-        known,
-    })
+    index.ok_or_else(|| CommandFault::unknown_body("--body", name, "scenario", &known).into())
+}
+
+/// The body that `--body` names has no full model to export.
+fn no_full_model(name: &str, what: &str) -> AppError {
+    CommandFault::argument("--body", name, format!("the body is {what}, name a flexible one with a shape"))
+        .into()
 }
 
 /// Threads per core of the machine at most: more only take memory and time.

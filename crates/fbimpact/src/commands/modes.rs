@@ -3,10 +3,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use indicatif::ProgressBar;
-
 use super::digits::short;
-use super::{body_index, print, threads};
+use super::{Means, body_index, print, threads};
 use crate::cache;
 use crate::cli::CacheArguments;
 use crate::error::AppError;
@@ -17,20 +15,20 @@ use crate::simulate::{self, BodyModes, Coordinates, ModesReport, StaticAnswers};
 /// Builds the reduced models and prints their spectra.
 ///
 /// # Errors
-/// [`AppError::UnknownBody`], and whatever reading and building answer.
+/// [`AppError::Command`] for a body that there is not, and whatever reading and building answer.
 pub fn modes(
     path: &Path,
     overrides: &[Override],
     body: Option<&str>,
     json: bool,
-    (n_threads, bar): (usize, &ProgressBar),
+    means: Means<'_>,
     cache: &CacheArguments,
 ) -> Result<(), AppError> {
-    let n_threads = threads(n_threads)?;
+    let n_threads = threads(means.threads)?;
     let scenario = scenario::read(path, overrides)?;
     let index = body.map(|name| body_index(name, scenario.bodies.iter().map(|b| &b.name))).transpose()?;
     let cache = cache::open(&cache.settings());
-    let report = while_building(bar, || simulate::modes_with(&scenario, index, n_threads, &cache))?;
+    let report = while_building(means.bar, || simulate::modes_with(&scenario, index, n_threads, &cache))?;
     let text =
         if json { serde_json::to_string_pretty(&report).map(|t| t + "\n") } else { Ok(table(&report)) };
     print(&text?)

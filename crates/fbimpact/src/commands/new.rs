@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use result_files::file_fault::{Access, OutputFault};
+use result_files::file_fault::Access;
 use result_files::whole_file;
 
 use crate::cli::Template;
@@ -50,13 +50,13 @@ pub fn new(name: &Path, template: Template, force: bool) -> Result<(), AppError>
         }
     };
     let Some(stem) = path.file_stem().map(|s| s.to_string_lossy().into_owned()) else {
-        return Err(CommandFault::NoFileName { path: name.to_owned() }.into());
+        return Err(CommandFault::request(format!("{}: is no name for a file", name.display())).into());
     };
     let companion = template.companion().map(|(ending, text)| (path.with_extension(ending), text));
     let files: Vec<&Path> =
         std::iter::once(path.as_path()).chain(companion.iter().map(|(p, _)| p.as_path())).collect();
     if !force && let Some(there) = files.iter().find(|f| f.exists()) {
-        return Err(AppError::io(there, OutputFault::Exists));
+        return Err(AppError::io(there, "exists, choose another name or add --force"));
     }
     write(&path, &template.text().replace("NAME", &stem))?;
     if let Some((companion, text)) = &companion {

@@ -60,7 +60,9 @@ pub fn plot(arguments: &PlotArguments) -> Result<(), AppError> {
 /// [`AppError::Command`] for more files than can be told apart, [`AppError::Io`] for a file that cannot be read.
 pub fn labelled(paths: &[PathBuf], wanted: Labels) -> Result<Vec<ResultData>, AppError> {
     if paths.len() > STYLES.len() {
-        return Err(CommandFault::TooManyFiles { files: paths.len(), most: STYLES.len() }.into());
+        let (files, most) = (paths.len(), STYLES.len());
+        let reason = format!("{files} files in one figure cannot be told apart, name at most {most}");
+        return Err(CommandFault::request(reason).into());
     }
     let files = paths.iter().zip(labels(paths)).map(|(path, label)| ResultData::read(path, label));
     let mut files: Vec<ResultData> = files.collect::<Result<_, ResultError>>()?;
@@ -84,8 +86,10 @@ fn cut(files: &mut [ResultData], arguments: &PlotArguments) -> Result<(), AppErr
         // Contents have one instant at least.
         let (first, last) = (file.time[0], file.time[file.time.len() - 1]);
         if !file.cut(from, to) {
-            let label = file.label.clone();
-            return Err(CommandFault::NoInstants { label, from, to, first, last }.into());
+            let label = &file.label;
+            let reason =
+                format!("{label} has no stored state between them, it holds {first:e} s to {last:e} s");
+            return Err(CommandFault::argument("--from", format!("{from} --to {to}"), reason).into());
         }
     }
     Ok(())

@@ -16,7 +16,7 @@ use crate::replay::states::States;
 /// Prints the histories that are asked for.
 ///
 /// # Errors
-/// [`AppError::UnknownBody`], [`AppError::Command`] for points and times that there are not, [`AppError::Io`] for the file,
+/// [`AppError::Command`] for a body that there is not and for points and times that there are not, [`AppError::Io`] for the file,
 /// [`AppError::Scenario`], [`AppError::Model`] and [`AppError::OtherModes`] if its models cannot be built again.
 pub fn probe(arguments: &ProbeArguments) -> Result<(), AppError> {
     let states = States::read(&arguments.file)?;
@@ -24,17 +24,22 @@ pub fn probe(arguments: &ProbeArguments) -> Result<(), AppError> {
     let time = &states.time[rows.clone()];
     let bodies = &states.scenario.bodies;
     let Some(body) = bodies.iter().find(|body| body.name == arguments.body) else {
-        let known = bodies.iter().map(|body| body.name.clone()).collect();
-        let name = arguments.body.clone();
-        return Err(AppError::UnknownBody { option: "--body", name, holder: "result", known });
+        let known: Vec<String> = bodies.iter().map(|body| body.name.clone()).collect();
+        return Err(CommandFault::unknown_body("--body", &arguments.body, "result", &known).into());
     };
     let Some(number) = body.index else {
-        return Err(CommandFault::NoMotion { name: body.name.clone() }.into());
+        return Err(CommandFault::argument(
+            "--body",
+            &body.name,
+            "is a plane at rest, name a body that moves",
+        )
+        .into());
     };
     if arguments.modes {
         let motion = states.motion(&body.name)?;
         if motion.eigenfrequencies.is_empty() {
-            return Err(CommandFault::NoModes { name: body.name.clone() }.into());
+            let reason = format!("--modes: body {} is rigid and has no elastic coordinates", body.name);
+            return Err(CommandFault::request(reason).into());
         }
         return match arguments.json {
             true => print(&format!("{}\n", modes_json(&body.name, &states.time, rows, &motion))),
@@ -71,7 +76,10 @@ fn rows(time: &[f64], (from, to): (Option<f64>, Option<f64>)) -> Result<Range<us
     let (from, to) = (from.unwrap_or(first), to.unwrap_or(last));
     let rows = time.partition_point(|t| *t < from)..time.partition_point(|t| *t <= to);
     if rows.is_empty() {
-        return Err(CommandFault::NoInstant { from, to, first, last }.into());
+        let reason = format!(
+            "no instant is stored from {from:e} s to {to:e} s, the result holds {first:e} s to {last:e} s"
+        );
+        return Err(CommandFault::request(reason).into());
     }
     Ok(rows)
 }

@@ -28,7 +28,7 @@ const STANDARD_OUTPUT: &str = "-";
 /// Writes the report and prints the name of its file.
 ///
 /// # Errors
-/// [`AppError::Command`] for more files than can be told apart and for bodies without a shape, [`AppError::UnknownBody`], [`AppError::Io`] for a
+/// [`AppError::Command`] for more files than can be told apart, for bodies without a shape and for those that there are not, [`AppError::Io`] for a
 /// file that cannot be read or written.
 pub fn write_report(arguments: &ReportArguments) -> Result<(), AppError> {
     let output = &arguments.output;
@@ -78,7 +78,7 @@ pub fn write_report(arguments: &ReportArguments) -> Result<(), AppError> {
 fn check_distinct(files: &[PathBuf], output: &Path) -> Result<(), AppError> {
     let Ok(target) = output.canonicalize() else { return Ok(()) };
     if files.iter().any(|file| file.canonicalize().is_ok_and(|file| file == target)) {
-        return Err(CommandFault::OutputIsInput { output: output.to_owned() }.into());
+        return Err(CommandFault::output_is_input(output).into());
     }
     Ok(())
 }
@@ -119,9 +119,8 @@ fn scene(path: &Path, bodies: &[String], build: (usize, &ModelCache)) -> Result<
     let motion = States::read(path).and_then(|states| Motion::new(&states, bodies, build));
     match motion {
         Ok(motion) => Ok(Scene::Moving(Box::new(motion))),
-        Err(error @ (AppError::UnknownBody { .. } | AppError::Command(CommandFault::NoShape { .. }))) => {
-            Err(error)
-        }
+        // Of the bodies that were asked for.
+        Err(error @ AppError::Command(CommandFault::Argument { .. })) => Err(error),
         Err(error) => {
             tracing::warn!("{}: bodies in motion are left out: {error}", path.display());
             Ok(Scene::Without(format!("Bodies in motion are left out: {error}")))

@@ -14,7 +14,6 @@ use crate::cache;
 use crate::cli::RunArguments;
 use crate::error::AppError;
 use crate::provenance;
-use crate::results::fault::ResumeFault;
 use crate::results::journal::{self, Restart};
 use crate::results::{OutputFile, Recorder, linked, part_path, restart_path};
 use crate::scenario::{self, Scenario};
@@ -72,17 +71,24 @@ fn target(output: &Path) -> PathBuf {
 
 /// Refuses results for which there is nothing to do, and those with nothing to go on from.
 fn check_unfinished(target: &Path) -> Result<(), AppError> {
-    let fail = |path: &Path, fault: ResumeFault| Err(AppError::io(path, fault));
+    let fail = |path: &Path, reason: String| Err(AppError::io(path, reason));
     let (part, restart) = (part_path(target), restart_path(target));
     let status =
         if target.is_file() { open(target).ok().and_then(|f| attribute(&f, "status")) } else { None };
     match status.as_deref() {
         // A run that replaces an earlier result has its own part file.
         Some("complete") if !part.exists() => {
-            return fail(target, ResumeFault::Complete);
+            return fail(
+                target,
+                "is complete, there is nothing to resume; for a later end start a new run with --set simulation.end_time=..."
+                    .into(),
+            );
         }
         Some("failed") if !restart.exists() && !part.exists() => {
-            return fail(target, ResumeFault::Failed);
+            return fail(
+                target,
+                "is of a run that failed and would fail again, start a new run with another scenario".into(),
+            );
         }
         _ => {}
     }
@@ -90,9 +96,10 @@ fn check_unfinished(target: &Path) -> Result<(), AppError> {
         return Ok(());
     }
     if target.exists() || part.exists() {
-        return fail(if part.exists() { &part } else { target }, ResumeFault::NoRestartFile { restart });
+        let reason = format!("cannot be resumed without {}, start the run anew", restart.display());
+        return fail(if part.exists() { &part } else { target }, reason);
     }
-    fail(target, ResumeFault::NoRun { part })
+    fail(target, format!("no such run: neither it nor {} exists", part.display()))
 }
 
 /// The scenario of the run.

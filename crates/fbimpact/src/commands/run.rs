@@ -27,7 +27,7 @@ pub fn run(arguments: &RunArguments, bar: ProgressBar) -> Result<(), AppError> {
         (Some(output), _) => super::resume::resume(output, arguments, n_threads, (&stop, bar)),
         (None, Some(path)) => run_scenario(path, arguments, n_threads, (&stop, bar)),
         // The command line asks for one of them.
-        (None, None) => Err(CommandFault::NothingToRun.into()),
+        (None, None) => Err(CommandFault::request("name a scenario, or a result with --resume").into()),
     }
 }
 

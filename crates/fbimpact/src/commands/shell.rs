@@ -25,7 +25,10 @@ pub fn completions(shell: clap_complete::Shell) -> Result<(), AppError> {
 /// # Errors
 /// [`AppError::Command`] for an unknown command, [`AppError::Io`] if standard output cannot be written.
 pub fn manual(words: &[String]) -> Result<(), AppError> {
-    let unknown = || CommandFault::UnknownCommand { name: words.join(" "), known: manual::names() };
+    let unknown = || {
+        let reason = format!("no such command, there are {}", manual::names().join(", "));
+        CommandFault::argument("man", words.join(" "), reason)
+    };
     let page = manual::page(words).ok_or_else(unknown)?;
     print(&page.map_err(|e| AppError::io("standard output", FileFault::Stream(e)))?)
 }

@@ -5,9 +5,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use ffr_dynamics::system::{SystemMode, SystemModes};
-use indicatif::ProgressBar;
 
-use super::{print, threads};
+use super::{Means, print, threads};
 use crate::cache;
 use crate::cli::CacheArguments;
 use crate::error::AppError;
@@ -73,14 +72,14 @@ pub fn system_modes(
     path: &Path,
     overrides: &[Override],
     (is_static, json): (bool, bool),
-    (n_threads, bar): (usize, &ProgressBar),
+    means: Means<'_>,
     cache: &CacheArguments,
 ) -> Result<(), AppError> {
-    let n_threads = threads(n_threads)?;
+    let n_threads = threads(means.threads)?;
     let scenario = scenario::read(path, overrides)?;
     let cache = cache::open(&cache.settings());
     let build = || simulate::system_modes_with(&scenario, is_static, n_threads, &cache);
-    let (names, modes) = while_building(bar, build)?;
+    let (names, modes) = while_building(means.bar, build)?;
     let report = Report::new(&names, &modes);
     let text =
         if json { serde_json::to_string_pretty(&report).map(|t| t + "\n") } else { Ok(report.table()) };

@@ -17,7 +17,7 @@ pub fn thin(file: &Path, output: &Path, rows: usize, force: bool) -> Result<(), 
     if let (Ok(a), Ok(b)) = (file.canonicalize(), output.canonicalize())
         && a == b
     {
-        return Err(CommandFault::OutputIsInput { output: output.to_owned() }.into());
+        return Err(CommandFault::output_is_input(output).into());
     }
     let target = OutputFile::claim(output, force)?;
     let part = target.part().to_owned();

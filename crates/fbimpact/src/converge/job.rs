@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use result_files::converge::outcome::Outcome;
 use result_files::converge::report;
-use result_files::file_fault::{Access, FileFault};
+use result_files::file_fault::Access;
 use result_files::plain_file;
 use result_files::stored::Stored;
 use result_files::whole_file;
@@ -180,7 +180,10 @@ pub fn prepare(folder: &Path) -> Result<(), AppError> {
         return Ok(());
     }
     if fs::read_dir(folder).map_err(fail(Access::Read))?.next().is_some() {
-        return Err(AppError::io(folder, FileFault::ForeignFolder { mark: report::FILE }));
+        return Err(AppError::io(
+            folder,
+            format!("holds files and no {}, name a new folder with -o", report::FILE),
+        ));
     }
     whole_file::write(&mark, b"{}\n").map_err(fail(Access::Write))
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use ffr_dynamics::system::force::BodyState;
 use hdf5::{File, Group, Result};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
-use result_files::file_fault::ResultFault;
+use result_files::file_fault::FileFault;
 use result_files::hdf5_integrity;
 use result_files::open::{open, scenario_text};
 use result_files::pressure_series::PressureSeries;
@@ -70,7 +70,7 @@ impl States {
     /// file is gone.
     pub fn read(path: &Path) -> std::result::Result<Self, AppError> {
         let file = open(path)?;
-        let fail = |e: hdf5::Error| AppError::io(path, ResultFault::Part(e));
+        let fail = |e: hdf5::Error| AppError::io(path, FileFault::part(e));
         let text = scenario_text(&file).map_err(fail)?;
         let source: Option<hdf5::types::VarLenUnicode> =
             file.dataset("scenario").and_then(|d| d.attr("file")?.read_scalar()).ok();
@@ -80,14 +80,14 @@ impl States {
         let scenario = scenario::parse(&source, text.as_bytes(), &[])?;
         let time: Vec<f64> = file.dataset("time").and_then(|d| hdf5_integrity::rows(&d)).map_err(fail)?;
         if time.is_empty() {
-            return Err(AppError::io(path, ResultFault::NoStates));
+            return Err(AppError::io(path, "has no stored states"));
         }
         Ok(Self { scenario, time, file: path.to_owned() })
     }
 
     /// The error of something in the file that HDF5 cannot read.
     fn unreadable(&self, what: String, source: hdf5::Error) -> AppError {
-        AppError::io(&self.file, ResultFault::Table { what, source })
+        AppError::io(&self.file, FileFault::Hdf5 { what: format!("has no readable {what}").into(), source })
     }
 
     /// Motion of body `name`.
@@ -108,7 +108,10 @@ impl States {
             || is_short(&motion.elastic, q)
             || is_short(&motion.rates, q)
         {
-            return Err(AppError::io(&self.file, ResultFault::FewStates { body: name.to_owned() }));
+            return Err(AppError::io(
+                &self.file,
+                format!("has fewer states of body \"{name}\" than instants"),
+            ));
         }
         Ok(motion)
     }
@@ -125,7 +128,7 @@ impl States {
         };
         let (numbers, phases) = read().map_err(|source| self.unreadable("phases".into(), source))?;
         if numbers.len() < self.time.len() {
-            return Err(AppError::io(&self.file, ResultFault::FewPhases));
+            return Err(AppError::io(&self.file, "has no readable phases: there are fewer than instants"));
         }
         Ok((numbers, phases))
     }
@@ -187,7 +190,9 @@ impl States {
         let stored = PressureSeries::read(&file, name)
             .map_err(|source| self.unreadable(format!("pressures of contact \"{name}\""), source))?;
         if stored.as_ref().is_some_and(|series| !series.is_whole(self.time.len())) {
-            return Err(AppError::io(&self.file, ResultFault::PressureLengths { contact: name.to_owned() }));
+            let reason =
+                format!("has no readable pressures of contact \"{name}\": their lengths do not fit together");
+            return Err(AppError::io(&self.file, reason));
         }
         Ok(stored.filter(|series| !series.point.is_empty()))
     }

@@ -1,10 +1,9 @@
-//! Why results of a run cannot be written, or the run not be taken up.
+//! Why results of a run cannot be written.
 
 use std::io;
-use std::path::PathBuf;
 
 use result_files::error_text::{of_hdf5, of_io};
-use result_files::file_fault::{FileError, FileFault};
+use result_files::file_fault::FileError;
 
 /// Why results cannot be written while a run goes on.
 #[derive(Debug, thiserror::Error)]
@@ -31,45 +30,4 @@ pub enum RecordingFault {
     /// The file was closed before.
     #[error("the result file is closed")]
     Closed,
-}
-
-/// Why a run cannot be taken up.
-#[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
-pub enum ResumeFault {
-    /// A run that reached its end.
-    #[error(
-        "is complete, there is nothing to resume; for a later end start a new run with --set simulation.end_time=..."
-    )]
-    Complete,
-    /// A run that would fail again.
-    #[error("is of a run that failed and would fail again, start a new run with another scenario")]
-    Failed,
-    /// A run without its restart file.
-    #[error("cannot be resumed without {}, start the run anew", restart.display())]
-    NoRestartFile {
-        /// The restart file.
-        restart: PathBuf,
-    },
-    /// No run.
-    #[error("no such run: neither it nor {} exists", part.display())]
-    NoRun {
-        /// The file of a run that has not ended.
-        part: PathBuf,
-    },
-    /// A restart file of another version.
-    #[error("was written by another version of the program, start the run anew")]
-    OtherVersion,
-    /// A file that is no restart file, or not any more.
-    #[error("is damaged or no restart file, start the run anew")]
-    NotRestartFile,
-    /// A restart file that ends within its header.
-    #[error("is damaged, start the run anew")]
-    Damaged,
-}
-
-impl From<ResumeFault> for FileFault {
-    fn from(fault: ResumeFault) -> Self {
-        Self::contents(fault)
-    }
 }

@@ -6,7 +6,7 @@
 use std::fs::{File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
 
-use result_files::file_fault::{Access, FileFault, OutputFault};
+use result_files::file_fault::Access;
 use result_files::hdf5_integrity;
 use result_files::open::FORMAT;
 use result_files::whole_file;
@@ -99,7 +99,8 @@ impl OutputFile {
             return Ok(self.part);
         }
         std::fs::rename(&self.part, &self.target).map_err(|source| {
-            AppError::io(&self.part, FileFault::FinalName { target: self.target.clone(), source })
+            let target = self.target.display();
+            AppError::io(&self.part, format!("cannot be given its final name {target}: {source}"))
         })?;
         // Not before: a process that dies here leaves a result with its name. What failed once would fail again.
         if status != Status::Interrupted {
@@ -143,23 +144,23 @@ pub fn linked(target: &Path) -> Result<PathBuf, AppError> {
             Err(_) => return Ok(path),
         }
     }
-    Err(AppError::io(target, OutputFault::LinkToItself))
+    Err(AppError::io(target, "is a link to itself, name a file with -o"))
 }
 
 fn check_target(target: &Path, force: bool) -> Result<(), AppError> {
-    let fail = |fault: OutputFault| Err(AppError::io(target, fault));
+    let fail = |reason: &'static str| Err(AppError::io(target, reason));
     if target.to_str().is_none() {
-        return fail(OutputFault::NotUtf8);
+        return fail("is no name in UTF-8, which HDF5 needs; choose another name with -o");
     }
     whole_file::check(target).map_err(|fault| AppError::io(target, fault))?;
     // They are written as well; what stands there is a file or nothing.
     for beside in [part_path(target), restart_path(target)] {
         if beside.exists() && !beside.is_file() {
-            return Err(AppError::io(beside, OutputFault::Device));
+            return Err(AppError::io(beside, whole_file::DEVICE));
         }
     }
     if target.exists() && !force && !is_result(target) {
-        return fail(OutputFault::NoResult);
+        return fail("exists and is not a result file, choose another name or add --force");
     }
     Ok(())
 }
@@ -201,7 +202,10 @@ fn lock(part: &Path) -> Result<File, AppError> {
         match try_lock(&file) {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
-                return Err(AppError::io(part, OutputFault::Locked));
+                return Err(AppError::io(
+                    part,
+                    "another run is writing this file, choose another name with -o",
+                ));
             }
             // Some network disks have no locks; there the user is on their own.
             Err(TryLockError::Error(_)) => return Ok(file),
@@ -210,7 +214,7 @@ fn lock(part: &Path) -> Result<File, AppError> {
             return Ok(file);
         }
     }
-    Err(AppError::io(part, OutputFault::Replaced))
+    Err(AppError::io(part, "other runs keep replacing this file, choose another name with -o"))
 }
 
 #[cfg(unix)]

@@ -16,7 +16,6 @@ use result_files::plain_file;
 use result_files::whole_file;
 use serde::{Deserialize, Serialize};
 
-use super::fault::ResumeFault;
 use crate::provenance;
 use crate::scenario::Scenario;
 
@@ -196,9 +195,14 @@ impl Entries {
             Err(e) if e.kind() != ErrorKind::UnexpectedEof => return Err(cannot(e)),
             Ok(()) if magic == *MAGIC => {}
             Ok(()) if magic[..MAGIC.len() - 1] == MAGIC[..MAGIC.len() - 1] => {
-                return Err(FileError::new(path, ResumeFault::OtherVersion.into()));
+                return Err(FileError::new(
+                    path,
+                    "was written by another version of the program, start the run anew".into(),
+                ));
             }
-            _ => return Err(FileError::new(path, ResumeFault::NotRestartFile.into())),
+            _ => {
+                return Err(FileError::new(path, "is damaged or no restart file, start the run anew".into()));
+            }
         }
         Ok(Self { reader, path: path.to_owned(), position: MAGIC.len() as u64 })
     }
@@ -289,7 +293,7 @@ impl Restart {
 pub fn read(path: &Path) -> Result<Restart, FileError> {
     let mut entries = Entries::open(path)?;
     let Some(Entry::Header(header)) = entries.next_entry()? else {
-        return Err(FileError::new(path, ResumeFault::Damaged.into()));
+        return Err(FileError::new(path, "is damaged, start the run anew".into()));
     };
     let mut restart =
         Restart { path: path.to_owned(), header, point: None, length: entries.position(), resumptions: 0 };

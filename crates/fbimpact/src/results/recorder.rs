@@ -74,7 +74,7 @@ impl Recorder {
     /// Creates the file `path` with everything that is known before the run.
     ///
     /// # Errors
-    /// [`FileFault::Unwritten`], or [`FileFault::System`] if the disk is full.
+    /// [`FileFault::Hdf5`], or [`FileFault::System`] if the disk is full.
     pub fn create(path: &Path, scenario: &Scenario, threads: usize) -> Result<Self, FileFault> {
         let stress_models = scenario.run.stress.iter().map(|line| {
             let body = scenario.run.bodies.get(line.body).and_then(BodySpec::elastic);

@@ -4,6 +4,7 @@ use super::build::{ContactFacts, inboard_joint};
 use super::check::Checker;
 use super::keys::{Condition, Fact, Test};
 use super::section::{Checked, Item, Section};
+use super::tables::Search;
 use crate::body_file::BodyFile;
 
 /// A table in its surroundings.
@@ -81,7 +82,9 @@ impl<'a> Scope<'a> {
             Fact::IsOnSplines => {
                 !ContactFacts::of(self.root, self.section).is_some_and(|facts| facts.has_mesh)
             }
-            Fact::SearchConverges => contact().is_none_or(|facts| facts.search == "until-converged"),
+            Fact::SearchConverges => {
+                contact().is_none_or(|facts| facts.search == Some(Search::UntilConverged))
+            }
         }
     }
 

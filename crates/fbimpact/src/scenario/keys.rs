@@ -260,6 +260,40 @@ impl Choice {
     }
 }
 
+/// Values of a key that has few names.
+pub trait Named: Copy + PartialEq + 'static {
+    /// The names, with what they mean, in the order of [`Named::VALUES`].
+    const CHOICES: &'static [Choice];
+    /// All values.
+    const VALUES: &'static [Self];
+
+    /// Name in the scenario.
+    fn name(self) -> &'static str;
+
+    /// The value of that name.
+    fn named(name: &str) -> Option<Self> {
+        Self::VALUES.iter().copied().find(|value| value.name() == name)
+    }
+}
+
+/// Gives every value of an enumeration its name in the scenario: one that is left out does not compile.
+macro_rules! name_values {
+    ($kind:ty { $($value:ident: $name:literal, $doc:expr $(, elsewhere $words:expr)?;)* }) => {
+        impl $crate::scenario::keys::Named for $kind {
+            const CHOICES: &'static [$crate::scenario::keys::Choice] =
+                &[$($crate::scenario::keys::Choice::new($name, $doc)$(.elsewhere(&$words))?),*];
+            const VALUES: &'static [Self] = &[$(Self::$value),*];
+
+            fn name(self) -> &'static str {
+                match self {
+                    $(Self::$value => $name,)*
+                }
+            }
+        }
+    };
+}
+pub(crate) use name_values;
+
 /// Type of a key.
 #[derive(Debug)]
 pub enum Kind {

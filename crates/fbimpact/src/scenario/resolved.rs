@@ -4,7 +4,9 @@ use std::fmt::Write as _;
 
 use super::build::{ContactFacts, peak_tolerance};
 use super::conditions::Scope;
+use super::keys::Named;
 use super::section::{Checked, Section, join};
+use super::tables::Search;
 
 /// The scenario as TOML that reads back to the same values. Angles are in radians.
 pub fn write(root: &Section) -> String {
@@ -38,9 +40,10 @@ fn penalty_defaults(scope: Scope<'_>) -> Vec<String> {
     let Scope { root, section, around, .. } = scope;
     let contact = around.filter(|_| section.path.ends_with(".penalty"));
     let Some(facts) = contact.and_then(|contact| ContactFacts::of(root, contact)) else { return Vec::new() };
-    let has_tolerance = facts.search != "until-converged" || section.given("tolerance");
+    let has_tolerance = facts.search != Some(Search::UntilConverged) || section.given("tolerance");
     let tolerance = (!has_tolerance).then(|| format!("tolerance = {:?}", peak_tolerance(root, section)));
-    let search = (!section.given("search")).then(|| format!("search = {:?}", facts.search));
+    let search = facts.search.filter(|_| !section.given("search"));
+    let search = search.map(|search| format!("search = {:?}", search.name()));
     tolerance.into_iter().chain(search).collect()
 }
 

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use result_files::toml_text::document::Origin;
 
 use super::body_source::{BodySource, MeshSource, SplineSource};
-use super::keys::Condition;
+use super::keys::{Condition, Named};
 
 /// A checked table.
 #[derive(Debug, Clone)]
@@ -157,6 +157,11 @@ impl Section {
             | Checked::SplineFile { text: s, .. } => Some(s),
             _ => None,
         }
+    }
+
+    /// One of a few names.
+    pub fn choice<T: Named>(&self, name: &str) -> Option<T> {
+        T::named(self.text(name)?)
     }
 
     /// Some of a few names.

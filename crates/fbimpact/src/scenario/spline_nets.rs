@@ -1,5 +1,6 @@
 //! Bodies of splines of one's own: control nets in tables, and what can be said of such a body before it is built.
 
+use ffr_dynamics::body::RigidMotion;
 use iga_core::knots::KnotVector;
 use iga_core::nurbs::{Patch, joining};
 
@@ -11,7 +12,7 @@ use super::section::Section;
 pub fn directions(body: &Section) -> Option<usize> {
     Some(match body.text("model")? {
         "solid" => 3,
-        "rigid" if body.text("motion")? == "spatial" => 3,
+        "rigid" if body.choice::<RigidMotion>("motion")? == RigidMotion::Spatial => 3,
         _ => 2,
     })
 }

@@ -6,7 +6,7 @@ use iga_core::elasticity::kinematics::von_mises;
 use nalgebra::{Rotation3, Vector3};
 
 use super::body::{BodyGeometry, Cells, Element, ElementFields, control_values};
-use super::grid::Grid;
+use super::grid::{Deformation, Grid};
 use super::order;
 use super::revolution::{ArcNode, arcs, polygon};
 use super::tensor::{in_body, rotated};
@@ -24,17 +24,17 @@ pub struct View {
 /// Linear cells an arc of at most a quarter turn.
 const CELLS_AN_ARC: usize = 6;
 
-/// The grid of a body with the control values `displacement` and `rate`.
+/// The grid of a body with the control values of `deformation`.
 ///
 /// # Errors
 /// [`SplineError`] where the geometry is folded.
 pub fn grid(
     body: &BodyGeometry,
     pose: &Pose,
-    (displacement, rate): (&[f64], &[f64]),
+    deformation: Deformation<'_>,
     view: View,
 ) -> Result<Grid, SplineError> {
-    let fields = body.fields(displacement, rate)?;
+    let fields = body.fields(deformation.displacement, deformation.rate)?;
     let revolved = view.revolve.filter(|_| body.motion == RigidMotion::Axial);
     let spins = match (revolved, body.cells) {
         (None, _) => vec![vec![ArcNode::SECTION]],

@@ -12,7 +12,7 @@ use iga_core::space::PatchSpace;
 
 use super::assemble::{View, grid};
 use super::body::{BodyGeometry, Cells, Elasticity};
-use super::grid::Grid;
+use super::grid::{Deformation, Grid};
 use super::local::{LocalDisplacement, displacements};
 use super::mesh::MeshGeometry;
 use super::shown::{ShownGeometry, ZoneGeometry};
@@ -80,7 +80,7 @@ impl Bodies {
     /// Builds the bodies called `wanted`, or all that have a shape, on so many threads, with the models that the cache has; notes name those that have none.
     ///
     /// # Errors
-    /// [`AppError::UnknownBody`], [`AppError::Command`] for a body without shape, [`AppError::Model`] if a body cannot be built,
+    /// [`AppError::Command`] for a body that there is not and for a body without shape, [`AppError::Model`] if a body cannot be built,
     /// [`AppError::OtherModes`] if it is not that of the run, [`AppError::Io`].
     pub fn build(
         states: &States,
@@ -107,7 +107,10 @@ impl Bodies {
             }
         }
         if shown.is_empty() {
-            return Err(CommandFault::NothingToExport.into());
+            return Err(CommandFault::request(
+                "no body of the result has a shape, there is nothing to export",
+            )
+            .into());
         }
         Ok(Self { shown, rebuilt })
     }
@@ -198,10 +201,10 @@ impl Drawn<'_> {
     /// # Errors
     /// [`AppError::Model`] where the geometry is folded.
     pub fn grid(&self, pose: &Pose, view: View) -> Result<Grid, AppError> {
-        let fields = (&self.displacement[..], &self.rate[..]);
+        let deformation = Deformation { displacement: &self.displacement, rate: &self.rate };
         let grid = match self.geometry {
-            DrawnGeometry::Splines(geometry) => grid(geometry, pose, fields, view),
-            DrawnGeometry::Mesh(geometry) => geometry.grid(pose, fields, view),
+            DrawnGeometry::Splines(geometry) => grid(geometry, pose, deformation, view),
+            DrawnGeometry::Mesh(geometry) => geometry.grid(pose, deformation, view),
         };
         grid.map_err(|source| {
             AppError::model(AdaptiveError::Geometry { body: self.body.name.clone(), source })
@@ -231,13 +234,10 @@ fn combined(shapes: MatRef<'_, f64>, q: &[f64]) -> Vec<f64> {
 }
 
 fn check_names(scenario: &Scenario, wanted: &[String]) -> Result<(), AppError> {
-    let known: Vec<&String> = scenario.bodies.iter().map(|b| &b.name).collect();
+    let known: Vec<String> = scenario.bodies.iter().map(|b| b.name.clone()).collect();
     match wanted.iter().find(|name| !known.contains(name)) {
         None => Ok(()),
-        Some(name) => {
-            let (name, known) = (name.clone(), known.into_iter().cloned().collect());
-            Err(AppError::UnknownBody { option: "--bodies", name, holder: "result", known })
-        }
+        Some(name) => Err(CommandFault::unknown_body("--bodies", name, "result", &known).into()),
     }
 }
 
@@ -308,5 +308,5 @@ fn without_shape(scenario: &Scenario, body: &FileBody, wanted: &[String]) -> Res
         tracing::warn!("body \"{name}\" is left out: {reason}");
         return Ok(());
     }
-    Err(CommandFault::NoShape { name: name.clone(), reason }.into())
+    Err(CommandFault::argument("--bodies", name, reason).into())
 }

@@ -1,5 +1,14 @@
 //! An unstructured grid with its fields, as VTK has them.
 
+/// How a body is deformed, in the values that it is drawn by.
+#[derive(Debug, Clone, Copy)]
+pub struct Deformation<'a> {
+    /// Displacements \[m\].
+    pub displacement: &'a [f64],
+    /// Their rates [m/s].
+    pub rate: &'a [f64],
+}
+
 /// Fields of contact points.
 #[derive(Debug, Clone, Default)]
 pub struct ContactFields {

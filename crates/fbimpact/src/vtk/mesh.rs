@@ -10,7 +10,7 @@ use iga_core::elasticity::ElementMaterials;
 use iga_core::elasticity::kinematics::von_mises;
 
 use super::assemble::{View, placed};
-use super::grid::Grid;
+use super::grid::{Deformation, Grid};
 use super::revolution::ArcNode;
 use super::tensor::{in_body, rotated};
 use crate::replay::states::Pose;
@@ -50,20 +50,15 @@ fn cell(kind: ElementKind) -> (u8, Option<[usize; 27]>) {
 }
 
 impl MeshGeometry {
-    /// The grid of the body with the displacements `displacement` \[m\] and their rates [m/s], three per node; stress is that of the nodes, averaged over
+    /// The grid of the body in the deformation `deformation`, three values per node; stress is that of the nodes, averaged over
     /// their elements.
     ///
     /// # Errors
     /// [`SplineError::Folded`] where an element is folded.
-    pub fn grid(
-        &self,
-        pose: &Pose,
-        (displacement, rate): (&[f64], &[f64]),
-        view: View,
-    ) -> Result<Grid, SplineError> {
-        let mut grid = grid(&self.mesh, pose, (displacement, rate), view);
+    pub fn grid(&self, pose: &Pose, deformation: Deformation<'_>, view: View) -> Result<Grid, SplineError> {
+        let mut grid = grid(&self.mesh, pose, deformation, view);
         let space = MeshSpace::new(Arc::clone(&self.mesh), MassRule::Exact);
-        for stress in space.nodal_stress(&self.materials, displacement)? {
+        for stress in space.nodal_stress(&self.materials, deformation.displacement)? {
             grid.von_mises.push([von_mises(&stress)]);
             grid.stress.push(rotated(&in_body(RigidMotion::Spatial, &stress), &pose.rotation));
         }
@@ -72,9 +67,10 @@ impl MeshGeometry {
 }
 
 /// Nodes and elements of `mesh` without stress, displaced as in [`MeshGeometry::grid`].
-pub fn grid(mesh: &Mesh, pose: &Pose, (displacement, rate): (&[f64], &[f64]), view: View) -> Grid {
+pub fn grid(mesh: &Mesh, pose: &Pose, deformation: Deformation<'_>, view: View) -> Grid {
     let mut grid = Grid::default();
     let motion = (RigidMotion::Spatial, &ArcNode::SECTION);
+    let Deformation { displacement, rate } = deformation;
     let (moved, moving) = (displacement.as_chunks::<3>().0, rate.as_chunks::<3>().0);
     for ((node, u), v) in mesh.nodes().iter().zip(moved).zip(moving) {
         placed(&mut grid, (pose, view), motion, (node, u, v));

@@ -9,7 +9,7 @@ use nalgebra::{Unit, Vector3};
 use super::assemble::{View, grid};
 use super::bodies::shape_alone;
 use super::body::Cells;
-use super::grid::Grid;
+use super::grid::{Deformation, Grid};
 use super::{marks, mesh};
 use crate::error::AppError;
 use crate::replay::states::Pose;
@@ -64,7 +64,7 @@ fn bodies(
         let pose = &pose(&poses[index]);
         let drawn = if let Some(meshed) = scenario.run.bodies[index].kind.meshed() {
             let at_rest = vec![0.0; 3 * meshed.mesh.nodes().len()];
-            Some(mesh::grid(&meshed.mesh, pose, (&at_rest, &at_rest), view))
+            Some(mesh::grid(&meshed.mesh, pose, Deformation { displacement: &at_rest, rate: &at_rest }, view))
         } else {
             shape(body, pose, (cells, view))?
         };
@@ -79,9 +79,9 @@ fn bodies(
 fn shape(body: &FileBody, pose: &Pose, (cells, view): (Cells, View)) -> Result<Option<Grid>, AppError> {
     let Some(geometry) = shape_alone(body, cells)? else { return Ok(None) };
     let at_rest = vec![0.0; geometry.n_control_values()];
-    let drawn = grid(&geometry, pose, (&at_rest, &at_rest), view).map_err(|source| {
-        AppError::model(adaptive::AdaptiveError::Geometry { body: body.name.clone(), source })
-    })?;
+    let drawn = grid(&geometry, pose, Deformation { displacement: &at_rest, rate: &at_rest }, view).map_err(
+        |source| AppError::model(adaptive::AdaptiveError::Geometry { body: body.name.clone(), source }),
+    )?;
     Ok(Some(drawn))
 }
 

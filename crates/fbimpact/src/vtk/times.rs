@@ -69,7 +69,12 @@ pub fn chosen(
 ) -> Result<Vec<usize>, AppError> {
     let TimeRange { from, to, step } = match times {
         Some(Times::Range(range)) => range,
-        Some(Times::Peak) if peaks.is_empty() => return Err(CommandFault::NoPeaks.into()),
+        Some(Times::Peak) if peaks.is_empty() => {
+            return Err(CommandFault::request(
+                "--times peak: the result has no impacts, name times as A:B:STEP",
+            )
+            .into());
+        }
         Some(Times::Peak) => {
             let mut all: Vec<usize> = peaks.iter().map(|t| nearest(time, *t)).collect();
             all.sort_unstable();
@@ -83,7 +88,9 @@ pub fn chosen(
     };
     let (first, last) = (time[0], time[time.len() - 1]);
     if to < first || from > last {
-        return Err(CommandFault::Times { from, to, step, first, last }.into());
+        let given = format!("{from}:{to}:{step}");
+        let reason = format!("the result holds {first:e} s to {last:e} s");
+        return Err(CommandFault::argument("--times", given, reason).into());
     }
     // The last time counts although it is round-off behind the end.
     let n = ((to - from) / step + 1e-9).floor() as usize;

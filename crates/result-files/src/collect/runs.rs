@@ -11,7 +11,7 @@ use crate::error::ResultError;
 use crate::expression::fault::ExpressionFault;
 use crate::expression::named::{Cell, NamedExpression};
 use crate::expression::source::Source;
-use crate::file_fault::{Access, FileFault};
+use crate::file_fault::Access;
 use crate::plain_file;
 use crate::reactions::PeakReaction;
 use crate::scenario_values::{self, Values};
@@ -68,7 +68,8 @@ pub fn find(places: &[PathBuf], wanted: &[NamedExpression]) -> Result<Vec<Run>, 
             let has_traces =
                 [".h5", ".h5.part", ".exit", ".set", ".log"].iter().any(|end| with_end(&stem, end).exists());
             if stem == *place && !place.exists() && !has_traces {
-                return Err(ResultError::io(place, FileFault::NoRuns));
+                let reason = "does not exist: name a folder of results, a result (.h5), or a run by its path without .h5";
+                return Err(ResultError::io(place, reason));
             }
             stems.push(stem);
         }

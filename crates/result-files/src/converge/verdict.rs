@@ -57,12 +57,20 @@ pub fn dominant(singles: &[Compared]) -> Option<&Compared> {
     known.reduce(|a, b| if b.change() > a.change() { b } else { a })
 }
 
-/// Judges the variants `singles` of one parameter each, that of all that mattered `together`, and those of single bodies or
-/// contacts `split` of the parameter that limits.
-pub fn judge(
-    (singles, together, split): (&[Compared], Option<&Compared>, &[Compared]),
-    tolerance: f64,
-) -> Verdict {
+/// The variants of a study.
+#[derive(Debug, Clone, Copy)]
+pub struct Variants<'a> {
+    /// Of one parameter each.
+    pub singles: &'a [Compared],
+    /// Of all parameters that mattered, if there are several.
+    pub together: Option<&'a Compared>,
+    /// Of single bodies or contacts, of the parameter that limits.
+    pub split: &'a [Compared],
+}
+
+/// Judges the variants of a study.
+pub fn judge(variants: Variants<'_>, tolerance: f64) -> Verdict {
+    let Variants { singles, together, split } = variants;
     let unknown: Vec<&Compared> = singles.iter().chain(together).filter(|c| c.difference.is_none()).collect();
     let largest = dominant(singles.iter().chain(together).cloned().collect::<Vec<_>>().as_slice())
         .and_then(|c| Some((c.variant.name.clone(), c.largest()?)));
@@ -200,7 +208,7 @@ mod tests {
     #[test]
     fn small_changes_are_converged_and_the_largest_is_named() {
         let all = singles(&["rod"], |p| if p == Parameter::Modes { 3e-3 } else { 1e-4 });
-        let verdict = judge((&all, None, &[]), 0.01);
+        let verdict = judge(Variants { singles: &all, together: None, split: &[] }, 0.01);
         assert!(verdict.is_converged);
         assert_eq!(
             verdict.sentence,
@@ -216,7 +224,7 @@ mod tests {
             _ => 0.0,
         };
         let all = singles(&["rod"], of);
-        let verdict = judge((&all, None, &[]), 0.01);
+        let verdict = judge(Variants { singles: &all, together: None, split: &[] }, 0.01);
         assert!(!verdict.is_converged);
         assert_eq!(
             verdict.sentence,
@@ -232,7 +240,9 @@ mod tests {
             [("rod", 0.001), ("ball", of_ball)]
                 .map(|(body, change)| compared(variant(Parameter::Mesh, &[body]), change))
         };
-        let sentence = |of_ball| judge((&all, None, &split(of_ball)), 0.01).sentence;
+        let sentence = |of_ball| {
+            judge(Variants { singles: &all, together: None, split: &split(of_ball) }, 0.01).sentence
+        };
         assert!(sentence(0.019).starts_with("the mesh of body \"ball\" limits"), "{}", sentence(0.019));
         let both = "the meshes of bodies \"rod\", \"ball\" limit";
         assert!(sentence(0.002).starts_with(both), "{}", sentence(0.002));
@@ -244,7 +254,8 @@ mod tests {
         let parameters = significant(&all, 0.01);
         assert_eq!(parameters, [Parameter::Modes, Parameter::Mesh]);
         let together = Variant { name: "together".into(), parameters, subjects: Vec::new(), set: Vec::new() };
-        let verdict = judge((&all, Some(&compared(together, 0.015)), &[]), 0.01);
+        let verdict =
+            judge(Variants { singles: &all, together: Some(&compared(together, 0.015)), split: &[] }, 0.01);
         assert!(!verdict.is_converged);
         assert!(
             verdict.sentence.starts_with("modes, mesh together limit the final velocity"),
@@ -258,7 +269,7 @@ mod tests {
         let mut all = singles(&["rod"], |_| 1e-4);
         all[0].difference = None;
         all[0].outcome.message = "body \"rod\": out of memory.\nmore".into();
-        let verdict = judge((&all, None, &[]), 0.01);
+        let verdict = judge(Variants { singles: &all, together: None, split: &[] }, 0.01);
         assert!(!verdict.is_converged);
         let words =
             ["what could be judged is converged", "mesh could not be judged: body \"rod\": out of memory"];
@@ -270,7 +281,7 @@ mod tests {
         let mut all = singles(&["rod"], |_| 0.0);
         let counts = vec![CountChange { contact: "tip".into(), base: 3, variant: 2 }];
         all[1].difference = Some(Difference { counts, ..Difference::default() });
-        let verdict = judge((&all, None, &[]), 0.01);
+        let verdict = judge(Variants { singles: &all, together: None, split: &[] }, 0.01);
         assert_eq!(
             verdict.sentence,
             "the number of modes of body \"rod\" limits the number of impacts of contact \"tip\": 3 become 2 with twice the modes"

@@ -6,7 +6,7 @@ use hdf5::types::VarLenUnicode;
 use hdf5::{File, Group, Result};
 
 use crate::error::ResultError;
-use crate::file_fault::ResultFault;
+use crate::file_fault::FileFault;
 use crate::hdf5_integrity;
 use crate::open::{attribute, open, scenario_text};
 use crate::pressure_series::PressureSeries;
@@ -85,9 +85,9 @@ impl ResultData {
     /// [`ResultError::File`] if it is no readable result file.
     pub fn read(path: &Path, label: String) -> std::result::Result<Self, ResultError> {
         let file = open(path)?;
-        let mut data = contents(&file).map_err(|e| ResultError::io(path, ResultFault::Part(e)))?;
+        let mut data = contents(&file).map_err(|e| ResultError::io(path, FileFault::part(e)))?;
         if data.time.is_empty() {
-            return Err(ResultError::io(path, ResultFault::NothingToDraw));
+            return Err(ResultError::io(path, "has no stored states, there is nothing to draw"));
         }
         data.label = label;
         Ok(data)

@@ -65,13 +65,13 @@ impl Open {
         let file = File::with_options()
             .with_fapl(|p| p.libver_v18().file_locking(false).mdc_config(&metadata_only_on_flush()))
             .create(path)
-            .map_err(FileFault::Unwritten)?;
+            .map_err(FileFault::unwritten)?;
         let disk_space = DiskSpace::new(path).and_then(|mut space| {
             space.reserve(file.size(), 0)?;
             Ok(space)
         });
         let disk_space = disk_space.map_err(|e| FileFault::system(Access::Write, e))?;
-        Self::begin(file, disk_space, scenario, threads).map_err(FileFault::Unwritten)
+        Self::begin(file, disk_space, scenario, threads).map_err(FileFault::unwritten)
     }
 
     /// Writes what is known of the run before it begins.

@@ -6,8 +6,7 @@ use super::super::section::Section;
 
 /// The level that the scenario asks for; the usual one where the key is at fault.
 pub fn accuracy(root: &Section) -> Accuracy {
-    let name = root.text("accuracy");
-    Accuracy::ALL.into_iter().find(|level| name == Some(level.name())).unwrap_or_default()
+    root.choice("accuracy").unwrap_or_default()
 }
 
 /// Change of the peak force at which the search in `penalty` ends: the one given, else that of the level.

@@ -8,6 +8,7 @@ use super::super::body_places::{BodyPlaces, GivenPlace};
 use super::super::check::Checker;
 use super::super::section::Section;
 use super::super::standard_materials::STANDARD_MATERIALS;
+use super::super::tables::FrameKind;
 use super::joints::inboard_joint;
 use super::places::{BodyFacts, one_of};
 
@@ -39,7 +40,7 @@ pub fn frame(
     name: &str,
 ) -> Option<GivenFrame> {
     let inboard_joint = inboard_joint(context.root, name);
-    if section.text("frame")? == "buckens" {
+    if section.choice::<FrameKind>("frame")? == FrameKind::Buckens {
         return Some(GivenFrame::Buckens);
     }
     let facts = BodyFacts::of(section)?;

@@ -1,7 +1,11 @@
 //! Faults of contacts that involve several keys: bodies that cannot take their part, settings without meaning.
 
+use adaptive::spec::contact::{DivisionRule, LowModes, TransferMethod};
+
 use super::super::check::Checker;
+use super::super::keys::Named;
 use super::super::section::Section;
+use super::super::tables::{ContactModel, ReductionMethod, Search, Solver};
 use super::contact_facts::ContactFacts;
 use super::places::BodyFacts;
 
@@ -73,13 +77,15 @@ pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
         let message = "has no surface to touch, for it has a mass but no shape; give it \"geometry\" and \"material\" in their place";
         checker.fault_in(section, "target_body", message.into());
     }
-    let method = contact.and_then(|b| b.section.table("reduction")?.text("method"));
-    if let Some(model @ ("quasistatic" | "massless" | "damped")) = section.text("model")
-        && method.is_some_and(|m| m != "craig-bampton")
+    let method = contact.and_then(|b| b.section.table("reduction")?.choice::<ReductionMethod>("method"));
+    if let Some(model @ (ContactModel::Quasistatic | ContactModel::Massless | ContactModel::Damped)) =
+        section.choice("model")
+        && method.is_some_and(|m| m != ReductionMethod::CraigBampton)
     {
         let message = format!(
-            "\"{model}\" needs a contact body with reduction method \"craig-bampton\", \
-             \"modal\" and \"all\" go with \"adaptive\", \"dynamic\" and \"coarse\""
+            "\"{}\" needs a contact body with reduction method \"craig-bampton\", \
+             \"modal\" and \"all\" go with \"adaptive\", \"dynamic\" and \"coarse\"",
+            model.name()
         );
         checker.fault_in(section, "model", message);
     }
@@ -132,7 +138,7 @@ fn check_normal(checker: &mut Checker, contact: &BodyFacts<'_>, target: &BodyFac
 }
 
 /// Reports settings that exclude each other.
-pub fn check_settings(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) {
+pub fn check_settings(checker: &mut Checker, section: &Section, facts: &ContactFacts) {
     check_solver(checker, section, facts);
     if let Some(penalty) = section.table("penalty") {
         check_penalty(checker, section, penalty, facts);
@@ -143,12 +149,15 @@ pub fn check_settings(checker: &mut Checker, section: &Section, facts: &ContactF
     check_transfer(checker, section, facts);
 }
 
-fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) {
-    let has_state = matches!(facts.model, "adaptive" | "quasistatic" | "massless");
-    let is_broyden = section.text("solver") == Some("broyden");
+fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts) {
+    let has_state =
+        matches!(facts.model, ContactModel::Adaptive | ContactModel::Quasistatic | ContactModel::Massless);
+    let is_broyden = section.choice("solver") == Some(Solver::Broyden);
     if is_broyden && !has_state {
-        let message =
-            format!("has no effect with model \"{}\", where no quasistatic state is solved for", facts.model);
+        let message = format!(
+            "has no effect with model \"{}\", where no quasistatic state is solved for",
+            facts.model.name()
+        );
         checker.fault_in(section, "solver", message);
     }
     if is_broyden && section.number("friction").is_some_and(|f| f > 0.0) {
@@ -158,12 +167,13 @@ fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts<'
     if !facts.is_exact {
         return;
     }
-    let law = if facts.model == "massless" { "model \"massless\"" } else { "constraint \"exact\"" };
+    let law =
+        if facts.model == ContactModel::Massless { "model \"massless\"" } else { "constraint \"exact\"" };
     if !has_state {
         let message = "must be \"adaptive\" or \"quasistatic\" with constraint \"exact\"".into();
         checker.fault_in(section, "model", message);
     }
-    if facts.has_mesh && facts.model == "massless" {
+    if facts.has_mesh && facts.model == ContactModel::Massless {
         let message = "must be \"quasistatic\" or another model with a penalty factor where a body has model \"mesh\": corners of its sides have no \
                        area of their own, so that contact is watched at more points than the boundary has unknowns";
         checker.fault_in(section, "model", message.into());
@@ -183,35 +193,35 @@ fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts<'
     }
 }
 
-fn check_transfer(checker: &mut Checker, section: &Section, facts: &ContactFacts<'_>) {
-    let has_own = section.text("modes") == Some("own");
+fn check_transfer(checker: &mut Checker, section: &Section, facts: &ContactFacts) {
+    let has_own = section.choice("modes") == Some(LowModes::Fine);
     if has_own && !facts.is_refined() {
         let message = format!(
             "must be \"prolonged\" with model \"{}\" here, whose bodies keep one model; \"adaptive\" has fine models",
-            facts.model
+            facts.model.name()
         );
         checker.fault_in(section, "modes", message);
     } else if has_own && facts.has_mesh {
         let message = "must be \"prolonged\" with a body of model \"mesh\"".into();
         checker.fault_in(section, "modes", message);
     }
-    if section.text("transfer") == Some("printed") && !has_own {
+    if section.choice("transfer") == Some(TransferMethod::Printed) && !has_own {
         let message = "\"printed\" has a meaning with modes = \"own\" only".into();
         checker.fault_in(section, "transfer", message);
     }
 }
 
-fn check_penalty(checker: &mut Checker, section: &Section, penalty: &Section, facts: &ContactFacts<'_>) {
-    if facts.model == "massless" {
+fn check_penalty(checker: &mut Checker, section: &Section, penalty: &Section, facts: &ContactFacts) {
+    if facts.model == ContactModel::Massless {
         return; // the whole table is without a meaning
     }
-    if !facts.search.starts_with("until") {
+    if matches!(facts.search, None | Some(Search::Fixed)) {
         return;
     }
-    if facts.model != "adaptive" {
+    if facts.model != ContactModel::Adaptive {
         let message = format!(
             "must be \"fixed\" with model \"{}\", searches are made with \"adaptive\" only",
-            facts.model
+            facts.model.name()
         );
         checker.fault_in(penalty, "search", message);
     }
@@ -219,22 +229,22 @@ fn check_penalty(checker: &mut Checker, section: &Section, penalty: &Section, fa
         let message = "has no meaning with constraint \"exact\", which has no penalty factor".into();
         checker.fault_in(penalty, "search", message);
     }
-    if facts.search == "until-error" && section.text("solver") == Some("active-set") {
+    if facts.search == Some(Search::UntilError) && section.choice("solver") == Some(Solver::ActiveSet) {
         let message =
             "must not be \"until-error\", for the active-set solver never fails; choose solver = \"broyden\"";
         checker.fault_in(penalty, "search", message.into());
     }
 }
 
-fn check_interval(checker: &mut Checker, interval: &Section, facts: &ContactFacts<'_>) {
+fn check_interval(checker: &mut Checker, interval: &Section, facts: &ContactFacts) {
     if interval.given("elements")
         && !interval.given("width")
         && !facts.is_refined()
-        && facts.model != "coarse"
+        && facts.model != ContactModel::Coarse
     {
         checker.fault_in(interval, "elements", "needs \"width\" beside it".into());
     }
-    if facts.has_mesh && interval.text("division") == Some("printed") {
+    if facts.has_mesh && interval.choice("division") == Some(DivisionRule::Printed) {
         let message =
             "\"printed\" is for bodies of splines, elements of a mesh are halved; leave it out".into();
         checker.fault_in(interval, "division", message);

@@ -5,8 +5,8 @@ use std::collections::hash_map::Entry;
 
 use adaptive::adaptivity::interval::least_utilisation;
 use adaptive::spec::{
-    Accuracy, ContactLaw, ContactSpec, DivisionRule, HertzPartner, HertzSpec, HertzSphere, IntervalSpec,
-    LowModes, PenaltySearch, Place, PointRule, SurfaceLaw, Target, TransferMethod, TransferSpec, Treatment,
+    Accuracy, ContactLaw, ContactSpec, HertzPartner, HertzSpec, HertzSphere, IntervalSpec, PenaltySearch,
+    Place, PointRule, SurfaceLaw, Target, TransferSpec, Treatment,
 };
 use contact_qs::law::penalty::DEFAULT_STIFFNESS_RATIO;
 use contact_qs::law::{Friction, Solid};
@@ -15,6 +15,7 @@ use contact_qs::quasistatic::Method;
 
 use super::super::check::Checker;
 use super::super::section::Section;
+use super::super::tables::{ContactModel, Search, Solver};
 use super::accuracy::{accuracy, peak_tolerance};
 use super::body_parts::solid;
 use super::built_bodies::BuiltBodies;
@@ -71,7 +72,7 @@ fn contact(
         return None;
     }
     let facts = ContactFacts::of(root, section)?;
-    let law = if facts.model == "hertz" {
+    let law = if facts.model == ContactModel::Hertz {
         check_hertz(checker, root, section);
         hertz(root, section)
     } else {
@@ -106,43 +107,32 @@ fn partner(root: &Section, body: &BodyFacts<'_>) -> Option<HertzPartner> {
     Some(HertzPartner::Sphere(HertzSphere { centre: Place::Point([0.0; 3]), radius, solid }))
 }
 
-fn surface(root: &Section, section: &Section, facts: &ContactFacts<'_>) -> Option<SurfaceLaw> {
+fn surface(root: &Section, section: &Section, facts: &ContactFacts) -> Option<SurfaceLaw> {
     let accuracy = accuracy(root);
     let coefficient = section.number("friction")?;
     let (penalty, search) = penalty(root, section, facts)?;
     Some(SurfaceLaw {
         treatment: match facts.model {
             // The boundary's compliance without springs behind its points: Eq. A.34.
-            "quasistatic" | "massless" => Treatment::Quasistatic,
-            "damped" => Treatment::Damped,
-            "dynamic" => Treatment::Dynamic,
-            "coarse" => Treatment::Coarse,
-            _ => Treatment::Adaptive,
+            ContactModel::Quasistatic | ContactModel::Massless => Treatment::Quasistatic,
+            ContactModel::Damped => Treatment::Damped,
+            ContactModel::Dynamic => Treatment::Dynamic,
+            ContactModel::Coarse => Treatment::Coarse,
+            ContactModel::Adaptive => Treatment::Adaptive,
+            // It has a law of its own.
+            ContactModel::Hertz => return None,
         },
         penalty,
         stiffness_ratio: DEFAULT_STIFFNESS_RATIO * accuracy.stiffness(),
         search,
-        points: match section.text("points")? {
-            "gauss" => PointRule::Gauss,
-            _ if facts.has_mesh => PointRule::Gauss,
-            _ => PointRule::Greville,
-        },
-        method: match section.text("solver")? {
-            "broyden" => Method::Broyden(BroydenSettings::default()),
-            _ => Method::ActiveSet,
+        points: if facts.has_mesh { PointRule::Gauss } else { section.choice("points")? },
+        method: match section.choice("solver")? {
+            Solver::Broyden => Method::Broyden(BroydenSettings::default()),
+            Solver::ActiveSet => Method::ActiveSet,
         },
         friction: (coefficient > 0.0).then(|| Friction::new(coefficient)),
         interval: interval(section.table("interval")?, accuracy)?,
-        transfer: TransferSpec {
-            modes: match section.text("modes")? {
-                "own" => LowModes::Fine,
-                _ => LowModes::Prolonged,
-            },
-            method: match section.text("transfer")? {
-                "printed" => TransferMethod::Printed,
-                _ => TransferMethod::MassOrthogonal,
-            },
-        },
+        transfer: TransferSpec { modes: section.choice("modes")?, method: section.choice("transfer")? },
     })
 }
 
@@ -153,30 +143,22 @@ fn interval(section: &Section, accuracy: Accuracy) -> Option<IntervalSpec> {
         elements: section.integer("elements"),
         target_utilisation,
         min_utilisation: least_utilisation(target_utilisation),
-        division: match section.text("division")? {
-            "printed" => DivisionRule::Printed,
-            _ => DivisionRule::Graded,
-        },
+        division: section.choice("division")?,
         accuracy,
     })
 }
 
 /// The penalty factor, infinite for the exact constraint, and how it is found.
-fn penalty(
-    root: &Section,
-    section: &Section,
-    facts: &ContactFacts<'_>,
-) -> Option<(Option<f64>, PenaltySearch)> {
+fn penalty(root: &Section, section: &Section, facts: &ContactFacts) -> Option<(Option<f64>, PenaltySearch)> {
     if facts.is_exact {
         return Some((Some(f64::INFINITY), PenaltySearch::Fixed));
     }
     let penalty = section.table("penalty")?;
     let value = if penalty.given("initial") { Some(penalty.number("initial")?) } else { None };
-    let search = match facts.search {
-        "until-converged" => PenaltySearch::UntilConverged { tolerance: peak_tolerance(root, penalty) },
-        "until-error" => PenaltySearch::UntilError,
-        "fixed" => PenaltySearch::Fixed,
-        _ => return None,
+    let search = match facts.search? {
+        Search::UntilConverged => PenaltySearch::UntilConverged { tolerance: peak_tolerance(root, penalty) },
+        Search::UntilError => PenaltySearch::UntilError,
+        Search::Fixed => PenaltySearch::Fixed,
     };
     Some((value, search))
 }

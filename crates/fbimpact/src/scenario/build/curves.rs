@@ -5,6 +5,7 @@ use adaptive::spec::time_curve::{CubicSpline, Piecewise, PiecewiseForm};
 
 use super::super::check::Checker;
 use super::super::section::{Checked, Section};
+use super::super::tables::Interpolation;
 
 /// Longest polynomial; more terms lose all digits long before the end of a run.
 const MAX_COEFFICIENTS: usize = 16;
@@ -76,9 +77,12 @@ fn points(checker: &mut Checker, table: &Section) -> Option<TimeCurve> {
         checker.fault_in(table, "values", message);
         return None;
     }
-    let interpolation = table.text("interpolation")?;
-    if interpolation != "smooth" {
-        let form = if interpolation == "steps" { PiecewiseForm::Steps } else { PiecewiseForm::Lines };
+    let form = match table.choice("interpolation")? {
+        Interpolation::Smooth => None,
+        Interpolation::Linear => Some(PiecewiseForm::Lines),
+        Interpolation::Steps => Some(PiecewiseForm::Steps),
+    };
+    if let Some(form) = form {
         return Some(TimeCurve::Piecewise(Piecewise { times, values, form, is_periodic }));
     }
     let spline =

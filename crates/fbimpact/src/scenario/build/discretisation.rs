@@ -8,6 +8,7 @@ use super::super::body_places::BodyPlaces;
 use super::super::check::Checker;
 use super::super::section::Section;
 use super::super::spline_nets::per_direction;
+use super::super::tables::ReductionMethod;
 use super::places::{BodyFacts, dimension, marker_or_point, single};
 
 /// Elements per direction in the specification of a body for which the program still has to choose them.
@@ -120,8 +121,8 @@ fn refinement(
 
 /// The reduced basis of a body.
 pub fn reduction(checker: &mut Checker, section: &Section) -> Option<Basis> {
-    let method = section.text("method")?;
-    if method == "all" {
+    let method: ReductionMethod = section.choice("method")?;
+    if method == ReductionMethod::All {
         return Some(Basis { spec: ReductionSpec::All, static_answers: false, wants_modes: false });
     }
     let given = match section.item("modes") {
@@ -130,7 +131,7 @@ pub fn reduction(checker: &mut Checker, section: &Section) -> Option<Basis> {
     };
     let (modes, wants_modes) = (given.unwrap_or(WITHOUT_FORCES), given.is_none());
     let static_answers = section.boolean("static_answers")?;
-    if method == "modal" {
+    if method == ReductionMethod::Modal {
         return Some(Basis { spec: ReductionSpec::Modal { modes }, static_answers, wants_modes });
     }
     let fixed_interface_modes = match section.item("fixed_interface_modes") {

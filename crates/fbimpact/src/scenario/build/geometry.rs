@@ -216,11 +216,7 @@ fn net(section: &Section) -> Option<Option<SphereNet>> {
     if section.item("net").is_none() {
         return Some(None);
     }
-    Some(Some(match section.text("net")? {
-        "spindle" => SphereNet::Spindle,
-        "shells" => SphereNet::Shells,
-        _ => SphereNet::Cube,
-    }))
+    Some(Some(section.choice("net")?))
 }
 
 /// The shape with its patches cut along lines of lower continuity, which are faces between patches then; not where the scenario divides the one

@@ -6,7 +6,6 @@ use adaptive::body::mesh::n_elastic_modes;
 use adaptive::sizing::SizeRequest;
 use adaptive::spec::{BodyKind, ByGroup, FlexibleSpec, MeshedSpec};
 use fe_mesh::Mesh;
-use fe_mesh::rules::MassRule;
 use iga_core::elasticity::Material;
 
 use super::super::body_files::length;
@@ -45,10 +44,7 @@ pub fn meshed(
     section.item("units")?;
     let (material, groups) = materials?;
     let Basis { spec: reduction, static_answers, wants_modes } = basis?;
-    let mass_rule = match section.text("mass_points")? {
-        "as-stiffness" => MassRule::AsStiffness,
-        _ => MassRule::Exact,
-    };
+    let mass_rule = section.choice("mass_points")?;
     let flexible = FlexibleSpec {
         static_answers,
         damping: damping?,

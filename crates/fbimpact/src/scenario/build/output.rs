@@ -36,10 +36,7 @@ pub fn output(
         .iter()
         .filter_map(|(name, request)| stress(checker, root, (name, request), bodies, end_time))
         .collect();
-    let compression = match section.text("compression")? {
-        "gzip" => Compression::Gzip,
-        _ => Compression::None,
-    };
+    let compression = section.choice("compression")?;
     let is_complete = built_points.len() == points.len() && stress.len() == lines.len();
     is_complete.then_some(Output { points: built_points, stress, compression })
 }

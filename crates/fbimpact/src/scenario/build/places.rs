@@ -40,19 +40,16 @@ impl<'a> BodyFacts<'a> {
         };
         let file = section.body_file().map(AsRef::as_ref);
         let mesh = section.mesh_file().map(AsRef::as_ref);
+        let of_motion = |motion: RigidMotion| match motion {
+            RigidMotion::Planar => "plane-strain",
+            RigidMotion::Axial => "axisymmetric",
+            RigidMotion::Spatial => "solid",
+        };
         let components = match (model, shape) {
-            ("imported", _) => match file?.body.motion() {
-                RigidMotion::Planar => "plane-strain",
-                RigidMotion::Axial => "axisymmetric",
-                RigidMotion::Spatial => "solid",
-            },
+            ("imported", _) => of_motion(file?.body.motion()),
             ("mesh", _) => "solid",
             ("rigid", "plane") => "rigid",
-            ("rigid", _) => match section.text("motion")? {
-                "planar" => "plane-strain",
-                "axial" => "axisymmetric",
-                _ => "solid",
-            },
+            ("rigid", _) => of_motion(section.choice("motion")?),
             _ => model,
         };
         // A mesh that cannot be read is a fault already.

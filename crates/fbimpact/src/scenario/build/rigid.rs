@@ -42,11 +42,7 @@ pub fn rigid(
     if facts.is_plane() {
         return plane(checker, root, section, orientation);
     }
-    let motion = match section.text("motion")? {
-        "planar" => RigidMotion::Planar,
-        "axial" => RigidMotion::Axial,
-        _ => RigidMotion::Spatial,
-    };
+    let motion = section.choice("motion")?;
     let (spec, shape) = if section.item("geometry").is_some() {
         let (spec, shape) = from_shape(checker, (root, known), section, &facts, motion)?;
         (spec, Some(shape))

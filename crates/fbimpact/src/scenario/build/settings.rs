@@ -2,7 +2,6 @@
 
 use adaptive::spec::resolution::shortening;
 use adaptive::spec::{Accuracy, PhaseSettings, RestSettings, RunSettings};
-use ffr_dynamics::integration::Method;
 use ffr_dynamics::system::error_scale::ErrorScale;
 
 use super::super::section::Section;
@@ -38,13 +37,7 @@ fn rest(simulation: &Section) -> Option<RestSettings> {
 fn phase(section: &Section, accuracy: Accuracy) -> Option<PhaseSettings> {
     let tolerance = section.number("rtol");
     Some(PhaseSettings {
-        method: section.text("integrator").and_then(|name| match name {
-            "dormand-prince" => Some(Method::DormandPrince),
-            "gauss" => Some(Method::Gauss),
-            "tr-bdf2" => Some(Method::TrBdf2),
-            "esdirk4" => Some(Method::Esdirk4),
-            _ => None,
-        }),
+        method: section.choice("integrator"),
         max_step: section.number("max_step").unwrap_or(f64::INFINITY),
         tolerance,
         tolerance_factor: if tolerance.is_some() { 1.0 } else { accuracy.step_error() },

@@ -1,10 +1,12 @@
 //! Keys of `[materials.NAME]` and `[bodies.NAME]`.
 
-use super::super::keys::{Bound, Choice, Condition, Fact, Key, Kind, Need, Range, Test};
+use super::super::keys::{Bound, Choice, Condition, Fact, Key, Kind, Named, Need, Range, Test, name_values};
 use super::discretisation::{DISCRETISATION, REDUCTION};
 use super::files::{FILE_SHA256, UNITS};
 use super::ranges::{COORDINATE, LENGTH, RATE};
 use super::shapes::GEOMETRIES;
+use fe_mesh::rules::MassRule;
+use ffr_dynamics::body::RigidMotion;
 
 /// `[materials.NAME]`.
 pub const MATERIAL: &[Key] = &[
@@ -45,16 +47,25 @@ const MODELS: &[Choice] = &[
     Choice::new("rigid", "rigid; with the shape `plane` also at rest"),
 ];
 
-const FRAMES: &[Choice] = &[
-    Choice::new("buckens", "mean-axis frame: elastic coordinates carry no momentum"),
-    Choice::new("tangent", "the frame follows the material at `frame_marker` or `frame_point`"),
-];
+/// What the reference frame of a body follows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FrameKind {
+    /// All of the body.
+    Buckens,
+    /// The material at a place.
+    Tangent,
+}
 
-const MOTIONS: &[Choice] = &[
-    Choice::new("spatial", "three translations, three rotations; points are [x, y, z]"),
-    Choice::new("planar", "in the plane (x, y), turning about z; points are [x, y]"),
-    Choice::new("axial", "along z; points are [r, z]"),
-];
+name_values!(FrameKind {
+    Buckens: "buckens", "mean-axis frame: elastic coordinates carry no momentum";
+    Tangent: "tangent", "the frame follows the material at `frame_marker` or `frame_point`";
+});
+
+name_values!(RigidMotion {
+    Spatial: "spatial", "three translations, three rotations; points are [x, y, z]";
+    Planar: "planar", "in the plane (x, y), turning about z; points are [x, y]";
+    Axial: "axial", "along z; points are [r, z]";
+});
 
 /// The body is from a file.
 const FROM_FILE: Condition = Condition::new(
@@ -143,14 +154,14 @@ pub const BODY: &[Key] = &[
     ).when(&[OF_MESH]),
     Key::new(
         "mass_points",
-        Kind::Choice(MASS_RULES),
+        Kind::Choice(MassRule::CHOICES),
         "",
         Need::Default("\"exact\""),
         "Points by which the mass of the elements is integrated.",
     ).when(&[OF_MESH]),
     Key::new(
         "motion",
-        Kind::Choice(MOTIONS),
+        Kind::Choice(RigidMotion::CHOICES),
         "",
         Need::Default("\"spatial\""),
         "Motions that the body can make.",
@@ -230,7 +241,7 @@ pub const BODY: &[Key] = &[
     ).when(TO_REDUCE),
     Key::new(
         "frame",
-        Kind::Choice(FRAMES),
+        Kind::Choice(FrameKind::CHOICES),
         "",
         Need::Default("\"buckens\""),
         "Reference frame.",
@@ -299,13 +310,10 @@ pub const BODY: &[Key] = &[
         )]),
 ];
 
-const MASS_RULES: &[Choice] = &[
-    Choice::new("exact", "exact on straight-sided elements"),
-    Choice::new(
-        "as-stiffness",
-        "those of the stiffness, as CalculiX has them in tet10 and wedge15, for comparison",
-    ),
-];
+name_values!(MassRule {
+    Exact: "exact", "exact on straight-sided elements";
+    AsStiffness: "as-stiffness", "those of the stiffness, as CalculiX has them in tet10 and wedge15, for comparison";
+});
 
 /// `[bodies.NAME.groups.NAME]`.
 const GROUP: &[Key] =

@@ -5,78 +5,103 @@ use adaptive::adaptivity::penalty_search::PEAK_TOLERANCE;
 use adaptive::body::mesh::divided::{LINEAR, QUADRATIC};
 use adaptive::body::splines::refined::ELEMENTS;
 use adaptive::spec::Accuracy;
+use adaptive::spec::contact::{DivisionRule, LowModes, PointRule, TransferMethod};
 
-use super::super::keys::{Bound, Choice, Condition, Fact, Key, Kind, Need, Range, Test};
+use super::super::keys::{Bound, Condition, Fact, Key, Kind, Named, Need, Range, Test, name_values};
 
-const MODELS: &[Choice] = &[
-    Choice::new(
-        "adaptive",
-        "as `quasistatic`, on a contact zone that the program refines at every impact; on the whole surfaces of bodies that touch with flat faces, edges or corners",
-    ),
-    Choice::new("quasistatic", "high-frequency modes follow the contact force statically"),
-    Choice::new(
-        "massless",
-        "as `quasistatic`, without penetration and without a penalty factor: the boundary has no mass and obeys the laws of Signorini and Coulomb as they are",
-    ),
-    Choice::new("damped", "every Craig-Bampton mode is dynamic, high-frequency ones damped critically"),
-    Choice::new("dynamic", "every Craig-Bampton mode is dynamic"),
-    Choice::new("coarse", "the modes of the free body alone, without refinement"),
-    Choice::new(
-        "hertz",
-        "Hertz's law at the closest places of two smooth surfaces that are curved against each other, rigid or flexible, or of one and a plane",
-    ),
-];
+/// How a contact is modelled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ContactModel {
+    /// On a zone that the program refines.
+    Adaptive,
+    /// High-frequency modes follow the force.
+    Quasistatic,
+    /// A boundary without mass.
+    Massless,
+    /// Zones that vibrate, damped critically.
+    Damped,
+    /// Zones that vibrate.
+    Dynamic,
+    /// Without refinement.
+    Coarse,
+    /// Hertz's law.
+    Hertz,
+}
 
-const CONSTRAINTS: &[Choice] = &[
-    Choice::new("penalty", "pressure proportional to penetration"),
-    Choice::new(
-        "exact",
-        "no penetration, no penalty factor; needs Greville points and the active-set solver",
-    ),
-];
+name_values!(ContactModel {
+    Adaptive: "adaptive", "as `quasistatic`, on a contact zone that the program refines at every impact; on the whole surfaces of bodies that touch with flat faces, edges or corners";
+    Quasistatic: "quasistatic", "high-frequency modes follow the contact force statically";
+    Massless: "massless", "as `quasistatic`, without penetration and without a penalty factor: the boundary has no mass and obeys the laws of Signorini and Coulomb as they are";
+    Damped: "damped", "every Craig-Bampton mode is dynamic, high-frequency ones damped critically";
+    Dynamic: "dynamic", "every Craig-Bampton mode is dynamic";
+    Coarse: "coarse", "the modes of the free body alone, without refinement";
+    Hertz: "hertz", "Hertz's law at the closest places of two smooth surfaces that are curved against each other, rigid or flexible, or of one and a plane";
+});
 
-const POINTS: &[Choice] = &[
-    Choice::new("greville", "Greville abscissae of the surface"),
-    Choice::new("gauss", "Gauss points of the surface elements"),
-];
+/// How penetration is resisted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Constraint {
+    /// By springs.
+    Penalty,
+    /// There is none.
+    Exact,
+}
 
-const SOLVERS: &[Choice] = &[
-    Choice::new("active-set", "primal active-set method, converges for every penalty factor"),
-    Choice::new("broyden", "Algorithm 1 of Rückwald, Held and Seifried (2024)"),
-];
+name_values!(Constraint {
+    Penalty: "penalty", "pressure proportional to penetration";
+    Exact: "exact", "no penetration, no penalty factor; needs Greville points and the active-set solver";
+});
 
-const SEARCHES: &[Choice] = &[
-    Choice::new("fixed", "the given factor is used throughout"),
-    Choice::new("until-converged", "raised by ten until the peak force no longer changes"),
-    Choice::new(
-        "until-error",
-        "raised by ten until the contact solver fails, then lowered step by step ([A] Fig. 3)",
-    ),
-];
+name_values!(PointRule {
+    Greville: "greville", "Greville abscissae of the surface";
+    Gauss: "gauss", "Gauss points of the surface elements";
+});
 
-const DIVISIONS: &[Choice] = &[
-    Choice::new("graded", "levels that halve the elements, as many as the interval needs"),
-    Choice::new(
-        "printed",
-        "Algorithm 3 as [A] prints it: five levels, ten knots per element and level; too few for some intervals",
-    ),
-];
+/// Who finds the quasistatic state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Solver {
+    /// The active-set method.
+    ActiveSet,
+    /// Algorithm 1.
+    Broyden,
+}
 
-const MODES: &[Choice] = &[
-    Choice::new("prolonged", "those of the coarse model; the motion goes on without a jump"),
-    Choice::new(
-        "own",
-        "modes of the fine model itself; the motion is projected onto them at the touch and back afterwards",
-    ),
-];
+name_values!(Solver {
+    ActiveSet: "active-set", "primal active-set method, converges for every penalty factor";
+    Broyden: "broyden", "Algorithm 1 of Rückwald, Held and Seifried (2024)";
+});
 
-const TRANSFERS: &[Choice] = &[
-    Choice::new("projection", "mass-orthogonal projection, the best approximation in kinetic energy"),
-    Choice::new(
-        "printed",
-        "Rückwald, Held and Seifried (2024), section 4.4: least squares and interpolation",
-    ),
-];
+/// How the penalty factor is adapted.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Search {
+    /// It is not.
+    Fixed,
+    /// Until the peak force no longer changes.
+    UntilConverged,
+    /// Until the contact solver fails.
+    UntilError,
+}
+
+name_values!(Search {
+    Fixed: "fixed", "the given factor is used throughout";
+    UntilConverged: "until-converged", "raised by ten until the peak force no longer changes";
+    UntilError: "until-error", "raised by ten until the contact solver fails, then lowered step by step ([A] Fig. 3)";
+});
+
+name_values!(DivisionRule {
+    Graded: "graded", "levels that halve the elements, as many as the interval needs";
+    Printed: "printed", "Algorithm 3 as [A] prints it: five levels, ten knots per element and level; too few for some intervals";
+});
+
+name_values!(LowModes {
+    Prolonged: "prolonged", "those of the coarse model; the motion goes on without a jump";
+    Fine: "own", "modes of the fine model itself; the motion is projected onto them at the touch and back afterwards";
+});
+
+name_values!(TransferMethod {
+    MassOrthogonal: "projection", "mass-orthogonal projection, the best approximation in kinetic energy";
+    Printed: "printed", "Rückwald, Held and Seifried (2024), section 4.4: least squares and interpolation";
+});
 
 /// The contact has contact points on a surface.
 const SURFACE: &[Condition] =
@@ -117,24 +142,24 @@ pub const CONTACT: &[Key] = &[
          `motion` that goes with it, free, on joints or held by a joint to ground; a rigid plane. With `hertz` any body with a shape that moves as \
          the contact body does, or a plane.",
     ),
-    Key::new("model", Kind::Choice(MODELS), "", Need::Default("\"adaptive\""), "Contact model."),
+    Key::new("model", Kind::Choice(ContactModel::CHOICES), "", Need::Default("\"adaptive\""), "Contact model."),
     Key::new(
         "constraint",
-        Kind::Choice(CONSTRAINTS),
+        Kind::Choice(Constraint::CHOICES),
         "",
         Need::Default("\"penalty\""),
         "How penetration is resisted.",
     ).when(CHOSEN),
     Key::new(
         "points",
-        Kind::Choice(POINTS),
+        Kind::Choice(PointRule::CHOICES),
         "",
         Need::Default("\"greville\""),
         "Where the contact points are.",
     ).when(ON_SPLINES),
     Key::new(
         "solver",
-        Kind::Choice(SOLVERS),
+        Kind::Choice(Solver::CHOICES),
         "",
         Need::Default("\"active-set\""),
         "Solver of the quasistatic state.",
@@ -149,7 +174,7 @@ pub const CONTACT: &[Key] = &[
     ),
     Key::new(
         "modes",
-        Kind::Choice(MODES),
+        Kind::Choice(LowModes::CHOICES),
         "",
         Need::Default("\"prolonged\""),
         "Low-frequency modes of the fine models, where the program refines. A body in two contacts at once keeps those that it \
@@ -157,7 +182,7 @@ pub const CONTACT: &[Key] = &[
     ).when(SURFACE),
     Key::new(
         "transfer",
-        Kind::Choice(TRANSFERS),
+        Kind::Choice(TransferMethod::CHOICES),
         "",
         Need::Default("\"projection\""),
         "How the state is handed over between coarse and fine models, with modes = \"own\".",
@@ -206,7 +231,7 @@ const PENALTY: &[Key] = &[
     .when(&[Condition::new("with search \"until-converged\"", Test::Fact(Fact::SearchConverges))]),
     Key::new(
         "search",
-        Kind::Choice(SEARCHES),
+        Kind::Choice(Search::CHOICES),
         "",
         Need::Optional("\"until-converged\" with `adaptive`, else \"fixed\""),
         "How the factor is adapted, with `adaptive`. \"until-error\" needs the solver \"broyden\".",
@@ -256,7 +281,7 @@ const INTERVAL: &[Key] = &[
     )]),
     Key::new(
         "division",
-        Kind::Choice(DIVISIONS),
+        Kind::Choice(DivisionRule::CHOICES),
         "",
         Need::Default("\"graded\""),
         "How the elements about the interval are divided.",

@@ -3,7 +3,7 @@
 use adaptive::sizing::{mesh, mode_count};
 use ffr_dynamics::body::RigidMotion;
 
-use super::super::keys::{Bound, Choice, Condition, Key, Kind, Need, Range, Test};
+use super::super::keys::{Bound, Condition, Key, Kind, Named, Need, Range, Test, name_values};
 use super::ranges::{COORDINATE, LENGTH, MAX_DEGREE};
 
 /// Elements per direction; more do not fit into memory in two dimensions.
@@ -82,11 +82,22 @@ const REFINE: &[Key] = &[
     ),
 ];
 
-const METHODS: &[Choice] = &[
-    Choice::new("craig-bampton", "free modes, and the static answer of the contact zone"),
-    Choice::new("modal", "free modes; local deformation at the contact is lost"),
-    Choice::new("all", "every mode of the full model, for verification"),
-];
+/// How a body is reduced.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ReductionMethod {
+    /// After Craig and Bampton.
+    CraigBampton,
+    /// By free modes.
+    Modal,
+    /// Not at all.
+    All,
+}
+
+name_values!(ReductionMethod {
+    CraigBampton: "craig-bampton", "free modes, and the static answer of the contact zone";
+    Modal: "modal", "free modes; local deformation at the contact is lost";
+    All: "all", "every mode of the full model, for verification";
+});
 
 /// The basis leaves modes out.
 const LEAVES_OUT: &[Condition] =
@@ -95,7 +106,7 @@ const LEAVES_OUT: &[Condition] =
 
 /// `[bodies.NAME.reduction]`.
 pub(super) const REDUCTION: &[Key] = &[
-    Key::new("method", Kind::Choice(METHODS), "", Need::Default("\"craig-bampton\""), "Reduction method."),
+    Key::new("method", Kind::Choice(ReductionMethod::CHOICES), "", Need::Default("\"craig-bampton\""), "Reduction method."),
     Key::new(
         "modes",
         Kind::Integer(1, 100_000),

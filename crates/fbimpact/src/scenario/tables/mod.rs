@@ -12,29 +12,27 @@ mod contacts;
 mod resolution;
 mod simulation;
 
+pub use bodies::FrameKind;
+pub use contacts::{Constraint, ContactModel, Search, Solver};
+pub use discretisation::ReductionMethod;
 pub use shapes::{ModelFacts, SHAPES, ShapeFacts};
-pub use time_curves::CURVES;
+pub use time_curves::{CURVES, Interpolation};
 
-use super::keys::{Choice, Key, Kind, Need};
+use super::keys::{Key, Kind, Named, Need, name_values};
+use adaptive::spec::Accuracy;
 
-const ACCURACIES: &[Choice] = &[
-    Choice::new(
-        "fast",
-        "three times the error of frequencies, modes up to 0.6 of the frequency (of flat faces all), 10 elements across a contact zone for 16, five times `penalty.tolerance`, ten times `rtol`",
-    ),
-    Choice::new("normal", "the defaults as they stand on this page"),
-    Choice::new(
-        "fine",
-        "0.3 of the error of frequencies, modes up to 1.5 times the frequency, 24 elements across a contact zone for 16, a quarter of the penetration and of `penalty.tolerance`, a tenth of `rtol` and half the longest steps of impacts",
-    ),
-];
+name_values!(Accuracy {
+    Fast: "fast", "three times the error of frequencies, modes up to 0.6 of the frequency (of flat faces all), 10 elements across a contact zone for 16, five times `penalty.tolerance`, ten times `rtol`";
+    Normal: "normal", "the defaults as they stand on this page";
+    Fine: "fine", "0.3 of the error of frequencies, modes up to 1.5 times the frequency, 24 elements across a contact zone for 16, a quarter of the penetration and of `penalty.tolerance`, a tenth of `rtol` and half the longest steps of impacts";
+});
 
 /// The top level of a scenario.
 pub const SCENARIO: &[Key] = &[
     Key::new("title", Kind::Text, "", Need::Default("\"\""), "Title for reports and plots."),
     Key::new(
         "accuracy",
-        Kind::Choice(ACCURACIES),
+        Kind::Choice(Accuracy::CHOICES),
         "",
         Need::Default("\"normal\""),
         "How fine everything is that the program chooses: meshes, modes, contact zones, penalty factors, time steps. What the scenario gives is left as it is.",

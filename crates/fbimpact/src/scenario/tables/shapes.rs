@@ -1,9 +1,10 @@
 //! Shapes: their keys, the models that they go with, their markers.
 
-use super::super::keys::{Choice, Condition, Key, Kind, Need, Test, Variant};
+use super::super::keys::{Condition, Key, Kind, Named, Need, Test, Variant, name_values};
 use super::files::{FILE_SHA256, UNITS};
 use super::gear_tooth;
 use super::ranges::{COORDINATE, LENGTH, MAX_DEGREE, TURN};
+use iga_core::nurbs::primitives::SphereNet;
 
 const RADIUS: Key = Key::new("radius", Kind::Number(LENGTH), "m", Need::Required, "Radius.");
 const ROD_LENGTH: Key = Key::new("length", Kind::Number(LENGTH), "m", Need::Required, "Length over all.");
@@ -15,18 +16,15 @@ const WIDTH: Key = Key::new("width", Kind::Number(LENGTH), "m", Need::Required, 
 const HEIGHT: Key =
     Key::new("height", Kind::Number(LENGTH), "m", Need::Required, "Height over all, along y.");
 
-const NETS: &[Choice] = &[
-    Choice::new("cube", "one patch of degree 4, singular along twelve arcs; regular at ±x, ±y, ±z"),
-    Choice::new(
-        "spindle",
-        "one patch of degree 2, along the meridians 3; singular on four meridians and at ±y; regular at ±x and ±z",
-    ),
-    Choice::new("shells", "seven patches of degree 4, regular everywhere, only continuous between patches"),
-];
+name_values!(SphereNet {
+    Cube: "cube", "one patch of degree 4, singular along twelve arcs; regular at ±x, ±y, ±z";
+    Spindle: "spindle", "one patch of degree 2, along the meridians 3; singular on four meridians and at ±y; regular at ±x and ±z";
+    Shells: "shells", "seven patches of degree 4, regular everywhere, only continuous between patches";
+});
 
 const NET: Key = Key::new(
     "net",
-    Kind::Choice(NETS),
+    Kind::Choice(SphereNet::CHOICES),
     "",
     Need::Optional("`cube` from degree 4 on and of rigid bodies, `spindle` below"),
     "Control net of the ball.",

@@ -3,29 +3,18 @@
 use adaptive::spec::FREE_INTERVAL;
 use ffr_dynamics::integration::Method;
 
-use super::super::keys::{Bound, Choice, Key, Kind, Need, Range};
+use super::super::keys::{Bound, Choice, Key, Kind, Named, Need, Range, name_values};
+use super::super::types::Compression;
 
 /// Longest time that can be asked for: far above any impact, far below where `t + dt == t` for a step of 1 ns.
 const TIME: Range = Range::positive(1e6);
 
-const INTEGRATORS: &[Choice] = &[
-    Choice::new(
-        "dormand-prince",
-        "explicit Runge-Kutta method of order 5(4) with error control; the free vibration of bodies without flexible joints is exact",
-    ),
-    Choice::new(
-        "gauss",
-        "Gauss collocation, implicit, symmetric, of order 8 with error control: takes no energy from vibration, whatever the step",
-    ),
-    Choice::new(
-        "tr-bdf2",
-        "implicit, L-stable, of order 2 with error control; damps what it does not resolve",
-    ),
-    Choice::new(
-        "esdirk4",
-        "implicit, L-stable, of order 4 with error control; keeps more of what rings than `tr-bdf2` at larger steps",
-    ),
-];
+name_values!(Method {
+    DormandPrince: "dormand-prince", "explicit Runge-Kutta method of order 5(4) with error control; the free vibration of bodies without flexible joints is exact";
+    Gauss: "gauss", "Gauss collocation, implicit, symmetric, of order 8 with error control: takes no energy from vibration, whatever the step";
+    TrBdf2: "tr-bdf2", "implicit, L-stable, of order 2 with error control; damps what it does not resolve";
+    Esdirk4: "esdirk4", "implicit, L-stable, of order 4 with error control; keeps more of what rings than `tr-bdf2` at larger steps";
+});
 
 /// A relative tolerance: below round-off it cannot be met, above 0.1 it means nothing.
 const TOLERANCE: Range = Range { min: Bound::Closed(1e-14), max: Bound::Closed(0.1) };
@@ -119,7 +108,7 @@ const RTOL: Key = Key::new(
 const FREE: &[Key] = &[
     Key::new(
         "integrator",
-        Kind::Choice(INTEGRATORS),
+        Kind::Choice(Method::CHOICES),
         "",
         Need::Optional(
             "`gauss` where bodies vibrate on joints that hold them by places that deform, else `dormand-prince`",
@@ -133,7 +122,7 @@ const FREE: &[Key] = &[
 const IMPACT: &[Key] = &[
     Key::new(
         "integrator",
-        Kind::Choice(INTEGRATORS),
+        Kind::Choice(Method::CHOICES),
         "",
         Need::Default("\"dormand-prince\""),
         "Time integration method.",
@@ -148,10 +137,10 @@ const IMPACT: &[Key] = &[
     RTOL,
 ];
 
-const COMPRESSIONS: &[Choice] = &[
-    Choice::new("none", "fastest"),
-    Choice::new("gzip", "shuffle and gzip level 1; smooth histories shrink by about a tenth"),
-];
+name_values!(Compression {
+    None: "none", "fastest";
+    Gzip: "gzip", "shuffle and gzip level 1; smooth histories shrink by about a tenth";
+});
 
 /// Coordinates and lengths in a body \[m\].
 const PLACE: Range = Range::within(1e6);
@@ -193,7 +182,7 @@ pub const OUTPUT: &[Key] = &[
     ),
     Key::new(
         "compression",
-        Kind::Choice(COMPRESSIONS),
+        Kind::Choice(Compression::CHOICES),
         "",
         Need::Default("\"none\""),
         "Compression of the time histories.",

@@ -1,6 +1,6 @@
 //! Quantities over time: the forms that a drive, a prescribed motion or a load can have.
 
-use super::super::keys::{Bound, Choice, Condition, Key, Kind, Need, Range, Test, Variant};
+use super::super::keys::{Bound, Condition, Key, Kind, Named, Need, Range, Test, Variant, name_values};
 
 /// Values; far beyond any force in N or angle in rad.
 pub(super) const VALUE: Range = Range::within(1e12);
@@ -19,13 +19,22 @@ const WITHOUT_FILE: Condition = Condition::new("without `file`", Test::Without("
 const WITH_FILE: Condition = Condition::new("with `file`", Test::With("file"));
 
 /// How values between the points of a table are found.
-const INTERPOLATIONS: &[Choice] = &[
-    Choice::new("smooth", "cubic spline").elsewhere(&["spline", "cubic"]),
-    Choice::new("linear", "lines; for forces, not for prescribed motions, whose velocity would jump")
-        .elsewhere(&["lines", "polyline", "piecewise-linear"]),
-    Choice::new("steps", "each value lasts until the next time; for forces, not for prescribed motions")
-        .elsewhere(&["step", "constant", "hold", "previous", "zoh"]),
-];
+/// What runs through the points of a curve.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Interpolation {
+    /// A cubic spline.
+    Smooth,
+    /// Lines.
+    Linear,
+    /// Each value until the next.
+    Steps,
+}
+
+name_values!(Interpolation {
+    Smooth: "smooth", "cubic spline", elsewhere ["spline", "cubic"];
+    Linear: "linear", "lines; for forces, not for prescribed motions, whose velocity would jump", elsewhere ["lines", "polyline", "piecewise-linear"];
+    Steps: "steps", "each value lasts until the next time; for forces, not for prescribed motions", elsewhere ["step", "constant", "hold", "previous", "zoh"];
+});
 
 /// Forms of a quantity over time.
 pub const CURVES: &[Variant] = &[
@@ -134,7 +143,7 @@ pub const CURVES: &[Variant] = &[
             .when(&[WITH_FILE]),
             Key::new(
                 "interpolation",
-                Kind::Choice(INTERPOLATIONS),
+                Kind::Choice(Interpolation::CHOICES),
                 "",
                 Need::Default("\"smooth\""),
                 "What runs through the points. Steps of the integration end at points where it is not smooth.",
