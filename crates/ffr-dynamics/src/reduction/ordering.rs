@@ -8,6 +8,7 @@
 //! size, too.
 
 use faer::sparse::SymbolicSparseColMatRef;
+use rayon::prelude::*;
 
 use super::separator::{Part, SortedGraph};
 use crate::body::Dof;
@@ -120,7 +121,6 @@ pub fn elimination_order(
 
 /// Puts `nodes` (a subset of the graph's, no repeats) into a nested-dissection order; the nodes `last` come after them.
 fn nested_dissection(graph: &NodeGraph, anchors: &[[f64; 3]], last: &[u32], nodes: &mut [u32]) {
-    let n = anchors.len();
     let mut directions: Vec<Vec<f64>> =
         (0..3).map(|axis| anchors.iter().map(|place| place[axis]).collect()).collect();
     if !last.is_empty() {
@@ -129,9 +129,7 @@ fn nested_dissection(graph: &NodeGraph, anchors: &[[f64; 3]], last: &[u32], node
             .push(graph.steps_from(last).into_iter().zip(&distance).map(|(steps, d)| steps + d).collect());
         directions.push(distance);
     }
-    let mut cutter =
-        Cutter { graph, anchors, directions, side: vec![Side::Outside; n], rank: vec![OUTSIDE; n] };
-    cutter.dissect(nodes);
+    Cutter::new(graph, anchors, &directions).dissect(nodes);
 }
 
 /// Distance of every node from the middle of the nodes `from`, the largest being 1.
@@ -162,7 +160,7 @@ struct Cutter<'a> {
     graph: &'a NodeGraph,
     anchors: &'a [[f64; 3]],
     /// Coordinates of every node, by which they are sorted for a cut.
-    directions: Vec<Vec<f64>>,
+    directions: &'a [Vec<f64>],
     side: Vec<Side>,
     /// Position of every node along the direction that is tried.
     rank: Vec<u32>,
@@ -198,7 +196,12 @@ impl Division {
     }
 }
 
-impl Cutter<'_> {
+impl<'a> Cutter<'a> {
+    fn new(graph: &'a NodeGraph, anchors: &'a [[f64; 3]], directions: &'a [Vec<f64>]) -> Self {
+        let n = anchors.len();
+        Self { graph, anchors, directions, side: vec![Side::Outside; n], rank: vec![OUTSIDE; n] }
+    }
+
     fn dissect(&mut self, nodes: &mut [u32]) {
         let division = if nodes.len() > LEAF { self.divide(nodes) } else { None };
         let Some(Division { left, right, mut separator }) = division else {
@@ -211,8 +214,13 @@ impl Cutter<'_> {
         first.copy_from_slice(&left);
         second.copy_from_slice(&right);
         third.copy_from_slice(&separator);
-        self.dissect(first);
-        self.dissect(second);
+        if first.len().min(second.len()) < LARGE {
+            self.dissect(first);
+            self.dissect(second);
+        } else {
+            let mut beside = Cutter::new(self.graph, self.anchors, self.directions);
+            rayon::join(|| self.dissect(first), || beside.dissect(second));
+        }
     }
 
     /// The best division across a direction; `None` if nothing is split off.
@@ -221,10 +229,9 @@ impl Cutter<'_> {
         let best = cuts.iter().min_by(|p, q| p.score.total_cmp(&q.score))?;
         let mut division = self.along(best);
         if nodes.len() >= LARGE {
-            for cut in &cuts {
-                if let Some(smallest) = self.narrowed(cut)
-                    && smallest.score() < division.score()
-                {
+            let narrowed: Vec<_> = cuts.par_iter().filter_map(|cut| self.narrowed(cut)).collect();
+            for smallest in narrowed {
+                if smallest.score() < division.score() {
                     division = smallest;
                 }
             }
@@ -266,7 +273,7 @@ impl Cutter<'_> {
     }
 
     /// The division with the smallest separator between the ends of the direction of a cut (Eq. R.2).
-    fn narrowed(&mut self, cut: &Cut) -> Option<Division> {
+    fn narrowed(&self, cut: &Cut) -> Option<Division> {
         let n = cut.sorted.len();
         let kept = |side: usize| ((KEPT * side as f64) as usize).max(1);
         let graph = self.sorted_graph(&cut.sorted);
@@ -278,18 +285,16 @@ impl Cutter<'_> {
     }
 
     /// The graph between the nodes `sorted`, numbered in this order.
-    fn sorted_graph(&mut self, sorted: &[u32]) -> SortedGraph {
+    fn sorted_graph(&self, sorted: &[u32]) -> SortedGraph {
+        let mut rank = vec![OUTSIDE; self.anchors.len()];
         for (p, &a) in sorted.iter().enumerate() {
-            self.rank[a as usize] = p as u32;
+            rank[a as usize] = p as u32;
         }
         let mut graph = SortedGraph { start: vec![0], neighbours: Vec::new() };
         for &a in sorted {
-            let ranks = self.graph.of(a).iter().map(|&b| self.rank[b as usize]);
+            let ranks = self.graph.of(a).iter().map(|&b| rank[b as usize]);
             graph.neighbours.extend(ranks.filter(|&rank| rank != OUTSIDE));
             graph.start.push(graph.neighbours.len());
-        }
-        for &a in sorted {
-            self.rank[a as usize] = OUTSIDE;
         }
         graph
     }
