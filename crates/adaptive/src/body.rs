@@ -1,5 +1,6 @@
-//! Flexible bodies, of whatever elements: a [`field::Field`] of displacements, its matrices and what they are reduced for ([`field_body::FieldBody`],
-//! [`reduced`]), finer models of it about a contact ([`fine::FineModel`]), and the parts of its surface that may touch ([`zone`]).
+//! Flexible bodies, of whatever elements: a [`field::Field`] of displacements, its matrices and
+//! what they are reduced for ([`field_body::FieldBody`], [`reduced`]), finer models of it about a
+//! contact ([`fine::FineModel`]), and the parts of its surface that may touch ([`zone`]).
 //!
 //! [`splines`] and [`mesh`] say what splines and finite elements have to say; nothing outside them, and `Workshop`, which builds bodies, asks which of
 //! the two a body is. Knows no other body, no motion and no time.
@@ -47,7 +48,8 @@ impl FullModel<'_> {
     }
 }
 
-/// Builds bodies, and keeps each with what its matrices are made from: of equal ones the matrices are made once.
+/// Builds bodies, and keeps each with what its matrices are made from: of equal ones the matrices
+/// are made once.
 #[derive(Default)]
 pub(crate) struct Workshop {
     splines: Vec<(Vec<u8>, Arc<ElasticBody>)>,
@@ -55,7 +57,8 @@ pub(crate) struct Workshop {
 }
 
 impl Workshop {
-    /// The body `name` that is made from `kind`, with its matrices, and with smaller elements in `zones` where its elements are made here.
+    /// The body `name` that is made from `kind`, with its matrices, and with smaller elements in
+    /// `zones` where its elements are made here.
     ///
     /// # Errors
     /// Those of [`ElasticBody::build`] and [`MeshedBody::build`].

@@ -207,7 +207,8 @@ pub enum AdaptiveError {
         /// Width of the interval \[m\].
         width: f64,
     },
-    /// The bodies passed into each other between the points of their whole surfaces, and no force answered.
+    /// The bodies passed into each other between the points of their whole surfaces, and no force
+    /// answered.
     #[error(
         "contact \"{contact}\": the bodies overlap by {overlap:.3e} m at t = {time:.6e} s and no point of the surface of \"{body}\" has touched: its elements, of up to {length:.3e} m, are longer than what touches them; raise bodies.{body}.discretisation.elements, or exchange contact_body and target_body if it is an edge or a corner of the target that touches"
     )]
@@ -297,7 +298,8 @@ pub enum AdaptiveError {
         /// Why.
         failure: PenaltyFailure,
     },
-    /// The observer asked to stop while a model was built; runs end with it as interrupted, not as failed.
+    /// The observer asked to stop while a model was built; runs end with it as interrupted, not as
+    /// failed.
     #[error("stopped by the user")]
     Interrupted,
     /// The observer failed.

@@ -1,8 +1,10 @@
-//! A contact for which the program finds the refinement and the penalty factor itself (\[A\] section 4).
+//! A contact for which the program finds the refinement and the penalty factor itself (\[A\]
+//! section 4).
 //!
-//! Between impacts the pair is only watched. At a touch, fine models are built about the nearest points and become the
-//! contact's force element; widths and penalty factors of accepted impacts seed the next search. Knows the bodies of its pair and their motion;
-//! knows no phases and no trials.
+//! Between impacts the pair is only watched. At a touch, fine models are built about the nearest
+//! points and become the contact's force element; widths and penalty factors of accepted impacts
+//! seed the next search. Knows the bodies of its pair and their motion; knows no phases and no
+//! trials.
 
 use std::sync::Arc;
 
@@ -48,11 +50,13 @@ use sides::SideRequest;
 use sites::Sites;
 pub use zone_model::ZoneModel;
 
-/// Overlap of whole surfaces, as a share of the body's size, that is an error if no contact point touches. It is far above the waves of ringing
-/// surfaces between points and far below the overlap of bodies that pass through each other.
+/// Overlap of whole surfaces, as a share of the body's size, that is an error if no contact point
+/// touches. It is far above the waves of ringing surfaces between points and far below the overlap
+/// of bodies that pass through each other.
 pub const MISSED_SURFACE: f64 = 1e-5;
 
-/// Largest width of an interval, as a share of the body's size: with a centre at one end of the body it then reaches the other end.
+/// Largest width of an interval, as a share of the body's size: with a centre at one end of the
+/// body it then reaches the other end.
 const WIDEST: f64 = 2.0;
 /// Relative tolerance when a width is compared with the least one, for round-off.
 const LEAST_SLACK: f64 = 1e-9;
@@ -86,7 +90,8 @@ pub struct TrialSizes {
     pub interface: u64,
 }
 
-/// Fine models of a contact in an impact phase: what the run keeps of them beside the force element.
+/// Fine models of a contact in an impact phase: what the run keeps of them beside the force
+/// element.
 pub struct FineContact {
     /// Contact element of each point.
     elements: Vec<[usize; 2]>,
@@ -112,7 +117,8 @@ pub struct FineContact {
     pub activation: Activation,
     /// The fine models, one for each body.
     pub zones: Vec<ZoneOnBody>,
-    /// How far a zone that lies on a smooth surface in place of its sides was moved along its normal (theory Eq. C.75); zero if none does \[m\].
+    /// How far a zone that lies on a smooth surface in place of its sides was moved along its
+    /// normal (theory Eq. C.75); zero if none does \[m\].
     pub offset: f64,
     /// Displacements of observed points by the forces of the contact.
     pub points: Vec<PointCompliance>,
@@ -181,8 +187,8 @@ pub struct RefinementRequest<'a> {
 }
 
 impl AdaptiveContact {
-    /// A contact to be refined between `bodies`; `surfaces` has the surface of every body that takes part in such contacts, `cache` the
-    /// compliances of earlier runs.
+    /// A contact to be refined between `bodies`; `surfaces` has the surface of every body that
+    /// takes part in such contacts, `cache` the compliances of earlier runs.
     ///
     /// # Errors
     /// [`AdaptiveError::Unsupported`] if a body has no surface.
@@ -233,8 +239,9 @@ impl AdaptiveContact {
         self.detector.nearest(states, search).map_err(|e| self.fail(e))
     }
 
-    /// Fine models at a `touch` in the motions `states`, with intervals of the widths wished for or, at the first trial of
-    /// an impact, of a width predicted: for the peak force if a preview gave one.
+    /// Fine models at a `touch` in the motions `states`, with intervals of the widths wished for
+    /// or, at the first trial of an impact, of a width predicted: for the peak force if a preview
+    /// gave one.
     ///
     /// `check_cancel` is asked between stages.
     ///
@@ -322,7 +329,8 @@ impl AdaptiveContact {
         Ok(RefinedContact { element, recovery, bases, contact })
     }
 
-    /// Whether the interval of the target side `other` ends where the surface of the target does. A rigid target has its whole surface.
+    /// Whether the interval of the target side `other` ends where the surface of the target does. A
+    /// rigid target has its whole surface.
     fn is_at_end_of_target(&self, other: Option<&FineSide>) -> bool {
         match (other, self.target) {
             (Some(other), _) => is_at_end(&other.body.grid()),
@@ -330,7 +338,8 @@ impl AdaptiveContact {
         }
     }
 
-    /// The widths and penalty factor of an accepted impact, from which the search of the next one starts.
+    /// The widths and penalty factor of an accepted impact, from which the search of the next one
+    /// starts.
     pub fn history(
         &self,
         fine: &FineContact,
@@ -421,10 +430,11 @@ impl FineContact {
         self.flags.is_any()
     }
 
-    /// Algorithm 2 for the impact so far. `is_rising`: the simulated time ended while the contact still grew, so that its
-    /// interval is not used up yet.
+    /// Algorithm 2 for the impact so far. `is_rising`: the simulated time ended while the contact
+    /// still grew, so that its interval is not used up yet.
     ///
-    /// An interval is not made narrower than the smallest contact that round-off of places lets the bodies see.
+    /// An interval is not made narrower than the smallest contact that round-off of places lets the
+    /// bodies see.
     pub fn assess(&self, settings: &IntervalSettings, is_rising: bool) -> IntervalAssessment {
         let n = self.interval.ends.len();
         let flags: Vec<Vec<bool>> = (0..n).map(|d| self.flags.along(d)).collect();

@@ -1,6 +1,8 @@
-//! Impacts of flexible bodies: builds models, switches between phases, reports every step to an observer.
+//! Impacts of flexible bodies: builds models, switches between phases, reports every step to an
+//! observer.
 //!
-//! The crate knows no file format and no terminal. Its rooms stand here in the order of their layers; each names those before it and no other:
+//! The crate knows no file format and no terminal. Its rooms stand here in the order of their
+//! layers; each names those before it and no other:
 //!
 //! | room | knows |
 //! |---|---|

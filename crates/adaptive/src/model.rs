@@ -1,5 +1,6 @@
-//! A run that is built from its specification: motions at the start, plans of its contacts, full models, zones, interfaces, reduced bodies, contacts, system, in
-//! this order. Knows everything that lasts for the run; nothing of it changes in time.
+//! A run that is built from its specification: motions at the start, plans of its contacts, full
+//! models, zones, interfaces, reduced bodies, contacts, system, in this order. Knows everything
+//! that lasts for the run; nothing of it changes in time.
 
 use std::time::Instant;
 
@@ -70,7 +71,8 @@ pub struct RunModel {
     stress: Vec<StressSpec>,
     /// What the models were built from, where models of bodies change in the course of the run.
     source: Option<Box<RunSpec>>,
-    /// Frequency up to which the modes of the bodies of each contact are to follow its force, if they touch along a line \[Hz\].
+    /// Frequency up to which the modes of the bodies of each contact are to follow its force, if
+    /// they touch along a line \[Hz\].
     pub force_needs: Vec<ForceNeeds>,
 }
 
@@ -92,18 +94,21 @@ pub struct ContactModel {
     pub radii: Option<[f64; 2]>,
     /// These partners, the second one unless it is a plane.
     pub spheres: Option<(Sphere, Option<Sphere>)>,
-    /// A flexible body whose surface meets another by Hertz's law: its modes yield at the touch, too.
+    /// A flexible body whose surface meets another by Hertz's law: its modes yield at the touch,
+    /// too.
     pub flexible_under_hertz: Option<usize>,
     /// Speed of waves in the slower of the materials that meet [m/s].
     pub wave_speed: f64,
-    /// Time that a wave takes to run to and fro through the flexible body that is crossed soonest; infinite of none \[s\].
+    /// Time that a wave takes to run to and fro through the flexible body that is crossed soonest;
+    /// infinite of none \[s\].
     pub round_trip: f64,
     /// Modulus `E*` of the materials that meet; infinite between rigid ones \[Pa\].
     pub modulus: f64,
-    /// Whether its forces act on the interfaces that its bodies were reduced for: quasistatic ones with one model for the
-    /// whole run.
+    /// Whether its forces act on the interfaces that its bodies were reduced for: quasistatic ones
+    /// with one model for the whole run.
     pub loads_interface: bool,
-    /// What refines it when its bodies touch; none of a contact that has one model for the whole run.
+    /// What refines it when its bodies touch; none of a contact that has one model for the whole
+    /// run.
     pub refinement: Option<AdaptiveContact>,
 }
 
@@ -116,7 +121,8 @@ impl RunModel {
         Self::build_with(spec, &ModelCache::default())
     }
 
-    /// Builds every model that is not in `cache`; fine models are looked up there as well when contacts are refined.
+    /// Builds every model that is not in `cache`; fine models are looked up there as well when
+    /// contacts are refined.
     ///
     /// # Errors
     /// [`AdaptiveError`] with the name of the body, joint or contact.
@@ -256,7 +262,8 @@ impl RunModel {
         self.system.forces_mut().iter_mut().for_each(|f| f.contact.forget());
     }
 
-    /// Time spent so far; contact solver included, searches of a run once it has ended, output left to the caller.
+    /// Time spent so far; contact solver included, searches of a run once it has ended, output left
+    /// to the caller.
     pub fn timings(&self) -> Timings {
         let present: f64 = self.system.forces().iter().map(|f| f.elapsed().as_secs_f64()).sum();
         Timings { contact: present + self.contact_time, cache: self.cache.used(), ..self.timings }
@@ -268,7 +275,8 @@ impl RunModel {
     }
 }
 
-/// Checks that every contact of `spec` can be simulated, as far as the shapes and the motions at the start tell; builds nothing.
+/// Checks that every contact of `spec` can be simulated, as far as the shapes and the motions at
+/// the start tell; builds nothing.
 ///
 /// # Errors
 /// [`AdaptiveError`] as a run, for contacts that have no plan and bodies that overlap.

@@ -1,5 +1,6 @@
-//! What a run reports while it goes on: samples, phases, impacts, trials, transfers, timings; its warnings ([`warning`]), what may be wrong
-//! with a result ([`finding`]), and which work is being done ([`work`]).
+//! What a run reports while it goes on: samples, phases, impacts, trials, transfers, timings; its
+//! warnings ([`warning`]), what may be wrong with a result ([`finding`]), and which work is being
+//! done ([`work`]).
 //!
 //! Knows numbers with names and units; does not know how they are computed or stored.
 
@@ -20,7 +21,8 @@ pub struct RunLayout {
     pub bodies: Vec<BodyLayout>,
     /// Names of contacts in the order of [`Sample::contacts`].
     pub contacts: Vec<String>,
-    /// Names of the stops of joints. In records of impacts their indices follow those of the contacts.
+    /// Names of the stops of joints. In records of impacts their indices follow those of the
+    /// contacts.
     pub stops: Vec<String>,
     /// Observed points in the order of [`Sample::points`].
     pub points: Vec<PointLayout>,
@@ -87,13 +89,15 @@ pub struct Energies {
     pub dissipated: f64,
     /// Work supplied by loads, drives and prescribed motion so far.
     pub supplied: f64,
-    /// Energy that a dissipative integrator removed so far: what is missing after all other entries.
+    /// Energy that a dissipative integrator removed so far: what is missing after all other
+    /// entries.
     pub numerical: f64,
 }
 
 impl Energies {
-    /// Energy held and lost, less the work supplied: constant in an exact solution. What changes it otherwise is the error of
-    /// the explicit integrator; what the implicit one removes is in the entry `numerical`.
+    /// Energy held and lost, less the work supplied: constant in an exact solution. What changes it
+    /// otherwise is the error of the explicit integrator; what the implicit one removes is in the
+    /// entry `numerical`.
     pub fn total(&self) -> f64 {
         self.kinetic
             + self.elastic_low
@@ -106,7 +110,8 @@ impl Energies {
             - self.supplied
     }
 
-    /// Energy held, moved and lost, whatever its sign: what an open ledger is compared with (docs/theory.md Eq. P.2).
+    /// Energy held, moved and lost, whatever its sign: what an open ledger is compared with
+    /// (docs/theory.md Eq. P.2).
     pub fn size(&self) -> f64 {
         let held = self.kinetic + self.elastic_low + self.elastic_high + self.penalty + self.springs;
         held + self.gravity.abs() + self.dissipated.abs() + self.supplied.abs()
@@ -178,13 +183,15 @@ pub struct PointSample {
 /// Coordinates and reaction of a joint at one instant.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct JointSample {
-    /// Positions, prescribed ones included [m, rad, quaternion]; none of a joint that closes a loop.
+    /// Positions, prescribed ones included [m, rad, quaternion]; none of a joint that closes a
+    /// loop.
     pub positions: Vec<f64>,
     /// Velocities [m/s, rad/s]; none of a joint that closes a loop.
     pub velocities: Vec<f64>,
     /// Force that the joint exerts on its child, in the inertial frame \[N\].
     pub reaction_force: [f64; 3],
-    /// Moment that it exerts on its child about the place of the child's marker, in the inertial frame \[N m\].
+    /// Moment that it exerts on its child about the place of the child's marker, in the inertial
+    /// frame \[N m\].
     pub reaction_moment: [f64; 3],
 }
 
@@ -257,8 +264,8 @@ pub struct PhaseRecord {
 /// A finished impact.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct ImpactRecord {
-    /// Index among the records of impacts, from 0. A later record with the same index replaces the earlier one: another touch has been found to
-    /// belong to the impact (theory Eq. Q.1).
+    /// Index among the records of impacts, from 0. A later record with the same index replaces the
+    /// earlier one: another touch has been found to belong to the impact (theory Eq. Q.1).
     pub row: u32,
     /// Index of the contact.
     pub contact: u32,
@@ -272,13 +279,15 @@ pub struct ImpactRecord {
     pub peak_time: f64,
     /// Time integral of the normal force [N s].
     pub impulse: f64,
-    /// Closing speed of the bodies' rigid motions at the place of contact when it closes, along the normal at the peak (theory Eq.
-    /// Q.2) [m/s].
+    /// Closing speed of the bodies' rigid motions at the place of contact when it closes, along the
+    /// normal at the peak (theory Eq. Q.2) [m/s].
     pub approach_velocity: f64,
-    /// Their separating speed when it opens for the last time, along the same normal; NaN while force acts [m/s].
+    /// Their separating speed when it opens for the last time, along the same normal; NaN while
+    /// force acts [m/s].
     pub separation_velocity: f64,
-    /// Ratio of the two (theory Eq. Q.3); NaN where it has no meaning: without approach, while force acts, if the motions go on
-    /// approaching each other, if the bodies rang before they touched (Eq. Q.4), or if another contact pressed the same bodies meanwhile.
+    /// Ratio of the two (theory Eq. Q.3); NaN where it has no meaning: without approach, while
+    /// force acts, if the motions go on approaching each other, if the bodies rang before they
+    /// touched (Eq. Q.4), or if another contact pressed the same bodies meanwhile.
     pub restitution: f64,
 }
 
@@ -297,7 +306,8 @@ pub struct TrialRecord {
     pub penalty_start: f64,
     /// Penalty factor at the end [N/m³].
     pub penalty_end: f64,
-    /// Widths of the contact interval along the two surface directions \[m\]; the second is zero for curves.
+    /// Widths of the contact interval along the two surface directions \[m\]; the second is zero
+    /// for curves.
     pub interval_widths: [f64; 2],
     /// Contact elements over interval elements, per direction.
     pub utilisation: [f64; 2],
@@ -391,12 +401,14 @@ pub struct TransferRecord {
     pub site: Option<ZoneSite>,
     /// Where the fine model of the target body lies, if one came.
     pub target_site: Option<ZoneSite>,
-    /// How far a zone on a smooth surface in place of the sides of a mesh was moved along its normal \[m\].
+    /// How far a zone on a smooth surface in place of the sides of a mesh was moved along its
+    /// normal \[m\].
     pub offset: f64,
 }
 
 impl TransferRecord {
-    /// The place on an edge or a corner of the target that the contact body meets, if a model came for such a touch.
+    /// The place on an edge or a corner of the target that the contact body meets, if a model came
+    /// for such a touch.
     pub fn met(&self) -> Option<TargetPlace> {
         self.site.and_then(|site| site.meets)
     }
@@ -411,7 +423,8 @@ pub struct StressRecord {
     pub time: f64,
     /// Undeformed points in the body's frame \[m\].
     pub points: Vec<[f64; 3]>,
-    /// Stress components per point: xx yy zz xy yz zx, or rr zz θθ rz 0 0 for axisymmetric models \[Pa\].
+    /// Stress components per point: xx yy zz xy yz zx, or rr zz θθ rz 0 0 for axisymmetric models
+    /// \[Pa\].
     pub stress: Vec<[f64; 6]>,
     /// Von Mises stress per point \[Pa\].
     pub von_mises: Vec<f64>,
@@ -503,7 +516,8 @@ pub struct ZoneSite {
     pub centre: [f64; 3],
     /// What of the surface it covers.
     pub size: ZoneSize,
-    /// The place on an edge or a corner of the target that the centre meets, if there is one (theory Eq. C.63).
+    /// The place on an edge or a corner of the target that the centre meets, if there is one
+    /// (theory Eq. C.63).
     pub meets: Option<TargetPlace>,
 }
 
@@ -527,8 +541,9 @@ impl ZoneSite {
         Self { face, centre, size, meets: None }
     }
 
-    /// The place about which a whole surface has additional contact points, or a point that meets an edge or a corner of the target: number of the
-    /// face and parameters. None for the first corner of a patch, where a point stands anyhow.
+    /// The place about which a whole surface has additional contact points, or a point that meets
+    /// an edge or a corner of the target: number of the face and parameters. None for the first
+    /// corner of a patch, where a point stands anyhow.
     pub fn place(&self) -> Option<(u32, [f64; 3])> {
         let is_place = self.meets.is_some() || self.centre.iter().any(|u| u.abs() > 0.0);
         (self.size == ZoneSize::Whole && is_place).then_some((self.face, self.centre))

@@ -1,9 +1,11 @@
 //! Mesh and number of modes of bodies for which nobody has given them (theory part N).
 //!
-//! Four questions, one file each: how fast the forces on a body will change ([`impact_time`]), how many modes follow them
-//! ([`mode_count`]), which elements resolve those modes ([`mesh`], from the [`mesh::proportions`] of the body), and which finer ones
-//! contacts want that keep one model for the whole run ([`zone`]), and discs that joints and loads hold. The answers depend on
-//! shape, material, motion at the start and contacts alone; they are the same in every run and are kept with the other models.
+//! Four questions, one file each: how fast the forces on a body will change ([`impact_time`]), how
+//! many modes follow them ([`mode_count`]), which elements resolve those modes ([`mesh`], from the
+//! [`mesh::proportions`] of the body), and which finer ones contacts want that keep one model for
+//! the whole run ([`zone`]), and discs that joints and loads hold. The answers depend on shape,
+//! material, motion at the start and contacts alone; they are the same in every run and are kept
+//! with the other models.
 
 mod extent;
 mod held_place;
@@ -50,7 +52,8 @@ pub struct ChosenSizes {
     pub zones: Vec<ChosenZone>,
 }
 
-/// Chooses what `wishes`, one per body of `spec`, ask for: elements and modes of splines, modes of meshes; others get nothing.
+/// Chooses what `wishes`, one per body of `spec`, ask for: elements and modes of splines, modes of
+/// meshes; others get nothing.
 ///
 /// # Errors
 /// [`AdaptiveError`] naming a body whose matrices or modes cannot be computed, or joints that do not fit.
@@ -181,7 +184,8 @@ impl ChosenSizes {
     }
 }
 
-/// A body on which sizes are tried: without local refinement, which contacts add to whatever mesh is chosen.
+/// A body on which sizes are tried: without local refinement, which contacts add to whatever mesh
+/// is chosen.
 pub struct Candidate<'a> {
     name: &'a str,
     spec: ElasticSpec,
@@ -219,7 +223,8 @@ impl<'a> Candidate<'a> {
         mesh::proportions::groups(&self.spec.shape)
     }
 
-    /// For each direction, the first one that is equivalent to it because a mirror turns the one into the other.
+    /// For each direction, the first one that is equivalent to it because a mirror turns the one
+    /// into the other.
     fn equivalent_directions(&self) -> Vec<usize> {
         let degrees = self.degrees();
         let is_isotropic =
@@ -247,7 +252,8 @@ impl<'a> Candidate<'a> {
         ElasticBody::build(self.name, spec)
     }
 
-    /// The `n` lowest eigenfrequencies \[Hz\], or all if there are fewer, with `elements`, a number for each direction.
+    /// The `n` lowest eigenfrequencies \[Hz\], or all if there are fewer, with `elements`, a number
+    /// for each direction.
     ///
     /// # Errors
     /// [`AdaptiveError`] naming the body.
@@ -255,7 +261,8 @@ impl<'a> Candidate<'a> {
         self.spectrum_below(elements, n, &[])
     }
 
-    /// As [`Self::spectrum`], if a coarser mesh has shown that the frequencies do not exceed `bounds`.
+    /// As [`Self::spectrum`], if a coarser mesh has shown that the frequencies do not exceed
+    /// `bounds`.
     fn spectrum_below(
         &self,
         elements: &[usize],

@@ -1,5 +1,5 @@
-//! What a run is made from: plain, validated values. SI units; body-fixed data in the body's own frame. What they cannot be
-//! together is [`unsupported`].
+//! What a run is made from: plain, validated values. SI units; body-fixed data in the body's own
+//! frame. What they cannot be together is [`unsupported`].
 //!
 //! Knows shapes, meshes and materials as data; knows no matrices, and no file format.
 
@@ -38,8 +38,8 @@ pub use time_curve::TimeCurve;
 /// Integration in one kind of phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PhaseSettings {
-    /// Integration method; `None`: the explicit one, but Gauss collocation between impacts where bodies vibrate on joints, of which the
-    /// explicit one would follow every period.
+    /// Integration method; `None`: the explicit one, but Gauss collocation between impacts where
+    /// bodies vibrate on joints, of which the explicit one would follow every period.
     pub method: Option<IntegrationMethod>,
     /// Longest step \[s\]; infinite where only the model decides.
     pub max_step: f64,
@@ -62,7 +62,8 @@ impl PhaseSettings {
     }
 }
 
-/// When the bodies of a run are at rest: the root of their mean square speed has been below `speed` for `duration`.
+/// When the bodies of a run are at rest: the root of their mean square speed has been below `speed`
+/// for `duration`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RestSettings {
     /// Speed [m/s].
@@ -86,7 +87,8 @@ pub struct RunSettings {
     pub free: PhaseSettings,
     /// Phases with contact.
     pub impact: PhaseSettings,
-    /// Longest step of impact phases as a share of the period of the highest mode; half of it resolves the mode.
+    /// Longest step of impact phases as a share of the period of the highest mode; half of it
+    /// resolves the mode.
     pub step_share: f64,
     /// Time without contact force after which an impact has ended \[s\].
     pub quiet_time: Option<f64>,
@@ -94,11 +96,13 @@ pub struct RunSettings {
     pub stop_after_impacts: Option<u32>,
     /// When bodies count as at rest, with which the run ends, if it has not before.
     pub stop_at_rest: Option<RestSettings>,
-    /// Time between stored states in free phases \[s\]; `None`: [`FREE_INTERVAL`], after an impact less where bodies vibrate fast.
+    /// Time between stored states in free phases \[s\]; `None`: [`FREE_INTERVAL`], after an impact
+    /// less where bodies vibrate fast.
     pub free_interval: Option<f64>,
     /// Least time between stored states in impact phases; zero: every step is stored \[s\].
     pub impact_interval: f64,
-    /// Least time between stored states as a share of the time since the start of their phase: long phases do not fill the disk.
+    /// Least time between stored states as a share of the time since the start of their phase: long
+    /// phases do not fill the disk.
     pub phase_share: f64,
     /// Whether stored states have the pressures at contact points.
     pub pressure: bool,
@@ -183,7 +187,8 @@ pub struct RunSpec {
     pub settings: RunSettings,
     /// Factors on what bodies and contacts say of their resolution.
     pub resolution: Resolution,
-    /// Level of what the program chooses: meshes and modes. Contacts and phases have theirs in [`IntervalSpec`], [`SurfaceLaw`] and [`PhaseSettings`].
+    /// Level of what the program chooses: meshes and modes. Contacts and phases have theirs in
+    /// [`IntervalSpec`], [`SurfaceLaw`] and [`PhaseSettings`].
     pub accuracy: Accuracy,
 }
 

@@ -1,6 +1,7 @@
-//! The state of a run: all that its future depends on, and what is counted from its start: impacts that go on ([`impact_monitor`]), hits of stops
-//! ([`stop_hit`]), the ledger of energies ([`ledger`]); the system that it belongs to and a sample of it ([`simulation`]); who is told of it
-//! ([`observer`]). A restart file holds it as it is.
+//! The state of a run: all that its future depends on, and what is counted from its start: impacts
+//! that go on ([`impact_monitor`]), hits of stops ([`stop_hit`]), the ledger of energies
+//! ([`ledger`]); the system that it belongs to and a sample of it ([`simulation`]); who is told of
+//! it ([`observer`]). A restart file holds it as it is.
 //!
 //! Knows no bodies' models and no phases.
 
@@ -17,15 +18,16 @@ use crate::state::impact_monitor::Impact;
 use crate::state::ledger::{EnergyLedger, NumericalDamping};
 use crate::state::stop_hit::StopHit;
 
-/// State of a run. Where it is reported as a restart point, a run taken up from it has the same result as the one that goes on
-/// (docs/decisions/0013-restart-file.md).
+/// State of a run. Where it is reported as a restart point, a run taken up from it has the same
+/// result as the one that goes on (docs/decisions/0013-restart-file.md).
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct RunState {
     /// Simulated time \[s\].
     pub time: f64,
     /// State variables of the system.
     pub state: Vec<f64>,
-    /// Their rates: they tell whether a model built later has the same coordinates. Empty where forces are refused.
+    /// Their rates: they tell whether a model built later has the same coordinates. Empty where
+    /// forces are refused.
     pub rates: Vec<f64>,
     /// Step size to go on with; zero: the integrator finds one \[s\].
     pub step: f64,
@@ -94,13 +96,14 @@ impl Default for ContactState {
     }
 }
 
-/// Zone, width and penalty factor of accepted impacts, from which the search of the next one starts.
+/// Zone, width and penalty factor of accepted impacts, from which the search of the next one
+/// starts.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct ImpactHistory {
     /// Width found over width predicted, per direction, at this contact.
     pub width_factor: Option<[f64; 2]>,
-    /// Accepted penalty factor times `max_i(A_ii w_i)`, at any contact with the same search: the number has no unit and does
-    /// not depend on sizes.
+    /// Accepted penalty factor times `max_i(A_ii w_i)`, at any contact with the same search: the
+    /// number has no unit and does not depend on sizes.
     pub stiffness_ratio: Option<f64>,
     /// Accepted penalty factor of this contact [N/m³].
     pub penalty: Option<f64>,

@@ -1,7 +1,9 @@
-//! Models that are kept instead of being built again: of equal bodies within a run, and between runs (`docs/cache.md`).
+//! Models that are kept instead of being built again: of equal bodies within a run, and between
+//! runs (`docs/cache.md`).
 //!
-//! This module knows what a model is made from ([`ModelKey`]) and what of it is kept ([`StoredModel`]); where it is kept is
-//! the business of a [`ModelStore`]. A model that was kept gives the same results to the last bit as one that is built.
+//! This module knows what a model is made from ([`ModelKey`]) and what of it is kept
+//! ([`StoredModel`]); where it is kept is the business of a [`ModelStore`]. A model that was kept
+//! gives the same results to the last bit as one that is built.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Instant;
@@ -22,8 +24,8 @@ pub struct StoredModel {
     pub values: Vec<f64>,
 }
 
-/// A place for models. Nothing that goes wrong in it may stop a run: what cannot be read is not there, what cannot be
-/// written is lost.
+/// A place for models. Nothing that goes wrong in it may stop a run: what cannot be read is not
+/// there, what cannot be written is lost.
 pub trait ModelStore: Send + Sync {
     /// The model of `key`, if it is there and undamaged.
     fn load(&self, key: &ModelKey) -> Option<StoredModel>;
@@ -56,12 +58,14 @@ pub struct ModelCache {
 
 #[derive(Default)]
 struct State {
-    /// Models used last in this run, the latest one last. There are few, so they are searched one by one.
+    /// Models used last in this run, the latest one last. There are few, so they are searched one
+    /// by one.
     recent: Vec<(ModelKey, Arc<StoredModel>)>,
     used: CacheUse,
 }
 
-/// Numbers that the models used last may have together: 256 MB, those of some thirty contact zones of 1000 unknowns.
+/// Numbers that the models used last may have together: 256 MB, those of some thirty contact zones
+/// of 1000 unknowns.
 const RECENT_NUMBERS: usize = 32 << 20;
 
 impl State {
@@ -101,8 +105,8 @@ impl ModelCache {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The model of `key` from those that the run used last, otherwise as [`ModelCache::stored`]. `decode` returns nothing if what was kept
-    /// does not fit.
+    /// The model of `key` from those that the run used last, otherwise as [`ModelCache::stored`].
+    /// `decode` returns nothing if what was kept does not fit.
     ///
     /// # Errors
     /// That of `build`.
@@ -124,7 +128,8 @@ impl ModelCache {
         Ok(model)
     }
 
-    /// The model of `key` from the store, otherwise built and kept there. Without a store the key is not made.
+    /// The model of `key` from the store, otherwise built and kept there. Without a store the key
+    /// is not made.
     ///
     /// # Errors
     /// That of `build`.

@@ -1,7 +1,9 @@
-//! The surface of an undeformed body, whatever it is made of: faces with parameters, normals, curvatures, edges, and what is nearest.
+//! The surface of an undeformed body, whatever it is made of: faces with parameters, normals,
+//! curvatures, edges, and what is nearest.
 //!
-//! What touches what, and where, is asked here and nowhere else; a new kind of body answers it once. Faces have numbers: of splines those of
-//! [`iga_core::nurbs::FaceId::all`], of a mesh those of its sides. Positions and directions are those of the model's components: `(x, y, z)`,
+//! What touches what, and where, is asked here and nowhere else; a new kind of body answers it
+//! once. Faces have numbers: of splines those of [`iga_core::nurbs::FaceId::all`], of a mesh those
+//! of its sides. Positions and directions are those of the model's components: `(x, y, z)`,
 //! `(x, y, 0)` or `(r, z, 0)`.
 
 use std::sync::Arc;
@@ -21,8 +23,8 @@ pub mod smooth_fit;
 pub use of_mesh::MeshSurface;
 pub use of_splines::{ALONG, POLE, SplineSurface};
 
-/// A place on the surface of an undeformed body. Refinement of splines moves neither faces nor parameters, so that a place of the exact shape
-/// is one of every discretisation of it.
+/// A place on the surface of an undeformed body. Refinement of splines moves neither faces nor
+/// parameters, so that a place of the exact shape is one of every discretisation of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfacePlace {
     /// Number of the face.
@@ -51,7 +53,8 @@ pub struct LocalShape {
     pub curvatures: [f64; 2],
     /// Direction of the first, a unit vector; zero where there is none.
     pub direction: Vector3<f64>,
-    /// Two directions along the surface, those of the parameters of a face, or of the principal curvatures; not of unit length.
+    /// Two directions along the surface, those of the parameters of a face, or of the principal
+    /// curvatures; not of unit length.
     pub tangents: [Vector3<f64>; 2],
     /// Outward unit normal.
     pub normal: Vector3<f64>,
@@ -95,35 +98,43 @@ pub trait Surface: Send + Sync {
     /// [`ContactError`] without an outer face.
     fn search_model(&self) -> Result<SurfaceModel, ContactError>;
 
-    /// The place nearest to `point`; none of a surface without faces, or of a point that is not finite.
+    /// The place nearest to `point`; none of a surface without faces, or of a point that is not
+    /// finite.
     fn nearest(&self, point: &[f64; 3]) -> Option<Foot>;
 
-    /// The first place to touch a plane whose normal, towards the body, is `direction`; none of a surface without faces.
+    /// The first place to touch a plane whose normal, towards the body, is `direction`; none of a
+    /// surface without faces.
     fn lowest(&self, direction: &Vector3<f64>) -> Option<SurfacePlace>;
 
     /// Outward unit normal at `place`; zero at a pole.
     fn normal(&self, place: &SurfacePlace) -> Vector3<f64>;
 
-    /// Outward unit normals of the faces, or of the smooth parts, that meet at `point` of the surface; none at a pole.
+    /// Outward unit normals of the faces, or of the smooth parts, that meet at `point` of the
+    /// surface; none at a pole.
     fn normals_at(&self, point: &[f64; 3]) -> Vec<Vector3<f64>>;
 
-    /// The largest cosine of the angle between a direction and the one normal of a smooth surface at which they are no longer one direction: what
-    /// the surface turns by between faces or sides that stand for a smooth part.
+    /// The largest cosine of the angle between a direction and the one normal of a smooth surface
+    /// at which they are no longer one direction: what the surface turns by between faces or sides
+    /// that stand for a smooth part.
     fn smooth_cosine(&self) -> f64;
 
     /// Curvatures at `place`; none where the surface has none.
     fn shape_at(&self, place: &SurfacePlace) -> Option<LocalShape>;
 
-    /// The point of `place` as a place of the face, among those that meet there, whose normal is nearest to `direction`.
+    /// The point of `place` as a place of the face, among those that meet there, whose normal is
+    /// nearest to `direction`.
     fn turned_to(&self, place: &SurfacePlace, direction: &Vector3<f64>) -> SurfacePlace;
 
-    /// Whether a plane face through `point` has the outward normal `outward`, but for the angle `parallel` \[rad\] (Eq. C.60).
+    /// Whether a plane face through `point` has the outward normal `outward`, but for the angle
+    /// `parallel` \[rad\] (Eq. C.60).
     fn has_flat_face(&self, point: &[f64; 3], outward: &Vector3<f64>, parallel: f64) -> bool;
 
-    /// Straight lines of the surface through `point`, along which it may touch; none of a plane or axisymmetric body.
+    /// Straight lines of the surface through `point`, along which it may touch; none of a plane or
+    /// axisymmetric body.
     fn lines_through(&self, point: &[f64; 3]) -> Vec<StraightLine>;
 
-    /// Places of the edges through `point` at the distance `length` from it, on both sides; their ends where they end before.
+    /// Places of the edges through `point` at the distance `length` from it, on both sides; their
+    /// ends where they end before.
     fn along_edges(&self, point: &[f64; 3], length: f64) -> Vec<Vector3<f64>>;
 }
 
@@ -150,7 +161,8 @@ pub fn of_body(kind: &BodyKind) -> Option<Arc<dyn Surface>> {
     kind.geometry().map(|of| SplineSurface::of(of.shape, of.model) as Arc<dyn Surface>)
 }
 
-/// Where that what the surface of a body is made from lies in memory, which bodies may share; none of a body without a surface.
+/// Where that what the surface of a body is made from lies in memory, which bodies may share; none
+/// of a body without a surface.
 pub(crate) fn address(kind: &BodyKind) -> Option<usize> {
     if let Some(meshed) = kind.meshed() {
         return Some(Arc::as_ptr(&meshed.mesh).addr());

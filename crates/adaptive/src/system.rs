@@ -1,5 +1,6 @@
-//! The bodies of a run, flexible, rigid ([`rigid_surface`]) or from files ([`imported`]), as one [`body::BodyModel`]; joined to a multibody system by
-//! markers, joints and loads ([`joints`]), and where it starts ([`start`]). Knows no contacts.
+//! The bodies of a run, flexible, rigid ([`rigid_surface`]) or from files ([`imported`]), as one
+//! [`body::BodyModel`]; joined to a multibody system by markers, joints and loads ([`joints`]), and
+//! where it starts ([`start`]). Knows no contacts.
 
 pub mod joints;
 pub mod start;

@@ -1,5 +1,5 @@
-//! How two bodies are going to meet: where, with what curvatures, along which line, how hard by Hertz's theory. Knows surfaces and motions of
-//! bodies; knows no matrices, and no zones.
+//! How two bodies are going to meet: where, with what curvatures, along which line, how hard by
+//! Hertz's theory. Knows surfaces and motions of bodies; knows no matrices, and no zones.
 pub mod detection;
 pub mod first;
 mod flight;

@@ -19,7 +19,8 @@ pub struct ContactReport {
     pub force: Vector3<f64>,
     /// Friction force on the contact body in the inertial frame \[N\].
     pub friction_force: Vector3<f64>,
-    /// Largest penetration, quasistatic displacement included, zero without contact; Hertz: the approach \[m\].
+    /// Largest penetration, quasistatic displacement included, zero without contact; Hertz: the
+    /// approach \[m\].
     pub penetration: f64,
     /// Number of points that carry force.
     pub n_active: usize,
@@ -63,8 +64,8 @@ impl ContactFindings for ContactReport {
 
 /// A contact of one body with another or with a fixed target.
 ///
-/// The contact body is the first of [`ContactElement::bodies`]; directions and forces are those on it. Questions about a motion
-/// run no solver and change no state.
+/// The contact body is the first of [`ContactElement::bodies`]; directions and forces are those on
+/// it. Questions about a motion run no solver and change no state.
 pub trait ContactElement: ForceElement<Found: ContactFindings> {
     /// Kind of the contact for messages, such as `"sphere-plane"`.
     fn kind(&self) -> &'static str;
@@ -72,7 +73,8 @@ pub trait ContactElement: ForceElement<Found: ContactFindings> {
     /// Index of the contact body and of the target, none if that is fixed.
     fn bodies(&self) -> (usize, Option<usize>);
 
-    /// Smallest gap at `motion`: positive apart, zero where the force begins or ends \[m\]. NaN if the gap is not a number.
+    /// Smallest gap at `motion`: positive apart, zero where the force begins or ends \[m\]. NaN if
+    /// the gap is not a number.
     fn smallest_gap(&self, motion: Motion<'_>, state: &Self::State, workspace: &mut Self::Workspace) -> f64;
 
     /// Unit normal towards the contact body at `motion`, in the inertial frame.
@@ -83,7 +85,8 @@ pub trait ContactElement: ForceElement<Found: ContactFindings> {
         workspace: &mut Self::Workspace,
     ) -> Vector3<f64>;
 
-    /// Place of the smallest gap at `motion`, on the contact body, in the inertial frame; NaN if there is none \[m\].
+    /// Place of the smallest gap at `motion`, on the contact body, in the inertial frame; NaN if
+    /// there is none \[m\].
     fn place(&self, motion: Motion<'_>, state: &Self::State, workspace: &mut Self::Workspace)
     -> Vector3<f64>;
 
@@ -106,8 +109,8 @@ pub trait ContactElement: ForceElement<Found: ContactFindings> {
         &[]
     }
 
-    /// Undeformed contact point `i` in the frame of the contact body \[m\], and its tributary area \[m²\]; none for laws without
-    /// points.
+    /// Undeformed contact point `i` in the frame of the contact body \[m\], and its tributary area
+    /// \[m²\]; none for laws without points.
     fn point(&self, _i: usize) -> Option<([f64; 3], f64)> {
         None
     }
@@ -120,8 +123,8 @@ pub trait ContactElement: ForceElement<Found: ContactFindings> {
         Err(ContactError::NoPenalty { kind: self.kind() })
     }
 
-    /// `max_i(A_ii w_i)` of the points at `motion` (docs/theory.md Eq. A.25) [m³/N]; none without a quasistatic zone. The state
-    /// forgets where its iterations started.
+    /// `max_i(A_ii w_i)` of the points at `motion` (docs/theory.md Eq. A.25) [m³/N]; none without a
+    /// quasistatic zone. The state forgets where its iterations started.
     ///
     /// # Errors
     /// [`EvaluationFailure`] if the points have no normals there.
@@ -135,13 +138,15 @@ pub trait ContactElement: ForceElement<Found: ContactFindings> {
         Ok(None)
     }
 
-    /// Replaces `out` by the forces found on the interface unknowns of body `body` \[N\]; zero where there is no quasistatic zone.
+    /// Replaces `out` by the forces found on the interface unknowns of body `body` \[N\]; zero
+    /// where there is no quasistatic zone.
     fn interface_force(&self, _body: usize, _found: &Self::Found, out: &mut [f64]) {
         out.fill(0.0);
     }
 }
 
-/// A contact at work, whatever its kind: what a driver asks of it. Implemented by [`Active`] contacts alone.
+/// A contact at work, whatever its kind: what a driver asks of it. Implemented by [`Active`]
+/// contacts alone.
 ///
 /// What is asked for without a motion is that of the last evaluation.
 pub trait ActiveContact: ActiveForce {
@@ -193,7 +198,8 @@ pub trait ActiveContact: ActiveForce {
     /// Likewise.
     fn compliance_weight(&mut self, motion: Motion<'_>) -> Result<Option<f64>, EvaluationFailure>;
 
-    /// Forgets the past, for a start from another state: what is left is a contact that has never been evaluated, to the last bit.
+    /// Forgets the past, for a start from another state: what is left is a contact that has never
+    /// been evaluated, to the last bit.
     fn forget(&mut self);
 
     /// As [`ContactElement::interface_force`].

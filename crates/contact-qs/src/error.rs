@@ -32,7 +32,8 @@ pub enum ContactError {
         /// The value given [N/m³].
         value: f64,
     },
-    /// Contact points whose compliance is nothing but round-off, so that no penalty factor follows from it.
+    /// Contact points whose compliance is nothing but round-off, so that no penalty factor follows
+    /// from it.
     #[error(
         "no contact point yields: what the modes of the bodies leave of the compliance there is lost in its round-off, as on a body that is thousands of times as wide as thick; take a thicker one or a smaller piece of it"
     )]
@@ -134,7 +135,8 @@ pub enum ContactError {
         /// Number of the unknown.
         unknown: usize,
     },
-    /// A penalty factor, or the compliance that it follows from, cannot be found at the present pose.
+    /// A penalty factor, or the compliance that it follows from, cannot be found at the present
+    /// pose.
     #[error("the contact cannot be evaluated: {0}")]
     Evaluation(#[from] EvaluationFailure),
     /// Data do not fit together.

@@ -1,4 +1,5 @@
-//! Hertz contact of two bodies with smooth surfaces, or of one and a plane, as a force element (docs/theory.md Eqs. C.79 to C.90).
+//! Hertz contact of two bodies with smooth surfaces, or of one and a plane, as a force element
+//! (docs/theory.md Eqs. C.79 to C.90).
 
 mod geometry;
 mod levels;
@@ -24,8 +25,9 @@ use geometry::{Curved, Geometry, Touch};
 use moment::StiffnessChange;
 use sliding::{Sliding, SlidingFound, SlidingState};
 
-/// Hertz contact: a force along the common normal of the closest places, which derives from a potential, with Coulomb's friction on the
-/// contact ellipse. Forces and couples on the two bodies are opposite and act in the same places of space, so that momentum stays. Energy is recorded as
+/// Hertz contact: a force along the common normal of the closest places, which derives from a
+/// potential, with Coulomb's friction on the contact ellipse. Forces and couples on the two bodies
+/// are opposite and act in the same places of space, so that momentum stays. Energy is recorded as
 /// `elastic_high`: it is the quasistatic elastic energy of the contact zone.
 #[derive(Debug, Clone)]
 pub struct HertzContact {
@@ -70,7 +72,8 @@ impl ContactFindings for HertzFound {
 }
 
 impl HertzContact {
-    /// Contact of `sphere` with `plane`, a half space of `solid` ([`Solid::RIGID`] for a rigid one).
+    /// Contact of `sphere` with `plane`, a half space of `solid` ([`Solid::RIGID`] for a rigid
+    /// one).
     ///
     /// # Errors
     /// [`ContactError::Data`] if a value is not positive, [`ContactError::RigidPair`] if both partners are rigid.
@@ -97,8 +100,8 @@ impl HertzContact {
         Ok(Self { geometry: Geometry::spheres(sphere, Ok(target), pair)?, solids, sliding: None })
     }
 
-    /// Contact of the surfaces of two bodies of `solids`, the contact body's first, which are wherever they touch smooth and curved against each
-    /// other.
+    /// Contact of the surfaces of two bodies of `solids`, the contact body's first, which are
+    /// wherever they touch smooth and curved against each other.
     ///
     /// # Errors
     /// [`ContactError`] as [`HertzContact::with_sphere`], or if the bodies move in different ways.
@@ -118,7 +121,8 @@ impl HertzContact {
         Ok(Self { geometry: Geometry::surfaces(bodies, models, compliance), solids, sliding: None })
     }
 
-    /// Contact of the surface of body `body` with a plane, a half space; `solids`: the body's and the plane's.
+    /// Contact of the surface of body `body` with a plane, a half space; `solids`: the body's and
+    /// the plane's.
     ///
     /// # Errors
     /// [`ContactError`] as [`HertzContact::with_plane`].
@@ -152,12 +156,14 @@ impl HertzContact {
         self.geometry.size()
     }
 
-    /// Where the bodies are nearest in the motions `bodies`; the gap is NaN where that is not known.
+    /// Where the bodies are nearest in the motions `bodies`; the gap is NaN where that is not
+    /// known.
     fn touch(&self, bodies: &[BodyState], workspace: &mut HertzWorkspace) -> Touch {
         self.geometry.touch(bodies, &mut workspace.search).unwrap_or_else(|_| Touch::unknown())
     }
 
-    /// Adds the force `force` on the contact body and its opposite on the target, both at `points` of space \[N\].
+    /// Adds the force `force` on the contact body and its opposite on the target, both at `points`
+    /// of space \[N\].
     fn push(
         &self,
         motion: Motion<'_>,

@@ -1,8 +1,10 @@
-//! Contact between a reduced isogeometric body and a target, as force elements of the equations of motion.
+//! Contact between a reduced isogeometric body and a target, as force elements of the equations of
+//! motion.
 //!
-//! The high-frequency deformation of the contact zone is quasistatic: it follows from the interface compliance `G` and a
-//! small strictly convex problem for the point forces ([`quasistatic`]). SI units. Equation numbers refer to
-//! `docs/theory.md`; \[A\] and \[B\] are the two papers named there.
+//! The high-frequency deformation of the contact zone is quasistatic: it follows from the interface
+//! compliance `G` and a small strictly convex problem for the point forces ([`quasistatic`]). SI
+//! units. Equation numbers refer to `docs/theory.md`; \[A\] and \[B\] are the two papers named
+//! there.
 
 pub mod error;
 pub mod solver_fault;

@@ -1,5 +1,6 @@
-//! What \[A\] describes and a run does otherwise unless it is asked: Algorithm 1 in place of the compliance of the zone, and zones that vibrate, with
-//! damping or without. What asks for them stands in ARCHITECTURE.md.
+//! What \[A\] describes and a run does otherwise unless it is asked: Algorithm 1 in place of the
+//! compliance of the zone, and zones that vibrate, with damping or without. What asks for them
+//! stands in ARCHITECTURE.md.
 
 pub mod conditioned_lu;
 mod sherman_morrison;

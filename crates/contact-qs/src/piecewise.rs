@@ -1,15 +1,16 @@
-//! A surface made of polynomial pieces: what contact needs to know of the surface of a finite element mesh.
+//! A surface made of polynomial pieces: what contact needs to know of the surface of a finite
+//! element mesh.
 //!
-//! Each piece maps the unit square by Bernstein polynomials (Eq. C.51). Pieces meet along whole edges; where they do so smoothly, points
-//! may move on from one to the next.
+//! Each piece maps the unit square by Bernstein polynomials (Eq. C.51). Pieces meet along whole
+//! edges; where they do so smoothly, points may move on from one to the next.
 
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::data_error::DataError;
 
 use crate::ContactError;
 
-/// The edge of a piece: 0 from (0, 0) to (1, 0), 1 to (1, 1), 2 to (0, 1), 3 back. Pieces that meet run along their common edge
-/// against each other.
+/// The edge of a piece: 0 from (0, 0) to (1, 0), 1 to (1, 1), 2 to (0, 1), 3 back. Pieces that meet
+/// run along their common edge against each other.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PieceEdge {
     /// The piece.
@@ -74,7 +75,8 @@ const NEWTON_STEPS: usize = 10;
 const BESIDE: f64 = 1e-6;
 
 impl PiecewiseSurface {
-    /// The piece that holds the parameters `eta` of side `side`, and the place in it; none if no piece does.
+    /// The piece that holds the parameters `eta` of side `side`, and the place in it; none if no
+    /// piece does.
     pub fn place_of(&self, side: u32, eta: [f64; 2]) -> Option<(u32, [f64; 2])> {
         let on_side = self.pieces.iter().enumerate().filter(|(_, piece)| piece.side == side);
         on_side.filter_map(|(k, piece)| Some((k as u32, piece.place_of(eta)?))).next()
@@ -151,7 +153,8 @@ pub(crate) fn bilinear(corners: &[[f64; 2]; 4], [s, t]: [f64; 2]) -> [f64; 2] {
     [0, 1].map(|d| weights.iter().zip(corners).map(|(w, c)| w * c[d]).sum())
 }
 
-/// Where a point of an edge of a piece lies on the neighbour that meets it there, `u` in `[0, 1]` being its share of the way along `edge`.
+/// Where a point of an edge of a piece lies on the neighbour that meets it there, `u` in `[0, 1]`
+/// being its share of the way along `edge`.
 pub(crate) fn across(edge: usize, u: f64) -> [f64; 2] {
     let back = 1.0 - u;
     match edge {

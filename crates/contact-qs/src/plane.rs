@@ -1,11 +1,13 @@
 //! Contact of one body with a rigid plane, as a force element.
 //!
-//! A point's gap is `g_i = (r + R(X_i + Φ_i q) - p)·n` (docs/theory.md Eq. C.1). With a quasistatic compliance the point
-//! forces are the solution of the convex problem of [`crate::quasistatic`]; without one (all modes dynamic) they follow
-//! from the penalty law. Both derive from a potential, and resultant, torque and modal forces are its exact gradient
-//! (Eqs. C.16-C.18): the lever arm carries the whole displacement, the quasistatic one included.
+//! A point's gap is `g_i = (r + R(X_i + Φ_i q) - p)·n` (docs/theory.md Eq. C.1). With a quasistatic
+//! compliance the point forces are the solution of the convex problem of [`crate::quasistatic`];
+//! without one (all modes dynamic) they follow from the penalty law. Both derive from a potential,
+//! and resultant, torque and modal forces are its exact gradient (Eqs. C.16-C.18): the lever arm
+//! carries the whole displacement, the quasistatic one included.
 //!
-//! In axisymmetric models a point is a ring: its force acts along the axis, radial parts and moments cancel.
+//! In axisymmetric models a point is a ring: its force acts along the axis, radial parts and
+//! moments cancel.
 
 use crate::solver_fault::SolverFault;
 use ffr_dynamics::error::EvaluationFailure;
@@ -27,7 +29,8 @@ mod friction;
 
 use friction::PlaneFriction;
 
-/// Largest part of the plane's normal across the directions that an axisymmetric or plane model can move in.
+/// Largest part of the plane's normal across the directions that an axisymmetric or plane model can
+/// move in.
 const NORMAL_TOLERANCE: f64 = 1e-9;
 
 /// A fixed rigid plane.
@@ -98,8 +101,8 @@ pub struct PlaneFound {
 }
 
 impl PlaneState {
-    /// Tangential point forces of the last evaluation, one (plane models, axisymmetric ones) or two per point; empty without
-    /// friction \[N\].
+    /// Tangential point forces of the last evaluation, one (plane models, axisymmetric ones) or two
+    /// per point; empty without friction \[N\].
     pub fn tangential_forces(&self) -> &[f64] {
         self.friction.as_ref().map_or(&[], |f| f.stick_slip.forces())
     }
@@ -109,7 +112,8 @@ impl PlaneState {
         self.friction.as_ref().map_or(&[], |f| f.stick_slip.states())
     }
 
-    /// Solver of the quasistatic zone, none when all modes are dynamic. Its projection belongs to the last evaluation in contact.
+    /// Solver of the quasistatic zone, none when all modes are dynamic. Its projection belongs to
+    /// the last evaluation in contact.
     pub fn zone(&self) -> Option<&ZoneSolver> {
         self.zone.as_ref()
     }
@@ -203,8 +207,8 @@ impl PlaneContact {
         self.normal_components(rotation).map(|_| ())
     }
 
-    /// Projects the compliance for a body with rotation `rotation` and returns the normal compliance of the points,
-    /// `n_points × n_points` [m/N]; none when all modes are dynamic.
+    /// Projects the compliance for a body with rotation `rotation` and returns the normal
+    /// compliance of the points, `n_points × n_points` [m/N]; none when all modes are dynamic.
     ///
     /// # Errors
     /// As [`PlaneContact::check_alignment`].
@@ -221,8 +225,8 @@ impl PlaneContact {
         }))
     }
 
-    /// Smallest gap of all points at `state` without quasistatic displacement \[m\]: zero where contact begins or ends. NaN
-    /// if a gap is not a number.
+    /// Smallest gap of all points at `state` without quasistatic displacement \[m\]: zero where
+    /// contact begins or ends. NaN if a gap is not a number.
     pub fn smallest_gap_at(&self, state: &BodyState) -> f64 {
         self.nearest(state).map_or(f64::NAN, |(_, gap)| gap)
     }
@@ -390,7 +394,8 @@ impl ContactElement for PlaneContact {
         Ok(compliance.map(|a| penalty::compliance_weight(a, &self.submodel.areas)))
     }
 
-    /// Forces on the interface unknowns, `f_b = N_bᵀ (n λ + t τ)` (Eq. C.19), for the recovery of stresses.
+    /// Forces on the interface unknowns, `f_b = N_bᵀ (n λ + t τ)` (Eq. C.19), for the recovery of
+    /// stresses.
     ///
     /// # Panics
     /// If `out` is not as long as the interface.

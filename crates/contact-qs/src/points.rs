@@ -1,8 +1,9 @@
 //! From surface points with their shape functions to a body's contact submodel.
 //!
-//! Which points those are (Greville or Gauss), their tributary areas and whether they stand on the rim of the contact zone
-//! is the surface's business; here the shapes of the modes and the compliance of the interface are brought to them:
-//! `Φ(X_i) = Σ_A R_A(X_i) Φ_A` and `N_b G N_bᵀ` (docs/theory.md Eq. C.2).
+//! Which points those are (Greville or Gauss), their tributary areas and whether they stand on the
+//! rim of the contact zone is the surface's business; here the shapes of the modes and the
+//! compliance of the interface are brought to them: `Φ(X_i) = Σ_A R_A(X_i) Φ_A` and `N_b G N_bᵀ`
+//! (docs/theory.md Eq. C.2).
 
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::{Dof, RigidMotion};
@@ -22,15 +23,16 @@ pub enum PressureMean {
     Area,
     /// The function whose Greville point it is.
     Function(u32),
-    /// Linear functions of the corners of its side, with their numbers and values here, which sum to one: points of a rule that are more
-    /// than the surface has displacements.
+    /// Linear functions of the corners of its side, with their numbers and values here, which sum
+    /// to one: points of a rule that are more than the surface has displacements.
     Hats(Vec<(u32, f64)>),
 }
 
 /// A point of the surface that may come into contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfacePoint {
-    /// Undeformed position in the model's own components, `(x, y, z)`, `(x, y, 0)` or `(r, z, 0)` \[m\].
+    /// Undeformed position in the model's own components, `(x, y, z)`, `(x, y, 0)` or `(r, z, 0)`
+    /// \[m\].
     pub position: [f64; 3],
     /// Tributary area; axisymmetric models carry `2πr` \[m²\].
     pub area: f64,
@@ -40,8 +42,9 @@ pub struct SurfacePoint {
     pub on_rim: bool,
     /// Over what the pressure at the point is a mean.
     pub pressure: PressureMean,
-    /// Undeformed outward normal of the face that it belongs to, in the model's components, if only surfaces that this face is turned to
-    /// can press it (docs/theory.md Eq. C.59): of points on the edges of a body, where several faces have one each.
+    /// Undeformed outward normal of the face that it belongs to, in the model's components, if only
+    /// surfaces that this face is turned to can press it (docs/theory.md Eq. C.59): of points on
+    /// the edges of a body, where several faces have one each.
     pub facing: Option<[f64; 3]>,
 }
 
@@ -79,8 +82,8 @@ pub struct InterfaceCompliance<'a> {
 
 /// Submodel of the contact points `points`.
 ///
-/// `shapes`: modes of the dynamic elastic coordinates at the unknowns, `n_dofs × n_q`; `interface`: compliance of the
-/// interface, none when all modes are dynamic.
+/// `shapes`: modes of the dynamic elastic coordinates at the unknowns, `n_dofs × n_q`; `interface`:
+/// compliance of the interface, none when all modes are dynamic.
 ///
 /// # Errors
 /// [`ContactError::Data`] if sizes differ, functions do not sum to one, or a function that is not zero at a point

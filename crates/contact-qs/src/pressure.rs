@@ -5,20 +5,25 @@ use std::collections::HashMap;
 use crate::points::{PressureMean, SurfacePoint};
 use crate::submodel::SparseRows;
 
-/// Share of the area of a corner's function on points with force from which on the corner lies inside the contact: at a straight edge through it, it
-/// is a half, and noise leaves less than a half of the points inside without force.
+/// Share of the area of a corner's function on points with force from which on the corner lies
+/// inside the contact: at a straight edge through it, it is a half, and noise leaves less than a
+/// half of the points inside without force.
 const INSIDE: f64 = 0.5;
 
 /// Pressures of contact points from their forces.
 ///
-/// Forces at Greville points are those whose nodal forces `Σ_j R_A(x_j) λ_j` are the nodal forces `∫ R_A p dA` of a pressure `p`. They
-/// are not `p w_j` where Greville points and areas do not make a quadrature rule: beside repeated knots and at the axis they
-/// alternate between a third and five quarters of it. Nodal forces over the areas `w_A = ∫ R_A dA` are means of `p`, weighted with `R_A`:
-/// exact for a constant pressure on every net, smooth for a smooth one. What falls on points without force stays where it is.
+/// Forces at Greville points are those whose nodal forces `Σ_j R_A(x_j) λ_j` are the nodal forces
+/// `∫ R_A p dA` of a pressure `p`. They are not `p w_j` where Greville points and areas do not make
+/// a quadrature rule: beside repeated knots and at the axis they alternate between a third and five
+/// quarters of it. Nodal forces over the areas `w_A = ∫ R_A dA` are means of `p`, weighted with
+/// `R_A`: exact for a constant pressure on every net, smooth for a smooth one. What falls on points
+/// without force stays where it is.
 ///
-/// Gauss points on the sides of a mesh are more than the displacements of its nodes; what forces do in the null space of the compliance is
-/// decided by the penalty factor alone and is noise. Means weighted with the linear functions of the corners are free of it (Eq. C.50); the pressure at
-/// a point is what these means are there. Points without force take part where all corners around them lie inside the contact, most of their areas under force.
+/// Gauss points on the sides of a mesh are more than the displacements of its nodes; what forces do
+/// in the null space of the compliance is decided by the penalty factor alone and is noise. Means
+/// weighted with the linear functions of the corners are free of it (Eq. C.50); the pressure at a
+/// point is what these means are there. Points without force take part where all corners around
+/// them lie inside the contact, most of their areas under force.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PressureRecovery {
     /// For every point the points among which its force is shared, with the shares.
@@ -27,14 +32,15 @@ pub struct PressureRecovery {
     corners: SparseRows,
     areas: Vec<f64>,
     pressures: Vec<f64>,
-    /// For every corner the area of its function, and how much of it lies on points with force \[m²\].
+    /// For every corner the area of its function, and how much of it lies on points with force
+    /// \[m²\].
     weights: Vec<f64>,
     loaded: Vec<f64>,
 }
 
 impl PressureRecovery {
-    /// The recovery at `points`. Shares of functions that are not among the points' own stay where they are, so that areas times
-    /// pressures sum to the sum of the forces.
+    /// The recovery at `points`. Shares of functions that are not among the points' own stay where
+    /// they are, so that areas times pressures sum to the sum of the forces.
     pub fn new(points: &[SurfacePoint]) -> Self {
         let number =
             |p: &SurfacePoint| if let PressureMean::Function(f) = p.pressure { Some(f) } else { None };
@@ -81,7 +87,8 @@ impl PressureRecovery {
         }
         for (j, force) in loaded() {
             for &(a, share) in self.shares.row(j) {
-                // Points without force are beyond the edge of the contact, but for those whose corners all are inside.
+                // Points without force are beyond the edge of the contact, but for those whose
+                // corners all are inside.
                 let corners = self.corners.row(a);
                 let is_inside = !corners.is_empty()
                     && corners.iter().all(|&(c, _)| self.loaded[c] > INSIDE * self.weights[c]);
@@ -112,8 +119,9 @@ fn corners(points: &[SurfacePoint]) -> SparseRows {
     corners
 }
 
-/// Shares of a force among `points`, a point with the functions `hats` of its corners: `Σ_a ψ_a ψ_a(x_q) ω_q / w_a` of point `q`, `w_a = Σ_q ψ_a(x_q) ω_q`;
-/// `around` has for every corner its points with `ψ_a(x_q) ω_q`.
+/// Shares of a force among `points`, a point with the functions `hats` of its corners:
+/// `Σ_a ψ_a ψ_a(x_q) ω_q / w_a` of point `q`, `w_a = Σ_q ψ_a(x_q) ω_q`; `around` has for every
+/// corner its points with `ψ_a(x_q) ω_q`.
 fn shares_by_corners(
     hats: &[(usize, f64)],
     corners: &SparseRows,
@@ -138,8 +146,9 @@ fn shares_by_corners(
 mod tests {
     use super::*;
 
-    /// Points of the quadratic functions on the knots 0 0 0 1 2 2 3 4 4 4, a double knot in the middle, with the forces of a constant pressure 1:
-    /// those whose nodal forces are `∫ R_A dx`, worked out by hand.
+    /// Points of the quadratic functions on the knots 0 0 0 1 2 2 3 4 4 4, a double knot in the
+    /// middle, with the forces of a constant pressure 1: those whose nodal forces are `∫ R_A dx`,
+    /// worked out by hand.
     fn double_knot() -> (Vec<SurfacePoint>, Vec<f64>) {
         let point = |x: f64, own, area, functions: &[(u32, f64)]| SurfacePoint {
             position: [x, 0.0, 0.0],
@@ -222,7 +231,8 @@ mod tests {
         let points = strip(5);
         let sum = |p: &[f64]| p.iter().zip(&points).map(|(p, x)| p * x.area).sum::<f64>();
         let mut recovery = PressureRecovery::new(&points);
-        // A constant pressure, with what no displacement of the corners sees: four points of a square in turns.
+        // A constant pressure, with what no displacement of the corners sees: four points of a
+        // square in turns.
         let noise = [0.2, -0.2, -0.2, 0.2];
         let forces: Vec<f64> = (0..20).map(|i| 0.25 + noise[i % 4]).collect();
         let found = recovery.pressures(&forces).to_vec();

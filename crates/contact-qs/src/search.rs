@@ -1,12 +1,14 @@
-//! Detection of contact: how near are two moving, deformed bodies, where, and when do they touch first?
+//! Detection of contact: how near are two moving, deformed bodies, where, and when do they touch
+//! first?
 //!
 //! [`SurfaceModel`] is built once per body; [`minimum_distance()`] finds the signed gap of two of them (\[A\] (7)),
 //! [`plane_distance()`] that of a body and a plane; [`safe_time`] and [`first_touch`] make sure that no step jumps over a
 //! contact (docs/theory.md section C.7). It knows no contact law and no integrator.
 //!
-//! Trees of boxes descended with the best distance so far as the limit, and times of impact by conservative advancement, are
-//! common in collision libraries for polyhedra; here the leaves are the exact curved pieces, so the critical
-//! points come with their spline parameters and converge to round-off.
+//! Trees of boxes descended with the best distance so far as the limit, and times of impact by
+//! conservative advancement, are common in collision libraries for polyhedra; here the leaves are
+//! the exact curved pieces, so the critical points come with their spline parameters and converge
+//! to round-off.
 
 mod bezier;
 mod boxes;

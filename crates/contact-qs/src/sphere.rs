@@ -1,7 +1,8 @@
 //! A sphere on a body.
 //!
-//! The force acts along the line through the centre, so that it may be applied at the centre: no moment about it. The sphere
-//! follows the body's point that carries its centre; its own deformation is the approach `δ` of Hertz's law.
+//! The force acts along the line through the centre, so that it may be applied at the centre: no
+//! moment about it. The sphere follows the body's point that carries its centre; its own
+//! deformation is the approach `δ` of Hertz's law.
 
 use ffr_dynamics::data_error::DataError;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
@@ -12,7 +13,8 @@ use crate::law::{HertzPair, Solid};
 /// A sphere that belongs to a body.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sphere {
-    /// Index of the body in the lists given to [`ffr_dynamics::system::force::ForceElement::evaluate`].
+    /// Index of the body in the lists given to
+    /// [`ffr_dynamics::system::force::ForceElement::evaluate`].
     pub body: usize,
     /// Its centre; any point of the body, which need not be the frame's origin.
     pub centre: FlexiblePoint,

@@ -6,7 +6,8 @@ use ffr_dynamics::data_error::{DataError, check_square};
 
 use crate::ContactError;
 
-/// Rows with few entries: the shape functions of the points in terms of the interface degrees of freedom, `N_b`.
+/// Rows with few entries: the shape functions of the points in terms of the interface degrees of
+/// freedom, `N_b`.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SparseRows {
     starts: Vec<usize>,
@@ -50,8 +51,9 @@ impl SparseRows {
 
 /// Everything that contact needs from a reduced body.
 ///
-/// Rows of `low` and rows and columns of `compliance` are ordered `n_components * point + component`, in the components of
-/// the body model (`motion.direction(c)` gives each one's direction in space).
+/// Rows of `low` and rows and columns of `compliance` are ordered
+/// `n_components * point + component`, in the components of the body model (`motion.direction(c)`
+/// gives each one's direction in space).
 #[derive(Debug, Clone)]
 pub struct ContactSubmodel {
     /// Rigid motions of the body model.
@@ -62,26 +64,32 @@ pub struct ContactSubmodel {
     pub areas: Vec<f64>,
     /// Shapes of the dynamic elastic coordinates at the points, `n_components n_points × n_q`.
     pub low: Mat<f64>,
-    /// Quasistatic compliance `N_b G N_bᵀ` of the points [m/N]; zero-sized when all modes are dynamic.
+    /// Quasistatic compliance `N_b G N_bᵀ` of the points [m/N]; zero-sized when all modes are
+    /// dynamic.
     pub compliance: Mat<f64>,
-    /// Shape functions `N_b` of the points in terms of the interface degrees of freedom, in the order of `G`; without rows when
-    /// all modes are dynamic.
+    /// Shape functions `N_b` of the points in terms of the interface degrees of freedom, in the
+    /// order of `G`; without rows when all modes are dynamic.
     pub interface: SparseRows,
-    /// Indices of the points that stand on the rim of the contact zone: contact there means that the zone is too small.
+    /// Indices of the points that stand on the rim of the contact zone: contact there means that
+    /// the zone is too small.
     pub rim: Vec<usize>,
-    /// Outward normals of the faces that the points belong to, in the body's frame, for points that only surfaces can press that their
-    /// faces are turned to (Eq. C.59); empty if every surface can press every point.
+    /// Outward normals of the faces that the points belong to, in the body's frame, for points that
+    /// only surfaces can press that their faces are turned to (Eq. C.59); empty if every surface
+    /// can press every point.
     pub facing: Vec<[f64; 3]>,
 }
 
-/// Cosine of the angle between the normal of a point's face and the opposite of the surface's normal above which they are turned to
-/// each other: faces at less than 84 degrees. At an edge of 90 degrees one of the two faces at least is always turned by less than 45.
+/// Cosine of the angle between the normal of a point's face and the opposite of the surface's
+/// normal above which they are turned to each other: faces at less than 84 degrees. At an edge of
+/// 90 degrees one of the two faces at least is always turned by less than 45.
 const TURNED_TO: f64 = 0.1;
 
-/// Gap that points have in the problem for the forces which nothing can press: farther than any displacement brings them \[m\].
+/// Gap that points have in the problem for the forces which nothing can press: farther than any
+/// displacement brings them \[m\].
 pub(crate) const OPEN: f64 = 1e6;
 
-/// Whether a face with the outward unit normal `facing` is turned to a surface with the outward normal `normal` (Eq. C.59).
+/// Whether a face with the outward unit normal `facing` is turned to a surface with the outward
+/// normal `normal` (Eq. C.59).
 pub(crate) fn is_turned_to(facing: &[f64; 3], normal: &[f64; 3]) -> bool {
     -(facing[0] * normal[0] + facing[1] * normal[1] + facing[2] * normal[2]) > TURNED_TO
 }

@@ -1,15 +1,18 @@
 //! Contact of a body's points with the surface of another body, as a force element.
 //!
-//! Points of the contact body are projected on the deformed surface of the target; gaps are measured along its outward
-//! normal (docs/theory.md Eqs. C.38, C.39). Either body may be rigid, carry all its modes dynamically, or have a quasistatic
-//! compliance; both compliances add up in one convex problem for the point forces (Eq. C.40). The forces act at the
-//! displaced points, quasistatic part included, along the normals there: they are the gradient of one potential
+//! Points of the contact body are projected on the deformed surface of the target; gaps are
+//! measured along its outward normal (docs/theory.md Eqs. C.38, C.39). Either body may be rigid,
+//! carry all its modes dynamically, or have a quasistatic compliance; both compliances add up in
+//! one convex problem for the point forces (Eq. C.40). The forces act at the displaced points,
+//! quasistatic part included, along the normals there: they are the gradient of one potential
 //! (Eq. C.44), equal and opposite, with a common line of action.
 //!
-//! In axisymmetric models a point is a ring: only the axial resultant moves the bodies, radial parts load their modes.
+//! In axisymmetric models a point is a ring: only the axial resultant moves the bodies, radial
+//! parts load their modes.
 //!
-//! Each pair has a compliance of its own. A body in two pairs has two zones; the displacement of one zone under the forces in
-//! the other is that of the dynamic modes alone, without its quasistatic part (Eq. C.45).
+//! Each pair has a compliance of its own. A body in two pairs has two zones; the displacement of
+//! one zone under the forces in the other is that of the dynamic modes alone, without its
+//! quasistatic part (Eq. C.45).
 
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
@@ -60,7 +63,8 @@ pub use target::{TargetFace, TargetSurface};
 pub struct SurfacePairSettings {
     /// Index of the body that carries the points in the lists given to [`ForceElement::evaluate`].
     pub contact_body: usize,
-    /// Index of the body that carries the surface; none if it is fixed, its frame being the inertial one.
+    /// Index of the body that carries the surface; none if it is fixed, its frame being the
+    /// inertial one.
     pub target_body: Option<usize>,
     /// Penalty factor; infinite for the exact constraint [N/m³].
     pub penalty: f64,
@@ -76,7 +80,8 @@ pub struct SurfacePair {
     points: Vec<[f64; 3]>,
     areas: Vec<f64>,
     is_rim: Vec<bool>,
-    /// Outward normals of the faces of the points in the model's components; empty if every surface can press every point.
+    /// Outward normals of the faces of the points in the model's components; empty if every surface
+    /// can press every point.
     facing: Vec<[f64; 3]>,
     /// Rows of the contact body's low-frequency shapes.
     low_rows: Vec<f64>,
@@ -161,8 +166,8 @@ impl SurfacePair {
         Ok(self)
     }
 
-    /// Changes the error of gaps, as a share of the deepest penetration, at which projection and deformation count as having
-    /// met; 1e-8 unless changed.
+    /// Changes the error of gaps, as a share of the deepest penetration, at which projection and
+    /// deformation count as having met; 1e-8 unless changed.
     #[must_use]
     pub fn with_tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
@@ -187,8 +192,9 @@ impl SurfacePair {
         &self.surface
     }
 
-    /// Normal compliance `A` of both bodies together at the projections of the motion `bodies` (Eq. C.40), `n_points`
-    /// squared [m/N]; none when all modes are dynamic. The state forgets where its iterations started.
+    /// Normal compliance `A` of both bodies together at the projections of the motion `bodies`
+    /// (Eq. C.40), `n_points` squared [m/N]; none when all modes are dynamic. The state forgets
+    /// where its iterations started.
     ///
     /// # Errors
     /// [`EvaluationFailure`] if the points cannot be projected.
@@ -241,8 +247,9 @@ fn check(
     Ok(())
 }
 
-/// Distance of neighbouring points \[m\]: of points on the surface of a solid in the direction in which they are wider apart, so that
-/// one of them is within it of any end of the target that contact reaches.
+/// Distance of neighbouring points \[m\]: of points on the surface of a solid in the direction in
+/// which they are wider apart, so that one of them is within it of any end of the target that
+/// contact reaches.
 fn spacing(areas: &[f64], motion: RigidMotion, points: &[[f64; 3]]) -> f64 {
     let n = points.len() as f64;
     let all: Vec<[f64; 3]> = points.iter().map(|p| motion.components(p)).collect();
@@ -259,7 +266,8 @@ fn spacing(areas: &[f64], motion: RigidMotion, points: &[[f64; 3]]) -> f64 {
 }
 
 impl SurfacePair {
-    /// Forces at the motions `own` and `target`, summed up, with the power lost to sliding; `earlier_motion` is a buffer.
+    /// Forces at the motions `own` and `target`, summed up, with the power lost to sliding;
+    /// `earlier_motion` is a buffer.
     fn find(
         &self,
         t: f64,
@@ -267,7 +275,8 @@ impl SurfacePair {
         earlier_motion: &mut [BodyState; 2],
         work: &mut Work<'_>,
     ) -> Result<(), EvaluationFailure> {
-        // Rates come from a look back, best taken first; the last evaluation tells whether there is something to see.
+        // Rates come from a look back, best taken first; the last evaluation tells whether there is
+        // something to see.
         let was_touching = work.state.friction.is_some() && work.state.start.forces.iter().any(|f| *f > 0.0);
         let mut time = if was_touching {
             self.note_moment_before(t, [own, target], earlier_motion, work)?
@@ -440,8 +449,8 @@ impl ContactElement for SurfacePair {
         Ok(compliance.map(|a| penalty::compliance_weight(a, &self.areas)))
     }
 
-    /// Forces on the interface unknowns, `f_b = ±N_bᵀ λ` (Eq. C.19), for the recovery of stresses; zero for a body that is not
-    /// part of the pair.
+    /// Forces on the interface unknowns, `f_b = ±N_bᵀ λ` (Eq. C.19), for the recovery of stresses;
+    /// zero for a body that is not part of the pair.
     ///
     /// # Panics
     /// If `out` is not as long as the body's interface.

@@ -1,5 +1,6 @@
-//! What a process does that gets no more memory: it says so, what a run holds open is closed, and it ends with the exit code of a
-//! model that cannot be built. Large requests are compared with what is left first: a control group does not refuse, it kills.
+//! What a process does that gets no more memory: it says so, what a run holds open is closed, and
+//! it ends with the exit code of a model that cannot be built. Large requests are compared with
+//! what is left first: a control group does not refuse, it kills.
 #![expect(
     unsafe_code,
     reason = "an allocator can only be written so; it hands everything on to the system's"
@@ -85,20 +86,24 @@ pub fn prepare() {
     }
 }
 
-/// Room that the system's allocator asks for to give a few bytes: if that is not there, memory has ended \[bytes\].
+/// Room that the system's allocator asks for to give a few bytes: if that is not there, memory has
+/// ended \[bytes\].
 #[cfg(unix)]
 const ROOM: usize = 1 << 21;
 
-/// Ends a process that a library aborts because it got no memory, as the C library does where a thread begins, like one whose own request is refused.
+/// Ends a process that a library aborts because it got no memory, as the C library does where a
+/// thread begins, like one whose own request is refused.
 #[cfg(unix)]
 fn end_aborts() {
     use nix::sys::signal::{SaFlags, SigAction, SigHandler, SigSet, Signal, sigaction};
     let action = SigAction::new(SigHandler::Handler(on_abort), SaFlags::empty(), SigSet::empty());
-    // SAFETY: the handler calls what may be called in one. Without it the process is aborted as ever.
+    // SAFETY: the handler calls what may be called in one. Without it the process is aborted as
+    // ever.
     let _ = unsafe { sigaction(Signal::SIGABRT, &action) };
 }
 
-/// The same where the standard library panics, as it does where a thread begins and its stack for signals finds no room.
+/// The same where the standard library panics, as it does where a thread begins and its stack for
+/// signals finds no room.
 #[cfg(unix)]
 fn end_panics() {
     let usual = std::panic::take_hook();
@@ -112,7 +117,8 @@ fn end_panics() {
     }));
 }
 
-/// Whether the standard library panics with this text for want of memory only: what was missing may be there again when one looks.
+/// Whether the standard library panics with this text for want of memory only: what was missing may
+/// be there again when one looks.
 #[cfg(unix)]
 fn is_of_memory(text: Option<&str>) -> bool {
     const BEGINNINGS: [&str; 2] =
@@ -128,7 +134,8 @@ extern "C" fn on_abort(_: i32) {
     }
 }
 
-/// Whether the system gives no more addresses, or has given none to another thread, which then gave back what was set aside.
+/// Whether the system gives no more addresses, or has given none to another thread, which then gave
+/// back what was set aside.
 #[cfg(unix)]
 fn has_no_room() -> bool {
     use nix::libc::{MAP_ANONYMOUS, MAP_FAILED, MAP_PRIVATE, PROT_NONE, mmap, munmap};

@@ -1,6 +1,8 @@
-//! Body files: unreduced bodies of other finite element programs, and reduced bodies to be used again (docs/body-file.md).
+//! Body files: unreduced bodies of other finite element programs, and reduced bodies to be used
+//! again (docs/body-file.md).
 //!
-//! The only place that knows their HDF5 layout. What is in a file is checked by [`ffr_dynamics::interchange`].
+//! The only place that knows their HDF5 layout. What is in a file is checked by
+//! [`ffr_dynamics::interchange`].
 
 mod dataset;
 mod fault;
@@ -20,7 +22,8 @@ pub use write::{write_full, write_reduced};
 
 /// Value of the root attribute `format`.
 pub const FORMAT: &str = "fbimpact-body";
-/// Value of the root attribute `format_version`; raised whenever an old reader would misread a new file.
+/// Value of the root attribute `format_version`; raised whenever an old reader would misread a new
+/// file.
 pub const FORMAT_VERSION: u32 = 1;
 
 /// What a body file holds.

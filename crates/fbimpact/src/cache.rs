@@ -85,7 +85,8 @@ impl ModelStore for DiskStore {
     }
 }
 
-/// What makes models and results of this program, on this kind of processor, those of another one, in hexadecimal digits.
+/// What makes models and results of this program, on this kind of processor, those of another one,
+/// in hexadecimal digits.
 pub fn fingerprint() -> String {
     program::fingerprint().iter().map(|b| format!("{b:02x}")).collect()
 }

@@ -69,7 +69,8 @@ pub struct ImportArguments {
     /// Nodes: lines of number, x, y and z, or an input file with *NODE
     #[arg(long, value_name = "FILE")]
     pub nodes: PathBuf,
-    /// Order of unknowns: a line node.component for each row (CalculiX .dof); otherwise x, y and z of each node, the nodes rising
+    /// Order of unknowns: a line node.component for each row (CalculiX .dof); otherwise x, y and z
+    /// of each node, the nodes rising
     #[arg(long, value_name = "FILE")]
     pub dof_map: Option<PathBuf>,
     /// Unit of length of nodes and matrices
@@ -143,14 +144,16 @@ pub enum LogFormat {
 pub enum Command {
     /// Simulate a scenario and write an HDF5 file
     Run(RunArguments),
-    /// Run a scenario with doubled modes, meshes and contact zones, tighter integration and higher penalty factors, and compare
+    /// Run a scenario with doubled modes, meshes and contact zones, tighter integration and higher
+    /// penalty factors, and compare
     Converge(ConvergeArguments),
     /// Validate scenarios and report all faults at once
     Check {
         /// Scenario files, - for standard input
         #[arg(required = true, value_name = "SCENARIO.toml")]
         scenarios: Vec<PathBuf>,
-        /// Print what a run takes as well: degrees of freedom and memory of its models, those of the first touches included, a rough time, and the size of the result
+        /// Print what a run takes as well: degrees of freedom and memory of its models, those of
+        /// the first touches included, a rough time, and the size of the result
         #[arg(long)]
         cost: bool,
         /// With --cost: print JSON
@@ -163,7 +166,8 @@ pub enum Command {
         #[command(flatten)]
         set: SetArguments,
     },
-    /// Print eigenfrequencies and sizes of every body's reduced model, or eigenfrequencies of the assembled system
+    /// Print eigenfrequencies and sizes of every body's reduced model, or eigenfrequencies of the
+    /// assembled system
     Modes {
         /// Scenario file
         #[arg(value_name = "SCENARIO.toml")]
@@ -171,10 +175,12 @@ pub enum Command {
         /// One body only
         #[arg(long, value_name = "NAME")]
         body: Option<String>,
-        /// Eigenfrequencies of the assembled system at its initial pose instead, with the bodies that take part
+        /// Eigenfrequencies of the assembled system at its initial pose instead, with the bodies
+        /// that take part
         #[arg(long, conflicts_with = "body")]
         system: bool,
-        /// With --system: bring elastic coordinates to rest first, as `simulation.static_start` does
+        /// With --system: bring elastic coordinates to rest first, as `simulation.static_start`
+        /// does
         #[arg(long = "static", requires = "system")]
         is_static: bool,
         /// Print JSON
@@ -232,7 +238,8 @@ pub enum Command {
         #[command(flatten)]
         set: SetArguments,
     },
-    /// Make a body file from stiffness and mass matrices of another finite element program (docs/body-file.md)
+    /// Make a body file from stiffness and mass matrices of another finite element program
+    /// (docs/body-file.md)
     #[command(after_help = IMPORT_FORMATS)]
     ImportBody(ImportArguments),
     /// Print phases, impacts, reactions of joints, energy drift and timings of a result file
@@ -269,7 +276,8 @@ pub enum Command {
         /// Table
         #[arg(short, long, value_name = "TABLE.csv|TABLE.h5")]
         output: PathBuf,
-        /// One more column: a number, or a row of them, over the datasets of each result (docs/expressions.md); may be repeated
+        /// One more column: a number, or a row of them, over the datasets of each result
+        /// (docs/expressions.md); may be repeated
         #[arg(long, value_name = "NAME=EXPRESSION", value_parser = column)]
         column: Vec<NamedExpression>,
         /// One row per impact instead of one row per run
@@ -281,7 +289,8 @@ pub enum Command {
         /// Result file
         #[arg(value_name = "OUT.h5")]
         file: PathBuf,
-        /// Expressions, such as "max(contacts.impact.normal_force)" or "v=bodies.ball.velocity[-1]" (docs/expressions.md)
+        /// Expressions, such as "max(contacts.impact.normal_force)" or "v=bodies.ball.velocity[-1]"
+        /// (docs/expressions.md)
         #[arg(required = true, value_name = "[NAME=]EXPRESSION", allow_hyphen_values = true)]
         expressions: Vec<NamedExpression>,
     },
@@ -304,16 +313,20 @@ pub enum Command {
     },
     /// Draw figures of result files; several are compared
     Plot(PlotArguments),
-    /// Write one page about results that opens in any browser: verdict, tables, figures, bodies in motion
+    /// Write one page about results that opens in any browser: verdict, tables, figures, bodies in
+    /// motion
     Report(ReportArguments),
-    /// Write the moving, deformed bodies of a result for ParaView, or what a scenario describes before any run
+    /// Write the moving, deformed bodies of a result for ParaView, or what a scenario describes
+    /// before any run
     Export(ExportArguments),
-    /// Print motion, stress and strain at points of a stored result over time, or coordinates of a body
+    /// Print motion, stress and strain at points of a stored result over time, or coordinates of a
+    /// body
     #[command(after_help = PROBE_COLUMNS)]
     Probe(ProbeArguments),
     /// Print the JSON schema of the scenario file, for editors
     Schema,
-    /// Print the reference page of the scenario file, or the tables of that of the result file or of expressions
+    /// Print the reference page of the scenario file, or the tables of that of the result file or
+    /// of expressions
     Reference {
         /// Page
         #[arg(default_value = "scenario")]
@@ -391,7 +404,8 @@ pub struct RunArguments {
     /// Number of threads, 0 for all cores
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
-    /// Memory that the run may take in GB [default: most of what the machine has]; models that do not fit are refused before they are built
+    /// Memory that the run may take in GB [default: most of what the machine has]; models that do
+    /// not fit are refused before they are built
     #[arg(long, value_name = "GB", value_parser = gigabytes)]
     pub memory: Option<f64>,
     /// Let an incomplete result, too, replace an existing file, even one that is no result file
@@ -400,7 +414,8 @@ pub struct RunArguments {
     /// Go on with the run that was to write this file, and was interrupted or killed
     #[arg(long, value_name = "OUT.h5", conflicts_with_all = ["scenario", "output", "set"])]
     pub resume: Option<PathBuf>,
-    /// Stop as if interrupted when standard input ends, which it does with the process that started this one
+    /// Stop as if interrupted when standard input ends, which it does with the process that started
+    /// this one
     #[arg(long, hide = true)]
     pub until_eof: bool,
     /// Models kept between runs.
@@ -420,8 +435,8 @@ pub struct ConvergeArguments {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
-    /// Folder of the runs, created if it does not exist; what it holds is not run again [default: the scenario's name with
-    /// .converge, in the working directory]
+    /// Folder of the runs, created if it does not exist; what it holds is not run again [default:
+    /// the scenario's name with .converge, in the working directory]
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
     /// Changes to the scenario.
@@ -430,7 +445,8 @@ pub struct ConvergeArguments {
     /// Number of threads of all runs together, 0 for all cores
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
-    /// Memory that all runs together may take in GB [default: most of what the machine has]; models that do not fit are refused before they are built
+    /// Memory that all runs together may take in GB [default: most of what the machine has]; models
+    /// that do not fit are refused before they are built
     #[arg(long, value_name = "GB", value_parser = gigabytes)]
     pub memory: Option<f64>,
     /// Runs at a time, at most; fewer need less memory [default: as many as threads]
@@ -456,8 +472,8 @@ pub struct CacheArguments {
     /// Build all models, and keep none for later runs
     #[arg(long, conflicts_with = "cache_dir")]
     pub no_cache: bool,
-    /// Folder of models kept between runs [default: $FBIMPACT_CACHE, which may be "off", or fbimpact in the user's
-    /// cache folder]
+    /// Folder of models kept between runs [default: $FBIMPACT_CACHE, which may be "off", or
+    /// fbimpact in the user's cache folder]
     #[arg(long, value_name = "DIR")]
     pub cache_dir: Option<PathBuf>,
     /// Size of that folder, above which the least recently used models are removed

@@ -1,4 +1,5 @@
-//! The commands. Each returns its result or an [`AppError`]; only [`crate::main_with`] maps that to an exit code.
+//! The commands. Each returns its result or an [`AppError`]; only [`crate::main_with`] maps that to
+//! an exit code.
 
 mod begin;
 pub mod cache;
@@ -127,13 +128,15 @@ fn no_full_model(name: &str, what: &str) -> AppError {
 /// Threads per core of the machine at most: more only take memory and time.
 const MOST_PER_CORE: usize = 4;
 
-/// Sets up the thread pool and returns the number of threads; 0 asks for all cores, more than a few per core are not started.
-/// Comes before the scenario is read, for body files are checked with linear algebra.
+/// Sets up the thread pool and returns the number of threads; 0 asks for all cores, more than a few
+/// per core are not started. Comes before the scenario is read, for body files are checked with
+/// linear algebra.
 ///
 /// # Errors
 /// [`AppError::Threads`] if the threads cannot be started.
 pub fn threads(wanted: usize) -> Result<usize, AppError> {
-    // One thread in the linear algebra, all threads over elements and bodies: its barriers spin (docs/decisions).
+    // One thread in the linear algebra, all threads over elements and bodies: its barriers spin
+    // (docs/decisions).
     faer::set_global_parallelism(faer::Par::Seq);
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let most = MOST_PER_CORE * cores;

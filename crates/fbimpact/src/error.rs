@@ -82,7 +82,8 @@ pub enum AppError {
     /// The user stopped a run before there was anything to store.
     #[error("interrupted before the first instant, nothing is stored")]
     InterruptedEarly,
-    /// The user stopped a run that was taken up before it had gone on; what was stored before stays.
+    /// The user stopped a run that was taken up before it had gone on; what was stored before
+    /// stays.
     #[error("interrupted before the first instant; go on with: fbimpact run --resume {}", output.display())]
     InterruptedResumption {
         /// Where the results are.

@@ -33,15 +33,16 @@ use commands::Means;
 use commands::check::CostFormat;
 use error::AppError;
 
-/// Parses the command line, does what it says and returns the exit code. Never ends the process itself: HDF5 files
-/// must be closed first.
+/// Parses the command line, does what it says and returns the exit code. Never ends the process
+/// itself: HDF5 files must be closed first.
 pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     result_files::hdf5_integrity::forbid();
     let matches = cli::tree::command().try_get_matches_from(arguments);
     let cli = match matches.and_then(|mut found| Cli::from_arg_matches_mut(&mut found)) {
         Ok(cli) => cli,
         Err(error) => {
-            // Help and version go to standard output with code 0, everything else to standard error with code 2.
+            // Help and version go to standard output with code 0, everything else to standard error
+            // with code 2.
             let _ = error.print();
             return if error.use_stderr() { ExitCode::from(2) } else { ExitCode::SUCCESS };
         }

@@ -1,5 +1,5 @@
-//! Matrices of other finite element programs, as text: Matrix Market, Abaqus, CalculiX, Nastran. What a matrix belongs to, nodes and the
-//! order of unknowns, stands in files of its own.
+//! Matrices of other finite element programs, as text: Matrix Market, Abaqus, CalculiX, Nastran.
+//! What a matrix belongs to, nodes and the order of unknowns, stands in files of its own.
 //!
 //! Counts that a file claims are not trusted: memory grows with what is there.
 

@@ -8,7 +8,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::scenario::Scenario;
 
-/// `scenario` without the sizes that it leaves to the program for bodies that have nothing to do with body `body` of the file.
+/// `scenario` without the sizes that it leaves to the program for bodies that have nothing to do
+/// with body `body` of the file.
 pub fn asked(scenario: &Scenario, body: usize) -> Scenario {
     let involved = involved(&scenario.run, scenario.bodies[body].index);
     let mut asked = scenario.clone();
@@ -20,8 +21,9 @@ pub fn asked(scenario: &Scenario, body: usize) -> Scenario {
     asked
 }
 
-/// `scenario` with body `body` of the file, its contacts and the bodies that take part in them. All others are rigid, of unit mass: of them the
-/// body sees where joints hold it, not what they weigh. Nothing is recorded.
+/// `scenario` with body `body` of the file, its contacts and the bodies that take part in them. All
+/// others are rigid, of unit mass: of them the body sees where joints hold it, not what they weigh.
+/// Nothing is recorded.
 pub fn alone(scenario: &Scenario, body: usize) -> Scenario {
     let index = scenario.bodies[body].index;
     let involved = involved(&scenario.run, index);
@@ -59,7 +61,8 @@ fn involved(run: &RunSpec, body: Option<usize>) -> Vec<bool> {
     involved
 }
 
-/// Whether `contact` matters to body `body` of the run: what a rigid one meets changes nothing of it.
+/// Whether `contact` matters to body `body` of the run: what a rigid one meets changes nothing of
+/// it.
 fn is_of(contact: &ContactSpec, run: &RunSpec, body: Option<usize>) -> bool {
     let Some(body) = body.filter(|&i| !run.bodies[i].kind.is_rigid()) else {
         return false;
@@ -67,7 +70,8 @@ fn is_of(contact: &ContactSpec, run: &RunSpec, body: Option<usize>) -> bool {
     contact.body == body || matches!(contact.target, Target::Body(other) if other == body)
 }
 
-/// A rigid body of unit mass in the place of `body`; one from a file stays, for joints take hold of its markers.
+/// A rigid body of unit mass in the place of `body`; one from a file stays, for joints take hold of
+/// its markers.
 fn make_rigid(body: &mut BodySpec) {
     if !body.kind.has_elements() {
         return;

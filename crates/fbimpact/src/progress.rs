@@ -16,8 +16,8 @@ use tracing_subscriber::util::SubscriberInitExt;
 
 use crate::cli::{LogArguments, LogFormat};
 
-/// Wall time between lines of steps when standard error is no terminal; a stage or a step that lasts longer is reported a tick later, within ten
-/// seconds.
+/// Wall time between lines of steps when standard error is no terminal; a stage or a step that
+/// lasts longer is reported a tick later, within ten seconds.
 const LINE_INTERVAL: Duration = Duration::from_secs(9);
 /// Wall time between updates of the bar.
 const BAR_INTERVAL: Duration = Duration::from_millis(100);
@@ -28,7 +28,8 @@ const LEAST_SHARE: f64 = 0.05;
 /// Steps of the bar; fine enough for the widest terminal.
 const BAR_LENGTH: u64 = 10_000;
 
-/// Sets up the log; the environment variable `FBIMPACT_LOG` overrides the level, such as "adaptive=trace,info".
+/// Sets up the log; the environment variable `FBIMPACT_LOG` overrides the level, such as
+/// "adaptive=trace,info".
 pub fn log(arguments: LogArguments, bar: &ProgressBar) {
     let level = match (arguments.quiet, arguments.verbose) {
         (0, 0) => LevelFilter::INFO,
@@ -52,8 +53,9 @@ pub fn log(arguments: LogArguments, bar: &ProgressBar) {
     };
 }
 
-/// Writes log lines above the progress bar, so that neither tears the other. Lines that cannot be written, on a full disk or
-/// to a reader that is gone, are dropped: the run is worth more than its log.
+/// Writes log lines above the progress bar, so that neither tears the other. Lines that cannot be
+/// written, on a full disk or to a reader that is gone, are dropped: the run is worth more than its
+/// log.
 #[derive(Clone)]
 struct AboveBar(ProgressBar);
 
@@ -92,7 +94,8 @@ pub fn bar(arguments: LogArguments) -> ProgressBar {
 pub struct Progress {
     bar: ProgressBar,
     span: (f64, f64),
-    /// Whether the time left can be estimated: where nothing touches, every second of motion takes about as long.
+    /// Whether the time left can be estimated: where nothing touches, every second of motion takes
+    /// about as long.
     is_even: bool,
     begin: Instant,
     last: Instant,
@@ -154,7 +157,8 @@ impl Progress {
         Self { bar, span: (0.0, 1.0), is_even: false, begin: now, last: now, now: shared, _ticker: ticker }
     }
 
-    /// Sets start and end of the simulated time \[s\], and whether its seconds take about as long each.
+    /// Sets start and end of the simulated time \[s\], and whether its seconds take about as long
+    /// each.
     pub fn set_span(&mut self, span: (f64, f64), is_even: bool) {
         (self.span, self.is_even) = (span, is_even);
         self.begin = Instant::now();
@@ -230,8 +234,8 @@ pub fn while_building<R>(bar: &ProgressBar, work: impl FnOnce() -> R) -> R {
     done
 }
 
-/// Looks after every `tick` what goes on: shows on a bar what a stage is at, and writes a line, where there is none, when none has been
-/// written for `interval`; until the sender is gone.
+/// Looks after every `tick` what goes on: shows on a bar what a stage is at, and writes a line,
+/// where there is none, when none has been written for `interval`; until the sender is gone.
 fn tick((now, bar): (&Mutex<Now>, &ProgressBar), end: &Receiver<()>, [tick, interval]: [Duration; 2]) {
     while end.recv_timeout(tick) == Err(RecvTimeoutError::Timeout) {
         let mut now = lock(now);

@@ -35,15 +35,16 @@ pub fn attributes() -> [(&'static str, String); 5] {
     ]
 }
 
-/// The present time, UTC, as in ISO 8601; 1970 if the clock stands before. Nothing else reads the wall clock (clippy.toml): durations come
-/// from monotonic clocks and do not jump with it.
+/// The present time, UTC, as in ISO 8601; 1970 if the clock stands before. Nothing else reads the
+/// wall clock (clippy.toml): durations come from monotonic clocks and do not jump with it.
 #[expect(clippy::disallowed_methods, reason = "the date of a result is wall time")]
 fn now() -> String {
     let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |d| d.as_secs());
     iso(seconds)
 }
 
-/// Seconds since 1970 as a date (proleptic Gregorian calendar in eras of 400 years, which have 146,097 days).
+/// Seconds since 1970 as a date (proleptic Gregorian calendar in eras of 400 years, which have
+/// 146,097 days).
 fn iso(seconds: u64) -> String {
     let (days, rest) = (seconds / 86_400, seconds % 86_400);
     // Days since 1 March of year 0: leap days then stand at the end of a year.

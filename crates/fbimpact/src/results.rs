@@ -1,6 +1,7 @@
 //! The result file as a run writes it; what a finished one holds is known to `result-files`.
 //!
-//! Layout: `docs/results.md`. [`Recorder`] writes while a run goes on, [`result_files::summary`] reads a finished file.
+//! Layout: `docs/results.md`. [`Recorder`] writes while a run goes on, [`result_files::summary`]
+//! reads a finished file.
 //!
 //! What stands between a run and the weak points of HDF5, and the test that fails without it:
 //!

@@ -1,8 +1,9 @@
 //! The scenario file: from TOML text to a validated [`Scenario`], with every fault located.
 //!
 //! One set of key tables ([`tables`]) declares every key. The reader (`check`), the JSON schema
-//! ([`mod@schema`]), the reference page ([`mod@reference`]) and the check of conditions under which keys have a meaning
-//! (`conditions`) follow from it; `build` adds the checks of values that involve several keys.
+//! ([`mod@schema`]), the reference page ([`mod@reference`]) and the check of conditions under which
+//! keys have a meaning (`conditions`) follow from it; `build` adds the checks of values that
+//! involve several keys.
 
 pub mod types;
 pub mod body_places;
@@ -51,7 +52,8 @@ pub fn read(path: &Path, overrides: &[Override]) -> Result<Scenario, AppError> {
 /// Name of standard input in messages.
 const STANDARD_INPUT: &str = "standard input";
 
-/// Reads and validates a scenario from standard input if `path` is `-`, else as [`read`]. Files that it names are sought in the working directory.
+/// Reads and validates a scenario from standard input if `path` is `-`, else as [`read`]. Files
+/// that it names are sought in the working directory.
 ///
 /// # Errors
 /// As [`read`].
@@ -64,7 +66,8 @@ pub fn read_or_input(path: &Path, overrides: &[Override]) -> Result<Scenario, Ap
     Ok(parse(name, &bytes, overrides)?)
 }
 
-/// Validates a scenario given as text; `path` is for messages, and files are sought in its directory.
+/// Validates a scenario given as text; `path` is for messages, and files are sought in its
+/// directory.
 ///
 /// # Errors
 /// All faults of the scenario.

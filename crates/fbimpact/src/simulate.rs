@@ -68,7 +68,8 @@ pub struct BodyModes {
     pub points: BTreeMap<String, Vec<f64>>,
     /// What the elastic coordinates stand for.
     pub coordinates: Coordinates,
-    /// Frequencies of the elastic coordinates \[Hz\], ascending: eigenfrequencies, then those of static answers.
+    /// Frequencies of the elastic coordinates \[Hz\], ascending: eigenfrequencies, then those of
+    /// static answers.
     pub frequencies: Vec<f64>,
     /// Sizes that the program has chosen, and why.
     pub chosen: Vec<String>,
@@ -106,8 +107,8 @@ pub fn simulate(
     simulate_with(scenario, None, observer, threads, &ModelCache::default())
 }
 
-/// As [`simulate`], with the models that are in `cache`, and from the restart point `point` of an earlier run of the same
-/// scenario on, if there is one.
+/// As [`simulate`], with the models that are in `cache`, and from the restart point `point` of an
+/// earlier run of the same scenario on, if there is one.
 ///
 /// # Errors
 /// As [`simulate`]; [`AppError::Model`] if the point does not belong to the models, too.
@@ -177,8 +178,8 @@ pub fn modes_with(
     Ok(ModesReport { bodies: bodies.collect() })
 }
 
-/// Names of the bodies of `scenario`, and small vibrations of the whole system at its initial pose; `is_static`: after elastic
-/// coordinates have come to rest, whatever the scenario says.
+/// Names of the bodies of `scenario`, and small vibrations of the whole system at its initial pose;
+/// `is_static`: after elastic coordinates have come to rest, whatever the scenario says.
 ///
 /// # Errors
 /// [`AppError::Model`] if a model cannot be built or there is no equilibrium.

@@ -1,7 +1,9 @@
-//! Mesh and modes for bodies whose scenario does not give them: asked of the models, written into the scenario.
+//! Mesh and modes for bodies whose scenario does not give them: asked of the models, written into
+//! the scenario.
 //!
-//! The chosen numbers take the place of the keys that were left out, in the scenario and in its resolved text, each with its
-//! reason in a comment. What reads a result finds them there as if they had been given.
+//! The chosen numbers take the place of the keys that were left out, in the scenario and in its
+//! resolved text, each with its reason in a comment. What reads a result finds them there as if
+//! they had been given.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
@@ -16,7 +18,8 @@ use crate::error::AppError;
 use crate::scenario::Scenario;
 use crate::thread_pool::thread_pool;
 
-/// The scenario with every size that it leaves to the program, which runs on `threads` threads; itself if there is none.
+/// The scenario with every size that it leaves to the program, which runs on `threads` threads;
+/// itself if there is none.
 ///
 /// # Errors
 /// [`AppError::Model`] naming the body whose sizes cannot be found.

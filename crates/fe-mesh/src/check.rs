@@ -121,7 +121,8 @@ fn is_positive(determinant: f64, largest: f64) -> bool {
     determinant > FLAT * largest
 }
 
-/// Refuses elements whose map turns inside out at a point of a rule; notes those where it does so at a node, at the apex of pyramids along the axis.
+/// Refuses elements whose map turns inside out at a point of a rule; notes those where it does so
+/// at a node, at the apex of pyramids along the axis.
 ///
 /// # Errors
 /// [`MeshFault::Inverted`].

@@ -54,7 +54,8 @@ pub fn inverse(map: &[[f64; 3]; 3], determinant: f64) -> [[f64; 3]; 3] {
     std::array::from_fn(|i| std::array::from_fn(|j| cofactors[j][i] / determinant))
 }
 
-/// Derivatives of functions by the coordinates in space, from their slopes by parameters and the inverse map.
+/// Derivatives of functions by the coordinates in space, from their slopes by parameters and the
+/// inverse map.
 pub fn gradient(slope: &[f64; 3], inverse: &[[f64; 3]; 3]) -> [f64; 3] {
     std::array::from_fn(|i| (0..3).map(|j| slope[j] * inverse[j][i]).sum())
 }

@@ -1,8 +1,10 @@
 //! Kinds of elements and of their sides: corners, edges, sides, the order of nodes.
 //!
-//! Nodes stand in the order of Abaqus and CalculiX: corners, middles of edges in the order of [`ElementKind::edges`], then (in elements with
-//! 14, 18 and 27 nodes) middles of four-sided sides in the order of [`ElementKind::sides`], then the centre. Sides have the
-//! numbers that the input files of these programs give them, S1 being 0; their corners turn right-handed about the outward normal.
+//! Nodes stand in the order of Abaqus and CalculiX: corners, middles of edges in the order of
+//! [`ElementKind::edges`], then (in elements with 14, 18 and 27 nodes) middles of four-sided sides
+//! in the order of [`ElementKind::sides`], then the centre. Sides have the numbers that the input
+//! files of these programs give them, S1 being 0; their corners turn right-handed about the outward
+//! normal.
 
 /// A solid element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

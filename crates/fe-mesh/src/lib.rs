@@ -1,7 +1,8 @@
 //! Finite element meshes of solids.
 //!
-//! The crate knows meshes and their files, elements, surfaces, and what makes a mesh a space of displacements ([`space`]); matrices,
-//! moments and stress are those that `iga-core` has of any space. It knows no time, no reduction, no rigid-body motion and no contact.
+//! The crate knows meshes and their files, elements, surfaces, and what makes a mesh a space of
+//! displacements ([`space`]); matrices, moments and stress are those that `iga-core` has of any
+//! space. It knows no time, no reduction, no rigid-body motion and no contact.
 //!
 //! * SI units once a mesh has been read with its unit of length.
 //! * Nodes of elements stand in the order of Abaqus and CalculiX ([`kind`]).

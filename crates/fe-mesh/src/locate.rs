@@ -13,8 +13,8 @@ use crate::shape::Functions;
 const MAX_STEPS: usize = 30;
 /// Parameters count as equal within this.
 const ROUND_OFF: f64 = 1e-9;
-/// Distance from the surface, as a share of the size of the element there, up to which a point outside is taken to lie on it: sides of a mesh do not follow
-/// a curved part exactly.
+/// Distance from the surface, as a share of the size of the element there, up to which a point
+/// outside is taken to lie on it: sides of a mesh do not follow a curved part exactly.
 const OUTSIDE: f64 = 0.05;
 
 /// A point of the surface.
@@ -87,7 +87,8 @@ fn moved(form: Form, xi: &[f64; 3], step: &[f64; 3]) -> [f64; 3] {
     if form != Form::Pyramid {
         return std::array::from_fn(|d| (xi[d] + step[d]).clamp(-3.0, 3.0));
     }
-    // The same step of the distance from the apex and of the ratios to it, in which the map has no kink there.
+    // The same step of the distance from the apex and of the ratios to it, in which the map has no
+    // kink there.
     let w = 1.0 - xi[2];
     let next = (w - step[2]).clamp(0.1 * w.max(0.0), 3.0);
     let ratio = |d: usize| {
@@ -149,7 +150,8 @@ fn box_distance((low, high): &([f64; 3], [f64; 3]), point: &[f64; 3]) -> f64 {
 }
 
 impl Mesh {
-    /// Element and parameters of a point; one that lies a little outside, as points of curved parts do, is moved to the surface.
+    /// Element and parameters of a point; one that lies a little outside, as points of curved parts
+    /// do, is moved to the surface.
     ///
     /// # Errors
     /// [`MeshFault::PointNotFound`].
@@ -186,7 +188,8 @@ impl Mesh {
         position(&functions.values, &places)
     }
 
-    /// The point of the surface nearest to `point`; where several are sought, one [`SurfaceSearch`] serves all.
+    /// The point of the surface nearest to `point`; where several are sought, one [`SurfaceSearch`]
+    /// serves all.
     pub fn nearest(&self, point: &[f64; 3]) -> Option<OnSurface> {
         SurfaceSearch::new(self).nearest(self, point)
     }
@@ -209,7 +212,8 @@ impl SurfaceSearch {
         Self { boxes: mesh.surface().iter().map(around).collect() }
     }
 
-    /// The point of the surface of `mesh` nearest to `point`; of sides at the same distance that of the first.
+    /// The point of the surface of `mesh` nearest to `point`; of sides at the same distance that of
+    /// the first.
     pub fn nearest(&self, mesh: &Mesh, point: &[f64; 3]) -> Option<OnSurface> {
         let least = |i: usize| box_distance(&self.boxes[i], point);
         let first = (0..self.boxes.len()).min_by(|a, b| least(*a).total_cmp(&least(*b)))?;
@@ -257,7 +261,8 @@ fn nearest_on_side(kind: SideKind, places: &[[f64; 3]], point: &[f64; 3]) -> ([f
     let mut eta = best.0;
     for _ in 0..MAX_STEPS {
         at.evaluate(kind, places, &eta);
-        // Gauss-Newton on the distance, which converges fast where the surface is much flatter than the point is near.
+        // Gauss-Newton on the distance, which converges fast where the surface is much flatter than
+        // the point is near.
         let rest = minus(point, &at.position);
         let [u, v] = at.tangents;
         let (a, b, c) = (dot(&u, &u), dot(&u, &v), dot(&v, &v));

@@ -35,7 +35,8 @@ impl std::fmt::Debug for Mesh {
 }
 
 impl Mesh {
-    /// Checks a mesh read from a file whose unit of length is `unit` metres; nodes of no element are left out with a note.
+    /// Checks a mesh read from a file whose unit of length is `unit` metres; nodes of no element
+    /// are left out with a note.
     ///
     /// # Errors
     /// [`MeshError::Mesh`] with the element that makes no body.
@@ -85,7 +86,8 @@ impl Mesh {
         Ok(Self { nodes, node_labels, elements, surface, volumes, faces: groups, notes })
     }
 
-    /// The mesh with other elements of the same part, whose `surface` sides are rising, and no groups of elements.
+    /// The mesh with other elements of the same part, whose `surface` sides are rising, and no
+    /// groups of elements.
     pub(crate) fn divided(
         (nodes, elements): (Vec<[f64; 3]>, Elements),
         surface: Vec<Face>,
@@ -163,7 +165,8 @@ impl Mesh {
         })
     }
 
-    /// For every element the place in `groups` of the one that it is in, the number of groups for one in none of them if that `may_be`.
+    /// For every element the place in `groups` of the one that it is in, the number of groups for
+    /// one in none of them if that `may_be`.
     ///
     /// # Errors
     /// [`MeshFault::UnknownGroup`]; [`MeshFault::Materials`] for an element that is in none or in several.

@@ -1,4 +1,5 @@
-//! Parts of a body that carry markers: whole groups of faces, discs on the surface, balls inside, as quadrature points.
+//! Parts of a body that carry markers: whole groups of faces, discs on the surface, balls inside,
+//! as quadrature points.
 
 use std::cmp::Ordering;
 
@@ -14,8 +15,8 @@ use iga_core::extent::around::{Found, Nearest, Surroundings, around};
 
 /// Iterations that bring a point of a disc onto the surface.
 const MAX_STEPS: usize = 30;
-/// How far beyond the edges of a side, in its parameters, a point lies on it, and beside the line along which it is sought, in the size of the side:
-/// round-off.
+/// How far beyond the edges of a side, in its parameters, a point lies on it, and beside the line
+/// along which it is sought, in the size of the side: round-off.
 const ROUND_OFF: f64 = 1e-9;
 
 /// A side, or an element, near the centre of an extent.
@@ -115,7 +116,8 @@ impl Surroundings for About<'_> {
         Some(Nearest { distance, point, normal, start: () })
     }
 
-    /// The point over `target` along `normal`: on the nearest side, if it is no further away than the diameter of the disc.
+    /// The point over `target` along `normal`: on the nearest side, if it is no further away than
+    /// the diameter of the disc.
     fn over(&self, target: &[f64; 3], normal: &[f64; 3], _start: ()) -> Option<(Found<()>, f64)> {
         let hits = self.sides.iter().filter_map(|near| Some((near, hit(near, target, normal)?)));
         let reached = hits.filter(|(_, (_, height))| height.abs() <= 2.0 * self.radius);
@@ -147,7 +149,8 @@ impl Surroundings for About<'_> {
     }
 }
 
-/// Parameters at which a line through `start` along `normal` meets a side from outside, and the height there.
+/// Parameters at which a line through `start` along `normal` meets a side from outside, and the
+/// height there.
 fn hit(near: &Near<Face, SideKind>, start: &[f64; 3], normal: &[f64; 3]) -> Option<([f64; 2], f64)> {
     let beside = |to: &[f64; 3]| {
         let height = dot(to, normal);
@@ -161,7 +164,8 @@ fn hit(near: &Near<Face, SideKind>, start: &[f64; 3], normal: &[f64; 3]) -> Opti
     let (mut height, mut at) = (0.0_f64, SidePoint::default());
     for _ in 0..MAX_STEPS {
         at.evaluate(near.kind, &near.places, &eta);
-        // x(eta) - height normal = start, linearised; the unknowns are the changes of eta and the new height.
+        // x(eta) - height normal = start, linearised; the unknowns are the changes of eta and the
+        // new height.
         let rest = minus(start, &at.position);
         let map: [[f64; 3]; 3] = std::array::from_fn(|i| [at.tangents[0][i], at.tangents[1][i], -normal[i]]);
         let size = determinant(&map);

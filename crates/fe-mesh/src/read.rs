@@ -1,4 +1,5 @@
-//! Readers of mesh files. Counts that a file claims are not trusted: memory grows with what is there.
+//! Readers of mesh files. Counts that a file claims are not trusted: memory grows with what is
+//! there.
 
 mod gmsh;
 mod inp;
@@ -10,9 +11,11 @@ use crate::fault::{MeshError, Place, ReadFault};
 use crate::mesh::Mesh;
 use crate::raw::RawMesh;
 
-/// Reads a mesh from the bytes of a file, whose format shows in its beginning; `unit`: length of the file's unit \[m\].
+/// Reads a mesh from the bytes of a file, whose format shows in its beginning; `unit`: length of
+/// the file's unit \[m\].
 ///
-/// Gmsh's MSH 4.1 and 2.2, as text or binary; input files of Abaqus and CalculiX, flat or with one part and one instance.
+/// Gmsh's MSH 4.1 and 2.2, as text or binary; input files of Abaqus and CalculiX, flat or with one
+/// part and one instance.
 ///
 /// # Errors
 /// [`MeshError::Read`] with line or byte, [`MeshError::Mesh`] with the element.

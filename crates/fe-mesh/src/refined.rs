@@ -1,8 +1,10 @@
 //! Meshes whose elements are halved about a place (docs/theory.md section C.10).
 //!
-//! Elements are halved along every edge in their parameters; nodes of the pieces lie on the map of the element, which the pieces have
-//! exactly, since quadratic functions of a part of the parameters are quadratic: the part keeps its shape. Nodes of small pieces on edges and sides of larger
-//! ones are tied to them, so that displacements are continuous. Neighbours differ by one level at most. Pyramids stay whole.
+//! Elements are halved along every edge in their parameters; nodes of the pieces lie on the map of
+//! the element, which the pieces have exactly, since quadratic functions of a part of the
+//! parameters are quadratic: the part keeps its shape. Nodes of small pieces on edges and sides of
+//! larger ones are tied to them, so that displacements are continuous. Neighbours differ by one
+//! level at most. Pyramids stay whole.
 
 mod cell;
 mod division;
@@ -55,7 +57,8 @@ struct Pieces<'a> {
 }
 
 impl RefinedMesh {
-    /// Halves the elements of `mesh`, and what becomes of them, as long as `is_wanted`; into `most` pieces at most.
+    /// Halves the elements of `mesh`, and what becomes of them, as long as `is_wanted`; into `most`
+    /// pieces at most.
     ///
     /// # Errors
     /// [`MeshFault::TooFine`] beyond that, or if elements are halved more than sixteen times; [`MeshFault::Undivided`] where a pyramid is wanted smaller, or has neighbours
@@ -86,7 +89,8 @@ impl RefinedMesh {
         &self.mesh.nodes()[..self.n_free]
     }
 
-    /// The free nodes that `node` follows, with their weights (theory Eq. C.71); none of a free node.
+    /// The free nodes that `node` follows, with their weights (theory Eq. C.71); none of a free
+    /// node.
     pub fn followed(&self, node: u32) -> &[(u32, f64)] {
         (node as usize).checked_sub(self.n_free).and_then(|i| self.hanging.get(i)).map_or(&[], Vec::as_slice)
     }
@@ -101,7 +105,8 @@ impl RefinedMesh {
         &self.parents
     }
 
-    /// The functions of the mesh before, `mesh`, that are not zero at free node `node`, with their values there.
+    /// The functions of the mesh before, `mesh`, that are not zero at free node `node`, with their
+    /// values there.
     pub fn functions_before(&self, mesh: &Mesh, node: usize) -> Vec<(u32, f64)> {
         let Some(new) = node.checked_sub(self.n_before) else { return vec![(node as u32, 1.0)] };
         let (e, xi) = self.origins[new];
@@ -190,7 +195,8 @@ impl<'a> Pieces<'a> {
         let lists = hanging.iter().map(|n| tied[n].iter().map(|(m, w)| (new[*m as usize], *w)).collect());
         let (n_free, hanging) = (free.len(), lists.collect::<Vec<_>>());
         let nodes = order.iter().map(|&n| self.nodes[n as usize]).collect();
-        // Nodes of the mesh before are never tied: they are corners and middles of the largest elements.
+        // Nodes of the mesh before are never tied: they are corners and middles of the largest
+        // elements.
         let origins = order.iter().filter(|&&n| n as usize >= n_before);
         let origins = origins.map(|&n| self.origins[n as usize - n_before]).collect();
         self.surface.sort_unstable();
@@ -206,7 +212,8 @@ impl<'a> Pieces<'a> {
     }
 }
 
-/// Functions of the free nodes in terms of all nodes of each element, where some of these are among the `hanging` ones behind the `n_free` first.
+/// Functions of the free nodes in terms of all nodes of each element, where some of these are among
+/// the `hanging` ones behind the `n_free` first.
 fn rows(elements: &Elements, n_free: usize, hanging: &[Vec<(u32, f64)>]) -> Rows {
     let mut rows = Rows::default();
     for element in elements.iter() {

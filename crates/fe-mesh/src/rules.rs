@@ -12,18 +12,24 @@
 //! | pyramid5 | 2 × 2 × 2, conical | 2 × 2 × 2 |
 //! | pyramid13, pyramid14 | 3 × 3 × 3, conical | 3 × 3 × 3 |
 //!
-//! Mass matrices are exact where the map of the element is affine, total mass on curved quadratic elements as well: their
-//! determinants have degree three in tetrahedra, four in the triangle of wedges, five in each direction of hexahedra. The stiffness of
-//! tetrahedra and pyramids is exact where the map is affine; that of other curved or tapered elements is a rational function, which no rule integrates exactly. A rule that is
-//! exact to degree `2 p - 2` keeps the order `2 p` of frequencies (G. Strang, G. J. Fix: An Analysis of the Finite Element
-//! Method, 4.3); those of the stiffness are.
+//! Mass matrices are exact where the map of the element is affine, total mass on curved quadratic
+//! elements as well: their determinants have degree three in tetrahedra, four in the triangle of
+//! wedges, five in each direction of hexahedra. The stiffness of tetrahedra and pyramids is exact
+//! where the map is affine; that of other curved or tapered elements is a rational function, which
+//! no rule integrates exactly. A rule that is exact to degree `2 p - 2` keeps the order `2 p` of
+//! frequencies (G. Strang, G. J. Fix: An Analysis of the Finite Element Method, 4.3); those of the
+//! stiffness are.
 //!
-//! Conical rules of pyramids are Gauss' rules of `ξ/(1 - ζ)` and `η/(1 - ζ)` times the rule of Gauss and Jacobi for `(1 - ζ)²`; no point lies at the apex. In these three
-//! parameters the rational functions of pyramids are polynomials, of degree one or two in each of them, and the determinant of straight-sided ones, whatever their base
-//! looks like, is bilinear in the first two: the mass is exact for all of these, total mass for curved ones as well, whose determinant has degree five at most.
+//! Conical rules of pyramids are Gauss' rules of `ξ/(1 - ζ)` and `η/(1 - ζ)` times the rule of
+//! Gauss and Jacobi for `(1 - ζ)²`; no point lies at the apex. In these three parameters the
+//! rational functions of pyramids are polynomials, of degree one or two in each of them, and the
+//! determinant of straight-sided ones, whatever their base looks like, is bilinear in the first
+//! two: the mass is exact for all of these, total mass for curved ones as well, whose determinant
+//! has degree five at most.
 //!
-//! CalculiX integrates the mass of tet10 and wedge15 with the points of the stiffness ([`MassRule::AsStiffness`]). The order is the same, but the
-//! matrix of a mesh of few elements is singular: 4 points per tetrahedron do not determine ten functions.
+//! CalculiX integrates the mass of tet10 and wedge15 with the points of the stiffness
+//! ([`MassRule::AsStiffness`]). The order is the same, but the matrix of a mesh of few elements is
+//! singular: 4 points per tetrahedron do not determine ten functions.
 
 use crate::kind::{ElementKind, SideKind};
 
@@ -42,7 +48,8 @@ pub enum MassRule {
     /// Exact on straight-sided elements; the matrix is positive definite.
     #[default]
     Exact,
-    /// The points of the stiffness, as CalculiX has them in tet10 and wedge15, so that results can be compared digit by digit.
+    /// The points of the stiffness, as CalculiX has them in tet10 and wedge15, so that results can
+    /// be compared digit by digit.
     AsStiffness,
 }
 
@@ -56,7 +63,8 @@ fn gauss(n: usize) -> Vec<(f64, f64)> {
     }
 }
 
-/// The three points `(a, a)`, `(1 - 2 a, a)`, `(a, 1 - 2 a)` of a triangle, of area 1/2, with the weight `w` each.
+/// The three points `(a, a)`, `(1 - 2 a, a)`, `(a, 1 - 2 a)` of a triangle, of area 1/2, with the
+/// weight `w` each.
 fn orbit(a: f64, w: f64) -> [RulePoint<2>; 3] {
     let b = 1.0 - 2.0 * a;
     [[a, a], [b, a], [a, b]].map(|xi| RulePoint { xi, weight: w })
@@ -82,8 +90,8 @@ fn vertices(a: f64, w: f64) -> [RulePoint<3>; 4] {
     [[a, a, a], [b, a, a], [a, b, a], [a, a, b]].map(|xi| RulePoint { xi, weight: w })
 }
 
-/// Rules for tetrahedra: 1 point of degree 1, 4 of degree 2, 15 of degree 5 (A. H. Stroud: Approximate Calculation of Multiple
-/// Integrals, T3:5-1).
+/// Rules for tetrahedra: 1 point of degree 1, 4 of degree 2, 15 of degree 5 (A. H. Stroud:
+/// Approximate Calculation of Multiple Integrals, T3:5-1).
 fn tetrahedron(n: usize) -> Vec<RulePoint<3>> {
     match n {
         1 => vec![RulePoint { xi: [0.25; 3], weight: 1.0 / 6.0 }],
@@ -120,7 +128,8 @@ fn wedge(n: usize, line: usize) -> Vec<RulePoint<3>> {
     line.iter().flat_map(level).collect()
 }
 
-/// The rule of Gauss and Jacobi on `[0, 1]` with the weight `w²`, of two or three points: roots of `w² - 4/3 w + 2/5` and of `w³ - 15/8 w² + 15/14 w - 5/28`.
+/// The rule of Gauss and Jacobi on `[0, 1]` with the weight `w²`, of two or three points: roots of
+/// `w² - 4/3 w + 2/5` and of `w³ - 15/8 w² + 15/14 w - 5/28`.
 fn jacobi(n: usize) -> Vec<(f64, f64)> {
     match n {
         2 => {
@@ -172,7 +181,8 @@ impl ElementKind {
         }
     }
 
-    /// Points for products of functions as `rule` has them; CalculiX takes other points than for the stiffness in tet4.
+    /// Points for products of functions as `rule` has them; CalculiX takes other points than for
+    /// the stiffness in tet4.
     pub fn mass_points(self, rule: MassRule) -> Vec<RulePoint<3>> {
         match rule {
             MassRule::AsStiffness if self != Self::Tet4 => self.stiffness_rule(),
@@ -182,7 +192,8 @@ impl ElementKind {
 }
 
 impl SideKind {
-    /// Points for products of a function, a coordinate and the area element, which on curved sides is no polynomial: degree 5.
+    /// Points for products of a function, a coordinate and the area element, which on curved sides
+    /// is no polynomial: degree 5.
     pub fn rule(self) -> Vec<RulePoint<2>> {
         if self.n_corners() == 3 {
             return triangle(7);
@@ -190,8 +201,9 @@ impl SideKind {
         square(3)
     }
 
-    /// Points of contact: as few as integrate a constant pressure times every function of a flat side exactly. More would ask more conditions
-    /// of a side than it has displacements to meet them by.
+    /// Points of contact: as few as integrate a constant pressure times every function of a flat
+    /// side exactly. More would ask more conditions of a side than it has displacements to meet
+    /// them by.
     pub fn contact_rule(self) -> Vec<RulePoint<2>> {
         if self.n_corners() == 3 { triangle(3) } else { square(2) }
     }

@@ -1,12 +1,16 @@
 //! Shape functions of elements and sides with their derivatives by the parameters.
 //!
-//! Sources: O. C. Zienkiewicz, R. L. Taylor, J. Z. Zhu: The Finite Element Method, Its Basis and Fundamentals, chapter on standard and hierarchical shape functions;
-//! products of quadratic Lagrange functions for the kinds with 9, 18 and 27 nodes.
+//! Sources: O. C. Zienkiewicz, R. L. Taylor, J. Z. Zhu: The Finite Element Method, Its Basis and
+//! Fundamentals, chapter on standard and hierarchical shape functions; products of quadratic
+//! Lagrange functions for the kinds with 9, 18 and 27 nodes.
 //!
-//! Pyramids: G. Bedrosian, Shape functions and integration formulas for three-dimensional finite element analysis, Int. J. Numer. Meth. Eng. 35, 1992, with 5 and 13
-//! nodes: rational functions that are those of triangles and of the quadrilateral on the sides. With 14 nodes `(w² - ξ²)(w² - η²)/w²`, `w = 1 - ζ`, belongs to the
-//! middle of the base, which makes the optimal space of second order of M. Bergot, G. Cohen, M. Duruflé, J. Sci. Comput. 42, 2010. Derivatives have a limit at the apex for
-//! each direction from which it is approached; there they are those along the axis.
+//! Pyramids: G. Bedrosian, Shape functions and integration formulas for three-dimensional finite
+//! element analysis, Int. J. Numer. Meth. Eng. 35, 1992, with 5 and 13 nodes: rational functions
+//! that are those of triangles and of the quadrilateral on the sides. With 14 nodes
+//! `(w² - ξ²)(w² - η²)/w²`, `w = 1 - ζ`, belongs to the middle of the base, which makes the optimal
+//! space of second order of M. Bergot, G. Cohen, M. Duruflé, J. Sci. Comput. 42, 2010. Derivatives
+//! have a limit at the apex for each direction from which it is approached; there they are those
+//! along the axis.
 
 use crate::kind::{ElementKind, SideKind};
 
@@ -97,7 +101,8 @@ impl Collapsed {
         (self.w + s * self.xi[d], slope)
     }
 
-    /// `(w + s ξ)(w + t η)/w`, which on a side is a polynomial, exactly so where parameters are multiples of a power of two.
+    /// `(w + s ξ)(w + t η)/w`, which on a side is a polynomial, exactly so where parameters are
+    /// multiples of a power of two.
     fn quotient(&self, [s, t]: [f64; 2]) -> (f64, [f64; 3]) {
         let value = if self.w == 0.0 { 0.0 } else { self.side(0, s).0 * self.side(1, t).0 / self.w };
         let [a, b] = [s * self.ratios[0], t * self.ratios[1]];

@@ -1,8 +1,9 @@
 //! Sides cut into quadrilaterals, on which their functions are Bernstein polynomials.
 //!
-//! A triangle is cut through its centroid and the middles of its edges into three quadrilaterals, a quadrilateral through its centre into four:
-//! one at each corner. With the bilinear map of the unit square to such a piece, functions of degree `p` in the parameters of the side
-//! have the degree `p` in each direction of the square, so that nothing is lost.
+//! A triangle is cut through its centroid and the middles of its edges into three quadrilaterals, a
+//! quadrilateral through its centre into four: one at each corner. With the bilinear map of the
+//! unit square to such a piece, functions of degree `p` in the parameters of the side have the
+//! degree `p` in each direction of the square, so that nothing is lost.
 
 use crate::kind::SideKind;
 use crate::shape::Functions;
@@ -10,8 +11,9 @@ use crate::shape::Functions;
 /// A quadrilateral of a side: the unit square under a bilinear map.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SidePiece {
-    /// Parameters of the side at the places (0, 0), (1, 0), (1, 1) and (0, 1) of the square; the first is a corner of the side, the third its
-    /// centroid. They turn as the corners of the side do.
+    /// Parameters of the side at the places (0, 0), (1, 0), (1, 1) and (0, 1) of the square; the
+    /// first is a corner of the side, the third its centroid. They turn as the corners of the side
+    /// do.
     pub corners: [[f64; 2]; 4],
 }
 
@@ -45,7 +47,8 @@ impl SideKind {
         (0..n).map(piece).collect()
     }
 
-    /// Bernstein coefficients of the side's functions on `piece`, a row per node, the first direction fastest.
+    /// Bernstein coefficients of the side's functions on `piece`, a row per node, the first
+    /// direction fastest.
     pub fn bernstein(self, piece: &SidePiece) -> Vec<Vec<f64>> {
         let p = self.degree();
         let mut functions = Functions::default();
@@ -64,7 +67,8 @@ impl SideKind {
     }
 }
 
-/// Biquadratic Bernstein coefficients from the values at ends and middles: the middle one is `2 f(1/2) - (f(0) + f(1))/2`.
+/// Biquadratic Bernstein coefficients from the values at ends and middles: the middle one is
+/// `2 f(1/2) - (f(0) + f(1))/2`.
 fn interpolate(values: &mut [f64]) {
     let line = |values: &mut [f64], [a, b, c]: [usize; 3]| {
         values[b] = 2.0 * values[b] - 0.5 * (values[a] + values[c]);

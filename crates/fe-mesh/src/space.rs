@@ -13,10 +13,11 @@ use crate::refined::RefinedMesh;
 use crate::rules::{MassRule, RulePoint};
 use crate::shape::Functions;
 
-/// The displacements of a mesh: functions of its nodes, of a divided one those of its free nodes (theory Eq. C.71).
+/// The displacements of a mesh: functions of its nodes, of a divided one those of its free nodes
+/// (theory Eq. C.71).
 ///
-/// All elements are plain displacement elements with the rules of [`crate::rules`]: hex8 has neither a mean dilatation nor incompatible
-/// modes.
+/// All elements are plain displacement elements with the rules of [`crate::rules`]: hex8 has
+/// neither a mean dilatation nor incompatible modes.
 pub struct MeshSpace {
     mesh: Arc<Mesh>,
     rows: Arc<Rows>,
@@ -155,8 +156,8 @@ impl Space for MeshSpace {
 }
 
 impl Mesh {
-    /// A material for each of the groups of elements `groups`, which share no element, and `rest` for those in none of them; without it they leave none
-    /// out.
+    /// A material for each of the groups of elements `groups`, which share no element, and `rest`
+    /// for those in none of them; without it they leave none out.
     ///
     /// # Errors
     /// As [`Mesh::by_group`].

@@ -13,10 +13,12 @@ use crate::shape::Functions;
 use crate::space::MeshSpace;
 
 impl MeshSpace {
-    /// Stress `xx, yy, zz, xy, yz, zx` at every node of the mesh under the displacements `u` of the functions: what the points of the
-    /// stiffness rule show, continued linearly to the nodes of each element by least squares and averaged over the elements of a node, the
-    /// apex of pyramids among them, where gradients themselves have no single value
-    /// \[Pa\]. The points of the rule are where the stress of displacement elements is best (J. Barlow, Int. J. Numer. Meth. Eng. 10, 1976).
+    /// Stress `xx, yy, zz, xy, yz, zx` at every node of the mesh under the displacements `u` of the
+    /// functions: what the points of the stiffness rule show, continued linearly to the nodes of
+    /// each element by least squares and averaged over the elements of a node, the apex of pyramids
+    /// among them, where gradients themselves have no single value \[Pa\]. The points of the rule
+    /// are where the stress of displacement elements is best (J. Barlow, Int. J. Numer. Meth. Eng.
+    /// 10, 1976).
     ///
     /// # Errors
     /// [`SplineError::Folded`] where the Jacobian determinant is not positive.
@@ -43,9 +45,10 @@ impl MeshSpace {
         Ok(sums.into_iter().map(|(sum, n)| sum.map(|s| s / n)).collect())
     }
 
-    /// Strain and stress at the parameters `xi` of element `e` by a unit of the displacement of every function that they depend on, along
-    /// each direction [1/m], rising by function: the values at the nodes of the element as [`MeshSpace::nodal_stress`] has them, but
-    /// averaged over elements of its own material alone, and interpolated by its shape functions.
+    /// Strain and stress at the parameters `xi` of element `e` by a unit of the displacement of
+    /// every function that they depend on, along each direction [1/m], rising by function: the
+    /// values at the nodes of the element as [`MeshSpace::nodal_stress`] has them, but averaged
+    /// over elements of its own material alone, and interpolated by its shape functions.
     ///
     /// # Errors
     /// [`SplineError::Folded`] where the Jacobian determinant is not positive.
@@ -90,7 +93,8 @@ impl MeshSpace {
     }
 }
 
-/// How values at the points of the stiffness rule are continued to the nodes of an element: linearly, by least squares.
+/// How values at the points of the stiffness rule are continued to the nodes of an element:
+/// linearly, by least squares.
 struct Continuation {
     points: Vec<[f64; 3]>,
     /// For each node a weight for every point.

@@ -8,11 +8,12 @@ use crate::kind::SideKind;
 use crate::locate::SidePoint;
 use crate::mesh::Mesh;
 
-/// Angle between sides at an edge beyond which it counts as an edge of the part \[degrees\]: facets of a round part with at least 12
-/// of them around, and curved sides with fewer, are smooth.
+/// Angle between sides at an edge beyond which it counts as an edge of the part \[degrees\]: facets
+/// of a round part with at least 12 of them around, and curved sides with fewer, are smooth.
 pub const CREASE: f64 = 31.0;
 
-/// Area element at a point below which a side counts as flat there, as a share of that of a square over its longest edge.
+/// Area element at a point below which a side counts as flat there, as a share of that of a square
+/// over its longest edge.
 const FLAT: f64 = 1e-6;
 
 /// The other side of an edge.
@@ -101,7 +102,8 @@ impl Surface {
         &self.sides
     }
 
-    /// The sides that are connected with `first` over smooth edges through sides of `is_wanted`, which `first` belongs to in any case; rising.
+    /// The sides that are connected with `first` over smooth edges through sides of `is_wanted`,
+    /// which `first` belongs to in any case; rising.
     pub fn smooth_part(&self, first: usize, is_wanted: impl Fn(usize) -> bool) -> Vec<u32> {
         let mut is_seen = vec![false; self.sides.len()];
         let mut waiting = VecDeque::from([first]);

@@ -3,7 +3,8 @@
 use faer::MatRef;
 use thiserror::Error;
 
-/// Model data that do not fit together. Texts are fragments that read after "model data do not fit: ".
+/// Model data that do not fit together. Texts are fragments that read after "model data do not fit:
+/// ".
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum DataError {

@@ -10,7 +10,8 @@ use crate::data_error::DataError;
 use crate::joint_fault::{GearFault, JointFault};
 use crate::reduction::memory::gigabytes as gb;
 
-/// Errors of reduction, equations of motion and time integration. Texts are fragments that read after "body ...: ".
+/// Errors of reduction, equations of motion and time integration. Texts are fragments that read
+/// after "body ...: ".
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum DynamicsError {
@@ -247,7 +248,8 @@ pub enum EigenFault {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum StaticStartFault {
-    /// Constraints: joints that the deformation would open, gears whose forces the search does not know.
+    /// Constraints: joints that the deformation would open, gears whose forces the search does not
+    /// know.
     #[error("there are loop-closing joints or gears, whose forces it does not know")]
     LoopClosing,
     /// Forces that cannot be evaluated.
@@ -351,7 +353,8 @@ pub enum FailureKind {
     NotFinite,
     /// An iteration has not converged (code -1 of \[A\] Algorithm 1).
     IterationLimit,
-    /// The bodies lie as the contact's model does not allow, for instance with axes apart, or move as friction does not.
+    /// The bodies lie as the contact's model does not allow, for instance with axes apart, or move
+    /// as friction does not.
     OutOfModel,
 }
 
@@ -384,7 +387,8 @@ pub trait EvaluationFault: std::error::Error + Send + Sync + 'static {
     fn kind(&self) -> FailureKind;
 }
 
-/// A right-hand side that cannot be evaluated at the present state; the integrator answers with a smaller step.
+/// A right-hand side that cannot be evaluated at the present state; the integrator answers with a
+/// smaller step.
 #[derive(Debug, Clone)]
 pub struct EvaluationFailure(Arc<dyn EvaluationFault>);
 

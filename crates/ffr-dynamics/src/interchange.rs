@@ -1,6 +1,7 @@
 //! Bodies that come from elsewhere or go elsewhere, as plain checked values (docs/body-file.md).
 //!
-//! No file format: whoever reads or writes files fills or empties these. Values taken out and put in again are the same bit by bit.
+//! No file format: whoever reads or writes files fills or empties these. Values taken out and put
+//! in again are the same bit by bit.
 
 use std::collections::HashSet;
 
@@ -109,8 +110,9 @@ impl ReducedModel {
     /// Checks everything.
     ///
     /// # Errors
-    /// As [`StandardInputData::from_parts`]; [`DynamicsError::Data`] if markers, points or frequencies do not fit the
-    /// modes, or the frame's marker is missing or moves; [`DynamicsError::DuplicateName`].
+    /// As [`StandardInputData::from_parts`]; [`DynamicsError::Data`] if markers, points or
+    /// frequencies do not fit the modes, or the frame's marker is missing or moves;
+    /// [`DynamicsError::DuplicateName`].
     pub fn new(parts: ReducedParts) -> Result<Self, DynamicsError> {
         let ReducedParts { name, frame, data, frequencies, markers, points } = parts;
         let data = StandardInputData::from_parts(data)?;
@@ -198,7 +200,8 @@ impl ReducedModel {
     }
 }
 
-/// Share of the size of a mode, `1/√mass`, by which the marker of a tangent frame may move: round-off of the shift.
+/// Share of the size of a mode, `1/√mass`, by which the marker of a tangent frame may move:
+/// round-off of the shift.
 const STILL: f64 = 1e-9;
 
 fn check_names<'a>(names: impl Iterator<Item = &'a str>) -> Result<(), DynamicsError> {

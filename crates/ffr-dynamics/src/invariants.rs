@@ -12,7 +12,8 @@ pub struct Invariants {
     pub kinetic: f64,
     /// Elastic energy `½ q_eᵀ K_e q_e` \[J\].
     pub elastic: f64,
-    /// Potential of gravity, `-m g · r_c` with the deformed centre of mass; zero at the inertial origin \[J\].
+    /// Potential of gravity, `-m g · r_c` with the deformed centre of mass; zero at the inertial
+    /// origin \[J\].
     pub gravity: f64,
     /// Linear momentum in the inertial frame [kg m/s].
     pub linear_momentum: Vector3<f64>,
@@ -83,8 +84,8 @@ pub fn centre_of_mass(data: &StandardInputData, state: &BodyState) -> Vector3<f6
     state.position + state.rotation * (moment / data.mass)
 }
 
-/// The rigid motion that carries the momenta of a body (Eq. Q.2), and what the body does beside it. The choice of the frame of reference does not
-/// enter.
+/// The rigid motion that carries the momenta of a body (Eq. Q.2), and what the body does beside it.
+/// The choice of the frame of reference does not enter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeanMotion {
     /// Mass of the body \[kg\].
@@ -93,15 +94,18 @@ pub struct MeanMotion {
     centre: Vector3<f64>,
     /// Its velocity [m/s].
     velocity: Vector3<f64>,
-    /// Angular velocity in the inertial frame, with the turn `J⁻¹ L` relative to the frame of reference [rad/s].
+    /// Angular velocity in the inertial frame, with the turn `J⁻¹ L` relative to the frame of
+    /// reference [rad/s].
     angular_velocity: Vector3<f64>,
-    /// Kinetic energy of the motion relative to it (Eq. Q.4): no other rigid motion leaves less \[J\].
+    /// Kinetic energy of the motion relative to it (Eq. Q.4): no other rigid motion leaves less
+    /// \[J\].
     pub vibration: f64,
 }
 
 impl MeanMotion {
-    /// The mean motion of a body in motion `state`: the velocity of the deformed centre of mass, and the turn with inertia and angular momentum about
-    /// it. A body without inertia about an axis turns with its frame. Does not allocate.
+    /// The mean motion of a body in motion `state`: the velocity of the deformed centre of mass,
+    /// and the turn with inertia and angular momentum about it. A body without inertia about an
+    /// axis turns with its frame. Does not allocate.
     pub fn of(data: &StandardInputData, state: &BodyState) -> Self {
         let DeformedMoments { mass_moment, mass_moment_rate, inertia, relative_spin } =
             data.deformed_moments(&state.elastic, &state.elastic_rates);

@@ -76,7 +76,8 @@ pub enum GearFault {
     },
 }
 
-/// What is wrong with a joint, its coordinates or its attachment. Texts are fragments that read after "joint ...: ".
+/// What is wrong with a joint, its coordinates or its attachment. Texts are fragments that read
+/// after "joint ...: ".
 #[derive(Debug, Clone, PartialEq, Error)]
 pub enum JointFault {
     /// The marker belongs to modes that its body does not have.

@@ -1,8 +1,8 @@
 //! Reduced flexible bodies in the floating frame of reference: matrices in, motion out.
 //!
-//! The crate takes sparse mass and stiffness matrices ([`body::AssembledBody`]), reduces them, sets up the equations of
-//! motion and integrates them in time. It knows no splines, no contact law and no file format: forces enter through
-//! [`system::force::ForceElement`].
+//! The crate takes sparse mass and stiffness matrices ([`body::AssembledBody`]), reduces them, sets
+//! up the equations of motion and integrates them in time. It knows no splines, no contact law and
+//! no file format: forces enter through [`system::force::ForceElement`].
 //!
 //! SI units, radians. Equation numbers refer to `docs/theory.md`.
 

@@ -1,9 +1,10 @@
 //! From thousands of unknowns to a few: eigenmodes, Craig-Bampton, interface compliance.
 //!
-//! Everything here works on an [`AssembledBody`](crate::body::AssembledBody) alone. A [`Pencil`] holds `K`, `M` and one
-//! symbolic factorisation; [`ElasticProblem`] is the elastic part of it, free or clamped; on that stand the eigensolver
-//! ([`eigen`]), modal truncation ([`modal`]), Craig-Bampton ([`mod@craig_bampton`]) and the residual flexibility
-//! ([`compliance`]) with the modes that it stands for ([`residual_modes`]), and the static answers to loads
+//! Everything here works on an [`AssembledBody`](crate::body::AssembledBody) alone. A [`Pencil`]
+//! holds `K`, `M` and one symbolic factorisation; [`ElasticProblem`] is the elastic part of it,
+//! free or clamped; on that stand the eigensolver ([`eigen`]), modal truncation ([`modal`]),
+//! Craig-Bampton ([`mod@craig_bampton`]) and the residual flexibility ([`compliance`]) with the
+//! modes that it stands for ([`residual_modes`]), and the static answers to loads
 //! ([`static_answers`]). Equations: docs/theory.md R.1 to R.31.
 
 pub mod dense;

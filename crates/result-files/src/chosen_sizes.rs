@@ -1,4 +1,5 @@
-//! Sizes that the program chose for a run, as the scenario in its result tells them: a comment behind the key says that and why.
+//! Sizes that the program chose for a run, as the scenario in its result tells them: a comment
+//! behind the key says that and why.
 
 /// Begins the comment behind a key that the program has chosen.
 pub const MARK: &str = "  # chosen by the program: ";

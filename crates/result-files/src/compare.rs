@@ -1,6 +1,8 @@
-//! Two results compared: dataset by dataset on the reference's instants, then impacts and the final state.
+//! Two results compared: dataset by dataset on the reference's instants, then impacts and the final
+//! state.
 //!
-//! Knows results by their paths and units only, so that datasets of later versions are compared without a change here.
+//! Knows results by their paths and units only, so that datasets of later versions are compared
+//! without a change here.
 
 mod glob;
 mod tolerance;

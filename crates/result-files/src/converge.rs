@@ -1,4 +1,5 @@
-//! How far a result depends on its resolution: runs of variants beside that of the scenario as it is.
+//! How far a result depends on its resolution: runs of variants beside that of the scenario as it
+//! is.
 //!
 //! [`variant`] says what can be varied, [`outcome`] reads what came out, [`difference`] compares, [`verdict`] judges and [`report`] shows it.
 //! Which variants a scenario has, and how they run, is known to `fbimpact`.

@@ -63,7 +63,8 @@ impl Table {
         self.put(self.rows, row)
     }
 
-    /// Puts a row in place of the one numbered `index`, or at the end if there are no more than `index`.
+    /// Puts a row in place of the one numbered `index`, or at the end if there are no more than
+    /// `index`.
     pub fn put<T: H5Type>(&mut self, index: usize, row: T) -> Result<()> {
         let index = index.min(self.rows);
         if index == self.rows {

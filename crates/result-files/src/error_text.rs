@@ -2,7 +2,8 @@
 
 use std::io::{self, ErrorKind};
 
-/// The cause of an HDF5 error without the library's addresses and call names, and a remedy where there is one.
+/// The cause of an HDF5 error without the library's addresses and call names, and a remedy where
+/// there is one.
 pub fn of_hdf5(error: &hdf5::Error) -> String {
     let text = error.to_string();
     // System errors stand in the text as `errno = 28, error message = 'No space left on device'`.
@@ -10,7 +11,8 @@ pub fn of_hdf5(error: &hdf5::Error) -> String {
     if let Some(number) = number {
         return of_io(&io::Error::from_raw_os_error(number));
     }
-    // `H5Fopen(): unable to synchronously open file: file signature not found`: the end says it best.
+    // `H5Fopen(): unable to synchronously open file: file signature not found`: the end says it
+    // best.
     let cause = match text.split_once("(): ") {
         Some((call, cause)) if call.starts_with("H5") => cause,
         _ => text.as_str(),

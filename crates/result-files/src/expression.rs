@@ -11,8 +11,9 @@
 //! atom       = NUMBER | "(" expression ")" | FUNCTION "(" expression { "," expression } ")" | NAME
 //! ```
 //!
-//! Names lead from group to group to a dataset, the columns of a table, or the components of a row. Indices count from 0, negative ones from
-//! the end; the first one is that of the row, the next that of the component.
+//! Names lead from group to group to a dataset, the columns of a table, or the components of a row.
+//! Indices count from 0, negative ones from the end; the first one is that of the row, the next
+//! that of the component.
 
 pub mod fault;
 pub mod token;

@@ -88,7 +88,8 @@ pub enum FileFault {
     /// Where the file is, what it is called, or what it holds does not serve.
     #[error("{0}")]
     Unfit(Cow<'static, str>),
-    /// What is in the file, or should be, with an enumeration of its own: bodies, matrices, figures.
+    /// What is in the file, or should be, with an enumeration of its own: bodies, matrices,
+    /// figures.
     #[error(transparent)]
     Contents(Box<dyn Error + Send + Sync>),
     /// Inputs that do not make what the file is to hold.

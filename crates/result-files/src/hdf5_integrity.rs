@@ -1,7 +1,9 @@
-//! Reading HDF5 files that may be damaged: what the library takes on trust and pays for with memory or time is checked first.
+//! Reading HDF5 files that may be damaged: what the library takes on trust and pays for with memory
+//! or time is checked first.
 //!
-//! Headers and indices of the files that this program writes have checksums, which the library compares; the texts of tables and
-//! their lengths have none, and files of other programs may have none at all.
+//! Headers and indices of the files that this program writes have checksums, which the library
+//! compares; the texts of tables and their lengths have none, and files of other programs may have
+//! none at all.
 
 mod dataset;
 mod foreign;

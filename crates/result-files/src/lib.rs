@@ -1,9 +1,10 @@
 //! Result files: what they hold, and what is made from them alone.
 //!
-//! Knows datasets with their units, tables, files that may be damaged, expressions over a result, comparisons, tables of many runs, what a
-//! result changes by with its resolution, and figures. Does not know keys of a scenario, models, runs, or the command line: a scenario is the text
-//! that a result holds. What builds models again from that text (`vtk`, `probe`, bodies in motion) is in `fbimpact`
-//! (docs/decisions/0058).
+//! Knows datasets with their units, tables, files that may be damaged, expressions over a result,
+//! comparisons, tables of many runs, what a result changes by with its resolution, and figures.
+//! Does not know keys of a scenario, models, runs, or the command line: a scenario is the text that
+//! a result holds. What builds models again from that text (`vtk`, `probe`, bodies in motion) is in
+//! `fbimpact` (docs/decisions/0058).
 
 pub mod percent;
 pub mod shown_text;

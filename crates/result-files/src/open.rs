@@ -12,7 +12,8 @@ use crate::plain_file;
 
 /// Value of the root attribute `format`.
 pub const FORMAT: &str = "fbimpact";
-/// Value of the root attribute `format_version`; raised whenever an old reader would misread a new file.
+/// Value of the root attribute `format_version`; raised whenever an old reader would misread a new
+/// file.
 pub const FORMAT_VERSION: u32 = 1;
 
 /// Opens `path` without a lock, so that a run may still be writing it.

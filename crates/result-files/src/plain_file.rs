@@ -1,4 +1,5 @@
-//! Files that are read: files and nothing else. A pipe has no end until somebody closes it, a device may have none at all.
+//! Files that are read: files and nothing else. A pipe has no end until somebody closes it, a
+//! device may have none at all.
 
 use std::fs::{File, FileType, OpenOptions};
 use std::io::{self, ErrorKind, Read};

@@ -1,7 +1,8 @@
 //! Figures from result files: drawn once as SVG, turned into pixels or PDF from there.
 //!
-//! A [`figure::Figure`] says what is shown; it knows nothing of pixels. [`render`] draws it. All formats come from the same
-//! drawing and the same embedded font, so that they look alike on every machine.
+//! A [`figure::Figure`] says what is shown; it knows nothing of pixels. [`render`] draws it. All
+//! formats come from the same drawing and the same embedded font, so that they look alike on every
+//! machine.
 
 pub mod labels;
 pub mod data;

@@ -50,7 +50,8 @@ pub struct PressureSeries {
 }
 
 impl PressureSeries {
-    /// Reads the pressures of contact `name`; none where none are stored, as in contacts that know no points.
+    /// Reads the pressures of contact `name`; none where none are stored, as in contacts that know
+    /// no points.
     ///
     /// # Errors
     /// Those of HDF5.

@@ -1,4 +1,5 @@
-//! Dimension scales, by which readers find the axes of a dataset. The HDF5 crate has no binding for them.
+//! Dimension scales, by which readers find the axes of a dataset. The HDF5 crate has no binding for
+//! them.
 #![expect(unsafe_code, reason = "the only way to the dimension scale functions of the C library")]
 
 use std::ffi::{CString, c_char, c_int, c_uint};
@@ -15,7 +16,8 @@ unsafe extern "C" {
 /// Makes `dataset` a dimension scale called `name`.
 pub fn make_scale(dataset: &Dataset, name: &str) -> Result<()> {
     let text = c_string(name)?;
-    // SAFETY: the identifier belongs to a live handle, the string outlives the call, `sync` holds the library's lock.
+    // SAFETY: the identifier belongs to a live handle, the string outlives the call, `sync` holds
+    // the library's lock.
     checked("H5DSset_scale", hdf5::sync::sync(|| unsafe { H5DSset_scale(dataset.id(), text.as_ptr()) }))
 }
 

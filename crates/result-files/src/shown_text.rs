@@ -1,4 +1,5 @@
-//! Texts of files on a terminal: nothing in them may move its cursor, colour it or turn its direction.
+//! Texts of files on a terminal: nothing in them may move its cursor, colour it or turn its
+//! direction.
 
 use std::borrow::Cow;
 use std::fmt::Write;

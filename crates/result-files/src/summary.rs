@@ -42,7 +42,8 @@ pub struct Summary {
     pub reactions: Vec<PeakReaction>,
     /// Warnings, a line each.
     pub warnings: Vec<String>,
-    /// Largest deviation of the total energy from its start, relative to the largest energy (docs/theory.md Eqs. P.1, P.2).
+    /// Largest deviation of the total energy from its start, relative to the largest energy
+    /// (docs/theory.md Eqs. P.1, P.2).
     pub energy_drift: Option<f64>,
     /// Energy that a dissipative integrator removed, as a share of the same energy.
     pub numerical_damping: Option<f64>,
@@ -50,7 +51,8 @@ pub struct Summary {
     pub largest_jump: Option<f64>,
     /// Seconds a stage.
     pub timings: Vec<(String, f64)>,
-    /// Fine models that were built; none in results of earlier versions and of runs that were killed.
+    /// Fine models that were built; none in results of earlier versions and of runs that were
+    /// killed.
     pub fine_models: Option<u64>,
 }
 
@@ -113,7 +115,8 @@ fn summary(file: &File) -> Result<Summary> {
     })
 }
 
-/// Rows of a table; none if there is no such table, as in small copies and in files of earlier versions.
+/// Rows of a table; none if there is no such table, as in small copies and in files of earlier
+/// versions.
 fn rows<T: H5Type>(file: &File, name: &str) -> Result<Vec<T>> {
     if file.link_exists(name) { hdf5_integrity::rows(&file.dataset(name)?) } else { Ok(Vec::new()) }
 }
@@ -123,8 +126,8 @@ fn removed(file: &File) -> Option<f64> {
     hdf5_integrity::rows::<f64>(&file.dataset("energies/numerical").ok()?).ok()?.last().copied()
 }
 
-/// Largest deviation of the total energy from its start, and the largest size of the ledger's entries unless it is zero (Eqs. P.1,
-/// P.2) \[J\].
+/// Largest deviation of the total energy from its start, and the largest size of the ledger's
+/// entries unless it is zero (Eqs. P.1, P.2) \[J\].
 fn energies(file: &File) -> Result<Option<(f64, f64)>> {
     let Ok(group) = file.group("energies") else { return Ok(None) };
     let total = hdf5_integrity::rows::<f64>(&group.dataset("total")?)?;

@@ -1,5 +1,5 @@
-//! Tables of a result file: a row of each is declared once, with name, unit, origin and meaning of every column. The dataset, its description, the
-//! reference page and the JSON of `info` follow.
+//! Tables of a result file: a row of each is declared once, with name, unit, origin and meaning of
+//! every column. The dataset, its description, the reference page and the JSON of `info` follow.
 
 use hdf5::types::VarLenUnicode;
 use hdf5::{Group, H5Type, Result};
@@ -34,7 +34,8 @@ pub trait TableRow: H5Type {
 /// What the column `outcome` of [`TrialRow`] holds of a trial that is the result.
 pub const ACCEPTED: &str = "accepted";
 
-/// Creates the table of rows `T` in `group`; its attribute `unit` has names and units of the columns, `name: unit, name: unit`.
+/// Creates the table of rows `T` in `group`; its attribute `unit` has names and units of the
+/// columns, `name: unit, name: unit`.
 ///
 /// # Errors
 /// Those of HDF5.

@@ -13,7 +13,8 @@ pub struct Shown<T> {
 }
 
 impl<T> Shown<T> {
-    /// A column `width` wide with numbers, which stand to the right; `text` gets the number of the row, from 0, and the row.
+    /// A column `width` wide with numbers, which stand to the right; `text` gets the number of the
+    /// row, from 0, and the row.
     pub fn number(heading: impl Into<String>, width: usize, text: fn(usize, &T) -> String) -> Self {
         Self { heading: heading.into(), width, is_left: false, text }
     }

@@ -16,14 +16,15 @@ use crate::whole_file;
 /// Root attributes that are copied.
 const ATTRIBUTES: [&str; 6] = ["format", "program_version", "created", "title", "status", "message"];
 
-/// Whether a dataset goes into a small copy. Elastic coordinates are many, and what they do shows in energies and points;
-/// the others say how a result was reached.
+/// Whether a dataset goes into a small copy. Elastic coordinates are many, and what they do shows
+/// in energies and points; the others say how a result was reached.
 fn is_kept(name: &str, entry: &Entry) -> bool {
     let is_modal = name.starts_with("bodies/") && name.contains("/elastic_");
     entry.kind != Kind::Other && !is_modal && name != "phase" && !name.starts_with("timings/")
 }
 
-/// Rows to keep: the first and last and at most `n` in all, as evenly among the stored ones as possible.
+/// Rows to keep: the first and last and at most `n` in all, as evenly among the stored ones as
+/// possible.
 fn rows(stored: usize, n: usize) -> Vec<usize> {
     if stored <= n {
         return (0..stored).collect();
@@ -32,7 +33,8 @@ fn rows(stored: usize, n: usize) -> Vec<usize> {
     (0..n).map(|i| i * (stored - 1) / (n - 1)).collect()
 }
 
-/// Writes a small copy of `source` with at most `n` instants to the new file `target`, in single precision except for time.
+/// Writes a small copy of `source` with at most `n` instants to the new file `target`, in single
+/// precision except for time.
 ///
 /// # Errors
 /// [`ResultError::File`] if one of the files cannot be read or written.

@@ -1,4 +1,5 @@
-//! Warnings in a result file: lines of text, written by the recorder and taken apart for `info` and `collect`.
+//! Warnings in a result file: lines of text, written by the recorder and taken apart for `info` and
+//! `collect`.
 
 use hdf5::types::VarLenUnicode;
 use hdf5::{File, Result};

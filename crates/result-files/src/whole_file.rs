@@ -70,7 +70,8 @@ pub fn check(path: &Path) -> Result<(), FileFault> {
     Ok(())
 }
 
-/// Whether the file `path` may not be replaced because it is somebody else's in a folder where each keeps their own, as /tmp.
+/// Whether the file `path` may not be replaced because it is somebody else's in a folder where each
+/// keeps their own, as /tmp.
 #[cfg(unix)]
 fn is_kept(path: &Path, directory: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;

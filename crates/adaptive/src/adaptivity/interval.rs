@@ -1,7 +1,9 @@
-//! Width of a contact interval from its utilisation (\[A\] Algorithm 2, Fig. 4, Eq. (9); theory section A.1).
+//! Width of a contact interval from its utilisation (\[A\] Algorithm 2, Fig. 4, Eq. (9); theory
+//! section A.1).
 //!
-//! An impact that was simulated tells which elements of its interval were in contact. From that follows whether the fine
-//! model may be accepted and how wide the next interval should be. Knows neither splines nor time.
+//! An impact that was simulated tells which elements of its interval were in contact. From that
+//! follows whether the fine model may be accepted and how wide the next interval should be. Knows
+//! neither splines nor time.
 
 /// The kind of an end of a contact interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -9,12 +11,13 @@ pub enum IntervalEnd {
     /// More surface: contact there means that the interval is too small.
     #[default]
     Open,
-    /// The axis of an axisymmetric body, or another end at which the surface goes on by symmetry: no edge.
+    /// The axis of an axisymmetric body, or another end at which the surface goes on by symmetry:
+    /// no edge.
     Axis,
     /// The end of the face: the interval cannot grow there.
     FaceEnd,
-    /// An end of a straight line that lies in the interval from edge to edge of the body: all that can touch along it is watched, so that contact
-    /// there is no sign of an interval too small.
+    /// An end of a straight line that lies in the interval from edge to edge of the body: all that
+    /// can touch along it is watched, so that contact there is no sign of an interval too small.
     LineEnd,
 }
 
@@ -32,8 +35,8 @@ pub struct IntervalGrid {
 /// Share of an interval's elements that shall touch (\[A\] section 4.2).
 pub const TARGET_UTILISATION: f64 = 0.7;
 
-/// Share of an interval below which it is too wide, if it shall be used to the share `target`: 0.5 for [`TARGET_UTILISATION`] (\[A\]
-/// section 4.3).
+/// Share of an interval below which it is too wide, if it shall be used to the share `target`: 0.5
+/// for [`TARGET_UTILISATION`] (\[A\] section 4.3).
 pub fn least_utilisation(target: f64) -> f64 {
     0.5 * target / TARGET_UTILISATION
 }
@@ -65,7 +68,8 @@ pub struct ContactFlags {
 }
 
 impl ContactFlags {
-    /// No contact in an interval of `counts` elements per direction; 1 in a direction that the face does not have.
+    /// No contact in an interval of `counts` elements per direction; 1 in a direction that the face
+    /// does not have.
     pub fn new(counts: [usize; 2]) -> Self {
         Self { counts, flags: vec![false; counts[0] * counts[1]] }
     }
@@ -87,8 +91,8 @@ impl ContactFlags {
         self.flags.contains(&true)
     }
 
-    /// Flags of direction `d`: whether any element of each row across it was in contact. Rows between others in contact
-    /// count as well: a row may hold no contact point.
+    /// Flags of direction `d`: whether any element of each row across it was in contact. Rows
+    /// between others in contact count as well: a row may hold no contact point.
     pub fn along(&self, d: usize) -> Vec<bool> {
         let touched = self.flags.iter().enumerate().filter(|&(_, &flag)| flag);
         let rows = touched.map(|(i, _)| [i % self.counts[0], i / self.counts[0]][d]);
@@ -163,10 +167,12 @@ impl IntervalAssessment {
     }
 }
 
-/// Algorithm 2: whether a model is acceptable and the widths of the next one (theory Eqs. A.1, A.2).
+/// Algorithm 2: whether a model is acceptable and the widths of the next one (theory Eqs. A.1,
+/// A.2).
 ///
-/// Utilisations are considered direction by direction. Once an edge element was in contact anywhere, the trial may have ended before the others
-/// were used: directions are widened in proportion to their use, none is narrowed. An interval without elements counts as not used.
+/// Utilisations are considered direction by direction. Once an edge element was in contact
+/// anywhere, the trial may have ended before the others were used: directions are widened in
+/// proportion to their use, none is narrowed. An interval without elements counts as not used.
 pub fn assess(directions: &[DirectionUse<'_>], settings: &IntervalSettings) -> IntervalAssessment {
     let touched = directions.iter().any(|d| edge(d) == Some(IntervalEnd::Open));
     let assess_one = |d: &DirectionUse<'_>| {
@@ -306,7 +312,8 @@ mod tests {
 
     #[test]
     fn trials_of_an_elongated_contact_settle_whichever_width_is_wrong() {
-        // Contact of the half extents 1 and 0.1 that a trial ends at the first edge element, having grown in proportion till then.
+        // Contact of the half extents 1 and 0.1 that a trial ends at the first edge element, having
+        // grown in proportion till then.
         for wrong in [[0.3, 1.0], [1.0, 0.3], [0.3, 3.0], [4.0, 0.4], [0.5, 0.5], [3.0, 3.0]] {
             let (mut widths, mut trials) = ([wrong[0] * 2.0 / 0.7, wrong[1] * 0.2 / 0.7], 0);
             loop {

@@ -1,14 +1,17 @@
-//! Graded refinement around one contact interval: lattices whose spacing doubles from level to level
-//! (theory section A.2, `docs/decisions/0009-graded-lattices.md`, `docs/decisions/0019-levels-of-a-zone.md`).
+//! Graded refinement around one contact interval: lattices whose spacing doubles from level to
+//! level (theory section A.2, `docs/decisions/0009-graded-lattices.md`,
+//! `docs/decisions/0019-levels-of-a-zone.md`).
 //!
-//! The finest level is laid through the ends of the interval, and every coarser level takes each second knot of the finer one,
-//! until the elements of the coarse model are reached: as many levels as the logarithm of the ratio of sizes, each with
-//! as many elements as the interval is wide in its own. Works on parameters; what the levels do to a space is
+//! The finest level is laid through the ends of the interval, and every coarser level takes each
+//! second knot of the finer one, until the elements of the coarse model are reached: as many levels
+//! as the logarithm of the ratio of sizes, each with as many elements as the interval is wide in
+//! its own. Works on parameters; what the levels do to a space is
 //! [`crate::body::splines::refined`]'s part.
 
 use iga_core::knots::KnotVector;
 
-/// Distance of a lattice point from a knot, as a share of the spacing, below which the knot serves in its place.
+/// Distance of a lattice point from a knot, as a share of the spacing, below which the knot serves
+/// in its place.
 const NEAR_KNOT: f64 = 0.3;
 /// Largest spacing of a lattice, as a share of the coarse element at the contact.
 const COARSEST: f64 = 0.75;
@@ -22,16 +25,18 @@ pub struct DirectionLattice {
     pub spacing: f64,
     /// Number of levels that divide this direction.
     pub n_levels: usize,
-    /// Number of levels from the finest on that leave this direction as it is, for elements across it are shorter.
+    /// Number of levels from the finest on that leave this direction as it is, for elements across
+    /// it are shorter.
     pub n_skipped: usize,
 }
 
 impl DirectionLattice {
     /// The lattice of an interval of `n` elements, and the interval with its ends on the lattice.
     ///
-    /// A knot of the coarse model inside the interval, or just outside, stays a knot of every level; so that all elements are alike, the
-    /// interval is moved, by half an element at most, until that knot lies on the lattice. Where a second knot stands close to
-    /// an end, it takes the place of the lattice point, so that the ends are always knots of the finest level.
+    /// A knot of the coarse model inside the interval, or just outside, stays a knot of every
+    /// level; so that all elements are alike, the interval is moved, by half an element at most,
+    /// until that knot lies on the lattice. Where a second knot stands close to an end, it takes
+    /// the place of the lattice point, so that the ends are always knots of the finest level.
     pub fn along(knots: &KnotVector, interval: [f64; 2], n: usize) -> (Self, [f64; 2]) {
         let [lower, upper] = interval;
         let spacing = (upper - lower) / n as f64;
@@ -54,15 +59,17 @@ impl DirectionLattice {
         (Self { anchor: lower, spacing, n_levels, n_skipped: 0 }, [on_a_knot(lower), on_a_knot(upper)])
     }
 
-    /// The lattice of a direction into the depth, from the surface at `surface` to `end`, with the spacing `spacing`.
+    /// The lattice of a direction into the depth, from the surface at `surface` to `end`, with the
+    /// spacing `spacing`.
     pub fn into_depth(knots: &KnotVector, surface: f64, end: f64, spacing: f64) -> Self {
         let reach = [surface.min(end), surface.max(end)];
         let n_levels = levels(largest_element(knots, reach), spacing);
         Self { anchor: surface, spacing, n_levels, n_skipped: 0 }
     }
 
-    /// The lattice beside one whose elements are `ratio` times shorter: its finest level is the one on which those have become as
-    /// long, so that below an elongated interval elements stay short along it to the depth of its length.
+    /// The lattice beside one whose elements are `ratio` times shorter: its finest level is the one
+    /// on which those have become as long, so that below an elongated interval elements stay short
+    /// along it to the depth of its length.
     #[must_use]
     pub fn beside_shorter(self, ratio: f64) -> Self {
         Self { n_skipped: ratio.max(1.0).log2().round() as usize, ..self }
@@ -73,7 +80,8 @@ impl DirectionLattice {
         (self.n_skipped..self.n_skipped + self.n_levels).contains(&level)
     }
 
-    /// Points of level `level` (0: the finest) in the `wanted` elements of the next coarser one, not at their ends.
+    /// Points of level `level` (0: the finest) in the `wanted` elements of the next coarser one,
+    /// not at their ends.
     pub fn new_knots(&self, coarse: &KnotVector, level: usize, wanted: impl Fn(usize) -> bool) -> Vec<f64> {
         let mut new = Vec::new();
         if !self.divides(level) {
@@ -177,7 +185,8 @@ mod tests {
             for end in [lower, upper] {
                 prop_assert!(breaks.iter().any(|b| (b - end).abs() < slack), "{} is no knot of {:?}", end, breaks);
             }
-            // The elements are alike unless a coarse knot, in the interval or in place of an end, is not on the lattice.
+            // The elements are alike unless a coarse knot, in the interval or in place of an end,
+            // is not on the lattice.
             let is_stray = |b: &f64| {
                 let place = (b - lattice.anchor) / lattice.spacing;
                 (place - place.round()).abs() > 1e-6 && (lower - slack..=upper + slack).contains(b)

@@ -1,7 +1,7 @@
 //! Search for the penalty factor (\[A\] section 4.1, Fig. 3; theory section A.4).
 //!
-//! A state machine that is fed with the outcomes of simulated impacts and answers with what to do next. It knows neither
-//! models nor time: the driver runs, stops and resumes impacts.
+//! A state machine that is fed with the outcomes of simulated impacts and answers with what to do
+//! next. It knows neither models nor time: the driver runs, stops and resumes impacts.
 
 use std::fmt;
 
@@ -58,8 +58,9 @@ impl PenaltyFactor {
 pub enum PenaltyStrategy {
     /// The given factor, as it is.
     Fixed,
-    /// As printed (Fig. 3): trials of `trial_steps` steps with contact raise the exponent until the contact solver fails,
-    /// then the multiplier goes down and the impact goes on from the failing step.
+    /// As printed (Fig. 3): trials of `trial_steps` steps with contact raise the exponent until the
+    /// contact solver fails, then the multiplier goes down and the impact goes on from the failing
+    /// step.
     ErrorDriven {
         /// Steps with contact of a trial.
         trial_steps: usize,
@@ -71,23 +72,26 @@ pub enum PenaltyStrategy {
         /// Permitted change of the peak force, relative.
         tolerance: f64,
     },
-    /// Raised as long as too much of the approach of the bodies is penetration (theory section A.9). For flat faces and edges, whose peak force
-    /// does not converge with the factor because it excites the highest modes that are kept.
+    /// Raised as long as too much of the approach of the bodies is penetration (theory
+    /// section A.9). For flat faces and edges, whose peak force does not converge with the factor
+    /// because it excites the highest modes that are kept.
     UntilStiff,
 }
 
-/// Factor by which the penalty factor is raised at most, and the margin above what springs in series need, since the force changes as well.
+/// Factor by which the penalty factor is raised at most, and the margin above what springs in
+/// series need, since the force changes as well.
 const MOST_RISE: f64 = 10.0;
 const RISE_MARGIN: f64 = 1.1;
 
-/// The factor by which penalty springs must be stiffer for no more overlap than is allowed: springs in series with the bodies, under the same
-/// force (theory Eq. A.37).
+/// The factor by which penalty springs must be stiffer for no more overlap than is allowed: springs
+/// in series with the bodies, under the same force (theory Eq. A.37).
 fn missing_stiffness(overlap: Overlap) -> f64 {
     let odds = |share: f64| share / (1.0 - share).max(f64::MIN_POSITIVE);
     (RISE_MARGIN * odds(overlap.share) / odds(overlap.most())).clamp(RISE_MARGIN, MOST_RISE)
 }
 
-/// Relative change of the peak force that counts as none: a fifth of a percent, less than discretisation errors.
+/// Relative change of the peak force that counts as none: a fifth of a percent, less than
+/// discretisation errors.
 pub const PEAK_TOLERANCE: f64 = 2e-3;
 
 impl PenaltyStrategy {
@@ -105,7 +109,8 @@ pub struct PenaltyRange {
 }
 
 impl Default for PenaltyRange {
-    /// From the stiffness of a soft rubber foundation to ten decades above that of steel on elements of a micrometre.
+    /// From the stiffness of a soft rubber foundation to ten decades above that of steel on
+    /// elements of a micrometre.
     fn default() -> Self {
         Self { lower: 1e6, upper: 1e28 }
     }
@@ -147,7 +152,8 @@ pub enum PenaltyFailure {
         /// Last relative change of the peak force, if there was one.
         change: Option<f64>,
     },
-    /// With the highest factor at which the contact solver finds forces, penetration is still too large a share of the approach.
+    /// With the highest factor at which the contact solver finds forces, penetration is still too
+    /// large a share of the approach.
     TooSoft {
         /// The highest factor that could be solved [N/m³].
         penalty: f64,
@@ -241,8 +247,8 @@ impl PenaltySearch {
         Self { strategy, range: PenaltyRange::default(), penalty, state: State::Raising { last: None } }
     }
 
-    /// A search whose factor an earlier impact of the same pair has found: the first completed run is accepted. Errors
-    /// of the solver lower it.
+    /// A search whose factor an earlier impact of the same pair has found: the first completed run
+    /// is accepted. Errors of the solver lower it.
     pub fn from_accepted(strategy: PenaltyStrategy, penalty: f64) -> Self {
         Self { state: State::Known, ..Self::new(strategy, penalty) }
     }
@@ -258,15 +264,17 @@ impl PenaltySearch {
         self.penalty
     }
 
-    /// Whether an error of the solver lowers the factor in the running impact, which goes on from the failing step, instead
-    /// of ending the trial: always as printed, and where nothing higher is looked for.
+    /// Whether an error of the solver lowers the factor in the running impact, which goes on from
+    /// the failing step, instead of ending the trial: always as printed, and where nothing higher
+    /// is looked for.
     pub fn is_resuming(&self) -> bool {
         let is_printed = matches!(self.strategy, PenaltyStrategy::ErrorDriven { .. });
         let is_known = matches!(self.state, State::Lowering | State::Known);
         is_printed || (is_known && self.strategy != PenaltyStrategy::Fixed)
     }
 
-    /// Whether an error of the solver counts at once, as printed; otherwise only where no step is short enough to avoid it.
+    /// Whether an error of the solver counts at once, as printed; otherwise only where no step is
+    /// short enough to avoid it.
     pub fn stops_at_errors(&self) -> bool {
         matches!(self.strategy, PenaltyStrategy::ErrorDriven { .. })
     }
@@ -277,8 +285,9 @@ impl PenaltySearch {
         Self { state: State::Known, ..self.clone() }
     }
 
-    /// Starts the current run from its beginning: the first one, or once more after the model has changed. A changed model has other
-    /// forces, so that they are not compared with those of earlier runs.
+    /// Starts the current run from its beginning: the first one, or once more after the model has
+    /// changed. A changed model has other forces, so that they are not compared with those of
+    /// earlier runs.
     pub fn restart(&mut self) -> PenaltyAction {
         if let State::Raising { last } = &mut self.state {
             *last = None;
@@ -328,8 +337,9 @@ impl PenaltySearch {
         self.raise(self.penalty * factor, change)
     }
 
-    /// The next step after a run in which penetration was too large a share of the approach, even if the force has converged; none where the user
-    /// gives the factor, and in trials of Fig. 3, which raise it anyway.
+    /// The next step after a run in which penetration was too large a share of the approach, even
+    /// if the force has converged; none where the user gives the factor, and in trials of Fig. 3,
+    /// which raise it anyway.
     fn stiffer(&mut self, peak_force: f64, overlap: Overlap) -> Option<PenaltyAction> {
         let penalty = self.penalty;
         let factor = match (self.strategy, self.state) {
@@ -365,7 +375,8 @@ impl PenaltySearch {
 
     fn after_error(&mut self, failure: FailureKind) -> PenaltyAction {
         match (self.strategy, self.state) {
-            // A completed run is at hand, and nothing higher can be solved: that is the best there is.
+            // A completed run is at hand, and nothing higher can be solved: that is the best there
+            // is.
             (
                 PenaltyStrategy::UntilConverged { .. } | PenaltyStrategy::UntilStiff,
                 State::Raising { last: Some(Completed { penalty, overlap, .. }) },

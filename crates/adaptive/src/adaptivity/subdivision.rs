@@ -1,18 +1,21 @@
-//! How the elements around a contact interval are divided, level by level (\[A\] Algorithm 3, Figs. 5, 6; theory section A.2).
+//! How the elements around a contact interval are divided, level by level (\[A\] Algorithm 3,
+//! Figs. 5, 6; theory section A.2).
 //!
-//! Works on the breaks of one parametric direction at a time; neither geometry nor functions are needed. What the levels do to
-//! a space is [`crate::body::splines::refined`]'s part.
+//! Works on the breaks of one parametric direction at a time; neither geometry nor functions are
+//! needed. What the levels do to a space is [`crate::body::splines::refined`]'s part.
 
 use ffr_dynamics::reduction::memory::gigabytes as gb;
 use thiserror::Error;
 
-/// Largest number of levels, the coarse one and the one of contact elements included (\[A\] section 4.3).
+/// Largest number of levels, the coarse one and the one of contact elements included (\[A\]
+/// section 4.3).
 const MAX_LEVELS: usize = 5;
 /// Largest number of knots inserted into an element from one level to the next (\[A\] section 4.3).
 const MAX_KNOTS: usize = 10;
 /// Distance of an end of an interval from its knot, as a share of the width (\[A\] section 4.3).
 const TOLERANCE: f64 = 0.01;
-/// More elements than wanted, as a share, before a division is passed over: 16 elements cannot be had everywhere.
+/// More elements than wanted, as a share, before a division is passed over: 16 elements cannot be
+/// had everywhere.
 const EXCESS: f64 = 0.25;
 
 /// Why an interval cannot be refined.
@@ -86,7 +89,8 @@ pub struct DirectionPlan {
     pub deviation: f64,
 }
 
-/// Lines 3 to 9 of Algorithm 3: the levels over which `n_elements` parts are spread, or `None` if its limits forbid it.
+/// Lines 3 to 9 of Algorithm 3: the levels over which `n_elements` parts are spread, or `None` if
+/// its limits forbid it.
 ///
 /// The prime factors, ascending; the two first ones are merged until the levels are few enough.
 pub fn level_factors(n_elements: usize) -> Option<Vec<usize>> {
@@ -98,7 +102,8 @@ pub fn level_factors(n_elements: usize) -> Option<Vec<usize>> {
     factors.iter().all(|f| f - 1 <= MAX_KNOTS).then_some(factors)
 }
 
-/// Algorithm 3: the next permitted number of knots after `n_knots`, with the parts per level; `None` after the largest.
+/// Algorithm 3: the next permitted number of knots after `n_knots`, with the parts per level;
+/// `None` after the largest.
 pub fn next_allowed(n_knots: usize) -> Option<(usize, Vec<usize>)> {
     let largest = (MAX_KNOTS + 1).pow(MAX_LEVELS as u32 - 2);
     (n_knots + 1..largest).find_map(|knots| Some((knots, level_factors(knots + 1)?)))
@@ -116,7 +121,8 @@ fn prime_factors(mut n: usize) -> Vec<usize> {
     factors
 }
 
-/// The data of a surface from which the number of elements of the levels follows, besides the direction that is divided.
+/// The data of a surface from which the number of elements of the levels follows, besides the
+/// direction that is divided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SurfaceGrowth {
     /// Elements by which every level reaches beyond the intervals.
@@ -134,15 +140,16 @@ struct Candidate {
     cost: f64,
 }
 
-/// Divides one direction so that the ends of all `intervals`, which lie inside the face, lie on knots and each holds
-/// `elements` contact elements or some more.
+/// Divides one direction so that the ends of all `intervals`, which lie inside the face, lie on
+/// knots and each holds `elements` contact elements or some more.
 ///
-/// `breaks`: the distinct knots of the coarse model; `surface`: what a level costs. `None` if the limits of Algorithm 3 leave no
-/// division.
-/// Every coarse element is divided alike (Fig. 5). Of the divisions that Algorithm 3 permits, those are taken whose knots hit
-/// the ends to the tolerance and which hold 16 to 20 elements, and of these the one with the fewest elements over all levels;
-/// \[A\] takes the first hit and leaves open how the number of elements is kept. If there is none, up to twice the
-/// elements are allowed, and then a larger distance of the ends; the plan says how large it is.
+/// `breaks`: the distinct knots of the coarse model; `surface`: what a level costs. `None` if the
+/// limits of Algorithm 3 leave no division. Every coarse element is divided alike (Fig. 5). Of the
+/// divisions that Algorithm 3 permits, those are taken whose knots hit the ends to the tolerance
+/// and which hold 16 to 20 elements, and of these the one with the fewest elements over all levels;
+/// \[A\] takes the first hit and leaves open how the number of elements is kept. If there is none,
+/// up to twice the elements are allowed, and then a larger distance of the ends; the plan says how
+/// large it is.
 pub fn divide(
     breaks: &[f64],
     intervals: &[[f64; 2]],
@@ -180,7 +187,8 @@ struct Snapped {
     n_open: usize,
 }
 
-/// Moves the ends of intervals to the nearest knots of elements divided into `n` parts; `None` if one vanishes.
+/// Moves the ends of intervals to the nearest knots of elements divided into `n` parts; `None` if
+/// one vanishes.
 fn snap(breaks: &[f64], intervals: &[[f64; 2]], n: usize) -> Option<Vec<Snapped>> {
     let (first, last) = (breaks[0], breaks[breaks.len() - 1]);
     let n_elements = breaks.len() - 1;
@@ -199,8 +207,8 @@ fn snap(breaks: &[f64], intervals: &[[f64; 2]], n: usize) -> Option<Vec<Snapped>
     snapped.collect()
 }
 
-/// The division into `n` parts spread over `factors`, with a last level that makes the contact elements; `None` if that one
-/// would take too many knots.
+/// The division into `n` parts spread over `factors`, with a last level that makes the contact
+/// elements; `None` if that one would take too many knots.
 fn candidate(
     breaks: &[f64],
     snapped: &[Snapped],
@@ -230,7 +238,8 @@ fn candidate(
     Some(Candidate { plan, n_least, cost })
 }
 
-/// Elements of all levels around an interval that is as wide in every direction along the surface and half as deep.
+/// Elements of all levels around an interval that is as wide in every direction along the surface
+/// and half as deep.
 fn elements_of_levels(
     s: &Snapped,
     n: usize,
@@ -252,8 +261,9 @@ fn elements_of_levels(
     sum
 }
 
-/// Parts a level of a direction into the depth, so that the sizes of its elements follow those along the surface (theory
-/// Eq. A.7): `size` is its coarse element at the contact, `along` the size along the surface after each level \[m\].
+/// Parts a level of a direction into the depth, so that the sizes of its elements follow those
+/// along the surface (theory Eq. A.7): `size` is its coarse element at the contact, `along` the
+/// size along the surface after each level \[m\].
 pub fn follow(size: f64, along: &[f64]) -> Vec<usize> {
     let mut size = size;
     let mut parts = Vec::with_capacity(along.len());
@@ -373,7 +383,8 @@ mod tests {
             prop_assert!(((b - a) / h - plan.n_elements[0] as f64).abs() < 1e-6, "{:?}", plan);
             prop_assert!(plan.n_elements[0] >= 16, "{:?}", plan);
             prop_assert!(plan.parts.len() <= 4 && plan.parts.iter().all(|&f| f <= 11), "{:?}", plan);
-            // Two free ends are not always hit to 1 %: each lies within half an element of the level whose knots delimit the interval.
+            // Two free ends are not always hit to 1 %: each lies within half an element of the
+            // level whose knots delimit the interval.
             let delimiting = h * *plan.parts.last().unwrap() as f64;
             let half = 0.5 * delimiting / (interval[1] - interval[0]);
             prop_assert!(plan.deviation <= half * (1.0 + 1e-9), "{:?}", plan);

@@ -9,7 +9,7 @@ pub struct WantedInterval {
     pub face: Face,
     /// Parameters of its centre in the face's patch.
     pub centre: [f64; 3],
-    /// Widths along the face's directions, rising; from the axis outwards where the centre lies on the axis of an
-    /// axisymmetric model \[m\].
+    /// Widths along the face's directions, rising; from the axis outwards where the centre lies on
+    /// the axis of an axisymmetric model \[m\].
     pub widths: [f64; 2],
 }

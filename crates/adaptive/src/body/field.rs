@@ -1,4 +1,5 @@
-//! The displacement field of a body, coarse or fine, of whatever elements: its points, markers and parts, strain and stress.
+//! The displacement field of a body, coarse or fine, of whatever elements: its points, markers and
+//! parts, strain and stress.
 
 use contact_qs::points::DofLookup;
 use faer::sparse::SparseColMat;
@@ -22,14 +23,16 @@ use crate::spec::body::rigid_motion;
 use crate::spec::unsupported::{MOST_RIGID_UNKNOWNS, Unsupported};
 use crate::spec::{Area, Place};
 
-/// Share of the largest weight below which an unknown does not count for a marker: round-off of basis functions that vanish there.
+/// Share of the largest weight below which an unknown does not count for a marker: round-off of
+/// basis functions that vanish there.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Values of functions that vanish at a point on a side of their element: round-off of its parameters.
+/// Values of functions that vanish at a point on a side of their element: round-off of its
+/// parameters.
 const VANISHES: f64 = 16.0 * f64::EPSILON;
 
-/// Displacements of a body on a space of its own, with materials and numbered unknowns. What a new kind of elements has to say is required;
-/// what follows from it is provided.
+/// Displacements of a body on a space of its own, with materials and numbered unknowns. What a new
+/// kind of elements has to say is required; what follows from it is provided.
 pub trait Field: Send + Sync {
     /// Name of the body.
     fn name(&self) -> &str;
@@ -67,8 +70,8 @@ pub trait Field: Send + Sync {
     /// [`AdaptiveError::Unsupported`] if there is none.
     fn named_place(&self, marker: &str) -> Result<[f64; 3], AdaptiveError>;
 
-    /// Strain and stress at the parameters `xi` of element `e` by a unit of the displacement of every function that they depend on, a
-    /// component at a time [1/m].
+    /// Strain and stress at the parameters `xi` of element `e` by a unit of the displacement of
+    /// every function that they depend on, a component at a time [1/m].
     ///
     /// # Errors
     /// [`SplineError::Folded`] where the elements are folded.
@@ -76,8 +79,8 @@ pub trait Field: Send + Sync {
         RecoveryWorkspace::default().unit_states(self.space(), self.model(), self.materials().on(e), e, xi)
     }
 
-    /// The field of the unknowns `u` as it is drawn: a displacement for every control point or node, node-major; zeros where a component is
-    /// held.
+    /// The field of the unknowns `u` as it is drawn: a displacement for every control point or
+    /// node, node-major; zeros where a component is held.
     fn drawn_values(&self, u: &[f64]) -> Vec<f64> {
         self.control_values(u)
     }
@@ -97,7 +100,8 @@ pub trait Field: Send + Sync {
         AdaptiveError::Geometry { body: self.name().to_owned(), source }
     }
 
-    /// Displacements of the unknowns as node-major control values, with zeros where a component is held.
+    /// Displacements of the unknowns as node-major control values, with zeros where a component is
+    /// held.
     fn control_values(&self, u: &[f64]) -> Vec<f64> {
         let n_components = self.motion().n_components();
         let mut values = vec![0.0; self.space().n_functions() * n_components];
@@ -107,7 +111,8 @@ pub trait Field: Send + Sync {
         values
     }
 
-    /// Functions that are not zero at a point of the undeformed body (the model's components, \[m\]), with their values.
+    /// Functions that are not zero at a point of the undeformed body (the model's components,
+    /// \[m\]), with their values.
     ///
     /// # Errors
     /// As [`Field::locate`].
@@ -136,7 +141,8 @@ pub trait Field: Send + Sync {
         }
     }
 
-    /// The material point at `place`, moving with the modes `shapes`; of a part of the body its mean motion.
+    /// The material point at `place`, moving with the modes `shapes`; of a part of the body its
+    /// mean motion.
     ///
     /// # Errors
     /// As [`Field::locate`], [`Field::part`] and [`Field::named_place`] if there is no such place.
@@ -156,8 +162,9 @@ pub trait Field: Send + Sync {
         Ok(FlexiblePoint::from_rows(motion, motion.in_space(&place), rows.as_ref(), 0))
     }
 
-    /// The marker `name` at `place` with axes turned by `rotation` from the body's, moving with the modes `shapes`. At a point it
-    /// turns with half the curl of the displacement, on a part of the body it has its mean motion (theory Eq. M.9).
+    /// The marker `name` at `place` with axes turned by `rotation` from the body's, moving with the
+    /// modes `shapes`. At a point it turns with half the curl of the displacement, on a part of the
+    /// body it has its mean motion (theory Eq. M.9).
     ///
     /// # Errors
     /// As [`Field::flexible_point`]; [`AdaptiveError::Reduction`] if a mode is not finite there.
@@ -175,7 +182,8 @@ pub trait Field: Send + Sync {
     /// The marker at `place` with axes turned by `rotation`, in terms of the unknowns.
     ///
     /// # Errors
-    /// As [`Field::flexible_point`]; [`AdaptiveError::Reduction`] if a function is not finite there.
+    /// As [`Field::flexible_point`]; [`AdaptiveError::Reduction`] if a function is not finite
+    /// there.
     fn marker_weights(
         &self,
         place: &Place,
@@ -187,8 +195,8 @@ pub trait Field: Send + Sync {
         }
     }
 
-    /// The marker that moves with the material point at `place` and turns by half the curl of the displacement there (theory Eq. M.8), with
-    /// the orientation `rotation`.
+    /// The marker that moves with the material point at `place` and turns by half the curl of the
+    /// displacement there (theory Eq. M.8), with the orientation `rotation`.
     ///
     /// # Errors
     /// As [`Field::locate`]; [`AdaptiveError::Reduction`] if its orientation is not finite.
@@ -262,8 +270,8 @@ pub trait Field: Send + Sync {
         for point in self.points_of(extent)? {
             let mut found = space.functions_at(point.element, &point.xi);
             found.retain(|(_, value)| value.abs() > VANISHES);
-            // Where the functions put a point, not where the search wanted it to the last digits but one: rigid motions are then followed to
-            // round-off.
+            // Where the functions put a point, not where the search wanted it to the last digits
+            // but one: rigid motions are then followed to round-off.
             let mut place = [0.0; 3];
             for &(number, value) in &found {
                 let control_point = space.control_points()[number as usize];
@@ -274,8 +282,9 @@ pub trait Field: Send + Sync {
         Ok(part)
     }
 
-    /// The marker that follows the mean motion of `area`: displacement and rotation of its centre by the rigid motion nearest to
-    /// the displacements of the part, every point with its area (theory Eq. M.9).
+    /// The marker that follows the mean motion of `area`: displacement and rotation of its centre
+    /// by the rigid motion nearest to the displacements of the part, every point with its area
+    /// (theory Eq. M.9).
     ///
     /// # Errors
     /// As [`Field::part`]; [`AdaptiveError::Reduction`] if it defines no rotation.
@@ -290,11 +299,13 @@ pub trait Field: Send + Sync {
             .map_err(|source| AdaptiveError::Reduction { body: self.name().to_owned(), source })
     }
 
-    /// The lower triangle `stiffness` with that of the rigid parts `areas` of `material` added: `α ∫ |u - u_rigid|² dA` with the rigid motion
-    /// `u_rigid` nearest to `u` (theory Eq. M.10). Rigid motions of the body stay free of forces, masses stay as they are.
+    /// The lower triangle `stiffness` with that of the rigid parts `areas` of `material` added:
+    /// `α ∫ |u - u_rigid|² dA` with the rigid motion `u_rigid` nearest to `u` (theory Eq. M.10).
+    /// Rigid motions of the body stay free of forces, masses stay as they are.
     ///
     /// # Errors
-    /// As [`Field::mean_motion`]; [`AdaptiveError::Unsupported`] for parts with thousands of unknowns.
+    /// As [`Field::mean_motion`]; [`AdaptiveError::Unsupported`] for parts with thousands of
+    /// unknowns.
     fn stiffened(
         &self,
         stiffness: SparseColMat<u32, f64>,
@@ -317,7 +328,8 @@ pub trait Field: Send + Sync {
         })
     }
 
-    /// Forces on the unknowns of `assembled`, the matrices of this field, under `loads`, a column each, see [`load_columns`].
+    /// Forces on the unknowns of `assembled`, the matrices of this field, under `loads`, a column
+    /// each, see [`load_columns`].
     ///
     /// # Errors
     /// As [`Field::marker_weights`].

@@ -34,7 +34,8 @@ pub struct LongestElement {
     pub length: f64,
 }
 
-/// A flexible body with its matrices. What a new kind of elements has to say is required; what follows from it is provided.
+/// A flexible body with its matrices. What a new kind of elements has to say is required; what
+/// follows from it is provided.
 pub trait FieldBody: Field {
     /// Itself as a field.
     fn as_field(&self) -> &dyn Field;
@@ -57,11 +58,13 @@ pub trait FieldBody: Field {
     /// The longest elements of each direction, or of each kind.
     fn longest_elements(&self) -> Vec<LongestElement>;
 
-    /// Least length of the body, the thickness of a wall; the diameter of an axisymmetric one counts if less \[m\].
+    /// Least length of the body, the thickness of a wall; the diameter of an axisymmetric one
+    /// counts if less \[m\].
     fn thickness(&self) -> f64;
 
-    /// How far the surface rises between neighbouring contact points of its whole surface at most: the height of arcs over the chords of elements'
-    /// sides, a quarter of it where a point stands in the middle \[m\].
+    /// How far the surface rises between neighbouring contact points of its whole surface at most:
+    /// the height of arcs over the chords of elements' sides, a quarter of it where a point stands
+    /// in the middle \[m\].
     fn height_between_points(&self) -> f64;
 
     /// The keys by which a user gives the body smaller elements at a place, as words of a remedy.
@@ -79,7 +82,8 @@ pub trait FieldBody: Field {
     /// Its undeformed surface.
     fn undeformed(&self) -> &dyn Surface;
 
-    /// The whole of it as a contact zone on the body's own elements, with edges and corners, and with more points at `about` if there is one.
+    /// The whole of it as a contact zone on the body's own elements, with edges and corners, and
+    /// with more points at `about` if there is one.
     ///
     /// # Errors
     /// [`AdaptiveError::Contact`] or [`AdaptiveError::Mesh`] if the surface has no area; `contact` is the contact's name.
@@ -91,7 +95,8 @@ pub trait FieldBody: Field {
     /// [`AdaptiveError::Contact`], [`AdaptiveError::ContactModel`] or [`AdaptiveError::Mesh`] if no width is known, or the zone is empty.
     fn zone_at_start(&self, request: &StartZone<'_>) -> Result<ContactZone, AdaptiveError>;
 
-    /// The model refined about the place `(face, parameters)` of its surface, over the `widths` \[m\], with the settings `interval`.
+    /// The model refined about the place `(face, parameters)` of its surface, over the `widths`
+    /// \[m\], with the settings `interval`.
     ///
     /// # Errors
     /// [`AdaptiveError`] with the body's name if it cannot be refined so far.
@@ -107,13 +112,14 @@ pub trait FieldBody: Field {
         None
     }
 
-    /// The body of finite elements, whose sides contact zones lie on; none of one of other elements.
+    /// The body of finite elements, whose sides contact zones lie on; none of one of other
+    /// elements.
     fn mesh(&self) -> Option<&MeshedBody> {
         None
     }
 
-    /// Side of the longest element at a disc or ball that a joint or load holds \[m\]; none of a whole face, with whose edges functions end, and
-    /// if there is no such part.
+    /// Side of the longest element at a disc or ball that a joint or load holds \[m\]; none of a
+    /// whole face, with whose edges functions end, and if there is no such part.
     fn longest_element_at(&self, area: &Area) -> Option<f64> {
         if matches!(area.extent, Extent::Face(_)) {
             return None;

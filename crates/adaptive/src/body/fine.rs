@@ -1,4 +1,5 @@
-//! The fine model of a body in a contact, of whatever elements, or the body's own elements with its whole surface.
+//! The fine model of a body in a contact, of whatever elements, or the body's own elements with its
+//! whole surface.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -23,7 +24,8 @@ use crate::record::TargetPlace;
 use crate::spec::PointRule;
 use crate::store::{Bytes, ModelKey, matrix_values};
 
-/// A fine model before its matrices, with what was asked for. What a new kind of elements has to say is required.
+/// A fine model before its matrices, with what was asked for. What a new kind of elements has to
+/// say is required.
 pub trait FineModel: Send + Sync {
     /// Its displacements.
     fn field(&self) -> &dyn Field;
@@ -46,13 +48,15 @@ pub trait FineModel: Send + Sync {
     /// [`AdaptiveError`] with the body's name.
     fn assemble(&self) -> Result<Cow<'_, AssembledBody>, AdaptiveError>;
 
-    /// Displacements of the body's own unknowns (n x k) on these: the same fields, on a turned net the nearest ones (theory Eq. A.12).
+    /// Displacements of the body's own unknowns (n x k) on these: the same fields, on a turned net
+    /// the nearest ones (theory Eq. A.12).
     fn prolong(&self, shapes: MatRef<'_, f64>) -> Mat<f64>;
 
     /// What its matrices, before it is turned, are made from.
     fn definition(&self) -> Bytes;
 
-    /// Outward normal of the smooth surface that the zone lies on in place of the sides of the mesh; none if it lies on the surface of the body.
+    /// Outward normal of the smooth surface that the zone lies on in place of the sides of the
+    /// mesh; none if it lies on the surface of the body.
     fn outward(&self) -> Option<Vector3<f64>> {
         None
     }
@@ -100,7 +104,8 @@ impl dyn FineModel + '_ {
         LowModes { shapes: self.prolong(shapes.as_ref()), omega }
     }
 
-    /// Flexibility of the interface `unknowns` of `assembled`, the matrices before the model is turned.
+    /// Flexibility of the interface `unknowns` of `assembled`, the matrices before the model is
+    /// turned.
     ///
     /// # Errors
     /// [`AdaptiveError::Reduction`] with the body's name.
@@ -126,8 +131,9 @@ impl dyn FineModel + '_ {
         flexibility.without(low, self.turn()).map_err(|source| self.reduction(source))
     }
 
-    /// Key of what is kept of the flexibility of the interface `unknowns` and, if `has_modes`, without the modes of the body, reduced as `coarse`, and with
-    /// what `points` show of it, of the model as it is turned.
+    /// Key of what is kept of the flexibility of the interface `unknowns` and, if `has_modes`,
+    /// without the modes of the body, reduced as `coarse`, and with what `points` show of it, of
+    /// the model as it is turned.
     pub fn compliance_key(
         &self,
         coarse: &ReducedBody,

@@ -1,4 +1,5 @@
-//! Strain and stress at a point of a body, as sums over the displacements of its unknowns (docs/theory.md Eq. Q.7).
+//! Strain and stress at a point of a body, as sums over the displacements of its unknowns
+//! (docs/theory.md Eq. Q.7).
 
 use contact_qs::points::DofLookup;
 use faer::{Mat, MatMut, MatRef};
@@ -7,7 +8,8 @@ use iga_core::elasticity::kinematics::PointState;
 /// Numbers of a state: six strains, then six stresses.
 pub const N_NUMBERS: usize = 12;
 
-/// Strain and stress at a point by a unit of the displacement of each function that they depend on, a component at a time [1/m].
+/// Strain and stress at a point by a unit of the displacement of each function that they depend on,
+/// a component at a time [1/m].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Gauge {
     entries: Vec<(u32, usize, PointState)>,
@@ -40,7 +42,8 @@ impl Gauge {
         sum
     }
 
-    /// Adds the weights of the unknowns in the numbers of the state to the first [`N_NUMBERS`] columns of `out`.
+    /// Adds the weights of the unknowns in the numbers of the state to the first [`N_NUMBERS`]
+    /// columns of `out`.
     pub fn add_weights(&self, lookup: &DofLookup, mut out: MatMut<'_, f64>) {
         for (row, state) in self.rows(lookup) {
             for (j, value) in numbers(state).into_iter().enumerate() {

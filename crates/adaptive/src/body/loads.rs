@@ -1,4 +1,5 @@
-//! Forces and moments that joints and loads exert on a body: the loads whose static answers its basis has (docs/theory.md Eq. R.27).
+//! Forces and moments that joints and loads exert on a body: the loads whose static answers its
+//! basis has (docs/theory.md Eq. R.27).
 
 use faer::Mat;
 use ffr_dynamics::DynamicsError;
@@ -19,7 +20,8 @@ pub struct MarkerLoads {
     pub name: String,
     /// Where.
     pub place: Place,
-    /// Independent directions of the force along and the moment about the body's axes, of unit length.
+    /// Independent directions of the force along and the moment about the body's axes, of unit
+    /// length.
     pub directions: Vec<[f64; 6]>,
 }
 
@@ -30,7 +32,8 @@ enum Side {
     Child,
 }
 
-/// Relative error of what a disc or ball yields under its own load above which its elements are too coarse (Eq. P.9).
+/// Relative error of what a disc or ball yields under its own load above which its elements are too
+/// coarse (Eq. P.9).
 pub const PLACE_ERROR: f64 = 5e-2;
 
 /// A disc or ball on which a load acts, and the elements that it needs.
@@ -56,8 +59,8 @@ impl MarkerLoads {
         Some(HeldPlace { area, point: *point, radius: *radius, elements })
     }
 
-    /// What the joints and loads of `spec` exert on body `index`: joints in the directions in which they hold or drive it, loads
-    /// along their components.
+    /// What the joints and loads of `spec` exert on body `index`: joints in the directions in which
+    /// they hold or drive it, loads along their components.
     pub fn on_body(spec: &RunSpec, index: usize) -> Vec<Self> {
         let mut all = Vec::new();
         for joint in spec.joints.iter().chain(&spec.loops) {
@@ -74,8 +77,9 @@ impl MarkerLoads {
     }
 }
 
-/// Elements over the radius of a disc or ball at which it yields right to [`PLACE_ERROR`] (Eq. P.9): `C (h/a)²` is missing on average,
-/// `C h/a` of a rigid one, whose elements at the rim are rigid as a whole; more under moments, which turn no more than the place itself.
+/// Elements over the radius of a disc or ball at which it yields right to [`PLACE_ERROR`]
+/// (Eq. P.9): `C (h/a)²` is missing on average, `C h/a` of a rigid one, whose elements at the rim
+/// are rigid as a whole; more under moments, which turn no more than the place itself.
 fn elements_per_radius(coupling: Coupling, is_moment: bool) -> f64 {
     match (coupling, is_moment) {
         (Coupling::Average, false) => (0.05 / PLACE_ERROR).sqrt(),
@@ -85,7 +89,8 @@ fn elements_per_radius(coupling: Coupling, is_moment: bool) -> f64 {
     }
 }
 
-/// Loads along `directions` (three of the force, three of the moment) of the axes of `at`, if it is on body `index`.
+/// Loads along `directions` (three of the force, three of the moment) of the axes of `at`, if it is
+/// on body `index`.
 fn on_marker(name: String, at: &Attachment, index: usize, directions: &[bool; 6]) -> Option<MarkerLoads> {
     let is_loaded = at.body == Some(index) && directions.contains(&true);
     is_loaded.then(|| MarkerLoads {
@@ -176,7 +181,8 @@ fn acts(coordinate: &CoordinateSpec) -> bool {
         || motion.is_some()
 }
 
-/// Components of a load; one that keeps its direction in space comes from every side of a body that turns.
+/// Components of a load; one that keeps its direction in space comes from every side of a body that
+/// turns.
 fn load_directions(load: &LoadSpec) -> [bool; 6] {
     let given = load.components.each_ref().map(Option::is_some);
     if load.is_following {
@@ -187,11 +193,12 @@ fn load_directions(load: &LoadSpec) -> [bool; 6] {
     [force, force, force, moment, moment, moment]
 }
 
-/// Forces on the unknowns of `body` under all `loads`, a column each (n × k): unit forces, and moments of a unit force on a lever of the
-/// body's size.
+/// Forces on the unknowns of `body` under all `loads`, a column each (n × k): unit forces, and
+/// moments of a unit force on a lever of the body's size.
 ///
 /// # Errors
-/// Those of `weights`, the markers of the places, and of unknowns that do not exist, by `inconsistent`.
+/// Those of `weights`, the markers of the places, and of unknowns that do not exist, by
+/// `inconsistent`.
 pub fn load_columns<E>(
     body: &AssembledBody,
     loads: &[MarkerLoads],
@@ -221,7 +228,8 @@ pub fn load_columns<E>(
     Ok(columns)
 }
 
-/// How many coordinates of a basis come from each of `loads`, if it has the static answers to the load columns `taken`.
+/// How many coordinates of a basis come from each of `loads`, if it has the static answers to the
+/// load columns `taken`.
 pub fn answers_by_marker(loads: &[MarkerLoads], taken: &[usize]) -> Vec<(String, usize)> {
     let mut first = 0;
     let count = |load: &MarkerLoads| {

@@ -78,7 +78,8 @@ impl MeshedSpec {
 }
 
 impl MeshedBody {
-    /// Assembles the matrices, stiffened where parts of the body are rigid; `name` is that of the body.
+    /// Assembles the matrices, stiffened where parts of the body are rigid; `name` is that of the
+    /// body.
     ///
     /// # Errors
     /// [`AdaptiveError::Mesh`], [`AdaptiveError::Geometry`]; [`AdaptiveError::Unsupported`] for rigid parts with thousands of unknowns.
@@ -96,7 +97,8 @@ impl MeshedBody {
         Ok(body)
     }
 
-    /// A body of another name from `spec`, whose definition ([`crate::store::meshed_definition`]) is this body's.
+    /// A body of another name from `spec`, whose definition ([`crate::store::meshed_definition`])
+    /// is this body's.
     pub fn copied(&self, name: &str, spec: MeshedSpec) -> Self {
         let assembled = AssembledBody { name: name.to_owned(), ..self.assembled.clone() };
         let (space, materials, lookup) = (spec.space(), self.materials.clone(), self.lookup.clone());

@@ -1,5 +1,6 @@
-//! The mean motion of a part of a body, and parts that move like rigid bodies, from quadrature points on the part (docs/theory.md Eq. M.9, M.10;
-//! docs/decisions/0016-markers-with-extent.md). Knows points, functions and unknowns, not what a body is made from.
+//! The mean motion of a part of a body, and parts that move like rigid bodies, from quadrature
+//! points on the part (docs/theory.md Eq. M.9, M.10; docs/decisions/0016-markers-with-extent.md).
+//! Knows points, functions and unknowns, not what a body is made from.
 
 use faer::Mat;
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
@@ -9,8 +10,9 @@ use ffr_dynamics::data_error::DataError;
 use ffr_dynamics::kinematics::MarkerWeights;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-/// Stiffness of a rigid part in units of that of an elastic body of its size: it deforms by this share less than it would.
-/// The error of frequencies stays below 1e-5, and of sixteen digits of the stiffness matrix eleven are left.
+/// Stiffness of a rigid part in units of that of an elastic body of its size: it deforms by this
+/// share less than it would. The error of frequencies stays below 1e-5, and of sixteen digits of
+/// the stiffness matrix eleven are left.
 const RIGIDITY: f64 = 1e5;
 /// Smallest moment of a part about its centre, as a share of the largest, that defines a rotation.
 const FLATNESS: f64 = 1e-12;
@@ -42,7 +44,8 @@ struct Sums {
     centroid: Vector3<f64>,
     /// `∫ |r|²` from the centroid.
     second: f64,
-    /// From the moment of displacements about the centroid to the rotation; zero where a model does not turn.
+    /// From the moment of displacements about the centroid to the rotation; zero where a model does
+    /// not turn.
     turns: Matrix3<f64>,
     shares: Vec<Share>,
 }
@@ -53,7 +56,8 @@ impl PartPoints {
         Self { motion, n_functions, points: Vec::new(), starts: Vec::new(), functions: Vec::new() }
     }
 
-    /// Adds a point at `place` \[m\] with the area or volume `weight` and the functions that are not zero there.
+    /// Adds a point at `place` \[m\] with the area or volume `weight` and the functions that are
+    /// not zero there.
     pub fn push(&mut self, place: [f64; 3], weight: f64, functions: &[(u32, f64)]) {
         self.starts.push(self.functions.len());
         self.points.push((place, weight));
@@ -76,7 +80,8 @@ impl PartPoints {
         };
         let total: f64 = self.points.iter().map(|p| p.1).sum();
         let centroid = self.points.iter().map(|(p, w)| at(p) * *w).sum::<Vector3<f64>>() / total;
-        // Arms are small beside positions: what the round-off of the centroid leaves of their mean would turn the part with them.
+        // Arms are small beside positions: what the round-off of the centroid leaves of their mean
+        // would turn the part with them.
         let rest = self.points.iter().map(|(p, w)| (at(p) - centroid) * *w).sum::<Vector3<f64>>() / total;
         let arm = |p: &[f64; 3]| at(p) - centroid - rest;
         let (mut moment, mut second) = (Matrix3::zeros(), 0.0);
@@ -101,8 +106,10 @@ impl PartPoints {
         Ok(Sums { total, centroid, second, turns: turns(motion, moment)?, shares: shares.collect() })
     }
 
-    /// The marker that follows the mean motion of the part: displacement and rotation of `centre` (the model's components \[m\]) by the rigid motion nearest to
-    /// the displacements of the part, every point with its area (theory Eq. M.9). `number`: the unknown of a function and component, if it is free.
+    /// The marker that follows the mean motion of the part: displacement and rotation of `centre`
+    /// (the model's components \[m\]) by the rigid motion nearest to the displacements of the part,
+    /// every point with its area (theory Eq. M.9). `number`: the unknown of a function and
+    /// component, if it is free.
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if the part defines no rotation.
@@ -134,9 +141,10 @@ impl PartPoints {
         MarkerWeights::new(position, rotation, entries)
     }
 
-    /// Unknowns of the part as a rigid one, rising, and the lower triangle of its stiffness `α ∫ |u - u_rigid|² dA` with the rigid motion
-    /// `u_rigid` nearest to `u` (theory Eq. M.10). Rigid motions of the body stay free of forces, masses stay as they are. `young`: modulus \[Pa\];
-    /// `thickness` of plane models \[m\].
+    /// Unknowns of the part as a rigid one, rising, and the lower triangle of its stiffness
+    /// `α ∫ |u - u_rigid|² dA` with the rigid motion `u_rigid` nearest to `u` (theory Eq. M.10).
+    /// Rigid motions of the body stay free of forces, masses stay as they are. `young`: modulus
+    /// \[Pa\]; `thickness` of plane models \[m\].
     ///
     /// # Errors
     /// As [`PartPoints::mean_motion`].
@@ -162,7 +170,8 @@ impl PartPoints {
             return Ok(Err(unknowns.len()));
         }
         let products = self.products(&sums.shares);
-        // What the part is compared with has its mean diameter; of plane models, whose stiffness does not depend on sizes in the plane, the thickness.
+        // What the part is compared with has its mean diameter; of plane models, whose stiffness
+        // does not depend on sizes in the plane, the thickness.
         let length = thickness.unwrap_or_else(|| 2.0 * (sums.second / sums.total).sqrt());
         let factor = RIGIDITY * young * length / sums.total;
         let block = Mat::from_fn(unknowns.len(), unknowns.len(), |i, j| {

@@ -1,4 +1,5 @@
-//! Displacement, strain and stress at observed points by the forces on an interface (docs/theory.md Eqs. Q.5, Q.8).
+//! Displacement, strain and stress at observed points by the forces on an interface (docs/theory.md
+//! Eqs. Q.5, Q.8).
 
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
@@ -34,7 +35,8 @@ pub struct ObservedPlace {
     pub has_gauge: bool,
 }
 
-/// Adds to the `key` of a compliance the `unknowns` of its interface and the places that it belongs to.
+/// Adds to the `key` of a compliance the `unknowns` of its interface and the places that it belongs
+/// to.
 pub fn add_places(key: &mut Bytes, unknowns: &[usize], places: &[ObservedPlace]) {
     let points: Vec<[f64; 3]> = places.iter().map(|place| place.place).collect();
     key.add(&(unknowns, points));
@@ -45,7 +47,8 @@ pub fn add_places(key: &mut Bytes, unknowns: &[usize], places: &[ObservedPlace])
     }
 }
 
-/// Displacement, strain and stress at an observed place as linear functions of the unknowns of a field.
+/// Displacement, strain and stress at an observed place as linear functions of the unknowns of a
+/// field.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PlaceFunctions {
     /// Its displacement.
@@ -70,14 +73,16 @@ impl PlaceFunctions {
     }
 }
 
-/// Number of columns of [`point_rows`] for `places` of a body with so many components of displacement.
+/// Number of columns of [`point_rows`] for `places` of a body with so many components of
+/// displacement.
 pub fn n_columns(places: &[ObservedPlace], n_components: usize) -> usize {
     let of = |place: &ObservedPlace| n_components + if place.has_gauge { gauge::N_NUMBERS } else { 0 };
     places.iter().map(of).sum()
 }
 
-/// What places of `field`, which `places` belong to, show of unit forces at the interface of `residual`: a row per unknown of the interface, the
-/// components of the displacement [m/N] of a place and, with a gauge, the numbers of its state after those of the place before.
+/// What places of `field`, which `places` belong to, show of unit forces at the interface of
+/// `residual`: a row per unknown of the interface, the components of the displacement [m/N] of a
+/// place and, with a gauge, the numbers of its state after those of the place before.
 pub fn point_rows(places: &[PlaceFunctions], field: &dyn Field, residual: &ResidualFlexibility) -> Mat<f64> {
     let (n, lookup, interface) = (field.motion().n_components(), field.lookup(), residual.interface());
     let n_columns = places.iter().map(|place| place.n_columns(n)).sum();
@@ -127,7 +132,8 @@ pub fn compliances(
     all
 }
 
-/// The points of `all` on `body`: their numbers, and their places in the components of a model with the motions `motion`.
+/// The points of `all` on `body`: their numbers, and their places in the components of a model with
+/// the motions `motion`.
 pub fn points_on(
     all: &[ObservedPoint],
     body: usize,
@@ -141,7 +147,8 @@ pub fn points_on(
     on_body.map(|(i, p)| (i, place(p))).unzip()
 }
 
-/// Compliances of the points of `all` on a body, its number and field given, of which an interface has the flexibility `residual`.
+/// Compliances of the points of `all` on a body, its number and field given, of which an interface
+/// has the flexibility `residual`.
 ///
 /// # Errors
 /// [`AdaptiveError`] if a point is not in the body.

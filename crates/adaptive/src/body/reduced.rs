@@ -1,4 +1,5 @@
-//! The reduced model of a body, whatever elements its matrices come from, and what it is reduced for.
+//! The reduced model of a body, whatever elements its matrices come from, and what it is reduced
+//! for.
 
 use std::sync::Arc;
 
@@ -33,7 +34,8 @@ pub struct ReducedBody {
     pub residual: Option<ResidualFlexibility>,
     /// Inertia and couplings.
     pub data: StandardInputData,
-    /// Loads whose static answers the basis was asked for; [`ReducedBasis::static_loads`] says which of their columns it has.
+    /// Loads whose static answers the basis was asked for; [`ReducedBasis::static_loads`] says
+    /// which of their columns it has.
     pub loads: Vec<MarkerLoads>,
 }
 
@@ -55,7 +57,8 @@ pub struct Interface {
     pub loads: Vec<MarkerLoads>,
 }
 
-/// How a body has the modes that the interface adds to the low-frequency ones (\[A\] sections 2.4 and 6).
+/// How a body has the modes that the interface adds to the low-frequency ones (\[A\] sections 2.4
+/// and 6).
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum InterfaceModes {
     /// Statically: a residual flexibility takes their place.
@@ -133,7 +136,8 @@ fn answering(
     with_static_answers(problem, basis, loads.as_ref(), TakenLoads::ByRank)
 }
 
-/// `own` damping with critical damping of the modes from `n_low` on added (Eq. F.28); `omega`: their frequencies [rad/s].
+/// `own` damping with critical damping of the modes from `n_low` on added (Eq. F.28); `omega`:
+/// their frequencies [rad/s].
 pub(crate) fn with_critical(own: ModalDamping, omega: &[f64], n_low: usize) -> ModalDamping {
     let critical = omega.iter().enumerate().map(|(j, w)| if j < n_low { 0.0 } else { 2.0 * w });
     match own {

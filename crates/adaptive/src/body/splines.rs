@@ -78,7 +78,8 @@ impl ElasticBody {
         Ok(body)
     }
 
-    /// A body of another name from `spec`, whose definition ([`crate::store::body_definition`]) is this body's.
+    /// A body of another name from `spec`, whose definition ([`crate::store::body_definition`]) is
+    /// this body's.
     pub fn copied(&self, name: &str, spec: ElasticSpec) -> Self {
         let assembled = AssembledBody { name: name.to_owned(), ..self.assembled.clone() };
         let (shape, space) =
@@ -178,7 +179,8 @@ pub fn refined_shape(
     Ok(fine)
 }
 
-/// The window of a refinement: elements of equal size in all directions, half as many where the body's surface cuts it.
+/// The window of a refinement: elements of equal size in all directions, half as many where the
+/// body's surface cuts it.
 fn refinement_window(
     shape: &Shape,
     model: &Model,

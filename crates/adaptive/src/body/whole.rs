@@ -1,4 +1,5 @@
-//! A body itself in a contact: its own elements, and its whole surface as the zone (theory section C.9).
+//! A body itself in a contact: its own elements, and its whole surface as the zone (theory
+//! section C.9).
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -24,8 +25,8 @@ struct WholeBody {
     about: Option<PointsAbout>,
 }
 
-/// The model of `body` for a contact at `site`: refined about it with the settings `interval`, or its own elements with their whole surface if that is
-/// what `site` says.
+/// The model of `body` for a contact at `site`: refined about it with the settings `interval`, or
+/// its own elements with their whole surface if that is what `site` says.
 ///
 /// # Errors
 /// [`AdaptiveError`] with the body's name if it cannot be refined so far.

@@ -1,6 +1,8 @@
-//! The part of a body's surface that may touch a plane or another body: its points, and the unknowns of the contact interface.
+//! The part of a body's surface that may touch a plane or another body: its points, and the
+//! unknowns of the contact interface.
 //!
-//! Every zone is built here, on the mesh that a body has from the start ([`crate::body::zone::at_start`]) or on one that is refined at a touch
+//! Every zone is built here, on the mesh that a body has from the start
+//! ([`crate::body::zone::at_start`]) or on one that is refined at a touch
 //! ([`crate::body::splines::refined`]); that of a finite element mesh lies on its own sides.
 
 use std::sync::Arc;
@@ -37,7 +39,8 @@ pub struct ContactZone {
     pub faces: Vec<FaceId>,
     /// Unknowns of the interface, in ascending order.
     pub unknowns: Vec<usize>,
-    /// Full widths along the face \[m\]; the second is zero for curves, and for zones given by one width.
+    /// Full widths along the face \[m\]; the second is zero for curves, and for zones given by one
+    /// width.
     pub widths: [f64; 2],
     /// The part of the surface that points of another body may touch.
     pub region: ZoneRegion,
@@ -52,11 +55,13 @@ pub struct ContactZone {
 pub struct PointsAbout {
     /// The place.
     pub place: SurfacePlace,
-    /// The edge or corner of the target that the place meets. Without one, points stand ever more densely towards the place.
+    /// The edge or corner of the target that the place meets. Without one, points stand ever more
+    /// densely towards the place.
     pub meets: Option<TargetPlace>,
 }
 
-/// Number of halvings of the sides of elements towards a place where an edge touches (theory Eq. C.65).
+/// Number of halvings of the sides of elements towards a place where an edge touches (theory
+/// Eq. C.65).
 const HALVINGS: u8 = 5;
 
 /// How much of the surface of a body its contact zone covers.
@@ -66,7 +71,8 @@ pub enum ZoneExtent {
     Part,
     /// All faces, touched inside of their smooth parts; contact must not reach an edge.
     Faces,
-    /// All faces with the edges and corners between them, at which contact is possible as well (theory section C.9).
+    /// All faces with the edges and corners between them, at which contact is possible as well
+    /// (theory section C.9).
     Whole,
 }
 
@@ -98,8 +104,9 @@ impl ZoneLimits {
 }
 
 impl ContactZone {
-    /// The zone of `body` within `limits`, one for each face: its points by `rule`, their areas times the thickness of plane models, and all unknowns of
-    /// the functions that are not zero in the zone. `on_rim` says which points lie where contact must not reach.
+    /// The zone of `body` within `limits`, one for each face: its points by `rule`, their areas
+    /// times the thickness of plane models, and all unknowns of the functions that are not zero in
+    /// the zone. `on_rim` says which points lie where contact must not reach.
     ///
     /// # Errors
     /// [`ContactError::Empty`] if no point lies in the zone.
@@ -152,10 +159,12 @@ impl ContactZone {
 }
 
 impl ContactZone {
-    /// The whole surface of `body` with its edges and corners (docs/theory.md section C.9): Lobatto points of all outer faces, each pressed only by
-    /// surfaces that its face is turned to, and all unknowns of the functions that are not zero there. At the place `about`, if there is one, every
-    /// face that meets there has a point: for a bent edge, which may touch between the points of its elements, with further points ever more densely
-    /// about the place; to meet an edge or a corner of the target, without them.
+    /// The whole surface of `body` with its edges and corners (docs/theory.md section C.9): Lobatto
+    /// points of all outer faces, each pressed only by surfaces that its face is turned to, and all
+    /// unknowns of the functions that are not zero there. At the place `about`, if there is one,
+    /// every face that meets there has a point: for a bent edge, which may touch between the points
+    /// of its elements, with further points ever more densely about the place; to meet an edge or a
+    /// corner of the target, without them.
     ///
     /// # Errors
     /// [`ContactError::Nothing`] for a body without an outer face.
@@ -192,7 +201,8 @@ impl ContactZone {
             here.is_some_and(|here| norm(&difference(&p.point, &here)) <= 4.0 * SAME_PLACE * size)
         };
         let meeting: Vec<usize> = (0..found.len()).filter(|i| is_met && is_here(&found[*i])).collect();
-        // The spring of a point has no area of its own: together they have that of the stiffest of all.
+        // The spring of a point has no area of its own: together they have that of the stiffest of
+        // all.
         let largest = points.iter().map(|p| p.area).fold(0.0, f64::max);
         meeting.iter().for_each(|&i| points[i].area = largest / meeting.len() as f64);
         let gauss = gauss_points(body.space, body.patches, &faces, None);
@@ -219,7 +229,8 @@ impl ContactZone {
         nodes.into_iter().map(|n| (n, pieces.positions[n as usize])).collect()
     }
 
-    /// Moves points and nodes of a zone of pieces to where `place` says; displacements stay those of the mesh.
+    /// Moves points and nodes of a zone of pieces to where `place` says; displacements stay those
+    /// of the mesh.
     pub fn move_to(&mut self, place: impl Fn(&[f64; 3]) -> [f64; 3]) {
         let nodes = self.nodes();
         let ZoneRegion::Pieces(pieces) = &mut self.region else { return };
@@ -230,7 +241,8 @@ impl ContactZone {
     }
 }
 
-/// All unknowns of the functions that are not zero at Gauss points or contact points of a zone, in ascending order.
+/// All unknowns of the functions that are not zero at Gauss points or contact points of a zone, in
+/// ascending order.
 fn interface(body: &Discretised<'_>, gauss: &[CollocationPoint], points: &[SurfacePoint]) -> Vec<usize> {
     let mut nodes: Vec<u32> = gauss
         .iter()

@@ -3,19 +3,21 @@
 use crate::record::ImpactRecord;
 use crate::record::warning::{Warning, WarningKind};
 
-/// Ratio of contact radius to radius of curvature above which a warning is given: the strain in the contact is some 0.2 of it (Tabor), beyond the
-/// yield point of every metal.
+/// Ratio of contact radius to radius of curvature above which a warning is given: the strain in the
+/// contact is some 0.2 of it (Tabor), beyond the yield point of every metal.
 pub const LARGE_CONTACT_STRAIN: f64 = 0.1;
 /// The ratio at which a run ends: Hertz's parabola leaves a sphere by a third of the approach.
 pub const HUGE_CONTACT_STRAIN: f64 = 0.5;
 
-/// Contact radius over the radius of curvature of two bodies that press each other with the mean pressure `pressure` \[Pa\], from Hertz's
-/// `p_m = (4/3π) E* a/R`; of flat faces a strain of the same size.
+/// Contact radius over the radius of curvature of two bodies that press each other with the mean
+/// pressure `pressure` \[Pa\], from Hertz's `p_m = (4/3π) E* a/R`; of flat faces a strain of the
+/// same size.
 pub fn contact_strain(pressure: f64, modulus: f64) -> f64 {
     0.75 * std::f64::consts::PI * pressure / modulus
 }
 
-/// The warning of contact `name`, which pressed with a mean pressure \[Pa\] and a strain above the limit.
+/// The warning of contact `name`, which pressed with a mean pressure \[Pa\] and a strain above the
+/// limit.
 pub fn large_contact_strain(
     name: &str,
     impact: &ImpactRecord,

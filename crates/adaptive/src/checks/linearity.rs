@@ -1,5 +1,5 @@
-//! Limits of linear bodies: how far their parts rotate, how much they strain, and how near axial loads are to the loads that buckle them
-//! (docs/theory.md Eqs. P.13, P.14).
+//! Limits of linear bodies: how far their parts rotate, how much they strain, and how near axial
+//! loads are to the loads that buckle them (docs/theory.md Eqs. P.13, P.14).
 
 use std::f64::consts::TAU;
 
@@ -13,28 +13,34 @@ use crate::record::warning::{Warning, WarningKind};
 use crate::system::body::BodyModel;
 use crate::system::mode_gradients::GradientsAt;
 
-/// Rotation of a part of a body against the body as a whole \[rad\] above which a warning is given: a cantilever under a load at its tip, whose tip
-/// rotates by 1.5 times as much, then deflects by 1 % too much.
+/// Rotation of a part of a body against the body as a whole \[rad\] above which a warning is given:
+/// a cantilever under a load at its tip, whose tip rotates by 1.5 times as much, then deflects by 1
+/// % too much.
 pub const LARGE_TURN: f64 = 0.1;
 /// Rotation at which a run ends: a cantilever's tip has moved by more than its length \[rad\].
 pub const HUGE_TURN: f64 = 1.2;
-/// Strain above which a warning is given: the squares of strains, which are neglected, are a per cent of them.
+/// Strain above which a warning is given: the squares of strains, which are neglected, are a per
+/// cent of them.
 pub const LARGE_STRAIN: f64 = 1e-2;
 /// Strain at which a run ends.
 pub const HUGE_STRAIN: f64 = 0.5;
-/// Ratio of axial load to buckling load above which a warning is given: deflections change by this share.
+/// Ratio of axial load to buckling load above which a warning is given: deflections change by this
+/// share.
 pub const AXIAL_LOAD: f64 = 0.02;
-/// Ratio of axial load to buckling load in compression at which a run ends: the estimate is better than this factor.
+/// Ratio of axial load to buckling load in compression at which a run ends: the estimate is better
+/// than this factor.
 pub const BUCKLED: f64 = 2.0;
-/// Ratio of angular velocity to first natural frequency above which a warning is given: the square of the frequency changes by up to 1.2 times the
-/// square of this ratio.
+/// Ratio of angular velocity to first natural frequency above which a warning is given: the square
+/// of the frequency changes by up to 1.2 times the square of this ratio.
 pub const FAST_SPIN: f64 = 0.2;
 
 /// Number of modes in which buckling is looked for: three pairs of bending modes of a rod.
 const N_BUCKLING: usize = 6;
-/// Ratio of the first frequency to that of waves along the body above which a body is not slender: it would yield before it buckles.
+/// Ratio of the first frequency to that of waves along the body above which a body is not slender:
+/// it would yield before it buckles.
 const SLENDER: f64 = 2.0;
-/// First frequency of a beam that is clamped at one end over that of the free beam: (1.8751/4.7300)².
+/// First frequency of a beam that is clamped at one end over that of the free beam:
+/// (1.8751/4.7300)².
 const CLAMPED: f64 = 0.157;
 /// Largest number of entries that are kept of the gradients of a body's modes.
 const MOST_NUMBERS: usize = 1 << 20;
@@ -61,7 +67,8 @@ struct LinearBody {
     strains: DMatrix<f64>,
     /// Largest turn and strain of each mode.
     largest: Vec<(f64, f64)>,
-    /// Geometric stiffness by a unit of each mode between the lowest ones, over their frequencies (P.14).
+    /// Geometric stiffness by a unit of each mode between the lowest ones, over their frequencies
+    /// (P.14).
     by_mode: Vec<DMatrix<f64>>,
     /// First natural frequency as the body is held [rad/s]; infinite where spin does not matter.
     first: f64,
@@ -81,7 +88,8 @@ pub struct LinearLimits {
 }
 
 impl LinearLimits {
-    /// Limits of the bodies `models`; `held` gives, where a joint holds all of a body, how its modes turn there.
+    /// Limits of the bodies `models`; `held` gives, where a joint holds all of a body, how its
+    /// modes turn there.
     ///
     /// # Errors
     /// [`AdaptiveError`] if a body cannot be evaluated.
@@ -103,7 +111,8 @@ impl LinearLimits {
         self.averages.iter().flat_map(|a| a.iter().copied()).collect()
     }
 
-    /// Begins a phase, or a trial of one, with stored `averages`; with none of them the first look gives them.
+    /// Begins a phase, or a trial of one, with stored `averages`; with none of them the first look
+    /// gives them.
     pub fn begin(&mut self, averages: &[f64], time: f64) {
         self.extremes.fill(Extremes::default());
         let n: usize = self.averages.iter().map(DMatrix::len).sum();
@@ -167,7 +176,8 @@ impl LinearLimits {
         Ok(())
     }
 
-    /// Warnings of what the motions have shown since the last [`LinearLimits::begin`], with the indices of the bodies.
+    /// Warnings of what the motions have shown since the last [`LinearLimits::begin`], with the
+    /// indices of the bodies.
     pub fn warnings(&self, models: &[BodyModel]) -> Vec<(usize, Warning)> {
         let of_body = |(b, found): (usize, &Extremes)| {
             let name = &models[b].name;
@@ -323,7 +333,8 @@ impl LinearBody {
         DMatrix::zeros(n, n)
     }
 
-    /// Largest turn \[rad\] and strain with the coordinates `q`; bounds of them as long as these are below the limits of the warnings.
+    /// Largest turn \[rad\] and strain with the coordinates `q`; bounds of them as long as these
+    /// are below the limits of the warnings.
     fn deformation(&self, q: &[f64]) -> (f64, f64) {
         let bound = |of: fn(&(f64, f64)) -> f64| -> f64 {
             self.largest.iter().zip(q).map(|(largest, q)| of(largest) * q.abs()).sum()
@@ -345,7 +356,8 @@ impl LinearBody {
     }
 }
 
-/// Adds the geometric stiffness of the modes `lowest` by the stress of each mode at a point; their rotation at a held place is subtracted (P.14).
+/// Adds the geometric stiffness of the modes `lowest` by the stress of each mode at a point; their
+/// rotation at a held place is subtracted (P.14).
 fn add_stiffness(at: &GradientsAt, lowest: &[usize], turned: &[Matrix3<f64>], to: &mut [DMatrix<f64>]) {
     let volume = at.mass / at.density;
     let own: Vec<Matrix3<f64>> = lowest.iter().map(|j| at.gradients[*j] - turned[*j]).collect();
@@ -374,7 +386,8 @@ fn strain_of(g: &Matrix3<f64>) -> [f64; 6] {
     [g[(0, 0)], g[(1, 1)], g[(2, 2)], shear(0, 1), shear(1, 2), shear(2, 0)]
 }
 
-/// The eigenvalue of largest absolute value; where the norm of the matrix, which bounds it, is below the limit of the warning, the norm.
+/// The eigenvalue of largest absolute value; where the norm of the matrix, which bounds it, is
+/// below the limit of the warning, the norm.
 fn extreme_eigenvalue(matrix: &DMatrix<f64>) -> f64 {
     let size = matrix.norm();
     if size <= AXIAL_LOAD || size.is_nan() {

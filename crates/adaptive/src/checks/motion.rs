@@ -1,5 +1,5 @@
-//! Motions that have left what the equations describe: displacements beyond the scenario's or the body's size, deformation and
-//! approach faster than waves (docs/theory.md Eqs. P.3, P.4).
+//! Motions that have left what the equations describe: displacements beyond the scenario's or the
+//! body's size, deformation and approach faster than waves (docs/theory.md Eqs. P.3, P.4).
 
 use ffr_dynamics::system::force::BodyState;
 use nalgebra::Vector3;
@@ -11,7 +11,8 @@ use crate::spec::RunSettings;
 use crate::system::body::{BodyModel, FlexibleModel};
 use crate::touch::wave::wave_speed;
 
-/// A body is lost when it is so many times farther from its start than bodies, given motions and gravity reach.
+/// A body is lost when it is so many times farther from its start than bodies, given motions and
+/// gravity reach.
 const LOST: f64 = 1e6;
 
 /// Limits of one body.
@@ -79,12 +80,14 @@ impl MotionLimits {
     }
 }
 
-/// The error of a contact whose bodies approach each other at `speed`, faster than waves at `limit`, or `None`.
+/// The error of a contact whose bodies approach each other at `speed`, faster than waves at
+/// `limit`, or `None`.
 pub fn fast_approach(contact: &str, time: f64, speed: f64, limit: f64) -> Option<AdaptiveError> {
     beyond(contact, time, ContactQuantity::Speed, speed, limit)
 }
 
-/// The error of a contact whose bodies have come into each other by `depth`, more than their size `limit`, or `None`.
+/// The error of a contact whose bodies have come into each other by `depth`, more than their size
+/// `limit`, or `None`.
 pub fn deep_penetration(contact: &str, time: f64, depth: f64, limit: f64) -> Option<AdaptiveError> {
     beyond(contact, time, ContactQuantity::Approach, depth, limit)
 }
@@ -135,7 +138,8 @@ fn over_nodes(flexible: &FlexibleModel, value: impl Fn(usize) -> f64) -> f64 {
         .sqrt()
 }
 
-/// Largest value of the field `Σ φ_j x_j` at a node; of its bound `Σ |x_j| max|φ_j|` as long as that is below `limit`.
+/// Largest value of the field `Σ φ_j x_j` at a node; of its bound `Σ |x_j| max|φ_j|` as long as
+/// that is below `limit`.
 fn largest(flexible: &FlexibleModel, bounds: &[f64], coordinates: &[f64], limit: f64) -> f64 {
     let bound: f64 = bounds.iter().zip(coordinates).map(|(b, x)| b * x.abs()).sum();
     // Own modes of a fine model may be of another number.

@@ -1,5 +1,6 @@
-//! What a result leaves out: modes against the duration of impacts, elements against waves and against places of joints and loads, stored
-//! instants against vibrations (docs/theory.md Eqs. P.6 to P.9).
+//! What a result leaves out: modes against the duration of impacts, elements against waves and
+//! against places of joints and loads, stored instants against vibrations (docs/theory.md Eqs. P.6
+//! to P.9).
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -15,8 +16,9 @@ use crate::spec::Coupling;
 use crate::system::body::BodyModel;
 use crate::touch::wave::Wave;
 
-/// Product of the highest frequency kept and the duration of an impact from which on the spectrum of the force, that of a half
-/// sine, is below `1/(4·3.57² - 1)`, a fiftieth of its mean (Eq. P.6): twice what the program allows where it chooses the modes (Eq. N.9).
+/// Product of the highest frequency kept and the duration of an impact from which on the spectrum
+/// of the force, that of a half sine, is below `1/(4·3.57² - 1)`, a fiftieth of its mean (Eq. P.6):
+/// twice what the program allows where it chooses the modes (Eq. N.9).
 const CYCLES: f64 = 3.57;
 /// Relative error of a frequency above which a mesh is too coarse for its wave (Eq. P.7).
 const FREQUENCY_ERROR: f64 = 1e-2;
@@ -28,26 +30,30 @@ const STRONG: f64 = 1e-3;
 /// Share of the duration of an impact between flat faces by which it may end late (Eq. P.11).
 const LATE: f64 = 0.02;
 
-/// How many times stiffer springs between flat faces may be than the modes follow, without a word on the largest force: three times as stiff ones
-/// ring by a quarter of it (theory section A.9).
+/// How many times stiffer springs between flat faces may be than the modes follow, without a word
+/// on the largest force: three times as stiff ones ring by a quarter of it (theory section A.9).
 const TOO_STIFF: f64 = 2.0;
-/// Periods of the highest mode over which a mean of the force shows no more of that ringing than a tenth.
+/// Periods of the highest mode over which a mean of the force shows no more of that ringing than a
+/// tenth.
 const PERIODS: f64 = 3.0;
 
-/// Duration of the half sine with the peak and the impulse of an impact, and no longer than the impact \[s\].
+/// Duration of the half sine with the peak and the impulse of an impact, and no longer than the
+/// impact \[s\].
 pub fn pulse_duration(impact: &ImpactRecord) -> f64 {
     let duration = impact.end - impact.start;
     let pulse = FRAC_PI_2 * impact.impulse.abs() / impact.peak_force;
     if pulse > 0.0 && pulse < duration { pulse } else { duration }
 }
 
-/// Highest frequency of the free modes kept \[Hz\]: static answers and modes of an interface stand for what follows its forces.
+/// Highest frequency of the free modes kept \[Hz\]: static answers and modes of an interface stand
+/// for what follows its forces.
 fn highest_free_mode(body: &BodyModel) -> Option<f64> {
     body.frequencies().into_iter().take(body.coordinates().free).reduce(f64::max)
 }
 
-/// The warning of body `number` whose modes end below what an impact excites, if they do (Eq. P.6). `needs` has the frequency up to which the program
-/// would take modes for a touch along a line (Eq. N.9), and for what waves take up (Eq. N.11); the half of either is enough.
+/// The warning of body `number` whose modes end below what an impact excites, if they do (Eq. P.6).
+/// `needs` has the frequency up to which the program would take modes for a touch along a line
+/// (Eq. N.9), and for what waves take up (Eq. N.11); the half of either is enough.
 pub fn few_modes(
     (number, body): (usize, &BodyModel),
     impact: &ImpactRecord,
@@ -77,7 +83,8 @@ pub fn few_modes(
     })
 }
 
-/// The warning of an impact between flat faces of `bodies` that ends late because its force cannot rise faster (Eq. P.11).
+/// The warning of an impact between flat faces of `bodies` that ends late because its force cannot
+/// rise faster (Eq. P.11).
 pub fn slow_rise(contact: &str, bodies: &[&BodyModel], impact: &ImpactRecord) -> Option<Warning> {
     let lowest = bodies.iter().filter_map(|body| highest_free_mode(body)).reduce(f64::min)?;
     let duration = impact.end - impact.start;
@@ -97,7 +104,8 @@ pub fn slow_rise(contact: &str, bodies: &[&BodyModel], impact: &ImpactRecord) ->
     })
 }
 
-/// The warning of an impact between flat faces of `bodies` whose springs are `beyond_modes` times stiffer than the modes follow (theory section P.3).
+/// The warning of an impact between flat faces of `bodies` whose springs are `beyond_modes` times
+/// stiffer than the modes follow (theory section P.3).
 pub fn ringing_force(
     contact: &str,
     bodies: &[&BodyModel],
@@ -129,7 +137,8 @@ pub fn longest_element_of(body: &BodyModel) -> Option<f64> {
     elements.iter().map(|e| e.length).reduce(f64::max)
 }
 
-/// The warning of a contact in which an edge or a corner touches at a time \[s\], on elements that are `length` long at most \[m\].
+/// The warning of a contact in which an edge or a corner touches at a time \[s\], on elements that
+/// are `length` long at most \[m\].
 pub fn edge_touch((contact, time): (&str, f64), body: &BodyModel) -> Option<Warning> {
     let length = longest_element_of(body)?;
     Some(Warning {
@@ -150,7 +159,8 @@ pub fn edge_touch((contact, time): (&str, f64), body: &BodyModel) -> Option<Warn
     })
 }
 
-/// The warning of a body whose mesh puts the frequency of its highest mode off by more than one per cent (Eq. P.7).
+/// The warning of a body whose mesh puts the frequency of its highest mode off by more than one per
+/// cent (Eq. P.7).
 pub fn coarse_mesh(body: &BodyModel) -> Option<Warning> {
     let flexible = body.flexible()?;
     let highest = highest_free_mode(body).filter(|f| *f > 0.0)?;
@@ -179,7 +189,8 @@ pub fn coarse_mesh(body: &BodyModel) -> Option<Warning> {
     })
 }
 
-/// The warning of a body on which joints or loads hold a disc or ball that its elements do not resolve: of the worst one (Eq. P.9).
+/// The warning of a body on which joints or loads hold a disc or ball that its elements do not
+/// resolve: of the worst one (Eq. P.9).
 pub fn coarse_place(body: &BodyModel) -> Option<Warning> {
     let flexible = body.flexible()?;
     // Elements over the radius that a place has and needs.
@@ -209,8 +220,8 @@ pub fn coarse_place(body: &BodyModel) -> Option<Warning> {
     })
 }
 
-/// The highest frequency at which a body vibrates strongly in the motion `state`, if it does so at all; `scale`: largest energy of the run \[J\]
-/// (Eq. P.8) \[Hz\].
+/// The highest frequency at which a body vibrates strongly in the motion `state`, if it does so at
+/// all; `scale`: largest energy of the run \[J\] (Eq. P.8) \[Hz\].
 pub fn highest_vibration(body: &BodyModel, state: &BodyState, scale: f64) -> Option<f64> {
     let frequencies = body.frequencies();
     if frequencies.len() != state.elastic.len() {
@@ -231,13 +242,14 @@ pub fn highest_vibration(body: &BodyModel, state: &BodyState, scale: f64) -> Opt
     (highest > 0.0).then_some(highest)
 }
 
-/// Time between stored states that shows vibrations of a frequency \[Hz\] well: half of what P.8 allows \[s\].
+/// Time between stored states that shows vibrations of a frequency \[Hz\] well: half of what P.8
+/// allows \[s\].
 pub fn shown_interval(frequency: f64) -> f64 {
     0.25 / frequency
 }
 
-/// The warning of a body that vibrates at the frequency `highest` \[Hz\] after the time `time`, faster than its states are stored, `interval` apart
-/// (Eq. P.8).
+/// The warning of a body that vibrates at the frequency `highest` \[Hz\] after the time `time`,
+/// faster than its states are stored, `interval` apart (Eq. P.8).
 pub fn sparse_output(body: &BodyModel, highest: f64, (time, interval): (f64, f64)) -> Option<Warning> {
     let limit = 0.5 / highest;
     (interval > limit).then(|| Warning {
@@ -261,8 +273,9 @@ fn subject(body: &BodyModel) -> String {
     format!("body \"{}\"", body.name)
 }
 
-/// The shortest wave of frequency `frequency` \[Hz\] that a body carries: of shear or, where that is longer than twice the
-/// body is thick, of bending (longitudinal in axisymmetric models); none without a material.
+/// The shortest wave of frequency `frequency` \[Hz\] that a body carries: of shear or, where that
+/// is longer than twice the body is thick, of bending (longitudinal in axisymmetric models); none
+/// without a material.
 fn shortest_wave(body: &dyn FieldBody, frequency: f64) -> Option<Wave> {
     let material = body.slowest_material()?;
     let (young, poisson, density) =

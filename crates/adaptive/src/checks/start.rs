@@ -17,11 +17,13 @@ use crate::system::body::BodyModel;
 use crate::touch::detection::{Detector, DetectorTarget, Search};
 use crate::touch::overlap::{Overlap, Pair};
 
-/// Checks the start of a run: warnings of overlaps that the scenario allows. `searches` are those of the contacts, in their order.
+/// Checks the start of a run: warnings of overlaps that the scenario allows. `searches` are those
+/// of the contacts, in their order.
 ///
 /// # Errors
 /// [`AdaptiveError::InitialOverlap`] if bodies overlap by more, [`AdaptiveError::BehindPlane`] or [`AdaptiveError::CentresCoincide`] if
-/// they lie on the wrong side of each other; [`AdaptiveError::ImplausibleContact`] if they approach each other faster than waves.
+/// they lie on the wrong side of each other; [`AdaptiveError::ImplausibleContact`] if they approach
+/// each other faster than waves.
 pub fn check(
     model: &mut RunModel,
     searches: &mut [&mut Search],
@@ -55,7 +57,8 @@ pub fn check(
     Ok(warnings)
 }
 
-/// The warning of a contact by Hertz's law whose body `body` has modes that yield at the touch, too.
+/// The warning of a contact by Hertz's law whose body `body` has modes that yield at the touch,
+/// too.
 fn yields_twice(name: &str, body: &BodyModel) -> Warning {
     let (n_modes, body) = (body.data.n_modes(), &body.name);
     Warning {

@@ -1,5 +1,5 @@
-//! Numbers that look as if they were given in other units: materials that nothing is made of, parts that nobody makes (docs/theory.md
-//! Eq. P.5).
+//! Numbers that look as if they were given in other units: materials that nothing is made of, parts
+//! that nobody makes (docs/theory.md Eq. P.5).
 
 use std::fmt;
 
@@ -11,14 +11,17 @@ use crate::spec::RunSpec;
 const WAVE_SPEEDS: [f64; 2] = [0.1e3, 20e3];
 /// Densities, from aerogel to osmium with some room [kg/m³].
 const DENSITIES: [f64; 2] = [1.0, 30e3];
-/// Solids that are lighter are foams and aerogels, which are soft: stiff ones have their density in other units [kg/m³].
+/// Solids that are lighter are foams and aerogels, which are soft: stiff ones have their density in
+/// other units [kg/m³].
 const LIGHT: f64 = 30.0;
 /// Sizes of parts \[m\].
 const SIZES: [f64; 2] = [1e-6, 1e4];
-/// What a material of engineering has, by which systems of units are told apart: modulus \[Pa\], density [kg/m³], speed of waves [m/s].
+/// What a material of engineering has, by which systems of units are told apart: modulus \[Pa\],
+/// density [kg/m³], speed of waves [m/s].
 const COMMON: [[f64; 2]; 3] = [[1e6, 1.3e12], [300.0, 23e3], [0.3e3, 13e3]];
 
-/// Units of material constants: name, pascals in a unit of the modulus, kg/m³ in a unit of the density, metres in a unit of length.
+/// Units of material constants: name, pascals in a unit of the modulus, kg/m³ in a unit of the
+/// density, metres in a unit of length.
 const SYSTEMS: [(&str, f64, f64, f64); 11] = [
     ("tonne, mm, s (MPa)", 1e6, 1e12, 1e-3),
     ("kg, mm, ms (GPa)", 1e9, 1e9, 1e-3),
@@ -151,7 +154,8 @@ mod tests {
 
     #[test]
     fn solids_pass_and_units_are_named() {
-        // Steel, aluminium, diamond, lead, rubber, cork, foam, polystyrene foam, tungsten, beryllium.
+        // Steel, aluminium, diamond, lead, rubber, cork, foam, polystyrene foam, tungsten,
+        // beryllium.
         let solids = [
             [210e9, 7850.0],
             [70e9, 2700.0],

@@ -1,5 +1,6 @@
-//! A watch that no bodies go through each other, whatever bodies are made of and whatever makes the force of a contact: how deep do the whole
-//! surfaces of a pair overlap, and does the contact know of it (docs/theory.md Eq. P.12).
+//! A watch that no bodies go through each other, whatever bodies are made of and whatever makes the
+//! force of a contact: how deep do the whole surfaces of a pair overlap, and does the contact know
+//! of it (docs/theory.md Eq. P.12).
 
 use contact_qs::Sphere;
 use ffr_dynamics::system::force::BodyState;
@@ -10,21 +11,26 @@ use crate::impact::AdaptiveContact;
 use crate::spec::Target;
 use crate::touch::detection::{Detector, Search};
 
-/// Ratio of the closing speed between two looks to that at the later one, at most, with the change by gravity and forces.
+/// Ratio of the closing speed between two looks to that at the later one, at most, with the change
+/// by gravity and forces.
 const BETWEEN_LOOKS: f64 = 2.0;
-/// Share of the deepest overlap of a phase that a contact need not know of. Light touches at the beginning of a phase and deepest places between
-/// contact points are far below it; an overlap elsewhere, or without a contact, is above.
+/// Share of the deepest overlap of a phase that a contact need not know of. Light touches at the
+/// beginning of a phase and deepest places between contact points are far below it; an overlap
+/// elsewhere, or without a contact, is above.
 const UNKNOWN: f64 = 0.25;
-/// Distance from the nearest point of the contact, in units of the distance of its points, within which an overlap belongs to its touch.
+/// Distance from the nearest point of the contact, in units of the distance of its points, within
+/// which an overlap belongs to its touch.
 const SAME_TOUCH: f64 = 2.0;
-/// Ratio of the times of successive looks, from the start of an impact phase: seventy looks for a million steps.
+/// Ratio of the times of successive looks, from the start of an impact phase: seventy looks for a
+/// million steps.
 const LOOKS: f64 = 1.2;
 /// An unknown overlap of so many times the limit ends the run at once, not at the end of the phase.
 const AT_ONCE: f64 = 10.0;
 
 /// Surfaces of a pair, or the spheres that stand for them under Hertz's law.
 enum Shapes {
-    /// The surfaces of the detection of the contact, which follow the modes that its bodies have at present.
+    /// The surfaces of the detection of the contact, which follow the modes that its bodies have at
+    /// present.
     Refined,
     /// Surfaces of their own, the same for the whole run.
     Lasting(Box<Detector>),
@@ -57,7 +63,8 @@ pub struct WatchedPair {
     shapes: Shapes,
     target: Target,
     search: Search,
-    /// The part of the gap at the last look that cannot have been closed since, with the time and the closing speed of that look.
+    /// The part of the gap at the last look that cannot have been closed since, with the time and
+    /// the closing speed of that look.
     clearance: f64,
     time: f64,
     speed: f64,
@@ -118,7 +125,8 @@ impl WatchedPair {
         (self.deepest, self.worst, self.has_seen) = (0.0, None, false);
     }
 
-    /// Whether a look is due after the time `elapsed` of an impact phase; the next one then is later in proportion.
+    /// Whether a look is due after the time `elapsed` of an impact phase; the next one then is
+    /// later in proportion.
     pub fn is_due(&mut self, elapsed: f64) -> bool {
         let is_due = elapsed >= self.due;
         if is_due {
@@ -138,7 +146,8 @@ impl WatchedPair {
         }
     }
 
-    /// How the bodies lie in each other at time `time` in the motions `states`; nothing if they do not.
+    /// How the bodies lie in each other at time `time` in the motions `states`; nothing if they do
+    /// not.
     ///
     /// # Errors
     /// [`AdaptiveError::Contact`], with the name `contact`, if the motions are not finite.
@@ -171,8 +180,9 @@ impl WatchedPair {
         Ok((nearest.gap < 0.0).then_some(Overlap { depth: -nearest.gap, place: nearest.contact.point }))
     }
 
-    /// Notes `overlap` at time `time`, of which the contact sees `seen`, and that overlaps below `least` say nothing; what is to be told at
-    /// once: a place that is none of the contact's. One between its points, which may touch later, waits for the end of the phase.
+    /// Notes `overlap` at time `time`, of which the contact sees `seen`, and that overlaps below
+    /// `least` say nothing; what is to be told at once: a place that is none of the contact's. One
+    /// between its points, which may touch later, waits for the end of the phase.
     pub fn note(&mut self, (time, least): (f64, f64), overlap: Overlap, seen: Seen) -> Option<Unknown> {
         self.deepest = self.deepest.max(overlap.depth);
         self.has_seen |= seen.depth > 0.0;
@@ -186,8 +196,9 @@ impl WatchedPair {
         (found.missing() > AT_ONCE * least && found.missing() > UNKNOWN * self.deepest).then_some(found)
     }
 
-    /// What the contact did not know of in the phase that ends, if it is more than its points leave between each other; `last` is the overlap at
-    /// its end, which a contact that never saw one does not know of, wherever it is.
+    /// What the contact did not know of in the phase that ends, if it is more than its points leave
+    /// between each other; `last` is the overlap at its end, which a contact that never saw one
+    /// does not know of, wherever it is.
     pub fn unknown(&self, last: Option<Unknown>) -> Option<Unknown> {
         self.worst
             .filter(|worst| worst.missing() > UNKNOWN * self.deepest)
@@ -242,7 +253,8 @@ mod tests {
     #[test]
     fn what_points_leave_between_each_other_is_no_fault() {
         let mut watched = pair();
-        // The first point, a distance of points beside the deepest place, touches 1 um late; the bodies come nearer by 20 um and part.
+        // The first point, a distance of points beside the deepest place, touches 1 um late; the
+        // bodies come nearer by 20 um and part.
         for (t, depth) in [(0.0, 5e-7), (1.0, 5e-6), (2.0, 20e-6), (3.0, 4e-6)] {
             assert_eq!(watched.note((t, 1e-8), overlap(depth), seen(depth - 1e-6, 1e-4)), None);
         }

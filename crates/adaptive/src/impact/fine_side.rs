@@ -39,9 +39,11 @@ pub struct FineSide {
     shapes: Mat<f64>,
     /// How the interface answers forces beyond the low-frequency modes.
     answer: ZoneAnswer,
-    /// Displacements, strains and stresses at observed points by forces at the interface, as of [`point_rows`]; no columns if the zone vibrates.
+    /// Displacements, strains and stresses at observed points by forces at the interface, as of
+    /// [`point_rows`]; no columns if the zone vibrates.
     pub points: Mat<f64>,
-    /// The fine model with modes of its own, if these become the modes of the body during the impact.
+    /// The fine model with modes of its own, if these become the modes of the body during the
+    /// impact.
     pub fine_basis: Option<FineBasis>,
 }
 
@@ -83,7 +85,8 @@ impl AdaptiveContact {
         fine_model(&body.body, site, &self.law.interval)
     }
 
-    /// Whether fine models can be built again from their sites: their zones are quasistatic, on prolonged modes.
+    /// Whether fine models can be built again from their sites: their zones are quasistatic, on
+    /// prolonged modes.
     pub fn is_rebuildable(&self) -> bool {
         !self.is_vibrating() && self.law.transfer.modes == LowModes::Prolonged
     }
@@ -97,7 +100,8 @@ impl AdaptiveContact {
         Ok(side.into_model(residual))
     }
 
-    /// The side of the contact on `body`, built again as a [`FineSide`], with the flexibility of its interface.
+    /// The side of the contact on `body`, built again as a [`FineSide`], with the flexibility of
+    /// its interface.
     fn side_again(
         &self,
         body: &FlexibleModel,
@@ -108,7 +112,8 @@ impl AdaptiveContact {
         side_with(body, zone, flexibility)
     }
 
-    /// Both sides of the contact again, side by side; equal ones share the flexibility of their interface.
+    /// Both sides of the contact again, side by side; equal ones share the flexibility of their
+    /// interface.
     fn sides_again(
         &self,
         [own, other]: [&FlexibleModel; 2],
@@ -129,8 +134,9 @@ impl AdaptiveContact {
         Ok([side_with(own, own_zone, flexibilities.0)?, side_with(other, other_zone, flexibilities.1)?])
     }
 
-    /// The contact with fine models at `sites`, the site of the contact body first. A zone that lies on a smooth surface is moved by `offset` \[m\]
-    /// along its normal, as `element_at` found it.
+    /// The contact with fine models at `sites`, the site of the contact body first. A zone that
+    /// lies on a smooth surface is moved by `offset` \[m\] along its normal, as `element_at` found
+    /// it.
     ///
     /// # Errors
     /// [`AdaptiveError`] with the name of body or contact; also if a site is missing.
@@ -164,7 +170,8 @@ impl AdaptiveContact {
         Ok(RebuiltContact { element, models })
     }
 
-    /// The side of `body` with its fine model and zone, and how forces on it displace the `places` of the body.
+    /// The side of `body` with its fine model and zone, and how forces on it displace the `places`
+    /// of the body.
     ///
     /// # Errors
     /// [`AdaptiveError`] with the name of body or contact, or the error of `check_cancel`.
@@ -220,8 +227,8 @@ impl AdaptiveContact {
         Ok(FineSide { body: fine, zone, shapes, answer, points, fine_basis: None })
     }
 
-    /// The side of a contact whose fine model has low-frequency modes of its own, which meshes do not have. `shown`: the observed places as functions
-    /// of the unknowns.
+    /// The side of a contact whose fine model has low-frequency modes of its own, which meshes do
+    /// not have. `shown`: the observed places as functions of the unknowns.
     fn side_with_modes(
         &self,
         body: &FlexibleModel,
@@ -271,7 +278,8 @@ impl AdaptiveContact {
         self.law.treatment.is_vibrating()
     }
 
-    /// The answer of a zone with `n` unknowns and the `n_points` columns of observed points from the model store; none if sizes do not fit.
+    /// The answer of a zone with `n` unknowns and the `n_points` columns of observed points from
+    /// the model store; none if sizes do not fit.
     fn answer_from(&self, stored: &StoredModel, n: usize, n_points: usize) -> Option<(ZoneAnswer, Mat<f64>)> {
         if !self.is_vibrating() {
             let (compliance, points) = stored.values.split_at_checked(n * n)?;
@@ -318,9 +326,10 @@ impl AdaptiveContact {
         Some((body, bodies[body].rigid_surface()?))
     }
 
-    /// The force element of the refined contact of bodies in the motions `states`, whose surfaces are `gap` apart, and the offset of its zone \[m\].
-    /// A zone that lies on a smooth surface in place of the sides of its mesh is moved along its normal until the contact has this gap; other zones
-    /// have no offset.
+    /// The force element of the refined contact of bodies in the motions `states`, whose surfaces
+    /// are `gap` apart, and the offset of its zone \[m\]. A zone that lies on a smooth surface in
+    /// place of the sides of its mesh is moved along its normal until the contact has this gap;
+    /// other zones have no offset.
     ///
     /// # Errors
     /// As [`AdaptiveContact::element`].
@@ -380,7 +389,8 @@ impl AdaptiveContact {
         contact.compliance_weight(Motion::new(0.0, states)).map_err(|failure| self.fail(failure.into()))
     }
 
-    /// `max_i(A_ii w_i)` of a contact whose zones vibrate, for the static answer, which is the sum over their modes (Eq. R.26) [m³/N].
+    /// `max_i(A_ii w_i)` of a contact whose zones vibrate, for the static answer, which is the sum
+    /// over their modes (Eq. R.26) [m³/N].
     pub(super) fn static_weight(
         &self,
         own: &mut FineSide,
@@ -445,8 +455,8 @@ impl FineSide {
         }
     }
 
-    /// Low-frequency modes and, behind them, those by which the zone vibrates, at the unknowns. The latter are given on the
-    /// interface alone, on which all contact points lie.
+    /// Low-frequency modes and, behind them, those by which the zone vibrates, at the unknowns. The
+    /// latter are given on the interface alone, on which all contact points lie.
     fn all_shapes(&self) -> Cow<'_, Mat<f64>> {
         let ZoneAnswer::Vibrating(modes) = &self.answer else { return Cow::Borrowed(&self.shapes) };
         let n_low = self.shapes.ncols();
@@ -480,7 +490,8 @@ fn flexibility((fine, zone): &FineZone) -> Result<FreeFlexibility, AdaptiveError
     fine.flexibility(&*fine.assemble()?, &zone.unknowns)
 }
 
-/// The side of `body` with its zone, built again, and what the modes of the body leave of `flexibility`.
+/// The side of `body` with its zone, built again, and what the modes of the body leave of
+/// `flexibility`.
 fn side_with(
     body: &FlexibleModel,
     (fine, zone): FineZone,
@@ -493,8 +504,8 @@ fn side_with(
     Ok((side, residual))
 }
 
-/// The side whose zone lies on a smooth surface in place of the sides of its mesh, with the outward normal of this surface; the contact body if both
-/// do.
+/// The side whose zone lies on a smooth surface in place of the sides of its mesh, with the outward
+/// normal of this surface; the contact body if both do.
 fn smooth_side<'s>(
     own: &'s mut FineSide,
     other: &'s mut Option<(usize, FineSide)>,

@@ -1,4 +1,5 @@
-//! Whether the contact zone of the last impact holds the next one as well, so that its fine model serves again (theory Eq. A.4).
+//! Whether the contact zone of the last impact holds the next one as well, so that its fine model
+//! serves again (theory Eq. A.4).
 
 use ffr_dynamics::body::RigidMotion;
 
@@ -9,10 +10,12 @@ use crate::system::body::FlexibleModel;
 /// Distance from the axis, as a share of the body's size, that is round-off.
 const ON_AXIS: f64 = 1e-12;
 
-/// Whether the zone `kept` on `body`, with `elements` contact elements in a direction, can be expected to be accepted (Algorithm
-/// 2) in an impact for which `wanted` would be laid, so wide that the share `target` of it touches.
+/// Whether the zone `kept` on `body`, with `elements` contact elements in a direction, can be
+/// expected to be accepted (Algorithm 2) in an impact for which `wanted` would be laid, so wide
+/// that the share `target` of it touches.
 ///
-/// Contact must end an element before the zone does, and fill the least share of it that is accepted.
+/// Contact must end an element before the zone does, and fill the least share of it that is
+/// accepted.
 pub(super) fn holds(
     body: &FlexibleModel,
     (kept, wanted): (&ZoneSite, &ZoneSite),
@@ -34,8 +37,8 @@ pub(super) fn holds(
     directions.all(|(kept, wanted)| is_accepted(*kept, target * wanted, moved, (sides, elements), target))
 }
 
-/// Whether contact of the width `touched`, which leads from the centre to so many `sides`, is accepted in a zone of the width `kept` whose
-/// centre lies `moved` from its own \[m\].
+/// Whether contact of the width `touched`, which leads from the centre to so many `sides`, is
+/// accepted in a zone of the width `kept` whose centre lies `moved` from its own \[m\].
 fn is_accepted(kept: f64, touched: f64, moved: f64, (sides, elements): (f64, usize), target: f64) -> bool {
     let edge = kept / elements.max(1) as f64;
     touched / sides + moved <= kept / sides - edge && touched >= least_utilisation(target) * kept

@@ -1,7 +1,9 @@
-//! What the quasistatic displacement of contact zones adds to motion, strain and stress of observed points (docs/theory.md Eqs. Q.5, Q.6, Q.8).
+//! What the quasistatic displacement of contact zones adds to motion, strain and stress of observed
+//! points (docs/theory.md Eqs. Q.5, Q.6, Q.8).
 //!
-//! The residual flexibility is symmetric: one static problem for each direction of a point gives the displacement of the point by
-//! the forces at all interface unknowns. With these rows at hand an instant costs one dot product.
+//! The residual flexibility is symmetric: one static problem for each direction of a point gives
+//! the displacement of the point by the forces at all interface unknowns. With these rows at hand
+//! an instant costs one dot product.
 
 use ffr_dynamics::system::force::BodyState;
 use iga_core::elasticity::kinematics::PointState;
@@ -12,7 +14,8 @@ use crate::impact::FineContact;
 use crate::record::PointSample;
 use crate::state::simulation::{ObservedPoint, System};
 
-/// Steps shorter than this part of the one before tell no velocity: round-off of the solver over a short time.
+/// Steps shorter than this part of the one before tell no velocity: round-off of the solver over a
+/// short time.
 const SHORTEST_STEP: f64 = 0.05;
 
 /// Local deformation at the observed points, with what tells its velocity.
@@ -62,12 +65,14 @@ struct Instant {
 }
 
 impl LocalDeformation {
-    /// Local deformation at points with the compliances `lasting` at interfaces that bodies have for the whole run.
+    /// Local deformation at points with the compliances `lasting` at interfaces that bodies have
+    /// for the whole run.
     pub fn new(lasting: Vec<PointCompliance>) -> Self {
         Self { lasting, ..Self::default() }
     }
 
-    /// Begins at time `t` without local deformation, as impact phases do: their contacts are open or just touch.
+    /// Begins at time `t` without local deformation, as impact phases do: their contacts are open
+    /// or just touch.
     pub fn begin(&mut self, t: f64, n_points: usize) {
         self.present.clear(n_points);
         self.velocities.clone_from(&self.present.displacements);
@@ -76,15 +81,17 @@ impl LocalDeformation {
         self.n_earlier = 1;
     }
 
-    /// Begins differences in time anew at the present values, as after a change of the model at time `t`.
+    /// Begins differences in time anew at the present values, as after a change of the model at
+    /// time `t`.
     pub fn restart_differences(&mut self, t: f64) {
         self.earlier[0].time = t;
         self.earlier[0].displacements.clone_from(&self.present.displacements);
         self.n_earlier = 1;
     }
 
-    /// Takes the forces of the last evaluation, at time `t`, of `system` with the models `fine` of its refined contacts.
-    /// `loads_interface` tells of each contact whether it acts on a lasting interface.
+    /// Takes the forces of the last evaluation, at time `t`, of `system` with the models `fine` of
+    /// its refined contacts. `loads_interface` tells of each contact whether it acts on a lasting
+    /// interface.
     pub fn update<'a>(
         &mut self,
         t: f64,
@@ -120,7 +127,8 @@ impl LocalDeformation {
         self.differentiate(t);
     }
 
-    /// Velocities from the parabola through the present and the two instants before, from the chord if there is one.
+    /// Velocities from the parabola through the present and the two instants before, from the chord
+    /// if there is one.
     fn differentiate(&mut self, t: f64) {
         let [last, before] = &self.earlier;
         let step = t - last.time;
@@ -144,7 +152,8 @@ impl LocalDeformation {
         self.n_earlier = (self.n_earlier + 1).min(2);
     }
 
-    /// Adds the local deformation at `points` to what is recorded of them; the bodies are in the `states`.
+    /// Adds the local deformation at `points` to what is recorded of them; the bodies are in the
+    /// `states`.
     pub fn add_to(&self, samples: &mut [PointSample], points: &[ObservedPoint], states: &[BodyState]) {
         for ((sample, point), (u, rate)) in
             samples.iter_mut().zip(points).zip(self.present.displacements.iter().zip(&self.velocities))

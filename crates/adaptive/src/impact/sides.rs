@@ -23,8 +23,8 @@ pub(super) struct SideRequest<'b, 's> {
 }
 
 impl AdaptiveContact {
-    /// The fine models of both bodies, side by side: each has stages that only one thread can work on. `check_cancel` waits until both
-    /// are done.
+    /// The fine models of both bodies, side by side: each has stages that only one thread can work
+    /// on. `check_cancel` waits until both are done.
     ///
     /// # Errors
     /// [`AdaptiveError`] with the name of body or contact, or the error of `check_cancel`.

@@ -1,5 +1,6 @@
-//! Where the zones of a refined contact lie at a touch: about the nearest places of smooth surfaces, where the last impact had them, or on the
-//! whole surfaces of bodies that touch with flat faces, edges or corners (docs/theory.md section C.9).
+//! Where the zones of a refined contact lie at a touch: about the nearest places of smooth
+//! surfaces, where the last impact had them, or on the whole surfaces of bodies that touch with
+//! flat faces, edges or corners (docs/theory.md section C.9).
 
 use contact_qs::ActiveContact;
 use ffr_dynamics::system::force::BodyState;
@@ -37,10 +38,12 @@ pub(super) struct Sites {
     pub whole: Option<TouchKind>,
 }
 
-/// Lowest bits of a width that are set to zero, a millionth of it: far above round-off and far below the accuracy of widths.
+/// Lowest bits of a width that are set to zero, a millionth of it: far above round-off and far
+/// below the accuracy of widths.
 const LOOSE_BITS: u32 = 32;
 
-/// The width next to `width` with twenty bits \[m\]: equal bodies then have zones of the same width, in spite of the round-off of the places where they touch.
+/// The width next to `width` with twenty bits \[m\]: equal bodies then have zones of the same
+/// width, in spite of the round-off of the places where they touch.
 fn without_round_off(width: f64) -> f64 {
     if !width.is_finite() {
         return width;
@@ -50,7 +53,8 @@ fn without_round_off(width: f64) -> f64 {
 }
 
 impl AdaptiveContact {
-    /// How the bodies touch in the motions `states`. Zones that vibrate lie about the nearest points, even if these belong to a line.
+    /// How the bodies touch in the motions `states`. Zones that vibrate lie about the nearest
+    /// points, even if these belong to a line.
     ///
     /// # Errors
     /// [`AdaptiveError::Contact`] if the motions are not finite.
@@ -70,7 +74,8 @@ impl AdaptiveContact {
         })
     }
 
-    /// The undeformed surfaces of the contact body and of the target, if that is a body, with their motions; none if one has no surface.
+    /// The undeformed surfaces of the contact body and of the target, if that is a body, with their
+    /// motions; none if one has no surface.
     fn moved<'a>(
         &self,
         bodies: &'a [BodyModel],
@@ -84,7 +89,8 @@ impl AdaptiveContact {
         Some((of(self.body)?, other))
     }
 
-    /// Where the zones lie: the whole surfaces if an edge or flat faces touch, else about the nearest places.
+    /// Where the zones lie: the whole surfaces if an edge or flat faces touch, else about the
+    /// nearest places.
     ///
     /// # Errors
     /// As [`AdaptiveContact::whole_at`].
@@ -119,9 +125,10 @@ impl AdaptiveContact {
         Ok(Sites { own, target, predicted, least, whole })
     }
 
-    /// The zone on the contact body for a touch of the kind `whole`: its whole surface. An edge that may touch between the points of its elements has
-    /// further points about the nearest place (Eq. C.65), and a touch with an edge or a corner of the target has one point there (Eq. C.63). Flat
-    /// faces, and straight edges on a plane, touch at the points of the elements.
+    /// The zone on the contact body for a touch of the kind `whole`: its whole surface. An edge
+    /// that may touch between the points of its elements has further points about the nearest place
+    /// (Eq. C.65), and a touch with an edge or a corner of the target has one point there
+    /// (Eq. C.63). Flat faces, and straight edges on a plane, touch at the points of the elements.
     pub fn whole_site(
         &self,
         bodies: &[BodyModel],
@@ -144,7 +151,8 @@ impl AdaptiveContact {
         ZoneSite::WHOLE
     }
 
-    /// The edge or corner of the target that the contact body meets at the places `nearest`, if there is one.
+    /// The edge or corner of the target that the contact body meets at the places `nearest`, if
+    /// there is one.
     fn met_place(
         &self,
         bodies: &[BodyModel],
@@ -155,8 +163,9 @@ impl AdaptiveContact {
         met_place(&Side::new(own), &Side::new(target?), nearest)
     }
 
-    /// The kind of `touch`, if an edge or flat faces touch and `widths` do not ask for an interval: then the zones are the
-    /// whole surfaces, which [`ZoneSize::Whole`] stands for. None if smooth surfaces touch.
+    /// The kind of `touch`, if an edge or flat faces touch and `widths` do not ask for an interval:
+    /// then the zones are the whole surfaces, which [`ZoneSize::Whole`] stands for. None if smooth
+    /// surfaces touch.
     ///
     /// # Errors
     /// [`AdaptiveError::ContactModel`] if no contact point sees the touch, or zones that vibrate would be whole surfaces.
@@ -187,13 +196,15 @@ impl AdaptiveContact {
         }
     }
 
-    /// Whether the contact may have zones that are the whole surfaces: it is quasistatic, and nobody has given a width.
+    /// Whether the contact may have zones that are the whole surfaces: it is quasistatic, and
+    /// nobody has given a width.
     pub fn may_be_whole(&self) -> bool {
         !self.is_vibrating() && self.law.interval.width.is_none()
     }
 
-    /// The penalty factor of a contact of whole surfaces: as stiff as the modes can follow (theory section C.9), and raised where penetration is too
-    /// large a share of the approach (theory section A.9).
+    /// The penalty factor of a contact of whole surfaces: as stiff as the modes can follow (theory
+    /// section C.9), and raised where penetration is too large a share of the approach (theory
+    /// section A.9).
     pub(super) fn penalty_of_whole(
         &self,
         kind: TouchKind,
@@ -210,15 +221,17 @@ impl AdaptiveContact {
         }
     }
 
-    /// The stiffest springs that the modes of the bodies follow where flat faces touch (theory Eq. C.69); infinite of other touches [N/m³].
+    /// The stiffest springs that the modes of the bodies follow where flat faces touch (theory
+    /// Eq. C.69); infinite of other touches [N/m³].
     pub fn penalty_of_modes(&self, kind: TouchKind, bodies: &[BodyModel]) -> f64 {
         let sides =
             [Some(self.body), self.flexible_target].into_iter().flatten().map(|b| flexible(&bodies[b]));
         if kind == TouchKind::Flat { resolved_penalty(sides) } else { f64::INFINITY }
     }
 
-    /// Resets `element` with the models `fine` of whole surfaces, which served an earlier impact or trial, as if they had just been built in the
-    /// motions `states`; `search`: the penalty search of the running impact, if it goes on.
+    /// Resets `element` with the models `fine` of whole surfaces, which served an earlier impact or
+    /// trial, as if they had just been built in the motions `states`; `search`: the penalty search
+    /// of the running impact, if it goes on.
     ///
     /// # Errors
     /// [`AdaptiveError::Contact`] if the motions are not finite.
@@ -237,7 +250,8 @@ impl AdaptiveContact {
         element.set_penalty(fine.search.penalty()).map_err(|e| self.fail(e))
     }
 
-    /// Widths of an interval: those asked for, given or, with what earlier impacts found, predicted \[m\].
+    /// Widths of an interval: those asked for, given or, with what earlier impacts found, predicted
+    /// \[m\].
     fn widths(&self, bodies: &[BodyModel], request: &RefinementRequest<'_>, predicted: [f64; 2]) -> [f64; 2] {
         let factor = request.history.width_factor.unwrap_or([1.0; 2]);
         let start =
@@ -251,7 +265,8 @@ impl AdaptiveContact {
         widths.map(|w| without_round_off(w).min(widest))
     }
 
-    /// The zones of the last impact on contact body and target, if they hold the zones `wanted` now.
+    /// The zones of the last impact on contact body and target, if they hold the zones `wanted`
+    /// now.
     fn kept_zones(
         &self,
         bodies: &[BodyModel],

@@ -1,7 +1,8 @@
 //! Stress along straight lines, from the dynamic and the quasistatic displacement together.
 //!
-//! Stress is linear: that of the modes and of the interface the body was reduced for comes from its own model, and that of zones
-//! refined during the run from their fine models, built again for it (theory Eq. A.17).
+//! Stress is linear: that of the modes and of the interface the body was reduced for comes from its
+//! own model, and that of zones refined during the run from their fine models, built again for it
+//! (theory Eq. A.17).
 
 use faer::Mat;
 use iga_core::elasticity::kinematics::von_mises;
@@ -13,8 +14,8 @@ use crate::record::{StressRecord, StressState};
 use crate::spec::StressSpec;
 use crate::system::body::FlexibleModel;
 
-/// Stress along the line of `request` in the state `state` of `body`, with the models of the zones that were refined during the run (theory Eqs. A.17,
-/// Q.7).
+/// Stress along the line of `request` in the state `state` of `body`, with the models of the zones
+/// that were refined during the run (theory Eqs. A.17, Q.7).
 ///
 /// # Errors
 /// [`AdaptiveError::Geometry`] or [`AdaptiveError::Mesh`] if a point of the line is not in the body.

@@ -1,4 +1,5 @@
-//! Widths of contact intervals by Hertz's theory: for the closing motion, or for the peak force of a preview.
+//! Widths of contact intervals by Hertz's theory: for the closing motion, or for the peak force of
+//! a preview.
 
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::invariants::centre_of_mass;
@@ -20,16 +21,20 @@ use crate::touch::hertz::{
 use crate::touch::local_surface::{SurfaceView, plane_compliance};
 use crate::touch::preview::{HertzPoint, PointImpact};
 
-/// Width of a first interval that cannot be predicted (flat on flat), as a share of the body's size.
+/// Width of a first interval that cannot be predicted (flat on flat), as a share of the body's
+/// size.
 const BLIND_WIDTH: f64 = 0.05;
-/// Least approach of two bodies that places on them can tell, in units of the round-off of their size.
+/// Least approach of two bodies that places on them can tell, in units of the round-off of their
+/// size.
 const LEAST_APPROACH: f64 = 64.0 * f64::EPSILON;
-/// Least width across a line of contact, as a share of the body's size, for bodies that hardly approach each other.
+/// Least width across a line of contact, as a share of the body's size, for bodies that hardly
+/// approach each other.
 const LEAST_ACROSS: f64 = 1e-6;
 
 impl AdaptiveContact {
-    /// Widths by Hertz's theory for the peak force `peak`, or for the closing motion in `states`, and the least that they are to
-    /// be: those of the smallest approach that round-off lets the bodies see.
+    /// Widths by Hertz's theory for the peak force `peak`, or for the closing motion in `states`,
+    /// and the least that they are to be: those of the smallest approach that round-off lets the
+    /// bodies see.
     pub(super) fn predicted_widths(
         &self,
         bodies: &[BodyModel],
@@ -54,7 +59,8 @@ impl AdaptiveContact {
         let body = flexible(&bodies[self.body]);
         let approach = LEAST_APPROACH * self.detector.size();
         let Some(law) = self.impact_law(bodies, own, other) else {
-            // Along a straight line, as far as the bodies go; the width across is that of a line contact as long as the body.
+            // Along a straight line, as far as the bodies go; the width across is that of a line
+            // contact as long as the body.
             let line = StraightLine::new(&[own.surface, other.surface], body.body.size(), body.body.size())?;
             let half = line.law.half_width_of_impact(inverse_mass, speed);
             let across = interval_width(half, target, false).max(LEAST_ACROSS * body.body.size());
@@ -88,8 +94,8 @@ impl AdaptiveContact {
         Some(PredictedWidths { widths: std::array::from_fn(|d| predicted[d].max(least[d])), least })
     }
 
-    /// Widths of the interval on the body `other` at `there`, whose face has directions of its own, for an interval of the `widths`
-    /// given about `here` on the contact body \[m\].
+    /// Widths of the interval on the body `other` at `there`, whose face has directions of its own,
+    /// for an interval of the `widths` given about `here` on the contact body \[m\].
     pub(super) fn target_widths(
         &self,
         bodies: &[BodyModel],
@@ -141,8 +147,9 @@ impl AdaptiveContact {
         Some(Partners { own, other, normal })
     }
 
-    /// A point contact with the law of the pair at the nearest points in the motions `states`, for a preview of the impact, closed as soon as they
-    /// approach if it is touching and else when they meet; none if the width is known already, or an edge or flat faces touch.
+    /// A point contact with the law of the pair at the nearest points in the motions `states`, for
+    /// a preview of the impact, closed as soon as they approach if it is touching and else when
+    /// they meet; none if the width is known already, or an edge or flat faces touch.
     ///
     /// # Errors
     /// [`AdaptiveError::Contact`] if the motions are not finite, [`AdaptiveError::ContactModel`] if no contact point sees the touch.
@@ -181,7 +188,8 @@ fn view(body: &BodyModel, state: &BodyState, site: &SurfaceSite) -> Option<Surfa
 pub(super) struct PredictedWidths {
     /// Predicted \[m\].
     pub widths: [f64; 2],
-    /// Least widths: in narrower intervals round-off decides which points touch; zero if they are not known \[m\].
+    /// Least widths: in narrower intervals round-off decides which points touch; zero if they are
+    /// not known \[m\].
     pub least: [f64; 2],
 }
 

@@ -22,8 +22,8 @@ pub struct ZoneModel {
 }
 
 impl ZoneModel {
-    /// How forces at its interface displace those of the points `all` that are on its body, whose number is `body`, and strain it
-    /// there (theory Eqs. Q.5, Q.8).
+    /// How forces at its interface displace those of the points `all` that are on its body, whose
+    /// number is `body`, and strain it there (theory Eqs. Q.5, Q.8).
     ///
     /// # Errors
     /// [`AdaptiveError`] if a point is not in the body.

@@ -1,4 +1,5 @@
-//! Where everything stands at the start, before any model is built: bodies, both sides of every joint, loads, first touches.
+//! Where everything stands at the start, before any model is built: bodies, both sides of every
+//! joint, loads, first touches.
 
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
@@ -45,7 +46,8 @@ impl PlacedJoint {
         (self.child.point - self.parent.point).norm()
     }
 
-    /// The part of the distance along the directions that the joint holds: zero where it is closed \[m\].
+    /// The part of the distance along the directions that the joint holds: zero where it is closed
+    /// \[m\].
     pub fn held_distance(&self) -> f64 {
         let apart = self.parent.axes.inverse_transform_vector(&(self.child.point - self.parent.point));
         self.kind.held_directions().iter().map(|&k| apart[k] * apart[k]).sum::<f64>().sqrt()
@@ -97,7 +99,8 @@ pub struct PlacedTouch {
     pub on_body: Vector3<f64>,
     /// Where the target is nearest \[m\].
     pub on_target: Vector3<f64>,
-    /// Normal of the gap, towards the contact body; a unit vector, zero where the bodies touch and none is known.
+    /// Normal of the gap, towards the contact body; a unit vector, zero where the bodies touch and
+    /// none is known.
     pub normal: Vector3<f64>,
     /// What Hertz's theory predicts of the impact, where it has an answer.
     pub zone: Option<PredictedZone>,
@@ -155,7 +158,8 @@ impl Arrangement {
         Ok(Self { poses, joints, loads, points })
     }
 
-    /// Where the bodies of `contact` are nearest, and what its first touch is going to be; `None` where a body has no surface to touch.
+    /// Where the bodies of `contact` are nearest, and what its first touch is going to be; `None`
+    /// where a body has no surface to touch.
     pub fn touch(&self, spec: &RunSpec, contact: &ContactSpec) -> Option<PlacedTouch> {
         let at = |body: usize, site: &SurfacePlace| {
             let point = spec.bodies[body].kind.motion().in_space(&site.point);

@@ -160,7 +160,8 @@ fn no_surface(contact: &ContactSpec) -> AdaptiveError {
     AdaptiveError::Contact { contact: contact.name.clone(), source }
 }
 
-/// Calls `make` with the zone that `contact` is to have from the start on the body of index `body`, about its place `site`.
+/// Calls `make` with the zone that `contact` is to have from the start on the body of index `body`,
+/// about its place `site`.
 fn start_zone<T>(
     first: &FirstTouches<'_>,
     (contact, law): (&ContactSpec, &SurfaceLaw),
@@ -180,8 +181,8 @@ fn start_zone<T>(
     make(&StartZone { request: request(contact, law, site), width: &width, line: &line })
 }
 
-/// Refuses contacts along a line with a mesh for which no zones can be made that are strips along the line: contacts that are refined at the touch,
-/// and contacts with a partner of splines.
+/// Refuses contacts along a line with a mesh for which no zones can be made that are strips along
+/// the line: contacts that are refined at the touch, and contacts with a partner of splines.
 fn check_line(
     first: &FirstTouches<'_>,
     contact: &ContactSpec,
@@ -208,8 +209,8 @@ fn check_line(
     }
 }
 
-/// Checks the contacts of meshes: that those with one model for the whole run find their zones, and that those refined at the touch do not touch
-/// along a line.
+/// Checks the contacts of meshes: that those with one model for the whole run find their zones, and
+/// that those refined at the touch do not touch along a line.
 ///
 /// # Errors
 /// As [`zone_on_mesh`]; [`AdaptiveError::ContactModel`] for a line that no strip of sides follows.
@@ -237,7 +238,8 @@ fn is_rigid(body: &FullModel<'_>) -> bool {
     matches!(body, FullModel::Rigid(_))
 }
 
-/// The interface and the loads for which every body is reduced: the union of the interfaces of its contacts, and the loads of its joints.
+/// The interface and the loads for which every body is reduced: the union of the interfaces of its
+/// contacts, and the loads of its joints.
 ///
 /// # Errors
 /// [`AdaptiveError::Unsupported`] if contacts on one body want different things of its modes, or a reduction does not fit.
@@ -254,8 +256,8 @@ pub fn interfaces(spec: &RunSpec, zones: &[Option<Zones>]) -> Result<Vec<Interfa
     (0..spec.bodies.len()).map(of_body).collect()
 }
 
-/// The interface that the contacts of body `index` need in its reduction. Coarse and adaptive contacts need none: low-frequency modes are enough for
-/// them.
+/// The interface that the contacts of body `index` need in its reduction. Coarse and adaptive
+/// contacts need none: low-frequency modes are enough for them.
 fn interface_of(spec: &RunSpec, index: usize, zones: &[Option<Zones>]) -> Result<Interface, AdaptiveError> {
     let body = &spec.bodies[index];
     let mut modes: Option<InterfaceModes> = None;
@@ -374,7 +376,8 @@ fn spheres(
     Ok(Some((sphere(spec.body, own, bodies)?, other)))
 }
 
-/// The first flexible body whose surface meets another by Hertz's law; spheres meet with their centres.
+/// The first flexible body whose surface meets another by Hertz's law; spheres meet with their
+/// centres.
 fn flexible_under_hertz(spec: &ContactSpec, bodies: &[BodyModel]) -> Option<usize> {
     let ContactLaw::Hertz(law) = &spec.law else { return None };
     let target = match spec.target {
@@ -422,10 +425,12 @@ fn hertz_contact(
     contact.and_then(|contact| contact.with_friction(law.friction)).map_err(fail)
 }
 
-/// Largest density of a solid, that of osmium: if the sphere of Hertz's law would be denser, it is only a part of its body [kg/m³].
+/// Largest density of a solid, that of osmium: if the sphere of Hertz's law would be denser, it is
+/// only a part of its body [kg/m³].
 const DENSEST: f64 = 2.26e4;
 
-/// Time that a wave takes to run to and fro through the flexible body of a contact that is crossed soonest; infinite of none \[s\].
+/// Time that a wave takes to run to and fro through the flexible body of a contact that is crossed
+/// soonest; infinite of none \[s\].
 fn shortest_round_trip(spec: &ContactSpec, bodies: &[BodyModel]) -> f64 {
     let target = match spec.target {
         Target::Body(body) => Some(body),
@@ -484,7 +489,8 @@ fn sphere(body: usize, sphere: &HertzSphere, bodies: &[BodyModel]) -> Result<Sph
     Ok(Sphere { body, centre, radius: sphere.radius, solid: sphere.solid })
 }
 
-/// Contact with one model for the whole run (theory section C.8), the `bodies` being in the motions `poses` at the start.
+/// Contact with one model for the whole run (theory section C.8), the `bodies` being in the motions
+/// `poses` at the start.
 fn zone_contact(
     law: &SurfaceLaw,
     target: Target,

@@ -19,9 +19,11 @@ use crate::touch::first::FirstTouches;
 
 /// Bytes of an entry of a sparse matrix with its index.
 const SPARSE_ENTRY: f64 = 12.0;
-/// Matrices with the pattern of the stiffness that live at the same time: stiffness, mass, their sum.
+/// Matrices with the pattern of the stiffness that live at the same time: stiffness, mass, their
+/// sum.
 const MATRICES: f64 = 3.0;
-/// Dense matrices of the size of the interface that live at the same time: flexibility, compliance, the contact's own.
+/// Dense matrices of the size of the interface that live at the same time: flexibility, compliance,
+/// the contact's own.
 const DENSE: f64 = 3.0;
 
 /// One model of a body.
@@ -39,14 +41,17 @@ pub struct ModelCost {
     pub n_interface: usize,
     /// Memory for matrices, factor and compliance \[bytes\].
     pub bytes: f64,
-    /// Multiplications and additions of a factorisation of the stiffness, and of the compliance of the interface.
+    /// Multiplications and additions of a factorisation of the stiffness, and of the compliance of
+    /// the interface.
     pub work: f64,
 }
 
-/// Models of all elastic bodies of `spec`, with the zones that contacts have from the start, and the fine models that the first touch of each contact is predicted to need.
+/// Models of all elastic bodies of `spec`, with the zones that contacts have from the start, and
+/// the fine models that the first touch of each contact is predicted to need.
 ///
-/// Hertz's theory and the first touch in free flight predict zone and place of a touch, as in [`predicted_zone`]; a contact that it has no
-/// answer for is left out. Meshes and matrices are made, nothing is factorised.
+/// Hertz's theory and the first touch in free flight predict zone and place of a touch, as in
+/// [`predicted_zone`]; a contact that it has no answer for is left out. Meshes and matrices are
+/// made, nothing is factorised.
 ///
 /// # Errors
 /// [`AdaptiveError`] with the body's name if a mesh cannot be made, no memory holds a factor, or the motions at the start are not known.
@@ -107,7 +112,8 @@ struct Touch<'a> {
     width: f64,
 }
 
-/// The first touch of `contact`, which gets fine models then, on body `index`; none if Hertz's theory has no answer.
+/// The first touch of `contact`, which gets fine models then, on body `index`; none if Hertz's
+/// theory has no answer.
 fn touch<'a>(first: &FirstTouches<'_>, contact: &'a ContactSpec, index: usize) -> Option<Touch<'a>> {
     let ContactLaw::Surface(law) = &contact.law else { return None };
     let zone = predicted_zone(first, contact)?;

@@ -1,5 +1,5 @@
-//! The penalty factor of a contact with one model for the whole run, where the scenario gives none (docs/theory.md Eqs. A.25, P.16,
-//! P.17).
+//! The penalty factor of a contact with one model for the whole run, where the scenario gives none
+//! (docs/theory.md Eqs. A.25, P.16, P.17).
 
 use std::f64::consts::PI;
 
@@ -28,11 +28,12 @@ pub struct Side<'a> {
     pub zone: &'a ContactZone,
 }
 
-/// Gives `contact`, whose zones are `sides`, the penalty factor that its compliance suggests, in the motions `poses` of the
-/// undeformed bodies: `stiffness_ratio` times the stiffness of the bodies under a point.
+/// Gives `contact`, whose zones are `sides`, the penalty factor that its compliance suggests, in
+/// the motions `poses` of the undeformed bodies: `stiffness_ratio` times the stiffness of the
+/// bodies under a point.
 ///
-/// The compliance is that of the quasistatic zone; where all modes are dynamic, that of the modes; of bodies without modes that of
-/// a half space under each point's area.
+/// The compliance is that of the quasistatic zone; where all modes are dynamic, that of the modes;
+/// of bodies without modes that of a half space under each point's area.
 ///
 /// # Errors
 /// [`ContactError`] if there is no compliance, or points have no normals.
@@ -83,8 +84,8 @@ impl<'a> Side<'a> {
         }
     }
 
-    /// `max_i(A_ii w_i)` of the body's modes along `normal`, in its frame (Eq. P.16); of a half space if it has none (Eq. P.17)
-    /// [m³/N].
+    /// `max_i(A_ii w_i)` of the body's modes along `normal`, in its frame (Eq. P.16); of a half
+    /// space if it has none (Eq. P.17) [m³/N].
     fn weight(&self, normal: &Vector3<f64>) -> Result<f64, ContactError> {
         let (motion, lookup) = (self.model.motion(), self.model.lookup());
         let basis = &self.model.reduced.basis;
@@ -106,8 +107,9 @@ impl<'a> Side<'a> {
     }
 }
 
-/// Mean displacement of a circle of the area `area` on a half space of compliance `compliance = (1 - ν²)/E` under a unit pressure on
-/// it, `16 a/(3π E*)` with `π a² = w` (Johnson 3.29; Eq. P.17) [m³/N].
+/// Mean displacement of a circle of the area `area` on a half space of compliance
+/// `compliance = (1 - ν²)/E` under a unit pressure on it, `16 a/(3π E*)` with `π a² = w` (Johnson
+/// 3.29; Eq. P.17) [m³/N].
 fn half_space_weight(area: f64, compliance: f64) -> f64 {
     16.0 / (3.0 * PI) * (area / PI).sqrt() * compliance
 }

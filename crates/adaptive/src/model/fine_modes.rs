@@ -55,10 +55,12 @@ pub fn needs_fine_modes(
     Ok(is_needed)
 }
 
-/// Modes of equal frequency span a space, of which coarse and fine model have another part each if the count cuts it.
+/// Modes of equal frequency span a space, of which coarse and fine model have another part each if
+/// the count cuts it.
 fn warn_of_cut_group(flexible: &FlexibleModel) {
     let (basis, motion) = (&flexible.reduced.basis, flexible.motion());
-    // Twist-free modes about an axis are simple: frequencies that happen to lie close together are no group.
+    // Twist-free modes about an axis are simple: frequencies that happen to lie close together are
+    // no group.
     let Some((fewer, more)) = basis.multiplet.filter(|_| motion != RigidMotion::Axial) else { return };
     warn!(
         body = flexible.name(),
@@ -68,7 +70,8 @@ fn warn_of_cut_group(flexible: &FlexibleModel) {
 }
 
 impl RunModel {
-    /// Whether bodies change their modes during the run: what was built with some does not serve with others.
+    /// Whether bodies change their modes during the run: what was built with some does not serve
+    /// with others.
     pub fn changes_modes(&self) -> bool {
         self.source.is_some()
     }

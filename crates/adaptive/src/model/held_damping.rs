@@ -10,8 +10,8 @@ use crate::error::AdaptiveError;
 use crate::spec::{DampingSpec, RunSpec};
 use crate::state::simulation::System;
 
-/// Lets the damping ratios of the bodies hold for the modes of the system as it is joined in the pose of `y` at time `t` (Eq. F.29 to
-/// F.33).
+/// Lets the damping ratios of the bodies hold for the modes of the system as it is joined in the
+/// pose of `y` at time `t` (Eq. F.29 to F.33).
 ///
 /// # Errors
 /// [`AdaptiveError::Reduction`] with the body's name, [`AdaptiveError::Model`] of the system.

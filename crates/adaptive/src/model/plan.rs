@@ -13,10 +13,11 @@ use crate::touch::sites::Sites;
 
 /// When a contact gets its model.
 ///
-/// Adaptive contacts are refined by the program at each touch. Quasistatic, damped and dynamic pairs are too, with the width
-/// and penalty factor given, unless both bodies, as far as they are flexible, are refined by their own discretisation at the places where they are
-/// nearest at the start and no interval is given: then that refinement is the model of the whole run, as it always is of coarse
-/// contacts and of those with a plane.
+/// Adaptive contacts are refined by the program at each touch. Quasistatic, damped and dynamic
+/// pairs are too, with the width and penalty factor given, unless both bodies, as far as they are
+/// flexible, are refined by their own discretisation at the places where they are nearest at the
+/// start and no interval is given: then that refinement is the model of the whole run, as it always
+/// is of coarse contacts and of those with a plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ContactPlan {
     /// No zone is built: Hertz's law.
@@ -92,13 +93,15 @@ fn plan(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Result<ContactPlan
     Ok(ContactPlan::FromStart(sites))
 }
 
-/// Whether flat faces, edges or corners touch first in `contact`, so that its zones are the whole surfaces then.
+/// Whether flat faces, edges or corners touch first in `contact`, so that its zones are the whole
+/// surfaces then.
 pub fn is_whole(touches: &FirstTouches<'_>, contact: &ContactSpec) -> bool {
     let ContactLaw::Surface(law) = &contact.law else { return false };
     matches!(edge_touch(touches, contact, law), Some(TouchKind::Flat | TouchKind::Edge))
 }
 
-/// What touches first in a contact whose zone nobody has given and that is quasistatic, or refined by the program.
+/// What touches first in a contact whose zone nobody has given and that is quasistatic, or refined
+/// by the program.
 fn edge_touch(touches: &FirstTouches<'_>, contact: &ContactSpec, law: &SurfaceLaw) -> Option<TouchKind> {
     let is_left_open = law.interval.width.is_none();
     let is_quasistatic = matches!(law.treatment, Treatment::Adaptive | Treatment::Quasistatic);
@@ -131,7 +134,8 @@ fn check_surfaces(spec: &RunSpec, contact: &ContactSpec) -> Result<(), AdaptiveE
     Ok(())
 }
 
-/// The zones that the contacts with a plan from the start ask of body `index`, if that is of splines.
+/// The zones that the contacts with a plan from the start ask of body `index`, if that is of
+/// splines.
 pub fn requests<'a>(
     spec: &'a RunSpec,
     plans: &'a [ContactPlan],

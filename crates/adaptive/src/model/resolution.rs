@@ -1,4 +1,5 @@
-//! Factors on the resolution of a run, applied to its specification; which bodies and contacts they act on.
+//! Factors on the resolution of a run, applied to its specification; which bodies and contacts they
+//! act on.
 
 use std::borrow::Cow;
 
@@ -108,7 +109,8 @@ pub fn refined<'a>(spec: &'a RunSpec, plans: &[ContactPlan]) -> Cow<'a, RunSpec>
     Cow::Owned(fine)
 }
 
-/// The largest factor of the contacts that have their zone in `refinement` of body `body`; none if it is no zone.
+/// The largest factor of the contacts that have their zone in `refinement` of body `body`; none if
+/// it is no zone.
 fn zone_factor(
     spec: &RunSpec,
     plans: &[ContactPlan],

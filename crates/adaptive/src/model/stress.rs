@@ -11,8 +11,9 @@ use crate::spec::{ContactLaw, ContactSpec, LowModes, RunSpec, StressInstant, Tar
 use crate::state::observer::Observer;
 
 impl RunModel {
-    /// Takes the present state at time `time` as that of the stress requests, `held`, that it serves better than the one they hold;
-    /// the system was evaluated at it last, with the models `fine` of the contacts that are refined at present.
+    /// Takes the present state at time `time` as that of the stress requests, `held`, that it
+    /// serves better than the one they hold; the system was evaluated at it last, with the models
+    /// `fine` of the contacts that are refined at present.
     pub fn update_stress_states<'a>(
         &self,
         held: &mut [Option<StressState>],
@@ -72,7 +73,8 @@ impl RunModel {
         held: &[Option<StressState>],
         observer: &mut dyn Observer,
     ) -> Result<(), AdaptiveError> {
-        // Lines in one body mostly ask for the same instant: zones are built once for those that follow each other.
+        // Lines in one body mostly ask for the same instant: zones are built once for those that
+        // follow each other.
         let mut built: Option<(usize, Vec<ZoneModel>, &[ZoneLoad])> = None;
         for (request, held) in self.stress.iter().zip(held) {
             let body = request.body;
@@ -113,7 +115,8 @@ impl RunModel {
     }
 }
 
-/// Whether a state at time `time` with contact force `force` \[N\] on the body is to be kept in place of `held`.
+/// Whether a state at time `time` with contact force `force` \[N\] on the body is to be kept in
+/// place of `held`.
 fn is_wanted(at: StressInstant, held: Option<&StressState>, time: f64, force: f64) -> bool {
     held.is_none_or(|held| match at {
         StressInstant::PeakForce => force > held.force,
@@ -127,8 +130,9 @@ fn same(a: &[ZoneLoad], b: &[ZoneLoad]) -> bool {
     a.iter().map(model).eq(b.iter().map(model))
 }
 
-/// Refuses stress in bodies whose zones, refined during the run, move by more than quasistatic displacements; that of lines, which is evaluated at the
-/// end of the run, on modes of the zones' own, too.
+/// Refuses stress in bodies whose zones, refined during the run, move by more than quasistatic
+/// displacements; that of lines, which is evaluated at the end of the run, on modes of the zones'
+/// own, too.
 ///
 /// # Errors
 /// [`AdaptiveError::Unsupported`] with the names of request and contact.

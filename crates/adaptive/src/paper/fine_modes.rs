@@ -1,8 +1,9 @@
-//! Bodies whose fine models have low-frequency modes of their own during an impact, as in \[A\] 4.4 (theory section A.6).
+//! Bodies whose fine models have low-frequency modes of their own during an impact, as in \[A\] 4.4
+//! (theory section A.6).
 //!
-//! The fine model then gives all of the body: inertia, couplings, markers, observed points. Coordinates change with the modes,
-//! their number does not, so that states keep their places. What is built on the coarse mesh sees the body's modes through
-//! the map back to coarse coordinates.
+//! The fine model then gives all of the body: inertia, couplings, markers, observed points.
+//! Coordinates change with the modes, their number does not, so that states keep their places. What
+//! is built on the coarse mesh sees the body's modes through the map back to coarse coordinates.
 
 use ffr_dynamics::body::StandardInputData;
 use ffr_dynamics::reduction::dense;
@@ -25,7 +26,8 @@ use crate::spec::unsupported::Unsupported;
 pub struct FineModes {
     /// The modes on the fine mesh, and the data that follow from them.
     pub reduced: ReducedBody,
-    /// The modes on the coarse mesh, as well as it can show them: coarse modes times the map to coarse coordinates.
+    /// The modes on the coarse mesh, as well as it can show them: coarse modes times the map to
+    /// coarse coordinates.
     pub view: ReducedBody,
     /// The maps of the state.
     pub transfer: StateTransfer,
@@ -47,7 +49,8 @@ pub fn check_fine_modes(body: &dyn FieldBody, reduced: &ReducedBody) -> Result<(
 }
 
 impl FineModes {
-    /// The model of `coarse` refined as `fine`, whose modes `basis` get the signs of the coarse ones.
+    /// The model of `coarse` refined as `fine`, whose modes `basis` get the signs of the coarse
+    /// ones.
     ///
     /// # Errors
     /// [`AdaptiveError::Reduction`] with the body's name; [`AdaptiveError::Unsupported`], see [`check_fine_modes`].
@@ -95,7 +98,8 @@ impl FineModes {
     }
 }
 
-/// Gives each mode of `basis` the sign of the prolonged coarse one of the same number, so that coordinates go on smoothly.
+/// Gives each mode of `basis` the sign of the prolonged coarse one of the same number, so that
+/// coordinates go on smoothly.
 fn align(fine: &FineBody, prolonged: &faer::Mat<f64>, basis: &mut ReducedBasis) {
     let momenta = fine.assembled.mass_product(prolonged.as_ref());
     for j in 0..basis.n_modes().min(prolonged.ncols()) {

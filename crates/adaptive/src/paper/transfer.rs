@@ -1,8 +1,9 @@
-//! Transfer of the elastic state between the coarse and the fine model of a body (\[A\] section 4.4; theory section A.6).
+//! Transfer of the elastic state between the coarse and the fine model of a body (\[A\]
+//! section 4.4; theory section A.6).
 //!
-//! Both ways are linear maps of the elastic coordinates, the same for coordinates and rates. By default they are
-//! mass-orthogonal projections; \[A\]'s own ways, least squares on control values and element-wise interpolation at Gauss
-//! points, are there for comparison.
+//! Both ways are linear maps of the elastic coordinates, the same for coordinates and rates. By
+//! default they are mass-orthogonal projections; \[A\]'s own ways, least squares on control values
+//! and element-wise interpolation at Gauss points, are there for comparison.
 
 use faer::linalg::solvers::SolveLstsq;
 use faer::{Mat, MatRef};
@@ -29,7 +30,8 @@ pub struct StateTransfer {
 }
 
 impl StateTransfer {
-    /// The maps between a coarse model with its modes and a fine model with its low-frequency modes.
+    /// The maps between a coarse model with its modes and a fine model with its low-frequency
+    /// modes.
     ///
     /// # Errors
     /// [`AdaptiveError::Reduction`] if the projected modes are linearly dependent.
@@ -73,7 +75,8 @@ fn product(a: &Mat<f64>, x: &[f64]) -> Vec<f64> {
     (0..a.nrows()).map(|i| x.iter().enumerate().map(|(j, x)| a[(i, j)] * x).sum()).collect()
 }
 
-/// Coordinates in `basis` of the fields `shapes`, best in kinetic energy: `(BᵀMB)⁻¹ BᵀM S` (Eqs. A.28, A.29).
+/// Coordinates in `basis` of the fields `shapes`, best in kinetic energy: `(BᵀMB)⁻¹ BᵀM S`
+/// (Eqs. A.28, A.29).
 ///
 /// # Errors
 /// [`DynamicsError::NotPositiveDefinite`] if the basis is linearly dependent.
@@ -92,8 +95,8 @@ pub fn mass_projection(
     Ok(coordinates)
 }
 
-/// Displacements of the coarse unknowns that agree with the fine fields `shapes` (n_fine x k) at the Gauss points of each
-/// coarse element, averaged over the elements (\[A\] (12) to (17)).
+/// Displacements of the coarse unknowns that agree with the fine fields `shapes` (n_fine x k) at
+/// the Gauss points of each coarse element, averaged over the elements (\[A\] (12) to (17)).
 ///
 /// An element with tied functions has fewer of them than Gauss points: least squares there.
 pub fn interpolated_at_gauss_points(

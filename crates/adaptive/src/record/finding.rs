@@ -5,7 +5,8 @@ use std::fmt;
 use nalgebra::Vector3;
 use thiserror::Error;
 
-/// A vector that is shown by its components in brackets, to the digits that change something; zeros without sign.
+/// A vector that is shown by its components in brackets, to the digits that change something; zeros
+/// without sign.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Components(pub Vector3<f64>);
 

@@ -1,12 +1,14 @@
-//! What a run found doubtful about itself: every warning has a kind, a subject, its numbers and a remedy.
+//! What a run found doubtful about itself: every warning has a kind, a subject, its numbers and a
+//! remedy.
 //!
-//! A warning is given once for a kind and a subject, at the first instant at which it holds, so that it is the same however often
-//! the run is taken up again.
+//! A warning is given once for a kind and a subject, at the first instant at which it holds, so
+//! that it is the same however often the run is taken up again.
 
 use serde::{Deserialize, Serialize};
 
-/// Declares the kinds of warnings: each with the name that it has in logs and files and the sentence that says what it means, for readers
-/// of this documentation and of `docs/results.md` alike.
+/// Declares the kinds of warnings: each with the name that it has in logs and files and the
+/// sentence that says what it means, for readers of this documentation and of `docs/results.md`
+/// alike.
 macro_rules! kinds {
     ($($(#[$attribute:meta])* $kind:ident = $identifier:literal: $meaning:literal,)*) => {
         /// Kinds of warnings.

@@ -1,4 +1,5 @@
-//! A run: free phases until a contact closes, impact phases until it has been open for a while (\[A\] Fig. 2).
+//! A run: free phases until a contact closes, impact phases until it has been open for a while
+//! (\[A\] Fig. 2).
 
 use std::time::Instant;
 
@@ -21,22 +22,26 @@ use crate::state::simulation::smallest_gap;
 use crate::state::stop_hit::StopHit;
 use crate::state::{ContactState, RunState};
 
-/// Gap at the start, as a share of the body's size, below which bodies count as touching: round-off of coordinates.
+/// Gap at the start, as a share of the body's size, below which bodies count as touching: round-off
+/// of coordinates.
 const TOUCHING: f64 = 1e-12;
 /// Share of the largest step to which opening and closing times are located.
 const EVENT_TOLERANCE: f64 = 1e-9;
 /// Gap samples per step in event detection.
 const EVENT_SAMPLES: usize = 4;
-/// Default quiet time in steps of the impact phase: several periods of the highest mode pass without contact.
+/// Default quiet time in steps of the impact phase: several periods of the highest mode pass
+/// without contact.
 const QUIET_STEPS: f64 = 10.0;
 
-/// Shortest interval between two gap evaluations of a pair that is not in contact, as a share of a step: overlaps that last longer
-/// are never missed.
+/// Shortest interval between two gap evaluations of a pair that is not in contact, as a share of a
+/// step: overlaps that last longer are never missed.
 const SHORTEST_LOOK: f64 = 1e-4;
-/// Ratio of the closing speed within a step to the larger one at its ends, at most: a vibration that is resolved has at least three samples per
-/// period, and between two samples it is below `1 / cos(π / 3)` of the larger.
+/// Ratio of the closing speed within a step to the larger one at its ends, at most: a vibration
+/// that is resolved has at least three samples per period, and between two samples it is below
+/// `1 / cos(π / 3)` of the larger.
 const WITHIN_A_STEP: f64 = 2.0;
-/// Gap, as a share of the size of the pair, below which detection cannot tell it from a touch: touches are located to a billionth of a step.
+/// Gap, as a share of the size of the pair, below which detection cannot tell it from a touch:
+/// touches are located to a billionth of a step.
 const NEAR: f64 = 1e-9;
 
 mod checks;
@@ -67,7 +72,8 @@ pub struct RunEnd {
 pub struct Driver<'a> {
     model: &'a mut RunModel,
     settings: RunSettings,
-    /// The data of a restart point; time, state vector, rates and step are filled in when one is written.
+    /// The data of a restart point; time, state vector, rates and step are filled in when one is
+    /// written.
     run: RunState,
     /// Contacts in the order of the system's force elements.
     slots: Vec<ContactSlot>,
@@ -82,7 +88,8 @@ pub struct Driver<'a> {
     groups: Vec<usize>,
     /// Local deformation at the observed points, which contact zones add.
     local_deformation: LocalDeformation,
-    /// When a penalty factor was lowered last in the present trial, and energy and momentum with the new one.
+    /// When a penalty factor was lowered last in the present trial, and energy and momentum with
+    /// the new one.
     lowered: Option<(f64, Balance)>,
     /// Potential of gravity at the start, from which it is counted \[J\].
     gravity_datum: f64,
@@ -156,7 +163,8 @@ fn linear_limits(model: &RunModel) -> Result<LinearLimits, AdaptiveError> {
 }
 
 impl<'a> Driver<'a> {
-    /// Adds up the time of searches and reports stresses, of runs that have failed as well; their own error goes first.
+    /// Adds up the time of searches and reports stresses, of runs that have failed as well; their
+    /// own error goes first.
     fn finish_run(self, end: Result<RunEnd, AdaptiveError>) -> Result<RunEnd, AdaptiveError> {
         let searches = self.slots.iter().map(|slot| slot.nearest.elapsed().as_secs_f64());
         self.model.timings.search += searches.sum::<f64>();
@@ -279,7 +287,8 @@ impl<'a> Driver<'a> {
         Ok(RunEnd { time: self.integrator.time(), is_interrupted })
     }
 
-    /// Whether the run is over: time is up, the wanted number of impacts has ended, or the bodies are at rest.
+    /// Whether the run is over: time is up, the wanted number of impacts has ended, or the bodies
+    /// are at rest.
     fn is_over(&self) -> bool {
         let is_enough = self.settings.stop_after_impacts.is_some_and(|n| self.run.n_impacts >= n);
         is_enough || self.is_at_rest() || self.integrator.time() >= self.settings.end_time
@@ -334,7 +343,8 @@ impl<'a> Driver<'a> {
         Ok(false)
     }
 
-    /// Integrates until a contact closes, the bodies are at rest or time is up; returns whether the observer stopped the run.
+    /// Integrates until a contact closes, the bodies are at rest or time is up; returns whether the
+    /// observer stopped the run.
     fn free_phase(&mut self) -> Result<bool, AdaptiveError> {
         let end = self.settings.end_time;
         self.slots.iter_mut().for_each(|slot| slot.clearance = 0.0);
@@ -350,7 +360,8 @@ impl<'a> Driver<'a> {
                 return Ok(false);
             }
             if let Err(error) = self.check_motion() {
-                // The result is stored as far as it went; that the energy ledger is open as well is no further information.
+                // The result is stored as far as it went; that the energy ledger is open as well is
+                // no further information.
                 return match self.store() {
                     Err(failed @ AdaptiveError::Observer(_)) => Err(failed),
                     _ => Err(error),
@@ -396,11 +407,12 @@ impl<'a> Driver<'a> {
         })
     }
 
-    /// The contacts among `which` whose surfaces may have met in the last step; the clearance of the others is lowered by the way that they may have
-    /// closed.
+    /// The contacts among `which` whose surfaces may have met in the last step; the clearance of
+    /// the others is lowered by the way that they may have closed.
     ///
-    /// The speed at which they approach is taken at both ends of the step. What moves a frame there is resolved by the step, vibration
-    /// of the body itself is bounded for all times (theory Eq. C.33).
+    /// The speed at which they approach is taken at both ends of the step. What moves a frame there
+    /// is resolved by the step, vibration of the body itself is bounded for all times (theory
+    /// Eq. C.33).
     fn without_clearance(&mut self, which: Vec<usize>, (start, end): (f64, f64)) -> Vec<usize> {
         let (y, system) = (self.integrator.state(), &mut self.model.system);
         let mut close = which;
@@ -420,7 +432,8 @@ impl<'a> Driver<'a> {
         close
     }
 
-    /// The first of the contacts `which`, which are refined at a touch, to touch in the last step, and the last time before.
+    /// The first of the contacts `which`, which are refined at a touch, to touch in the last step,
+    /// and the last time before.
     fn first_touch(
         &mut self,
         which: &[usize],
@@ -458,8 +471,8 @@ impl<'a> Driver<'a> {
         Ok(earliest)
     }
 
-    /// Takes the last step, which began at `start`, again as far as `end`: its later part met a contact, whose force reaches
-    /// into every state that the step interpolates.
+    /// Takes the last step, which began at `start`, again as far as `end`: its later part met a
+    /// contact, whose force reaches into every state that the step interpolates.
     fn repeat_until(&mut self, start: f64, end: f64) -> Result<(), AdaptiveError> {
         self.interpolated.copy_from_slice(self.integrator.previous_state());
         self.integrator.restart(start, &self.interpolated);

@@ -27,7 +27,8 @@ pub struct Recording {
     pub warnings: Vec<Warning>,
     /// Stresses.
     pub stresses: Vec<StressRecord>,
-    /// Restart points, each with [`Recording::counts`] at its time: what was reported before belongs to it.
+    /// Restart points, each with [`Recording::counts`] at its time: what was reported before
+    /// belongs to it.
     pub restarts: Vec<(RunState, [usize; 5])>,
     /// Leaves out coordinates of bodies and pressures of contacts, which may be many.
     pub is_brief: bool,

@@ -1,4 +1,5 @@
-//! Fine elements about the discs and balls on which joints and loads act, in a mesh that the program has chosen (theory Eq. P.9).
+//! Fine elements about the discs and balls on which joints and loads act, in a mesh that the
+//! program has chosen (theory Eq. P.9).
 
 use iga_core::space::PatchSpace;
 
@@ -9,12 +10,12 @@ use crate::spec::{DiscretisationSpec, RefinementSpec, RunSpec};
 
 /// Growth of elements outside the place.
 const RATIO: f64 = 2.0;
-/// Elements across a place that the program adds at most: a lattice has them in all directions. What needs more, as rigid places do, is told when the
-/// body is built.
+/// Elements across a place that the program adds at most: a lattice has them in all directions.
+/// What needs more, as rigid places do, is told when the body is built.
 const MOST: f64 = 10.0;
 
-/// What the places of body `index` need in a mesh of `elements` a direction. A place that lies off the body, or on a shape that cannot be refined, gets
-/// nothing: building the body says why.
+/// What the places of body `index` need in a mesh of `elements` a direction. A place that lies off
+/// the body, or on a shape that cannot be refined, gets nothing: building the body says why.
 pub(super) fn zones(spec: &RunSpec, index: usize, elements: &[usize]) -> Vec<ChosenZone> {
     let Some(elastic) = spec.bodies[index].elastic() else { return Vec::new() };
     let mut mesh = DiscretisationSpec { elements: elements.to_vec(), ..elastic.discretisation.clone() };

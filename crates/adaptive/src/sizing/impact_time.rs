@@ -1,7 +1,10 @@
-//! How fast the forces of impacts may change, from what is known at the start of a run (theory Eqs. N.8, N.9).
+//! How fast the forces of impacts may change, from what is known at the start of a run (theory
+//! Eqs. N.8, N.9).
 //!
-//! The duration of an impact of compact bodies follows from Hertz's law and the masses. Between long bodies the force rises faster, until waves carry
-//! the motion away, and this rise has to be resolved. Durations go with the speed to the power -1/5, so that an estimate of the speed is enough.
+//! The duration of an impact of compact bodies follows from Hertz's law and the masses. Between
+//! long bodies the force rises faster, until waves carry the motion away, and this rise has to be
+//! resolved. Durations go with the speed to the power -1/5, so that an estimate of the speed is
+//! enough.
 
 pub(crate) mod radiation;
 pub mod rise;
@@ -30,18 +33,20 @@ use crate::touch::tolerances::{FACING, SHORTEST_LINE};
 
 /// Speed of impacts when nothing moves and nothing falls at the start [m/s].
 const UNKNOWN_SPEED: f64 = 1.0;
-/// Frequency times duration up to which modes follow the force of flat faces, which jumps: what rings above takes less
-/// than a thousandth of the velocity of separation, and an impact ends `1/f` late (Eq. C.69). Stout bodies have more modes below it than are
-/// taken.
+/// Frequency times duration up to which modes follow the force of flat faces, which jumps: what
+/// rings above takes less than a thousandth of the velocity of separation, and an impact ends `1/f`
+/// late (Eq. C.69). Stout bodies have more modes below it than are taken.
 const FLAT: f64 = 60.0;
-/// Frequency times duration up to which modes of solid bodies follow that force; their number grows with the cube of the frequency.
+/// Frequency times duration up to which modes of solid bodies follow that force; their number grows
+/// with the cube of the frequency.
 const FLAT_SOLID: f64 = 10.0;
 
-/// Share of a pulse's energy that may lie above the highest kept frequency. Amplitudes go with its root, 1 %, and the static answer of the modes that
-/// are left out corrects most of that.
+/// Share of a pulse's energy that may lie above the highest kept frequency. Amplitudes go with its
+/// root, 1 %, and the static answer of the modes that are left out corrects most of that.
 const NEGLECTED: f64 = 1e-4;
 
-/// Frequency \[Hz\] above which the spectrum of half a sine of `duration` \[s\] has the share `NEGLECTED` of its energy (Eq. N.9).
+/// Frequency \[Hz\] above which the spectrum of half a sine of `duration` \[s\] has the share
+/// `NEGLECTED` of its energy (Eq. N.9).
 pub fn pulse_frequency(duration: f64) -> f64 {
     (4.0 * PI / (3.0 * NEGLECTED)).cbrt() / (2.0 * PI * duration)
 }
@@ -61,8 +66,8 @@ pub struct ForceTime {
     pub frequency: f64,
 }
 
-/// Ratio of successive values to which frequencies are rounded up. Ten times the speed gives 1.6 times the frequency, four such values: runs at
-/// similar speeds share the models that are chosen.
+/// Ratio of successive values to which frequencies are rounded up. Ten times the speed gives 1.6
+/// times the frequency, four such values: runs at similar speeds share the models that are chosen.
 const STEP: f64 = 1.122_018_454_301_963_3;
 
 /// The least of the rounded frequencies that is not below `frequency`.
@@ -107,7 +112,8 @@ pub fn shortest(touches: &FirstTouches<'_>) -> Vec<Option<ForceTime>> {
             Scene::at(touches, touches.of(contact).as_deref()).forces(contact)
         {
             let joined: Vec<usize> = (0..times.len()).filter(|&i| assembly[i] == assembly[of]).collect();
-            // Joints pass on the whole force; that a massive body takes little of its energy does not count for its neighbours.
+            // Joints pass on the whole force; that a massive body takes little of its energy does
+            // not count for its neighbours.
             let frequency = if joined.len() == 1 { time.frequency } else { of_force };
             for i in joined {
                 if times[i].as_ref().is_none_or(|t| t.frequency < frequency) {
@@ -119,7 +125,8 @@ pub fn shortest(touches: &FirstTouches<'_>) -> Vec<Option<ForceTime>> {
     times
 }
 
-/// Frequencies up to which the bodies of a contact need modes, for other reasons than the duration of its force.
+/// Frequencies up to which the bodies of a contact need modes, for other reasons than the duration
+/// of its force.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct ForceNeeds {
     /// Frequency up to which modes are to follow a force along a line \[Hz\].
@@ -129,8 +136,9 @@ pub struct ForceNeeds {
 }
 
 impl ForceNeeds {
-    /// Frequency above which waves in `body` take a negligible share of the energy of an impact at a point \[Hz\]: one with the `impulse` \[N s\] and
-    /// the `duration` \[s\] of bodies that have met with the `speed` [m/s]. Infinite where it is not known.
+    /// Frequency above which waves in `body` take a negligible share of the energy of an impact at
+    /// a point \[Hz\]: one with the `impulse` \[N s\] and the `duration` \[s\] of bodies that have
+    /// met with the `speed` [m/s]. Infinite where it is not known.
     pub fn radiated(&self, body: usize, (impulse, speed, duration): (f64, f64, f64)) -> f64 {
         let mass = 0.5 * impulse.abs() / speed.abs();
         let of_body = self.radiation.iter().find(|(b, _)| *b == body && mass.is_finite());
@@ -191,7 +199,8 @@ pub(super) struct Scene<'a> {
 pub(super) struct Meeting {
     /// Surfaces of contact body and target, where Hertz's theory holds for them.
     pub surfaces: Option<[LocalSurface; 2]>,
-    /// Angle between the outward normal of the contact body and the opposite of the target's \[rad\].
+    /// Angle between the outward normal of the contact body and the opposite of the target's
+    /// \[rad\].
     pub miss: f64,
     /// From the target to the contact body.
     pub normal: Vector3<f64>,
@@ -264,7 +273,8 @@ impl<'a> Scene<'a> {
         [Some(contact.body), other].into_iter().flatten().zip(radiation).map(force).collect()
     }
 
-    /// Whether the force of a touch on `body` is a single pulse, and the share of its energy that waves take is known: not about an axis of symmetry.
+    /// Whether the force of a touch on `body` is a single pulse, and the share of its energy that
+    /// waves take is known: not about an axis of symmetry.
     fn is_pulse(&self, body: usize, scale: TimeScale) -> bool {
         let is_axial = self.spec.bodies[body].kind.motion() == RigidMotion::Axial;
         scale == TimeScale::Hertz || (scale == TimeScale::Line && !is_axial)
@@ -380,7 +390,8 @@ impl<'a> Scene<'a> {
         }
         let (target, site) = (other?, sites.target?);
         let facing = view(target, &site)?;
-        // What is nearest may be an edge of several sides of a mesh, or where a line of a face ends, of which any face may have been found.
+        // What is nearest may be an edge of several sides of a mesh, or where a line of a face
+        // ends, of which any face may have been found.
         let is_mesh = |body: usize| self.spec.bodies[body].kind.brings_mesh();
         let has_mesh = is_mesh(contact.body) || is_mesh(target);
         let (own, facing) = if !has_mesh || own.outward.angle(&-facing.outward) <= FACING {
@@ -406,7 +417,8 @@ impl<'a> Scene<'a> {
         SurfaceView::new(surface::of_body(kind)?.as_ref(), compliance, &self.poses[body].rotation, site)
     }
 
-    /// The view of the surface at `site`, on the face that meets there whose normal is nearest to the `direction` in space.
+    /// The view of the surface at `site`, on the face that meets there whose normal is nearest to
+    /// the `direction` in space.
     fn facing(&self, (body, site): (usize, &SurfacePlace), direction: &Vector3<f64>) -> Option<SurfaceView> {
         let surface = surface::of_body(&self.spec.bodies[body].kind)?;
         let in_body = self.poses[body].rotation.inverse_transform_vector(direction);
@@ -435,7 +447,8 @@ impl<'a> Scene<'a> {
         Partner { inverse_mass, mobility, radiation, velocity }
     }
 
-    /// Speed of the places that meet, with what gravity adds over the gap; if they are at rest, that of the fastest body.
+    /// Speed of the places that meet, with what gravity adds over the gap; if they are at rest,
+    /// that of the fastest body.
     fn speed(&self, partners: &[Partner], meeting: &Meeting) -> f64 {
         let velocity = |i: usize| partners.get(i).map_or_else(Vector3::zeros, |p| p.velocity);
         let gap = (meeting.points[0] - meeting.points[1]).norm();
@@ -463,7 +476,8 @@ fn bar_speed(material: &Material) -> f64 {
     (material.youngs_modulus() / material.density()).sqrt()
 }
 
-/// Speed of the slowest waves along bars of the body's materials [m/s]; none of a body that has none.
+/// Speed of the slowest waves along bars of the body's materials [m/s]; none of a body that has
+/// none.
 fn slowest_bar(body: &BodyKind) -> Option<f64> {
     body.slowest_material().map(bar_speed)
 }
@@ -487,7 +501,8 @@ impl Inertia {
         Self { motion, mass, centre, inertia, mobility: 0.0, radiation: None }
     }
 
-    /// The inertia of a body, infinite if it `is_held`; unknown of one from a file, on which no contact acts.
+    /// The inertia of a body, infinite if it `is_held`; unknown of one from a file, on which no
+    /// contact acts.
     fn of(body: &BodyKind, is_held: bool) -> Self {
         let unknown = Self::unknown(body.motion());
         if let Some(rigid) = body.rigid() {
@@ -523,7 +538,8 @@ fn mass_properties(body: &BodyKind) -> Option<MassProperties> {
     Some(MassProperties::of(&elastic.shape, &elastic.model).ok()?.times(elastic.material.density()))
 }
 
-/// Lengths of the ways of waves through a body: the longest straight one, and the longest one along the body \[m\].
+/// Lengths of the ways of waves through a body: the longest straight one, and the longest one along
+/// the body \[m\].
 fn wave_lengths(body: &BodyKind) -> [f64; 2] {
     let Some(of) = body.geometry() else { return [body.diagonal().unwrap_or(0.0); 2] };
     let longest = lengths(of.shape).into_iter().fold(0.0, f64::max);
@@ -544,8 +560,8 @@ mod tests {
         let step = (end - start) / f64::from(n);
         let tail: f64 = (0..n).map(|i| power(start + (f64::from(i) + 0.5) * step) * step).sum();
         let share = tail / (0.5 * PI);
-        // The closed form has the mean of cos^2 and w^-4 for the whole tail: next terms are (pi/w)^2 = 0.8 % and the first
-        // swing of the cosine, a tenth.
+        // The closed form has the mean of cos^2 and w^-4 for the whole tail: next terms are
+        // (pi/w)^2 = 0.8 % and the first swing of the cosine, a tenth.
         assert!((share / NEGLECTED - 1.0).abs() < 0.15, "{share}");
     }
 }

@@ -4,8 +4,8 @@ use super::SizeRequest;
 use crate::spec::{Accuracy, ElasticSpec, MeshedSpec, ReductionSpec};
 use crate::store::{Bytes, ModelKey, body_definition, meshed_definition};
 
-/// Key of the sizes that the program chooses for the body `candidate`, on which sizes that are to be chosen are one, up to the frequency `limit` \[Hz\] and
-/// the number `most`.
+/// Key of the sizes that the program chooses for the body `candidate`, on which sizes that are to
+/// be chosen are one, up to the frequency `limit` \[Hz\] and the number `most`.
 pub fn sizes_key(
     candidate: &ElasticSpec,
     (wish, accuracy): (SizeRequest, Accuracy),
@@ -25,8 +25,8 @@ pub fn sizes_key(
     ModelKey { kind: "sizes", definition: key.0 }
 }
 
-/// Key of the number of modes that the program chooses for the mesh `spec`, up to the frequency `limit` \[Hz\] and the
-/// number `most`.
+/// Key of the number of modes that the program chooses for the mesh `spec`, up to the frequency
+/// `limit` \[Hz\] and the number `most`.
 pub fn mesh_key(spec: &MeshedSpec, accuracy: Accuracy, (limit, most): (f64, usize)) -> ModelKey {
     let mut key = Bytes(meshed_definition(spec));
     key.add(&(limit, most));

@@ -1,7 +1,10 @@
-//! Elements that resolve the kept modes: guessed from the proportions, then checked with finer meshes.
+//! Elements that resolve the kept modes: guessed from the proportions, then checked with finer
+//! meshes.
 //!
-//! Each direction is refined by itself, those that shared faces of patches turn into one another together. Frequencies of conforming models fall to their limits from above, so the change tells
-//! the error that the direction makes, and the sum over directions that of the mesh (Eqs. N.5, N.6).
+//! Each direction is refined by itself, those that shared faces of patches turn into one another
+//! together. Frequencies of conforming models fall to their limits from above, so the change tells
+//! the error that the direction makes, and the sum over directions that of the mesh (Eqs. N.5,
+//! N.6).
 
 pub(crate) mod first_elements;
 pub mod proportions;
@@ -15,28 +18,32 @@ use crate::spec::Accuracy;
 
 /// Largest relative error of a kept frequency.
 pub const TOLERANCE: f64 = 1e-3;
-/// Unknowns of a mesh that is tried, doubled ones included; eigenmodes of larger solids take minutes.
+/// Unknowns of a mesh that is tried, doubled ones included; eigenmodes of larger solids take
+/// minutes.
 pub const MOST_UNKNOWNS: usize = 40_000;
-/// Unknowns up to which a mesh is doubled to check it; larger ones take longer than the body itself.
+/// Unknowns up to which a mesh is doubled to check it; larger ones take longer than the body
+/// itself.
 const CHEAP: usize = 10_000;
-/// Error that a user may count on (docs/verification.md); above it twice as many unknowns are tried.
+/// Error that a user may count on (docs/verification.md); above it twice as many unknowns are
+/// tried.
 const PROMISED: f64 = 3e-3;
-/// Modes whose frequencies are checked. Meshes for more have as many more elements as their waves ask for (Eqs. N.1, N.3), times what the check has
-/// found those of the checked ones to want.
+/// Modes whose frequencies are checked. Meshes for more have as many more elements as their waves
+/// ask for (Eqs. N.1, N.3), times what the check has found those of the checked ones to want.
 pub const CHECKED: usize = 20;
-/// Power of the element's size with which errors fall as far as two meshes do not show a smaller one: the least of singular nets; smooth
-/// modes have twice the degree.
+/// Power of the element's size with which errors fall as far as two meshes do not show a smaller
+/// one: the least of singular nets; smooth modes have twice the degree.
 const USUAL: f64 = 2.0;
 /// Rounds of checking; each may double every direction.
 const ROUNDS: usize = 8;
 /// Elements grow by no more in a round.
 const LARGEST_GROWTH: f64 = 2.0;
-/// Least power of the element's size with which errors are taken to fall: layers at free edges, as long as elements are longer than
-/// the body is thick.
+/// Least power of the element's size with which errors are taken to fall: layers at free edges, as
+/// long as elements are longer than the body is thick.
 const SLOWEST: f64 = 1.0;
 /// Error below which a mesh has the shape of the modes, so that a finer one shows the rate.
 const RESOLVED: f64 = 1e-2;
-/// Share of the tolerance that a mesh aims at when it is refined, so that the next check finds it kept.
+/// Share of the tolerance that a mesh aims at when it is refined, so that the next check finds it
+/// kept.
 const AIM: f64 = 0.5;
 
 /// A mesh that the program has chosen.
@@ -82,8 +89,8 @@ impl fmt::Display for ChosenMesh {
     }
 }
 
-/// Elements per direction that resolve `n_modes` modes of `candidate`, and the estimated error of their frequencies; `solved` holds what is known of
-/// some meshes.
+/// Elements per direction that resolve `n_modes` modes of `candidate`, and the estimated error of
+/// their frequencies; `solved` holds what is known of some meshes.
 ///
 /// # Errors
 /// [`AdaptiveError`] naming the body.
@@ -124,7 +131,8 @@ fn in_proportion(wanted: &[usize], found: &[usize], first: &[usize]) -> Vec<usiz
     wanted.iter().zip(found).zip(first).map(scaled).collect()
 }
 
-/// `elements` with those of the directions of `group` halved, or with a third more of them if that makes more than [`CHEAP`] unknowns.
+/// `elements` with those of the directions of `group` halved, or with a third more of them if that
+/// makes more than [`CHEAP`] unknowns.
 fn finer(candidate: &Candidate<'_>, elements: &[usize], group: &[usize]) -> Vec<usize> {
     let with = |more: fn(usize) -> usize| {
         let mut finer = elements.to_vec();
@@ -140,8 +148,8 @@ fn finer(candidate: &Candidate<'_>, elements: &[usize], group: &[usize]) -> Vec<
 enum Known {
     /// Errors that were found on this mesh.
     OnThisMesh,
-    /// Also errors that were found on coarser meshes, of directions that have not been refined since and made no more than their share: enough to go
-    /// on refining, not to accept a mesh.
+    /// Also errors that were found on coarser meshes, of directions that have not been refined
+    /// since and made no more than their share: enough to go on refining, not to accept a mesh.
     Converged,
 }
 
@@ -151,14 +159,15 @@ struct Check<'a> {
     n_modes: usize,
     /// Directions that are refined together.
     groups: Vec<Vec<usize>>,
-    /// For each group of directions, the first one that is equivalent to it by the symmetry of the shape.
+    /// For each group of directions, the first one that is equivalent to it by the symmetry of the
+    /// shape.
     equivalent_directions: Vec<usize>,
     /// Meshes solved: where one direction alone is doubled, they serve the next round.
     solved: Vec<Spectrum>,
     /// Mesh and error of the last check of each group.
     last: Vec<Option<(Vec<usize>, f64)>>,
-    /// For each group, the power of the element's size with which its error falls: that of smooth modes until two meshes have shown
-    /// another.
+    /// For each group, the power of the element's size with which its error falls: that of smooth
+    /// modes until two meshes have shown another.
     rates: Vec<f64>,
 }
 
@@ -173,8 +182,8 @@ impl<'a> Check<'a> {
         Self { candidate, n_modes, groups, equivalent_directions, solved, last, rates }
     }
 
-    /// Whether the meshes that tell the errors of `elements` have no more than `most` unknowns; of directions that have settled the last
-    /// error will do.
+    /// Whether the meshes that tell the errors of `elements` have no more than `most` unknowns; of
+    /// directions that have settled the last error will do.
     fn is_feasible(&self, elements: &[usize], most: usize) -> bool {
         let fits = |g: usize| {
             self.candidate.unknowns(&finer(self.candidate, elements, &self.groups[g])) <= most
@@ -246,7 +255,8 @@ impl<'a> Check<'a> {
     }
 }
 
-/// Error of a frequency that a mesh of `growth` times the elements changes by `change`, at a rate (Eq. N.5).
+/// Error of a frequency that a mesh of `growth` times the elements changes by `change`, at a rate
+/// (Eq. N.5).
 fn error_of(change: f64, growth: f64, rate: f64) -> f64 {
     change / (1.0 - growth.powf(-rate.min(USUAL)))
 }
@@ -256,7 +266,8 @@ fn tolerance(accuracy: Accuracy) -> f64 {
     TOLERANCE * accuracy.mesh_error()
 }
 
-/// More elements in the groups of directions that make more than their `share` of the error, by the rate at which it falls (Eq. E.14).
+/// More elements in the groups of directions that make more than their `share` of the error, by the
+/// rate at which it falls (Eq. E.14).
 fn refined(
     elements: &[usize],
     errors: &[f64],

@@ -1,4 +1,5 @@
-//! Whether meshes are fine enough where they are touched, from the contact radius that Hertz's theory predicts (docs/theory.md Eq. P.10).
+//! Whether meshes are fine enough where they are touched, from the contact radius that Hertz's
+//! theory predicts (docs/theory.md Eq. P.10).
 
 use crate::record::warning::{Warning, WarningKind};
 use crate::sizing::zone::{PredictedZone, predicted_zone};
@@ -7,10 +8,11 @@ use crate::surface::smooth_fit::SmoothFit;
 use crate::surface::{MeshSurface, Surface, SurfacePlace};
 use crate::touch::first::FirstTouches;
 
-/// Sides of quadratic elements on the contact radius that make the force right to half a per cent: with one the force of a ball is off by 0.7 %, with
-/// two by 0.2 % (Eq. P.10).
+/// Sides of quadratic elements on the contact radius that make the force right to half a per cent:
+/// with one the force of a ball is off by 0.7 %, with two by 0.2 % (Eq. P.10).
 pub const QUADRATIC: f64 = 2.0;
-/// Linear elements over the contact radius: with three the force is off by 3 %, which falls with the square of their length.
+/// Linear elements over the contact radius: with three the force is off by 3 %, which falls with
+/// the square of their length.
 pub const LINEAR: f64 = 8.0;
 /// Growth of elements per length away from the touch in a field of sizes.
 pub const GROWTH: f64 = 0.35;
@@ -137,7 +139,8 @@ fn wanted_length(body: &MeshedSpec, radius: f64) -> f64 {
     radius / sides
 }
 
-/// Error of the force that the change of normals at edges may cause, as a share of it (Eq. C.73); none where a smooth surface takes their place.
+/// Error of the force that the change of normals at edges may cause, as a share of it (Eq. C.73);
+/// none where a smooth surface takes their place.
 fn shape_error(surface: &MeshSurface, site: &SurfacePlace, zone: &PredictedZone) -> f64 {
     let PredictedZone { half_width, approach, .. } = zone;
     // Of spheres a²/δ.
@@ -150,7 +153,8 @@ fn shape_error(surface: &MeshSurface, site: &SurfacePlace, zone: &PredictedZone)
     radius * (around / surface.length_at(site)).max(0.25 * inside / half_width)
 }
 
-/// Mean length of the longest edges of the sides that are not near `touches` \[m\]; of all if there is no other.
+/// Mean length of the longest edges of the sides that are not near `touches` \[m\]; of all if there
+/// is no other.
 pub fn usual_length(body: &MeshedSpec, touches: &[MeshTouch]) -> f64 {
     let all: Vec<([f64; 3], f64)> = MeshSurface::of(&body.mesh).lengths().collect();
     let is_far = |point: &[f64; 3]| {

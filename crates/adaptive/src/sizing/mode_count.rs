@@ -18,9 +18,11 @@ use crate::spec::{Accuracy, ReductionSpec};
 pub const WITHOUT_FORCES: usize = 20;
 /// Most modes that are chosen.
 pub const MOST: usize = 300;
-/// Most modes that are chosen for a force that jumps: each further one makes it rise a little sooner, none is the last that counts.
+/// Most modes that are chosen for a force that jumps: each further one makes it rise a little
+/// sooner, none is the last that counts.
 pub const MOST_OF_JUMPS: usize = 80;
-/// Least number of modes of a body: ten distinct frequencies, which lie in groups where the model has bending or rotations.
+/// Least number of modes of a body: ten distinct frequencies, which lie in groups where the model
+/// has bending or rotations.
 pub fn least(motion: RigidMotion) -> usize {
     if motion == RigidMotion::Axial { 10 } else { 20 }
 }
@@ -55,8 +57,8 @@ impl fmt::Display for ChosenModes {
     }
 }
 
-/// Number of modes of `candidate` up to the frequency `limit` \[Hz\], between the least and `most`, and the frequency of the last. What was solved
-/// for goes to `solved`.
+/// Number of modes of `candidate` up to the frequency `limit` \[Hz\], between the least and `most`,
+/// and the frequency of the last. What was solved for goes to `solved`.
 ///
 /// # Errors
 /// [`AdaptiveError`] naming the body.
@@ -103,13 +105,14 @@ pub fn count(
         }
         is_followed = below >= most;
         wanted = (below + below / 4).max(wanted + least).min(most);
-        // Where half the waves have two elements a half wave, the shortest ones are right to a per cent: enough to count them.
+        // Where half the waves have two elements a half wave, the shortest ones are right to a per
+        // cent: enough to count them.
         resolved = (wanted + GROUP) / 2;
     }
 }
 
-/// As [`chosen_from`] where `found` are the frequencies of `problem` next to the limit: others are found if they decide, from a frequency and its number if one
-/// is `known`.
+/// As [`chosen_from`] where `found` are the frequencies of `problem` next to the limit: others are
+/// found if they decide, from a frequency and its number if one is `known`.
 ///
 /// # Errors
 /// [`AdaptiveError`] naming the body.
@@ -133,8 +136,8 @@ pub fn chosen_on(
     Ok(chosen_from(&Known { first: 0, frequencies }, limit, (least, most), motion))
 }
 
-/// Number of frequencies up to `limit` \[Hz\], of which those next to it are `known`, between `least` and `most` and without cutting a group, and the last
-/// of them \[Hz\].
+/// Number of frequencies up to `limit` \[Hz\], of which those next to it are `known`, between
+/// `least` and `most` and without cutting a group, and the last of them \[Hz\].
 pub fn chosen_from(
     known: &Known,
     limit: f64,
@@ -157,7 +160,8 @@ pub fn most(reduction: ReductionSpec, accuracy: Accuracy, time: Option<&ForceTim
     }
 }
 
-/// Modes beyond those wanted, as many as the largest group of equal frequencies of low modes of a ball.
+/// Modes beyond those wanted, as many as the largest group of equal frequencies of low modes of a
+/// ball.
 pub const GROUP: usize = 9;
 
 /// `n`, or more so that no group of equal frequencies is cut.

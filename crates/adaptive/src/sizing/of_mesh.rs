@@ -11,7 +11,8 @@ use crate::spec::{Accuracy, MeshedSpec};
 use crate::store::{ModelCache, StoredModel};
 use ffr_dynamics::body::RigidMotion;
 
-/// Number of modes of the mesh `spec`, the body `name`, for the fastest force on it, `time`, if there is one (theory section N.4).
+/// Number of modes of the mesh `spec`, the body `name`, for the fastest force on it, `time`, if
+/// there is one (theory section N.4).
 ///
 /// # Errors
 /// [`AdaptiveError`] naming the body.

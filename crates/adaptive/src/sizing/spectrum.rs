@@ -12,7 +12,8 @@ use crate::error::AdaptiveError;
 const AROUND: usize = 10;
 /// Shifts after which a frequency is found among the lowest ones instead.
 const SHIFTS: usize = 8;
-/// Power of the frequency with which the number below it grows at first sight: that of plane bodies, between bars and solids.
+/// Power of the frequency with which the number below it grows at first sight: that of plane
+/// bodies, between bars and solids.
 const FIRST_GROWTH: f64 = 2.0;
 
 /// Lowest eigenfrequencies of a trial.
@@ -93,7 +94,8 @@ impl<'a> FrequencyProblem<'a> {
         Ok(Spectrum { elements: Vec::new(), frequencies, is_complete })
     }
 
-    /// Number of frequencies below `limit` \[Hz\], and the one before it and `n` behind it (Eq. R.15); all up to there if they are not found so.
+    /// Number of frequencies below `limit` \[Hz\], and the one before it and `n` behind it
+    /// (Eq. R.15); all up to there if they are not found so.
     ///
     /// # Errors
     /// [`AdaptiveError::Reduction`] naming the body.
@@ -109,7 +111,8 @@ impl<'a> FrequencyProblem<'a> {
         Ok(Known { first: 0, frequencies: self.lowest(below + n)?.frequencies })
     }
 
-    /// The frequency number `n` \[Hz\], counted from 1, found from the numbers below others, `known` (frequency and number) being the first of them.
+    /// The frequency number `n` \[Hz\], counted from 1, found from the numbers below others,
+    /// `known` (frequency and number) being the first of them.
     ///
     /// # Errors
     /// [`AdaptiveError::Reduction`] naming the body.

@@ -1,4 +1,5 @@
-//! Fine elements where a body meets a plane, for contacts that keep one model for the whole run and say nothing of it.
+//! Fine elements where a body meets a plane, for contacts that keep one model for the whole run and
+//! say nothing of it.
 
 use iga_core::elasticity::Model;
 use nalgebra::Vector3;
@@ -54,7 +55,8 @@ fn zone(touches: &FirstTouches<'_>, contact: &ContactSpec, index: usize) -> Opti
     Some(ChosenZone { refinement, reason })
 }
 
-/// Whether a contact of surfaces has one model for the whole run, with a zone that is refined beforehand: with a plane, and with a mesh.
+/// Whether a contact of surfaces has one model for the whole run, with a zone that is refined
+/// beforehand: with a plane, and with a mesh.
 fn keeps_its_model(spec: &RunSpec, contact: &ContactSpec, law: &SurfaceLaw) -> bool {
     let is_refined_before = !matches!(law.treatment, Treatment::Adaptive | Treatment::Coarse);
     let is_mesh = |body: usize| spec.bodies[body].kind.brings_mesh();
@@ -74,7 +76,8 @@ pub struct PredictedZone {
     pub width: f64,
     /// Peak force \[N\].
     pub force: f64,
-    /// Approach of the bodies under it; infinite where Hertz's theory of points does not apply \[m\].
+    /// Approach of the bodies under it; infinite where Hertz's theory of points does not apply
+    /// \[m\].
     pub approach: f64,
     /// Its places on the contact body and on the target.
     pub sites: [Option<SurfacePlace>; 2],
@@ -108,7 +111,8 @@ pub struct PredictedLine {
     pub normal: Vector3<f64>,
 }
 
-/// The line of the first touch of `contact` between spatial bodies; `None` if they touch otherwise, or nothing is known of it.
+/// The line of the first touch of `contact` between spatial bodies; `None` if they touch otherwise,
+/// or nothing is known of it.
 pub fn predicted_line(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Option<PredictedLine> {
     let touch = touches.of(contact)?;
     let scene = Scene::at(touches, Some(&touch));
@@ -144,7 +148,8 @@ fn predicted(scene: &Scene<'_>, contact: &ContactSpec) -> Option<Extent> {
     }
 }
 
-/// Half extent and force of a contact at a point: under Hertz's peak force, or the one that waves allow if that is smaller.
+/// Half extent and force of a contact at a point: under Hertz's peak force, or the one that waves
+/// allow if that is smaller.
 fn point_contact(impact: &Impact) -> Option<Extent> {
     let surfaces = impact.meeting.surfaces.as_ref()?;
     let hertz = hertz_impact(surfaces, impact.inverse_mass, impact.speed)?;

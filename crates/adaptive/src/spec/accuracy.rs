@@ -1,6 +1,8 @@
-//! How much error the program allows itself in what it chooses: one knob, whose levels scale its defaults together.
+//! How much error the program allows itself in what it chooses: one knob, whose levels scale its
+//! defaults together.
 //!
-//! What is given by the user is not touched. [`Accuracy::Normal`] multiplies by one everywhere, which changes no bit.
+//! What is given by the user is not touched. [`Accuracy::Normal`] multiplies by one everywhere,
+//! which changes no bit.
 
 use crate::adaptivity::penalty_search::PEAK_TOLERANCE;
 
@@ -42,26 +44,30 @@ impl Accuracy {
         self.of([3.0, 1.0, 0.3])
     }
 
-    /// Factor on the frequency up to which modes are chosen for a force, which `jumps` where flat faces meet. With `fast` it stays above the half
-    /// at which a run warns of too few modes (Eq. P.6); of a force that jumps it stays as it is: penalty springs are as stiff as its modes
-    /// can follow, and softer ones let the faces overlap by more than [`crate::adaptivity::overlap::MOST_OVERLAP`].
+    /// Factor on the frequency up to which modes are chosen for a force, which `jumps` where flat
+    /// faces meet. With `fast` it stays above the half at which a run warns of too few modes
+    /// (Eq. P.6); of a force that jumps it stays as it is: penalty springs are as stiff as its
+    /// modes can follow, and softer ones let the faces overlap by more than
+    /// [`crate::adaptivity::overlap::MOST_OVERLAP`].
     pub const fn frequency(self, jumps: bool) -> f64 {
         self.of([if jumps { 1.0 } else { 0.6 }, 1.0, 1.5])
     }
 
-    /// A chosen number of modes that follows no frequency: the least, those of a body without contacts, the most for a force that jumps. The
-    /// least stays for `fast`, as few modes cost little.
+    /// A chosen number of modes that follows no frequency: the least, those of a body without
+    /// contacts, the most for a force that jumps. The least stays for `fast`, as few modes cost
+    /// little.
     pub fn modes(self, usual: usize) -> usize {
         scaled(usual, self.of([1.0, 1.0, 1.5]))
     }
 
-    /// Elements across a contact zone in place of the `usual` ones: those that touch are as many fewer or more, the part of the zone that shall
-    /// touch stays.
+    /// Elements across a contact zone in place of the `usual` ones: those that touch are as many
+    /// fewer or more, the part of the zone that shall touch stays.
     pub fn zone_elements(self, usual: usize) -> usize {
         scaled(usual, self.of([0.625, 1.0, 1.5]))
     }
 
-    /// Factor on the ratio of the stiffness of penalty springs to that of the bodies: as much less penetration.
+    /// Factor on the ratio of the stiffness of penalty springs to that of the bodies: as much less
+    /// penetration.
     pub const fn stiffness(self) -> f64 {
         self.of([1.0, 1.0, 4.0])
     }

@@ -1,4 +1,5 @@
-//! Bodies: elastic ones from exact geometry or of finite elements, rigid ones, reduced ones from a file.
+//! Bodies: elastic ones from exact geometry or of finite elements, rigid ones, reduced ones from a
+//! file.
 
 use std::sync::Arc;
 
@@ -45,7 +46,8 @@ pub fn rigid_motion(model: &Model) -> RigidMotion {
 /// A place on a body.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Place {
-    /// A point in the components of the body's model: `(x, y, z)`, `(x, y, 0)` or `(r, z, 0)` \[m\].
+    /// A point in the components of the body's model: `(x, y, z)`, `(x, y, 0)` or `(r, z, 0)`
+    /// \[m\].
     Point([f64; 3]),
     /// A marker that the body brings with it.
     Marker(String),
@@ -83,8 +85,8 @@ impl Area {
 /// How a marker and the part of the body that carries it are connected.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Coupling {
-    /// Distributing (RBE3): the marker follows the mean motion of the part, forces are spread over it; the part deforms
-    /// (theory Eq. M.9).
+    /// Distributing (RBE3): the marker follows the mean motion of the part, forces are spread over
+    /// it; the part deforms (theory Eq. M.9).
     #[default]
     Average,
     /// Kinematic (RBE2): the part moves like a rigid body (theory Eq. M.10).
@@ -144,7 +146,8 @@ pub struct FlexibleSpec {
 }
 
 impl FlexibleSpec {
-    /// An undamped body in a mean-axis frame, with static answers, without rigid parts and without geometric stiffening.
+    /// An undamped body in a mean-axis frame, with static answers, without rigid parts and without
+    /// geometric stiffening.
     pub fn new(reduction: ReductionSpec) -> Self {
         Self {
             reduction,
@@ -228,8 +231,8 @@ pub enum FrameSpec {
 pub struct RefinementSpec {
     /// Centre, in the model's components \[m\].
     pub centre: [f64; 3],
-    /// Width of the zone of small elements along the surface; from the axis outwards where the centre lies on the axis of an
-    /// axisymmetric model \[m\].
+    /// Width of the zone of small elements along the surface; from the axis outwards where the
+    /// centre lies on the axis of an axisymmetric model \[m\].
     pub width: f64,
     /// Elements across the width; elements into the depth have the same size.
     pub elements: usize,

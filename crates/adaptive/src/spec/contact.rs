@@ -59,7 +59,8 @@ pub struct HertzSpec {
 }
 
 impl HertzSpec {
-    /// The two spheres, or the one that meets `target`, if that is a plane; none where other surfaces touch.
+    /// The two spheres, or the one that meets `target`, if that is a plane; none where other
+    /// surfaces touch.
     pub fn spheres(&self, target: Target) -> Option<(&HertzSphere, Option<&HertzSphere>)> {
         match (&self.contact, &self.target, target) {
             (HertzPartner::Sphere(own), HertzPartner::Sphere(other), Target::Body(_)) => {
@@ -136,8 +137,8 @@ impl SurfaceLaw {
     }
 }
 
-/// Low-frequency modes of the fine models that the program builds, and how the state is transferred to them and back
-/// (\[A\] 4.4; theory section A.6).
+/// Low-frequency modes of the fine models that the program builds, and how the state is transferred
+/// to them and back (\[A\] 4.4; theory section A.6).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TransferSpec {
     /// The modes.
@@ -148,24 +149,27 @@ pub struct TransferSpec {
 
 /// Treatments of the contact zone (\[A\] section 6: the models compared; theory section A.8).
 ///
-/// All but [`Treatment::Adaptive`] use the penalty factor as given, or as predicted (Eq. A.25), without a search. Pairs are refined where they touch, for
-/// the time of the impact, as long as an interval is given or a body is not refined by its own discretisation at the place where
-/// the undeformed bodies are nearest at the start. Otherwise, with a plane, and in coarse contacts one model about that place
-/// serves the whole run.
+/// All but [`Treatment::Adaptive`] use the penalty factor as given, or as predicted (Eq. A.25),
+/// without a search. Pairs are refined where they touch, for the time of the impact, as long as an
+/// interval is given or a body is not refined by its own discretisation at the place where the
+/// undeformed bodies are nearest at the start. Otherwise, with a plane, and in coarse contacts one
+/// model about that place serves the whole run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Treatment {
     /// Refined by the program during the run; high-frequency modes follow statically.
     Adaptive,
-    /// Refined as given; high-frequency modes follow statically. Without penetration (an infinite penalty factor) it is the model with a massless
-    /// boundary of Monjaraz-Tec, Gross and Krack (2022) with MacNeal's modes (theory Eq. A.34).
+    /// Refined as given; high-frequency modes follow statically. Without penetration (an infinite
+    /// penalty factor) it is the model with a massless boundary of Monjaraz-Tec, Gross and Krack
+    /// (2022) with MacNeal's modes (theory Eq. A.34).
     Quasistatic,
-    /// Refined as given; every Craig-Bampton mode is dynamic, high-frequency ones damped critically on top of the body's own
-    /// damping. Time steps of an explicit method are those of the finest elements (Eq. A.33).
+    /// Refined as given; every Craig-Bampton mode is dynamic, high-frequency ones damped critically
+    /// on top of the body's own damping. Time steps of an explicit method are those of the finest
+    /// elements (Eq. A.33).
     Damped,
     /// Refined as given; every Craig-Bampton mode is dynamic and undamped.
     Dynamic,
-    /// No refinement and no static part: the body's low-frequency modes alone, on the contact points of its own mesh within
-    /// the given width, or on the whole face.
+    /// No refinement and no static part: the body's low-frequency modes alone, on the contact
+    /// points of its own mesh within the given width, or on the whole face.
     Coarse,
 }
 
@@ -207,11 +211,11 @@ pub enum PointRule {
 /// Contact interval and its adaptation (\[A\] 4.2, 4.3).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct IntervalSpec {
-    /// Width about the point of first contact, measured as [`super::RefinementSpec::width`] \[m\]; `None`: the refined
-    /// zone there, or predicted.
+    /// Width about the point of first contact, measured as [`super::RefinementSpec::width`] \[m\];
+    /// `None`: the refined zone there, or predicted.
     pub width: Option<f64>,
-    /// Elements across the interval; `None`: those that the discretisation has there, or [`crate::body::splines::refined::ELEMENTS`] if the
-    /// program refines.
+    /// Elements across the interval; `None`: those that the discretisation has there, or
+    /// [`crate::body::splines::refined::ELEMENTS`] if the program refines.
     pub elements: Option<usize>,
     /// Share of the elements that shall touch.
     pub target_utilisation: f64,
@@ -246,8 +250,9 @@ impl Default for IntervalSpec {
 /// How levels are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum DivisionRule {
-    /// Lattices through the ends of the interval, their spacing doubled from level to level: as many levels as it takes
-    /// (`docs/decisions/0019-levels-of-a-zone.md`). Several intervals of one body share a division by Algorithm 3.
+    /// Lattices through the ends of the interval, their spacing doubled from level to level: as
+    /// many levels as it takes (`docs/decisions/0019-levels-of-a-zone.md`). Several intervals of
+    /// one body share a division by Algorithm 3.
     #[default]
     Graded,
     /// Algorithm 3 of \[A\] with its limits of five levels and ten knots per element and level.
@@ -267,7 +272,8 @@ pub enum LowModes {
 /// How states are transferred.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum TransferMethod {
-    /// Mass-orthogonal projection: the best approximation in kinetic energy, keeps the momenta (Eqs. A.28, A.29).
+    /// Mass-orthogonal projection: the best approximation in kinetic energy, keeps the momenta
+    /// (Eqs. A.28, A.29).
     #[default]
     MassOrthogonal,
     /// As printed: \[A\] (10), (11) to the fine model, (12) to (17) back.

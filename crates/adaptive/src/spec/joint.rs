@@ -19,7 +19,8 @@ pub struct Attachment {
 
 /// A joint between two attachments.
 ///
-/// The coordinates are those of [`JointKind`] in the axes of the attachments: a revolute joint turns about `z`, and so on.
+/// The coordinates are those of [`JointKind`] in the axes of the attachments: a revolute joint
+/// turns about `z`, and so on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct JointSpec {
     /// Name.
@@ -30,8 +31,8 @@ pub struct JointSpec {
     pub parent: Attachment,
     /// On the child of the joint.
     pub child: Attachment,
-    /// Positions at the start, as many as the joint has (a quaternion has four); not for loop-closing joints, nor used for
-    /// prescribed coordinates.
+    /// Positions at the start, as many as the joint has (a quaternion has four); not for
+    /// loop-closing joints, nor used for prescribed coordinates.
     pub positions: Vec<f64>,
     /// Velocities at the start.
     pub velocities: Vec<f64>,
@@ -76,7 +77,8 @@ pub struct GearSpec {
 }
 
 impl GearSpec {
-    /// The second coordinate where the first is zero: both have at the start what their joints say, whatever that is \[m, rad\].
+    /// The second coordinate where the first is zero: both have at the start what their joints say,
+    /// whatever that is \[m, rad\].
     pub fn offset(&self, joints: &[JointSpec]) -> f64 {
         let start = |(joint, k): (usize, usize)| {
             let JointSpec { positions, coordinates, .. } = &joints[joint];

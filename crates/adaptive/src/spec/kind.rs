@@ -14,8 +14,8 @@ pub struct BodySpec {
     pub name: String,
     /// Its kind, with the specification of that kind.
     pub kind: BodyKind,
-    /// Motion at the start. Of a body that is the child of a joint only the rotation counts, as the one with all joint coordinates
-    /// at zero.
+    /// Motion at the start. Of a body that is the child of a joint only the rotation counts, as the
+    /// one with all joint coordinates at zero.
     pub motion: InitialMotion,
 }
 
@@ -107,7 +107,8 @@ impl BodyKind {
         self.elastic()?.model.thickness()
     }
 
-    /// How it is reduced, held, damped and framed; none of a rigid body, and of one that comes reduced.
+    /// How it is reduced, held, damped and framed; none of a rigid body, and of one that comes
+    /// reduced.
     pub fn flexible(&self) -> Option<&FlexibleSpec> {
         match self {
             Self::Elastic(elastic) => Some(&elastic.flexible),
@@ -140,7 +141,8 @@ impl BodyKind {
         }
     }
 
-    /// The diagonal of the box about its control points or nodes \[m\]; none of a body without a shape.
+    /// The diagonal of the box about its control points or nodes \[m\]; none of a body without a
+    /// shape.
     pub fn diagonal(&self) -> Option<f64> {
         if let Some(meshed) = self.meshed() {
             return Some(meshed.mesh.size());

@@ -1,7 +1,8 @@
 //! Factors on the resolution of bodies and contacts: what a convergence study varies.
 //!
-//! They come after everything that is given or chosen by default, so that a doubled mesh is twice the mesh in force. The
-//! penalty factor counts too: it bounds the penetration as a mesh bounds the error of displacements.
+//! They come after everything that is given or chosen by default, so that a doubled mesh is twice
+//! the mesh in force. The penalty factor counts too: it bounds the penetration as a mesh bounds the
+//! error of displacements.
 
 use iga_core::nurbs::Shape;
 
@@ -10,7 +11,8 @@ use super::body::{DiscretisationSpec, ElasticSpec, RefinementSpec};
 use super::contact::{PenaltySearch, SurfaceLaw};
 use super::reduction::ReductionSpec;
 
-/// Factors for the bodies and contacts of a run, in their order; what lies beyond the lists is left as it is.
+/// Factors for the bodies and contacts of a run, in their order; what lies beyond the lists is left
+/// as it is.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Resolution {
     /// One entry per body.
@@ -33,11 +35,13 @@ pub struct BodyFactors {
 pub struct ContactFactors {
     /// On the number of elements across the contact zone.
     pub zone: usize,
-    /// On the penalty factor, given or first tried; a search ends at a change of the peak force smaller by the same factor.
+    /// On the penalty factor, given or first tried; a search ends at a change of the peak force
+    /// smaller by the same factor.
     pub penalty: f64,
 }
 
-/// Power of a factor on the tolerance that steps are shortened by: a tenth halves them, as an error of third order per step.
+/// Power of a factor on the tolerance that steps are shortened by: a tenth halves them, as an error
+/// of third order per step.
 const STEP_POWER: f64 = std::f64::consts::LOG10_2;
 
 /// Factor on the longest steps that goes with `factor` on their permitted errors.
@@ -46,7 +50,8 @@ pub fn shortening(factor: f64) -> f64 {
 }
 
 impl RunSettings {
-    /// Applies `factor`, at most 1, to the permitted errors of steps in all phases, and shortens the longest steps to suit.
+    /// Applies `factor`, at most 1, to the permitted errors of steps in all phases, and shortens
+    /// the longest steps to suit.
     pub fn tighten(&mut self, factor: f64) {
         let shortened = shortening(factor);
         for phase in [&mut self.free, &mut self.impact] {
@@ -88,7 +93,8 @@ impl Resolution {
 }
 
 impl BodyFactors {
-    /// Divides the elements of a body of splines; refinements are left as they are (see [`BodyFactors::refinement`]).
+    /// Divides the elements of a body of splines; refinements are left as they are (see
+    /// [`BodyFactors::refinement`]).
     pub fn apply(&self, body: &mut ElasticSpec) {
         let ElasticSpec { shape, discretisation, .. } = body;
         self.divide(shape, discretisation);
@@ -106,7 +112,8 @@ impl BodyFactors {
         }
     }
 
-    /// Divides the elements before refinement; given knots, by points at equal distances between them.
+    /// Divides the elements before refinement; given knots, by points at equal distances between
+    /// them.
     fn divide(&self, shape: &Shape, mesh: &mut DiscretisationSpec) {
         mesh.elements.iter_mut().for_each(|n| *n *= self.mesh);
         if self.mesh == 1 {
@@ -126,8 +133,8 @@ impl BodyFactors {
         }
     }
 
-    /// A refinement of the body with the factor of the contact zone that it is, if it is one. Elements outside it, which
-    /// grow geometrically, are divided in geometric parts.
+    /// A refinement of the body with the factor of the contact zone that it is, if it is one.
+    /// Elements outside it, which grow geometrically, are divided in geometric parts.
     pub fn refinement(&self, refinement: &mut RefinementSpec, zone: Option<usize>) {
         refinement.elements *= zone.unwrap_or(self.mesh);
         if self.mesh > 1 {
@@ -137,7 +144,8 @@ impl BodyFactors {
 }
 
 impl ContactFactors {
-    /// Applies the factors to a law, `usual` being the elements of a zone for which the law names no number, if there is one.
+    /// Applies the factors to a law, `usual` being the elements of a zone for which the law names
+    /// no number, if there is one.
     pub fn apply(&self, law: &mut SurfaceLaw, usual: Option<usize>) {
         if self.zone > 1 {
             law.interval.elements = law.interval.elements.or(usual).map(|n| n * self.zone);
@@ -145,7 +153,8 @@ impl ContactFactors {
         law.penalty = law.penalty.map(|p| p * self.penalty);
         law.stiffness_ratio *= self.penalty;
         if let PenaltySearch::UntilConverged { tolerance } = &mut law.search {
-            // The change falls with the factor itself, so that the search ends later by as much as it starts later.
+            // The change falls with the factor itself, so that the search ends later by as much as
+            // it starts later.
             *tolerance /= self.penalty;
         }
     }
@@ -207,7 +216,8 @@ mod tests {
             factors.refinement(&mut refinement, zone);
             (refinement.elements, refinement.ratio)
         };
-        // Two elements of sizes h and 1.5 h in the place of each: neighbours then differ by 1.5 everywhere.
+        // Two elements of sizes h and 1.5 h in the place of each: neighbours then differ by 1.5
+        // everywhere.
         assert_eq!(refined(None), (8, 1.5));
         assert_eq!(refined(Some(3)), (12, 1.5), "elements of a contact zone follow its own factor");
     }

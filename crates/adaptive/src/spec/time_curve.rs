@@ -24,14 +24,16 @@ pub enum TimeCurve {
         offset: f64,
     },
     /// From rest to the constant rate `rate`, reached smoothly at the time `duration`:
-    /// `rate/T (t²/2 + (T/2π)² (cos(2πt/T) - 1))`, then `rate (t - T/2)` (Simo and Vu-Quoc's spin-up).
+    /// `rate/T (t²/2 + (T/2π)² (cos(2πt/T) - 1))`, then `rate (t - T/2)` (Simo and Vu-Quoc's
+    /// spin-up).
     SpinUp {
         /// Final rate [1/s].
         rate: f64,
         /// Time at which it is reached \[s\].
         duration: f64,
     },
-    /// Cubic spline through points: a natural one, which goes on with constant rate outside them, or a periodic one.
+    /// Cubic spline through points: a natural one, which goes on with constant rate outside them,
+    /// or a periodic one.
     Table(CubicSpline),
     /// Lines or steps through points, with jumps of the rate or of the value.
     Piecewise(Piecewise),
@@ -104,10 +106,12 @@ impl TimeCourse for TimeCurve {
     }
 }
 
-/// Longest step in terms of a period: a quadrature of order eight errs by 2e-8 of the amplitude then.
+/// Longest step in terms of a period: a quadrature of order eight errs by 2e-8 of the amplitude
+/// then.
 const QUARTER: f64 = 0.25;
 
-/// The next of rising `times`, repeated with the time from the first to the last one if they are periodic, after `t`.
+/// The next of rising `times`, repeated with the time from the first to the last one if they are
+/// periodic, after `t`.
 fn next_of(times: &[f64], is_periodic: bool, t: f64) -> f64 {
     let (Some(first), Some(last)) = (times.first(), times.last()) else { return f64::INFINITY };
     let period = last - first;
@@ -177,8 +181,9 @@ pub struct CubicSpline {
     is_periodic: bool,
 }
 
-/// Solution of the equations `left_i x_{i-1} + middle_i x_i + right_i x_{i+1} = b_i` by elimination without exchange, which diagonally dominant
-/// ones need none of; the first `left` and the last `right` are taken as zero.
+/// Solution of the equations `left_i x_{i-1} + middle_i x_i + right_i x_{i+1} = b_i` by elimination
+/// without exchange, which diagonally dominant ones need none of; the first `left` and the last
+/// `right` are taken as zero.
 fn solve_tridiagonal([left, middle, right]: [&[f64]; 3], b: &[f64]) -> Vec<f64> {
     let n = b.len();
     let (mut ratio, mut x) = (vec![0.0; n], vec![0.0; n]);
@@ -197,7 +202,8 @@ fn solve_tridiagonal([left, middle, right]: [&[f64]; 3], b: &[f64]) -> Vec<f64> 
 }
 
 impl CubicSpline {
-    /// Spline through `values` at rising `times` that repeats itself after the last one, whose value must be the first; otherwise as [`CubicSpline::new`].
+    /// Spline through `values` at rising `times` that repeats itself after the last one, whose
+    /// value must be the first; otherwise as [`CubicSpline::new`].
     pub fn periodic(times: Vec<f64>, values: Vec<f64>) -> Option<Self> {
         let spline = Self { is_periodic: true, ..Self::new(times, values)? };
         let (times, values) = (&spline.times, &spline.values);
@@ -213,7 +219,8 @@ impl CubicSpline {
         let jump = |i: usize| 6.0 * (slope(i) - slope(i + n - 1));
         let b: Vec<f64> = (0..n).map(jump).collect();
         let mut bends = match n {
-            // One point per period is a constant; of two each is the neighbour of the other on both sides.
+            // One point per period is a constant; of two each is the neighbour of the other on both
+            // sides.
             1 => vec![0.0],
             2 => {
                 let (own, other) = (2.0 * (left[0] + right[0]), left[0] + right[0]);
@@ -240,8 +247,8 @@ impl CubicSpline {
         Some(Self { bends, ..spline })
     }
 
-    /// Spline through `values` at rising `times`; `None` unless there are two points at least, as many values as times, all
-    /// finite and the times rising.
+    /// Spline through `values` at rising `times`; `None` unless there are two points at least, as
+    /// many values as times, all finite and the times rising.
     pub fn new(times: Vec<f64>, values: Vec<f64>) -> Option<Self> {
         let n = times.len();
         let is_sound = n >= 2
@@ -384,7 +391,8 @@ mod tests {
             }
             for (i, tolerance) in [1e-8, 1e-7, 1e-6].into_iter().enumerate() {
                 for t in times {
-                    // A jump in the i-th derivative would stay; the next one moves it by the step of 2e-9 times some hundreds.
+                    // A jump in the i-th derivative would stay; the next one moves it by the step
+                    // of 2e-9 times some hundreds.
                     let (before, after) = (spline.at(t - 1e-9), spline.at(t + 1e-9));
                     assert!((before[i] - after[i]).abs() < tolerance, "{i} at {t}: {before:?} {after:?}");
                 }

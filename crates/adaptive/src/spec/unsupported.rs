@@ -3,7 +3,8 @@
 use contact_qs::ContactError;
 use thiserror::Error;
 
-/// Unknowns on a rigid part beyond which the block that couples all of them is refused: 1e7 entries.
+/// Unknowns on a rigid part beyond which the block that couples all of them is refused: 1e7
+/// entries.
 pub const MOST_RIGID_UNKNOWNS: usize = 4500;
 
 /// Why a body, a contact or a request is refused. Texts are fragments that read after its name.

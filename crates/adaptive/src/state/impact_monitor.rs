@@ -9,14 +9,16 @@ pub use impact::Impact;
 
 use crate::record::ImpactRecord;
 
-/// Relative motion of two bodies where they are nearest, as far as it is rigid (docs/theory.md Eq. Q.2).
+/// Relative motion of two bodies where they are nearest, as far as it is rigid (docs/theory.md
+/// Eq. Q.2).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct NearMotion {
     /// Velocity of the contact body relative to the target [m/s].
     pub velocity: [f64; 3],
     /// Sum of the speeds of both bodies, by which the error of the velocity counts [m/s].
     pub speed: f64,
-    /// Speed at which the bodies would approach each other with the kinetic energy of their vibration (theory Eq. Q.4) [m/s].
+    /// Speed at which the bodies would approach each other with the kinetic energy of their
+    /// vibration (theory Eq. Q.4) [m/s].
     pub vibration: f64,
 }
 
@@ -79,7 +81,8 @@ pub struct ImpactMonitor {
 struct PhaseExtremes {
     peak_force: f64,
     peak_time: f64,
-    /// Approach of the bodies since the touch by their rigid motion, and its largest value while force acts \[m\].
+    /// Approach of the bodies since the touch by their rigid motion, and its largest value while
+    /// force acts \[m\].
     approach: f64,
     largest_approach: f64,
     /// Penetration at the instant of the largest approach \[m\].
@@ -121,14 +124,16 @@ impl ImpactMonitor {
         self.ended.iter().chain(&self.running)
     }
 
-    /// Row of the first impact of this phase if the next new impact gets the row `next`, and the number of new impacts.
+    /// Row of the first impact of this phase if the next new impact gets the row `next`, and the
+    /// number of new impacts.
     pub fn rows(&self, next: u32) -> (u32, u32) {
         let first = self.impacts().next().and_then(|impact| impact.row);
         (first.unwrap_or(next), self.impacts().filter(|impact| impact.row.is_none()).count() as u32)
     }
 
-    /// Share of the approach of the bodies, the largest of this phase, that is penetration and not deformation at that instant, and how long after
-    /// the first touch that is \[s\]; none without approach, or if the penetration is no more than `round_off` \[m\] (theory Eq. A.36).
+    /// Share of the approach of the bodies, the largest of this phase, that is penetration and not
+    /// deformation at that instant, and how long after the first touch that is \[s\]; none without
+    /// approach, or if the penetration is no more than `round_off` \[m\] (theory Eq. A.36).
     pub fn overlap_share(&self, round_off: f64) -> Option<(f64, f64)> {
         let phase = &self.phase;
         let says_something =
@@ -148,8 +153,9 @@ impl ImpactMonitor {
         self.step(now, None, None);
     }
 
-    /// Takes the end of an accepted step. `touch` and `release` tell when the contact closed or opened within
-    /// the step, if it did. Returns whether the force reached a new maximum of the phase at this instant.
+    /// Takes the end of an accepted step. `touch` and `release` tell when the contact closed or
+    /// opened within the step, if it did. Returns whether the force reached a new maximum of the
+    /// phase at this instant.
     pub fn step(&mut self, now: ContactInstant, touch: Option<Change>, release: Option<Change>) -> bool {
         let before = self.last.unwrap_or(now);
         let was_touching = self.last.is_some_and(|l| l.force > 0.0);
@@ -208,7 +214,8 @@ impl ImpactMonitor {
     fn begin_touch(&mut self, before: &ContactInstant, now: &ContactInstant, touch: Option<Change>) {
         let start = touch.map_or(before.time, |t| t.time);
         if self.impacts().next().is_none() {
-            // Bodies that are pressed together at the start count as having approached by at least their penetration.
+            // Bodies that are pressed together at the start count as having approached by at least
+            // their penetration.
             let penetration = before.penetration;
             self.phase = PhaseExtremes {
                 approach: penetration,
@@ -230,8 +237,9 @@ impl ImpactMonitor {
         });
     }
 
-    /// Ends the phase and returns the records of its impacts, new ones in rows from `next` on; `contact` is the contact's index, `is_alone` whether
-    /// an impact's bodies were pressed by no other contact meanwhile: otherwise, and while force still acts, there is no restitution.
+    /// Ends the phase and returns the records of its impacts, new ones in rows from `next` on;
+    /// `contact` is the contact's index, `is_alone` whether an impact's bodies were pressed by no
+    /// other contact meanwhile: otherwise, and while force still acts, there is no restitution.
     pub fn finish(
         &mut self,
         contact: u32,
@@ -256,17 +264,20 @@ impl ImpactMonitor {
     }
 }
 
-/// Least ratio of two neighbouring steps for which a parabola is laid through the forces at their ends.
+/// Least ratio of two neighbouring steps for which a parabola is laid through the forces at their
+/// ends.
 const SHORTEST_STEP: f64 = 0.05;
 
-/// Top of the parabola through three instants none of which is higher than the middle one; the middle one otherwise.
+/// Top of the parabola through three instants none of which is higher than the middle one; the
+/// middle one otherwise.
 fn parabola_top(a: &ContactInstant, b: &ContactInstant, c: &ContactInstant) -> (f64, f64) {
     // Two equal instants have the top between them; three equal ones have no parabola.
     if b.force < a.force || b.force < c.force || b.force <= a.force.min(c.force) {
         return (b.time, b.force);
     }
     let (left, right) = (b.time - a.time, c.time - b.time);
-    // Steps of very different size, as after a failure: the difference of two forces over the short one is noise.
+    // Steps of very different size, as after a failure: the difference of two forces over the short
+    // one is noise.
     if left.min(right) < SHORTEST_STEP * left.max(right) {
         return (b.time, b.force);
     }
@@ -303,7 +314,8 @@ mod tests {
 
     #[test]
     fn bodies_sliding_past_each_other_part_as_fast_as_they_met() {
-        // No loss, no friction: the velocity is mirrored at the mean normal, from which the normal turns by 0.01 to both sides.
+        // No loss, no friction: the velocity is mirrored at the mean normal, from which the normal
+        // turns by 0.01 to both sides.
         let normal = |angle: f64| Vector3::new(angle.sin(), 0.0, angle.cos());
         let mut velocity = Vector3::new(2.0, 0.0, -1.0);
         let approach = -velocity.dot(&normal(0.0));
@@ -364,14 +376,17 @@ mod tests {
     fn penetration_is_a_share_of_the_approach() {
         let mut watch = ImpactMonitor::default();
         assert_eq!(watch.overlap_share(0.0), None);
-        // Speed falls from 2 m/s at the touch at 0.5 s to none at 2.5 s and turns: an approach of 2 m, of which 0.1 m is penetration.
+        // Speed falls from 2 m/s at the touch at 0.5 s to none at 2.5 s and turns: an approach of 2
+        // m, of which 0.1 m is penetration.
         for (t, velocity, penetration) in
             [(0.0, -2.5, 0.0), (1.0, -1.5, 0.06), (2.0, -0.5, 0.1), (3.0, 0.5, 0.02)]
         {
             let now = ContactInstant { penetration, ..instant(t, t, 0.0, velocity) };
             watch.step(now, change(0.5, -2.0).filter(|_| (0.5..1.5).contains(&t)), None);
         }
-        // What is penetration later counts for the approach of then. The trapezium over the step of the touch takes its speed at the step's start: 1.0 m from there to 1 s where 0.875 m is right.
+        // What is penetration later counts for the approach of then. The trapezium over the step of
+        // the touch takes its speed at the step's start: 1.0 m from there to 1 s where 0.875 m is
+        // right.
         let (share, time) = watch.overlap_share(0.0).expect("it runs");
         assert!((share - 0.1 / 2.0).abs() < 1e-12, "{share}");
         assert!((time - 1.5).abs() < 1e-12, "{time}");
@@ -397,7 +412,8 @@ mod tests {
         assert_eq!((r.start, r.approach_velocity, r.impulse), (5.0, 0.1, 1.0));
     }
 
-    /// Touches from start to end \[s\] with a peak \[N\] each in steps of `h`, numbers of steps apart; a phase ends after the touches numbered `ends`.
+    /// Touches from start to end \[s\] with a peak \[N\] each in steps of `h`, numbers of steps
+    /// apart; a phase ends after the touches numbered `ends`.
     fn touches(list: &[(f64, f64, f64)], h: f64, ends: &[usize]) -> Vec<ImpactRecord> {
         let (mut watch, mut records) = (ImpactMonitor::default(), Vec::<ImpactRecord>::new());
         let mut finish = |watch: &mut ImpactMonitor| {
@@ -437,7 +453,8 @@ mod tests {
 
     #[test]
     fn touches_are_one_impact_while_they_follow_sooner_than_the_longest_lasts() {
-        // 4 s long, 1 s apart: joined. 2 s long after 3 s: joined by the first, though longer apart than it lasts. After 6 s: another.
+        // 4 s long, 1 s apart: joined. 2 s long after 3 s: joined by the first, though longer apart
+        // than it lasts. After 6 s: another.
         let list = [(0.0, 4.0, 4.0), (5.0, 7.0, 5.0), (10.0, 11.0, 1.0), (17.0, 19.0, 2.0)];
         let of = |records: &[ImpactRecord]| -> Vec<_> {
             records.iter().map(|r| (r.row, r.start, r.end, r.impulse)).collect()
@@ -481,7 +498,8 @@ mod tests {
         assert!((of(0.199) - 0.75).abs() < 1e-15 && of(0.201).is_nan());
     }
 
-    /// A touch from 0.25 to 2.75 s; speeds at the ends of steps differ from those at the touch, as under gravity.
+    /// A touch from 0.25 to 2.75 s; speeds at the ends of steps differ from those at the touch, as
+    /// under gravity.
     fn bounce(approach: f64, separation: f64) -> ImpactMonitor {
         let mut watch = ImpactMonitor::default();
         watch.step(instant(0.0, 0.0, 0.0, -approach + 0.1), None, None);

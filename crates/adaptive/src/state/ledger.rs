@@ -6,12 +6,12 @@ use crate::error::AdaptiveError;
 use crate::record::Energies;
 use crate::record::finding::LedgerCause;
 
-/// Share of the potential of gravity about the inertial origin that counts as a scale: with tolerances down to 1e-6 its round-off
-/// is never taken for an open ledger.
+/// Share of the potential of gravity about the inertial origin that counts as a scale: with
+/// tolerances down to 1e-6 its round-off is never taken for an open ledger.
 const POTENTIAL: f64 = 1e-9;
 
-/// Share of the largest energy that an implicit integrator may add: at its default tolerance one of order two adds 0.013 in the
-/// spin-up of a beam before it takes it back.
+/// Share of the largest energy that an implicit integrator may add: at its default tolerance one of
+/// order two adds 0.013 in the spin-up of a beam before it takes it back.
 const ADDED: f64 = 0.1;
 
 /// How far the ledger is from closing.
@@ -32,9 +32,10 @@ impl Imbalance {
 
 /// Follows the ledger through a run.
 ///
-/// Open is what the total energy has changed by since the start, and what a dissipative integrator has added beyond a tenth of the largest size. The rest
-/// of what it does is recorded, shown in the results and not counted: it damps what it does not resolve, and its error is far larger. Jumps at changes of models and of penalty
-/// factors are part of the total and do count.
+/// Open is what the total energy has changed by since the start, and what a dissipative integrator
+/// has added beyond a tenth of the largest size. The rest of what it does is recorded, shown in the
+/// results and not counted: it damps what it does not resolve, and its error is far larger. Jumps
+/// at changes of models and of penalty factors are part of the total and do count.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct EnergyLedger {
     /// Total energy at the start \[J\].
@@ -46,10 +47,12 @@ pub struct EnergyLedger {
 }
 
 impl EnergyLedger {
-    /// A ledger of bodies of the mass `mass` \[kg\] whose motion is resolved down to `velocity_floor` [m/s], with the potential of
-    /// gravity `potential` about the inertial origin at the start \[J\].
+    /// A ledger of bodies of the mass `mass` \[kg\] whose motion is resolved down to
+    /// `velocity_floor` [m/s], with the potential of gravity `potential` about the inertial origin
+    /// at the start \[J\].
     pub fn new(mass: f64, velocity_floor: f64, potential: f64) -> Self {
-        // A body that is the child of a fixed joint has a finite mass as well; infinite ones do not move.
+        // A body that is the child of a fixed joint has a finite mass as well; infinite ones do not
+        // move.
         let mass = if mass.is_finite() { mass } else { 0.0 };
         let scale = 0.5 * mass * velocity_floor * velocity_floor + POTENTIAL * potential.abs();
         Self { scale, ..Self::default() }
@@ -64,7 +67,8 @@ impl EnergyLedger {
         Imbalance { energy, scale: self.scale }
     }
 
-    /// The error of a ledger that misses `imbalance` at time `time`, if that is more than the share `tolerance`.
+    /// The error of a ledger that misses `imbalance` at time `time`, if that is more than the share
+    /// `tolerance`.
     ///
     /// # Errors
     /// [`AdaptiveError::LedgerOpen`].
@@ -96,8 +100,8 @@ pub struct NumericalDamping {
 }
 
 impl NumericalDamping {
-    /// Enters what was removed since the state reported last; `is_dissipative`: an integrator that damps led from there
-    /// to here.
+    /// Enters what was removed since the state reported last; `is_dissipative`: an integrator that
+    /// damps led from there to here.
     pub fn record(&mut self, energies: &mut Energies, is_dissipative: bool) {
         energies.numerical = self.removed;
         let total = energies.total();

@@ -1,6 +1,7 @@
 //! The seam through which a run reports while it goes on.
 //!
-//! The driver calls an [`Observer`]; writing files, drawing progress and stopping on a signal are the observer's business.
+//! The driver calls an [`Observer`]; writing files, drawing progress and stopping on a signal are
+//! the observer's business.
 
 use crate::error::ObserverError;
 use crate::record::warning::Warning;
@@ -40,7 +41,8 @@ pub enum Stage<'a> {
 
 /// Receives a run as it goes on.
 pub trait Observer {
-    /// Called before work that takes no time steps and may take long, and with [`Stage::Motion`] after it.
+    /// Called before work that takes no time steps and may take long, and with [`Stage::Motion`]
+    /// after it.
     fn stage(&mut self, _stage: Stage<'_>) {}
 
     /// Called once before the first sample.
@@ -55,11 +57,12 @@ pub trait Observer {
     /// [`ObserverError`] ends the run.
     fn sample(&mut self, sample: &Sample) -> Result<(), ObserverError>;
 
-    /// Called after every accepted step, stored or not, with the time reached and the step size; cheap.
+    /// Called after every accepted step, stored or not, with the time reached and the step size;
+    /// cheap.
     fn progress(&mut self, time: f64, step: f64, phase: PhaseKind) -> Continue;
 
-    /// Asked between the stages of work that takes no time steps, such as building a fine model: whether the user wants the run
-    /// to stop. Cheap.
+    /// Asked between the stages of work that takes no time steps, such as building a fine model:
+    /// whether the user wants the run to stop. Cheap.
     fn is_interrupted(&mut self) -> bool {
         false
     }
@@ -88,7 +91,8 @@ pub trait Observer {
     /// [`ObserverError`] ends the run.
     fn transfer(&mut self, record: &TransferRecord) -> Result<(), ObserverError>;
 
-    /// Called at states from which the run can be taken up again; everything reported before belongs to it, nothing reported later.
+    /// Called at states from which the run can be taken up again; everything reported before
+    /// belongs to it, nothing reported later.
     ///
     /// # Errors
     /// [`ObserverError`] ends the run.

@@ -86,12 +86,14 @@ pub struct ObservedPoint {
     pub body: usize,
     /// The material point.
     pub point: FlexiblePoint,
-    /// Strain and stress by a unit of each elastic coordinate, if they are recorded (theory Eq. Q.7).
+    /// Strain and stress by a unit of each elastic coordinate, if they are recorded (theory
+    /// Eq. Q.7).
     pub gauge: Option<Vec<PointState>>,
 }
 
 impl ObservedPoint {
-    /// What is recorded of the point by the dynamic coordinates, its body being in the state `state`.
+    /// What is recorded of the point by the dynamic coordinates, its body being in the state
+    /// `state`.
     pub fn sample(&self, state: &BodyState) -> PointSample {
         PointSample {
             position: self.point.position(state).into(),
@@ -121,8 +123,9 @@ pub struct Observed {
     pub joints: Vec<usize>,
 }
 
-/// Fills `sample` with everything recorded at time `t` in the state `y`, which forces and accelerations were evaluated at last; the
-/// phase is left to the caller, and the potential of gravity is that about the inertial origin.
+/// Fills `sample` with everything recorded at time `t` in the state `y`, which forces and
+/// accelerations were evaluated at last; the phase is left to the caller, and the potential of
+/// gravity is that about the inertial origin.
 pub fn fill_sample(system: &mut System, observed: &Observed, t: f64, y: &[f64], sample: &mut Sample) {
     let invariants = system.invariants(t, y);
     sample.time = t;
@@ -210,9 +213,10 @@ pub fn smallest_gap(system: &mut System, t: f64, y: &[f64], index: usize) -> f64
     force.contact.smallest_gap(motion)
 }
 
-/// The normal of contact `index` at time `t` in the state `y`, and the relative motion of its bodies there. The normal is the
-/// direction of the normal force that acts, whose points are many; without force it is that
-/// of the nearest point, off by the turn of the surface over half their spacing.
+/// The normal of contact `index` at time `t` in the state `y`, and the relative motion of its
+/// bodies there. The normal is the direction of the normal force that acts, whose points are many;
+/// without force it is that of the nearest point, off by the turn of the surface over half their
+/// spacing.
 pub fn normal_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> (Vector3<f64>, NearMotion) {
     let near = near_motion(system, t, y, index);
     let (force, motion) = system.force_in_motion(t, y, index);
@@ -222,8 +226,8 @@ pub fn normal_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> (V
     (normal.unwrap_or_else(|| force.contact.normal(motion)), near)
 }
 
-/// Rigid motion of the bodies of contact `index` relative to each other at their nearest points, at time `t` in the state `y`
-/// (theory Eq. Q.2).
+/// Rigid motion of the bodies of contact `index` relative to each other at their nearest points, at
+/// time `t` in the state `y` (theory Eq. Q.2).
 pub fn near_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> NearMotion {
     let (force, motion) = system.force_in_motion(t, y, index);
     let near = force.contact.place(motion);

@@ -1,4 +1,5 @@
-//! Follows a stop of a joint through its hits: begin and end, peak, impulse (docs/theory.md Eq. M.23).
+//! Follows a stop of a joint through its hits: begin and end, peak, impulse (docs/theory.md
+//! Eq. M.23).
 
 use serde::{Deserialize, Serialize};
 
@@ -36,8 +37,8 @@ impl StopHit {
         self.instants < MOST_STATES
     }
 
-    /// Takes the force at a later `time`, and the `rate` at which the stop is compressed; the record of the hit that has ended, of the impact number
-    /// `contact`.
+    /// Takes the force at a later `time`, and the `rate` at which the stop is compressed; the
+    /// record of the hit that has ended, of the impact number `contact`.
     pub fn step(&mut self, time: f64, force: f64, rate: f64, contact: u32) -> Option<ImpactRecord> {
         let was_pressed = self.is_pressed();
         let (last_time, last) = (self.time, self.force);
@@ -84,7 +85,8 @@ impl StopHit {
     }
 }
 
-/// Time and force at the top of the parabola through three instants; those of the middle one if it is not the largest.
+/// Time and force at the top of the parabola through three instants; those of the middle one if it
+/// is not the largest.
 fn top([a, b, c]: [(f64, f64); 3]) -> (f64, f64) {
     let (left, right) = (b.0 - a.0, c.0 - b.0);
     let is_top = b.1 >= a.1 && b.1 >= c.1 && b.1 > a.1.min(c.1) && left > 0.0 && right > 0.0;
@@ -106,7 +108,8 @@ mod tests {
 
     #[test]
     fn half_a_sine_has_its_peak_and_its_impulse() {
-        // Forty instants of a hit of 1 ms and 5 N; peak by parabolas: fourth powers of π/40; impulse by trapezoids: π²/12 of 1/1600.
+        // Forty instants of a hit of 1 ms and 5 N; peak by parabolas: fourth powers of π/40;
+        // impulse by trapezoids: π²/12 of 1/1600.
         let (n, duration, peak) = (40, 1e-3, 5.0);
         let mut hit = StopHit::default();
         assert_eq!(hit.step(1.0, 0.0, 0.0, 7), None);

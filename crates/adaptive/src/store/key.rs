@@ -1,8 +1,9 @@
 //! What a model is made from, as bytes.
 //!
-//! Every struct is taken apart field by field without `..`, so that a new field does not compile before somebody decides
-//! whether it belongs to a key. Numbers go in by their bits: neither formatting nor rounding can make two models one. Lists and
-//! texts carry their lengths, choices have a number, so that no two definitions have the same bytes.
+//! Every struct is taken apart field by field without `..`, so that a new field does not compile
+//! before somebody decides whether it belongs to a key. Numbers go in by their bits: neither
+//! formatting nor rounding can make two models one. Lists and texts carry their lengths, choices
+//! have a number, so that no two definitions have the same bytes.
 
 use faer::{ColRef, Mat};
 use fe_mesh::rules::MassRule;
@@ -50,7 +51,8 @@ fn of_matrices(flexible: &FlexibleSpec) -> &[Area] {
     rigid_areas
 }
 
-/// What the matrices of a body of finite elements are made from: nodes, elements, materials, rule of the mass, rigid parts.
+/// What the matrices of a body of finite elements are made from: nodes, elements, materials, rule
+/// of the mass, rigid parts.
 pub fn meshed_definition(spec: &MeshedSpec) -> Vec<u8> {
     let MeshedSpec { mesh, material, groups, mass_rule, flexible } = spec;
     let mut key = Bytes::default();
@@ -105,7 +107,9 @@ impl Bytes {
     }
 
     fn shape(&mut self, shape: &Shape) {
-        // Markers and faces are names of places, spelled out where a model depends on them; singular sets follow from the patches and only say what is refused; parts are in the patches.
+        // Markers and faces are names of places, spelled out where a model depends on them;
+        // singular sets follow from the patches and only say what is refused; parts are in the
+        // patches.
         let Shape { patches, markers: _, faces: _, singular: _, symmetry, parts: _ } = shape;
         self.add(&patches.len());
         for patch in patches {

@@ -1,4 +1,5 @@
-//! The surface of a mesh: its sides, the smooth parts that they form, and the edges between these parts.
+//! The surface of a mesh: its sides, the smooth parts that they form, and the edges between these
+//! parts.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, OnceLock};
@@ -33,15 +34,20 @@ pub struct MeshSurface {
 const SQUARE: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
 /// Least number of nodes to which a paraboloid is fitted for the curvatures; it has six unknowns.
 const FITTED: usize = 16;
-/// Number of parts of an edge at whose ends the normals of both sides are compared: enough for contact radii of a sixteenth of an edge.
+/// Number of parts of an edge at whose ends the normals of both sides are compared: enough for
+/// contact radii of a sixteenth of an edge.
 const EDGE_PARTS: usize = 16;
-/// Difference of the cosines of two normals with a direction below which both are equally near to it: round-off of positions.
+/// Difference of the cosines of two normals with a direction below which both are equally near to
+/// it: round-off of positions.
 const ALIKE: f64 = 1e-9;
-/// Distance of a point from a side, as a share of its longest edge, below which the point lies on it; searches find places to 1e-9.
+/// Distance of a point from a side, as a share of its longest edge, below which the point lies on
+/// it; searches find places to 1e-9.
 const SAME_POINT: f64 = 1e-6;
-/// Limit of the steps of Newton's method on a side; five are enough, as sides are flat or slightly curved.
+/// Limit of the steps of Newton's method on a side; five are enough, as sides are flat or slightly
+/// curved.
 const NEWTON_STEPS: usize = 20;
-/// Deviation of nodes from a plane face or a straight line, as a share of the body's size: coordinates in files have at least six digits.
+/// Deviation of nodes from a plane face or a straight line, as a share of the body's size:
+/// coordinates in files have at least six digits.
 const SAME_PLANE: f64 = 1e-6;
 
 impl MeshSurface {
@@ -61,7 +67,8 @@ impl MeshSurface {
         self.sides.sides()
     }
 
-    /// The sides that are connected with `first` over smooth edges and through sides for which `is_wanted` holds, in ascending order.
+    /// The sides that are connected with `first` over smooth edges and through sides for which
+    /// `is_wanted` holds, in ascending order.
     pub fn smooth_part(&self, first: usize, is_wanted: impl Fn(usize) -> bool) -> Vec<u32> {
         self.sides.smooth_part(first, is_wanted)
     }
@@ -110,8 +117,8 @@ impl MeshSurface {
         beside.chain([side]).map(|i| self.longest_edge(i)).fold(0.0, f64::max)
     }
 
-    /// Largest angles by which normals turn at the edges of the side at `place` and of those beside it: anywhere, and nearer than `radius` to it;
-    /// creases do not count.
+    /// Largest angles by which normals turn at the edges of the side at `place` and of those beside
+    /// it: anywhere, and nearer than `radius` to it; creases do not count.
     pub fn turns_at(&self, place: &SurfacePlace, radius: f64) -> [f64; 2] {
         let (centre, side) = (Vector3::from(place.point), place.face as usize);
         let beside = self.neighbours(side).map(|n| n.side as usize);
@@ -163,7 +170,8 @@ impl MeshSurface {
         self.pieces_of(&all)
     }
 
-    /// Every side as a face of its own, without normals that are continuous over edges: one piece for a quadrilateral, three for a triangle.
+    /// Every side as a face of its own, without normals that are continuous over edges: one piece
+    /// for a quadrilateral, three for a triangle.
     pub fn faces(&self) -> PiecewiseSurface {
         let pieces = self.sides().iter().enumerate().flat_map(|(i, side)| {
             let corners = match side.n_edges() {
@@ -182,7 +190,8 @@ impl MeshSurface {
         PiecewiseSurface { pieces: pieces.collect(), positions: self.mesh.nodes().to_vec() }
     }
 
-    /// The sides `chosen` as pieces, which are neighbours of each other where the surface is smooth.
+    /// The sides `chosen` as pieces, which are neighbours of each other where the surface is
+    /// smooth.
     pub fn pieces_of(&self, chosen: &[u32]) -> PiecewiseSurface {
         let first = first_pieces(chosen.iter().map(|&i| self.sides()[i as usize].n_edges()));
         let number: HashMap<u32, u32> = chosen.iter().copied().zip(first).collect();
@@ -191,7 +200,8 @@ impl MeshSurface {
             let side = &self.sides()[i as usize];
             let (n, first) = (side.n_edges(), number[&i]);
             for (k, piece) in side.kind.pieces().iter().enumerate() {
-                // Half of the edge from this corner, and of the one to it, lie on the piece's edges 0 and 3.
+                // Half of the edge from this corner, and of the one to it, lie on the piece's edges
+                // 0 and 3.
                 let across = |edge: usize, is_start: bool| -> Option<PieceEdge> {
                     let other = side.neighbours[edge].filter(|other| other.is_smooth)?;
                     let (first, m) = (number.get(&other.side)?, self.sides()[other.side as usize].n_edges());
@@ -314,7 +324,8 @@ impl MeshSurface {
         all
     }
 
-    /// Nodes of the sides around `place`, ring after ring over smooth edges until there are `enough`, or no more.
+    /// Nodes of the sides around `place`, ring after ring over smooth edges until there are
+    /// `enough`, or no more.
     pub fn around(&self, place: &SurfacePlace, enough: usize) -> Vec<Vector3<f64>> {
         let mut rings: HashSet<u32> = HashSet::from([place.face]);
         let nodes = |sides: &HashSet<u32>| -> Vec<u32> {
@@ -381,7 +392,8 @@ impl Surface for MeshSurface {
         SurfacePlace { face, xi, point: self.at(face as usize, &[xi[0], xi[1]]).position }
     }
 
-    /// Widths on meshes are along principal directions of the surface, which do not depend on the side.
+    /// Widths on meshes are along principal directions of the surface, which do not depend on the
+    /// side.
     fn share_directions(&self, _: [u32; 2]) -> bool {
         true
     }
@@ -423,8 +435,9 @@ impl Surface for MeshSurface {
         CREASE.to_radians().cos()
     }
 
-    /// The curvatures of the paraboloid that fits the nodes around by least squares, since second derivatives of a single side are right to its first
-    /// order only. `None` if the nodes lie on a line, or the side has no normal.
+    /// The curvatures of the paraboloid that fits the nodes around by least squares, since second
+    /// derivatives of a single side are right to its first order only. `None` if the nodes lie on a
+    /// line, or the side has no normal.
     fn shape_at(&self, place: &SurfacePlace) -> Option<LocalShape> {
         let centre = Vector3::from(place.point);
         let at = self.at(place.face as usize, &[place.xi[0], place.xi[1]]);
@@ -468,8 +481,9 @@ impl Surface for MeshSurface {
         best.map_or(*place, |(_, place)| place)
     }
 
-    /// The sides in the plane that are smoothly connected with one at the point are a flat face if they are bounded by edges of the part all around,
-    /// or if a node lies in their midst, which is not so for a single side of a round part.
+    /// The sides in the plane that are smoothly connected with one at the point are a flat face if
+    /// they are bounded by edges of the part all around, or if a node lies in their midst, which is
+    /// not so for a single side of a round part.
     fn has_flat_face(&self, point: &[f64; 3], outward: &Vector3<f64>, parallel: f64) -> bool {
         let Some(foot) = self.nearest(point) else { return false };
         let reach = (self as &dyn Surface).reach();

@@ -16,14 +16,16 @@ use super::turned_net::regular_view;
 use super::{ALONG_LINE, Foot, LocalShape, StraightLine, Surface, SurfacePlace};
 use crate::spec::body::rigid_motion;
 
-/// Part of a body's size below which the lines of a net that run around a place are a pole: closest places are known to the root of round-off, and
-/// are as far from it.
+/// Part of a body's size below which the lines of a net that run around a place are a pole: closest
+/// places are known to the root of round-off, and are as far from it.
 pub const POLE: f64 = 100.0 * SAME_PLACE;
-/// Cosine of the angle between normals that belong to one smooth surface: 8 degrees, for faces that only approximate one.
+/// Cosine of the angle between normals that belong to one smooth surface: 8 degrees, for faces that
+/// only approximate one.
 pub const ALONG: f64 = 0.99;
 /// Shares of the ranges of a face's parameters at which it is looked at.
 const SAMPLES: [[f64; 2]; 5] = [[0.1, 0.2], [0.9, 0.3], [0.5, 0.5], [0.2, 0.8], [0.7, 0.9]];
-/// Projections on both faces of an edge in turn that lead to a place on it, from one on a tangent of the edge: faces at right angles need one.
+/// Projections on both faces of an edge in turn that lead to a place on it, from one on a tangent
+/// of the edge: faces at right angles need one.
 const EDGE_SWEEPS: usize = 8;
 
 /// Outer faces of a shape.
@@ -84,7 +86,8 @@ impl SplineSurface {
         SurfacePlace { face: self.number(face.id), xi, point: self.patches()[face.id.patch].point(&xi) }
     }
 
-    /// Outer faces that `point` is no farther from than round-off, with the place of each there, poles included.
+    /// Outer faces that `point` is no farther from than round-off, with the place of each there,
+    /// poles included.
     fn faces_at(&self, point: &[f64; 3]) -> impl Iterator<Item = (usize, FacePoint)> {
         let within = 4.0 * SAME_PLACE * self.size;
         (0..self.outer.len()).filter_map(move |i| {
@@ -101,8 +104,8 @@ impl SplineSurface {
         })
     }
 
-    /// Whether lines of parameters of `face` run together at `xi`: a pole has no normal of its own, what is computed there is round-off, and it is
-    /// no edge.
+    /// Whether lines of parameters of `face` run together at `xi`: a pole has no normal of its own,
+    /// what is computed there is round-off, and it is no edge.
     fn is_pole(&self, face: &Face, xi: &[f64; 3]) -> bool {
         let patch = &self.patches()[face.id.patch];
         let (lower, upper) = patch.domain();
@@ -128,7 +131,8 @@ impl SplineSurface {
         is_straight.then(|| StraightLine { points, middle: self.place_on(face, &at(0.5)) })
     }
 
-    /// Places of the edge of two outer faces at the distance `length` from `start` on it, on both sides; its end where it ends before.
+    /// Places of the edge of two outer faces at the distance `length` from `start` on it, on both
+    /// sides; its end where it ends before.
     fn along_edge(&self, faces: [usize; 2], start: &Vector3<f64>, length: f64) -> Vec<Vector3<f64>> {
         let patches = self.patches();
         let surfaces = faces.map(|i| self.single(i));

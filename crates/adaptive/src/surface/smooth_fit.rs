@@ -8,9 +8,10 @@ use crate::surface::{LocalShape, MeshSurface, SurfacePlace};
 const FUNCTIONS: usize = 15;
 /// Nodes for each of them, at least.
 const NODES: usize = 3;
-/// Weighted distance of the nodes from the surface, as a share of their heights over the plane that touches it, up to which it is taken to be that of the part:
-/// curvature is then off by eight times as much at most, and the force by a fifth of that. With nodes on a sphere, half its radius away, the share is 3e-4; where
-/// curvature jumps between them, some percent.
+/// Weighted distance of the nodes from the surface, as a share of their heights over the plane that
+/// touches it, up to which it is taken to be that of the part: curvature is then off by eight times
+/// as much at most, and the force by a fifth of that. With nodes on a sphere, half its radius away,
+/// the share is 3e-4; where curvature jumps between them, some percent.
 const MISFIT: f64 = 2e-3;
 /// Ratio of singular values below which nodes do not tell the functions apart.
 const SINGULAR: f64 = 1e-10;
@@ -48,8 +49,9 @@ fn functions(u: f64, v: f64) -> [f64; FUNCTIONS] {
 }
 
 impl SmoothFit {
-    /// The surface through the nodes around `site`, where the surface has the shape `shape`; none if no smooth one goes through them, or they do not reach
-    /// beyond the distance `reach` from it.
+    /// The surface through the nodes around `site`, where the surface has the shape `shape`; none
+    /// if no smooth one goes through them, or they do not reach beyond the distance `reach` from
+    /// it.
     pub fn new(surface: &MeshSurface, site: &SurfacePlace, shape: &LocalShape, reach: f64) -> Option<Self> {
         let centre = Vector3::from(site.point);
         // Rings end where edges do: the nearest nodes of more of them lie on a disc.

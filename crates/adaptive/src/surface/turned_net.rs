@@ -1,4 +1,5 @@
-//! The net of a shape that stays what it is when it is turned, such as that of a ball, turned so that it is regular at a place.
+//! The net of a shape that stays what it is when it is turned, such as that of a ball, turned so
+//! that it is regular at a place.
 
 use iga_core::SplineError;
 use iga_core::nurbs::jet::norm;
@@ -7,8 +8,8 @@ use iga_core::nurbs::symmetry::{angle_about, product, rotation_about};
 use iga_core::nurbs::{PatchSearch, Shape};
 use iga_core::surface::Face;
 
-/// The shape with its net turned so that it is regular at `place` of `face`, with that place on it; `None` if the net is regular
-/// there already, or the shape has no symmetry.
+/// The shape with its net turned so that it is regular at `place` of `face`, with that place on it;
+/// `None` if the net is regular there already, or the shape has no symmetry.
 ///
 /// # Errors
 /// As [`Shape::rotated`].
@@ -37,7 +38,8 @@ fn regular_rotation(shape: &Shape, face: &Face, place: &[f64; 3]) -> Result<Opti
         return Ok(Some((first, surface.point)));
     }
     let (_, there) = nearest(&shape.rotated(&first)?, &surface.point);
-    // The directions along the face stay those that widths were asked for, as far as the net allows.
+    // The directions along the face stay those that widths were asked for, as far as the net
+    // allows.
     let angle = angle_about(&unit(&normal), &there.tangents[0], &surface.tangents[0]);
     Ok(Some((product(&rotation_about(&unit(&normal), angle), &first), surface.point)))
 }

@@ -87,8 +87,8 @@ impl FlexibleModel {
         model.map(Arc::new).map_err(|e| surface_fault(self.name(), e))
     }
 
-    /// The field that points and markers of the body move with, and the modes at its unknowns: those of a fine model while the body has
-    /// modes of its own.
+    /// The field that points and markers of the body move with, and the modes at its unknowns:
+    /// those of a fine model while the body has modes of its own.
     pub fn in_use(&self) -> (&dyn Field, MatRef<'_, f64>) {
         match &self.fine {
             Some(state) => (state.fine.mesh.as_ref(), state.modes.reduced.shapes()),
@@ -136,7 +136,8 @@ impl BodyModel {
         }
     }
 
-    /// The surface by which pairs are watched, of flexible bodies a deformable one; none of a body without shape.
+    /// The surface by which pairs are watched, of flexible bodies a deformable one; none of a body
+    /// without shape.
     ///
     /// # Errors
     /// [`AdaptiveError::Unsupported`] if the shape has no surface.
@@ -183,7 +184,8 @@ impl BodyModel {
         Ok(Self { name, data, form: BodyForm::Rigid(surface.map(Box::new)) })
     }
 
-    /// How far the surface rises between neighbouring contact points of its whole surface at most \[m\]; zero of a body without elements.
+    /// How far the surface rises between neighbouring contact points of its whole surface at most
+    /// \[m\]; zero of a body without elements.
     pub fn height_between_points(&self) -> f64 {
         self.flexible().map_or(0.0, |flexible| flexible.body.height_between_points())
     }
@@ -210,12 +212,14 @@ pub struct CoordinateCounts {
     pub free: usize,
     /// Modes that a contact interface adds; none where it follows statically.
     pub interface: usize,
-    /// Static answers to what each joint or load exerts; the last coordinates if there are no interface modes.
+    /// Static answers to what each joint or load exerts; the last coordinates if there are no
+    /// interface modes.
     pub answers: Vec<(String, usize)>,
 }
 
 impl BodyModel {
-    /// The fields of the modes, those of the mean-axis frame of bodies reduced here; none of a rigid body.
+    /// The fields of the modes, those of the mean-axis frame of bodies reduced here; none of a
+    /// rigid body.
     pub fn mode_fields(&self) -> Option<Box<dyn ModeFields + '_>> {
         match &self.form {
             BodyForm::Flexible(flexible) => {
@@ -254,7 +258,8 @@ fn counts(n: usize, answers: &[(String, usize)]) -> CoordinateCounts {
     CoordinateCounts { free: n - n_static, interface: 0, answers: answers.to_vec() }
 }
 
-/// A fine model in use. While it is, its view is the body's reduced model; the coarse one is kept here.
+/// A fine model in use. While it is, its view is the body's reduced model; the coarse one is kept
+/// here.
 pub struct FineState {
     /// The refined body.
     pub(crate) fine: FineBody,

@@ -123,7 +123,8 @@ impl ImportedModel {
         self.find(body, name).map(Marker::point)
     }
 
-    /// The marker at `place`, of the body called `body`, with axes turned by `rotation` from the body's.
+    /// The marker at `place`, of the body called `body`, with axes turned by `rotation` from the
+    /// body's.
     ///
     /// # Errors
     /// [`AdaptiveError::Unsupported`] if there is none.

@@ -35,7 +35,8 @@ impl BodyModel {
         matches!(self.form, BodyForm::Flexible(_)) && !matches!(place, Place::Area(_))
     }
 
-    /// Strain and stress at the single point `place` by a unit of each elastic coordinate (theory Eq. Q.7).
+    /// Strain and stress at the single point `place` by a unit of each elastic coordinate (theory
+    /// Eq. Q.7).
     ///
     /// # Errors
     /// [`AdaptiveError`] if there is no such place, if it has an extent, or if the body has no elements.
@@ -86,7 +87,8 @@ impl BodyModel {
 
 /// The system of `spec` with the given bodies.
 ///
-/// A free body is joined to ground by a joint that has its name and starts at zero: its ground marker stands where the body does.
+/// A free body is joined to ground by a joint that has its name and starts at zero: its ground
+/// marker stands where the body does.
 ///
 /// # Errors
 /// [`AdaptiveError`] if a place does not exist.

@@ -27,7 +27,8 @@ pub struct GradientsAt {
 
 /// Gives the points of a body one after another.
 pub trait ModeFields {
-    /// Calls `take` with every point; the masses of all points are those of a quadrature of the body.
+    /// Calls `take` with every point; the masses of all points are those of a quadrature of the
+    /// body.
     ///
     /// # Errors
     /// [`AdaptiveError::Geometry`] or [`AdaptiveError::Mesh`] if the body cannot be evaluated.

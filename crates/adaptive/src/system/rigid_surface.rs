@@ -1,4 +1,5 @@
-//! The surface of a rigid body that others touch: that of its exact shape, without elastic coordinates.
+//! The surface of a rigid body that others touch: that of its exact shape, without elastic
+//! coordinates.
 
 use contact_qs::ContactError;
 use contact_qs::points::DofLookup;
@@ -75,8 +76,8 @@ impl RigidSurface {
         self.undeformed.as_ref()
     }
 
-    /// The side of a contact that body `body` with this surface is, by smooth parts of its faces or, with `has_edges`, edges included (theory
-    /// Eq. C.76).
+    /// The side of a contact that body `body` with this surface is, by smooth parts of its faces
+    /// or, with `has_edges`, edges included (theory Eq. C.76).
     pub fn side(&self, body: usize, has_edges: bool) -> ContactSide<'_> {
         let (patches, space, model, lookup) = (&self.shape.patches, &self.space, &self.model, &self.lookup);
         ContactSide {

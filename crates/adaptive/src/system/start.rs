@@ -79,7 +79,8 @@ fn joint_state<F: DerefMut<Target: ActiveForce>>(
                 if free.len() == joint.kind.n_velocities() {
                     (joint.positions.clone(), joint.velocities.clone())
                 } else {
-                    // Prescribed coordinates are no part of the state; joints with a quaternion have none.
+                    // Prescribed coordinates are no part of the state; joints with a quaternion
+                    // have none.
                     let pick = |all: &[f64]| free.iter().filter_map(|&k| all.get(k).copied()).collect();
                     (pick(&joint.positions), pick(&joint.velocities))
                 }

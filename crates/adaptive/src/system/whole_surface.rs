@@ -4,11 +4,13 @@ use std::f64::consts::PI;
 
 use crate::system::body::FlexibleModel;
 
-/// Compliance of the modes of a bar that are left out, times impedance and highest frequency kept: `Σ_{j>N} 2/(jπ)² → 2/(π²N)` (Eq. C.69).
+/// Compliance of the modes of a bar that are left out, times impedance and highest frequency kept:
+/// `Σ_{j>N} 2/(jπ)² → 2/(π²N)` (Eq. C.69).
 const LEFT_OUT: f64 = 2.0 / PI;
 
-/// The penalty factor with which, together with what the modes left out yield, the force rises against waves in the `bodies` within half a
-/// period of the highest mode that all of them have; infinite where there is none (Eq. C.69) [N/m³].
+/// The penalty factor with which, together with what the modes left out yield, the force rises
+/// against waves in the `bodies` within half a period of the highest mode that all of them have;
+/// infinite where there is none (Eq. C.69) [N/m³].
 pub fn resolved_penalty<'a>(bodies: impl Iterator<Item = &'a FlexibleModel>) -> f64 {
     let (mut mobility, mut lowest) = (0.0, f64::INFINITY);
     for body in bodies {

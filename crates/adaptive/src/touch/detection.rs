@@ -90,8 +90,8 @@ impl Detector {
         Self { target, ..self.clone() }
     }
 
-    /// Puts `model` in the place of the surface of body `body`, if that is one of the pair; returns the one before. What a search
-    /// remembers belongs to the surface before.
+    /// Puts `model` in the place of the surface of body `body`, if that is one of the pair; returns
+    /// the one before. What a search remembers belongs to the surface before.
     pub fn replace_surface(&mut self, body: usize, model: &Arc<SurfaceModel>) -> Option<Arc<SurfaceModel>> {
         let mut before = None;
         if self.body == body {

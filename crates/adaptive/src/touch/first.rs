@@ -1,4 +1,5 @@
-//! Where and how the contacts of a run touch first, before anything is built: one answer for plans, sizes, checks, costs and pictures.
+//! Where and how the contacts of a run touch first, before anything is built: one answer for plans,
+//! sizes, checks, costs and pictures.
 
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -27,7 +28,8 @@ pub struct FirstTouch {
     pub poses: Vec<BodyState>,
     /// Its places on the bodies; if it is not known, where they are nearest at the start.
     pub sites: Sites,
-    /// What touches; none if it is not known: of bodies that move on joints or under loads, and of those that do not meet.
+    /// What touches; none if it is not known: of bodies that move on joints or under loads, and of
+    /// those that do not meet.
     pub kind: Option<TouchKind>,
 }
 
@@ -56,7 +58,8 @@ impl<'a> FirstTouches<'a> {
         Self { spec, ..self }
     }
 
-    /// Where the bodies of `contact` are nearest at the start; `None` if one of them has no surface.
+    /// Where the bodies of `contact` are nearest at the start; `None` if one of them has no
+    /// surface.
     ///
     /// # Errors
     /// [`ContactError`] if these places cannot be found.
@@ -111,7 +114,8 @@ impl<'a> FirstTouches<'a> {
         Some(Ok(Rc::new(FirstTouch { poses, sites, kind: Some(kind) })))
     }
 
-    /// The reason for which Hertz's law `law` does not hold for the first touch of `contact`; `None` if it holds, or if the touch is not known.
+    /// The reason for which Hertz's law `law` does not hold for the first touch of `contact`;
+    /// `None` if it holds, or if the touch is not known.
     pub fn no_hertz_point(&self, contact: &ContactSpec, law: &HertzSpec) -> Option<&'static str> {
         if law.spheres(contact.target).is_some() {
             return None;

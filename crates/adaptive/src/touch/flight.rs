@@ -11,12 +11,14 @@ use crate::touch::sites::Surfaces;
 
 /// Shortest step of the search for a touch, over the simulated time.
 const SHORTEST: f64 = 1e-6;
-/// Attempts to find an instant before the start at which bodies that touch at the start are apart. Each goes twice as far back as the one before,
-/// the last a thousand times as far as their speed along the normal would need.
+/// Attempts to find an instant before the start at which bodies that touch at the start are apart.
+/// Each goes twice as far back as the one before, the last a thousand times as far as their speed
+/// along the normal would need.
 const LOOKS_BACK: usize = 10;
 
-/// Motions and nearest places of the first touch of `contact`, with the motions `poses` at the start. `None` for bodies that move on joints or under
-/// loads, that have no surface, or that do not meet before the end of the run.
+/// Motions and nearest places of the first touch of `contact`, with the motions `poses` at the
+/// start. `None` for bodies that move on joints or under loads, that have no surface, or that do
+/// not meet before the end of the run.
 pub(super) fn touch_in_flight(
     (spec, surfaces): (&RunSpec, &Surfaces),
     contact: &ContactSpec,
@@ -112,7 +114,8 @@ impl<'a> Flight<'a> {
         if gap < -settings.gap - self.overlap {
             return None; // refused for its overlap
         }
-        // The direction between bodies is not defined when they touch: the instant just before is taken, even if it is before the start.
+        // The direction between bodies is not defined when they touch: the instant just before is
+        // taken, even if it is before the start.
         let speed = self.detector.closing_speed_bound(&self.at(time));
         let mut back = 2.0 * (settings.gap - gap.min(0.0)) / speed;
         for _ in 0..LOOKS_BACK {

@@ -1,7 +1,7 @@
 //! First guess of an impact's contact width (theory section A.5).
 //!
-//! The width is that of Hertz's contact at the peak of an impact of two masses. It only starts a search: bodies that are no
-//! half spaces, or waves, make it inexact.
+//! The width is that of Hertz's contact at the peak of an impact of two masses. It only starts a
+//! search: bodies that are no half spaces, or waves, make it inexact.
 
 use std::f64::consts::PI;
 
@@ -15,7 +15,8 @@ use crate::touch::tolerances::{FLAT, NO_CURVATURE, STRAIGHT};
 pub struct LocalSurface {
     /// Principal curvatures, positive where the body is convex [1/m].
     pub curvatures: [f64; 2],
-    /// Direction in space of the first curvature, a unit vector in the tangent plane; any one where both are equal.
+    /// Direction in space of the first curvature, a unit vector in the tangent plane; any one where
+    /// both are equal.
     pub direction: Vector3<f64>,
     /// `(1 - ν²)/E`, zero for a rigid partner [1/Pa].
     pub compliance: f64,
@@ -27,7 +28,8 @@ impl LocalSurface {
         Self { curvatures: [0.0; 2], direction: Vector3::zeros(), compliance }
     }
 
-    /// A surface that is curved alike in both directions; `radius` is infinite for a plane and negative for a hollow \[m\].
+    /// A surface that is curved alike in both directions; `radius` is infinite for a plane and
+    /// negative for a hollow \[m\].
     pub fn sphere(radius: f64, compliance: f64) -> Self {
         Self { curvatures: [1.0 / radius; 2], direction: Vector3::zeros(), compliance }
     }
@@ -51,13 +53,15 @@ pub struct HertzPrediction {
     pub approach: f64,
 }
 
-/// Modulus `E*` of two materials with the given moduli and Poisson's ratios, those of rigid bodies infinite \[Pa\].
+/// Modulus `E*` of two materials with the given moduli and Poisson's ratios, those of rigid bodies
+/// infinite \[Pa\].
 pub fn contact_modulus(materials: &[(f64, f64)]) -> f64 {
     1.0 / materials.iter().map(|(young, poisson)| (1.0 - poisson * poisson) / young).sum::<f64>()
 }
 
-/// Inverse effective mass `1/m + (r × n)ᵀ I⁻¹ (r × n)` of a free rigid body against a push along `normal` at `arm` from its
-/// centre of mass (theory Eq. A.23) [1/kg]. Zero for bodies that cannot move; a singular inertia counts as no rotation.
+/// Inverse effective mass `1/m + (r × n)ᵀ I⁻¹ (r × n)` of a free rigid body against a push along
+/// `normal` at `arm` from its centre of mass (theory Eq. A.23) [1/kg]. Zero for bodies that cannot
+/// move; a singular inertia counts as no rotation.
 pub fn inverse_effective_mass(
     mass: f64,
     inertia: &Matrix3<f64>,
@@ -71,8 +75,9 @@ pub fn inverse_effective_mass(
 
 /// Peak of the Hertz impact of two surfaces (theory Eqs. A.18 to A.22).
 ///
-/// `inverse_mass`: sum of the partners' inverse effective masses [1/kg]; `speed`: closing speed [m/s]. `None` where Hertz's
-/// theory has no answer: rigid partners, surfaces without relative curvature in one direction, no closing motion.
+/// `inverse_mass`: sum of the partners' inverse effective masses [1/kg]; `speed`: closing speed
+/// [m/s]. `None` where Hertz's theory has no answer: rigid partners, surfaces without relative
+/// curvature in one direction, no closing motion.
 pub fn hertz_impact(partners: &[LocalSurface; 2], inverse_mass: f64, speed: f64) -> Option<HertzPrediction> {
     let energy = 0.5 * speed * speed / inverse_mass;
     if !(speed > 0.0 && energy.is_finite()) {
@@ -92,7 +97,8 @@ pub struct HertzLaw {
 }
 
 impl HertzLaw {
-    /// The law of two partners; `None` where there is none: rigid ones, or without relative curvature in one direction.
+    /// The law of two partners; `None` where there is none: rigid ones, or without relative
+    /// curvature in one direction.
     pub fn new(partners: &[LocalSurface; 2]) -> Option<Self> {
         let relative = RelativeCurvature::new(partners);
         let compliance = partners[0].compliance + partners[1].compliance;
@@ -117,8 +123,9 @@ impl HertzLaw {
     }
 }
 
-/// Curvature of the gap across the line along which two surfaces touch [1/m], and the unit vector in space across it; `None` if they are curved
-/// against each other both ways, or none over the length `size` \[m\].
+/// Curvature of the gap across the line along which two surfaces touch [1/m], and the unit vector
+/// in space across it; `None` if they are curved against each other both ways, or none over the
+/// length `size` \[m\].
 pub fn across_line(partners: &[LocalSurface; 2], size: f64) -> Option<(f64, Vector3<f64>)> {
     let RelativeCurvature { small, large, bent_direction } = RelativeCurvature::new(partners);
     let is_line = large * size > FLAT && small.abs() <= STRAIGHT * large;
@@ -148,14 +155,16 @@ impl RelativeCurvature {
         }
         let deviation = along.hypot(across);
         let (small, large) = (mean - deviation, mean + deviation);
-        // The normal of the tangent plane, from two directions that differ; without such directions nothing is turned.
+        // The normal of the tangent plane, from two directions that differ; without such directions
+        // nothing is turned.
         let normal = partners.iter().map(|p| p.direction.cross(&main.direction)).find(|v| v.norm() > 1e-6);
         let bent_direction = most_bent(&main.direction, normal, 0.5 * across.atan2(along));
         Self { small, large, bent_direction }
     }
 }
 
-/// The most curved direction, which lies at `angle` from `main` about `normal`; without a normal `main` itself.
+/// The most curved direction, which lies at `angle` from `main` about `normal`; without a normal
+/// `main` itself.
 fn most_bent(main: &Vector3<f64>, normal: Option<Vector3<f64>>, angle: f64) -> Vector3<f64> {
     let Some(normal) = normal.map(|n| n.normalize()) else { return *main };
     // A partner's direction is `main` turned by -angle about its cross product with `main`.
@@ -169,7 +178,8 @@ impl LocalSurface {
     }
 }
 
-/// Force between two touching bodies as a function of their approach: the force of a preview, in which no contact zone is built.
+/// Force between two touching bodies as a function of their approach: the force of a preview, in
+/// which no contact zone is built.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ImpactLaw {
     /// Hertz's contact of curved surfaces.
@@ -179,7 +189,8 @@ pub enum ImpactLaw {
 }
 
 impl ImpactLaw {
-    /// Force at `approach` \[N\] and the energy stored by then \[J\]; `approach` is not negative \[m\].
+    /// Force at `approach` \[N\] and the energy stored by then \[J\]; `approach` is not negative
+    /// \[m\].
     pub fn force(&self, approach: f64) -> (f64, f64) {
         match self {
             Self::Point(law) => {
@@ -191,7 +202,8 @@ impl ImpactLaw {
     }
 }
 
-/// Line contact of a plane model (theory Eq. A.24): approach over force with the logarithm of the bodies' size.
+/// Line contact of a plane model (theory Eq. A.24): approach over force with the logarithm of the
+/// bodies' size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LineLaw {
     curvature: f64,
@@ -201,9 +213,10 @@ pub struct LineLaw {
 }
 
 impl LineLaw {
-    /// `curvature`: sum of the curvatures of both partners in the plane [1/m]; `compliance`: sum of `(1 - ν²)/E`, for a partner of another thickness
-    /// multiplied by `thickness` over its own [1/Pa]; `size`: size of the bodies, on whose logarithm the approach depends \[m\]; `thickness` \[m\].
-    /// `None` without curvature or compliance.
+    /// `curvature`: sum of the curvatures of both partners in the plane [1/m]; `compliance`: sum of
+    /// `(1 - ν²)/E`, for a partner of another thickness multiplied by `thickness` over its own
+    /// [1/Pa]; `size`: size of the bodies, on whose logarithm the approach depends \[m\];
+    /// `thickness` \[m\]. `None` without curvature or compliance.
     pub fn new(curvature: f64, compliance: f64, size: f64, thickness: f64) -> Option<Self> {
         let is_possible = curvature > NO_CURVATURE / size && compliance > 0.0 && compliance.is_finite();
         is_possible.then_some(Self { curvature, compliance, size, thickness })
@@ -214,8 +227,8 @@ impl LineLaw {
         (4.0 * force / self.thickness * self.compliance / (PI * self.curvature)).sqrt()
     }
 
-    /// Half width at the peak of an impact of two bodies that close at `speed`; `inverse_mass`: sum of their inverse effective
-    /// masses [1/kg]. Zero where they do not close \[m\].
+    /// Half width at the peak of an impact of two bodies that close at `speed`; `inverse_mass`: sum
+    /// of their inverse effective masses [1/kg]. Zero where they do not close \[m\].
     pub fn half_width_of_impact(&self, inverse_mass: f64, speed: f64) -> f64 {
         let Self { curvature, compliance, size, thickness } = *self;
         line_impact(curvature, compliance, inverse_mass * thickness, speed, size)
@@ -229,7 +242,8 @@ impl LineLaw {
         length * g * if g > 0.0 { (-g.ln() - 1.0).max(1.0) } else { 1.0 }
     }
 
-    /// `δ = l g max(ln(1/g) - 1, 1)` with `g = F/(t F_0)`, `l = κ ℓ²`, `F_0 = π E* l`: Eq. A.24 with `b` put in.
+    /// `δ = l g max(ln(1/g) - 1, 1)` with `g = F/(t F_0)`, `l = κ ℓ²`, `F_0 = π E* l`: Eq. A.24
+    /// with `b` put in.
     fn force(&self, approach: f64) -> (f64, f64) {
         let length = self.curvature * self.size * self.size;
         let unit = self.thickness * PI * length / self.compliance;
@@ -242,7 +256,8 @@ impl LineLaw {
     }
 }
 
-/// Contact of solid bodies along a straight line, across which alone their surfaces are curved (theory Eq. C.67).
+/// Contact of solid bodies along a straight line, across which alone their surfaces are curved
+/// (theory Eq. C.67).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StraightLine {
     /// Its law.
@@ -251,8 +266,8 @@ pub struct StraightLine {
 }
 
 impl StraightLine {
-    /// The line contact of two partners of the size `size` over the length `length` \[m\]; `None` unless their relative curvature vanishes in exactly
-    /// one direction.
+    /// The line contact of two partners of the size `size` over the length `length` \[m\]; `None`
+    /// unless their relative curvature vanishes in exactly one direction.
     pub fn new(partners: &[LocalSurface; 2], size: f64, length: f64) -> Option<Self> {
         let relative = RelativeCurvature::new(partners);
         let compliance = partners[0].compliance + partners[1].compliance;
@@ -261,13 +276,15 @@ impl StraightLine {
         Some(Self { law, across: relative.bent_direction })
     }
 
-    /// Whether `tangent`, a direction along the surface, is nearer to the direction across the line than to the line.
+    /// Whether `tangent`, a direction along the surface, is nearer to the direction across the line
+    /// than to the line.
     pub fn is_across(&self, tangent: &Vector3<f64>) -> bool {
         tangent.dot(&self.across).abs() > 0.5_f64.sqrt() * tangent.norm()
     }
 }
 
-/// Solves `g max(ln(1/g) - 1, 1) = x`, `x >= 0`: Newton's method from below, where the left side is concave.
+/// Solves `g max(ln(1/g) - 1, 1) = x`, `x >= 0`: Newton's method from below, where the left side is
+/// concave.
 fn line_load(x: f64) -> f64 {
     let edge = (-2.0_f64).exp();
     if x >= edge || x <= 0.0 {
@@ -287,11 +304,13 @@ fn line_load(x: f64) -> f64 {
     g
 }
 
-/// Line contact of a plane model at the peak of an impact: half width and force a metre of thickness (theory Eq. A.24).
+/// Line contact of a plane model at the peak of an impact: half width and force a metre of
+/// thickness (theory Eq. A.24).
 ///
-/// `curvature`: sum of both partners' curvatures in the plane [1/m]; `compliance`: sum of `(1 - ν²)/E` [1/Pa]; `inverse_mass`:
-/// of a slice of one metre [m/kg]; `size`: distance over which the bodies yield, such as a diameter \[m\]. Returns half
-/// width \[m\] and force [N/m]; `None` where there is no answer.
+/// `curvature`: sum of both partners' curvatures in the plane [1/m]; `compliance`: sum of
+/// `(1 - ν²)/E` [1/Pa]; `inverse_mass`: of a slice of one metre [m/kg]; `size`: distance over which
+/// the bodies yield, such as a diameter \[m\]. Returns half width \[m\] and force [N/m]; `None`
+/// where there is no answer.
 pub fn line_impact(
     curvature: f64,
     compliance: f64,
@@ -306,7 +325,8 @@ pub fn line_impact(
         return None;
     }
     let half_width = |force: f64| (4.0 * force * compliance / (PI * curvature)).sqrt();
-    // The approach grows with the logarithm of the body's size (Johnson Eq. 5.57): a few rounds settle it.
+    // The approach grows with the logarithm of the body's size (Johnson Eq. 5.57): a few rounds
+    // settle it.
     let mut force = (2.0 * energy / (compliance / PI)).sqrt();
     for _ in 0..30 {
         let logarithm = (2.0 * (2.0 * size / half_width(force)).ln() - 1.0).max(1.0);
@@ -315,14 +335,16 @@ pub fn line_impact(
     Some((half_width(force), force))
 }
 
-/// Width of an interval whose utilisation is `target`, for a contact that reaches `half_width` on both sides of the centre;
-/// measured from the axis outwards with `from_axis` (theory Eq. A.22) \[m\].
+/// Width of an interval whose utilisation is `target`, for a contact that reaches `half_width` on
+/// both sides of the centre; measured from the axis outwards with `from_axis` (theory Eq. A.22)
+/// \[m\].
 pub fn interval_width(half_width: f64, target: f64, from_axis: bool) -> f64 {
     let extent = if from_axis { half_width } else { 2.0 * half_width };
     extent / target
 }
 
-/// Half extents of an ellipse along two directions `tangents` in the plane of contact, not necessarily of unit length \[m\].
+/// Half extents of an ellipse along two directions `tangents` in the plane of contact, not
+/// necessarily of unit length \[m\].
 pub fn half_extents(prediction: &HertzPrediction, tangents: &[Vector3<f64>; 2]) -> [f64; 2] {
     let [a, b] = prediction.semi_axes;
     tangents.map(|t| {
@@ -331,13 +353,15 @@ pub fn half_extents(prediction: &HertzPrediction, tangents: &[Vector3<f64>; 2]) 
     })
 }
 
-/// Extent of an ellipse with the axes `axes` in a direction that has the `components` along them (theory Eq. A.22).
+/// Extent of an ellipse with the axes `axes` in a direction that has the `components` along them
+/// (theory Eq. A.22).
 fn extent_of_ellipse(axes: [f64; 2], components: [f64; 2]) -> f64 {
     (axes[0] * components[0]).hypot(axes[1] * components[1])
 }
 
-/// Widths along the directions `target` of an area of contact that has the `widths` along the directions `contact`: of the ellipse with
-/// these as axes \[m\]. Directions lie in the plane of contact and need not be of unit length.
+/// Widths along the directions `target` of an area of contact that has the `widths` along the
+/// directions `contact`: of the ellipse with these as axes \[m\]. Directions lie in the plane of
+/// contact and need not be of unit length.
 pub fn widths_along(widths: [f64; 2], contact: &[Vector3<f64>; 2], target: &[Vector3<f64>; 2]) -> [f64; 2] {
     let unit = |v: &Vector3<f64>| v.try_normalize(0.0).unwrap_or_default();
     let axes = contact.each_ref().map(unit);

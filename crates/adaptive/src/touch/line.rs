@@ -1,7 +1,9 @@
-//! Touches along a whole straight line of a curved face, such as that of a cylinder that lies on a plane (docs/theory.md Eqs. C.66, C.67).
+//! Touches along a whole straight line of a curved face, such as that of a cylinder that lies on a
+//! plane (docs/theory.md Eqs. C.66, C.67).
 //!
-//! The search for the nearest places finds any place of such a line, often its end, where an edge seems to touch. The interval of the contact lies
-//! about the middle of the line and is as long as the face.
+//! The search for the nearest places finds any place of such a line, often its end, where an edge
+//! seems to touch. The interval of the contact lies about the middle of the line and is as long as
+//! the face.
 
 use contact_qs::search::SurfaceSite;
 use ffr_dynamics::body::RigidMotion;
@@ -17,8 +19,9 @@ use crate::touch::tolerances::{ACROSS_LINE, FLAT, SHORTEST_LINE};
 /// Halvings of a line in the search for the end of a body over it.
 const HALVINGS: usize = 30;
 
-/// The touch `nearest` of a contact body and a target, surfaces with their motions (a plane without the latter), at the middle of the straight
-/// line of a face of either along which they touch; `None` if they do not. Lines may be inclined by the angle `parallel` \[rad\].
+/// The touch `nearest` of a contact body and a target, surfaces with their motions (a plane without
+/// the latter), at the middle of the straight line of a face of either along which they touch;
+/// `None` if they do not. Lines may be inclined by the angle `parallel` \[rad\].
 pub fn middle_of_line(
     own: Moved<'_>,
     other: Option<Moved<'_>>,
@@ -49,8 +52,9 @@ struct LineTouch {
 }
 
 impl LineTouch {
-    /// The middle of a straight line of the surface `first` through the place `here` along which it touches `second` (a plane without one) in the
-    /// direction `outward` of space, and the place of that which is nearest to it.
+    /// The middle of a straight line of the surface `first` through the place `here` along which it
+    /// touches `second` (a plane without one) in the direction `outward` of space, and the place of
+    /// that which is nearest to it.
     fn along(
         &self,
         ((first, pose), here): (Moved<'_>, &SurfaceSite),
@@ -85,8 +89,9 @@ impl LineTouch {
         None
     }
 
-    /// The middle of the part of a straight line of the surface `first` through the place `here` that lies over `second` in the direction `outward` of
-    /// space, where that may end before the line does, and the place of `second` there.
+    /// The middle of the part of a straight line of the surface `first` through the place `here`
+    /// that lies over `second` in the direction `outward` of space, where that may end before the
+    /// line does, and the place of `second` there.
     fn over(
         &self,
         ((first, pose), here): (Moved<'_>, &SurfaceSite),

@@ -25,7 +25,8 @@ pub fn plane_compliance(material: &Material) -> f64 {
 }
 
 impl SurfaceView {
-    /// The surface of a body that yields by `compliance` [1/Pa], whose frame is turned by `rotation`, at `place`; `None` if it has no curvatures there.
+    /// The surface of a body that yields by `compliance` [1/Pa], whose frame is turned by
+    /// `rotation`, at `place`; `None` if it has no curvatures there.
     pub fn new(
         surface: &dyn Surface,
         compliance: f64,

@@ -50,7 +50,8 @@ pub(crate) struct Pair<'a> {
 }
 
 impl Pair<'_> {
-    /// How the surfaces of `detector`, whose contact body is that of the pair, overlap in the motions `states`; nothing if they do not.
+    /// How the surfaces of `detector`, whose contact body is that of the pair, overlap in the
+    /// motions `states`; nothing if they do not.
     ///
     /// # Errors
     /// [`AdaptiveError::BehindPlane`] for a body that lies on the wrong side of a plane, [`AdaptiveError::Contact`] if nearest places cannot be found.
@@ -101,9 +102,11 @@ impl Pair<'_> {
         nearest.map_err(|source| AdaptiveError::Contact { contact: self.contact.to_owned(), source })
     }
 
-    /// Direction in which the contact body can be moved along `normal`, and how much of a move that way counts.
+    /// Direction in which the contact body can be moved along `normal`, and how much of a move that
+    /// way counts.
     fn way_out(&self, normal: &Vector3<f64>) -> (Vector3<f64>, f64) {
-        /// Cosine below which a move hardly helps; the places found then tell how much more is needed.
+        /// Cosine below which a move hardly helps; the places found then tell how much more is
+        /// needed.
         const LEAST: f64 = 0.2;
         let mut free = *normal;
         match self.motion {
@@ -130,15 +133,17 @@ impl Pair<'_> {
         }
     }
 
-    /// The error for a contact body whose nearest point is `distance` behind the plane and comes out by `shift`.
+    /// The error for a contact body whose nearest point is `distance` behind the plane and comes
+    /// out by `shift`.
     pub fn behind_plane(&self, distance: f64, shift: &Vector3<f64>) -> AdaptiveError {
         let (contact, body) = (self.contact.to_owned(), self.body_name.to_owned());
         AdaptiveError::BehindPlane { contact, body, distance, shift: Components(*shift) }
     }
 }
 
-/// Refuses bodies that overlap at the start in the motions `poses`, before anything is built for them: the undeformed ones, as they are then
-/// unless the run starts from equilibrium. Spheres of Hertz contacts are left to the run.
+/// Refuses bodies that overlap at the start in the motions `poses`, before anything is built for
+/// them: the undeformed ones, as they are then unless the run starts from equilibrium. Spheres of
+/// Hertz contacts are left to the run.
 ///
 /// # Errors
 /// [`AdaptiveError::InitialOverlap`]; [`AdaptiveError::BehindPlane`] for a body on the wrong side of a plane; [`AdaptiveError::Contact`] if nearest places cannot be found.

@@ -1,4 +1,5 @@
-//! Which parts of two bodies touch, at given motions: smooth faces, a line of them, flat faces, edges (docs/theory.md Eqs. C.60, C.61).
+//! Which parts of two bodies touch, at given motions: smooth faces, a line of them, flat faces,
+//! edges (docs/theory.md Eqs. C.60, C.61).
 
 use iga_core::nurbs::SAME_PLACE;
 use nalgebra::Vector3;
@@ -12,23 +13,27 @@ use crate::touch::side::{Moved, Side, touch_direction};
 pub enum TouchKind {
     /// Smooth parts of both surfaces, as Hertz's theory has it.
     Smooth,
-    /// Smooth parts along a whole straight line of a curved face, such as that of a cylinder that lies on a plane.
+    /// Smooth parts along a whole straight line of a curved face, such as that of a cylinder that
+    /// lies on a plane.
     Line,
     /// Plane faces that lie on each other.
     Flat,
     /// An edge, a rim or a corner of one of the bodies or of both.
     Edge,
-    /// An edge of the target that lies along a face of the contact body, where no contact points stand but perhaps at its ends.
+    /// An edge of the target that lies along a face of the contact body, where no contact points
+    /// stand but perhaps at its ends.
     BetweenPoints,
 }
 
 impl TouchKind {
-    /// Whether the pressure has a limit when elements shrink; under edges, rims and corners it has none.
+    /// Whether the pressure has a limit when elements shrink; under edges, rims and corners it has
+    /// none.
     pub fn bounds_pressure(self) -> bool {
         matches!(self, Self::Smooth | Self::Line | Self::Flat)
     }
 
-    /// Whether the contact may have an interval of its surfaces as its zone; otherwise its zones are the whole surfaces.
+    /// Whether the contact may have an interval of its surfaces as its zone; otherwise its zones
+    /// are the whole surfaces.
     pub fn is_smooth(self) -> bool {
         matches!(self, Self::Smooth | Self::Line)
     }
@@ -46,7 +51,8 @@ impl TouchKind {
 /// How two bodies touch.
 #[derive(Debug, Clone, Copy)]
 pub struct Touch {
-    /// The places that touch: the nearest ones or, of a whole straight line of them, those at its middle.
+    /// The places that touch: the nearest ones or, of a whole straight line of them, those at its
+    /// middle.
     pub nearest: Nearest,
     /// What touches there.
     pub kind: TouchKind,
@@ -55,8 +61,9 @@ pub struct Touch {
 }
 
 impl Touch {
-    /// The touch of a contact body and a target, surfaces with their motions (a plane without the latter), that are nearest at the places `nearest`.
-    /// Faces and lines that are inclined by no more than the angle `parallel` \[rad\] lie on each other as a whole.
+    /// The touch of a contact body and a target, surfaces with their motions (a plane without the
+    /// latter), that are nearest at the places `nearest`. Faces and lines that are inclined by no
+    /// more than the angle `parallel` \[rad\] lie on each other as a whole.
     pub fn at(own: Moved<'_>, other: Option<Moved<'_>>, nearest: &Nearest, parallel: f64) -> Self {
         let middle = middle_of_line(own, other, nearest, parallel);
         let touch = Self::at_places(own, other, &middle.unwrap_or(*nearest), parallel);
@@ -73,8 +80,9 @@ impl Touch {
     }
 }
 
-/// The kind of touch at the places `nearest` of the sides `own` of a contact body and `target` of its target, none of a plane, along the direction
-/// `normal`. Flat faces meet as a whole if they are inclined by no more than the angle `parallel` \[rad\].
+/// The kind of touch at the places `nearest` of the sides `own` of a contact body and `target` of
+/// its target, none of a plane, along the direction `normal`. Flat faces meet as a whole if they
+/// are inclined by no more than the angle `parallel` \[rad\].
 fn kind_at(
     (own, target): (&Side<'_>, Option<&Side<'_>>),
     nearest: &Nearest,

@@ -1,5 +1,5 @@
-//! Hertz's force, or that of a line contact, between two material points: a cheap preview of an impact, from which the first
-//! fine model is sized.
+//! Hertz's force, or that of a line contact, between two material points: a cheap preview of an
+//! impact, from which the first fine model is sized.
 
 use contact_qs::{ContactElement, ContactReport};
 use ffr_dynamics::error::EvaluationFailure;
@@ -26,8 +26,8 @@ impl HertzPoint {
 
 /// The force of an impact's law along a fixed normal between two points that touch at the start.
 ///
-/// The bodies keep their dynamic modes, so that waves and joints count; only the contact zone is that of the law. Points stay
-/// where they are: good for the time of an impact.
+/// The bodies keep their dynamic modes, so that waves and joints count; only the contact zone is
+/// that of the law. Points stay where they are: good for the time of an impact.
 #[derive(Debug, Clone)]
 pub struct PointImpact {
     contact: HertzPoint,

@@ -1,5 +1,5 @@
-//! A body at a touch: the faces that meet where it is touched, and the direction to its partner that follows from their normals (docs/theory.md
-//! Eqs. C.60 to C.62).
+//! A body at a touch: the faces that meet where it is touched, and the direction to its partner
+//! that follows from their normals (docs/theory.md Eqs. C.60 to C.62).
 
 use contact_qs::search::SurfaceSite;
 use ffr_dynamics::body::RigidMotion;
@@ -11,15 +11,17 @@ use crate::surface::{ALONG, Surface, SurfacePlace};
 use crate::touch::detection::Nearest;
 use crate::touch::tolerances::{ALONG_EDGE, ROUND_OFF, SAME_DIRECTION};
 
-/// Limit of the sweeps over the normals of a cone: the normals at a place differ by 8 degrees or more, so that each sweep reduces the error by 2 % or
-/// more.
+/// Limit of the sweeps over the normals of a cone: the normals at a place differ by 8 degrees or
+/// more, so that each sweep reduces the error by 2 % or more.
 const SWEEPS: usize = 500;
-/// Improvement below which a direction does not count as better than an earlier one: the error that the sweeps leave.
+/// Improvement below which a direction does not count as better than an earlier one: the error that
+/// the sweeps leave.
 const BETTER: f64 = 1e-6;
 
-/// The unit normal from a target to a contact body at a place where they touch, whose faces have the outward unit normals `target` and `own`
-/// there (Eq. C.62): of the directions of the faces, their means and the common normals of edges the one that lies nearest to the normals'
-/// cones of both, a face before an edge. None without normals.
+/// The unit normal from a target to a contact body at a place where they touch, whose faces have
+/// the outward unit normals `target` and `own` there (Eq. C.62): of the directions of the faces,
+/// their means and the common normals of edges the one that lies nearest to the normals' cones of
+/// both, a face before an edge. None without normals.
 pub fn contact_normal(target: &[Vector3<f64>], own: &[Vector3<f64>]) -> Option<Vector3<f64>> {
     let own: Vec<Vector3<f64>> = own.iter().map(|n| -n).collect();
     let means = target.iter().flat_map(|t| own.iter().map(move |o| t + o));
@@ -41,7 +43,8 @@ pub fn contact_normal(target: &[Vector3<f64>], own: &[Vector3<f64>]) -> Option<V
     best.map(|(_, direction)| direction)
 }
 
-/// Distance of the unit vector `direction` from the cone of the unit vectors `normals`, by minimisation over one coefficient after the other.
+/// Distance of the unit vector `direction` from the cone of the unit vectors `normals`, by
+/// minimisation over one coefficient after the other.
 fn beyond_cone(direction: &Vector3<f64>, normals: &[Vector3<f64>]) -> f64 {
     let mut coefficients = vec![0.0_f64; normals.len()];
     let mut rest = *direction;
@@ -62,7 +65,8 @@ pub type Moved<'a> = (&'a dyn Surface, &'a BodyState);
 pub struct Side<'a> {
     surface: &'a dyn Surface,
     rotation: UnitQuaternion<f64>,
-    /// Outward direction in which the partner lies, in the components of the model; zero as long as it is not known.
+    /// Outward direction in which the partner lies, in the components of the model; zero as long as
+    /// it is not known.
     outward: Vector3<f64>,
     size: f64,
 }
@@ -95,7 +99,8 @@ impl<'a> Side<'a> {
         self.surface.turned_to(&self.place(found), &self.outward)
     }
 
-    /// Outward normals, in space, of the faces that meet at `place`; at a pole, which has none, that of the face.
+    /// Outward normals, in space, of the faces that meet at `place`; at a pole, which has none,
+    /// that of the face.
     pub fn normals_in_space(&self, place: &SurfacePlace) -> Vec<Vector3<f64>> {
         let in_space = |n: &Vector3<f64>| self.rotation * self.surface.motion().in_space(n.as_ref());
         let found = self.surface.normals_at(&place.point);
@@ -105,19 +110,22 @@ impl<'a> Side<'a> {
         found.iter().map(in_space).collect()
     }
 
-    /// Whether a plane face through `point` is turned to the partner, but for the angle `parallel` \[rad\] (Eq. C.60).
+    /// Whether a plane face through `point` is turned to the partner, but for the angle `parallel`
+    /// \[rad\] (Eq. C.60).
     pub fn is_flat(&self, point: &[f64; 3], parallel: f64) -> bool {
         self.surface.has_flat_face(point, &self.outward, parallel)
     }
 
-    /// Number of different normals at `point`: one of a smooth surface, two of an edge, three and more of a corner.
+    /// Number of different normals at `point`: one of a smooth surface, two of an edge, three and
+    /// more of a corner.
     pub fn n_normals(&self, point: &[f64; 3]) -> usize {
         different(self.surface.normals_at(point)).len()
     }
 
-    /// Whether an edge of the solid `target` lies along a face of this body. The edge touches the smooth part of the face at `point` of this body and
-    /// `there` of the target with the normal `normal`; it lies along the face if it is no farther from it than `slack` \[m\] at a tenth of the
-    /// bodies' size.
+    /// Whether an edge of the solid `target` lies along a face of this body. The edge touches the
+    /// smooth part of the face at `point` of this body and `there` of the target with the normal
+    /// `normal`; it lies along the face if it is no farther from it than `slack` \[m\] at a tenth
+    /// of the bodies' size.
     pub fn holds_edge(
         &self,
         (point, normal): (&[f64; 3], &Vector3<f64>),
@@ -135,7 +143,8 @@ impl<'a> Side<'a> {
             let found = self.surface.nearest(&place.into());
             found.is_some_and(|found| {
                 let outward = self.rotation * found.normal;
-                // Places beside the face do not count, nor do edges of this body, where contact points stand.
+                // Places beside the face do not count, nor do edges of this body, where contact
+                // points stand.
                 found.distance <= slack
                     && outward.dot(normal) < -ALONG
                     && self.n_normals(&found.place.point) == 1
@@ -144,8 +153,8 @@ impl<'a> Side<'a> {
         target.surface.along_edges(there, length).into_iter().any(is_inside)
     }
 
-    /// Whether the surface is smooth at `point`: the faces that meet there have one normal, which lies along the direction to the partner
-    /// (Eq. C.61).
+    /// Whether the surface is smooth at `point`: the faces that meet there have one normal, which
+    /// lies along the direction to the partner (Eq. C.61).
     pub fn is_smooth(&self, point: &[f64; 3]) -> bool {
         let normals = self.surface.normals_at(point);
         let all_within = |cosine: f64| normals.iter().all(|normal| normal.dot(&self.outward) > cosine);
@@ -164,8 +173,9 @@ fn different(normals: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
     different
 }
 
-/// The place of an edge or a corner of the target that the contact body meets, with the normal of Eq. C.62. None if the target is smooth there, or if
-/// one of its faces has this normal: then the face is touched, at its end.
+/// The place of an edge or a corner of the target that the contact body meets, with the normal of
+/// Eq. C.62. None if the target is smooth there, or if one of its faces has this normal: then the
+/// face is touched, at its end.
 pub fn met_place(own: &Side<'_>, target: &Side<'_>, nearest: &Nearest) -> Option<TargetPlace> {
     let (here, there) = (own.place(&nearest.contact), target.place(nearest.target.as_ref()?));
     if target.n_normals(&there.point) < 2 {
@@ -180,8 +190,8 @@ pub fn met_place(own: &Side<'_>, target: &Side<'_>, nearest: &Nearest) -> Option
     Some(TargetPlace { face: there.face, xi: there.xi, normal })
 }
 
-/// Direction from the target to the contact body: between the nearest places or, where these agree up to round-off, from the normals of the faces
-/// that meet there (Eq. C.62).
+/// Direction from the target to the contact body: between the nearest places or, where these agree
+/// up to round-off, from the normals of the faces that meet there (Eq. C.62).
 pub fn touch_direction(own: &Side<'_>, other: Option<&Side<'_>>, nearest: &Nearest) -> Vector3<f64> {
     let (Some(target), Some(there)) = (other, nearest.target) else { return nearest.normal };
     if nearest.gap.abs() > ROUND_OFF * own.size() && nearest.normal.norm() > 0.5 {

@@ -32,7 +32,8 @@ pub(crate) struct KnownSurface {
 /// Surfaces of one shape by the motions of the bodies that have it.
 type OfShape = Vec<(RigidMotion, KnownSurface)>;
 
-/// Surfaces of undeformed bodies, one for all that share a shape or a mesh, by where that lies in memory.
+/// Surfaces of undeformed bodies, one for all that share a shape or a mesh, by where that lies in
+/// memory.
 #[derive(Default)]
 pub(crate) struct Surfaces {
     known: RefCell<HashMap<usize, OfShape>>,
@@ -78,8 +79,8 @@ fn pair_sites(surfaces: [&KnownSurface; 2], poses: [&BodyState; 2]) -> Result<Si
     Ok(Sites { contact_body: own, target: Some(target) })
 }
 
-/// Places where the undeformed bodies of a contact are nearest to each other, or lowest over a plane, in the motions `poses`; `own` and `target` are their
-/// numbers and surfaces.
+/// Places where the undeformed bodies of a contact are nearest to each other, or lowest over a
+/// plane, in the motions `poses`; `own` and `target` are their numbers and surfaces.
 ///
 /// # Errors
 /// [`ContactError`] if they cannot be found.

@@ -2,10 +2,12 @@
 
 use std::f64::consts::TAU;
 
-/// Shifted waves on either side that count; of degree 1, where they fall off most slowly, 6 % are left out.
+/// Shifted waves on either side that count; of degree 1, where they fall off most slowly, 6 % are
+/// left out.
 const SHIFTS: i32 = 10;
 
-/// Speed of longitudinal waves in a bar of the modulus `young` \[Pa\] and density `density` [kg/m³], `c = sqrt(E/ρ)` [m/s].
+/// Speed of longitudinal waves in a bar of the modulus `young` \[Pa\] and density `density`
+/// [kg/m³], `c = sqrt(E/ρ)` [m/s].
 pub fn wave_speed(young: f64, density: f64) -> f64 {
     (young / density).sqrt()
 }
@@ -15,7 +17,8 @@ pub fn wave_speed(young: f64, density: f64) -> f64 {
 pub struct Wave {
     /// Its length \[m\].
     pub length: f64,
-    /// Stiffness against shear over that against bending, both at this length; none of a wave without bending.
+    /// Stiffness against shear over that against bending, both at this length; none of a wave
+    /// without bending.
     pub shear: f64,
 }
 
@@ -33,8 +36,9 @@ impl Wave {
 
     /// Relative error of its frequency on elements of the length `h` \[m\] and degree `p`.
     ///
-    /// Smooth splines on a line carry, beside the wave number `k`, those shifted by multiples of `2π/h`.
-    /// In bending slope and rotation of the section are splines of one degree that cannot agree: the difference is sheared.
+    /// Smooth splines on a line carry, beside the wave number `k`, those shifted by multiples of
+    /// `2π/h`. In bending slope and rotation of the section are splines of one degree that cannot
+    /// agree: the difference is sheared.
     pub fn error(&self, h: f64, p: usize) -> f64 {
         // Shorter waves than two elements look like longer ones.
         let x = (h / self.length).min(0.5);
@@ -50,8 +54,9 @@ mod tests {
 
     #[test]
     fn frequencies_on_a_line_err_as_splines_do() {
-        // The first terms for long waves are (2π/n)² / 24, (2π/n)⁴ / 1440, (2π/n)⁶ / 60480 (Cottrell, Reali, Bazilevs & Hughes
-        // 2006); with 40 elements per wave the next ones are (2π/40)² = 2.5 % of them, and 6 % of the sum are left out.
+        // The first terms for long waves are (2π/n)² / 24, (2π/n)⁴ / 1440, (2π/n)⁶ / 60480
+        // (Cottrell, Reali, Bazilevs & Hughes 2006); with 40 elements per wave the next ones are
+        // (2π/40)² = 2.5 % of them, and 6 % of the sum are left out.
         let wave = Wave::straight(40.0);
         for (degree, constant) in [(1, 24.0), (2, 1440.0), (3, 60480.0)] {
             let expected = (TAU / 40.0).powi(2 * degree as i32) / constant;

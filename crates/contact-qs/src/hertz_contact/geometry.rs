@@ -15,8 +15,8 @@ use crate::search::{
 use crate::solver_fault::SolverFault;
 use crate::sphere::Sphere;
 
-/// Cosine of the angle between the normal of a surface and the line to the other body below which an edge is nearest: 8 degrees, for faces that
-/// only approximate a smooth surface.
+/// Cosine of the angle between the normal of a surface and the line to the other body below which
+/// an edge is nearest: 8 degrees, for faces that only approximate a smooth surface.
 const ALONG: f64 = 0.99;
 /// Distance from the axis of an axisymmetric body, over its size, below which a place is its pole.
 const POLE: f64 = 1e-6;
@@ -145,7 +145,8 @@ impl Geometry {
         }
     }
 
-    /// Replaces `shapes` by the mode shapes where the bodies are nearest; those of spheres stay what they are at the centres.
+    /// Replaces `shapes` by the mode shapes where the bodies are nearest; those of spheres stay
+    /// what they are at the centres.
     pub fn shapes_at(&self, touch: &Touch, shapes: &mut [Vec<Vector3<f64>>; 2]) {
         let (Self::Surfaces { own, target, .. }, Some(places)) = (self, &touch.places) else { return };
         own.model.shapes_at(&places[0], &mut shapes[0]);
@@ -241,8 +242,8 @@ impl Geometry {
     }
 }
 
-/// Curvature in space of the surface of a body; `sign`: of its outward normal along the common one. `None` beside the axis of an axisymmetric
-/// body, and where an edge is nearest.
+/// Curvature in space of the surface of a body; `sign`: of its outward normal along the common one.
+/// `None` beside the axis of an axisymmetric body, and where an edge is nearest.
 fn shape_in_space(
     shape: &LocalShape,
     (surface, state): (&Surface, &BodyState),
@@ -293,7 +294,8 @@ pub(super) fn tangents(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
     [first, normal.cross(&first)]
 }
 
-/// Smaller and larger curvature of the sum `bending` in the plane across `normal`, and their directions.
+/// Smaller and larger curvature of the sum `bending` in the plane across `normal`, and their
+/// directions.
 fn principal(bending: &Matrix3<f64>, normal: &Vector3<f64>) -> (f64, f64, [Vector3<f64>; 2]) {
     let [s, t] = tangents(normal);
     let of = |a: &Vector3<f64>, b: &Vector3<f64>| a.dot(&(bending * b));

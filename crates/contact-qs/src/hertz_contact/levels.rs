@@ -1,7 +1,8 @@
-//! Tangential springs of a Hertz contact: one for the part of the stiffness that comes in between two depths of approach
-//! (docs/theory.md Eqs. C.86 to C.88).
+//! Tangential springs of a Hertz contact: one for the part of the stiffness that comes in between
+//! two depths of approach (docs/theory.md Eqs. C.86 to C.88).
 
-/// Levels for each doubling of the approach: lengths across the contact differ by 4.4 % from one to the next.
+/// Levels for each doubling of the approach: lengths across the contact differ by 4.4 % from one to
+/// the next.
 pub(super) const PER_OCTAVE: usize = 8;
 /// Approach over the size of the bodies at which the first level ends: below it gaps are round-off.
 const LEAST: f64 = 1e-14;
@@ -23,8 +24,8 @@ impl Depths {
         self.0.len() - 1
     }
 
-    /// Normal force over `k` of every level that takes part at the approach `approach` \[m^1.5\], its rate over the approach \[m^0.5\], and the stiffness that
-    /// the whole level has \[m^0.5\].
+    /// Normal force over `k` of every level that takes part at the approach `approach` \[m^1.5\],
+    /// its rate over the approach \[m^0.5\], and the stiffness that the whole level has \[m^0.5\].
     pub fn at(&self, approach: f64) -> impl Iterator<Item = Share> {
         let tangent = |d: f64| 1.5 * d.sqrt();
         let force = move |d: f64| tangent(d) * (approach - d) + d * d.sqrt();
@@ -57,11 +58,13 @@ pub(super) struct Returned {
     pub slip: f64,
 }
 
-/// Iterations of Newton's method for the slip, which begins below the root of a concave function and takes one of them where both compliances are equal.
+/// Iterations of Newton's method for the slip, which begins below the root of a concave function
+/// and takes one of them where both compliances are equal.
 const MAX_ITERATIONS: usize = 60;
 
-/// The force of a spring with the compliances `compliance` along the tangents [m/N] that is stretched by `stretch` \[m\] and holds `bound` at most
-/// \[N\]: `(D + γ) τ = -c`, `|τ| <= b`, `γ >= 0`, `γ (|τ| - b) = 0`.
+/// The force of a spring with the compliances `compliance` along the tangents [m/N] that is
+/// stretched by `stretch` \[m\] and holds `bound` at most \[N\]: `(D + γ) τ = -c`, `|τ| <= b`,
+/// `γ >= 0`, `γ (|τ| - b) = 0`.
 pub(super) fn returned(stretch: [f64; 2], compliance: [f64; 2], bound: f64) -> Returned {
     let force = |slip: f64| [0, 1].map(|a| -stretch[a] / (compliance[a] + slip));
     let held = force(0.0);
@@ -119,8 +122,9 @@ mod tests {
         }
     }
 
-    /// Cattaneo (1938) and Mindlin (1949): force over displacement of a circular contact under a normal force that stays,
-    /// `T = μN (1 - (1 - s/s_1)^(3/2))` with gross slip at `s_1 = 3 μ N/(2 k_T)`.
+    /// Cattaneo (1938) and Mindlin (1949): force over displacement of a circular contact under a
+    /// normal force that stays, `T = μN (1 - (1 - s/s_1)^(3/2))` with gross slip at
+    /// `s_1 = 3 μ N/(2 k_T)`.
     #[test]
     fn shear_of_a_pressed_contact_is_that_of_cattaneo_and_mindlin() {
         let (depths, k, ratio, friction) = (Depths::new(0.02), 1e9, 0.8, 0.3);
@@ -135,7 +139,8 @@ mod tests {
                     force -= returned([slide, 0.0], [compliance; 2], friction * k * level.force).force[0];
                 }
                 let exact = friction * normal * (1.0 - (1.0 - f64::min(share, 1.0)).powf(1.5));
-                // The outermost level has its whole stiffness, half of it too much in the mean: 4.4 % / 2.
+                // The outermost level has its whole stiffness, half of it too much in the mean: 4.4
+                // % / 2.
                 assert!((force / exact - 1.0).abs() < 0.025, "{share}: {}", force / exact);
             }
         }

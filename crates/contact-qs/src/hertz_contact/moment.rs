@@ -1,5 +1,6 @@
-//! What a Hertz contact exerts because its stiffness changes over the surfaces (docs/theory.md Eqs. C.83 to C.85): without it the force would
-//! have no potential, and bodies that roll or spin while they touch would gain or lose energy.
+//! What a Hertz contact exerts because its stiffness changes over the surfaces (docs/theory.md
+//! Eqs. C.83 to C.85): without it the force would have no potential, and bodies that roll or spin
+//! while they touch would gain or lose energy.
 
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
@@ -11,7 +12,8 @@ pub(super) struct Bent<'a> {
     pub spread: Matrix3<f64>,
     /// Curvatures of the contact body and the target [1/m].
     pub bending: &'a [Matrix3<f64>; 2],
-    /// Changes of the curvatures under the weights `spread` over a step along each surface, `c · u = C : ∂S/∂u` \[1\].
+    /// Changes of the curvatures under the weights `spread` over a step along each surface,
+    /// `c · u = C : ∂S/∂u` \[1\].
     pub slopes: [Vector3<f64>; 2],
     /// Unit vectors of the tangent plane.
     pub axes: [Vector3<f64>; 2],
@@ -24,7 +26,8 @@ pub(super) struct StiffnessChange {
     pub couple: Vector3<f64>,
 }
 
-/// Minus the gradient of the energy over all but the approach, under the normal force `normal_force`; `None` if the surfaces are flat on each other.
+/// Minus the gradient of the energy over all but the approach, under the normal force
+/// `normal_force`; `None` if the surfaces are flat on each other.
 pub(super) fn stiffness_change(bent: &Bent<'_>, normal_force: f64) -> Option<StiffnessChange> {
     let [t1, t2] = &bent.axes;
     let vector = |v: &Vector3<f64>| Vector2::new(t1.dot(v), t2.dot(v));

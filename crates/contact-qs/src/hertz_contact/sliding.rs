@@ -1,7 +1,8 @@
-//! Friction of a Hertz contact: springs of all depths between two material points, with stick and slip (docs/theory.md Eqs. C.86 to C.89).
+//! Friction of a Hertz contact: springs of all depths between two material points, with stick and
+//! slip (docs/theory.md Eqs. C.86 to C.89).
 //!
-//! Within a step the references stay, so that forces are functions of time and state; what the last evaluation found is accepted at the end
-//! of the step (docs/decisions/0005-friction.md).
+//! Within a step the references stay, so that forces are functions of time and state; what the last
+//! evaluation found is accepted at the end of the step (docs/decisions/0005-friction.md).
 
 use ffr_dynamics::system::force::{BodyState, Motion};
 use nalgebra::Vector3;
@@ -27,13 +28,15 @@ pub(super) struct Pressed<'a> {
     pub solids: &'a [Solid; 2],
 }
 
-/// Stiffness of the springs of a touch, which it keeps: of all together over `k`'s of the levels, along both tangents [N/m^1.5].
+/// Stiffness of the springs of a touch, which it keeps: of all together over `k`'s of the levels,
+/// along both tangents [N/m^1.5].
 type SpringStiffness = [f64; 2];
 
 /// From what slip counts.
 #[derive(Debug, Clone)]
 struct Reference {
-    /// Material points of the contact body and of the target that were in one place, undeformed, in their frames.
+    /// Material points of the contact body and of the target that were in one place, undeformed, in
+    /// their frames.
     points: [Vector3<f64>; 2],
     /// Their mode shapes.
     shapes: [Vec<Vector3<f64>>; 2],
@@ -158,7 +161,8 @@ impl Frame<'_> {
         self.0.map_or_else(Vector3::zeros, |state| combined(shapes, &state.elastic))
     }
 
-    /// Velocity, in space, of a point of the body at `arm` from its origin, in its frame, with the mode shapes `shapes`.
+    /// Velocity, in space, of a point of the body at `arm` from its origin, in its frame, with the
+    /// mode shapes `shapes`.
     fn velocity(&self, arm: &Vector3<f64>, shapes: &[Vector3<f64>]) -> Vector3<f64> {
         self.0.map_or_else(Vector3::zeros, |state| {
             let local = state.angular_velocity_in_body.cross(arm) + combined(shapes, &state.elastic_rates);
@@ -180,7 +184,8 @@ impl Sliding {
         self.depths.n_levels()
     }
 
-    /// Forces of the springs at `motion` of the `bodies`, of which a plane is none; `shapes`: mode shapes where they are nearest.
+    /// Forces of the springs at `motion` of the `bodies`, of which a plane is none; `shapes`: mode
+    /// shapes where they are nearest.
     pub fn evaluate(
         &self,
         (motion, bodies): (Motion<'_>, [Option<usize>; 2]),
@@ -228,7 +233,8 @@ impl Sliding {
         found.is_known = true;
     }
 
-    /// Way of the contact body's point over the target since the reference and its rate, in the target's frame; notes where it is.
+    /// Way of the contact body's point over the target since the reference and its rate, in the
+    /// target's frame; notes where it is.
     fn slip(
         &self,
         [own, target]: &[Frame<'_>; 2],
@@ -283,7 +289,8 @@ impl Sliding {
     }
 }
 
-/// Work that a spring loses to sliding, its bound being `bound` and growing by `bound_rate` (Eqs. C.89, F.15).
+/// Work that a spring loses to sliding, its bound being `bound` and growing by `bound_rate`
+/// (Eqs. C.89, F.15).
 fn work(
     spring: &Returned,
     compliance: [f64; 2],

@@ -1,7 +1,7 @@
 //! Coulomb's law of friction with a regularised stick.
 //!
-//! `|τ| <= μ λ`; a point sticks, held by a tangential penalty spring, or slides against its friction force (docs/theory.md
-//! Eqs. F.1 to F.3; \[B\] section 7).
+//! `|τ| <= μ λ`; a point sticks, held by a tangential penalty spring, or slides against its
+//! friction force (docs/theory.md Eqs. F.1 to F.3; \[B\] section 7).
 
 use crate::ContactError;
 
@@ -10,12 +10,14 @@ use crate::ContactError;
 pub struct Friction {
     /// Coefficient `μ`, the same for stick and slip.
     pub coefficient: f64,
-    /// Tangential penalty factor as a share of the normal one. With the exact normal constraint the stick is exact too.
+    /// Tangential penalty factor as a share of the normal one. With the exact normal constraint the
+    /// stick is exact too.
     pub stiffness_ratio: f64,
 }
 
 impl Friction {
-    /// Friction with coefficient `coefficient` and a tangential penalty factor equal to the normal one.
+    /// Friction with coefficient `coefficient` and a tangential penalty factor equal to the normal
+    /// one.
     pub fn new(coefficient: f64) -> Self {
         Self { coefficient, stiffness_ratio: 1.0 }
     }

@@ -1,5 +1,5 @@
-//! Hertz's contact of two surfaces of any curvature: an ellipse (docs/theory.md Eqs. A.18, A.19, C.86; K. L. Johnson, Contact
-//! Mechanics, sections 4.1 and 4.2).
+//! Hertz's contact of two surfaces of any curvature: an ellipse (docs/theory.md Eqs. A.18, A.19,
+//! C.86; K. L. Johnson, Contact Mechanics, sections 4.1 and 4.2).
 
 use std::f64::consts::PI;
 
@@ -7,10 +7,12 @@ use super::Solid;
 
 /// Ratio of relative curvatures below which the contact counts as one along a line.
 const LINE: f64 = 1e-9;
-/// Ratio of semi-axes above which the ellipse counts as a circle: the difference quotient of the integrals loses digits.
+/// Ratio of semi-axes above which the ellipse counts as a circle: the difference quotient of the
+/// integrals loses digits.
 const CIRCLE: f64 = 1e-6;
 
-/// Hertz's contact of two surfaces whose gap is `½ (κ₁ x² + κ₂ y²)`: `major = scale F^(1/3)`, `approach = depth F / major`.
+/// Hertz's contact of two surfaces whose gap is `½ (κ₁ x² + κ₂ y²)`: `major = scale F^(1/3)`,
+/// `approach = depth F / major`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HertzEllipse {
     ratio: f64,
@@ -19,8 +21,9 @@ pub struct HertzEllipse {
 }
 
 impl HertzEllipse {
-    /// The law for relative curvatures `0 < small <= large` [1/m] and the sum `compliance` of both partners' `(1 - ν²)/E` [1/Pa]; `None`
-    /// where there is none: rigid partners, surfaces that are flat or hollow against each other in one direction.
+    /// The law for relative curvatures `0 < small <= large` [1/m] and the sum `compliance` of both
+    /// partners' `(1 - ν²)/E` [1/Pa]; `None` where there is none: rigid partners, surfaces that are
+    /// flat or hollow against each other in one direction.
     pub fn new(small: f64, large: f64, compliance: f64) -> Option<Self> {
         let is_curved = small > LINE * large && large.is_finite() && large > 0.0;
         if !(is_curved && compliance > 0.0 && compliance.is_finite()) {
@@ -49,7 +52,8 @@ impl HertzEllipse {
         is_circle(self.ratio)
     }
 
-    /// Tangential stiffness over the normal one along the larger and the smaller axis, without slip, of partners of `solids` (Eq. C.86).
+    /// Tangential stiffness over the normal one along the larger and the smaller axis, without
+    /// slip, of partners of `solids` (Eq. C.86).
     pub fn tangential_ratios(&self, solids: &[Solid; 2]) -> [f64; 2] {
         let m = 1.0 - self.ratio * self.ratio;
         let (first, second) = elliptic_integrals(m);
@@ -70,8 +74,8 @@ fn is_circle(ratio: f64) -> bool {
     ratio > 1.0 - CIRCLE
 }
 
-/// Ratio `b/a` of the semi-axes of the contact ellipse from the ratio of relative curvatures, both in (0, 1]
-/// (Johnson Eq. 4.28: `B/A = ((a/b)² E - K)/(K - E)`).
+/// Ratio `b/a` of the semi-axes of the contact ellipse from the ratio of relative curvatures, both
+/// in (0, 1] (Johnson Eq. 4.28: `B/A = ((a/b)² E - K)/(K - E)`).
 fn axis_ratio(curvatures: f64) -> f64 {
     if curvatures > 1.0 - CIRCLE {
         return 1.0;
@@ -146,8 +150,9 @@ mod tests {
         }
     }
 
-    /// Displacement at the middle of an ellipse under `(1 - x²/a² - y²/b²)^(-1/2)` of unit resultant, normal and tangential, of a half
-    /// space, by quadrature over directions (Johnson Eqs. 2.25, 3.6): `∫ R(φ) (1 - ν) dφ`, `∫ R(φ) (1 - ν sin²(φ - φ_t)) dφ`.
+    /// Displacement at the middle of an ellipse under `(1 - x²/a² - y²/b²)^(-1/2)` of unit
+    /// resultant, normal and tangential, of a half space, by quadrature over directions (Johnson
+    /// Eqs. 2.25, 3.6): `∫ R(φ) (1 - ν) dφ`, `∫ R(φ) (1 - ν sin²(φ - φ_t)) dφ`.
     fn by_quadrature([a, b]: [f64; 2], solid: Solid) -> [f64; 3] {
         let shear = 0.5 * solid.young / (1.0 + solid.poisson);
         let n = 4000;

@@ -1,5 +1,6 @@
-//! Hertz's closed forms for the contact of two spheres (docs/theory.md section C.6; \[B\] Eqs. 29-33; K. L. Johnson, Contact Mechanics,
-//! section 4.2). A rigid partner has an infinite Young's modulus, a plane has an infinite radius.
+//! Hertz's closed forms for the contact of two spheres (docs/theory.md section C.6; \[B\]
+//! Eqs. 29-33; K. L. Johnson, Contact Mechanics, section 4.2). A rigid partner has an infinite
+//! Young's modulus, a plane has an infinite radius.
 
 use std::f64::consts::PI;
 
@@ -32,7 +33,8 @@ pub struct HertzPair {
 }
 
 impl HertzPair {
-    /// Pair of two spheres with elastic constants `solids` and radii `radii` (infinite for a plane) \[m\].
+    /// Pair of two spheres with elastic constants `solids` and radii `radii` (infinite for a plane)
+    /// \[m\].
     pub fn new(solids: [Solid; 2], radii: [f64; 2]) -> Self {
         Self {
             modulus: 1.0 / (solids[0].compliance() + solids[1].compliance()),

@@ -1,14 +1,16 @@
 //! Penalty law of a contact point, and what a compliance tells of its penalty factor.
 //!
-//! `p = c_p <-g>`, `λ = w p` (docs/theory.md Eq. C.3; \[A\] section 3, \[B\] Eqs. 18 and 22). With tributary areas `w` the
-//! factor `c_p` is a pressure per length [N/m³]; the papers print "N/m" for the same numbers.
+//! `p = c_p <-g>`, `λ = w p` (docs/theory.md Eq. C.3; \[A\] section 3, \[B\] Eqs. 18 and 22). With
+//! tributary areas `w` the factor `c_p` is a pressure per length [N/m³]; the papers print "N/m" for
+//! the same numbers.
 
 use faer::Mat;
 
 use crate::ContactError;
 
-/// Penalty factor times `max_i(A_ii w_i)` (Eq. A.25), the ratio of the surface's own compliance to that of the penalty springs:
-/// at this one the peak force of the sphere impact (\[B\] section 5) is within 0.1 % of its limit.
+/// Penalty factor times `max_i(A_ii w_i)` (Eq. A.25), the ratio of the surface's own compliance to
+/// that of the penalty springs: at this one the peak force of the sphere impact (\[B\] section 5)
+/// is within 0.1 % of its limit.
 pub const DEFAULT_STIFFNESS_RATIO: f64 = 40.0;
 
 /// Contact pressure `c_p <-g>` at normal gap `gap` (negative: penetration) \[Pa\].
@@ -16,8 +18,8 @@ pub fn pressure(penalty: f64, gap: f64) -> f64 {
     if gap < 0.0 { -penalty * gap } else { 0.0 }
 }
 
-/// Compliance `1/(c_p w)` of the penalty spring of a point with area `area` [m/N]; zero for an infinite factor, which is
-/// the exact constraint.
+/// Compliance `1/(c_p w)` of the penalty spring of a point with area `area` [m/N]; zero for an
+/// infinite factor, which is the exact constraint.
 pub fn spring_compliance(penalty: f64, area: f64) -> f64 {
     1.0 / (penalty * area)
 }
@@ -30,8 +32,9 @@ pub fn check(penalty: f64) -> Result<(), ContactError> {
     if penalty > 0.0 { Ok(()) } else { Err(ContactError::Penalty { value: penalty }) }
 }
 
-/// Replaces `springs` by the compliances of the penalty springs of points with areas `areas` [m/N]. `needs_springs`: whether the
-/// solver of the quasistatic zone works with finite factors only; none where all modes are dynamic.
+/// Replaces `springs` by the compliances of the penalty springs of points with areas `areas` [m/N].
+/// `needs_springs`: whether the solver of the quasistatic zone works with finite factors only; none
+/// where all modes are dynamic.
 ///
 /// # Errors
 /// [`ContactError::Penalty`] as [`check`], [`ContactError::ExactConstraint`] if the factor is infinite where springs are needed.
@@ -56,10 +59,12 @@ pub(crate) fn set_springs(
     Ok(())
 }
 
-/// Largest product `max_i(A_ii w_i)` of compliance and area [m³/N]: `β` over it is the penalty factor that makes every penalty
-/// spring at least `β` times stiffer than the surface under it (Eq. C.4). Zero if no point yields.
+/// Largest product `max_i(A_ii w_i)` of compliance and area [m³/N]: `β` over it is the penalty
+/// factor that makes every penalty spring at least `β` times stiffer than the surface under it
+/// (Eq. C.4). Zero if no point yields.
 ///
-/// `compliance`: normal compliance of the points, `n_points × n_points` [m/N]; `areas`: tributary areas \[m²\].
+/// `compliance`: normal compliance of the points, `n_points × n_points` [m/N]; `areas`: tributary
+/// areas \[m²\].
 ///
 /// # Panics
 /// If `compliance` has fewer rows than there are `areas`.
@@ -67,8 +72,8 @@ pub fn compliance_weight(compliance: &Mat<f64>, areas: &[f64]) -> f64 {
     areas.iter().enumerate().map(|(i, &w)| compliance[(i, i)] * w).fold(0.0, f64::max)
 }
 
-/// Penalty factor that makes penalty springs `stiffness_ratio` times stiffer than the softest point (Eq. A.25) [N/m³]; `weight`: its
-/// [`compliance_weight`] [m³/N].
+/// Penalty factor that makes penalty springs `stiffness_ratio` times stiffer than the softest point
+/// (Eq. A.25) [N/m³]; `weight`: its [`compliance_weight`] [m³/N].
 ///
 /// # Errors
 /// [`ContactError::NoCompliance`] if no point yields.

@@ -1,33 +1,42 @@
 //! Algorithm 1 of \[A\]: Newton's method with Broyden updates for `f_qs(q) = q - K⁻¹ h(q) = 0`.
 //!
-//! `h = Φᵀλ`, `λ_i = <-(g⁰ + Φq)_i> / D_i` (docs/theory.md Eq. C.11): the penalty forces at the displaced points. The code
-//! follows the listing line by line; what the listing leaves open is settled so:
+//! `h = Φᵀλ`, `λ_i = <-(g⁰ + Φq)_i> / D_i` (docs/theory.md Eq. C.11): the penalty forces at the
+//! displaced points. The code follows the listing line by line; what the listing leaves open is
+//! settled so:
 //!
-//! * **First call.** There is no Jacobian yet: `k_jac` starts at `k_jac^max`, so that line 5 computes one.
-//! * **`error`** is never set to zero in the listing. It is zero at the start and becomes zero again in the reset of
-//!   lines 23-26; otherwise the second trial could only return the error of the first.
-//! * **Lines 10-14.** `rcond` of a matrix with a NaN is NaN and compares false, so that error 2 is reached through line
-//!   12; here a Jacobian with any entry that is not finite has `rcond` NaN. As in the listing, lines 15-17 run in spite
-//!   of an error, and a step below `ε` ends the call successfully even then (a solution is a solution).
-//! * **Line 16** divides by `|Δq|²`. When `Δq` is round-off of `q` the update would be noise over noise and is left out.
-//! * **Line 15** solves with `J`, line 10 asks for its condition. The listing factorises it in every pass; here its inverse follows
-//!   the update of line 16 by Sherman and Morrison's formula, which costs `n²` instead of `n³` operations, and is made anew from `J`
-//!   after `MAX_UPDATES` and where the formula divides by little. `rcond` of an updated matrix is exact, not estimated.
-//! * **Line 20** can be reached twice; the second time line 30 ends the call "successfully" with whatever state was reached. Where
-//!   the listing jumps to and fro between two sets of touching points that state is up to a quarter beside the solution. So it is
-//!   taken, with a mark in the report, only if the last step was within `√eps` of the coordinates; otherwise the call fails
+//! * **First call.** There is no Jacobian yet: `k_jac` starts at `k_jac^max`, so that line 5
+//!   computes one.
+//! * **`error`** is never set to zero in the listing. It is zero at the start and becomes zero
+//!   again in the reset of lines 23-26; otherwise the second trial could only return the error of
+//!   the first.
+//! * **Lines 10-14.** `rcond` of a matrix with a NaN is NaN and compares false, so that error 2 is
+//!   reached through line 12; here a Jacobian with any entry that is not finite has `rcond` NaN. As
+//!   in the listing, lines 15-17 run in spite of an error, and a step below `ε` ends the call
+//!   successfully even then (a solution is a solution).
+//! * **Line 16** divides by `|Δq|²`. When `Δq` is round-off of `q` the update would be noise over
+//!   noise and is left out.
+//! * **Line 15** solves with `J`, line 10 asks for its condition. The listing factorises it in
+//!   every pass; here its inverse follows the update of line 16 by Sherman and Morrison's formula,
+//!   which costs `n²` instead of `n³` operations, and is made anew from `J` after `MAX_UPDATES` and
+//!   where the formula divides by little. `rcond` of an updated matrix is exact, not estimated.
+//! * **Line 20** can be reached twice; the second time line 30 ends the call "successfully" with
+//!   whatever state was reached. Where the listing jumps to and fro between two sets of touching
+//!   points that state is up to a quarter beside the solution. So it is taken, with a mark in the
+//!   report, only if the last step was within `√eps` of the coordinates; otherwise the call fails
 //!   at its iteration limit, and the integrator tries a shorter step from the last Jacobian.
 //! * **Line 28** leaves before line 35, `k_jac` stays; the caller restores a saved state or stops.
-//! * **Line 35** sets `k_jac = 0`, so that the next call starts with the Jacobian carried over and computes a new one only
-//!   in its passes 16 and 31, or after a reset. Without contact changes one Jacobian serves a whole impact.
-//! * **No penetration at `q = 0`**: then `q = 0` solves the equation exactly. It is taken without running the listing, and
-//!   the Jacobian is kept.
+//! * **Line 35** sets `k_jac = 0`, so that the next call starts with the Jacobian carried over and
+//!   computes a new one only in its passes 16 and 31, or after a reset. Without contact changes one
+//!   Jacobian serves a whole impact.
+//! * **No penetration at `q = 0`**: then `q = 0` solves the equation exactly. It is taken without
+//!   running the listing, and the Jacobian is kept.
 //!
-//! **Finite differences.** \[A\] uses MATLAB's *odenumjac*, which adapts steps between `eps^(7/8)` and `eps^(1/4)` of a
-//! typical value. `f_qs` is piecewise linear, so that steps have no truncation error, only round-off and the risk to
-//! switch a point: the step of coordinate `j` moves the surface by at most `eps^(1/4)` of the deepest penetration `P` at
-//! `q`, `h_j = eps^(1/4) P / max_i |Φ_ij|` (Eq. C.13). With `eps^(1/2)` the round-off of the quotient, 1e-8 of the largest
-//! entry, would hide any singularity from the test `rcond < 1e-10`.
+//! **Finite differences.** \[A\] uses MATLAB's *odenumjac*, which adapts steps between `eps^(7/8)`
+//! and `eps^(1/4)` of a typical value. `f_qs` is piecewise linear, so that steps have no truncation
+//! error, only round-off and the risk to switch a point: the step of coordinate `j` moves the
+//! surface by at most `eps^(1/4)` of the deepest penetration `P` at `q`,
+//! `h_j = eps^(1/4) P / max_i |Φ_ij|` (Eq. C.13). With `eps^(1/2)` the round-off of the quotient,
+//! 1e-8 of the largest entry, would hide any singularity from the test `rcond < 1e-10`.
 
 use crate::solver_fault::SolverFault;
 use faer::Mat;
@@ -162,8 +171,8 @@ impl Broyden {
     /// Solves `problem` for `forces` \[N\].
     ///
     /// # Errors
-    /// Singular: the Jacobian is, to `min_rcond`. Not finite: it, or a gap. Iteration limit: the steps are used up and the
-    /// coordinates still change by more than `√eps` of them.
+    /// Singular: the Jacobian is, to `min_rcond`. Not finite: it, or a gap. Iteration limit: the
+    /// steps are used up and the coordinates still change by more than `√eps` of them.
     ///
     /// # Panics
     /// If sizes differ from those given to [`Broyden::new`].
@@ -259,7 +268,8 @@ impl Broyden {
         }
     }
 
-    /// Jacobian of `f_qs` by forward differences (Eq. C.13); `start`: deepest penetration at `q = 0`.
+    /// Jacobian of `f_qs` by forward differences (Eq. C.13); `start`: deepest penetration at
+    /// `q = 0`.
     fn difference_jacobian(&mut self, problem: &ModalProblem<'_>, start: f64, forces: &[f64]) {
         let n = self.residual.len();
         let jacobian = self.carried.jacobian.set();
@@ -289,7 +299,8 @@ impl Broyden {
         }
     }
 
-    /// Newton step with Broyden's update (lines 15 and 16); returns the largest change of a coordinate.
+    /// Newton step with Broyden's update (lines 15 and 16); returns the largest change of a
+    /// coordinate.
     fn newton_step(&mut self, problem: &ModalProblem<'_>, forces: &mut [f64], not_finite: bool) -> f64 {
         if not_finite {
             return f64::NAN; // J⁻¹ f is not a number either
@@ -305,7 +316,8 @@ impl Broyden {
             change = if s.abs() > change || s.is_nan() { s.abs() } else { change };
         }
         self.evaluate(problem, forces);
-        // Good Broyden update (Eq. C.14): J += (Δf - J Δq) Δqᵀ / |Δq|², and J Δq = -f makes the bracket the new residual.
+        // Good Broyden update (Eq. C.14): J += (Δf - J Δq) Δqᵀ / |Δq|², and J Δq = -f makes the
+        // bracket the new residual.
         if square > f64::EPSILON * f64::EPSILON * size {
             self.carried.jacobian.update(1.0 / square, &self.residual, &self.step);
         }

@@ -1,7 +1,8 @@
 //! Dense LU factorisation with an estimate of the reciprocal condition number.
 //!
-//! `rcond = 1 / (‖J‖₁ est‖J⁻¹‖₁)` (docs/theory.md Eq. C.15): Hager's estimator with Higham's extra vector (Higham 1988),
-//! as in LAPACK's `gecon` and MATLAB's `rcond`, which \[A\] uses. A lower bound of `‖J⁻¹‖₁`, in practice within a factor 3.
+//! `rcond = 1 / (‖J‖₁ est‖J⁻¹‖₁)` (docs/theory.md Eq. C.15): Hager's estimator with Higham's extra
+//! vector (Higham 1988), as in LAPACK's `gecon` and MATLAB's `rcond`, which \[A\] uses. A lower
+//! bound of `‖J⁻¹‖₁`, in practice within a factor 3.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting as lu;
@@ -42,8 +43,8 @@ impl ConditionedLu {
         }
     }
 
-    /// Factorises the column-major `matrix` and returns its estimated `rcond`: 0 if singular, NaN if an entry is not
-    /// finite (nothing is factorised then).
+    /// Factorises the column-major `matrix` and returns its estimated `rcond`: 0 if singular, NaN
+    /// if an entry is not finite (nothing is factorised then).
     ///
     /// # Panics
     /// If the size differs from that given to [`ConditionedLu::new`].

@@ -1,9 +1,11 @@
-//! High-frequency shapes and stiffnesses at the contact points, the form that Algorithm 1 of \[A\] works in.
+//! High-frequency shapes and stiffnesses at the contact points, the form that Algorithm 1 of \[A\]
+//! works in.
 //!
-//! The quasistatic displacement of the points is `Φ q` and `K q = Φᵀ f` with diagonal `K` (docs/theory.md Eq. C.11). Any
-//! `Φ`, `K` with `Φ K⁻¹ Φᵀ = N_b G N_bᵀ` gives the same forces, so that the compliance alone is enough: its
-//! eigenvectors are such shapes and the inverse eigenvalues such stiffnesses (Eq. C.12). Coordinates are then in metres
-//! instead of the `m sqrt(kg)` of mass-orthonormal modes.
+//! The quasistatic displacement of the points is `Φ q` and `K q = Φᵀ f` with diagonal `K`
+//! (docs/theory.md Eq. C.11). Any `Φ`, `K` with `Φ K⁻¹ Φᵀ = N_b G N_bᵀ` gives the same forces, so
+//! that the compliance alone is enough: its eigenvectors are such shapes and the inverse
+//! eigenvalues such stiffnesses (Eq. C.12). Coordinates are then in metres instead of the
+//! `m sqrt(kg)` of mass-orthonormal modes.
 
 use faer::{Mat, Side};
 use ffr_dynamics::data_error::{DataError, check_square};
@@ -20,8 +22,8 @@ pub struct ModalBasis {
 }
 
 impl ModalBasis {
-    /// Basis of high-frequency Craig-Bampton modes: `shapes`: rows of the points, one column per mode;
-    /// `omega_squared`: squares of the circular frequencies [1/s²].
+    /// Basis of high-frequency Craig-Bampton modes: `shapes`: rows of the points, one column per
+    /// mode; `omega_squared`: squares of the circular frequencies [1/s²].
     ///
     /// # Errors
     /// [`ContactError::Data`] if sizes differ or a value is not positive and finite.
@@ -37,7 +39,8 @@ impl ModalBasis {
         Ok(Self { shapes, stiffness: omega_squared.to_vec() })
     }
 
-    /// Basis from a compliance, `n_rows × n_rows`, symmetric positive semidefinite [m/N]; its null space is dropped.
+    /// Basis from a compliance, `n_rows × n_rows`, symmetric positive semidefinite [m/N]; its null
+    /// space is dropped.
     ///
     /// # Errors
     /// [`ContactError::Data`] if the matrix is not square, has negative eigenvalues beyond round-off, or the
@@ -52,7 +55,8 @@ impl ModalBasis {
         let largest = (0..n).map(|k| values[k].abs()).fold(0.0, f64::max);
         // Eigenvalues of a symmetric matrix are found to about n eps of the largest one.
         let round_off = 4.0 * n as f64 * f64::EPSILON * largest;
-        // Entries carry the errors of earlier factorisations, so that true negatives are told apart at the root of that.
+        // Entries carry the errors of earlier factorisations, so that true negatives are told apart
+        // at the root of that.
         let is_bad = |k: &usize| values[*k].is_nan() || values[*k] < -f64::EPSILON.sqrt() * largest;
         if let Some(k) = (0..n).find(is_bad) {
             let what = format!("an eigenvalue of the compliance beside the largest, {largest:e} m/N,");

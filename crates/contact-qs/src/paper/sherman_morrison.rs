@@ -1,7 +1,8 @@
 //! A matrix that changes by products of two vectors, with its inverse.
 //!
-//! `(J + c a bᵀ)⁻¹ = J⁻¹ - c J⁻¹a bᵀJ⁻¹ / (1 + c bᵀJ⁻¹a)` (Sherman & Morrison 1950). The work lies in reading the matrices, so that
-//! every pass does all it can: both products with the inverse in one, update and norms in another.
+//! `(J + c a bᵀ)⁻¹ = J⁻¹ - c J⁻¹a bᵀJ⁻¹ / (1 + c bᵀJ⁻¹a)` (Sherman & Morrison 1950). The work lies
+//! in reading the matrices, so that every pass does all it can: both products with the inverse in
+//! one, update and norms in another.
 
 use super::conditioned_lu::ConditionedLu;
 
@@ -50,9 +51,9 @@ impl ShermanMorrisonInverse {
         &mut self.matrix
     }
 
-    /// `rcond` in the 1-norm: an estimate from the factors by `lu` where the inverse is made anew, which happens after
-    /// `max_updates` as well, exact where it was updated. 0 if the matrix is singular, NaN if an entry is not finite; there is no
-    /// inverse then, and solutions are NaN.
+    /// `rcond` in the 1-norm: an estimate from the factors by `lu` where the inverse is made anew,
+    /// which happens after `max_updates` as well, exact where it was updated. 0 if the matrix is
+    /// singular, NaN if an entry is not finite; there is no inverse then, and solutions are NaN.
     pub fn condition(&mut self, max_updates: usize, lu: &mut ConditionedLu) -> f64 {
         if self.n_updates.is_some_and(|n| n <= max_updates) {
             return 1.0 / (self.norms[0] * self.norms[1]);

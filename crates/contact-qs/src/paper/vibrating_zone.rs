@@ -1,9 +1,10 @@
-//! A contact whose zones vibrate: high-frequency modes of the interfaces as coordinates of the force element
-//! (docs/theory.md Eqs. C.47, C.48).
+//! A contact whose zones vibrate: high-frequency modes of the interfaces as coordinates of the
+//! force element (docs/theory.md Eqs. C.47, C.48).
 //!
-//! Wraps a contact without compliance, whose points know the modes of the zones behind those of the bodies. To the bodies it
-//! is a force on their low-frequency coordinates; the zones' coordinates have the contact's forces as their only load, for their modes
-//! are mass-orthogonal to all rigid and low-frequency motion.
+//! Wraps a contact without compliance, whose points know the modes of the zones behind those of the
+//! bodies. To the bodies it is a force on their low-frequency coordinates; the zones' coordinates
+//! have the contact's forces as their only load, for their modes are mass-orthogonal to all rigid
+//! and low-frequency motion.
 
 use ffr_dynamics::data_error::DataError;
 use ffr_dynamics::error::EvaluationFailure;
@@ -40,7 +41,8 @@ impl ZoneVibration {
 pub struct VibratingContact<C> {
     contact: C,
     zones: Vec<ZoneVibration>,
-    /// Number of coordinates of each body that the contact sees: its own and the zone's; zero for bodies without a zone.
+    /// Number of coordinates of each body that the contact sees: its own and the zone's; zero for
+    /// bodies without a zone.
     n_seen: Vec<usize>,
 }
 
@@ -87,7 +89,8 @@ impl<C: ContactElement> VibratingContact<C> {
         Ok(Self { contact, zones, n_seen })
     }
 
-    /// The motion that the contact sees, in `states`: that of the bodies and, behind their coordinates, the zones'.
+    /// The motion that the contact sees, in `states`: that of the bodies and, behind their
+    /// coordinates, the zones'.
     fn seen<'a>(&self, motion: Motion<'_>, states: &'a mut [BodyState]) -> Motion<'a> {
         let (q, rates) = motion.internal.split_at(motion.internal.len() / 2);
         let mut first = 0;

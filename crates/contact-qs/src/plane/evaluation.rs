@@ -1,4 +1,5 @@
-//! One evaluation of a plane contact: gaps and slips, point forces, their sums, the power they lose.
+//! One evaluation of a plane contact: gaps and slips, point forces, their sums, the power they
+//! lose.
 
 use crate::solver_fault::SolverFault;
 use ffr_dynamics::body::RigidMotion;
@@ -16,12 +17,13 @@ use crate::quasistatic::sliding_work::SlidingWork;
 use crate::quasistatic::{Problem, SolveReport};
 use crate::submodel::{OPEN, is_turned_to};
 
-/// Distance from the plane, over the size of the body, that no quasistatic displacement comes near: strains are small.
+/// Distance from the plane, over the size of the body, that no quasistatic displacement comes near:
+/// strains are small.
 const FAR: f64 = 0.02;
 
 impl PlaneContact {
-    /// Gap of point `i`; open if the plane cannot press it: on faces that are turned away (Eq. C.59), and farther away than any quasistatic
-    /// displacement.
+    /// Gap of point `i`; open if the plane cannot press it: on faces that are turned away
+    /// (Eq. C.59), and farther away than any quasistatic displacement.
     fn free_gap(&self, i: usize, offset: f64, normal: (&[f64; 3], &Vector3<f64>), elastic: &[f64]) -> f64 {
         let (components, in_body) = normal;
         let Some(facing) = self.submodel.facing.get(i) else {
@@ -204,7 +206,8 @@ impl PlaneContact {
                 report.n_active += 1;
                 report.contact_area += self.submodel.areas[i];
                 report.is_rim_touched |= self.is_rim[i];
-                // Work of the normal displacement of the zone, Eq. C.7; zero when all modes are dynamic.
+                // Work of the normal displacement of the zone, Eq. C.7; zero when all modes are
+                // dynamic.
                 report.energies.elastic_high += 0.5 * force * (found.gaps[i] - workspace.free_gaps[i]);
                 report.energies.penalty += 0.5 * force * force * self.springs[i];
             }
@@ -279,7 +282,8 @@ impl PlaneContact {
         }
     }
 
-    /// Adds the point forces to `target`: resultant, moment about the frame's origin (Eq. C.17), modal forces.
+    /// Adds the point forces to `target`: resultant, moment about the frame's origin (Eq. C.17),
+    /// modal forces.
     pub(super) fn push(&self, elastic: &[f64], found: &PlaneFound, target: &mut GeneralisedForce) {
         let motion = self.submodel.motion;
         let nc = motion.n_components();

@@ -1,8 +1,9 @@
 //! Friction of a plane contact: tangents, slips, history of every point.
 //!
-//! The slip of a point is measured from its stick reference (docs/theory.md Eq. F.2). Within a step the references stay, so
-//! that forces are functions of time and state alone; those found at the last evaluation become the references when the
-//! integrator saves the state before its next step (docs/decisions/0005-friction.md).
+//! The slip of a point is measured from its stick reference (docs/theory.md Eq. F.2). Within a step
+//! the references stay, so that forces are functions of time and state alone; those found at the
+//! last evaluation become the references when the integrator saves the state before its next step
+//! (docs/decisions/0005-friction.md).
 
 use ffr_dynamics::body::RigidMotion;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -79,8 +80,8 @@ impl PlaneFriction {
         }
     }
 
-    /// Notes the references that the last solution would leave: those of sticking points stay, others move by the slip
-    /// increment (Eq. F.8).
+    /// Notes the references that the last solution would leave: those of sticking points stay,
+    /// others move by the slip increment (Eq. F.8).
     pub fn note(&mut self) {
         let (states, increments) = (self.stick_slip.states(), self.stick_slip.increments());
         for (k, candidate) in self.candidates.iter_mut().enumerate() {

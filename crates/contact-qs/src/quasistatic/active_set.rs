@@ -1,14 +1,17 @@
-//! Active-set solver: a semismooth Newton method with one small Cholesky factorisation per change of the set.
+//! Active-set solver: a semismooth Newton method with one small Cholesky factorisation per change
+//! of the set.
 //!
-//! For a set `a` of points in contact the forces follow from `(A_aa + D_aa) λ_a = -g⁰_a` (docs/theory.md Eq. C.8). Points
-//! with tension leave the set and penetrating points enter it, all at once (Eq. C.9): that is Newton's method on
-//! `min(λ, g + Dλ) = 0`. It needs two or three sets, one when the last set is still right. Full exchanges may cycle; when
-//! the number of wrong points has not fallen for ten exchanges, single exchanges of the highest wrong index follow
-//! until it does. That is block principal pivoting, which ends for every positive definite `A + D` (Júdice & Pires 1994,
-//! after Murty's least-index rule).
+//! For a set `a` of points in contact the forces follow from `(A_aa + D_aa) λ_a = -g⁰_a`
+//! (docs/theory.md Eq. C.8). Points with tension leave the set and penetrating points enter it, all
+//! at once (Eq. C.9): that is Newton's method on `min(λ, g + Dλ) = 0`. It needs two or three sets,
+//! one when the last set is still right. Full exchanges may cycle; when the number of wrong points
+//! has not fallen for ten exchanges, single exchanges of the highest wrong index follow until it
+//! does. That is block principal pivoting, which ends for every positive definite `A + D` (Júdice &
+//! Pires 1994, after Murty's least-index rule).
 //!
-//! Tolerance (Eq. C.10): a point enters only if it penetrates by more than the round-off of its gap,
-//! `32 n_a eps max(-g⁰)`; it leaves at any tension. So no point can go in and out on round-off alone.
+//! Tolerance (Eq. C.10): a point enters only if it penetrates by more than the round-off of its
+//! gap, `32 n_a eps max(-g⁰)`; it leaves at any tension. So no point can go in and out on round-off
+//! alone.
 
 use crate::solver_fault::SolverFault;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -20,15 +23,18 @@ use super::problem::Problem;
 
 /// Full exchanges without progress before single exchanges start.
 const PATIENCE: usize = 10; // Júdice & Pires 1994
-/// Round-off allowance of a gap, in units of `n_a eps max(-g⁰)`: a sum of `n_a + 1` products, with a margin.
+/// Round-off allowance of a gap, in units of `n_a eps max(-g⁰)`: a sum of `n_a + 1` products, with
+/// a margin.
 const GAP_ROUND_OFF: f64 = 32.0 * f64::EPSILON;
-/// A pivot smaller than this times `n_a` eps of its diagonal entry is round-off: the set is dependent.
+/// A pivot smaller than this times `n_a` eps of its diagonal entry is round-off: the set is
+/// dependent.
 const PIVOT_ROUND_OFF: f64 = 64.0 * f64::EPSILON;
 
 /// What a solution took.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct SolveReport {
-    /// Whether Algorithm 1 ended at its iteration limit with a solution of lower accuracy (not critical, \[A\] section 3).
+    /// Whether Algorithm 1 ended at its iteration limit with a solution of lower accuracy (not
+    /// critical, \[A\] section 3).
     pub hit_iteration_limit: bool,
     /// Sets tried, or Newton steps.
     pub iterations: usize,
@@ -92,8 +98,8 @@ impl ActiveSet {
     /// Solves `problem` for `forces` \[N\], starting from the last set.
     ///
     /// # Errors
-    /// A gap that is not finite; points of the set that are dependent and have no penalty springs (more points than
-    /// surface functions with the exact constraint); the limit of iterations.
+    /// A gap that is not finite; points of the set that are dependent and have no penalty springs
+    /// (more points than surface functions with the exact constraint); the limit of iterations.
     ///
     /// # Panics
     /// If sizes differ from the number of points given to [`ActiveSet::new`].
@@ -164,7 +170,8 @@ impl ActiveSet {
         Err(SolverFault::ActiveSet { points: n, iterations: limit }.into())
     }
 
-    /// Solves Eq. C.8 for the points of the set; the factor is kept as long as the set stays the same.
+    /// Solves Eq. C.8 for the points of the set; the factor is kept as long as the set stays the
+    /// same.
     fn forces_of_set(
         &mut self,
         problem: &Problem<'_>,
@@ -225,8 +232,8 @@ impl ActiveSet {
         Ok(())
     }
 
-    /// Replaces `rhs`, one value per point, by the solution of `(A_aa + D_aa) x_a = rhs_a` on the set of the last solution, zero
-    /// outside it.
+    /// Replaces `rhs`, one value per point, by the solution of `(A_aa + D_aa) x_a = rhs_a` on the
+    /// set of the last solution, zero outside it.
     pub(crate) fn solve_on_set(&mut self, rhs: &mut [f64]) {
         let m = self.factored.len();
         if !self.active.contains(&true) {

@@ -35,7 +35,8 @@ impl PointSolver {
         Self::ActiveSet(ActiveSet::new(n_points))
     }
 
-    /// Algorithm 1 with modes of stiffness `stiffness`, whose shapes along the normal are to be set.
+    /// Algorithm 1 with modes of stiffness `stiffness`, whose shapes along the normal are to be
+    /// set.
     pub fn broyden(settings: BroydenSettings, n_points: usize, stiffness: Vec<f64>) -> Self {
         let n = stiffness.len();
         let (solver, normal_shapes) = (Broyden::new(settings, n_points, n), Mat::zeros(n_points, n));
@@ -47,7 +48,8 @@ impl PointSolver {
         matches!(self, Self::Broyden(_))
     }
 
-    /// Normal displacements of the points in each mode, to be changed, `n_points × n_modes`; none for the active-set solver.
+    /// Normal displacements of the points in each mode, to be changed, `n_points × n_modes`; none
+    /// for the active-set solver.
     pub fn normal_shapes(&mut self) -> Option<&mut Mat<f64>> {
         match self {
             Self::ActiveSet(_) => None,
@@ -62,7 +64,8 @@ impl PointSolver {
         }
     }
 
-    /// Solves for the point forces `forces` of a zone with normal compliance `compliance`, of which Algorithm 1 has the modes.
+    /// Solves for the point forces `forces` of a zone with normal compliance `compliance`, of which
+    /// Algorithm 1 has the modes.
     pub fn solve(
         &mut self,
         compliance: &Mat<f64>,

@@ -1,8 +1,9 @@
 //! The strictly convex problem for the point forces.
 //!
-//! `min ½ λᵀ(A + D)λ + λᵀg⁰` over `λ >= 0` (docs/theory.md Eq. C.5): `A` is the normal compliance of the points, `D` holds
-//! the compliances `1/(c_p w_i)` of the penalty springs, zero for the exact constraint, and `g⁰` the gaps without
-//! quasistatic displacement. The gaps that come out are `g = g⁰ + Aλ`.
+//! `min ½ λᵀ(A + D)λ + λᵀg⁰` over `λ >= 0` (docs/theory.md Eq. C.5): `A` is the normal compliance
+//! of the points, `D` holds the compliances `1/(c_p w_i)` of the penalty springs, zero for the
+//! exact constraint, and `g⁰` the gaps without quasistatic displacement. The gaps that come out are
+//! `g = g⁰ + Aλ`.
 
 use faer::Mat;
 
@@ -48,7 +49,8 @@ impl Problem<'_> {
         energies
     }
 
-    /// Deepest penetration without quasistatic displacement, zero if no point penetrates, NaN if a gap is not finite \[m\].
+    /// Deepest penetration without quasistatic displacement, zero if no point penetrates, NaN if a
+    /// gap is not finite \[m\].
     pub fn depth(&self) -> f64 {
         depth(self.gaps)
     }
@@ -76,7 +78,8 @@ pub(crate) fn add_product(matrix: &Mat<f64>, x: &[f64], out: &mut [f64]) {
     add_columns(matrix, x.iter().copied().enumerate().filter(|(_, factor)| *factor != 0.0), out);
 }
 
-/// Adds the columns `(number, factor)` of `matrix` to `out`, four at a time: a sum is loaded and stored once for them.
+/// Adds the columns `(number, factor)` of `matrix` to `out`, four at a time: a sum is loaded and
+/// stored once for them.
 pub(crate) fn add_columns(matrix: &Mat<f64>, columns: impl Iterator<Item = (usize, f64)>, out: &mut [f64]) {
     let n = out.len();
     let column = |j: usize| &matrix.col_as_slice(j)[..n];

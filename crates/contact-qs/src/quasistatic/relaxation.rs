@@ -3,8 +3,9 @@
 /// Iterations without a smaller change after which steps are shortened.
 const IDLE: usize = 10;
 
-/// Fixed-point iteration with Aitken's relaxation (Irons & Tuck 1969) as long as that gains; then steps of half the length, and
-/// half that again (Krasnoselskii 1955), which no cycle of states survives.
+/// Fixed-point iteration with Aitken's relaxation (Irons & Tuck 1969) as long as that gains; then
+/// steps of half the length, and half that again (Krasnoselskii 1955), which no cycle of states
+/// survives.
 pub(super) struct Relaxation {
     residual: Vec<f64>,
     factor: f64,
@@ -35,7 +36,8 @@ impl Relaxation {
         (self.least, self.n_idle) = (f64::INFINITY, 0);
     }
 
-    /// Moves `x` towards its image `image`; whether they differ by `tolerance` at most, where `x` becomes the image.
+    /// Moves `x` towards its image `image`; whether they differ by `tolerance` at most, where `x`
+    /// becomes the image.
     pub fn step(&mut self, x: &mut [f64], image: &[f64], tolerance: f64) -> bool {
         let (mut largest, mut product, mut square) = (0.0_f64, 0.0, 0.0);
         for ((old, a), b) in self.residual.iter_mut().zip(&*x).zip(image) {

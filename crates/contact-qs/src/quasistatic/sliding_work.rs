@@ -2,7 +2,8 @@
 
 use ffr_dynamics::system::force::ForceEnergies;
 
-/// Power lost to sliding, and what of its work is recorded at the end of a step ([`ForceEnergies::slid`]).
+/// Power lost to sliding, and what of its work is recorded at the end of a step
+/// ([`ForceEnergies::slid`]).
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct SlidingWork {
     pub power: f64,

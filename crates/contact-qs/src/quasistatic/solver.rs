@@ -22,7 +22,8 @@ pub struct Quasistatic {
     algorithm_1: Option<(BroydenSettings, ModalBasis)>,
 }
 
-/// Solver of a zone: the compliance projected on the contact normal, and what the solver starts from.
+/// Solver of a zone: the compliance projected on the contact normal, and what the solver starts
+/// from.
 pub struct ZoneSolver {
     /// Normal in the model's components that the projections belong to; NaN before the first one.
     normal: [f64; 3],
@@ -82,8 +83,8 @@ impl Quasistatic {
         }
     }
 
-    /// Replaces `out` by the quasistatic displacements of the points, `n_components` rows per point \[m\], under `loads`, the
-    /// components of the point forces in the same order \[N\].
+    /// Replaces `out` by the quasistatic displacements of the points, `n_components` rows per point
+    /// \[m\], under `loads`, the components of the point forces in the same order \[N\].
     pub fn displacements(&self, loads: &[f64], out: &mut [f64]) {
         out.fill(0.0);
         add_product(&self.compliance, loads, out);
@@ -96,22 +97,24 @@ impl ZoneSolver {
         &self.normal_compliance
     }
 
-    /// Replaces `rhs`, one value per point, by the solution of `(A_aa + D_aa) x_a = rhs_a` on the last active set, zero outside
-    /// it; false if the solver is not the active-set solver.
+    /// Replaces `rhs`, one value per point, by the solution of `(A_aa + D_aa) x_a = rhs_a` on the
+    /// last active set, zero outside it; false if the solver is not the active-set solver.
     pub(crate) fn solve_on_set(&mut self, rhs: &mut [f64]) -> bool {
         let PointSolver::ActiveSet(solver) = &mut self.solver else { return false };
         solver.solve_on_set(rhs);
         true
     }
 
-    /// Projects compliance or shapes of `zone`, for which the solver was made, on the unit normal `normal`, given in the model's
-    /// components (Eq. C.2). Does nothing when the normal has not changed in any bit.
+    /// Projects compliance or shapes of `zone`, for which the solver was made, on the unit normal
+    /// `normal`, given in the model's components (Eq. C.2). Does nothing when the normal has not
+    /// changed in any bit.
     pub fn project(&mut self, zone: &Quasistatic, normal: [f64; 3]) {
         self.project_members(zone, normal, &[]);
     }
 
-    /// Projects the compliance as [`Self::project`] does, but for the points alone that `is_member` marks, all if it is empty. Rows and columns of
-    /// the other points are not valid afterwards, and these points must stay open.
+    /// Projects the compliance as [`Self::project`] does, but for the points alone that `is_member`
+    /// marks, all if it is empty. Rows and columns of the other points are not valid afterwards,
+    /// and these points must stay open.
     pub(crate) fn project_members(&mut self, zone: &Quasistatic, normal: [f64; 3], is_member: &[bool]) {
         let unchanged = normal.iter().zip(&self.normal).all(|(a, b)| a.to_bits() == b.to_bits());
         if unchanged && self.members == is_member {
@@ -145,7 +148,8 @@ impl ZoneSolver {
         }
     }
 
-    /// Solves for the point forces `forces` \[N\] at gaps `gaps` \[m\] with penalty springs of compliance `springs` [m/N].
+    /// Solves for the point forces `forces` \[N\] at gaps `gaps` \[m\] with penalty springs of
+    /// compliance `springs` [m/N].
     ///
     /// # Errors
     /// [`EvaluationFailure`] of [`super::ActiveSet::solve`] and [`crate::paper::Broyden::solve`].
@@ -174,8 +178,8 @@ impl ZoneSolver {
     }
 }
 
-/// Modes of a compliance. The normal of an axisymmetric body is its axis, so that the axial block is enough there and the
-/// Jacobian half as large.
+/// Modes of a compliance. The normal of an axisymmetric body is its axis, so that the axial block
+/// is enough there and the Jacobian half as large.
 fn basis_from_compliance(motion: RigidMotion, compliance: &Mat<f64>) -> Result<ModalBasis, ContactError> {
     if motion != RigidMotion::Axial {
         return ModalBasis::from_compliance(compliance);

@@ -1,10 +1,13 @@
 //! Normal and tangential forces together: the two convex problems by alternation.
 //!
-//! Coulomb's law with the slip since the references were last updated is not the minimum of one function, since the bounds `μ λ` depend on the normal
-//! forces. With given normal forces the tangential ones minimise a convex function ([`super::tangential`]), and with given tangential forces the
-//! normal ones do (docs/theory.md Eqs. F.4, F.5). The two are solved alternately, with Aitken's relaxation, until the friction forces stand still.
-//! The alternations contract like `μ` times the coupling `A_TN/A_NN`: some 0.1 for steel at `μ = 0.3`, none at all where `ν = 1/2`. Rates of the
-//! forces, which the slip rates need, follow the same way on the sets found (Eqs. F.9 to F.12).
+//! Coulomb's law with the slip since the references were last updated is not the minimum of one
+//! function, since the bounds `μ λ` depend on the normal forces. With given normal forces the
+//! tangential ones minimise a convex function ([`super::tangential`]), and with given tangential
+//! forces the normal ones do (docs/theory.md Eqs. F.4, F.5). The two are solved alternately, with
+//! Aitken's relaxation, until the friction forces stand still. The alternations contract like `μ`
+//! times the coupling `A_TN/A_NN`: some 0.1 for steel at `μ = 0.3`, none at all where `ν = 1/2`.
+//! Rates of the forces, which the slip rates need, follow the same way on the sets found (Eqs. F.9
+//! to F.12).
 
 use crate::solver_fault::SolverFault;
 use faer::Mat;
@@ -17,7 +20,8 @@ use super::sliding_work::SlidingWork;
 use super::solver::ZoneSolver;
 use super::tangential::{PointState, Tangential, TangentialProblem};
 
-/// Change of the friction forces in one alternation below which they have converged, as a share of the largest.
+/// Change of the friction forces in one alternation below which they have converged, as a share of
+/// the largest.
 const TOLERANCE: f64 = 1e-12;
 /// Limit of the alternations: enough for a contraction of 0.75 without relaxation.
 const MAX_ALTERNATIONS: usize = 100;
@@ -27,7 +31,8 @@ const INNER: f64 = 0.3;
 
 /// Solver of the normal problem (Eq. F.4).
 pub(crate) trait NormalSolver {
-    /// Solves for the normal point forces `forces` at gaps `gaps` with springs of compliance `springs`.
+    /// Solves for the normal point forces `forces` at gaps `gaps` with springs of compliance
+    /// `springs`.
     fn solve_normal(
         &mut self,
         springs: &[f64],
@@ -50,7 +55,8 @@ impl NormalSolver for ZoneSolver {
 /// Tangential half of a contact zone. Components are ordered `n_t * point + component`.
 pub(crate) struct StickSlip {
     coefficient: f64,
-    /// For each point, the size of the friction force per size of its components: the tangents in use need not be unit vectors (Eq. F.24).
+    /// For each point, the size of the friction force per size of its components: the tangents in
+    /// use need not be unit vectors (Eq. F.24).
     lengths: Vec<f64>,
     n_t: usize,
     n_points: usize,
@@ -79,8 +85,8 @@ pub(crate) struct StickSlip {
 }
 
 impl StickSlip {
-    /// Zone of `n_points` points with `n_t` tangential components each and `n_components` in all; `has_compliance`: whether
-    /// the zone is quasistatic.
+    /// Zone of `n_points` points with `n_t` tangential components each and `n_components` in all;
+    /// `has_compliance`: whether the zone is quasistatic.
     pub fn new(
         coefficient: f64,
         n_points: usize,
@@ -136,7 +142,8 @@ impl StickSlip {
         self.solver.invalidate();
     }
 
-    /// Sets the size of the friction force of point `i` per size of its components (Eq. F.24); one unless it is set.
+    /// Sets the size of the friction force of point `i` per size of its components (Eq. F.24); one
+    /// unless it is set.
     pub fn set_length(&mut self, i: usize, length: f64) {
         self.lengths[i] = length;
     }
@@ -170,8 +177,9 @@ impl StickSlip {
         self.next.copy_from_slice(&self.saved_forces);
     }
 
-    /// Projects `compliance` on the normal and the tangents, given in the model's components, for the points that `is_member` marks, all if it is empty
-    /// (Eq. F.4). Does nothing when neither has changed in any bit.
+    /// Projects `compliance` on the normal and the tangents, given in the model's components, for
+    /// the points that `is_member` marks, all if it is empty (Eq. F.4). Does nothing when neither
+    /// has changed in any bit.
     pub fn project(
         &mut self,
         compliance: &Mat<f64>,
@@ -213,7 +221,8 @@ impl StickSlip {
         self.finish_blocks();
     }
 
-    /// Sets all compliances to zero. Those between the points that `is_member` marks, all if it is empty, are to be set next.
+    /// Sets all compliances to zero. Those between the points that `is_member` marks, all if it is
+    /// empty, are to be set next.
     pub fn begin_blocks(&mut self, is_member: &[bool]) {
         let n_t = self.n_t;
         for &j in &self.members {
@@ -232,13 +241,14 @@ impl StickSlip {
         self.members.extend(chosen(is_member, self.n_points));
     }
 
-    /// Sets the displacement of point `i` along its tangent `a` under a unit normal force on point `j`.
+    /// Sets the displacement of point `i` along its tangent `a` under a unit normal force on point
+    /// `j`.
     pub fn set_coupling(&mut self, i: usize, a: usize, j: usize, value: f64) {
         self.coupling[(self.n_t * i + a, j)] = value;
     }
 
-    /// Sets the displacement of point `i` along its tangent `a` under a unit force on point `j` along tangent `b`, and the
-    /// opposite entry with it.
+    /// Sets the displacement of point `i` along its tangent `a` under a unit force on point `j`
+    /// along tangent `b`, and the opposite entry with it.
     pub fn set_tangential(&mut self, (i, a): (usize, usize), (j, b): (usize, usize), value: f64) {
         let (row, column) = (self.n_t * i + a, self.n_t * j + b);
         self.tangential_compliance[(row, column)] = value;
@@ -256,8 +266,9 @@ impl StickSlip {
         self.solver.invalidate();
     }
 
-    /// Adds the displacements of the points along the normals under the last tangential forces to `gaps`, and replaces `slips`
-    /// by those along the tangents under these and the normal forces `normal`.
+    /// Adds the displacements of the points along the normals under the last tangential forces to
+    /// `gaps`, and replaces `slips` by those along the tangents under these and the normal forces
+    /// `normal`.
     pub fn deflect(&self, normal: &[f64], gaps: &mut [f64], slips: &mut [f64]) {
         slips.fill(0.0);
         if self.coupling.nrows() > 0 {
@@ -272,11 +283,13 @@ impl StickSlip {
         self.forces.fill(0.0);
     }
 
-    /// Solves for normal point forces `normal_forces` and the tangential ones at gaps `gaps` and slips `slips` since the references
-    /// were last updated, both without quasistatic displacement \[m\]; slip increments of open points as well.
+    /// Solves for normal point forces `normal_forces` and the tangential ones at gaps `gaps` and
+    /// slips `slips` since the references were last updated, both without quasistatic displacement
+    /// \[m\]; slip increments of open points as well.
     ///
     /// # Errors
-    /// Those of [`ZoneSolver::solve`] and [`Tangential::solve`]; the iteration limit if the alternations don't converge.
+    /// Those of [`ZoneSolver::solve`] and [`Tangential::solve`]; the iteration limit if the
+    /// alternations don't converge.
     pub fn solve(
         &mut self,
         zone: &mut impl NormalSolver,
@@ -298,8 +311,8 @@ impl StickSlip {
         Ok(report)
     }
 
-    /// As [`StickSlip::solve`], until the friction forces change by less than `tolerance` of the largest, and without the slip increments of open
-    /// points.
+    /// As [`StickSlip::solve`], until the friction forces change by less than `tolerance` of the
+    /// largest, and without the slip increments of open points.
     ///
     /// # Errors
     /// As [`StickSlip::solve`].
@@ -363,8 +376,9 @@ impl StickSlip {
         self.solver.return_to_bounds(&self.springs, slips, &self.bounds, &mut self.forces)
     }
 
-    /// Work of sliding at the last solution (Eqs. F.9 to F.12, F.15). `gap_rates` and `slip_rates`: rates of the points along
-    /// normal and tangents without those of the forces [m/s]; `springs`: compliances of the normal springs [m/N].
+    /// Work of sliding at the last solution (Eqs. F.9 to F.12, F.15). `gap_rates` and `slip_rates`:
+    /// rates of the points along normal and tangents without those of the forces [m/s]; `springs`:
+    /// compliances of the normal springs [m/N].
     ///
     /// # Errors
     /// If the alternations don't converge.
@@ -394,7 +408,8 @@ impl StickSlip {
         Ok(sliding.map(work).fold(SlidingWork::default(), SlidingWork::plus))
     }
 
-    /// Work of sliding of point `i`: slip increments `increments` change at `rates`, its bound at `bound_rate`.
+    /// Work of sliding of point `i`: slip increments `increments` change at `rates`, its bound at
+    /// `bound_rate`.
     pub fn work_of_point(&self, i: usize, increments: &[f64], rates: &[f64], bound_rate: f64) -> SlidingWork {
         let (mut power, mut work, mut slip) = (0.0, 0.0, 0.0_f64);
         for k in self.n_t * i..self.n_t * (i + 1) {
@@ -403,7 +418,8 @@ impl StickSlip {
             slip = slip.hypot(increments[k]);
         }
         if self.solver.saved_states()[i] == PointState::Open {
-            // The point was open when the step began and has slipped since: its power begins at zero, the rate of its bound does not.
+            // The point was open when the step began and has slipped since: its power begins at
+            // zero, the rate of its bound does not.
             return SlidingWork { power, ..SlidingWork::default() };
         }
         SlidingWork { power, slid: work, slid_rate: power + slip * bound_rate }
@@ -489,7 +505,8 @@ mod tests {
         [(i % N) as f64 - 4.1, (i / N) as f64 - 3.9]
     }
 
-    /// Compliances of the half space (Johnson, Contact Mechanics, 3.2 and 3.6), under the points that of a small disc.
+    /// Compliances of the half space (Johnson, Contact Mechanics, 3.2 and 3.6), under the points
+    /// that of a small disc.
     fn half_space(poisson: f64) -> (Normal, StickSlip) {
         let n = N * N;
         let mut normal = Mat::zeros(n, n);
@@ -528,7 +545,8 @@ mod tests {
             zone.coefficient = coefficient;
             zone.set_springs(&springs, 1.0);
             let mut forces = vec![0.0; n];
-            // Slips from none to complete sliding and back, which crosses every state of the annulus.
+            // Slips from none to complete sliding and back, which crosses every state of the
+            // annulus.
             for step in 0..80 {
                 let slip = 0.5 * coefficient * (0.08 * f64::from(step)).sin();
                 let gaps: Vec<f64> =

@@ -1,16 +1,19 @@
 //! Return mapping of all points at once: tangential forces under given normal ones.
 //!
-//! `min ½ τᵀ(A_TT + D_T)τ + τᵀc` over `|τ_i| <= b_i` (docs/theory.md Eq. F.5): strictly convex, one or two tangential
-//! components per point. Its optimality conditions are Coulomb's law for the slip increments `w = (A_TT + D_T)τ + c`: zero where
-//! a point sticks, against the force where it slides (Eq. F.6).
+//! `min ½ τᵀ(A_TT + D_T)τ + τᵀc` over `|τ_i| <= b_i` (docs/theory.md Eq. F.5): strictly convex, one
+//! or two tangential components per point. Its optimality conditions are Coulomb's law for the slip
+//! increments `w = (A_TT + D_T)τ + c`: zero where a point sticks, against the force where it slides
+//! (Eq. F.6).
 //!
-//! Newton's method on the sets: a sticking point has all its components free, a sliding one only the turn of its force along
-//! the circle (Eq. F.7), so that one symmetric positive definite matrix is factorised. In the plane a sliding point has
-//! nothing free, and the method is the active-set method for bounds on both sides, with the same safeguard as
+//! Newton's method on the sets: a sticking point has all its components free, a sliding one only
+//! the turn of its force along the circle (Eq. F.7), so that one symmetric positive definite matrix
+//! is factorised. In the plane a sliding point has nothing free, and the method is the active-set
+//! method for bounds on both sides, with the same safeguard as
 //! [`super::active_set`]: single exchanges where full ones don't gain.
 //!
-//! Only loaded points are computed: their block of the compliance is kept as long as they stay the same. A factor is kept until the free directions
-//! have turned, or until steps with it no longer reduce the error (Newton's method with a kept matrix). The last step has the exact matrix, or
+//! Only loaded points are computed: their block of the compliance is kept as long as they stay the
+//! same. A factor is kept until the free directions have turned, or until steps with it no longer
+//! reduce the error (Newton's method with a kept matrix). The last step has the exact matrix, or
 //! reaches the tolerance without it.
 
 use crate::solver_fault::SolverFault;
@@ -30,11 +33,14 @@ use loaded::LoadedPoints;
 const PATIENCE: usize = 10; // Júdice & Pires 1994
 /// Round-off allowance of a slip, in units of `n eps max|c|`.
 const SLIP_ROUND_OFF: f64 = 32.0 * f64::EPSILON;
-/// Relative excess of a force over its bound up to which the point still sticks: round-off of the solution.
+/// Relative excess of a force over its bound up to which the point still sticks: round-off of the
+/// solution.
 const BOUND_ROUND_OFF: f64 = 1e-13;
-/// Turn of a force's direction in one Newton step below which the next one is round-off (quadratic convergence).
+/// Turn of a force's direction in one Newton step below which the next one is round-off (quadratic
+/// convergence).
 const TURN_TOLERANCE: f64 = 1e-8;
-/// The factor is kept until one of its directions has turned by this (sine): each step then still gains a digit.
+/// The factor is kept until one of its directions has turned by this (sine): each step then still
+/// gains a digit.
 const KEPT_TURN: f64 = 0.1;
 /// Steps with a kept factor go on as long as each is smaller than the one before by this factor,
 const KEPT_GAIN: f64 = 0.3;
@@ -147,7 +153,8 @@ impl Tangential {
         self.loaded.forget();
     }
 
-    /// The factor is forgotten, so that solutions after [`Tangential::restore`] are the same in every bit.
+    /// The factor is forgotten, so that solutions after [`Tangential::restore`] are the same in
+    /// every bit.
     pub fn save(&mut self) {
         self.factored.clear();
         self.saved.0.copy_from_slice(&self.states);
@@ -160,8 +167,8 @@ impl Tangential {
         self.directions.copy_from_slice(&self.saved.1);
     }
 
-    /// Solves for `forces`, which hold those of an earlier solution, to `tolerance` of the largest bound; returns the number of
-    /// steps. Slip increments of open points are left as they are.
+    /// Solves for `forces`, which hold those of an earlier solution, to `tolerance` of the largest
+    /// bound; returns the number of steps. Slip increments of open points are left as they are.
     ///
     /// # Errors
     /// A slip that is not finite, dependent points without springs, the limit of iterations.
@@ -214,7 +221,8 @@ impl Tangential {
         Err(SolverFault::SlidingSet { points: self.states.len(), iterations: limit }.into())
     }
 
-    /// States and forces to start from: points that have just been loaded slide against their slip, the others keep state and force.
+    /// States and forces to start from: points that have just been loaded slide against their slip,
+    /// the others keep state and force.
     fn guess(&mut self, problem: &TangentialProblem<'_>, forces: &mut [f64]) {
         for i in 0..self.states.len() {
             if problem.bounds[i] <= 0.0 {
@@ -245,7 +253,8 @@ impl Tangential {
         }
     }
 
-    /// One Newton step on the present sets, with the factor of an earlier step where it is near enough.
+    /// One Newton step on the present sets, with the factor of an earlier step where it is near
+    /// enough.
     fn step(
         &mut self,
         problem: &TangentialProblem<'_>,
@@ -278,7 +287,8 @@ impl Tangential {
         !has_turns && self.factored == self.free
     }
 
-    /// Whether the factor belongs to the present sets with directions not far from the present ones.
+    /// Whether the factor belongs to the present sets with directions not far from the present
+    /// ones.
     fn is_near_factored(&self) -> bool {
         let is_near = |a: &Free, b: &Free| {
             let [x, y] = [0, 1].map(|c| a.direction[c] - b.direction[c]);
@@ -346,8 +356,9 @@ impl Tangential {
         }
     }
 
-    /// Cholesky factor of the projection of `A_TT + D_T` on the free directions, with `|w_i|/b_i` of sliding points on the
-    /// diagonal (Eq. F.7). Its lower half is made of the lower half of the projection.
+    /// Cholesky factor of the projection of `A_TT + D_T` on the free directions, with `|w_i|/b_i`
+    /// of sliding points on the diagonal (Eq. F.7). Its lower half is made of the lower half of the
+    /// projection.
     fn factorise(&mut self, problem: &TangentialProblem<'_>) -> Result<(), EvaluationFailure> {
         let (m, n_t) = (self.free.len(), self.n_t);
         self.factored.clear();
@@ -459,8 +470,9 @@ impl Tangential {
         self.factorise(problem)
     }
 
-    /// Rates of forces and slip increments on the present sets (Eq. F.11), when the bounds change at `bound_rates` \[N/s\] and
-    /// `c` at `drift` [m/s]. [`Tangential::prepare_rates`] comes first.
+    /// Rates of forces and slip increments on the present sets (Eq. F.11), when the bounds change
+    /// at `bound_rates` \[N/s\] and `c` at `drift` [m/s]. [`Tangential::prepare_rates`] comes
+    /// first.
     pub fn rates(
         &mut self,
         problem: &TangentialProblem<'_>,

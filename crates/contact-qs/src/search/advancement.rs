@@ -1,4 +1,5 @@
-//! No contact is jumped over: speed bounds, safe times, and the first touching time (theory Eqs. C.33 to C.35).
+//! No contact is jumped over: speed bounds, safe times, and the first touching time (theory
+//! Eqs. C.33 to C.35).
 
 use ffr_dynamics::system::force::BodyState;
 
@@ -6,9 +7,11 @@ use super::surface_model::SurfaceModel;
 use crate::ContactError;
 use crate::error::MotionFault;
 
-/// Bound of the speed of any surface point relative to the origin of its body's frame (theory Eq. C.33) [m/s].
+/// Bound of the speed of any surface point relative to the origin of its body's frame (theory
+/// Eq. C.33) [m/s].
 ///
-/// With the frequencies of the modes it holds for the whole free vibration, otherwise for this instant.
+/// With the frequencies of the modes it holds for the whole free vibration, otherwise for this
+/// instant.
 pub fn surface_speed_bound(model: &SurfaceModel, state: &BodyState) -> f64 {
     let rates = state.elastic.iter().zip(&state.elastic_rates);
     let amplitude = |(k, (q, rate)): (usize, (&f64, &f64))| {
@@ -20,15 +23,15 @@ pub fn surface_speed_bound(model: &SurfaceModel, state: &BodyState) -> f64 {
     state.angular_velocity_in_body.norm() * radius + elastic
 }
 
-/// Bound of the speed at which any two surface points of the bodies approach each other (theory Eq. C.33) [m/s]. NaN for a
-/// state that is not a number.
+/// Bound of the speed at which any two surface points of the bodies approach each other (theory
+/// Eq. C.33) [m/s]. NaN for a state that is not a number.
 pub fn closing_speed_bound(models: [&SurfaceModel; 2], states: [&BodyState; 2]) -> f64 {
     let frames = (states[0].velocity - states[1].velocity).norm();
     frames + surface_speed_bound(models[0], states[0]) + surface_speed_bound(models[1], states[1])
 }
 
-/// A time during which surfaces `gap` apart cannot touch: they approach at `speed` at most now, and that speed grows by
-/// `acceleration` at most (theory Eq. C.34) \[s\].
+/// A time during which surfaces `gap` apart cannot touch: they approach at `speed` at most now, and
+/// that speed grows by `acceleration` at most (theory Eq. C.34) \[s\].
 ///
 /// Zero for a gap that is not positive, infinite if nothing moves, NaN if an argument is.
 pub fn safe_time(gap: f64, speed: f64, acceleration: f64) -> f64 {
@@ -49,7 +52,8 @@ pub struct TouchSettings {
     pub gap: f64,
     /// Width to which the touching time is enclosed, > 0 \[s\].
     pub time: f64,
-    /// The shortest step between two samples, > 0: overlaps that last longer are never missed \[s\].
+    /// The shortest step between two samples, > 0: overlaps that last longer are never missed
+    /// \[s\].
     pub shortest: f64,
     /// Bound of the growth of the closing speed, >= 0 [m/s²].
     pub acceleration: f64,
@@ -68,14 +72,15 @@ pub struct Touch {
     pub n_samples: usize,
 }
 
-/// The first touch in the time from `start` to `end`, none if there is none: the first time at which the surfaces close. Surfaces
-/// that touch at `start` while their gap grows, as at the end of an impact, are on their way apart, and those that touch without moving
-/// lie beside each other; both touch when their gap shrinks by more than the tolerance of `settings`, and overlapping ones when it does
-/// not grow (theory Eq. C.36).
+/// The first touch in the time from `start` to `end`, none if there is none: the first time at
+/// which the surfaces close. Surfaces that touch at `start` while their gap grows, as at the end of
+/// an impact, are on their way apart, and those that touch without moving lie beside each other;
+/// both touch when their gap shrinks by more than the tolerance of `settings`, and overlapping ones
+/// when it does not grow (theory Eq. C.36).
 ///
-/// `sample` gives the gap and the bound of the closing speed at a time, from the dense output of a step say. Between samples
-/// time passes by [`safe_time`], or by the shortest step; once an overlap is seen the root of the gap is
-/// enclosed by bisection and false position (theory Eq. C.35).
+/// `sample` gives the gap and the bound of the closing speed at a time, from the dense output of a
+/// step say. Between samples time passes by [`safe_time`], or by the shortest step; once an overlap
+/// is seen the root of the gap is enclosed by bisection and false position (theory Eq. C.35).
 ///
 /// # Errors
 /// [`ContactError::Motion`] for a gap or speed that is not a number, or settings that are out of range; errors of `sample`.
@@ -123,7 +128,8 @@ pub fn first_touch(
     }
 }
 
-/// Shrinks a bracket of the touching time: false position with halved ordinates (Illinois), bisection where that is slow.
+/// Shrinks a bracket of the touching time: false position with halved ordinates (Illinois),
+/// bisection where that is slow.
 fn enclose(
     [mut apart, mut overlap]: [(f64, f64); 2],
     settings: &TouchSettings,

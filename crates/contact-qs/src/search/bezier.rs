@@ -1,6 +1,7 @@
 //! Rational Bézier pieces with one or two parameters in `[0, 1]`: evaluation (theory Eq. C.27).
 //!
-//! A curve is a piece whose second degree is zero, so that one code serves plane, axisymmetric and solid models.
+//! A curve is a piece whose second degree is zero, so that one code serves plane, axisymmetric and
+//! solid models.
 
 use iga_core::bernstein::table;
 use nalgebra::Vector3;

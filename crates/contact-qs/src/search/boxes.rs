@@ -54,8 +54,8 @@ impl Placement {
         Self { rotation, origin, magnitude: rotation.abs() }
     }
 
-    /// A lower bound of the distance between a box of the first body and one of the second: boxes around the other in each
-    /// of the two frames.
+    /// A lower bound of the distance between a box of the first body and one of the second: boxes
+    /// around the other in each of the two frames.
     pub fn distance(&self, a: &Bounds, b: &Bounds) -> f64 {
         let zero = Vector3::zeros();
         let offset = self.rotation * b.centre + self.origin - a.centre;
@@ -65,15 +65,16 @@ impl Placement {
         in_first.max(in_second)
     }
 
-    /// How far two nodes are apart along `n`, the unit vector from the second body to the first, given in both frames: a
-    /// lower bound of the distance.
+    /// How far two nodes are apart along `n`, the unit vector from the second body to the first,
+    /// given in both frames: a lower bound of the distance.
     pub fn separation(&self, a: &Disc, b: &Disc, n: &[Vector3<f64>; 2]) -> f64 {
         (a.centre - self.origin).dot(&n[0]) - a.reach(&n[0]) - b.centre.dot(&n[1]) - b.reach(&n[1])
     }
 }
 
-/// A flat cylinder around control points, with its axis along their mean normal: its thickness is of second order in the
-/// size of the piece, so that it tells apart neighbours of the critical point where boxes do not.
+/// A flat cylinder around control points, with its axis along their mean normal: its thickness is
+/// of second order in the size of the piece, so that it tells apart neighbours of the critical
+/// point where boxes do not.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Disc {
     pub centre: Vector3<f64>,
@@ -116,7 +117,8 @@ pub(super) enum NodeKind {
     Children([u32; 2]),
 }
 
-/// What the tree is built over: control points of a piece, the box around them, and a normal as long as the piece is large.
+/// What the tree is built over: control points of a piece, the box around them, and a normal as
+/// long as the piece is large.
 #[derive(Debug, Clone)]
 pub(super) struct Leaf {
     pub points: Vec<Vector3<f64>>,

@@ -1,7 +1,9 @@
-//! The touch of two overlapping bodies, followed from where it was: the places with a common normal (docs/theory.md Eq. C.81).
+//! The touch of two overlapping bodies, followed from where it was: the places with a common normal
+//! (docs/theory.md Eq. C.81).
 //!
-//! The search for the deepest place looks at every piece that may be inside the other body. While two bodies stay in contact the places move little, and
-//! Newton's method finds them in a few steps.
+//! The search for the deepest place looks at every piece that may be inside the other body. While
+//! two bodies stay in contact the places move little, and Newton's method finds them in a few
+//! steps.
 
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
@@ -20,8 +22,8 @@ const MAX_STEPS: usize = 12;
 /// Change of parameters that is round-off.
 const ROUND_OFF: f64 = 1e-14;
 
-/// Gap and places of the overlap that `workspace` was at last, in the motions `states`; `None` where the method finds none, or the bodies are apart by now:
-/// [`super::minimum_distance`] knows.
+/// Gap and places of the overlap that `workspace` was at last, in the motions `states`; `None`
+/// where the method finds none, or the bodies are apart by now: [`super::minimum_distance`] knows.
 ///
 /// # Errors
 /// [`ContactError::Motion`] if a state is not finite or has another number of modes.
@@ -93,7 +95,8 @@ fn jets(query: &Query<'_>, ws: &SearchWorkspace, sites: &[Site; 2]) -> [PieceJet
     [0, 1].map(|b| ws.deformed[b].jet(&query.sides[b], sites[b].piece, sites[b].s))
 }
 
-/// Newton's step for `n_T · a_i = 0`, `r · b_j = 0`, `a`, `b` the tangents and `r` the way from the target; `None` where it has none.
+/// Newton's step for `n_T · a_i = 0`, `r · b_j = 0`, `a`, `b` the tangents and `r` the way from the
+/// target; `None` where it has none.
 fn step(query: &Query<'_>, ws: &SearchWorkspace, sites: &[Site; 2]) -> Option<Vector4<f64>> {
     let [own, target] = jets(query, ws, sites);
     let (a, b, r) = (&own.first, &target.first, own.point - target.point);
@@ -121,9 +124,11 @@ fn step(query: &Query<'_>, ws: &SearchWorkspace, sites: &[Site; 2]) -> Option<Ve
     step.iter().all(|x| x.is_finite()).then_some(step)
 }
 
-/// The pair at `sites`, its gap and normal towards the first body, if the bodies overlap there along a common normal.
+/// The pair at `sites`, its gap and normal towards the first body, if the bodies overlap there
+/// along a common normal.
 fn pair(query: &Query<'_>, ws: &SearchWorkspace, sites: [Site; 2]) -> Option<(Pair, f64, Vector3<f64>)> {
-    /// Cosine of the angle between the normals: converged ones differ by the root of round-off at most.
+    /// Cosine of the angle between the normals: converged ones differ by the root of round-off at
+    /// most.
     const OPPOSITE: f64 = -1.0 + 1e-12;
     let jets = jets(query, ws, &sites);
     let [own, facing] = [0, 1].map(|b| ws.deformed[b].normal(&query.sides[b], &sites[b], &jets[b]));

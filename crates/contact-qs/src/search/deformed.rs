@@ -131,7 +131,8 @@ impl Deformed {
         let second = side.model.across().map_or(here.first[1], |v| side.rotated(v));
         let product = here.first[0].cross(&second);
         let length = product.norm();
-        // Parallel tangents leave the round-off of their product; a pole one tangent of round-off beside the piece's size.
+        // Parallel tangents leave the round-off of their product; a pole one tangent of round-off
+        // beside the piece's size.
         let size = 1e-9 * self.boxes[piece as usize].half.norm();
         let regular = length > 1e-9 * here.first[0].norm() * second.norm()
             && here.first[0].norm() > size

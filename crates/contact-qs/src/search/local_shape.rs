@@ -8,12 +8,14 @@ use super::deformed::Site;
 use super::surface_model::{Piece, SurfaceModel};
 use iga_core::bernstein::table;
 
-/// Sine of the angle between the tangents, and ratio of their lengths to those in the middle of the piece, below which the net is singular.
+/// Sine of the angle between the tangents, and ratio of their lengths to those in the middle of the
+/// piece, below which the net is singular.
 const SINGULAR: f64 = 1e-4;
-/// Share of the way to the middle of the piece at which curvatures are taken, once, twice and three times, where the net is singular: they are
-/// extrapolated from there.
+/// Share of the way to the middle of the piece at which curvatures are taken, once, twice and three
+/// times, where the net is singular: they are extrapolated from there.
 const ASIDE: f64 = 0.05;
-/// Step of differences of the curvature over the parameters of a piece, which turns by less than 30 degrees.
+/// Step of differences of the curvature over the parameters of a piece, which turns by less than 30
+/// degrees.
 const STEP: f64 = 1e-3;
 
 /// The undeformed surface about a place, in the body's frame.
@@ -21,7 +23,8 @@ const STEP: f64 = 1e-3;
 pub struct LocalShape {
     /// Outward unit normal.
     pub normal: Vector3<f64>,
-    /// Curvature: a step `u` along the surface turns the normal by `S u`, so that convex surfaces have positive eigenvalues [1/m].
+    /// Curvature: a step `u` along the surface turns the normal by `S u`, so that convex surfaces
+    /// have positive eigenvalues [1/m].
     pub bending: Matrix3<f64>,
 }
 
@@ -38,8 +41,9 @@ impl SurfaceModel {
         Some(LocalShape { normal, bending: a.bending * 3.0 - b.bending * 3.0 + c.bending })
     }
 
-    /// The vector `c` of the tangent plane with `c · u = W : ∂S/∂u`, the change of the curvature under the weights `weights` over a step `u`
-    /// along the surface; zero where the net is singular.
+    /// The vector `c` of the tangent plane with `c · u = W : ∂S/∂u`, the change of the curvature
+    /// under the weights `weights` over a step `u` along the surface; zero where the net is
+    /// singular.
     pub fn bending_slope(&self, place: &Site, weights: &Matrix3<f64>) -> Vector3<f64> {
         let Some(piece) = self.pieces().get(place.piece as usize) else { return Vector3::zeros() };
         let here = self.undeformed(piece, place.s);
@@ -59,7 +63,8 @@ impl SurfaceModel {
         sum
     }
 
-    /// Replaces `out` by the displacements at `place` under a unit of each mode, in the body's frame.
+    /// Replaces `out` by the displacements at `place` under a unit of each mode, in the body's
+    /// frame.
     pub fn shapes_at(&self, place: &Site, out: &mut [Vector3<f64>]) {
         let Some(piece) = self.pieces().get(place.piece as usize) else { return };
         let [a, b] = [table(piece.degrees[0], place.s[0]), table(piece.degrees[1], place.s[1])];
@@ -99,7 +104,8 @@ impl SurfaceModel {
         Some(LocalShape { normal, bending: -bending })
     }
 
-    /// Tangents, that of a curve with a unit vector across, and the outward normal; `None` where the net is singular.
+    /// Tangents, that of a curve with a unit vector across, and the outward normal; `None` where
+    /// the net is singular.
     fn regular_tangents(&self, piece: &Piece, here: &PieceJet) -> Option<([Vector3<f64>; 2], Vector3<f64>)> {
         let of = |jet: &PieceJet| [jet.first[0], self.across().unwrap_or(jet.first[1])];
         let (tangents, usual) = (of(here), of(&self.undeformed(piece, [0.5; 2])));
@@ -139,7 +145,8 @@ mod tests {
                 let normal = gradient.normalize();
                 let project = Matrix3::identity() - normal * normal.transpose();
                 let expected = project * inverse * 2.0 * project / gradient.norm();
-                // Round-off over the regularity of the net, or extrapolation over a twentieth of a piece.
+                // Round-off over the regularity of the net, or extrapolation over a twentieth of a
+                // piece.
                 let is_regular = model.regular_shape(&model.pieces()[piece as usize], s).is_some();
                 let limit = if is_regular { 1e-6 } else { 2e-2 };
                 let error = (found.bending - expected).norm() / expected.norm();

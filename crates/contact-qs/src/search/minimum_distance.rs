@@ -1,9 +1,11 @@
-//! Minimum distance between the deformed, moving surfaces of two bodies (\[A\] (7); theory Eqs. C.28 to C.31).
+//! Minimum distance between the deformed, moving surfaces of two bodies (\[A\] (7); theory
+//! Eqs. C.28 to C.31).
 //!
-//! Two trees of boxes are descended together, nearest pairs first; a pair of pieces is left out if its boxes, or its control
-//! points along the best direction so far, lie farther apart than the best pair. On the rest a Newton method in a box of two
-//! or four parameters starts from the nearest pair of control points. The last answer comes first, so that
-//! in a slow motion the descent only certifies it. All geometry is done in the frame of the first body: distances keep
+//! Two trees of boxes are descended together, nearest pairs first; a pair of pieces is left out if
+//! its boxes, or its control points along the best direction so far, lie farther apart than the
+//! best pair. On the rest a Newton method in a box of two or four parameters starts from the
+//! nearest pair of control points. The last answer comes first, so that in a slow motion the
+//! descent only certifies it. All geometry is done in the frame of the first body: distances keep
 //! their digits however far from the origin the bodies are.
 
 use ffr_dynamics::body::RigidMotion;
@@ -23,21 +25,23 @@ use crate::error::MotionFault;
 /// How near two bodies are.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Proximity {
-    /// Gap (theory Eq. C.30): distance of the surfaces apart, minus the depth of the deepest point when they overlap \[m\].
+    /// Gap (theory Eq. C.30): distance of the surfaces apart, minus the depth of the deepest point
+    /// when they overlap \[m\].
     pub gap: f64,
     /// Critical points of the contact body and of the target.
     pub sites: [SurfaceSite; 2],
     /// The same as places on the pieces of the surfaces.
     pub places: [Site; 2],
-    /// Unit vector towards the contact body in the inertial frame; `gap = n · (x_C - x_T)`. Zero if the surfaces touch at
-    /// places without a normal.
+    /// Unit vector towards the contact body in the inertial frame; `gap = n · (x_C - x_T)`. Zero if
+    /// the surfaces touch at places without a normal.
     pub normal: Vector3<f64>,
 }
 
-/// The gap between the contact body and the target in the motions `states`, with the points at which it is attained.
+/// The gap between the contact body and the target in the motions `states`, with the points at
+/// which it is attained.
 ///
-/// Repeated calls on one workspace start from the last answer and do not allocate. The answer does not depend on where the
-/// search started, except among places that are equally near.
+/// Repeated calls on one workspace start from the last answer and do not allocate. The answer does
+/// not depend on where the search started, except among places that are equally near.
 ///
 /// # Errors
 /// [`ContactError::Motion`] if a state is not finite or has another number of modes; [`ContactError::Data`] if the
@@ -90,8 +94,8 @@ pub(super) fn check_state(model: &SurfaceModel, state: &BodyState) -> Result<(),
     Ok(())
 }
 
-/// Distance relative to the bodies' size below which the search looks for points inside: where surfaces cross, Newton's
-/// method ends at a distance of round-off whose direction tells nothing.
+/// Distance relative to the bodies' size below which the search looks for points inside: where
+/// surfaces cross, Newton's method ends at a distance of round-off whose direction tells nothing.
 const NEAR_TOUCH: f64 = 1e-9;
 
 /// Pair, signed gap and unit normal in the frame of the search.
@@ -203,7 +207,8 @@ fn closest_pair(query: &Query<'_>, ws: &mut SearchWorkspace) -> Option<Pair> {
     best.filter(|p| p.distance.is_finite())
 }
 
-/// Where to start on two pieces: at the nearest pair of control points. None if the pieces lie at least `limit` apart.
+/// Where to start on two pieces: at the nearest pair of control points. None if the pieces lie at
+/// least `limit` apart.
 fn start_on_pieces(
     query: &Query<'_>,
     ws: &mut SearchWorkspace,
@@ -237,15 +242,18 @@ fn start_on_pieces(
     Some([0, 1].map(|b| Site { piece: pieces[b], s: query.sides[b].parameters(pieces[b], start[b]) }))
 }
 
-/// Searches, each of which goes on where the one before has stopped: between surfaces that overlap by little the distance falls along a valley, from the
-/// deepest place to where they cross, in which steps grow no faster than they double.
+/// Searches, each of which goes on where the one before has stopped: between surfaces that overlap
+/// by little the distance falls along a valley, from the deepest place to where they cross, in
+/// which steps grow no faster than they double.
 const MOST_SEARCHES: usize = 8;
-/// Cosine of the angle between the line of a nearest pair and a tangent, in which either may still be moved, up to which they count as square.
+/// Cosine of the angle between the line of a nearest pair and a tangent, in which either may still
+/// be moved, up to which they count as square.
 const SQUARE: f64 = 1e-6;
 /// Round-off of a slope, in that of positions.
 const ROUND_OFF: f64 = 8.0;
 
-/// Whether half the square of a distance is least at `s`, as far as its `sample` there tells: the line is square to the surfaces, or held by bounds.
+/// Whether half the square of a distance is least at `s`, as far as its `sample` there tells: the
+/// line is square to the surfaces, or held by bounds.
 fn is_minimum(sample: &Sample<4>, s: &[f64; 4], upper: &[f64; 4]) -> bool {
     let distance = (2.0 * sample.value).sqrt();
     if distance <= 0.0 {

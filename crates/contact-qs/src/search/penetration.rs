@@ -1,4 +1,5 @@
-//! Overlapping bodies: the deepest surface point of either body in the other (theory Eqs. C.30, C.31).
+//! Overlapping bodies: the deepest surface point of either body in the other (theory Eqs. C.30,
+//! C.31).
 
 use iga_core::nurbs::box_newton::{Sample, minimize};
 use nalgebra::Vector3;
@@ -8,12 +9,13 @@ use super::deformed::Site;
 use super::query::{Pair, Query, SearchWorkspace, separation};
 use super::signed_distance::{Nearest, along_piece, curvature, nearest, pieces_at, site_on_piece};
 
-/// The most negative signed distance of a point of one surface from the other body: pair, gap and unit normal towards the
-/// first body. `None` if no point lies inside.
+/// The most negative signed distance of a point of one surface from the other body: pair, gap and
+/// unit normal towards the first body. `None` if no point lies inside.
 ///
-/// Every piece that may cross the other surface is sampled and searched from its best sample; from the deepest result on
-/// each body the descent goes on across the borders of pieces, into those that lie wholly inside. Where an overlap has
-/// several deepest places, this finds one of them; separate overlaps are told apart if they lie on different pieces.
+/// Every piece that may cross the other surface is sampled and searched from its best sample; from
+/// the deepest result on each body the descent goes on across the borders of pieces, into those
+/// that lie wholly inside. Where an overlap has several deepest places, this finds one of them;
+/// separate overlaps are told apart if they lie on different pieces.
 pub(super) fn deepest(
     query: &Query<'_>,
     ws: &mut SearchWorkspace,
@@ -68,7 +70,8 @@ struct Depth {
     near: Nearest,
 }
 
-/// Goes on from a minimum at the border of its piece into the pieces beyond, as long as that leads deeper.
+/// Goes on from a minimum at the border of its piece into the pieces beyond, as long as that leads
+/// deeper.
 fn walk(query: &Query<'_>, ws: &mut SearchWorkspace, b: usize, mut here: Depth) -> Depth {
     /// More pieces than lie between the rim and the middle of a zone of overlap.
     const MAX_STEPS: usize = 200;
@@ -187,7 +190,8 @@ fn mark_overlaps(query: &Query<'_>, ws: &mut SearchWorkspace) {
     ws.pairs = pairs;
 }
 
-/// Whether the control points of two pieces can be told apart by neither their boxes nor the line between their middles.
+/// Whether the control points of two pieces can be told apart by neither their boxes nor the line
+/// between their middles.
 fn may_meet(query: &Query<'_>, ws: &mut SearchWorkspace, pieces: [u32; 2]) -> bool {
     ws.load(query, pieces);
     let bounds = [0, 1].map(|b| ws.deformed[b].bounds(pieces[b]));

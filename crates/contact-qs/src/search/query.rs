@@ -1,4 +1,5 @@
-//! What the parts of a search between two bodies share: buffers, the two bodies in one frame, pairs of points.
+//! What the parts of a search between two bodies share: buffers, the two bodies in one frame, pairs
+//! of points.
 
 use ffr_dynamics::system::force::BodyState;
 use nalgebra::Vector3;
@@ -41,9 +42,11 @@ impl SearchWorkspace {
         self.last = None;
     }
 
-    /// Empties the buffers and makes them large enough for any search, so that later ones do not allocate.
+    /// Empties the buffers and makes them large enough for any search, so that later ones do not
+    /// allocate.
     pub(super) fn begin(&mut self, models: [&SurfaceModel; 2]) {
-        /// Depth-first descents hold one entry per level: two trees of less than 2^64 pieces, halved at each level.
+        /// Depth-first descents hold one entry per level: two trees of less than 2^64 pieces,
+        /// halved at each level.
         const DEPTH: usize = 130;
         for (deformed, model) in self.deformed.iter_mut().zip(models) {
             deformed.begin(model);
@@ -113,7 +116,8 @@ pub(super) struct Pair {
     pub distance: f64,
 }
 
-/// How far the control points of two pieces are apart along a unit vector: no pair of surface points is nearer.
+/// How far the control points of two pieces are apart along a unit vector: no pair of surface
+/// points is nearer.
 pub(super) fn separation(points: [&[Vector3<f64>]; 2], n: &Vector3<f64>) -> f64 {
     let lowest = points[0].iter().map(|p| n.dot(p)).fold(f64::INFINITY, f64::min);
     let highest = points[1].iter().map(|p| n.dot(p)).fold(f64::NEG_INFINITY, f64::max);

@@ -1,4 +1,5 @@
-//! Signed distance of a point from the surface of a body (theory Eqs. C.29, C.31): positive outside.
+//! Signed distance of a point from the surface of a body (theory Eqs. C.29, C.31): positive
+//! outside.
 
 use iga_core::nurbs::box_newton::{Sample, minimize};
 use nalgebra::{Matrix3, Vector3};
@@ -7,7 +8,8 @@ use super::bezier::PieceJet;
 use super::boxes::NodeKind;
 use super::deformed::{Deformed, Side, Site, smallest};
 
-/// Distance, in round-off of the size of a body, from which on a line between two points has a direction: to a hundredth.
+/// Distance, in round-off of the size of a body, from which on a line between two points has a
+/// direction: to a hundredth.
 const DIRECTED: f64 = 256.0;
 
 /// The surface point nearest to a point.
@@ -24,10 +26,12 @@ pub(super) struct Nearest {
     pub normal: Vector3<f64>,
 }
 
-/// Cosine above which the line to the nearest point is normal to the surface there and decides the side alone.
+/// Cosine above which the line to the nearest point is normal to the surface there and decides the
+/// side alone.
 pub(super) const ALONG_NORMAL: f64 = 0.7;
 
-/// Nearest surface point to `x` and on which side `x` is. `hint`: a site to begin with. `stack` is a buffer.
+/// Nearest surface point to `x` and on which side `x` is. `hint`: a site to begin with. `stack` is
+/// a buffer.
 pub(super) fn nearest(
     side: &Side<'_>,
     deformed: &mut Deformed,
@@ -138,7 +142,8 @@ impl Candidate {
         self.offset.dot(&self.normal).abs()
     }
 
-    /// The nearest point; nearer than `shortest` the line to it tells nothing, but the surface's normal does where it has one.
+    /// The nearest point; nearer than `shortest` the line to it tells nothing, but the surface's
+    /// normal does where it has one.
     fn finish(self, shortest: f64) -> Nearest {
         let sign = if self.offset.dot(&self.normal) < 0.0 { -1.0 } else { 1.0 };
         let has_normal = self.normal.norm() > 0.5;

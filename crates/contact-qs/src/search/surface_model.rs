@@ -1,8 +1,9 @@
-//! Surface of a body prepared for searching: Bézier pieces of its outer faces, the modes' shapes on them, and a tree.
+//! Surface of a body prepared for searching: Bézier pieces of its outer faces, the modes' shapes on
+//! them, and a tree.
 //!
-//! Displacements have the basis functions of the geometry, so a deformed piece is a Bézier piece with moved points
-//! (theory Eq. C.27). The model is built once in the body's frame and never refitted: boxes are widened by a bound of the
-//! displacement (Eq. C.28).
+//! Displacements have the basis functions of the geometry, so a deformed piece is a Bézier piece
+//! with moved points (theory Eq. C.27). The model is built once in the body's frame and never
+//! refitted: boxes are widened by a bound of the displacement (Eq. C.28).
 
 use faer::MatRef;
 use ffr_dynamics::body::RigidMotion;
@@ -18,8 +19,8 @@ use crate::ContactError;
 use crate::piecewise::{PiecewiseSurface, bilinear};
 use crate::points::DofLookup;
 
-/// Pieces are halved until their control points are as near to the chord, relative to the piece's size: a circular arc then
-/// turns by less than 30 degrees.
+/// Pieces are halved until their control points are as near to the chord, relative to the piece's
+/// size: a circular arc then turns by less than 30 degrees.
 const FLATNESS: f64 = 0.13;
 /// Halvings an element at most; poles and creases never become flat.
 const MAX_HALVINGS: usize = 8;
@@ -49,7 +50,8 @@ impl PieceOrigin {
 /// A point of a body's surface that a search found.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SurfaceSite {
-    /// Number of the face that it lies on, an index into [`FaceId::all`]; of a mesh that of the side.
+    /// Number of the face that it lies on, an index into [`FaceId::all`]; of a mesh that of the
+    /// side.
     pub face: u32,
     /// Parameters in the face's patch, of a mesh those of the side.
     pub xi: [f64; 3],
@@ -89,8 +91,9 @@ pub struct SurfaceModel {
 impl SurfaceModel {
     /// Surface of a flexible body.
     ///
-    /// `patches`: those of `space` (the coarsest level of a hierarchical one); `shapes`: modes at the unknowns of `lookup`,
-    /// `n_dofs × n_q`. An axial model has its `(r, z)` in `x` and `z` of space, a planar one in `x` and `y`.
+    /// `patches`: those of `space` (the coarsest level of a hierarchical one); `shapes`: modes at
+    /// the unknowns of `lookup`, `n_dofs × n_q`. An axial model has its `(r, z)` in `x` and `z` of
+    /// space, a planar one in `x` and `y`.
     ///
     /// # Errors
     /// [`ContactError::Data`] if the body has no outer face or the modes do not belong to the space.
@@ -162,8 +165,8 @@ impl SurfaceModel {
         Self::new(motion, patches, &space, &DofLookup::new(&[]), none.as_ref())
     }
 
-    /// Adds the angular frequencies of the modes [rad/s], so that bounds of the elastic velocity hold for the whole free
-    /// motion and not for one instant (theory Eq. C.33).
+    /// Adds the angular frequencies of the modes [rad/s], so that bounds of the elastic velocity
+    /// hold for the whole free motion and not for one instant (theory Eq. C.33).
     ///
     /// # Errors
     /// [`ContactError::Data`] for another number of modes, or a value that is negative or not finite.
@@ -205,7 +208,8 @@ impl SurfaceModel {
         &self.frequencies
     }
 
-    /// Largest distance of an undeformed surface point from the origin of the body's frame, or a little more \[m\].
+    /// Largest distance of an undeformed surface point from the origin of the body's frame, or a
+    /// little more \[m\].
     pub fn radius(&self) -> f64 {
         self.radius
     }
@@ -448,7 +452,8 @@ impl Parts {
     }
 }
 
-/// Vector that takes the place of the second tangent of a curve: tangent × it points across the curve.
+/// Vector that takes the place of the second tangent of a curve: tangent × it points across the
+/// curve.
 fn across(motion: RigidMotion) -> Option<Vector3<f64>> {
     match motion {
         RigidMotion::Axial => Some(-Vector3::y()),
@@ -462,7 +467,8 @@ pub(super) fn cartesian(h: &Homogeneous) -> Vector3<f64> {
     Vector3::new(h[0], h[1], h[2]) / h[3]
 }
 
-/// The direction in which the rows of control points leave their chords farthest, none if the piece is flat.
+/// The direction in which the rows of control points leave their chords farthest, none if the piece
+/// is flat.
 fn bent_direction(net: &[Homogeneous], degrees: [usize; 2]) -> Option<usize> {
     let limit = FLATNESS * 2.0 * Bounds::around(net.iter().map(cartesian)).half.norm();
     let n = degrees.map(|p| p + 1);

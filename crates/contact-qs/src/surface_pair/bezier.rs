@@ -29,7 +29,8 @@ fn step(d: usize, t: f64, out: &mut [f64; MAX_ORDER]) {
     out[d] = carry;
 }
 
-/// Bernstein polynomials of degree `p` with two derivatives for `t` at `t` in `[0, 1]`; entries beyond `p` are not touched.
+/// Bernstein polynomials of degree `p` with two derivatives for `t` at `t` in `[0, 1]`; entries
+/// beyond `p` are not touched.
 pub(super) fn table(p: usize, t: f64, table: &mut Table) {
     let mut lower = [0.0; MAX_ORDER];
     if p >= 2 {

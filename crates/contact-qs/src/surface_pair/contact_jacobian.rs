@@ -1,9 +1,11 @@
-//! Directions and functions at the projected points: the rows that forces are spread by and compliances projected on.
+//! Directions and functions at the projected points: the rows that forces are spread by and
+//! compliances projected on.
 
 use super::projection::{Projection, SurfacePlace};
 use super::target::TargetSurface;
 
-/// Normals, tangents and functions of all points. Directions are numbered 0: normal, 1 to `n_t`: tangents.
+/// Normals, tangents and functions of all points. Directions are numbered 0: normal, 1 to `n_t`:
+/// tangents.
 #[derive(Debug, Clone)]
 pub(super) struct ContactJacobian {
     /// Normal in the target's frame, for each point.
@@ -22,7 +24,8 @@ pub(super) struct ContactJacobian {
     /// Tangents in the target's frame and in the contact body's.
     pub tangents_in_target: Vec<[f64; 3]>,
     pub tangents_in_body: Vec<[f64; 3]>,
-    /// Normal parts of the target's nodal forces under unit tangential ones, `width` for each tangent (Eq. F.23).
+    /// Normal parts of the target's nodal forces under unit tangential ones, `width` for each
+    /// tangent (Eq. F.23).
     pub normal_coupling: Vec<f64>,
 }
 
@@ -82,8 +85,8 @@ impl ContactJacobian {
         slots.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
     }
 
-    /// How far the points chosen by `is_chosen` have moved since `before`: largest change of a direction (radians) or a place
-    /// (elements).
+    /// How far the points chosen by `is_chosen` have moved since `before`: largest change of a
+    /// direction (radians) or a place (elements).
     pub fn moved(&self, before: &Self, surface: &TargetSurface, is_chosen: impl Fn(usize) -> bool) -> f64 {
         let mut moved = 0.0_f64;
         for i in (0..self.normals_in_target.len()).filter(|i| is_chosen(*i)) {
@@ -144,7 +147,8 @@ impl ContactJacobian {
         })
     }
 
-    /// Interface degree of freedom and value of every entry of the row of point `i` in direction `d`.
+    /// Interface degree of freedom and value of every entry of the row of point `i` in direction
+    /// `d`.
     pub fn entries<'a>(
         &'a self,
         surface: &'a TargetSurface,

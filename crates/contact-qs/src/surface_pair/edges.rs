@@ -7,15 +7,16 @@ use iga_core::nurbs::jet::{difference, dot, norm};
 use super::projection::{Displaced, Functions, Projection, Samples, SurfacePlace};
 use super::target::TargetSurface;
 
-/// Cosine of the angle between normals above which two faces go on smoothly: 8 degrees, for faces that only approximate one, as for the kinds of
-/// touches (Eq. C.61).
+/// Cosine of the angle between normals above which two faces go on smoothly: 8 degrees, for faces
+/// that only approximate one, as for the kinds of touches (Eq. C.61).
 const ALONG: f64 = 0.99;
 /// Shares of an end at which it is looked at.
 const SHARES: [f64; 3] = [0.13, 0.48, 0.91];
 
 impl TargetSurface {
-    /// The surface as all faces of a rigid body, of which points meet smooth parts: a projection may end on any of them (section C.11). Contact
-    /// that reaches an edge, where faces meet with two normals (Eq. C.77), counts as contact at an end of the target.
+    /// The surface as all faces of a rigid body, of which points meet smooth parts: a projection
+    /// may end on any of them (section C.11). Contact that reaches an edge, where faces meet with
+    /// two normals (Eq. C.77), counts as contact at an end of the target.
     #[must_use]
     pub fn complete(mut self) -> Self {
         self.is_complete = true;
@@ -27,7 +28,8 @@ impl TargetSurface {
     }
 }
 
-/// For each face of the undeformed `surface`, whether the lower and the upper end of each direction are edges.
+/// For each face of the undeformed `surface`, whether the lower and the upper end of each direction
+/// are edges.
 fn edges(surface: &TargetSurface) -> Vec<[[bool; 2]; 2]> {
     let displaced = Displaced { surface, nodes: &surface.nodes, normals: &[], slack: 0.0 };
     let (mut functions, mut samples) = (Functions::new(surface), Samples::new(surface));
@@ -93,7 +95,8 @@ fn is_sharp(
 }
 
 impl Displaced<'_> {
-    /// Whether the foot `found`, at which `functions` were evaluated last, is nearer than `reach` to an edge \[m\].
+    /// Whether the foot `found`, at which `functions` were evaluated last, is nearer than `reach`
+    /// to an edge \[m\].
     pub fn is_at_edge(&self, found: &Projection, reach: f64, functions: &Functions) -> bool {
         let grid = &self.surface.faces[found.place.face as usize];
         if grid.is_edge.as_flattened().iter().all(|is_edge| !is_edge) {

@@ -20,31 +20,38 @@ use crate::quasistatic::problem::{add_product, dot};
 use crate::quasistatic::stick_slip::NormalSolver;
 use crate::submodel::OPEN;
 
-/// Limit of the passes of projection and solution. Each pass reduces the error to about the ratio of contact radius to body radius, a few per cent.
+/// Limit of the passes of projection and solution. Each pass reduces the error to about the ratio
+/// of contact radius to body radius, a few per cent.
 const MAX_PASSES: usize = 40;
-/// Number of passes after which a point stays on its piece of the target, unless it leaves it by more than `HELD` in the parameters of the piece: a
-/// point near an edge must not change between two pieces for ever. Balls need four or five passes; so near to an edge the normals of both pieces
-/// agree to 1e-5.
+/// Number of passes after which a point stays on its piece of the target, unless it leaves it by
+/// more than `HELD` in the parameters of the piece: a point near an edge must not change between
+/// two pieces for ever. Balls need four or five passes; so near to an edge the normals of both
+/// pieces agree to 1e-5.
 const STEADY: usize = 6;
 const HELD: f64 = 1e-4;
 /// Error of the projected gaps at convergence, as a share of the deepest penetration.
 pub(super) const GAP_TOLERANCE: f64 = 1e-8;
-/// Change of gaps, as a share of the penetration, when loads move by one element or turn by one radian. Measured 0.13: the
-/// displacement under a load of the neighbouring element, of which there are several on a contact radius.
+/// Change of gaps, as a share of the penetration, when loads move by one element or turn by one
+/// radian. Measured 0.13: the displacement under a load of the neighbouring element, of which there
+/// are several on a contact radius.
 const LOAD_SHIFT: f64 = 0.2;
-/// The projected compliance is used again until normals (in radians) or places (in elements) have moved by this.
+/// The projected compliance is used again until normals (in radians) or places (in elements) have
+/// moved by this.
 ///
-/// It is only the derivative of the fixed-point iteration, whose gaps are taken on the displaced surfaces: an error of this
-/// size can slow convergence to about this ratio a pass, no more than the passes leave anyway, and changes no result. Balls
-/// that slide need 4.7 passes with 0.05 and with 0.01.
+/// It is only the derivative of the fixed-point iteration, whose gaps are taken on the displaced
+/// surfaces: an error of this size can slow convergence to about this ratio a pass, no more than
+/// the passes leave anyway, and changes no result. Balls that slide need 4.7 passes with 0.05 and
+/// with 0.01.
 const REUSE: f64 = 5e-2;
 
-/// Points whose gap is smaller than this share of the deepest penetration count as points that may touch when compliances are projected.
-/// Around a Hertz contact of radius `a` the gap is that large at `1.35 a` (Johnson 1985, Eq. 3.42a).
+/// Points whose gap is smaller than this share of the deepest penetration count as points that may
+/// touch when compliances are projected. Around a Hertz contact of radius `a` the gap is that large
+/// at `1.35 a` (Johnson 1985, Eq. 3.42a).
 const MARGIN: f64 = 0.25;
 
-/// The power of sliding is a difference quotient over a short time before the present, in which the bodies move by this share of the penetration.
-/// Slips are known to some 1e-8 of the penetration, and rates change by about this share.
+/// The power of sliding is a difference quotient over a short time before the present, in which the
+/// bodies move by this share of the penetration. Slips are known to some 1e-8 of the penetration,
+/// and rates change by about this share.
 const MOMENT: f64 = 3e-4;
 
 impl SurfacePair {
@@ -82,8 +89,8 @@ impl SurfacePair {
         self.iterate(t, &relative, work)
     }
 
-    /// Finds the slip increments a moment before the motions `body` and `target`, for the power lost to sliding; returns how long
-    /// before, none if nothing moves.
+    /// Finds the slip increments a moment before the motions `body` and `target`, for the power
+    /// lost to sliding; returns how long before, none if nothing moves.
     pub(super) fn note_moment_before(
         &self,
         t: f64,
@@ -107,8 +114,8 @@ impl SurfacePair {
         found.map(|_| Some(time))
     }
 
-    /// Largest speed of the points in contact relative to the target, that of the modes taken at one of them; a function of the
-    /// motion and the remembered state alone.
+    /// Largest speed of the points in contact relative to the target, that of the modes taken at
+    /// one of them; a function of the motion and the remembered state alone.
     fn speed(&self, body: &BodyState, target: &BodyState, start: &WarmStart) -> f64 {
         let nc = self.motion.n_components();
         let is_axial = self.motion == RigidMotion::Axial;
@@ -201,7 +208,8 @@ impl SurfacePair {
         Err(SolverFault::Passes { passes: MAX_PASSES, time: t, change: error, depth }.into())
     }
 
-    /// Point forces of the penalty springs at the projection just made, where all modes are dynamic.
+    /// Point forces of the penalty springs at the projection just made, where all modes are
+    /// dynamic.
     fn press_springs(&self, work: &mut Work<'_>) -> Result<(), EvaluationFailure> {
         let PairState { start: WarmStart { proximity, forces, .. }, friction, .. } = &mut *work.state;
         for ((force, &gap), &area) in forces.iter_mut().zip(&proximity.gaps).zip(&self.areas) {
@@ -216,8 +224,9 @@ impl SurfacePair {
         Ok(())
     }
 
-    /// Projects the displaced points on the displaced target; gaps, normals and functions there. Points that are open for
-    /// certain are left as they are ([`super::proximity_cache::ProximityCache`]).
+    /// Projects the displaced points on the displaced target; gaps, normals and functions there.
+    /// Points that are open for certain are left as they are
+    /// ([`super::proximity_cache::ProximityCache`]).
     fn project(
         &self,
         t: f64,
@@ -277,8 +286,8 @@ impl SurfacePair {
         Ok(())
     }
 
-    /// Projection of the point `i` at `point`, from its last place `from` if it is known; `samples` of the surface are moved with it when they are
-    /// first needed.
+    /// Projection of the point `i` at `point`, from its last place `from` if it is known; `samples`
+    /// of the surface are moved with it when they are first needed.
     pub(super) fn project_point(
         &self,
         (i, point): (usize, &[f64; 3]),
@@ -309,8 +318,9 @@ impl SurfacePair {
         found
     }
 
-    /// Error of the last pass: the largest difference of the gaps on the displaced surfaces from those that the solver used, with the change of gaps
-    /// that the shift of the loads since then causes at a penetration of `depth`.
+    /// Error of the last pass: the largest difference of the gaps on the displaced surfaces from
+    /// those that the solver used, with the change of gaps that the shift of the loads since then
+    /// causes at a penetration of `depth`.
     fn error(&self, work: &Work<'_>, depth: f64) -> f64 {
         let (w, forces, gaps) = (&*work.buffers, &work.state.start.forces, work.state.gaps());
         let is_near = |i: usize| forces[i] > 0.0 || gaps[i] < 0.0;
@@ -340,7 +350,8 @@ impl SurfacePair {
         let gaps = &proximity.gaps;
         let is_near = |i: usize| forces[i] > 0.0 || gaps[i] < 0.0;
         let moved = zone.moved(jacobian, &self.surface, is_near);
-        // If passes do not converge, the compliance is projected anew, so that an old projection cannot be the reason.
+        // If passes do not converge, the compliance is projected anew, so that an old projection
+        // cannot be the reason.
         let is_new = moved > REUSE || (pass > 10 && moved > 0.0);
         if is_new {
             let depth = gaps.iter().zip(&w.deflections).fold(0.0_f64, |d, (g, s)| d.max(s - g));
@@ -440,8 +451,9 @@ impl SurfacePair {
             let gap = state.start.proximity.gaps[i];
             report.penetration = report.penetration.max(-gap);
             let found = &w.projections[i];
-            // Beyond the end and below the surface: the target is too small. Of points that were not projected, being open for
-            // certain, an earlier projection says nothing: it may be that of a step given up.
+            // Beyond the end and below the surface: the target is too small. Of points that were
+            // not projected, being open for certain, an earlier projection says nothing: it may be
+            // that of a step given up.
             report.is_rim_touched |=
                 w.is_wanted[i] && is_end && found.is_beyond && found.gap < 0.0 && gap < self.rim_reach;
             if force > 0.0 {
@@ -527,7 +539,8 @@ fn displace(nc: usize, places: &[[f64; 3]], displacements: &[f64], out: &mut [[f
     }
 }
 
-/// Adds the displacements `columns q` to `places`, four columns at a time: a place is loaded and stored once for them.
+/// Adds the displacements `columns q` to `places`, four columns at a time: a place is loaded and
+/// stored once for them.
 fn deform(columns: &[f64], q: &[f64], places: &mut [[f64; 3]]) {
     let places = places.as_flattened_mut();
     let n = places.len().max(1);

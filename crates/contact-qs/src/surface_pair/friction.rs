@@ -1,8 +1,9 @@
 //! Friction of a surface pair: tangents, slips, history of every point.
 //!
-//! The slip of a point is the path of its projection over the material of the target, from the place where it stuck last (docs/theory.md
-//! Eqs. F.20 to F.22). It does not change when both bodies move together, and forces along the tangents that belong to it
-//! keep both momenta and do no work but on the slip. References stay within a step as in a plane contact
+//! The slip of a point is the path of its projection over the material of the target, from the
+//! place where it stuck last (docs/theory.md Eqs. F.20 to F.22). It does not change when both
+//! bodies move together, and forces along the tangents that belong to it keep both momenta and do
+//! no work but on the slip. References stay within a step as in a plane contact
 //! (docs/decisions/0005-friction.md).
 
 use ffr_dynamics::system::force::BodyState;
@@ -19,7 +20,8 @@ use crate::quasistatic::stick_slip::StickSlip;
 
 /// Factor by which a pass of projection and solution reduces the error, about.
 const PASS_GAIN: f64 = 0.03;
-/// Loosest tolerance of the alternations between normal and friction forces, in units of the tolerance of the gaps.
+/// Loosest tolerance of the alternations between normal and friction forces, in units of the
+/// tolerance of the gaps.
 const FIRST_ALTERNATION_TOLERANCE: f64 = 1e4;
 
 /// Stick reference of a point.
@@ -34,7 +36,8 @@ struct StickReference {
     is_set: bool,
     /// Whether `point` is a vector on the plane of a meeting point.
     is_on_plane: bool,
-    /// Whether it was set since the references were last updated, by the first projection of the point.
+    /// Whether it was set since the references were last updated, by the first projection of the
+    /// point.
     is_new: bool,
 }
 
@@ -45,24 +48,27 @@ pub(super) struct PairFriction {
     pub stick_slip: StickSlip,
     /// Slips at the last projection \[m\].
     pub slips: Vec<f64>,
-    /// Slips without quasistatic displacement, and the quasistatic displacements along the tangents that the solver counted with \[m\].
+    /// Slips without quasistatic displacement, and the quasistatic displacements along the tangents
+    /// that the solver counted with \[m\].
     pub free_slips: Vec<f64>,
     pub deflections: Vec<f64>,
     /// Deepest penetration without quasistatic displacement in the last solution \[m\].
     pub depth: f64,
     saved_depth: f64,
-    /// Change of the friction forces at which the last alternations between normal and friction forces have ended, as a share of the
-    /// largest.
+    /// Change of the friction forces at which the last alternations between normal and friction
+    /// forces have ended, as a share of the largest.
     pub alternation_tolerance: f64,
     references: Vec<StickReference>,
-    /// Tangents at the places of the last projection that make the tangents in use there orthonormal; they become those of the next references.
+    /// Tangents at the places of the last projection that make the tangents in use there
+    /// orthonormal; they become those of the next references.
     next_tangents: Vec<[[f64; 3]; 2]>,
     /// Nodes of the target when the references were last updated.
     nodes: Vec<[f64; 3]>,
     has_nodes: bool,
     /// Whether there is an evaluation to take references from.
     pub is_evaluated: bool,
-    /// Time of the last evaluation, and of the last one from which references were taken; -∞ if there is none \[s\].
+    /// Time of the last evaluation, and of the last one from which references were taken; -∞ if
+    /// there is none \[s\].
     pub time: f64,
     reference_time: f64,
     /// Slip increments shortly before the last evaluation, and bounds of the points then.
@@ -106,7 +112,8 @@ impl PairFriction {
         }
     }
 
-    /// To be called before the slips of a projection are set, with the nodes of the target at present.
+    /// To be called before the slips of a projection are set, with the nodes of the target at
+    /// present.
     pub fn begin(&mut self, nodes: &[[f64; 3]]) {
         if !self.has_nodes {
             self.nodes.copy_from_slice(nodes);
@@ -114,8 +121,8 @@ impl PairFriction {
         }
     }
 
-    /// Tangents and slip of point `i`, projected to `found` at gap `gap` (Eqs. F.20 to F.23). `functions` are those of the place
-    /// found.
+    /// Tangents and slip of point `i`, projected to `found` at gap `gap` (Eqs. F.20 to F.23).
+    /// `functions` are those of the place found.
     pub fn set_slip(
         &mut self,
         i: usize,
@@ -134,7 +141,8 @@ impl PairFriction {
         let before = Displaced { nodes: &self.nodes, ..displaced }.jet_of(found.element, functions);
         let duals = duals(&jet.tangents, n_t);
         let bend = |a: usize, b: usize| dot(&found.normal, &jet.second[if a == b { a } else { 2 }]);
-        // Tangents of the surface through the point: that of the target moved along its normals by the gap.
+        // Tangents of the surface through the point: that of the target moved along its normals by
+        // the gap.
         let mut shifted = jet.tangents;
         for (a, tangent) in shifted.iter_mut().enumerate().take(n_t) {
             for (b, dual) in duals.iter().enumerate().take(n_t) {
@@ -188,7 +196,8 @@ impl PairFriction {
         }
     }
 
-    /// Tangents and slip of point `i` on the plane of a meeting point, which `found` lies on: its way over the plane.
+    /// Tangents and slip of point `i` on the plane of a meeting point, which `found` lies on: its
+    /// way over the plane.
     pub fn set_slip_on_plane(
         &mut self,
         i: usize,
@@ -216,7 +225,8 @@ impl PairFriction {
         self.next_tangents[i] = tangents;
     }
 
-    /// Takes the directions of the slips as those of the forces, which is right where points do not act on each other.
+    /// Takes the directions of the slips as those of the forces, which is right where points do not
+    /// act on each other.
     pub fn point_along_slips(&mut self, jacobian: &ContactJacobian) {
         let n_t = self.n_t;
         for i in 0..self.references.len() {
@@ -237,8 +247,9 @@ impl PairFriction {
         &self.stick_slip.forces()[self.n_t * i..self.n_t * (i + 1)]
     }
 
-    /// Tolerance of the alternations between normal and friction forces in the next solution: no smaller than the error that the pass leaves anyway.
-    /// `tolerance`: tolerance of the gaps, as a share of `depth`.
+    /// Tolerance of the alternations between normal and friction forces in the next solution: no
+    /// smaller than the error that the pass leaves anyway. `tolerance`: tolerance of the gaps, as a
+    /// share of `depth`.
     pub fn alternation_tolerance_for(
         &self,
         tolerance: f64,
@@ -258,7 +269,8 @@ impl PairFriction {
                 residual = residual.max((self.slips[k] - expected).abs());
             }
         }
-        // Alternations reach 1e-12. The directions of points that are about to stop converge slowly: they are not asked for more than the gaps.
+        // Alternations reach 1e-12. The directions of points that are about to stop converge
+        // slowly: they are not asked for more than the gaps.
         (PASS_GAIN * residual / depth).min(FIRST_ALTERNATION_TOLERANCE * tolerance).max(tolerance).max(1e-12)
     }
 
@@ -271,7 +283,8 @@ impl PairFriction {
         forces[i] > 0.0 && self.stick_slip.states()[i] == PointState::Slip
     }
 
-    /// Slip increment `k` since the references were last updated; of points without normal forces the whole slip.
+    /// Slip increment `k` since the references were last updated; of points without normal forces
+    /// the whole slip.
     fn increment(&self, k: usize, forces: &[f64]) -> f64 {
         if forces[k / self.n_t] > 0.0 { self.stick_slip.increments()[k] } else { self.slips[k] }
     }
@@ -291,7 +304,8 @@ impl PairFriction {
         }
     }
 
-    /// Work of sliding, with rates from the differences to the evaluation a `time` before (Eqs. F.25, F.15); no rates if nothing moves.
+    /// Work of sliding, with rates from the differences to the evaluation a `time` before
+    /// (Eqs. F.25, F.15); no rates if nothing moves.
     pub fn sliding_work(&mut self, forces: &[f64], time: Option<f64>) -> SlidingWork {
         let (mut increments, mut rates) = (std::mem::take(&mut self.now), std::mem::take(&mut self.rates));
         for (k, (now, rate)) in increments.iter_mut().zip(&mut rates).enumerate() {
@@ -309,8 +323,9 @@ impl PairFriction {
         sum
     }
 
-    /// Takes the references of the points from the last evaluation: the springs of sticking points keep their stretch, those of sliding points get
-    /// the stretch that belongs to their force (Eq. F.8).
+    /// Takes the references of the points from the last evaluation: the springs of sticking points
+    /// keep their stretch, those of sliding points get the stretch that belongs to their force
+    /// (Eq. F.8).
     pub fn update_references(
         &mut self,
         forces: &[f64],
@@ -341,8 +356,9 @@ impl PairFriction {
                 reference.tangents = self.next_tangents[i];
                 let spring = self.stick_slip.spring(i);
                 if forces[i] > 0.0 && spring > 0.0 {
-                    // The force stays the same vector; its components along the new tangents differ, since the surface has been
-                    // strained since the references were last updated.
+                    // The force stays the same vector; its components along the new tangents
+                    // differ, since the surface has been strained since the references were last
+                    // updated.
                     let components = &self.stick_slip.forces()[n_t * i..n_t * (i + 1)];
                     let force = combination(&tangents, components);
                     for (stretch, unit) in reference.stretch.iter_mut().zip(&units).take(n_t) {
@@ -357,8 +373,8 @@ impl PairFriction {
         self.reference_time = self.time;
     }
 
-    /// Time before `t` over which the power of sliding is a difference quotient: `wanted`, but no longer than since the references were updated, from
-    /// which slips count.
+    /// Time before `t` over which the power of sliding is a difference quotient: `wanted`, but no
+    /// longer than since the references were updated, from which slips count.
     pub fn time_before(&self, t: f64, wanted: f64) -> f64 {
         let since = t - self.reference_time;
         if since > 0.0 { wanted.min(since) } else { wanted }
@@ -399,8 +415,8 @@ fn combination(vectors: &[[f64; 3]], components: &[f64]) -> [f64; 3] {
     sum
 }
 
-/// Size of the friction force along `tangents` per size of its components, in the direction of `components`; the mean over all directions if these
-/// are zero (Eq. F.24).
+/// Size of the friction force along `tangents` per size of its components, in the direction of
+/// `components`; the mean over all directions if these are zero (Eq. F.24).
 fn force_length(tangents: &[[f64; 3]], components: &[f64]) -> f64 {
     let size = components.iter().map(|c| c * c).sum::<f64>().sqrt();
     match tangents {
@@ -427,7 +443,8 @@ fn duals(vectors: &[[f64; 3]; 2], n: usize) -> [[f64; 3]; 2] {
     [combine(vv, -uv), combine(-uv, uu)]
 }
 
-/// Orthonormal vectors across `normal`: one in the plane of the first two components, or two of space.
+/// Orthonormal vectors across `normal`: one in the plane of the first two components, or two of
+/// space.
 fn across(normal: &[f64; 3], n: usize) -> [[f64; 3]; 2] {
     if n == 1 {
         return [[normal[1], -normal[0], 0.0], [0.0; 3]];

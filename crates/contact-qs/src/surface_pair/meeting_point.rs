@@ -1,5 +1,6 @@
-//! Meeting points: places on an edge or a corner of the target, which have no normal by themselves and get the one of the touch, where edges cross or
-//! where a corner or an edge of the target touches the contact body (docs/theory.md Eq. C.63).
+//! Meeting points: places on an edge or a corner of the target, which have no normal by themselves
+//! and get the one of the touch, where edges cross or where a corner or an edge of the target
+//! touches the contact body (docs/theory.md Eq. C.63).
 
 use ffr_dynamics::data_error::DataError;
 use iga_core::nurbs::jet::{difference, dot, norm};
@@ -8,12 +9,14 @@ use super::SurfacePair;
 use super::projection::{Displaced, Functions, Projection, SurfacePlace};
 use crate::ContactError;
 
-/// Distance from the place within which points meet the plane, as a share of the target's size; further away curved edges have left the plane.
+/// Distance from the place within which points meet the plane, as a share of the target's size;
+/// further away curved edges have left the plane.
 const REACH: f64 = 0.02;
 /// Error of the length of a unit vector: round-off.
 const UNIT: f64 = 1e-9;
 
-/// Points of the contact body that meet one place of the target. For them the surface of the target is the plane through that place.
+/// Points of the contact body that meet one place of the target. For them the surface of the target
+/// is the plane through that place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeetingPoint {
     /// Indices of the points, which stand in one place.
@@ -25,8 +28,8 @@ pub struct MeetingPoint {
 }
 
 impl MeetingPoint {
-    /// Projection of the point `x` on the plane through the displaced place, whose functions are left in `functions`; none of a point that has slid
-    /// too far from it.
+    /// Projection of the point `x` on the plane through the displaced place, whose functions are
+    /// left in `functions`; none of a point that has slid too far from it.
     pub(super) fn project(
         &self,
         displaced: Displaced<'_>,
@@ -51,7 +54,8 @@ impl MeetingPoint {
 }
 
 impl SurfacePair {
-    /// Lets the points of `meeting` meet the plane through its place in place of the surface, as long as they are near it.
+    /// Lets the points of `meeting` meet the plane through its place in place of the surface, as
+    /// long as they are near it.
     ///
     /// # Errors
     /// [`ContactError::Data`] if a point or the face does not exist, [`ContactError::Nothing`] without a unit normal.
@@ -70,7 +74,8 @@ impl SurfacePair {
         Ok(self)
     }
 
-    /// Projection of the point `i` at `x` on the plane that it meets; none of one that meets the surface.
+    /// Projection of the point `i` at `x` on the plane that it meets; none of one that meets the
+    /// surface.
     pub(super) fn on_meeting_plane(
         &self,
         i: usize,

@@ -4,11 +4,13 @@ use iga_core::nurbs::jet::{cross, difference, dot};
 
 use crate::piecewise::{PieceEdge, across};
 
-/// Steps from piece to piece before a projection is given up: a few dozen pieces across a zone, and Newton's steps on the last.
+/// Steps from piece to piece before a projection is given up: a few dozen pieces across a zone, and
+/// Newton's steps on the last.
 const MAX_STEPS: usize = 80;
 /// Change of the parameters at which a projection has converged; errors go with its square.
 const CONVERGED: f64 = 1e-11;
-/// Parameters that lie outside of a piece by no more than this count as inside, so that points on an edge stay where they are.
+/// Parameters that lie outside of a piece by no more than this count as inside, so that points on
+/// an edge stay where they are.
 pub(super) const SLACK: f64 = 1e-9;
 /// Longest step \[pieces\]: polynomials tell nothing far beyond their piece.
 const LONGEST: f64 = 1.0;
@@ -32,8 +34,9 @@ pub(super) struct Foot {
     pub is_beyond: bool,
 }
 
-/// The place from which the normal leads to `point`: `y(ξ) + γ n(ξ) = x`, by Newton's method from `start`. `jet` evaluates a piece, `neighbours`
-/// are those of each, which a foot goes on to when it leaves a piece by more than `slack`. None if it does not converge.
+/// The place from which the normal leads to `point`: `y(ξ) + γ n(ξ) = x`, by Newton's method from
+/// `start`. `jet` evaluates a piece, `neighbours` are those of each, which a foot goes on to when
+/// it leaves a piece by more than `slack`. None if it does not converge.
 pub(super) fn foot(
     (mut piece, start): (u32, [f64; 2]),
     point: &[f64; 3],
@@ -76,8 +79,8 @@ pub(super) fn foot(
     None
 }
 
-/// Newton's step of the parameters (Eq. C.53); none where the map is singular. The height `γ` follows from the place: it is found anew in
-/// each step.
+/// Newton's step of the parameters (Eq. C.53); none where the map is singular. The height `γ`
+/// follows from the place: it is found anew in each step.
 fn newton(at: &NormalJet, point: &[f64; 3]) -> Option<[f64; 2]> {
     let rest = difference(point, &at.point);
     let square = dot(&at.normal, &at.normal);
@@ -92,7 +95,8 @@ fn newton(at: &NormalJet, point: &[f64; 3]) -> Option<[f64; 2]> {
         .then(|| [dot(&residual, &cross(&v, &n)) / determinant, dot(&u, &cross(&residual, &n)) / determinant])
 }
 
-/// The edge of the unit square that the way from `from` to `to` crosses first, and where along it; none if it ends inside.
+/// The edge of the unit square that the way from `from` to `to` crosses first, and where along it;
+/// none if it ends inside.
 fn first_crossing(from: &[f64; 2], to: &[f64; 2], slack: f64) -> Option<(usize, f64)> {
     let mut first: Option<(f64, usize)> = None;
     for (edge, a, end) in [(0, 1, 0.0), (1, 0, 1.0), (2, 1, 1.0), (3, 0, 0.0)] {
@@ -120,7 +124,8 @@ fn first_crossing(from: &[f64; 2], to: &[f64; 2], slack: f64) -> Option<(usize, 
 mod tests {
     use super::*;
 
-    /// Two pieces side by side in x, `z = -x²/2` over `0 < x < 2`, whose normals lean by 2 % more than the surface does.
+    /// Two pieces side by side in x, `z = -x²/2` over `0 < x < 2`, whose normals lean by 2 % more
+    /// than the surface does.
     fn jet(piece: u32, [s, t]: [f64; 2]) -> NormalJet {
         let x = f64::from(piece) + s;
         NormalJet {
@@ -158,7 +163,8 @@ mod tests {
 
     #[test]
     fn points_over_an_edge_stay_on_the_piece_where_they_were() {
-        // From a place on the edge, as of the last evaluation: round-off sends no point to the other side.
+        // From a place on the edge, as of the last evaluation: round-off sends no point to the
+        // other side.
         for start in [(0, [1.0, 0.5]), (1, [0.0, 0.5])] {
             let found = foot(start, &above(0, [1.0, 0.4], 0.1), jet, (&NEIGHBOURS, SLACK));
             assert_eq!(found.map(|f| f.piece), Some(start.0));
@@ -170,7 +176,8 @@ mod tests {
         let point = above(1, [1.2, 0.4], 0.1);
         let found = foot((0, [0.9, 0.2]), &point, jet, (&NEIGHBOURS, SLACK)).expect("an end");
         assert!(found.is_beyond && found.piece == 1 && found.xi[0] >= 1.0, "{found:?}");
-        // From further away the point lies beyond the centre of curvature, where no projection is known.
+        // From further away the point lies beyond the centre of curvature, where no projection is
+        // known.
         assert_eq!(foot((0, [0.2, 0.2]), &point, jet, (&NEIGHBOURS, SLACK)), None);
     }
 

@@ -12,8 +12,9 @@ use super::target::TargetSurface;
 
 /// Newton steps from a known start before the safeguarded search takes over.
 const MAX_STEPS: usize = 6;
-/// Sine of the angle between the tangents below which the net counts as singular. The normal is then evaluated further inside, by the square root of
-/// this number times the ranges of the face's parameters, where the tangents are accurate.
+/// Sine of the angle between the tangents below which the net counts as singular. The normal is
+/// then evaluated further inside, by the square root of this number times the ranges of the face's
+/// parameters, where the tangents are accurate.
 const SINGULAR: f64 = 1e-6;
 /// Samples of each cell for searches without a start, in each direction.
 const SAMPLES: [f64; 2] = [0.25, 0.75];
@@ -47,11 +48,14 @@ pub(super) struct Projection {
     pub normal: [f64; 3],
     /// Distance along the normal, negative inside \[m\].
     pub gap: f64,
-    /// Whether the closest point is an end of the target with the point lying beyond it: no contact there.
+    /// Whether the closest point is an end of the target with the point lying beyond it: no contact
+    /// there.
     pub is_beyond: bool,
-    /// Whether the closest point of a point below the surface is near an edge that contact must not reach.
+    /// Whether the closest point of a point below the surface is near an edge that contact must not
+    /// reach.
     pub is_at_edge: bool,
-    /// Whether it lies on the plane of a meeting point ([`super::MeetingPoint`]): `point` is the vector along this plane from its place then.
+    /// Whether it lies on the plane of a meeting point ([`super::MeetingPoint`]): `point` is the
+    /// vector along this plane from its place then.
     pub is_on_plane: bool,
 }
 
@@ -131,8 +135,8 @@ impl Functions {
         index as u32
     }
 
-    /// The functions of a curve, of `order` coefficients each, from the first table; `scale`: derivative of its parameter.
-    /// Derivatives across it stay zero.
+    /// The functions of a curve, of `order` coefficients each, from the first table; `scale`:
+    /// derivative of its parameter. Derivatives across it stay zero.
     fn sum_curve(&mut self, coefficients: &[f64], order: usize, scale: f64) {
         let [value, slope, bend] = &self.tables[0];
         let mut totals = [0.0; 3];
@@ -177,7 +181,8 @@ pub(super) struct Displaced<'a> {
     pub nodes: &'a [[f64; 3]],
     /// Continuous normals at the nodes; none of splines.
     pub normals: &'a [[f64; 3]],
-    /// Distance in parameters by which a projection may leave a piece before it goes on to the next one.
+    /// Distance in parameters by which a projection may leave a piece before it goes on to the next
+    /// one.
     pub slack: f64,
 }
 
@@ -234,7 +239,8 @@ impl Displaced<'_> {
             let Some((step, residual)) = step else { break };
             let round_off = self.round_off(&place, &jet, point);
             let is_stalled = residual > 0.5 * last;
-            // The residual is a sum of some ten terms and may stay a little above the round-off of positions.
+            // The residual is a sum of some ten terms and may stay a little above the round-off of
+            // positions.
             if residual <= 2.0 * round_off || (is_stalled && residual <= 32.0 * round_off) {
                 return self.complete(place, &jet, point, functions);
             }
@@ -269,7 +275,8 @@ impl Displaced<'_> {
         jet
     }
 
-    /// Normal and gap of `point`, whose projection along continuous normals ended at `found` (Eq. C.53).
+    /// Normal and gap of `point`, whose projection along continuous normals ended at `found`
+    /// (Eq. C.53).
     fn at_foot(&self, found: &Foot, point: &[f64; 3], functions: &mut Functions) -> Projection {
         let place = SurfacePlace { face: found.piece, xi: found.xi };
         let jet = self.normal_jet(&place, functions);
@@ -287,8 +294,8 @@ impl Displaced<'_> {
         }
     }
 
-    /// Round-off of the tangential residual: that of positions, and that of tangents, which are differences of positions of
-    /// an element, on the distance of the point.
+    /// Round-off of the tangential residual: that of positions, and that of tangents, which are
+    /// differences of positions of an element, on the distance of the point.
     fn round_off(&self, place: &SurfacePlace, jet: &SurfaceJet, point: &[f64; 3]) -> f64 {
         let element = &self.surface.elements[jet.element as usize];
         let degrees = self.surface.faces[place.face as usize].degrees;
@@ -301,8 +308,8 @@ impl Displaced<'_> {
         f64::EPSILON * (norm(point) + size + distance * relative)
     }
 
-    /// Newton's step on the free parameters and the length of the tangential residual there; none unless the Hessian is
-    /// positive definite (Eq. C.38).
+    /// Newton's step on the free parameters and the length of the tangential residual there; none
+    /// unless the Hessian is positive definite (Eq. C.38).
     fn newton(&self, place: &SurfacePlace, jet: &SurfaceJet, point: &[f64; 3]) -> Option<([f64; 2], f64)> {
         let grid = &self.surface.faces[place.face as usize];
         let r = difference(&jet.point, point);
@@ -332,7 +339,8 @@ impl Displaced<'_> {
         ))
     }
 
-    /// Closest point by projected Newton steps with a line search, which converges from any start (Eq. S.21).
+    /// Closest point by projected Newton steps with a line search, which converges from any start
+    /// (Eq. S.21).
     fn safeguarded(&self, start: &SurfacePlace, point: &[f64; 3], functions: &mut Functions) -> Projection {
         let grid = &self.surface.faces[start.face as usize];
         let (mut lower, mut upper) = ([0.0; 2], [0.0; 2]);
@@ -367,7 +375,8 @@ impl Displaced<'_> {
         self.complete(place, &jet, point, functions)
     }
 
-    /// Outward unit normal of the displaced surface at `place`; where the net is singular, as at poles, the limit of the normals nearby.
+    /// Outward unit normal of the displaced surface at `place`; where the net is singular, as at
+    /// poles, the limit of the normals nearby.
     ///
     /// The functions are left as they are at `place`.
     fn normal(&self, place: &SurfacePlace, jet: &SurfaceJet, functions: &mut Functions) -> [f64; 3] {
@@ -401,8 +410,9 @@ impl Displaced<'_> {
 
     /// Normal and gap at a closest point (Eq. C.39).
     ///
-    /// On the axis of an axisymmetric model the surface goes on beyond its end as its mirror image: there is nothing beyond,
-    /// and the normal is the axis, whatever slope the displaced functions have there.
+    /// On the axis of an axisymmetric model the surface goes on beyond its end as its mirror image:
+    /// there is nothing beyond, and the normal is the axis, whatever slope the displaced functions
+    /// have there.
     fn complete(
         &self,
         place: SurfacePlace,

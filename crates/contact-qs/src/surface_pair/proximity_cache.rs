@@ -1,4 +1,5 @@
-//! Which points need to be projected: not those that are open for certain (docs/theory.md Eq. C.46).
+//! Which points need to be projected: not those that are open for certain (docs/theory.md
+//! Eq. C.46).
 
 use iga_core::nurbs::jet::{difference, norm};
 
@@ -7,9 +8,10 @@ const FEW: usize = 16;
 
 /// Distances as they were last found, with what is needed to bound how they have changed since.
 ///
-/// The distance of a point from a surface changes by no more than the point moves, and by no more than the surface moves
-/// anywhere: its points are mean values of its nodes, or of a mesh combinations with weights whose absolute values have the sum `spread` at most. So a point that was `g` away is open as long as
-/// `g > |x - x₀| + max_A |y_A - y_A⁰|`.
+/// The distance of a point from a surface changes by no more than the point moves, and by no more
+/// than the surface moves anywhere: its points are mean values of its nodes, or of a mesh
+/// combinations with weights whose absolute values have the sum `spread` at most. So a point that
+/// was `g` away is open as long as `g > |x - x₀| + max_A |y_A - y_A⁰|`.
 #[derive(Debug, Clone)]
 pub(super) struct ProximityCache {
     /// Gaps as last found \[m\].
@@ -42,8 +44,8 @@ impl ProximityCache {
         self.nodes.copy_from_slice(&other.nodes);
     }
 
-    /// Marks the points that may be nearer than `margin` at `points` and `nodes`, all of them if there is none; returns how far
-    /// the nodes have moved.
+    /// Marks the points that may be nearer than `margin` at `points` and `nodes`, all of them if
+    /// there is none; returns how far the nodes have moved.
     pub fn choose(
         &mut self,
         points: &[[f64; 3]],
@@ -74,7 +76,8 @@ impl ProximityCache {
         0.0
     }
 
-    /// How far the surface may be from where it was at the last projection of all points; infinite if a place is not a number \[m\].
+    /// How far the surface may be from where it was at the last projection of all points; infinite
+    /// if a place is not a number \[m\].
     pub fn shift(&self, nodes: &[[f64; 3]]) -> f64 {
         let mut largest = 0.0_f64;
         for (a, b) in nodes.iter().zip(&self.nodes) {
@@ -92,13 +95,14 @@ impl ProximityCache {
         norm(&difference(place, &self.places[i]))
     }
 
-    /// Lower bound of the gap of point `i` at `place`, the nodes being `shift` away from those of the last projection of all points (Eq.
-    /// C.46) \[m\].
+    /// Lower bound of the gap of point `i` at `place`, the nodes being `shift` away from those of
+    /// the last projection of all points (Eq. C.46) \[m\].
     pub fn least_gap(&self, i: usize, place: &[f64; 3], shift: f64) -> f64 {
         self.gaps[i] - self.moved(i, place) - self.shifts[i] - shift
     }
 
-    /// Notes the gap of point `i` at `place`, the nodes being `shift` away from those of the last projection of all points.
+    /// Notes the gap of point `i` at `place`, the nodes being `shift` away from those of the last
+    /// projection of all points.
     pub fn note(&mut self, i: usize, place: &[f64; 3], gap: f64, shift: f64) {
         self.gaps[i] = gap;
         self.places[i] = *place;

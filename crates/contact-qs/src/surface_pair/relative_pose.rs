@@ -6,8 +6,8 @@ use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::system::force::BodyState;
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Largest part of an axis across the directions that an axisymmetric or plane model can move in, and largest distance
-/// \[m\] of two axes that count as one.
+/// Largest part of an axis across the directions that an axisymmetric or plane model can move in,
+/// and largest distance \[m\] of two axes that count as one.
 const AXIS_TOLERANCE: f64 = 1e-9;
 
 /// Where a body stands in the frame of another: `x' = Q x + d`.
@@ -92,7 +92,8 @@ fn check_axis(motion: RigidMotion, rotation: &UnitQuaternion<f64>) -> Result<(),
     Err(SolverFault::Tilted { body, tilt: across }.into())
 }
 
-/// Components of a vector of the model as a vector in space; a ring's radial part has no direction and is dropped.
+/// Components of a vector of the model as a vector in space; a ring's radial part has no direction
+/// and is dropped.
 pub(super) fn resultant(
     motion: RigidMotion,
     rotation: &UnitQuaternion<f64>,
@@ -104,7 +105,8 @@ pub(super) fn resultant(
     }
 }
 
-/// A unit vector of the model in space. That of a ring is its axial part, as a direction of the resultant.
+/// A unit vector of the model in space. That of a ring is its axial part, as a direction of the
+/// resultant.
 pub(super) fn direction(
     motion: RigidMotion,
     rotation: &UnitQuaternion<f64>,

@@ -1,4 +1,5 @@
-//! Points at the end of a face, from which other faces of the target go on (docs/theory.md Eqs. C.54, C.55).
+//! Points at the end of a face, from which other faces of the target go on (docs/theory.md
+//! Eqs. C.54, C.55).
 
 use iga_core::nurbs::SAME_PLACE;
 use iga_core::nurbs::jet::{difference, dot, norm};
@@ -6,8 +7,9 @@ use iga_core::nurbs::jet::{difference, dot, norm};
 use super::projection::{Displaced, Functions, Projection, Samples, SurfacePlace};
 use super::target::{FaceElement, TargetSurface};
 
-/// Part of an element beside a seam in which normals go over from one face to the other: those of the elements differ by what the elements err, so that
-/// a part of one is as good; a point on a seam must not be pressed to either side in turn.
+/// Part of an element beside a seam in which normals go over from one face to the other: those of
+/// the elements differ by what the elements err, so that a part of one is as good; a point on a
+/// seam must not be pressed to either side in turn.
 const BAND: f64 = 0.1;
 
 impl TargetSurface {
@@ -22,8 +24,8 @@ impl TargetSurface {
 }
 
 impl Displaced<'_> {
-    /// `found` with a normal that is continuous across seams: in a narrow band beside them it goes over from that of the face to the mean of all
-    /// that meet there (C.55). The gap stays.
+    /// `found` with a normal that is continuous across seams: in a narrow band beside them it goes
+    /// over from that of the face to the mean of all that meet there (C.55). The gap stays.
     pub fn across_seams(
         &self,
         found: Projection,
@@ -51,7 +53,8 @@ impl Displaced<'_> {
         blended
     }
 
-    /// Brings the normal of `found`, at `share` of the band's width from the place `seam`, nearer to those of other faces there.
+    /// Brings the normal of `found`, at `share` of the band's width from the place `seam`, nearer
+    /// to those of other faces there.
     fn blend(
         &self,
         found: &mut Projection,
@@ -78,10 +81,12 @@ impl Displaced<'_> {
         }
     }
 
-    /// The closest place to `point` of all faces; `found`, beyond whose end the point lies, is that of its own face.
+    /// The closest place to `point` of all faces; `found`, beyond whose end the point lies, is that
+    /// of its own face.
     ///
-    /// A place on a seam is one of all faces that meet there. If all say that the point lies beyond their ends, it lies over the edge that the seam
-    /// has become, or under it: then the mean of their normals tells the side. Displaced faces are continuous there, not smooth.
+    /// A place on a seam is one of all faces that meet there. If all say that the point lies beyond
+    /// their ends, it lies over the edge that the seam has become, or under it: then the mean of
+    /// their normals tells the side. Displaced faces are continuous there, not smooth.
     pub fn on_joined_faces(
         &self,
         found: Projection,
@@ -183,7 +188,8 @@ mod tests {
             );
             assert!((found.gap + 0.05).abs() < 1e-12 && (found.normal[2] - 1.0).abs() < 1e-12, "{found:?}");
         }
-        // Above it normals turn within a tenth of an element on either side, and are those of the faces beyond.
+        // Above it normals turn within a tenth of an element on either side, and are those of the
+        // faces beyond.
         let lean = |x: f64| -SLOPE * x.signum() / (1.0 + SLOPE * SLOPE).sqrt();
         for x in [-0.5, -0.12, 0.12, 0.5] {
             let found = project(x, 1.0 + SLOPE * x.abs());

@@ -42,10 +42,10 @@ pub(super) struct NearestPoint {
 }
 
 impl SurfacePair {
-    /// The nearest point, without quasistatic displacement; none if a value is not
-    /// a number or the bodies cannot meet. A function of the motion to round-off: points near where the last evaluation saw them are
-    /// projected from their places there, or left out if others are nearer for certain, the others from samples of the
-    /// surface.
+    /// The nearest point, without quasistatic displacement; none if a value is not a number or the
+    /// bodies cannot meet. A function of the motion to round-off: points near where the last
+    /// evaluation saw them are projected from their places there, or left out if others are nearer
+    /// for certain, the others from samples of the surface.
     pub(super) fn nearest(
         &self,
         bodies: &[BodyState],

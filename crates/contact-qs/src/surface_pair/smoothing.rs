@@ -13,7 +13,8 @@ pub(super) struct Smoothing {
     /// The neighbours of each piece over its four edges.
     pub neighbours: Vec<[Option<PieceEdge>; 4]>,
     corners: Vec<Corner>,
-    /// Nodes of the pieces with the derivatives of their functions at a corner, corner after corner.
+    /// Nodes of the pieces with the derivatives of their functions at a corner, corner after
+    /// corner.
     slopes: Vec<(u32, [f64; 2])>,
     /// Bound of the sum of the absolute values of all functions at a place.
     pub spread: f64,
@@ -27,7 +28,8 @@ struct Corner {
     range: [u32; 2],
 }
 
-/// Places in the net of a piece of degree `p` of the corner `k`, and of its neighbours along both parameters.
+/// Places in the net of a piece of degree `p` of the corner `k`, and of its neighbours along both
+/// parameters.
 fn net_places(p: usize, k: usize) -> (usize, [(usize, f64); 2]) {
     let n = p + 1;
     let (i, j) = [(0, 0), (p, 0), (p, p), (0, p)][k];
@@ -46,7 +48,8 @@ impl Smoothing {
             let net = (p + 1) * (p + 1);
             let sums = (0..net).map(|c| (0..piece.nodes.len()).map(|k| piece.row(k)[c].abs()).sum::<f64>());
             smoothing.spread = sums.fold(smoothing.spread, f64::max);
-            // A node in the middle of an edge belongs to two pieces of the side, which have one tangent plane there.
+            // A node in the middle of an edge belongs to two pieces of the side, which have one
+            // tangent plane there.
             for corner in 0..3 {
                 let (here, [along, across]) = net_places(p, corner);
                 let at = |k: usize| (piece.row(k)[here] - 1.0).abs() < IS_ONE;

@@ -13,7 +13,8 @@ use crate::quasistatic::point_solver::PointSolver;
 use crate::quasistatic::problem::{add_columns, add_product, dot};
 use crate::quasistatic::stick_slip::{NormalSolver, StickSlip};
 
-/// Quasistatic compliance of a pair: that of the contact body's points; the target's is that of its surface.
+/// Quasistatic compliance of a pair: that of the contact body's points; the target's is that of its
+/// surface.
 pub(super) struct Compliances {
     /// Zero-sized if the contact body has none.
     body: Mat<f64>,
@@ -35,10 +36,12 @@ pub(super) struct PairBodies<'a> {
 pub(super) struct PairZone {
     /// Normal compliance `A` of the points on `rows`.
     normal_compliance: Mat<f64>,
-    /// Displacements of the target's interface and of the contact body's points under one point's load.
+    /// Displacements of the target's interface and of the contact body's points under one point's
+    /// load.
     target_half: Vec<f64>,
     body_half: Vec<f64>,
-    /// Rows that `A` was built on, and the points it was built for: the others have zero rows and columns.
+    /// Rows that `A` was built on, and the points it was built for: the others have zero rows and
+    /// columns.
     jacobian: ContactJacobian,
     members: Vec<bool>,
     saved_jacobian: ContactJacobian,
@@ -93,7 +96,8 @@ impl Compliances {
         }
     }
 
-    /// Displacements of the contact body's points under their loads, components of each point in turn.
+    /// Displacements of the contact body's points under their loads, components of each point in
+    /// turn.
     pub fn body_displacements(&self, loads: &[f64], out: &mut [f64]) {
         if self.body.nrows() > 0 {
             out.fill(0.0);
@@ -107,7 +111,8 @@ impl PairZone {
         &self.normal_compliance
     }
 
-    /// How far the points chosen by `is_chosen` have moved since the projection in use; infinite if it has not all of them.
+    /// How far the points chosen by `is_chosen` have moved since the projection in use; infinite if
+    /// it has not all of them.
     pub fn moved(
         &self,
         jacobian: &ContactJacobian,
@@ -120,8 +125,8 @@ impl PairZone {
         jacobian.moved(&self.jacobian, surface, is_chosen)
     }
 
-    /// Projects the compliances on `rows` for the points chosen by `is_member` (Eq. C.40), on tangents for `friction`. The others
-    /// are taken to move by no force and to bear none.
+    /// Projects the compliances on `rows` for the points chosen by `is_member` (Eq. C.40), on
+    /// tangents for `friction`. The others are taken to move by no force and to bear none.
     pub fn build(
         &mut self,
         bodies: PairBodies<'_>,
@@ -171,7 +176,8 @@ impl PairZone {
         self.project_modes(bodies);
     }
 
-    /// Normal displacements of the points relative to the target in the modes of Algorithm 1, one column per mode.
+    /// Normal displacements of the points relative to the target in the modes of Algorithm 1, one
+    /// column per mode.
     fn project_modes(&mut self, PairBodies { compliances, surface }: PairBodies<'_>) {
         let Some(normal_shapes) = self.solver.normal_shapes() else { return };
         let (jacobian, nc) = (&self.jacobian, compliances.n_components);
@@ -247,7 +253,8 @@ impl PairZone {
         self.solver.save();
     }
 
-    /// Returns to what was saved; the projection is a function of its rows and is made again only if these differ.
+    /// Returns to what was saved; the projection is a function of its rows and is made again only
+    /// if these differ.
     pub fn restore(&mut self, bodies: PairBodies<'_>, friction: Option<&mut StickSlip>) {
         let is_same = self.members == self.saved_members && self.jacobian.is_same(&self.saved_jacobian);
         if !is_same {

@@ -22,8 +22,8 @@ pub struct PairState {
 }
 
 impl PairState {
-    /// Before the first evaluation of `n` points with `nc` components each on a target with `n_nodes` nodes, any point of which moves by
-    /// `spread` times what a node moves at most.
+    /// Before the first evaluation of `n` points with `nc` components each on a target with
+    /// `n_nodes` nodes, any point of which moves by `spread` times what a node moves at most.
     pub(super) fn new(
         n: usize,
         nc: usize,
@@ -54,8 +54,9 @@ impl PairState {
         self.start.nodes.fill(0.0);
     }
 
-    /// Gaps of the last evaluation, quasistatic displacements included; of points beyond an end of the target the distance
-    /// from it; of points that are open for certain as found at an earlier evaluation \[m\].
+    /// Gaps of the last evaluation, quasistatic displacements included; of points beyond an end of
+    /// the target the distance from it; of points that are open for certain as found at an earlier
+    /// evaluation \[m\].
     pub fn gaps(&self) -> &[f64] {
         &self.start.proximity.gaps
     }
@@ -65,8 +66,8 @@ impl PairState {
         &self.start.places
     }
 
-    /// Tangential point forces of the last evaluation, one (plane models, axisymmetric ones) or two per point; empty without
-    /// friction \[N\].
+    /// Tangential point forces of the last evaluation, one (plane models, axisymmetric ones) or two
+    /// per point; empty without friction \[N\].
     pub fn tangential_forces(&self) -> &[f64] {
         self.friction.as_ref().map_or(&[], |f| f.stick_slip.forces())
     }
@@ -91,7 +92,8 @@ pub(super) struct Buffers {
     pub samples: Samples,
     /// Continuous normals at the target's nodes; none of splines.
     pub normals: Vec<[f64; 3]>,
-    /// Points of the contact body and nodes of the target without quasistatic displacement, in their frames.
+    /// Points of the contact body and nodes of the target without quasistatic displacement, in
+    /// their frames.
     pub low_points: Vec<[f64; 3]>,
     pub low_nodes: Vec<[f64; 3]>,
     /// Rows of the last loads.

@@ -1,7 +1,9 @@
-//! The target of a contact: faces of a spline body as data, with low modes and interface compliance of their functions.
+//! The target of a contact: faces of a spline body as data, with low modes and interface compliance
+//! of their functions.
 //!
-//! Whatever the space, its functions on an element of a face are `N_A / Σ N_B` with polynomials `N_A`: their Bernstein
-//! coefficients are found once (Eq. C.37), so that an evaluation needs neither space nor patch.
+//! Whatever the space, its functions on an element of a face are `N_A / Σ N_B` with polynomials
+//! `N_A`: their Bernstein coefficients are found once (Eq. C.37), so that an evaluation needs
+//! neither space nor patch.
 
 use std::collections::BTreeMap;
 
@@ -24,16 +26,18 @@ use crate::points::{DofLookup, InterfaceCompliance};
 /// Depth below a face from which it presses points, over the least extent of the body.
 const DEPTH: f64 = 0.25;
 
-/// A projection counts as held by the end of a face if the point lies farther beyond it than this part of the target's size, and as lying on
-/// the axis if it is nearer to that.
+/// A projection counts as held by the end of a face if the point lies farther beyond it than this
+/// part of the target's size, and as lying on the axis if it is nearer to that.
 const BEYOND: f64 = 1e-12;
 
-/// Largest distance of the points of a piece from its nearest sample, as a share of the diagonal of the piece: samples stand at a quarter and three
-/// quarters of its parameters, and its sides are no longer than the diagonal.
+/// Largest distance of the points of a piece from its nearest sample, as a share of the diagonal of
+/// the piece: samples stand at a quarter and three quarters of its parameters, and its sides are no
+/// longer than the diagonal.
 const REACH: f64 = 0.5;
 
-/// Distance, as a share of the target's size, by which a point must lie beyond a seam before it is projected on the next face: it must not change
-/// between two faces from pass to pass. Gaps are off by this distance times the angle between the normals of the faces.
+/// Distance, as a share of the target's size, by which a point must lie beyond a seam before it is
+/// projected on the next face: it must not change between two faces from pass to pass. Gaps are off
+/// by this distance times the angle between the normals of the faces.
 const SEAM: f64 = 1e-6;
 
 /// A face of a body, or a part of one, that may be touched.
@@ -76,9 +80,11 @@ pub(super) struct FaceGrid {
     pub cells: Vec<u32>,
     /// Sign that makes the normal point outwards.
     pub orientation: f64,
-    /// Whether the lower and the upper end of each direction are edges of the body that contact must not reach.
+    /// Whether the lower and the upper end of each direction are edges of the body that contact
+    /// must not reach.
     pub is_edge: [[bool; 2]; 2],
-    /// Largest distance of a point of the face from its nearest sample: known for pieces, infinite for faces with many elements \[m\].
+    /// Largest distance of a point of the face from its nearest sample: known for pieces, infinite
+    /// for faces with many elements \[m\].
     pub reach: f64,
 }
 
@@ -123,12 +129,14 @@ pub struct TargetSurface {
     pub(super) n_functions: usize,
     /// Continuous normals, of smooth surfaces made of pieces.
     pub(super) smoothing: Option<Smoothing>,
-    /// Largest ratio of the displacement of a point of the surface to the largest displacement of a node. One for splines, whose functions are
-    /// positive; more for functions that may be negative.
+    /// Largest ratio of the displacement of a point of the surface to the largest displacement of a
+    /// node. One for splines, whose functions are positive; more for functions that may be
+    /// negative.
     pub(super) spread: f64,
     /// Whether these are all faces of the body. If so, a projection may end on any of them.
     pub(super) is_complete: bool,
-    /// How points at the ends of faces are treated, where contact is possible at the edges of the body.
+    /// How points at the ends of faces are treated, where contact is possible at the edges of the
+    /// body.
     pub(super) edges: Option<Edges>,
 }
 
@@ -156,9 +164,10 @@ impl TargetSurface {
         Self::flexible(motion, space, patches, faces, &lookup, Mat::zeros(0, 0).as_ref(), None)
     }
 
-    /// Surface of a flexible body. `patches` carry the weight function of the space (the refined ones of a plain space, the
-    /// coarsest of a hierarchical one); `shapes`: modes of the dynamic elastic coordinates at the unknowns,
-    /// `n_dofs × n_q`; `interface`: compliance of the interface, none when all modes are dynamic.
+    /// Surface of a flexible body. `patches` carry the weight function of the space (the refined
+    /// ones of a plain space, the coarsest of a hierarchical one); `shapes`: modes of the dynamic
+    /// elastic coordinates at the unknowns, `n_dofs × n_q`; `interface`: compliance of the
+    /// interface, none when all modes are dynamic.
     ///
     /// # Errors
     /// [`ContactError::Data`] if sizes differ, a face lies in no element, or has no surface parameter.
@@ -209,8 +218,9 @@ impl TargetSurface {
         Ok(surface)
     }
 
-    /// Surface of a flexible body that is made of pieces; points are projected on it along continuous normals (Eqs. C.51 to C.53). `shapes` and
-    /// `interface` are those of [`TargetSurface::flexible`].
+    /// Surface of a flexible body that is made of pieces; points are projected on it along
+    /// continuous normals (Eqs. C.51 to C.53). `shapes` and `interface` are those of
+    /// [`TargetSurface::flexible`].
     ///
     /// # Errors
     /// [`ContactError::Data`] if sizes differ, [`ContactError::Nothing`] without a piece.
@@ -269,12 +279,14 @@ impl TargetSurface {
         Ok(target)
     }
 
-    /// This surface as the whole surface of a body: where a face ends, the body has an edge, at which contact is possible. Points that lie beyond the
-    /// end of a face by no more than `overhang` \[m\] count as lying over it, as edges that lie on each other may be displaced by so much (Eq. C.57).
-    /// Pieces become faces of their own, without continuous normals.
+    /// This surface as the whole surface of a body: where a face ends, the body has an edge, at
+    /// which contact is possible. Points that lie beyond the end of a face by no more than
+    /// `overhang` \[m\] count as lying over it, as edges that lie on each other may be displaced by
+    /// so much (Eq. C.57). Pieces become faces of their own, without continuous normals.
     #[must_use]
     pub fn with_edges(mut self, overhang: f64) -> Self {
-        // Must be less than the distance to the opposite face; the least extent of the control points bounds that.
+        // Must be less than the distance to the opposite face; the least extent of the control
+        // points bounds that.
         let extent = |c: usize| {
             let along = || self.nodes.iter().map(|x| x[c]);
             along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
@@ -286,13 +298,15 @@ impl TargetSurface {
         self
     }
 
-    /// How far beyond the end of a face points still lie over it: round-off, or what edges are displaced by \[m\].
+    /// How far beyond the end of a face points still lie over it: round-off, or what edges are
+    /// displaced by \[m\].
     pub(super) fn overhang(&self) -> f64 {
         let round_off = if self.is_joined() { SEAM * self.size } else { self.round_off() };
         self.edges.map_or(round_off, |edges| edges.overhang.max(round_off))
     }
 
-    /// Whether the surface consists of several faces of a spline body that are joined by seams, and is not the whole surface of the body.
+    /// Whether the surface consists of several faces of a spline body that are joined by seams, and
+    /// is not the whole surface of the body.
     pub(super) fn is_joined(&self) -> bool {
         self.faces.len() > 1 && !self.is_complete && self.smoothing.is_none()
     }
@@ -436,7 +450,8 @@ impl Collection<'_> {
         Ok(FaceGrid { degrees, breaks, cells, orientation, is_edge: [[false; 2]; 2], reach })
     }
 
-    /// Element of each cell between `breaks`, found by the cell's middle among the elements from `start` on.
+    /// Element of each cell between `breaks`, found by the cell's middle among the elements from
+    /// `start` on.
     fn cells(&self, start: usize, breaks: &[Vec<f64>; 2]) -> Result<Vec<u32>, ContactError> {
         let mut cells = Vec::new();
         for v in breaks[1].windows(2) {
@@ -453,7 +468,8 @@ impl Collection<'_> {
         Ok(cells)
     }
 
-    /// Bernstein coefficients of the functions of an element on its `side`, whose ends along the face are `lower` and `upper`.
+    /// Bernstein coefficients of the functions of an element on its `side`, whose ends along the
+    /// face are `lower` and `upper`.
     fn element(
         &mut self,
         side: &ElementSide,
@@ -519,7 +535,8 @@ impl WeightFunction {
     }
 }
 
-/// The entries `column` of displacements in `nc` components, three for each place, of which the last are zero.
+/// The entries `column` of displacements in `nc` components, three for each place, of which the
+/// last are zero.
 pub(super) fn by_places(nc: usize, column: impl Iterator<Item = f64>) -> Vec<f64> {
     let mut places = Vec::new();
     for (row, entry) in column.enumerate() {

@@ -1,24 +1,28 @@
-//! Projection on all faces of a body, edges and corners included where they press (docs/theory.md Eqs. C.57 to C.59, C.76).
+//! Projection on all faces of a body, edges and corners included where they press (docs/theory.md
+//! Eqs. C.57 to C.59, C.76).
 
 use iga_core::nurbs::jet::{difference, norm};
 
 use super::projection::{Displaced, Functions, Projection, Samples, SurfacePlace};
 use crate::submodel::is_turned_to;
 
-/// Outward normal of a point's own face in the target's components; none of points that any surface can press.
+/// Outward normal of a point's own face in the target's components; none of points that any surface
+/// can press.
 type Facing<'a> = Option<&'a [f64; 3]>;
 
-/// Times as deep as below the nearest face a point may lie below the face that presses it (Eq. C.58): points along an edge that deepen by less than this
-/// part of what they are away from it.
+/// Times as deep as below the nearest face a point may lie below the face that presses it
+/// (Eq. C.58): points along an edge that deepen by less than this part of what they are away from
+/// it.
 const DEEPER: f64 = 10.0;
 
 impl Displaced<'_> {
-    /// Projection of `point`, whose own face has the outward normal `facing` in the target's components, on all faces, of which `samples` has the
-    /// displaced places.
+    /// Projection of `point`, whose own face has the outward normal `facing` in the target's
+    /// components, on all faces, of which `samples` has the displaced places.
     ///
-    /// The nearest point of the surface says whether the point is outside. If it is inside, or over an edge by no more than the target's overhang,
-    /// the nearest face presses it that lies below it, no deeper than the
-    /// surface reaches and than (C.58) allows, and is turned to its own face; without one it is open.
+    /// The nearest point of the surface says whether the point is outside. If it is inside, or over
+    /// an edge by no more than the target's overhang, the nearest face presses it that lies below
+    /// it, no deeper than the surface reaches and than (C.58) allows, and is turned to its own
+    /// face; without one it is open.
     pub fn on_all_faces(
         &self,
         (point, facing): (&[f64; 3], Facing<'_>),
@@ -66,7 +70,8 @@ impl Displaced<'_> {
         best
     }
 
-    /// Distance beyond which a face neither is the nearest one to `point` nor may press it (Eq. C.58); unbounded where faces are few and large.
+    /// Distance beyond which a face neither is the nearest one to `point` nor may press it
+    /// (Eq. C.58); unbounded where faces are few and large.
     fn farthest_that_counts(&self, point: &[f64; 3], samples: &Samples, functions: &mut Functions) -> f64 {
         if self.surface.faces.iter().any(|grid| grid.reach.is_infinite()) {
             return f64::INFINITY;
@@ -93,7 +98,8 @@ impl Displaced<'_> {
         })
     }
 
-    /// Whether a projection found from the place before may stand: over a face that is turned to the point's own.
+    /// Whether a projection found from the place before may stand: over a face that is turned to
+    /// the point's own.
     pub fn may_stand(&self, found: &Projection, facing: Facing<'_>) -> bool {
         !found.is_beyond && facing.is_none_or(|facing| is_turned_to(facing, &found.normal))
     }

@@ -59,7 +59,8 @@ impl Node {
         names.into_iter().map(|name| self.group(&name, "a group").map(|node| (name, node))).collect()
     }
 
-    /// Numbers of the dataset `name` in the order of its rows, and its shape; `None` if it is missing.
+    /// Numbers of the dataset `name` in the order of its rows, and its shape; `None` if it is
+    /// missing.
     pub fn find_reals(&self, name: &str, shape: &[Extent]) -> Result<Option<Reals>, BodyFault> {
         let Some((dataset, found)) = self.dataset(name, shape)? else { return Ok(None) };
         let path = self.child(name);

@@ -1,6 +1,7 @@
 //! The files of a cache: read whole, written beside and renamed, the least recently used removed.
 //!
-//! Nobody ever sees a file half written, and processes need no lock: whoever writes a model last replaces it by an equal one.
+//! Nobody ever sees a file half written, and processes need no lock: whoever writes a model last
+//! replaces it by an equal one.
 
 #![expect(clippy::disallowed_methods, reason = "ages of files are wall time")]
 
@@ -125,7 +126,8 @@ impl Folder {
         self.path.join(file).with_extension(PART)
     }
 
-    /// Removes the least recently used models above the limit, `newest` last, and what dead processes left.
+    /// Removes the least recently used models above the limit, `newest` last, and what dead
+    /// processes left.
     fn make_room(&self, newest: &Path) -> io::Result<()> {
         let mut entries = self.entries()?;
         let now = SystemTime::now();
@@ -214,7 +216,8 @@ fn kind(path: &Path) -> Option<bool> {
 fn write_new(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = File::create_new(path)?;
     file.write_all(bytes)?;
-    // Otherwise a crash of the machine may leave a name without its contents; the checksum would find that, too.
+    // Otherwise a crash of the machine may leave a name without its contents; the checksum would
+    // find that, too.
     file.sync_all()
 }
 

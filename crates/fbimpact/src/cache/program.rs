@@ -10,9 +10,10 @@ use crate::provenance;
 
 /// Hash of the program and of what its arithmetic depends on.
 ///
-/// A build from a clean commit is known by version, commit, compiler and target, together with length and time of its file,
-/// for the commit is that of the last full build. Other builds are known by every byte of the program. The processor counts
-/// because matrix products add up in another order on another kind.
+/// A build from a clean commit is known by version, commit, compiler and target, together with
+/// length and time of its file, for the commit is that of the last full build. Other builds are
+/// known by every byte of the program. The processor counts because matrix products add up in
+/// another order on another kind.
 pub fn fingerprint() -> Name {
     let mut hash = Sha256::new();
     for text in provenance::build().iter().copied().chain(processor()) {

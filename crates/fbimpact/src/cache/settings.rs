@@ -45,7 +45,8 @@ impl CacheSettings {
     }
 }
 
-/// The folder of the environment: `FBIMPACT_CACHE`, or the usual place of the system; none if it says `off` or names none.
+/// The folder of the environment: `FBIMPACT_CACHE`, or the usual place of the system; none if it
+/// says `off` or names none.
 pub fn default_folder() -> Option<PathBuf> {
     folder_from(|name| std::env::var_os(name).filter(|value| !value.is_empty()))
 }

@@ -13,7 +13,8 @@ const fn example(does: &'static str, line: &'static str) -> Example {
     Example { does, line }
 }
 
-/// Examples by command; those of a command below another one under both names. The program itself has the empty name.
+/// Examples by command; those of a command below another one under both names. The program itself
+/// has the empty name.
 pub const EXAMPLES: &[(&str, [Example; 2])] = &[
     (
         "",

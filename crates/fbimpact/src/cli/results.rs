@@ -33,7 +33,8 @@ pub struct PlotArguments {
     /// Only figures of this kind; may be repeated
     #[arg(long, value_name = "KIND")]
     pub figure: Vec<Kind>,
-    /// What legends of several results show: names of the files, or values of the scenarios that differ
+    /// What legends of several results show: names of the files, or values of the scenarios that
+    /// differ
     #[arg(long, value_name = "WHAT", default_value = "names")]
     pub labels: Labels,
     /// First time in seconds [default: the first stored]
@@ -85,7 +86,8 @@ pub struct ExportArguments {
     /// Result file, or a scenario
     #[arg(value_name = "OUT.h5|SCENARIO.toml")]
     pub file: PathBuf,
-    /// Folder for the series OUT.pvd, or SCENARIO.vtm, and its VTU files, created if it does not exist
+    /// Folder for the series OUT.pvd, or SCENARIO.vtm, and its VTU files, created if it does not
+    /// exist
     #[arg(long, value_name = "DIR")]
     pub vtk: PathBuf,
     /// Factor on the elastic displacement in the drawn shape
@@ -106,7 +108,8 @@ pub struct ExportArguments {
     /// Only these bodies
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub bodies: Vec<String>,
-    /// Film what is written as well, by pvpython of ParaView: .avi or .ogv (.mp4 on Windows), or .png for single pictures
+    /// Film what is written as well, by pvpython of ParaView: .avi or .ogv (.mp4 on Windows), or
+    /// .png for single pictures
     #[arg(long, value_name = "FILE")]
     pub movie: Option<PathBuf>,
     /// Number of threads, 0 for all cores

@@ -29,13 +29,15 @@ pub(super) fn begin(
     bar: ProgressBar,
 ) -> Result<(), AppError> {
     let begin = Instant::now();
-    // What a run refuses whatever its meshes are comes before they are chosen, which may take minutes.
+    // What a run refuses whatever its meshes are comes before they are chosen, which may take
+    // minutes.
     if let Err(error) = check_contacts(&scenario.run) {
         output.discard();
         bar.finish_and_clear();
         return Err(error.into());
     }
-    // A run that is killed while sizes are chosen can be taken up, too. The restart file of an earlier run stays until this one begins.
+    // A run that is killed while sizes are chosen can be taken up, too. The restart file of an
+    // earlier run stays until this one begins.
     let is_restart_own = !output.restart().exists();
     if is_restart_own {
         match Journal::create(output.restart(), Header::new(scenario)) {

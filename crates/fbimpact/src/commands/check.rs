@@ -64,7 +64,8 @@ pub fn check(
     last.map_or(Ok(()), Err)
 }
 
-/// Tells what is in a scenario without faults, and whether a run would accept its contacts, which is known from the shapes and the motions at the start.
+/// Tells what is in a scenario without faults, and whether a run would accept its contacts, which
+/// is known from the shapes and the motions at the start.
 fn accept(path: &Path, scenario: &Scenario) -> Result<(), AppError> {
     let contacts = adaptive::model::check_contacts(&scenario.run);
     tracing::info!(

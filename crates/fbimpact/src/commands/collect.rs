@@ -73,7 +73,8 @@ fn check_columns(table: &Table) -> Result<(), AppError> {
     }
 }
 
-/// Refuses an expression that has a value in none of the results that there are, and notes those that lack it in some.
+/// Refuses an expression that has a value in none of the results that there are, and notes those
+/// that lack it in some.
 fn check_values(runs: &[Run], columns: &[NamedExpression]) -> Result<(), AppError> {
     let readable = runs.iter().filter(|run| run.n_samples.is_some()).count();
     for column in columns {

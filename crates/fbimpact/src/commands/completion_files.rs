@@ -1,5 +1,6 @@
-//! Completions of files by their endings, which the generator of completions does not know: `fbimpact run` is offered scenarios, `fbimpact info`
-//! results. What an argument takes follows from the name of its value, such as `OUT.h5|SCENARIO.toml`.
+//! Completions of files by their endings, which the generator of completions does not know:
+//! `fbimpact run` is offered scenarios, `fbimpact info` results. What an argument takes follows
+//! from the name of its value, such as `OUT.h5|SCENARIO.toml`.
 
 use std::fmt::Write;
 
@@ -8,7 +9,8 @@ use clap_complete::Shell;
 
 use crate::cli::Cli;
 
-/// The generated completions `text` of `shell` with files by their endings; those of other shells as they are.
+/// The generated completions `text` of `shell` with files by their endings; those of other shells
+/// as they are.
 pub fn by_ending(shell: Shell, text: &str) -> String {
     match shell {
         Shell::Bash => bash(text),

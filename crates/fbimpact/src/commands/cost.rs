@@ -16,12 +16,15 @@ use crate::scenario::Scenario;
 use crate::sizing::sized;
 use crate::thread_pool::thread_pool;
 
-/// Time that a model takes over that of one factorisation at the speed of a dense product: assembly, a second factorisation, solves, and what
-/// sparse matrices cost beside dense ones. An order of magnitude: 2.5 for a ball with its contact zone, 4 for a block of 50,000 unknowns.
+/// Time that a model takes over that of one factorisation at the speed of a dense product:
+/// assembly, a second factorisation, solves, and what sparse matrices cost beside dense ones. An
+/// order of magnitude: 2.5 for a ball with its contact zone, 4 for a block of 50,000 unknowns.
 const BESIDE_THE_PRODUCT: f64 = 3.5;
-/// Rows of the matrices whose product measures the machine: some milliseconds, and more than its caches hold close by.
+/// Rows of the matrices whose product measures the machine: some milliseconds, and more than its
+/// caches hold close by.
 const PROBE: usize = 512;
-/// Numbers of a stored state beside those of bodies, contacts, joints and points: time, energies, momentum.
+/// Numbers of a stored state beside those of bodies, contacts, joints and points: time, energies,
+/// momentum.
 const OF_STATE: usize = 17;
 /// Numbers of a body beside its elastic coordinates, of a contact, of a joint and of a point.
 const OF_BODY: usize = 16;
@@ -30,7 +33,8 @@ const OF_JOINT: usize = 10;
 const OF_POINT: usize = 6;
 const OF_STRESS: usize = 7;
 const OF_STRAIN: usize = 6;
-/// Elastic coordinates of a body whose scenario does not say how many: a few modes and the static answers of two joints.
+/// Elastic coordinates of a body whose scenario does not say how many: a few modes and the static
+/// answers of two joints.
 const USUAL_COORDINATES: usize = 32;
 
 /// What a scenario takes.
@@ -94,7 +98,8 @@ pub fn cost(scenario: &Scenario, threads: usize) -> Result<CostReport, AppError>
     })
 }
 
-/// Multiplications and additions of a dense product on one thread of this machine in a second, the best of a few.
+/// Multiplications and additions of a dense product on one thread of this machine in a second, the
+/// best of a few.
 fn products_per_second() -> f64 {
     let a = Mat::from_fn(PROBE, PROBE, |i, j| (i + 2 * j) as f64);
     let mut c = Mat::<f64>::zeros(PROBE, PROBE);
@@ -106,8 +111,8 @@ fn products_per_second() -> f64 {
     (PROBE as f64).powi(3) / time.fold(f64::INFINITY, f64::min).max(f64::MIN_POSITIVE)
 }
 
-/// Stored states of a phase that lasts the whole run: evenly up to the number of `output.phase_states`, then at intervals that grow with
-/// the age of the phase.
+/// Stored states of a phase that lasts the whole run: evenly up to the number of
+/// `output.phase_states`, then at intervals that grow with the age of the phase.
 fn states(spec: &RunSpec) -> f64 {
     let settings = &spec.settings;
     let (end, interval) =
@@ -181,7 +186,8 @@ mod tests {
             t += f64::max(1e-2, scenario.run.settings.phase_share * t);
             count += 1.0;
         }
-        // The sum of growing intervals is half of one of them, 1/500, off the integral, per state that grows.
+        // The sum of growing intervals is half of one of them, 1/500, off the integral, per state
+        // that grows.
         assert!((states(&scenario.run) / count - 1.0).abs() < 2.0 / 500.0, "{count}");
     }
 }

@@ -22,7 +22,8 @@ use crate::vtk::xml::{SeriesEntry, pvd, write_vtu};
 /// Up to so many instants are listed one by one.
 const TOLD: usize = 8;
 
-/// Writes a file per body and instant, and the series that opens them all; prints the name of the series.
+/// Writes a file per body and instant, and the series that opens them all; prints the name of the
+/// series.
 ///
 /// # Errors
 /// [`AppError::Command`] for a body that there is not and for times that do not exist, [`AppError::Io`] for files, [`AppError::Scenario`] and
@@ -122,7 +123,8 @@ fn tell_instants(time: &[f64], instants: &[usize]) {
     }
 }
 
-/// Stem of the file that is shown, and the folder of that name for its parts, created if it is not there.
+/// Stem of the file that is shown, and the folder of that name for its parts, created if it is not
+/// there.
 ///
 /// # Errors
 /// [`AppError::Io`] if it cannot be created.
@@ -156,7 +158,8 @@ fn write_series(folder: &Path, stem: &str, series: &[SeriesEntry]) -> Result<Pat
     write_script(&path)
 }
 
-/// Writes the script that shows `export` into the folder of its parts, and prints the name of the export.
+/// Writes the script that shows `export` into the folder of its parts, and prints the name of the
+/// export.
 ///
 /// # Errors
 /// [`AppError::System`] if that fails.

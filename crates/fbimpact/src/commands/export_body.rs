@@ -18,8 +18,9 @@ use crate::progress::while_building;
 use crate::scenario::{self, Override};
 use crate::sizing::sized;
 
-/// Writes the body with its faces and its markers that have an extent as markers, reduced to its free modes and the static answers to
-/// its joints and loads in a Buckens frame, or with unreduced matrices (`is_full`), and with its named points for output.
+/// Writes the body with its faces and its markers that have an extent as markers, reduced to its
+/// free modes and the static answers to its joints and loads in a Buckens frame, or with unreduced
+/// matrices (`is_full`), and with its named points for output.
 ///
 /// # Errors
 /// [`AppError::Command`] for a body that there is not and for a rigid body, [`AppError::Model`] if it cannot be built, [`AppError::Io`] for the file, also if

@@ -14,7 +14,8 @@ use crate::vtk::body::Cells;
 use crate::vtk::setup::blocks;
 use crate::vtk::xml::{BlockEntry, vtm};
 
-/// Writes a file per body, joint, contact and load in its place at the start, and the one that opens them all; prints its name.
+/// Writes a file per body, joint, contact and load in its place at the start, and the one that
+/// opens them all; prints its name.
 ///
 /// # Errors
 /// [`AppError::Command`] for options that are for results, [`AppError::Scenario`], [`AppError::Model`] if bodies have no place,

@@ -9,7 +9,8 @@ use crate::cli::SplineFormat;
 use crate::error::AppError;
 use crate::scenario::{self, Override};
 
-/// Writes the patches of the body's shape in `format`, in the components of its model, lengths in units of `unit` \[m\].
+/// Writes the patches of the body's shape in `format`, in the components of its model, lengths in
+/// units of `unit` \[m\].
 ///
 /// # Errors
 /// [`AppError::Command`] for a body that there is not and for a body without a shape, [`AppError::Io`] for the file, also if it is one that the

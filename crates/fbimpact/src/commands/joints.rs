@@ -9,10 +9,12 @@ use nalgebra::Vector3;
 use super::digits::short;
 use crate::scenario::Scenario;
 
-/// Lengths below this part of the scene count as none: round-off of places, and what loops may be open by.
+/// Lengths below this part of the scene count as none: round-off of places, and what loops may be
+/// open by.
 const CLOSED: f64 = 1e-9;
 
-/// Logs a line for each joint of `scenario` in the file `path`; what cannot be placed is an error of the checks that follow.
+/// Logs a line for each joint of `scenario` in the file `path`; what cannot be placed is an error
+/// of the checks that follow.
 pub fn report(path: &Path, scenario: &Scenario) {
     let path = path.display();
     let run = &scenario.run;

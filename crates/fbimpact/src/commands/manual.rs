@@ -40,7 +40,8 @@ const FILES: [(&str, &str); 5] = [
     ("~/.cache/fbimpact", "Models kept between runs, see fbimpact cache."),
 ];
 
-/// The page of the command with these words below the program, of the program itself without any; `None` if there is no such command.
+/// The page of the command with these words below the program, of the program itself without any;
+/// `None` if there is no such command.
 pub fn page(words: &[String]) -> Option<io::Result<String>> {
     let mut program = Cli::command();
     program.build();

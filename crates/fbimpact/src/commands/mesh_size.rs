@@ -23,8 +23,8 @@ pub struct MeshSize<'a> {
     pub output: Option<&'a Path>,
 }
 
-/// Prints the predicted radius of every contact on a mesh, the length of the sides there and the one that resolves it, and writes a field of sizes
-/// for Gmsh.
+/// Prints the predicted radius of every contact on a mesh, the length of the sides there and the
+/// one that resolves it, and writes a field of sizes for Gmsh.
 ///
 /// # Errors
 /// [`AppError::Command`] if no mesh is touched, or several and none is named; [`AppError::Model`] if the motions at the start are not known;
@@ -84,7 +84,8 @@ fn table(all: &[MeshTouch]) -> String {
     out
 }
 
-/// A script for Gmsh with one ball of small elements a touch of body `index`, in the unit of its mesh.
+/// A script for Gmsh with one ball of small elements a touch of body `index`, in the unit of its
+/// mesh.
 fn field(scenario: &Scenario, index: usize, all: &[MeshTouch]) -> String {
     let Some(meshed) = scenario.run.bodies[index].kind.meshed() else { return String::new() };
     let of_file = scenario.bodies.iter().find(|b| b.index == Some(index)).and_then(|b| b.file.as_ref());

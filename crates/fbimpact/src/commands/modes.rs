@@ -68,7 +68,8 @@ fn points(body: &BodyModes) -> String {
     body.points.iter().map(|(name, at)| format!("{name} ({})", place(at))).collect::<Vec<_>>().join(", ")
 }
 
-/// How many coordinates come from what: `20 free modes, 6 static answers of hinge (child), 5 of hinge (parent)`.
+/// How many coordinates come from what:
+/// `20 free modes, 6 static answers of hinge (child), 5 of hinge (parent)`.
 fn coordinates(counts: &Coordinates) -> String {
     let mut out = format!("{} free modes", counts.free_modes);
     if counts.interface_modes > 0 {

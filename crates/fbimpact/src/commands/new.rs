@@ -35,8 +35,8 @@ impl Template {
     }
 }
 
-/// Writes `<name>.toml`, what it reads, and, next to it, the schema for editors if there is none yet. Nothing is written if one of the first
-/// two exists.
+/// Writes `<name>.toml`, what it reads, and, next to it, the schema for editors if there is none
+/// yet. Nothing is written if one of the first two exists.
 ///
 /// # Errors
 /// [`AppError::Io`] if a file exists and `force` is not set, or if it cannot be written.

@@ -62,11 +62,13 @@ pub fn finish(
     let Held { output, recorder, .. } = stop.take();
     let recorder = &mut recorder.expect("it was given above");
     if let Some(fault) = recorder.failure() {
-        // The rows that reached the disk stay in the part file, and the run can be taken up once there is space.
+        // The rows that reached the disk stay in the part file, and the run can be taken up once
+        // there is space.
         return Err(AppError::io(part, FileFault::contents(fault)));
     }
     if recorder.is_taken_up() && matches!(outcome, Err(AppError::Model(_))) {
-        // Another machine or version may be the reason: where the run came from, it can still be taken up.
+        // Another machine or version may be the reason: where the run came from, it can still be
+        // taken up.
         return outcome.map(|_| ());
     }
     let (status, message, timings) = match &outcome {

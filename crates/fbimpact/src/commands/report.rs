@@ -99,7 +99,8 @@ fn scenario(path: &Path) -> Result<String, AppError> {
     Ok(scenario_text(&open(path)?).unwrap_or_default())
 }
 
-/// The study of the resolution in the folder that `converge` gives it: beside the result, under its name.
+/// The study of the resolution in the folder that `converge` gives it: beside the result, under its
+/// name.
 fn study(path: &Path) -> Option<Value> {
     let file = path.with_extension("converge").join(result_files::converge::report::FILE);
     serde_json::from_slice(&std::fs::read(file).ok()?).ok()

@@ -105,7 +105,8 @@ fn check_unfinished(target: &Path) -> Result<(), AppError> {
 /// The scenario of the run.
 fn scenario_of(restart: &Restart) -> Result<Scenario, AppError> {
     let header = &restart.header;
-    // Errors name the file; bodies are sought beside it and must have the checksums of the resolved scenario.
+    // Errors name the file; bodies are sought beside it and must have the checksums of the resolved
+    // scenario.
     let mut scenario = scenario::parse(Path::new(&header.absolute), header.resolved.as_bytes(), &[])?;
     scenario.source.path = PathBuf::from(&header.scenario);
     scenario.source.sha256.clone_from(&header.sha256);

@@ -33,7 +33,8 @@ pub fn manual(words: &[String]) -> Result<(), AppError> {
     print(&page.map_err(|e| AppError::io("standard output", FileFault::Stream(e)))?)
 }
 
-/// Writes the manual pages of all commands into a folder, created if it does not exist; prints their names.
+/// Writes the manual pages of all commands into a folder, created if it does not exist; prints
+/// their names.
 ///
 /// # Errors
 /// [`AppError::Io`] if they cannot be written.

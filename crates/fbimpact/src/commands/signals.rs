@@ -1,4 +1,5 @@
-//! Signals that stop a run: those of a terminal and of its end, of the system, and those that batch systems send before the time is over.
+//! Signals that stop a run: those of a terminal and of its end, of the system, and those that batch
+//! systems send before the time is over.
 
 /// What a signal asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -9,8 +10,8 @@ pub enum Request {
     Soon,
 }
 
-/// Calls `handler` for each signal, in a thread of its own. Comes before any other thread is started: one that had been there
-/// before would be ended by signals.
+/// Calls `handler` for each signal, in a thread of its own. Comes before any other thread is
+/// started: one that had been there before would be ended by signals.
 ///
 /// # Errors
 /// Why signals will end the process without closing files.
@@ -26,7 +27,8 @@ mod system {
 
     const NOW: [Signal; 3] = [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP];
     const SOON: [Signal; 3] = [Signal::SIGUSR1, Signal::SIGUSR2, Signal::SIGXCPU];
-    /// Obeyed even if the process was started with it ignored, as shells start what runs in the background.
+    /// Obeyed even if the process was started with it ignored, as shells start what runs in the
+    /// background.
     const ALWAYS: [Signal; 2] = [Signal::SIGINT, Signal::SIGTERM];
 
     pub fn listen(mut handler: impl FnMut(Request) + Send + 'static) -> Result<(), String> {

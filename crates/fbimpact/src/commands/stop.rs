@@ -1,8 +1,8 @@
 //! The wish to stop a run, and how it is obeyed within a second.
 //!
-//! A run looks at the wish after every step and between the stages of a fine model. Where it does not come to that soon, in a
-//! factorisation of seconds, another thread closes what the run holds open and ends the process: a model that is being built holds
-//! nothing that would be lost.
+//! A run looks at the wish after every step and between the stages of a fine model. Where it does
+//! not come to that soon, in a factorisation of seconds, another thread closes what the run holds
+//! open and ends the process: a model that is being built holds nothing that would be lost.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
@@ -21,7 +21,8 @@ use crate::results::{OutputFile, Recorder, Status};
 const GRACE: Duration = Duration::from_millis(400);
 /// Time between looks at what the run holds open, where it holds nothing at the moment.
 const LOOK: Duration = Duration::from_millis(50);
-/// Signals that come sooner after the first one are the same one, sent to the process and to its group.
+/// Signals that come sooner after the first one are the same one, sent to the process and to its
+/// group.
 const SAME_SIGNAL: Duration = Duration::from_millis(250);
 
 /// The wish to stop, and what is closed then.
@@ -42,7 +43,8 @@ pub struct Held {
     pub output: OutputFile,
     /// What writes it; none while sizes are chosen.
     pub recorder: Option<Recorder>,
-    /// Whether the restart file was made by this run, not by an earlier one that can still be taken up.
+    /// Whether the restart file was made by this run, not by an earlier one that can still be taken
+    /// up.
     pub is_restart_own: bool,
     /// Line of progress, which is cleared.
     pub bar: ProgressBar,
@@ -51,8 +53,8 @@ pub struct Held {
 }
 
 impl Stop {
-    /// A wish that signals set, and the end of standard input if `until_eof`. A second Ctrl-C ends the process at once. Comes before
-    /// any thread is started.
+    /// A wish that signals set, and the end of standard input if `until_eof`. A second Ctrl-C ends
+    /// the process at once. Comes before any thread is started.
     pub fn listen(until_eof: bool) -> Arc<Self> {
         let stop = Arc::new(Self::default());
         let (by_signal, mut first) = (stop.clone(), None::<Instant>);
@@ -117,7 +119,8 @@ impl Stop {
         }
     }
 
-    /// Waits for the wish or the end of memory, and closes what the run holds open if it does not do so itself.
+    /// Waits for the wish or the end of memory, and closes what the run holds open if it does not
+    /// do so itself.
     fn close_when_asked(&self) {
         while !self.must_end.load(Ordering::SeqCst) && !allocation::has_ended() {
             std::thread::park();

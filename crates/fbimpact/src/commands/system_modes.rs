@@ -16,8 +16,8 @@ use crate::simulate;
 
 /// Least share of a body in the kinetic energy of a mode that is listed.
 const LISTED: f64 = 0.01;
-/// Part of a mode's stiffness without a potential that is worth a word: far above round-off; squared, as it moves frequencies that are
-/// apart, far below a per mille.
+/// Part of a mode's stiffness without a potential that is worth a word: far above round-off;
+/// squared, as it moves frequencies that are apart, far below a per mille.
 const ASYMMETRY: f64 = 1e-6;
 /// Acceleration up to which a pose counts as equilibrium [m/s²]: a millionth of gravity on earth.
 const BALANCED: f64 = 1e-5;
@@ -63,8 +63,8 @@ struct Unstable {
     participation: BTreeMap<String, f64>,
 }
 
-/// Builds the system and prints its spectrum at the initial pose; `is_static`: after the elastic coordinates have come to rest
-/// under the forces there, whatever the scenario says.
+/// Builds the system and prints its spectrum at the initial pose; `is_static`: after the elastic
+/// coordinates have come to rest under the forces there, whatever the scenario says.
 ///
 /// # Errors
 /// Whatever reading and building answer; [`AppError::Model`] if there is no equilibrium.

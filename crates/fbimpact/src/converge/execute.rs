@@ -1,7 +1,8 @@
 //! Makes runs in processes of their own, several at a time.
 //!
-//! Processes rather than threads: memory goes back to the system after each run, a run that the system ends for want of memory is
-//! one failed row, and a run is exactly what `fbimpact run` makes, with its log and its restart file.
+//! Processes rather than threads: memory goes back to the system after each run, a run that the
+//! system ends for want of memory is one failed row, and a run is exactly what `fbimpact run`
+//! makes, with its log and its restart file.
 
 use std::collections::VecDeque;
 use std::time::Duration;
@@ -17,8 +18,9 @@ pub use super::job::{Job, Left, Setting as RunSetting, prepare};
 /// Time between two looks at the processes.
 const PAUSE: Duration = Duration::from_millis(10);
 
-/// Makes the runs `jobs`, `at_once` of them at a time, and returns what became of each, in their order; those that an earlier
-/// call has finished are not made again. If `is_first_needed` and the first one fails, the others are stopped.
+/// Makes the runs `jobs`, `at_once` of them at a time, and returns what became of each, in their
+/// order; those that an earlier call has finished are not made again. If `is_first_needed` and the
+/// first one fails, the others are stopped.
 ///
 /// # Errors
 /// [`AppError::InterruptedRuns`] if `stop` says so, [`AppError::Io`] if files cannot be written or read.

@@ -94,7 +94,8 @@ impl Setting {
         }
     }
 
-    /// Starts `job`; what is left of another run of its name is removed unless it goes on from there.
+    /// Starts `job`; what is left of another run of its name is removed unless it goes on from
+    /// there.
     ///
     /// # Errors
     /// [`AppError::Io`] if files cannot be written or the program cannot be started.

@@ -1,4 +1,5 @@
-//! What is varied: one parameter at a time, then together what mattered, then the one that limits body by body.
+//! What is varied: one parameter at a time, then together what mattered, then the one that limits
+//! body by body.
 
 use adaptive::model::Subjects;
 use adaptive::spec::{BodyFactors, ContactFactors, Resolution};
@@ -96,7 +97,8 @@ impl<'a> Plan<'a> {
         (parameters.len() > 1).then_some(Variant { name, parameters, subjects: Vec::new(), set })
     }
 
-    /// Variants of `parameter` for one body or contact each; none if there is only one, or too many to try.
+    /// Variants of `parameter` for one body or contact each; none if there is only one, or too many
+    /// to try.
     pub fn split(&self, parameter: Parameter) -> Vec<Variant> {
         let subjects = self.subjects(parameter);
         if !(2..=MOST_SINGLES).contains(&subjects.len()) {

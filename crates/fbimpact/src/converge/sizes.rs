@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use adaptive::spec::{BodySpec, ImportedSpec, RunSpec};
 
-/// Size of each body by name: the diagonal of the box about its control points, or its radius of gyration where it has none \[m\].
+/// Size of each body by name: the diagonal of the box about its control points, or its radius of
+/// gyration where it has none \[m\].
 pub fn sizes(spec: &RunSpec) -> BTreeMap<String, f64> {
     spec.bodies.iter().map(|body| (body.name.clone(), size(body))).collect()
 }

@@ -24,9 +24,11 @@ pub struct Parts<'a> {
     pub mass: &'a Matrix,
     /// Nodes; those without unknowns are left out.
     pub nodes: &'a NodeTable,
-    /// Unknown of each row, where rows have numbers; without it the rows are x, y and z of each node, the nodes rising.
+    /// Unknown of each row, where rows have numbers; without it the rows are x, y and z of each
+    /// node, the nodes rising.
     pub map: Option<&'a [Unknown]>,
-    /// Length of the unit of length \[m\]; forces are in newtons, times in seconds, so that millimetres go with tonnes.
+    /// Length of the unit of length \[m\]; forces are in newtons, times in seconds, so that
+    /// millimetres go with tonnes.
     pub unit: f64,
     /// Markers with the nodes that they follow.
     pub markers: &'a [(String, Vec<u64>)],
@@ -235,7 +237,8 @@ fn sparse(
             .ok_or(AssemblyFault::Row { matrix: name, row: *row, n, source_of }),
         Row::Unknown { node, component } => Ok(Unknown { node: *node, component: *component }),
     };
-    // Energies are u K u: a displacement in the file's unit is 1/unit of one in metres, forces in newtons make newtons times units.
+    // Energies are u K u: a displacement in the file's unit is 1/unit of one in metres, forces in
+    // newtons make newtons times units.
     let factor = |u: Unknown| if u.component < 3 { 1.0 / unit } else { 1.0 };
     let mut entries = Vec::with_capacity(matrix.entries.len());
     for (i, j, value) in &matrix.entries {

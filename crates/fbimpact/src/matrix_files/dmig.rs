@@ -1,7 +1,7 @@
 //! Nastran's `DMIG` in punch files: fields of eight characters, with `*` of sixteen.
 //!
-//! A header `DMIG NAME 0 IFO TIN TOUT …`, then for each column `DMIG NAME GJ CJ - G1 C1 A1 …` and continuations of `Gi Ci Ai`. `IFO` 6 is
-//! symmetric, 1 square.
+//! A header `DMIG NAME 0 IFO TIN TOUT …`, then for each column `DMIG NAME GJ CJ - G1 C1 A1 …` and
+//! continuations of `Gi Ci Ai`. `IFO` 6 is symmetric, 1 square.
 
 use super::fault::{MatrixError, MatrixFault};
 use super::matrix::{Matrix, Row};

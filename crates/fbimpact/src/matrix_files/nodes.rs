@@ -9,7 +9,8 @@ use super::words::{Words, component, number, real};
 /// Nodes with their positions.
 pub type NodeTable = BTreeMap<u64, [f64; 3]>;
 
-/// Reads nodes: lines of number, x, y and z with commas or spaces between them, alone or in the section `*NODE` of an input file.
+/// Reads nodes: lines of number, x, y and z with commas or spaces between them, alone or in the
+/// section `*NODE` of an input file.
 ///
 /// # Errors
 /// [`MatrixError`] with the line.
@@ -48,7 +49,8 @@ pub fn read_nodes(text: &str) -> Result<NodeTable, MatrixError> {
     Ok(nodes)
 }
 
-/// Reads the order of unknowns: a line `node.component` (CalculiX), or node and component with a comma or spaces between them, for each row.
+/// Reads the order of unknowns: a line `node.component` (CalculiX), or node and component with a
+/// comma or spaces between them, for each row.
 ///
 /// # Errors
 /// [`MatrixError`] with the line.

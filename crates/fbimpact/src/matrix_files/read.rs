@@ -6,8 +6,9 @@ use super::{dmig, entries};
 
 /// Reads a matrix; `name` is that of the matrix in files that have several.
 ///
-/// Matrix Market (`coordinate real`, `general` or `symmetric`); Abaqus' `matrix input` (node, component, node, component, value) and
-/// `coordinate` (row, column, value), which CalculiX writes too; Nastran's `DMIG` in the fields of bulk data, small or large.
+/// Matrix Market (`coordinate real`, `general` or `symmetric`); Abaqus' `matrix input` (node,
+/// component, node, component, value) and `coordinate` (row, column, value), which CalculiX writes
+/// too; Nastran's `DMIG` in the fields of bulk data, small or large.
 ///
 /// # Errors
 /// [`MatrixError`] with the line.

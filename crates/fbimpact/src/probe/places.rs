@@ -9,7 +9,8 @@ use crate::error::{AppError, CommandFault, PlaceFault};
 use crate::scenario::FileBody;
 use crate::scenario::body_places::GivenPlace;
 
-/// Coordinates of a point in the components of a body's model, as given: `X,Y,Z`, `X,Y` or `R,Z` \[m\].
+/// Coordinates of a point in the components of a body's model, as given: `X,Y,Z`, `X,Y` or `R,Z`
+/// \[m\].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coordinates {
     values: Vec<f64>,
@@ -100,7 +101,8 @@ impl WantedPoint {
         CommandFault::Place { option, given, fault: Box::new(fault.into()) }.into()
     }
 
-    /// The point on body `number` of `model`, which `body` has the places of, with strain and stress if the body has any there.
+    /// The point on body `number` of `model`, which `body` has the places of, with strain and
+    /// stress if the body has any there.
     ///
     /// # Errors
     /// [`AppError::Command`] if there is no such place.

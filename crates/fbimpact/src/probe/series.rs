@@ -145,8 +145,8 @@ impl<'a> Probe<'a> {
         Ok(self.rebuilt.model.observed.points.iter().enumerate().map(series).collect())
     }
 
-    /// What the run would have recorded of the points at the instants `range`. Instants before it in the same phase tell the velocity of the
-    /// local deformation (theory Eq. Q.6).
+    /// What the run would have recorded of the points at the instants `range`. Instants before it
+    /// in the same phase tell the velocity of the local deformation (theory Eq. Q.6).
     fn samples(&mut self, range: Range<usize>) -> Result<Vec<Vec<PointSample>>, AppError> {
         let is_of_phase = |i: usize, other: usize| self.phase_of[i] == self.phase_of[other];
         let begin = (range.start.saturating_sub(2)..=range.start).find(|i| is_of_phase(*i, range.start));

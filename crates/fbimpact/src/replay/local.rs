@@ -1,7 +1,8 @@
 //! The quasistatic displacement of contact zones, which no coordinate of the result holds.
 //!
-//! The contact problem is solved again at the stored state; it depends on nothing else. Zones that were refined for their contact
-//! before the run are part of the bodies' models; fine models that the program made during the run are built again.
+//! The contact problem is solved again at the stored state; it depends on nothing else. Zones that
+//! were refined for their contact before the run are part of the bodies' models; fine models that
+//! the program made during the run are built again.
 
 use adaptive::impact::AdaptiveContact;
 use adaptive::model::{ContactModel, RunModel};
@@ -12,7 +13,8 @@ use super::states::{BodyMotion, ContactSeries};
 use super::zones::RefinedZones;
 use crate::error::AppError;
 
-/// Relative deviation of the force from the stored one beyond which a contact problem counts as another one.
+/// Relative deviation of the force from the stored one beyond which a contact problem counts as
+/// another one.
 const SAME_FORCE: f64 = 1e-3;
 
 /// Contacts whose zones can be solved again.
@@ -49,7 +51,8 @@ pub struct ZoneForces {
 }
 
 impl<View> LocalContacts<View> {
-    /// Contacts of `model` that act on quasistatic zones without friction, with what the result holds of them.
+    /// Contacts of `model` that act on quasistatic zones without friction, with what the result
+    /// holds of them.
     pub fn new(
         model: &RunModel,
         stored: impl Fn(&str) -> Option<ContactSeries>,
@@ -142,7 +145,8 @@ fn add_to_own(model: &RunModel, contact: usize, sums: &mut [Vec<f64>]) {
     }
 }
 
-/// Forces of the last evaluation of contact `contact` on the interface of `residual`, a model of `body`.
+/// Forces of the last evaluation of contact `contact` on the interface of `residual`, a model of
+/// `body`.
 fn forces_on(model: &RunModel, contact: usize, body: usize, residual: &ResidualFlexibility) -> Vec<f64> {
     let mut forces = vec![0.0; residual.interface().len()];
     model.system.forces()[contact].contact.interface_force(body, &mut forces);

@@ -10,10 +10,12 @@ use super::zones::{MakeView, RefinedZones};
 use crate::error::AppError;
 use crate::simulate::build;
 
-/// Relative deviation of eigenfrequencies between the run and the model built again that rounding explains.
+/// Relative deviation of eigenfrequencies between the run and the model built again that rounding
+/// explains.
 const SAME_FREQUENCY: f64 = 1e-6;
 
-/// Models of a result with the motion of its bodies and its contacts; `View` is what is made of each fine model.
+/// Models of a result with the motion of its bodies and its contacts; `View` is what is made of
+/// each fine model.
 pub struct Rebuilt<View> {
     /// The models.
     pub model: RunModel,

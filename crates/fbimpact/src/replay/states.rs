@@ -74,7 +74,8 @@ impl States {
         let text = scenario_text(&file).map_err(fail)?;
         let source: Option<hdf5::types::VarLenUnicode> =
             file.dataset("scenario").and_then(|d| d.attr("file")?.read_scalar()).ok();
-        // Body files are sought beside the scenario; where it is gone, as in results that were moved, beside the result.
+        // Body files are sought beside the scenario; where it is gone, as in results that were
+        // moved, beside the result.
         let named = source.map(|s| PathBuf::from(s.as_str())).filter(|source| source.exists());
         let source = named.unwrap_or_else(|| path.with_extension("toml"));
         let scenario = scenario::parse(&source, text.as_bytes(), &[])?;

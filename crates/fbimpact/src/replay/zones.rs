@@ -14,7 +14,8 @@ pub struct Span {
     pub contact: String,
     /// Where they lay: on the contact body, on the target.
     pub sites: [Option<ZoneSite>; 2],
-    /// How far a zone on a smooth surface in place of the sides of a mesh was moved along its normal \[m\].
+    /// How far a zone on a smooth surface in place of the sides of a mesh was moved along its
+    /// normal \[m\].
     pub offset: f64,
     /// When they came \[s\].
     pub from: f64,
@@ -22,7 +23,8 @@ pub struct Span {
     pub to: f64,
 }
 
-/// Makes a view of a fine model: from the model of the run, the number of the body, and the fine model.
+/// Makes a view of a fine model: from the model of the run, the number of the body, and the fine
+/// model.
 pub type MakeView<View> = Box<dyn Fn(&RunModel, usize, &ZoneModel) -> Result<View, AppError>>;
 
 /// A fine model of a body, with the view that was made of it.
@@ -56,8 +58,8 @@ impl<View> RefinedZones<View> {
         Self { spans, make, present: Vec::new() }
     }
 
-    /// Puts the fine models that contact `contact` had at time `time` into `model`; false if it had none, or none that can be
-    /// built again.
+    /// Puts the fine models that contact `contact` had at time `time` into `model`; false if it had
+    /// none, or none that can be built again.
     ///
     /// # Errors
     /// [`AppError::Model`] if they cannot be built.

@@ -20,7 +20,8 @@ use crate::error::AppError;
 const DIVISIONS: usize = 6;
 /// Bits of ordinates.
 const BITS: u32 = 16;
-/// Parts of a curve of a drawing that are told apart: what stands where there are no scripts, and on paper.
+/// Parts of a curve of a drawing that are told apart: what stands where there are no scripts, and
+/// on paper.
 const COLUMNS: usize = 220;
 /// Name of the blob.
 const BLOB: &str = "charts";

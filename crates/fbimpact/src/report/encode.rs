@@ -1,4 +1,5 @@
-//! Numbers of a report as text: quantised, the differences sorted into planes of bytes, deflated, in base64.
+//! Numbers of a report as text: quantised, the differences sorted into planes of bytes, deflated,
+//! in base64.
 
 use miniz_oxide::deflate::compress_to_vec;
 use serde::Serialize;
@@ -14,7 +15,8 @@ const EFFORT: u8 = 9;
 pub enum Coding {
     /// One after the other.
     Plain,
-    /// Component by component the difference from the one before, zigzag; the lowest bytes of all first, the highest last.
+    /// Component by component the difference from the one before, zigzag; the lowest bytes of all
+    /// first, the highest last.
     DeltaPlanes,
 }
 
@@ -76,13 +78,15 @@ impl Blob {
         Self { name, bytes: Vec::new() }
     }
 
-    /// Appends values, `components` a row, as multiples of a step of which `2^(bits - 1) - 1` reach the largest of them; up to 16 bits.
+    /// Appends values, `components` a row, as multiples of a step of which `2^(bits - 1) - 1` reach
+    /// the largest of them; up to 16 bits.
     pub fn quantised(&mut self, values: &[f64], components: usize, bits: u32) -> Array {
         let largest = values.iter().filter(|x| x.is_finite()).fold(0.0_f64, |most, x| most.max(x.abs()));
         self.steps(values, components, (0.0, largest), bits)
     }
 
-    /// Appends `values` in steps about the middle of their range: more exact than from zero where they change little.
+    /// Appends `values` in steps about the middle of their range: more exact than from zero where
+    /// they change little.
     pub fn quantised_range(&mut self, values: &[f64], bits: u32) -> Array {
         let finite = values.iter().copied().filter(|x| x.is_finite());
         let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
@@ -110,7 +114,8 @@ impl Blob {
         Array { scale, zero, ..self.array(offset, (values.len(), components), Kind::I16, coding) }
     }
 
-    /// Appends values as multiples of a step of which 2^31 reach from the lowest to the highest, for instants of time.
+    /// Appends values as multiples of a step of which 2^31 reach from the lowest to the highest,
+    /// for instants of time.
     pub fn finely(&mut self, values: &[f64]) -> Array {
         let finite = values.iter().copied().filter(|x| x.is_finite());
         let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));

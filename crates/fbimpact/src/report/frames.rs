@@ -3,8 +3,8 @@
 /// States at most.
 pub const MOST: usize = 600;
 
-/// Numbers of the stored states to be shown, at most `most`: all of short phases, evenly spaced ones of long phases, with `always` among them
-/// and the first and last of every phase.
+/// Numbers of the stored states to be shown, at most `most`: all of short phases, evenly spaced
+/// ones of long phases, with `always` among them and the first and last of every phase.
 pub fn chosen(phases: &[u32], always: &[usize], most: usize) -> Vec<usize> {
     let n = phases.len();
     let mut spans: Vec<(usize, usize)> = Vec::new();

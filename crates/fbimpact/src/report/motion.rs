@@ -30,7 +30,8 @@ const POSITION_BITS: u32 = 16;
 const COORDINATE_BITS: u32 = 16;
 /// Shapes that are added at a time.
 const STEP: usize = 2;
-/// The error of a number of shapes is found at each of so many states first, and at all of them if it is small there.
+/// The error of a number of shapes is found at each of so many states first, and at all of them if
+/// it is small there.
 const LOOK: usize = 16;
 
 /// How fine motion is stored.
@@ -215,7 +216,8 @@ impl MovingBody {
         Ok(body)
     }
 
-    /// Largest speed of the vertices, with that of the frame \[m/s\]; a bound, as the rate of the displacement counts in full.
+    /// Largest speed of the vertices, with that of the frame \[m/s\]; a bound, as the rate of the
+    /// displacement counts in full.
     fn largest_speed(&self) -> f64 {
         let rigid = |pose: &Pose| {
             let velocity = pose.rotation.transpose() * pose.velocity;
@@ -226,7 +228,8 @@ impl MovingBody {
         self.poses.par_iter().map(rigid).reduce(|| 0.0, f64::max) + self.sizes.rate
     }
 
-    /// Takes up the stress at the vertices as `drawn` has it, if it is on a fine model or with what a contact zone adds.
+    /// Takes up the stress at the vertices as `drawn` has it, if it is on a fine model or with what
+    /// a contact zone adds.
     fn add_still(&mut self, drawn: &Drawn<'_>, frame: usize) -> Result<(), AppError> {
         let grid = drawn.grid(&at_origin(), UNDEFORMED)?;
         if grid.stress.is_empty() {

@@ -1,4 +1,5 @@
-//! Fewer shapes for the motion of a body: the proper orthogonal decomposition of what was stored, in the norm of displacement and stress.
+//! Fewer shapes for the motion of a body: the proper orthogonal decomposition of what was stored,
+//! in the norm of displacement and stress.
 
 use faer::{Mat, MatRef};
 use iga_core::elasticity::kinematics::von_mises;
@@ -97,8 +98,9 @@ impl Shapes {
         found
     }
 
-    /// The best combinations of the shapes for the stored motion, the most important first: as many as there are shapes with an effect. `speed` is
-    /// the largest of the body [m/s], which errors of the rate are compared with.
+    /// The best combinations of the shapes for the stored motion, the most important first: as many
+    /// as there are shapes with an effect. `speed` is the largest of the body [m/s], which errors
+    /// of the rate are compared with.
     pub fn ordered(&self, sizes: &Sizes, speed: f64) -> Self {
         let r = self.displacement.ncols();
         let by = |shapes: &Mat<f64>, size: f64| {

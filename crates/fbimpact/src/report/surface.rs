@@ -69,8 +69,8 @@ fn cell_kind(kind: u8) -> Option<CellKind> {
 }
 
 impl Surface {
-    /// The surface of `grid`, its points as the undeformed body has them; with `is_revolved` the lines around a section that do not lie on
-    /// the axis z.
+    /// The surface of `grid`, its points as the undeformed body has them; with `is_revolved` the
+    /// lines around a section that do not lie on the axis z.
     pub fn new(grid: &Grid, is_revolved: bool) -> Self {
         let (vertex_of, n) = merged(&grid.points);
         let mut sides =
@@ -118,7 +118,8 @@ impl Surface {
 struct Sides<'a> {
     points: &'a [[f64; 3]],
     vertex_of: &'a [u32],
-    /// By sorted corners: the parts that it is cut into, when it came; no parts once a second cell has it.
+    /// By sorted corners: the parts that it is cut into, when it came; no parts once a second cell
+    /// has it.
     found: HashMap<Vec<u32>, (usize, Vec<u32>)>,
     order: usize,
 }
@@ -200,7 +201,8 @@ fn with_middles(corners: &[u32], middles: &[u32]) -> Vec<u32> {
     (0..n).flat_map(at_corner).chain(fan(middles)).collect()
 }
 
-/// The surface of `parts`, its vertices in the order in which they are met; parts without extent are left out.
+/// The surface of `parts`, its vertices in the order in which they are met; parts without extent
+/// are left out.
 fn numbered(parts: &[u32], (vertex_of, n): (&[u32], usize), corners: usize) -> Surface {
     let mut number = vec![u32::MAX; n];
     let mut kept = Vec::with_capacity(parts.len());
@@ -225,7 +227,8 @@ fn numbered(parts: &[u32], (vertex_of, n): (&[u32], usize), corners: usize) -> S
     Surface { sources, parts: kept, corners }
 }
 
-/// For each point the number of its vertex, and how many there are: points that lie within round-off are one.
+/// For each point the number of its vertex, and how many there are: points that lie within
+/// round-off are one.
 fn merged(points: &[[f64; 3]]) -> (Vec<u32>, usize) {
     let all = || points.iter().map(|p| Vector3::from(*p));
     let none = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));

@@ -1,4 +1,5 @@
-//! Which time series a result file has: path, unit, description, and where each comes from in a sample.
+//! Which time series a result file has: path, unit, description, and where each comes from in a
+//! sample.
 
 use adaptive::record::{Sample, Timings};
 use hdf5::{Dataset, Group, H5Type, Result};
@@ -328,8 +329,9 @@ impl<T: H5Type + Copy> Column<T> {
         Ok(Self { series, index, extract: d.extract })
     }
 
-    /// Creates the dataset and attaches its scales; `own` is the scale of elastic coordinates (the body's eigenfrequencies),
-    /// of joint coordinates or of tensors (the names of their components), if there are any.
+    /// Creates the dataset and attaches its scales; `own` is the scale of elastic coordinates (the
+    /// body's eigenfrequencies), of joint coordinates or of tensors (the names of their
+    /// components), if there are any.
     pub fn create(
         group: &Group,
         d: &Declaration<T>,
@@ -361,7 +363,8 @@ impl<T: H5Type + Copy> Column<T> {
         row.extend(&self.series.buffer[start..]);
     }
 
-    /// Buffers the row in front of `row` and takes it from there; false if there are too few values.
+    /// Buffers the row in front of `row` and takes it from there; false if there are too few
+    /// values.
     pub fn push_row(&mut self, row: &mut &[T]) -> bool {
         let Some((own, rest)) = row.split_at_checked(self.series.width()) else { return false };
         self.series.buffer.extend(own);

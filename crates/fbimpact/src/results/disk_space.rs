@@ -1,8 +1,9 @@
 //! Space on the disk that is there before HDF5 needs it.
 //!
-//! HDF5 flushes its metadata piece by piece. Where the disk fills up half-way, old and new pieces contradict each other and nothing can
-//! be read any more. So zeros are written behind the end of the file first: if that fails, the file is still that of the
-//! last flush, and if it succeeds, the flush cannot fail for want of space.
+//! HDF5 flushes its metadata piece by piece. Where the disk fills up half-way, old and new pieces
+//! contradict each other and nothing can be read any more. So zeros are written behind the end of
+//! the file first: if that fails, the file is still that of the last flush, and if it succeeds, the
+//! flush cannot fail for want of space.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Seek, SeekFrom, Write};
@@ -12,7 +13,8 @@ use std::path::Path;
 const BLOCK: usize = 1 << 16;
 /// What the file itself, its tables and texts may take between two flushes.
 const ROOM: u64 = 1 << 17;
-/// What a dataset may take besides its chunks: two nodes of the tree that finds them (2.6 kB each) and its header.
+/// What a dataset may take besides its chunks: two nodes of the tree that finds them (2.6 kB each)
+/// and its header.
 pub const BYTES_OF_DATASET: u64 = 1 << 13;
 
 /// Zeros behind the end of a file.
@@ -29,7 +31,8 @@ impl DiskSpace {
         Ok(Self { file, until: 0 })
     }
 
-    /// Makes sure that the file can grow by `bytes` and some beyond `end`, where HDF5 puts what comes next.
+    /// Makes sure that the file can grow by `bytes` and some beyond `end`, where HDF5 puts what
+    /// comes next.
     pub fn reserve(&mut self, end: u64, bytes: u64) -> io::Result<()> {
         let wanted = end + bytes + ROOM;
         let mut at = self.until.max(end);

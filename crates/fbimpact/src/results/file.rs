@@ -1,7 +1,8 @@
 //! Which file a run writes: `<output>.part` while it goes on, the final name when it is done.
 //!
-//! The part file is held by an advisory lock, so that two runs never write one file, and so that the part file of a
-//! process that died is recognised. An existing output is replaced only by a complete run, or with `--force`.
+//! The part file is held by an advisory lock, so that two runs never write one file, and so that
+//! the part file of a process that died is recognised. An existing output is replaced only by a
+//! complete run, or with `--force`.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
@@ -84,9 +85,8 @@ impl OutputFile {
         &self.part
     }
 
-    /// Gives the file its final name, unless it is incomplete and would replace an earlier result without force; only
-    /// interrupted runs keep their restart file.
-    /// Returns where the data are.
+    /// Gives the file its final name, unless it is incomplete and would replace an earlier result
+    /// without force; only interrupted runs keep their restart file. Returns where the data are.
     ///
     /// # Errors
     /// [`AppError::Io`] if the file cannot be renamed.
@@ -102,7 +102,8 @@ impl OutputFile {
             let target = self.target.display();
             AppError::io(&self.part, format!("cannot be given its final name {target}: {source}"))
         })?;
-        // Not before: a process that dies here leaves a result with its name. What failed once would fail again.
+        // Not before: a process that dies here leaves a result with its name. What failed once
+        // would fail again.
         if status != Status::Interrupted {
             self.remove_restart();
         }
@@ -132,7 +133,8 @@ fn beside(target: &Path, ending: &str) -> PathBuf {
     target.with_file_name(name)
 }
 
-/// The file that `target` is a link to, also one that does not exist yet; `target` itself if it is none.
+/// The file that `target` is a link to, also one that does not exist yet; `target` itself if it is
+/// none.
 ///
 /// # Errors
 /// [`AppError::Io`] if links lead in a circle.
@@ -174,8 +176,8 @@ fn is_result(path: &Path) -> bool {
     open().is_some_and(|format| format.as_str() == FORMAT)
 }
 
-/// How often a lock that is taken is tried, 20 ms apart: a process that another thread is about to start holds copies of all
-/// open files, and so of their locks, until it runs its own program.
+/// How often a lock that is taken is tried, 20 ms apart: a process that another thread is about to
+/// start holds copies of all open files, and so of their locks, until it runs its own program.
 const LOCK_TRIES: u32 = 10;
 
 fn try_lock(file: &File) -> Result<(), TryLockError> {
@@ -190,7 +192,8 @@ fn try_lock(file: &File) -> Result<(), TryLockError> {
 
 fn lock(part: &Path) -> Result<File, AppError> {
     let fail = |e: std::io::Error| AppError::system(part, Access::Write, e);
-    // Another run may rename its part file between our opening and locking it: then we hold the wrong file, try again.
+    // Another run may rename its part file between our opening and locking it: then we hold the
+    // wrong file, try again.
     for _ in 0..10 {
         let file = OpenOptions::new()
             .read(true)

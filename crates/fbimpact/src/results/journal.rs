@@ -1,8 +1,10 @@
-//! The restart file of a run, `<output>.restart`: everything reported so far, and states from which the run can be taken up.
+//! The restart file of a run, `<output>.restart`: everything reported so far, and states from which
+//! the run can be taken up.
 //!
-//! Records are appended and never changed, each in the encoding of postcard with its length before and a checksum behind it:
-//! whenever the process dies, and whatever that does to the HDF5 file, the records up to the last restart point are whole. A run that is
-//! taken up writes its HDF5 file anew from them.
+//! Records are appended and never changed, each in the encoding of postcard with its length before
+//! and a checksum behind it: whenever the process dies, and whatever that does to the HDF5 file,
+//! the records up to the last restart point are whole. A run that is taken up writes its HDF5 file
+//! anew from them.
 
 use std::fs::{File, OpenOptions};
 use std::io::{BufReader, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
@@ -64,7 +66,8 @@ impl Header {
 pub enum Entry {
     /// What the run was started from; comes first.
     Header(Header),
-    /// How many numbers each row of every series has: of series of floating-point numbers, then of series of counts.
+    /// How many numbers each row of every series has: of series of floating-point numbers, then of
+    /// series of counts.
     Layout(Vec<u64>),
     /// A row of all series.
     Row(Row),
@@ -107,7 +110,8 @@ impl Journal {
         Self { writer: BufWriter::with_capacity(BUFFER, file), payload: Vec::new() }
     }
 
-    /// Creates the file `path`, or replaces it; it is there with its header or not at all, whenever the process is killed.
+    /// Creates the file `path`, or replaces it; it is there with its header or not at all, whenever
+    /// the process is killed.
     ///
     /// # Errors
     /// [`FileError`] if it cannot be written.
@@ -126,7 +130,8 @@ impl Journal {
         Ok(created.expect("what was written was created"))
     }
 
-    /// Opens the file `path` to go on behind its first `length` bytes; what comes after them is lost.
+    /// Opens the file `path` to go on behind its first `length` bytes; what comes after them is
+    /// lost.
     ///
     /// # Errors
     /// [`FileError`] if it cannot be written.
@@ -162,7 +167,8 @@ impl Journal {
     }
 }
 
-/// FNV-1a, on words of eight bytes for speed: it guards against records cut short and disks that lie, not against people.
+/// FNV-1a, on words of eight bytes for speed: it guards against records cut short and disks that
+/// lie, not against people.
 fn checksum(payload: &[u8]) -> u64 {
     const PRIME: u64 = 0x0000_0100_0000_01b3;
     const OFFSET: u64 = 0xcbf2_9ce4_8422_2325;
@@ -308,7 +314,8 @@ pub fn read(path: &Path) -> Result<Restart, FileError> {
             _ => {}
         }
     }
-    // Without a restart point there is nothing between the header and the marks of those who found none.
+    // Without a restart point there is nothing between the header and the marks of those who found
+    // none.
     if restart.point.is_none() {
         restart.resumptions = resumptions;
     }

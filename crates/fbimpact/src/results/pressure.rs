@@ -1,4 +1,5 @@
-//! Contact pressure: the points that carry force at each stored instant, one list per contact, and where they lie.
+//! Contact pressure: the points that carry force at each stored instant, one list per contact, and
+//! where they lie.
 
 use std::collections::HashMap;
 

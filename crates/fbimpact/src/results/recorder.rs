@@ -94,7 +94,8 @@ impl Recorder {
         Ok(recorder)
     }
 
-    /// Runs one operation on the file, which is closed after a failure; what was flushed stays readable.
+    /// Runs one operation on the file, which is closed after a failure; what was flushed stays
+    /// readable.
     fn with(&mut self, action: impl FnOnce(&mut Open) -> Recorded<()>) -> Result<(), Arc<RecordingFault>> {
         let begin = Instant::now();
         let Some(mut open) = self.open.take() else {
@@ -202,7 +203,8 @@ impl Recorder {
         self.with(|open| open.record(&Entry::Warning(warning.clone())))
     }
 
-    /// Stores stresses along a line; a later record of the same name takes the place of an earlier one.
+    /// Stores stresses along a line; a later record of the same name takes the place of an earlier
+    /// one.
     ///
     /// # Errors
     /// [`RecordingFault`] if the file cannot be written.

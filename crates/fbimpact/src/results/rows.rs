@@ -93,8 +93,9 @@ pub fn transfer(r: &TransferRecord, contact: &str) -> Result<TransferRow> {
     })
 }
 
-/// Where the fine models of the contact body and of the target lie, as far as any came. Columns that a result of an earlier
-/// version does not have are zero: no model has an interval without width. Those of the whole surface are infinite.
+/// Where the fine models of the contact body and of the target lie, as far as any came. Columns
+/// that a result of an earlier version does not have are zero: no model has an interval without
+/// width. Those of the whole surface are infinite.
 pub fn sites(row: &TransferRow) -> [Option<ZoneSite>; 2] {
     let size = ZoneSize::of_result(row.interval_widths);
     let own = (row.face, row.centre, met(row));

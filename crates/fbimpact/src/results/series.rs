@@ -25,7 +25,8 @@ impl<T: H5Type + Copy> Series<T> {
     /// Creates the dataset `name` in `group`; `width` is `None` for a one-dimensional dataset.
     pub fn create(group: &Group, name: &str, width: Option<usize>, compression: Compression) -> Result<Self> {
         let builder = group.new_dataset::<T>();
-        // Rows come in order: two chunks a column of chunks are enough, the default of a megabyte adds up.
+        // Rows come in order: two chunks a column of chunks are enough, the default of a megabyte
+        // adds up.
         let chunk_bytes = ROWS * width.unwrap_or(1).max(1) * size_of::<T>();
         let builder = builder.chunk_cache(101, 2 * chunk_bytes, 1.0);
         let builder = match compression {
@@ -44,7 +45,8 @@ impl<T: H5Type + Copy> Series<T> {
         &self.dataset
     }
 
-    /// Bytes on the disk that writing a full buffer may take: a new row of chunks after one that is begun, and the tree.
+    /// Bytes on the disk that writing a full buffer may take: a new row of chunks after one that is
+    /// begun, and the tree.
     pub fn bytes_needed(&self) -> u64 {
         let chunks = self.width.unwrap_or(1).div_ceil(COLUMNS);
         let chunk = ROWS * self.width.unwrap_or(1).min(COLUMNS) * size_of::<T>();

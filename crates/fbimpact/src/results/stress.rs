@@ -21,7 +21,8 @@ pub fn tensor_scale(group: &Group, is_axisymmetric: bool) -> Result<Dataset> {
     component_scale(group, "component", &tensor_labels(is_axisymmetric), about)
 }
 
-/// Writes a record; one of the same name is replaced. `model` decides what the components are called.
+/// Writes a record; one of the same name is replaced. `model` decides what the components are
+/// called.
 pub fn write_stress(file: &File, record: &StressRecord, model: Option<Model>) -> Result<()> {
     let parent =
         if file.link_exists("stress") { file.group("stress")? } else { file.create_group("stress")? };

@@ -1,5 +1,5 @@
-//! Body files, meshes and files of splines that a scenario names: read once each, so that their markers, groups and models can be
-//! checked like keys.
+//! Body files, meshes and files of splines that a scenario names: read once each, so that their
+//! markers, groups and models can be checked like keys.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -30,7 +30,8 @@ struct Known {
     meshes: Vec<Arc<MeshSource>>,
 }
 
-/// Reads the files of all bodies with model "imported" or "mesh" and of shapes of splines, and writes their checksums beside them.
+/// Reads the files of all bodies with model "imported" or "mesh" and of shapes of splines, and
+/// writes their checksums beside them.
 pub fn read_all(checker: &mut Checker, root: &mut Section, directory: &Path) {
     let bodies = root.items.iter_mut().find(|item| item.name == "bodies");
     let Some(Checked::Named(bodies)) = bodies.map(|item| &mut item.value) else { return };
@@ -103,8 +104,8 @@ fn read_shape(checker: &mut Checker, body: &mut Section, directory: &Path) {
     });
 }
 
-/// Reads the file of one body, of the kind `what`, by `read`, which is given the unit of length and the path as it stands there, and says what
-/// is wrong unless it has reported it.
+/// Reads the file of one body, of the kind `what`, by `read`, which is given the unit of length and
+/// the path as it stands there, and says what is wrong unless it has reported it.
 fn read_one(
     checker: &mut Checker,
     body: &mut Section,

@@ -1,4 +1,5 @@
-//! Places on bodies that have names: points and parts of a shape, and those that the user has added.
+//! Places on bodies that have names: points and parts of a shape, and those that the user has
+//! added.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -50,7 +51,8 @@ pub enum PlaceError {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BodyPlaces {
     kind: PlacesOf,
-    /// Points by name of a body without shape, whose shape has them otherwise, in the components of the body's model \[m\].
+    /// Points by name of a body without shape, whose shape has them otherwise, in the components of
+    /// the body's model \[m\].
     points: BTreeMap<String, [f64; 3]>,
     /// Markers with an extent that the user has added.
     areas: BTreeMap<String, Area>,
@@ -172,7 +174,8 @@ impl BodyPlaces {
         }
     }
 
-    /// What is observed: the mean motion of a marker with an extent that the user has added, otherwise a point.
+    /// What is observed: the mean motion of a marker with an extent that the user has added,
+    /// otherwise a point.
     ///
     /// # Errors
     /// As [`BodyPlaces::point`].
@@ -189,7 +192,8 @@ impl BodyPlaces {
         }
     }
 
-    /// A single point, of a flexible body with a shape or a mesh one that lies in it, in the components of the body's model \[m\].
+    /// A single point, of a flexible body with a shape or a mesh one that lies in it, in the
+    /// components of the body's model \[m\].
     ///
     /// # Errors
     /// [`PlaceError`] for an unknown marker and for a point outside.
@@ -207,7 +211,8 @@ impl BodyPlaces {
         Ok(point)
     }
 
-    /// What is held: a part of the body, also under the names of the ends of bars; a point where the place has no extent.
+    /// What is held: a part of the body, also under the names of the ends of bars; a point where
+    /// the place has no extent.
     ///
     /// # Errors
     /// [`PlaceError`] for an unknown marker or face.
@@ -226,7 +231,8 @@ impl BodyPlaces {
         }
     }
 
-    /// The part `area` of a flexible body, of a rigid one its centre: that is how its mean motion is.
+    /// The part `area` of a flexible body, of a rigid one its centre: that is how its mean motion
+    /// is.
     fn part(&self, area: &Area) -> Place {
         if matches!(self.kind, PlacesOf::Rigid(_)) {
             Place::Point(area.centre)

@@ -1,4 +1,5 @@
-//! From checked tables to the specification of the run: what one key alone cannot tell, such as names that refer to others.
+//! From checked tables to the specification of the run: what one key alone cannot tell, such as
+//! names that refer to others.
 
 mod accuracy;
 mod places;
@@ -101,7 +102,8 @@ fn specified(joint: BuiltJoint<'_>) -> Option<(JointSpec, bool)> {
     Some((joint.spec?, joint.link.closes_loop))
 }
 
-/// Lets frames follow the joints whose children their bodies are, and bodies be rigid where joints and loads make them so.
+/// Lets frames follow the joints whose children their bodies are, and bodies be rigid where joints
+/// and loads make them so.
 fn take_from_joints(bodies: &mut BuiltBodies, joints: &[(JointSpec, bool)], loads: &[LoadSpec]) {
     let mut children: HashMap<usize, &Place> = HashMap::new();
     let mut held: HashMap<usize, Vec<&Place>> = HashMap::new();

@@ -1,4 +1,5 @@
-//! Checks a document against the key tables: unknown and missing keys, types, ranges. Collects every fault.
+//! Checks a document against the key tables: unknown and missing keys, types, ranges. Collects
+//! every fault.
 
 use std::borrow::Cow;
 

@@ -1,4 +1,5 @@
-//! Whether a key has a meaning where it stands: the conditions of its declaration, asked of the checked tables.
+//! Whether a key has a meaning where it stands: the conditions of its declaration, asked of the
+//! checked tables.
 
 use super::build::{ContactFacts, inboard_joint};
 use super::check::Checker;

@@ -1,4 +1,5 @@
-//! Quantities over time from text files: columns of numbers take the place of the lists of a table, so that the resolved scenario holds them.
+//! Quantities over time from text files: columns of numbers take the place of the lists of a table,
+//! so that the resolved scenario holds them.
 
 use std::io::Read;
 use std::path::Path;
@@ -93,8 +94,8 @@ fn cells(line: &str) -> Vec<&str> {
     }
 }
 
-/// Times and values of the columns `wanted`, by their names in the first line or by their numbers from 1; the first and the second one
-/// unless said otherwise.
+/// Times and values of the columns `wanted`, by their names in the first line or by their numbers
+/// from 1; the first and the second one unless said otherwise.
 fn columns(text: &str, wanted: &[Option<String>; 2]) -> Result<[Vec<f64>; 2], Fault> {
     let lines = text.lines().enumerate().map(|(n, line)| (n + 1, line.trim()));
     let mut lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#')).peekable();

@@ -1,5 +1,5 @@
-//! The language in which the key tables are written: one declaration a key, from which the reader, the JSON schema and
-//! the reference page `docs/scenario.md` all follow.
+//! The language in which the key tables are written: one declaration a key, from which the reader,
+//! the JSON schema and the reference page `docs/scenario.md` all follow.
 
 /// One key of a table.
 #[derive(Debug)]
@@ -16,7 +16,8 @@ pub struct Key {
     pub doc: &'static str,
     /// Whether `<name>_deg` in degrees may be given instead.
     pub degrees: bool,
-    /// What must hold, all of it, for the key to have a meaning. Beside it the key is a fault, and its default is not written.
+    /// What must hold, all of it, for the key to have a meaning. Beside it the key is a fault, and
+    /// its default is not written.
     pub when: &'static [Condition],
 }
 
@@ -60,7 +61,8 @@ impl Key {
 /// A condition under which a key has a meaning.
 #[derive(Debug, Clone, Copy)]
 pub struct Condition {
-    /// When it holds, in words that follow "has a meaning" and precede "only", such as `for bodies with model "rigid"`.
+    /// When it holds, in words that follow "has a meaning" and precede "only", such as
+    /// `for bodies with model "rigid"`.
     pub words: &'static str,
     /// What to give instead, or why; empty where the words say enough.
     pub remark: &'static str,
@@ -85,10 +87,12 @@ impl Condition {
     }
 }
 
-/// What a condition asks. Where an answer depends on a value at fault, the condition counts as holding: one fault is enough.
+/// What a condition asks. Where an answer depends on a value at fault, the condition counts as
+/// holding: one fault is enough.
 #[derive(Debug, Clone, Copy)]
 pub enum Test {
-    /// The key of the table, its default counted, has one of the values. `a.b` is key `b` of the subtable `a`.
+    /// The key of the table, its default counted, has one of the values. `a.b` is key `b` of the
+    /// subtable `a`.
     OneOf(&'static str, &'static [&'static str]),
     /// The key has none of the values, or is not there.
     NoneOf(&'static str, &'static [&'static str]),
@@ -236,7 +240,8 @@ pub struct Choice {
     pub name: &'static str,
     /// What it means.
     pub doc: &'static str,
-    /// Whether this version can run it; a name that is known but not supported gets its own message.
+    /// Whether this version can run it; a name that is known but not supported gets its own
+    /// message.
     pub supported: bool,
     /// What other programs call it, to lead on those who know them.
     pub elsewhere: &'static [&'static str],
@@ -276,7 +281,8 @@ pub trait Named: Copy + PartialEq + 'static {
     }
 }
 
-/// Gives every value of an enumeration its name in the scenario: one that is left out does not compile.
+/// Gives every value of an enumeration its name in the scenario: one that is left out does not
+/// compile.
 macro_rules! name_values {
     ($kind:ty { $($value:ident: $name:literal, $doc:expr $(, elsewhere $words:expr)?;)* }) => {
         impl $crate::scenario::keys::Named for $kind {

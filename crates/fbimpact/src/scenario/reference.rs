@@ -122,7 +122,8 @@ fn chapter(title: &str, doc: &str, keys: &[Key], path: &str, out: &mut String) {
     section(keys, path, out);
 }
 
-/// Keys of the part of a body that a joint, a load or a marker takes hold of, which stand once on the page.
+/// Keys of the part of a body that a joint, a load or a marker takes hold of, which stand once on
+/// the page.
 const PLACE: [&str; 5] = ["marker", "face", "point", "radius", "coupling"];
 
 /// Whether `keys` name such a part.

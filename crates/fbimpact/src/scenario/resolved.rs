@@ -35,7 +35,8 @@ fn table(scope: Scope<'_>, path: &str, out: &mut String) {
     }
 }
 
-/// The defaults of a search for a penalty factor, which depend on the contact model and the level of accuracy.
+/// The defaults of a search for a penalty factor, which depend on the contact model and the level
+/// of accuracy.
 fn penalty_defaults(scope: Scope<'_>) -> Vec<String> {
     let Scope { root, section, around, .. } = scope;
     let contact = around.filter(|_| section.path.ends_with(".penalty"));

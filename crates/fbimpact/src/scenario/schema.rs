@@ -1,4 +1,5 @@
-//! JSON schema (draft 2020-12) of the scenario file, from the key tables, so that editors complete and check it.
+//! JSON schema (draft 2020-12) of the scenario file, from the key tables, so that editors complete
+//! and check it.
 
 use serde_json::{Map, Value, json};
 
@@ -55,7 +56,8 @@ fn object(keys: &[Key], tag: Option<(&str, &Variant)>) -> Value {
     object
 }
 
-/// Forbids keys where their conditions do not hold, as far as the table itself shows it; keys with the same condition together.
+/// Forbids keys where their conditions do not hold, as far as the table itself shows it; keys with
+/// the same condition together.
 fn conditions(keys: &[Key]) -> Vec<Value> {
     let mut groups: Vec<(Value, Map<String, Value>)> = Vec::new();
     for key in keys {

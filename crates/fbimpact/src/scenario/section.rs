@@ -1,4 +1,5 @@
-//! A table after the check against its keys: defaults filled in, every value of the right type or marked as invalid.
+//! A table after the check against its keys: defaults filled in, every value of the right type or
+//! marked as invalid.
 
 use std::collections::HashMap;
 use std::ops::{Deref, DerefMut};
@@ -33,7 +34,8 @@ pub struct Item {
     pub origin: Origin,
     /// The value as written, for messages.
     pub shown: String,
-    /// Units of keys in which its numbers were given, by their places, where the unit of the key depends on another key.
+    /// Units of keys in which its numbers were given, by their places, where the unit of the key
+    /// depends on another key.
     pub units: Vec<(usize, &'static str)>,
     /// Whether the user gave it.
     pub given: bool,
@@ -121,7 +123,8 @@ pub enum Checked {
 }
 
 impl Checked {
-    /// The tables in it, with their names; the name of a single table and of those of an array is empty.
+    /// The tables in it, with their names; the name of a single table and of those of an array is
+    /// empty.
     pub fn subtables(&self) -> Vec<(&str, &Section)> {
         match self {
             Self::Table(section) => vec![("", section)],

@@ -1,4 +1,5 @@
-//! Bodies of splines of one's own: control nets in tables, and what can be said of such a body before it is built.
+//! Bodies of splines of one's own: control nets in tables, and what can be said of such a body
+//! before it is built.
 
 use ffr_dynamics::body::RigidMotion;
 use iga_core::knots::KnotVector;
@@ -23,7 +24,8 @@ fn n_patches(geometry: &Section) -> usize {
     of_file.unwrap_or_else(|| geometry.tables("patches").len()).max(1)
 }
 
-/// Names of the faces of the body whose geometry, of splines, is `geometry`: those of patches, interfaces among them, and the user's.
+/// Names of the faces of the body whose geometry, of splines, is `geometry`: those of patches,
+/// interfaces among them, and the user's.
 pub fn face_names(geometry: &Section, directions: usize) -> Vec<String> {
     let own = geometry.name_lists("faces").iter().map(|(name, _)| name.clone());
     let of_file = geometry.spline_file().into_iter().flat_map(|source| &source.given.faces);

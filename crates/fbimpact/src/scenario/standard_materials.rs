@@ -77,8 +77,8 @@ pub const STANDARD_MATERIALS: [StandardMaterial; 8] = [
     },
 ];
 
-/// Adds a table `[materials.NAME]` for every standard material that a body names and the scenario does not define; what `--set` has given of one
-/// stays.
+/// Adds a table `[materials.NAME]` for every standard material that a body names and the scenario
+/// does not define; what `--set` has given of one stays.
 pub fn fill(document: &mut Node) {
     let Value::Table(root) = &mut document.value else { return };
     let mut named = Vec::new();

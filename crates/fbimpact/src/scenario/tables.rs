@@ -1,4 +1,5 @@
-//! Every key of the scenario file: the one place where names, types, units, ranges, defaults and texts stand.
+//! Every key of the scenario file: the one place where names, types, units, ranges, defaults and
+//! texts stand.
 
 mod files;
 mod gear_tooth;

@@ -1,4 +1,5 @@
-//! The validated scenario: the specification of a run, and what belongs to the file that it came from.
+//! The validated scenario: the specification of a run, and what belongs to the file that it came
+//! from.
 
 use std::path::PathBuf;
 
@@ -14,11 +15,13 @@ pub struct Scenario {
     pub title: String,
     /// What is simulated. Of sizes that the program has yet to choose it has some that do.
     pub run: RunSpec,
-    /// Sizes that the program has yet to choose, one entry per body of the run (see [`crate::sizing`]).
+    /// Sizes that the program has yet to choose, one entry per body of the run (see
+    /// [`crate::sizing`]).
     pub wishes: Vec<SizeRequest>,
     /// Bodies in the order of the file, planes at rest among them.
     pub bodies: Vec<FileBody>,
-    /// Factor on the permitted errors of steps, which is in force in the settings of the run already.
+    /// Factor on the permitted errors of steps, which is in force in the settings of the run
+    /// already.
     pub tolerance_factor: f64,
     /// Compression of the result file.
     pub compression: Compression,
@@ -32,7 +35,8 @@ impl Scenario {
         self.bodies.iter().find(|body| body.name == name)
     }
 
-    /// Parts of body `name` that can be held, by name: markers with an extent and the faces of the shape; none of an unknown body.
+    /// Parts of body `name` that can be held, by name: markers with an extent and the faces of the
+    /// shape; none of an unknown body.
     pub fn areas(&self, name: &str) -> Vec<(String, Area)> {
         self.body(name).map(|body| body.places.areas()).unwrap_or_default()
     }
@@ -75,7 +79,8 @@ pub struct Source {
     pub path: PathBuf,
     /// SHA-256 of the file as read, in hexadecimal.
     pub sha256: String,
-    /// The scenario with overrides applied and defaults filled in, as TOML that reads back to the same scenario.
+    /// The scenario with overrides applied and defaults filled in, as TOML that reads back to the
+    /// same scenario.
     pub resolved: String,
 }
 

@@ -32,7 +32,8 @@ const UNITS: &[Units] = &[
     &[("N/m³", 1.0), ("N/m3", 1.0), ("N/mm³", 1e9), ("N/mm3", 1e9)],
 ];
 
-/// Units of quantities along a displacement and of the same about an axis, where a key has either by the coordinate that it is of.
+/// Units of quantities along a displacement and of the same about an axis, where a key has either
+/// by the coordinate that it is of.
 const PAIRS: [(&str, &str); 6] = [
     ("m", "rad"),
     ("m/s", "rad/s"),
@@ -47,8 +48,8 @@ pub fn all() -> impl Iterator<Item = Vec<&'static str>> {
     UNITS.iter().map(|units| units.iter().map(|(name, _)| *name).collect())
 }
 
-/// Units in which a key with the unit `unit` may be given, its own first; none for numbers without unit. A key whose unit depends on another one has them
-/// all between commas, `m, rad`.
+/// Units in which a key with the unit `unit` may be given, its own first; none for numbers without
+/// unit. A key whose unit depends on another one has them all between commas, `m, rad`.
 pub fn of(unit: &str) -> Vec<(&'static str, f64)> {
     let lists = unit.split(", ").filter_map(|unit| UNITS.iter().find(|units| units[0].0 == unit));
     lists.flat_map(|units| units.iter().copied()).collect()
@@ -59,7 +60,8 @@ pub fn names(unit: &str) -> String {
     of(unit).iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
 }
 
-/// The unit of keys, such as `m`, in which each text in `node` counts, with its place; of keys alone whose unit depends on another one.
+/// The unit of keys, such as `m`, in which each text in `node` counts, with its place; of keys
+/// alone whose unit depends on another one.
 pub fn given(node: &Node, unit: &str) -> Vec<(usize, &'static str)> {
     if !unit.contains(", ") {
         return Vec::new();
@@ -77,7 +79,8 @@ pub fn given(node: &Node, unit: &str) -> Vec<(usize, &'static str)> {
     }
 }
 
-/// The unit in place of `unit`, one of keys, where the coordinate is an angle, or is none; nothing if it fits already.
+/// The unit in place of `unit`, one of keys, where the coordinate is an angle, or is none; nothing
+/// if it fits already.
 pub fn in_place_of(unit: &str, is_angle: bool) -> Option<&'static str> {
     PAIRS.iter().find_map(|(along, about)| match is_angle {
         true => (*along == unit).then_some(*about),
@@ -85,7 +88,8 @@ pub fn in_place_of(unit: &str, is_angle: bool) -> Option<&'static str> {
     })
 }
 
-/// The number and the unit of a text such as `10 mm` or `10mm`: a number, a space if anything but a known unit follows, and what follows.
+/// The number and the unit of a text such as `10 mm` or `10mm`: a number, a space if anything but a
+/// known unit follows, and what follows.
 fn split(text: &str) -> Option<(f64, &str)> {
     let text = text.trim();
     if let Some((number, unit)) = text.split_once(' ') {
@@ -97,7 +101,8 @@ fn split(text: &str) -> Option<(f64, &str)> {
     Some((number.parse().ok().filter(|_| is_known)?, unit))
 }
 
-/// `node` with texts that are numbers with a unit replaced by numbers in `unit`, in arrays too; `None` if nothing is to be replaced.
+/// `node` with texts that are numbers with a unit replaced by numbers in `unit`, in arrays too;
+/// `None` if nothing is to be replaced.
 ///
 /// # Errors
 /// What is wrong with the first text whose unit does not belong to `unit`.
@@ -148,7 +153,8 @@ mod tests {
 
     #[test]
     fn the_unit_of_every_key_is_one_or_has_none_beside_it() {
-        // A unit of a key is the first of its list: no list is found by a unit that is not the keys'.
+        // A unit of a key is the first of its list: no list is found by a unit that is not the
+        // keys'.
         for units in UNITS {
             assert_eq!(units[0].1.to_bits(), 1.0_f64.to_bits(), "{units:?}");
             let mut names: Vec<&str> = units.iter().map(|(name, _)| *name).collect();

@@ -119,8 +119,9 @@ impl Cell<'_> {
     }
 }
 
-/// Adds a material point to `grid`, with its displacement and velocity: `values` are its undeformed place, displacement and the
-/// rate of that in the components of a model with the rigid motions `motion`, on a node of an arc.
+/// Adds a material point to `grid`, with its displacement and velocity: `values` are its undeformed
+/// place, displacement and the rate of that in the components of a model with the rigid motions
+/// `motion`, on a node of an arc.
 pub fn placed(
     grid: &mut Grid,
     (pose, view): (&Pose, View),

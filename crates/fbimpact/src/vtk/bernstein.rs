@@ -3,7 +3,8 @@
 use faer::Mat;
 use iga_core::bernstein;
 
-/// Values of the Bernstein polynomials of degree `degree` at `points + 1` equally spaced points, a row for each point.
+/// Values of the Bernstein polynomials of degree `degree` at `points + 1` equally spaced points, a
+/// row for each point.
 pub fn values(degree: usize, points: usize) -> Mat<f64> {
     bernstein::values(degree, &inset_points(points, 0.0))
 }
@@ -22,7 +23,8 @@ fn inset_points(points: usize, inset: f64) -> Vec<f64> {
     (0..=points).map(|i| inset_point(i, points, inset)).collect()
 }
 
-/// Values at `points + 1` equally spaced points from values at as many that are inset: one polynomial goes through both.
+/// Values at `points + 1` equally spaced points from values at as many that are inset: one
+/// polynomial goes through both.
 pub fn extrapolation(points: usize, inset: f64) -> Mat<f64> {
     values(points, points) * bernstein::coefficients(&inset_points(points, inset))
 }

@@ -77,7 +77,8 @@ pub struct Drawn<'a> {
 }
 
 impl Bodies {
-    /// Builds the bodies called `wanted`, or all that have a shape, on so many threads, with the models that the cache has; notes name those that have none.
+    /// Builds the bodies called `wanted`, or all that have a shape, on so many threads, with the
+    /// models that the cache has; notes name those that have none.
     ///
     /// # Errors
     /// [`AppError::Command`] for a body that there is not and for a body without shape, [`AppError::Model`] if a body cannot be built,
@@ -126,8 +127,8 @@ impl Bodies {
         Ok(self.shown.iter().map(|body| self.drawn(body, &local[body.number], i)).collect())
     }
 
-    /// Body `body` of [`Self::shown`] displaced by the elastic coordinates `elastic` with the rates `rates` on its own elements, without what
-    /// contact zones add.
+    /// Body `body` of [`Self::shown`] displaced by the elastic coordinates `elastic` with the rates
+    /// `rates` on its own elements, without what contact zones add.
     pub fn displaced<'a>(&'a self, body: &'a Shown, elastic: &[f64], rates: &[f64]) -> Drawn<'a> {
         self.on_own_elements(body, (elastic, rates), &[])
     }
@@ -153,7 +154,8 @@ impl Bodies {
         self.on_own_elements(body, coordinates, &local.own)
     }
 
-    /// A body on its own elements, `local` what contact zones add to the displacement of its unknowns; empty: nothing.
+    /// A body on its own elements, `local` what contact zones add to the displacement of its
+    /// unknowns; empty: nothing.
     fn on_own_elements<'a>(
         &'a self,
         body: &'a Shown,
@@ -211,7 +213,8 @@ impl Drawn<'_> {
         })
     }
 
-    /// Functions that are not zero at an undeformed point of the body, in the model's components; none for a rigid body.
+    /// Functions that are not zero at an undeformed point of the body, in the model's components;
+    /// none for a rigid body.
     ///
     /// # Errors
     /// [`AppError::Model`] if the point is not on the body.
@@ -279,7 +282,8 @@ fn shape(
     Ok(shape_alone(of_file, cells)?.map(|geometry| ShownGeometry::Splines(Box::new(geometry))))
 }
 
-/// The exact shape of a body on the elements of its patches, without displacement or stress; none of a body without one.
+/// The exact shape of a body on the elements of its patches, without displacement or stress; none
+/// of a body without one.
 ///
 /// # Errors
 /// [`AppError::Model`] if its patches make no body.
@@ -292,7 +296,8 @@ pub fn shape_alone(of_file: &FileBody, cells: Cells) -> Result<Option<BodyGeomet
     Ok(Some(BodyGeometry::new(space, &shape.patches, motion, None, cells)))
 }
 
-/// A note on a body without shape, or an error if it was asked for by name. That a plane has no end is what everybody expects: no word of it.
+/// A note on a body without shape, or an error if it was asked for by name. That a plane has no end
+/// is what everybody expects: no word of it.
 fn without_shape(scenario: &Scenario, body: &FileBody, wanted: &[String]) -> Result<(), AppError> {
     let name = &body.name;
     let reason = match body.index.map(|index| &scenario.run.bodies[index].kind) {

@@ -15,8 +15,8 @@ use rayon::prelude::*;
 
 use super::bernstein::{coefficients, extrapolation, inset_point, values};
 
-/// Part of an element that samples of the stress keep from its ends, about as Gauss points do: on poles and singular lines
-/// gradients do not exist, and near them they are wrong.
+/// Part of an element that samples of the stress keep from its ends, about as Gauss points do: on
+/// poles and singular lines gradients do not exist, and near them they are wrong.
 const INSET: f64 = 0.1;
 
 /// Kind of cells.
@@ -24,7 +24,8 @@ const INSET: f64 = 0.1;
 pub enum Cells {
     /// Rational Bézier cells: nodes are control points, fields control values.
     Bezier,
-    /// Linear cells: nodes and fields are points and values of the body. Each element is cut into at least so many in each direction.
+    /// Linear cells: nodes and fields are points and values of the body. Each element is cut into
+    /// at least so many in each direction.
     Linear(usize),
 }
 
@@ -52,7 +53,8 @@ pub struct ElementFields {
     pub displacement: Vec<[f64; 3]>,
     /// Its rate [m/s].
     pub rate: Vec<[f64; 3]>,
-    /// Stress at points equally spaced in the parameters, one per node, components of the model \[Pa\]; empty for rigid bodies.
+    /// Stress at points equally spaced in the parameters, one per node, components of the model
+    /// \[Pa\]; empty for rigid bodies.
     pub stress: Vec<[f64; 6]>,
 }
 
@@ -106,7 +108,8 @@ impl BodyGeometry {
         self.space.n_functions() * self.motion.n_components()
     }
 
-    /// Fields of all elements for node-major control values of the displacement \[m\] and its rate [m/s].
+    /// Fields of all elements for node-major control values of the displacement \[m\] and its rate
+    /// [m/s].
     ///
     /// # Errors
     /// [`SplineError`] where the geometry is folded.
@@ -173,7 +176,8 @@ fn sampled(
     points.iter().map(&mut at).collect()
 }
 
-/// Control values of a rational field on a cell with `weights` from its values at equally spaced points.
+/// Control values of a rational field on a cell with `weights` from its values at equally spaced
+/// points.
 pub fn control_values<const N: usize>(
     degrees: &[usize],
     weights: &[f64],
@@ -197,8 +201,8 @@ struct Undeformed<'a> {
     cells: Cells,
 }
 
-/// Element `e` of a body: nodes and weights go through its points, for on one element all functions are rational
-/// of the degrees of its patch, with the weight function of the patch.
+/// Element `e` of a body: nodes and weights go through its points, for on one element all functions
+/// are rational of the degrees of its patch, with the weight function of the patch.
 fn element(body: &Undeformed<'_>, e: usize, workspace: &mut Workspace) -> Element {
     let place = body.space.element(e);
     let patch = &body.patches[place.patch];

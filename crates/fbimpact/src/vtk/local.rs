@@ -11,11 +11,13 @@ use crate::replay::zones::RefinedZones;
 pub struct LocalDisplacement {
     /// Displacement of the unknowns of its own model \[m\]; empty where there is none.
     pub own: Vec<f64>,
-    /// Displacement of the unknowns of a fine model \[m\], with the index of the contact that this belongs to.
+    /// Displacement of the unknowns of a fine model \[m\], with the index of the contact that this
+    /// belongs to.
     pub zone: Option<(usize, Vec<f64>)>,
 }
 
-/// Quasistatic displacement of each body by `forces`. Of several fine models of a body that of the largest force counts.
+/// Quasistatic displacement of each body by `forces`. Of several fine models of a body that of the
+/// largest force counts.
 pub fn displacements(
     model: &RunModel,
     zones: &RefinedZones<ZoneGeometry>,

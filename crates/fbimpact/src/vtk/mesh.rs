@@ -27,8 +27,9 @@ pub struct MeshGeometry {
 /// VTK's pyramid of 13 nodes.
 const QUADRATIC_PYRAMID: u8 = 27;
 
-/// VTK's type of a cell, and for each of its nodes the place in the element where the order differs. The pyramid with 14 nodes, which VTK does not have, is drawn without
-/// the middle of its base.
+/// VTK's type of a cell, and for each of its nodes the place in the element where the order
+/// differs. The pyramid with 14 nodes, which VTK does not have, is drawn without the middle of its
+/// base.
 fn cell(kind: ElementKind) -> (u8, Option<[usize; 27]>) {
     match kind {
         ElementKind::Tet4 => (10, None),
@@ -50,8 +51,8 @@ fn cell(kind: ElementKind) -> (u8, Option<[usize; 27]>) {
 }
 
 impl MeshGeometry {
-    /// The grid of the body in the deformation `deformation`, three values per node; stress is that of the nodes, averaged over
-    /// their elements.
+    /// The grid of the body in the deformation `deformation`, three values per node; stress is that
+    /// of the nodes, averaged over their elements.
     ///
     /// # Errors
     /// [`SplineError::Folded`] where an element is folded.

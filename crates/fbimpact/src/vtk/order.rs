@@ -1,6 +1,7 @@
 //! Order of nodes in cells of VTK (file version 2.2): corners, edges, faces, interior.
 
-/// `VTK_BEZIER_CURVE` is not needed: bodies have two or three directions. Cell types by number of directions.
+/// `VTK_BEZIER_CURVE` is not needed: bodies have two or three directions. Cell types by number of
+/// directions.
 pub const BEZIER: [u8; 2] = [77, 79]; // VTK_BEZIER_QUADRILATERAL, VTK_BEZIER_HEXAHEDRON
 /// Linear cells by number of directions.
 pub const LINEAR: [u8; 2] = [9, 12]; // VTK_QUAD, VTK_HEXAHEDRON
@@ -15,8 +16,8 @@ pub const VERTEX: u8 = 1; // VTK_VERTEX
 const CORNERS: [[usize; 3]; 8] =
     [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]];
 
-/// Nodes of a higher-order cell of the degrees `degrees` (two or three directions), each as its number in a net whose first
-/// direction runs fastest.
+/// Nodes of a higher-order cell of the degrees `degrees` (two or three directions), each as its
+/// number in a net whose first direction runs fastest.
 pub fn higher_order(degrees: &[usize]) -> Vec<usize> {
     let is_flat = degrees.len() == 2;
     let [p, q, r] = [degrees[0], degrees[1], if is_flat { 0 } else { degrees[2] }];
@@ -51,7 +52,8 @@ pub fn higher_order(degrees: &[usize]) -> Vec<usize> {
     nodes
 }
 
-/// Linear cells that fill a net with `cells` cells per direction, each as the numbers of its corners.
+/// Linear cells that fill a net with `cells` cells per direction, each as the numbers of its
+/// corners.
 pub fn linear(cells: &[usize]) -> Vec<Vec<usize>> {
     let is_flat = cells.len() == 2;
     let [p, q, r] = [cells[0], cells[1], if is_flat { 1 } else { cells[2] }];

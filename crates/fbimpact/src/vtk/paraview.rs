@@ -1,4 +1,5 @@
-//! What leads from written files to pictures: a script for ParaView beside them, and films by `pvpython`.
+//! What leads from written files to pictures: a script for ParaView beside them, and films by
+//! `pvpython`.
 
 use std::ffi::OsStr;
 use std::io;

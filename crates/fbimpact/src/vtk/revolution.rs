@@ -22,7 +22,8 @@ impl ArcNode {
 
 /// Arcs of at most a quarter turn that revolve a section by `degrees`, three control nodes each.
 ///
-/// They run backwards, from the x axis towards −y: so the cells of a positively oriented section become positively oriented.
+/// They run backwards, from the x axis towards −y: so the cells of a positively oriented
+/// section become positively oriented.
 pub fn arcs(degrees: f64) -> Vec<Vec<ArcNode>> {
     let total = degrees.to_radians();
     let n = (degrees / 90.0 - 1e-9).ceil().max(1.0) as usize;

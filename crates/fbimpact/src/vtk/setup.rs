@@ -1,4 +1,5 @@
-//! A scenario before its run, in blocks: bodies in their initial pose, frames, markers, joints, contacts, loads, gravity, observed places.
+//! A scenario before its run, in blocks: bodies in their initial pose, frames, markers, joints,
+//! contacts, loads, gravity, observed places.
 
 use adaptive::model::{Arrangement, PlacedJoint, PlacedMarker, PlacedTouch};
 use adaptive::spec::{BodySpec, ContactSpec, ImportedSpec, LoadSpec, Target};
@@ -28,7 +29,8 @@ pub struct Block {
     pub parts: Vec<(String, Grid)>,
 }
 
-/// The blocks of `scenario`, whose places in space are `arrangement`; blocks without parts are left out.
+/// The blocks of `scenario`, whose places in space are `arrangement`; blocks without parts are left
+/// out.
 ///
 /// # Errors
 /// [`AppError::Model`] if a shape is folded.
@@ -288,7 +290,8 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// What Hertz's theory predicts to touch, and the zone about it; segments in the plane of a plane model.
+/// What Hertz's theory predicts to touch, and the zone about it; segments in the plane of a plane
+/// model.
 fn zone(touch: &PlacedTouch, motion: RigidMotion) -> Option<Grid> {
     let zone = touch.zone?;
     // Bodies that touch already have no gap to tell the normal; on an axis it is known.

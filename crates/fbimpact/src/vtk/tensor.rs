@@ -3,8 +3,8 @@
 use ffr_dynamics::body::RigidMotion;
 use nalgebra::Matrix3;
 
-/// The tensor with the components `stress` of a model (`xx, yy, zz, xy, yz, zx`; axisymmetric `rr, zz, θθ, rz`) in the axes of
-/// its body, at angle zero.
+/// The tensor with the components `stress` of a model (`xx, yy, zz, xy, yz, zx`; axisymmetric
+/// `rr, zz, θθ, rz`) in the axes of its body, at angle zero.
 pub fn in_body(motion: RigidMotion, stress: &[f64; 6]) -> Matrix3<f64> {
     let s = stress;
     if motion == RigidMotion::Axial {

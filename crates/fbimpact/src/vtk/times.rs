@@ -58,7 +58,8 @@ impl FromStr for TimeRange {
     }
 }
 
-/// Numbers of the stored instants `time` to show: the ones nearest to the times of a range or to `peaks`, or every n-th, or at most 200.
+/// Numbers of the stored instants `time` to show: the ones nearest to the times of a range or to
+/// `peaks`, or every n-th, or at most 200.
 ///
 /// # Errors
 /// [`AppError::Command`] if the range lies outside the stored times, or if there are no peaks.

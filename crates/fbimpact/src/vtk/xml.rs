@@ -1,7 +1,8 @@
 //! Writes grids as `.vtu`, series of them as `.pvd` and groups of them as `.vtm`.
 //!
-//! Arrays follow the text as raw bytes (`AppendedData`), little-endian, each after its length: exact and compact. Weights and
-//! degrees of rational cells are named in attributes of their sections; by the array names alone VTK ignores them.
+//! Arrays follow the text as raw bytes (`AppendedData`), little-endian, each after its length:
+//! exact and compact. Weights and degrees of rational cells are named in attributes of their
+//! sections; by the array names alone VTK ignores them.
 
 use std::fmt::Write as _;
 use std::io::{self, BufWriter, Write};
@@ -52,7 +53,8 @@ impl Appended {
 fn vtu(grid: &Grid, time: f64) -> (String, Vec<u8>) {
     let mut data = Appended::default();
     let is_rational = !grid.weights.is_empty();
-    // Version 2.2 has the present order of nodes in higher-order cells; for linear ones every reader knows version 1.0.
+    // Version 2.2 has the present order of nodes in higher-order cells; for linear ones every
+    // reader knows version 1.0.
     let version = if is_rational { "2.2" } else { "1.0" };
     let mut text = format!(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"{version}\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n",

@@ -77,19 +77,22 @@ struct Reader {
     of_entity: HashMap<(i32, i32), Vec<i32>>,
     volumes: BTreeMap<i32, Vec<u32>>,
     faces: BTreeMap<i32, Vec<[u32; 4]>>,
-    /// Solids of version 2.2 by their first four nodes, with their group: an element stands there again for each further one.
+    /// Solids of version 2.2 by their first four nodes, with their group: an element stands there
+    /// again for each further one.
     solids: HashMap<[u32; 4], (u32, i32)>,
     /// Further groups of elements.
     further: HashSet<(u32, i32)>,
     /// Whether elements are repeated for each of their groups.
     is_old: bool,
-    /// How often elements are in groups, and how often they may be: a short list of groups multiplies what is in them.
+    /// How often elements are in groups, and how often they may be: a short list of groups
+    /// multiplies what is in them.
     members: usize,
     limit: usize,
     skipped: Skipped,
 }
 
-/// Bytes of the file for each group that elements are in: binary elements take 28 and more, so that each may be in several; lists of them grow by doubling.
+/// Bytes of the file for each group that elements are in: binary elements take 28 and more, so that
+/// each may be in several; lists of them grow by doubling.
 const BYTES_A_MEMBER: usize = 8;
 /// Members that the groups of any file may have.
 const FEW: usize = 200;
@@ -392,7 +395,8 @@ impl Reader {
         Ok(())
     }
 
-    /// The element of kind `kind` with the nodes `nodes` of Gmsh's list if it has been read, in another group than `group`.
+    /// The element of kind `kind` with the nodes `nodes` of Gmsh's list if it has been read, in
+    /// another group than `group`.
     fn again(&mut self, kind: ElementKind, nodes: &[u32], group: i32) -> Option<u32> {
         let next = self.mesh.elements.len() as u32;
         let key = std::array::from_fn(|i| nodes[i]);

@@ -24,8 +24,8 @@ const MAKERS: &[&str] =
 const MAKE: &str = "write a file in which every node and element stands with its numbers";
 /// Characters of a wrong field that a message shows.
 const SHOWN: usize = 40;
-/// Bytes of the file for each member that its sets have in all: a file has two numbers and more for each node and element, so that each may be in
-/// several sets.
+/// Bytes of the file for each member that its sets have in all: a file has two numbers and more for
+/// each node and element, so that each may be in several sets.
 const BYTES_A_MEMBER: usize = 4;
 /// Members that any file may have.
 const FEW: usize = 200;
@@ -72,7 +72,8 @@ struct Reader {
     is_sorted: bool,
     /// Elements whose numbers are known.
     n_sorted: usize,
-    /// Whether the part or instance with the mesh has ended: what follows are reference points and the like.
+    /// Whether the part or instance with the mesh has ended: what follows are reference points and
+    /// the like.
     is_closed: bool,
     members: usize,
     limit: usize,

@@ -1,4 +1,5 @@
-//! Pieces of elements: boxes, tetrahedra and wedges of the element's parameters, halved along every edge.
+//! Pieces of elements: boxes, tetrahedra and wedges of the element's parameters, halved along every
+//! edge.
 
 use crate::kind::{ElementKind, Form};
 use crate::shape::Functions;
@@ -13,12 +14,13 @@ pub struct Cell {
     pub element: u32,
     /// How often the element was halved.
     pub level: u8,
-    /// Parameters of the corners in the element; multiples of a power of two, so that all that follows from them is exact.
+    /// Parameters of the corners in the element; multiples of a power of two, so that all that
+    /// follows from them is exact.
     pub corners: [[f64; 3]; MOST_CORNERS],
 }
 
-/// Corners of the children of a tetrahedron, each the middle of two corners of the parent (J. Bey: Tetrahedral grid refinement, Computing 55, 1995): cells of any
-/// level have at most three shapes.
+/// Corners of the children of a tetrahedron, each the middle of two corners of the parent (J. Bey:
+/// Tetrahedral grid refinement, Computing 55, 1995): cells of any level have at most three shapes.
 const TETRAHEDRA: [[[usize; 2]; 4]; 8] = [
     [[0, 0], [0, 1], [0, 2], [0, 3]],
     [[0, 1], [1, 1], [1, 2], [1, 3]],
@@ -29,7 +31,8 @@ const TETRAHEDRA: [[[usize; 2]; 4]; 8] = [
     [[0, 2], [0, 3], [1, 3], [2, 3]],
     [[0, 2], [1, 2], [1, 3], [2, 3]],
 ];
-/// The four triangles into which a triangle is divided, each corner as the middle of two corners of the whole.
+/// The four triangles into which a triangle is divided, each corner as the middle of two corners of
+/// the whole.
 const TRIANGLES: [[[usize; 2]; 3]; 4] =
     [[[0, 0], [0, 1], [0, 2]], [[0, 1], [1, 1], [1, 2]], [[0, 2], [1, 2], [2, 2]], [[0, 1], [1, 2], [0, 2]]];
 
@@ -46,7 +49,8 @@ impl Cell {
         Self { element, level: 0, corners }
     }
 
-    /// Parameters in the element of the point of the cell with the parameters `xi` of a whole element.
+    /// Parameters in the element of the point of the cell with the parameters `xi` of a whole
+    /// element.
     pub fn at(&self, kind: ElementKind, xi: &[f64; 3]) -> [f64; 3] {
         let mut functions = Functions::default();
         kind.linear().functions(xi, &mut functions);
@@ -103,7 +107,8 @@ impl Cell {
         })
     }
 
-    /// The cell with its corners in the order of its kind, which some children of tetrahedra have mirrored.
+    /// The cell with its corners in the order of its kind, which some children of tetrahedra have
+    /// mirrored.
     pub fn oriented(mut self, kind: ElementKind) -> Self {
         if kind.form() == Form::Tetrahedron {
             let c = &self.corners;
@@ -116,10 +121,11 @@ impl Cell {
     }
 }
 
-/// Parameters of places on edges and sides of a whole element that are nodes of the halves beside it.
+/// Parameters of places on edges and sides of a whole element that are nodes of the halves beside
+/// it.
 pub struct Seams {
-    /// Quarters of the edges, and on sides the middles of the edges between the halves: corners of a neighbour that was halved twice, nodes
-    /// of a quadratic one that was halved once.
+    /// Quarters of the edges, and on sides the middles of the edges between the halves: corners of
+    /// a neighbour that was halved twice, nodes of a quadratic one that was halved once.
     pub second: Vec<[f64; 3]>,
     /// Middles of edges and of four-sided sides.
     pub first: Vec<[f64; 3]>,
@@ -146,7 +152,8 @@ impl Seams {
                 [a, b, c, d] => {
                     first.push(sum(&[(a, 0.25), (b, 0.25), (c, 0.25), (d, 0.25)]));
                     for (p, q, r, s) in [(a, b, c, d), (b, c, d, a), (c, d, a, b), (d, a, b, c)] {
-                        // Between the middle of an edge and that of the side, and in the middle of a quarter.
+                        // Between the middle of an edge and that of the side, and in the middle of
+                        // a quarter.
                         second.push(sum(&[(p, 0.375), (q, 0.375), (r, 0.125), (s, 0.125)]));
                         second.push(sum(&[(p, 0.5625), (q, 0.1875), (r, 0.0625), (s, 0.1875)]));
                     }

@@ -1,4 +1,5 @@
-//! Which cells the elements are divided into: as wanted, and so that neighbours differ by one level at most.
+//! Which cells the elements are divided into: as wanted, and so that neighbours differ by one level
+//! at most.
 
 use std::collections::HashSet;
 

@@ -11,7 +11,8 @@ use crate::shape::Functions;
 /// Values of functions below which they are round-off of zero.
 const ZERO: f64 = 1e-14;
 
-/// The nodes that hang on edges and sides of larger `cells`, with the free nodes that they follow (theory Eq. C.71).
+/// The nodes that hang on edges and sides of larger `cells`, with the free nodes that they follow
+/// (theory Eq. C.71).
 pub fn ties(mesh: &Mesh, cells: &[Cell], numbers: &Numbers) -> HashMap<u32, Vec<(u32, f64)>> {
     let seams: Vec<(ElementKind, Seams)> = ElementKind::ALL.map(|kind| (kind, Seams::new(kind))).into();
     let mut cells: Vec<&Cell> = cells.iter().collect();

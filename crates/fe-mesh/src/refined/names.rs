@@ -9,8 +9,8 @@ use crate::shape::Functions;
 /// Levels up to which weights of corners are exact: products of three multiples of a power of two.
 pub const MOST_LEVELS: u8 = 16;
 
-/// Corners of an element with their weights in the linear interpolation of a place, bit by bit: elements that share a side or an edge give a place
-/// on it the same name.
+/// Corners of an element with their weights in the linear interpolation of a place, bit by bit:
+/// elements that share a side or an edge give a place on it the same name.
 pub type Name = Vec<(u32, u64)>;
 
 /// The name of the place with parameters `xi` in `element`.

@@ -6,7 +6,8 @@ use nalgebra::Vector3;
 /// The rigid motions that a body model can perform.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RigidMotion {
-    /// Axisymmetric model in `(r, z)`: translation along the axis, which is component 1 of the model and `z` in space.
+    /// Axisymmetric model in `(r, z)`: translation along the axis, which is component 1 of the
+    /// model and `z` in space.
     Axial,
     /// Plane model in `(x, y)`: two translations and the rotation about `z`.
     Planar,
@@ -29,7 +30,8 @@ impl RigidMotion {
         if self == Self::Spatial { 3 } else { 2 }
     }
 
-    /// Number of rotations that a node may have among its unknowns, after its displacements: 0, 1 or 3.
+    /// Number of rotations that a node may have among its unknowns, after its displacements: 0, 1
+    /// or 3.
     pub fn n_rotations(self) -> usize {
         match self {
             Self::Axial => 0,
@@ -44,7 +46,8 @@ impl RigidMotion {
         (rotation < self.n_rotations()).then_some(if self == Self::Planar { 2 } else { rotation })
     }
 
-    /// The rigid motions as directions: translations along x, y, z are 0 to 2, rotations about them 3 to 5.
+    /// The rigid motions as directions: translations along x, y, z are 0 to 2, rotations about them
+    /// 3 to 5.
     pub fn directions(self) -> &'static [usize] {
         match self {
             Self::Axial => &[2],
@@ -58,8 +61,8 @@ impl RigidMotion {
         if self == Self::Axial { [0, 2][c] } else { c }
     }
 
-    /// A point or vector of the body's frame from its components in the model, `(x, y, z)`, `(x, y, 0)` or `(r, z, 0)`: the half plane
-    /// of an axisymmetric model lies in `x` and `z`.
+    /// A point or vector of the body's frame from its components in the model, `(x, y, z)`,
+    /// `(x, y, 0)` or `(r, z, 0)`: the half plane of an axisymmetric model lies in `x` and `z`.
     pub fn in_space(self, components: &[f64; 3]) -> Vector3<f64> {
         let mut vector = Vector3::zeros();
         for (c, &x) in components.iter().enumerate().take(self.n_components()) {
@@ -68,28 +71,32 @@ impl RigidMotion {
         vector
     }
 
-    /// Components in the model of a point or vector of the body's frame; what a flat model does not have is left out.
+    /// Components in the model of a point or vector of the body's frame; what a flat model does not
+    /// have is left out.
     pub fn components(self, vector: &[f64; 3]) -> [f64; 3] {
         std::array::from_fn(|c| if c < self.n_components() { vector[self.direction(c)] } else { 0.0 })
     }
 }
 
-/// One unknown: displacement component `component` of control point `node`, or a rotation of a node of a beam or shell.
+/// One unknown: displacement component `component` of control point `node`, or a rotation of a node
+/// of a beam or shell.
 ///
-/// Components count displacements first, then rotations: `u_x u_y ϑ_z` of plane models, `u_x u_y u_z ϑ_x ϑ_y ϑ_z` of solid ones.
-/// Rotations need a [`MassMatrix::General`].
+/// Components count displacements first, then rotations: `u_x u_y ϑ_z` of plane models,
+/// `u_x u_y u_z ϑ_x ϑ_y ϑ_z` of solid ones. Rotations need a [`MassMatrix::General`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dof {
     /// Index of the control point.
     pub node: u32,
-    /// Component of the model, `0..n_components` a displacement, `n_components..n_components + n_rotations` a rotation.
+    /// Component of the model, `0..n_components` a displacement,
+    /// `n_components..n_components + n_rotations` a rotation.
     pub component: u8,
 }
 
 /// Consistent mass matrix, lower triangle.
 #[derive(Debug, Clone)]
 pub enum MassMatrix {
-    /// Node by node matrix `m_AB = ∫ ρ R_A R_B dV`, the same for every displacement component \[kg\].
+    /// Node by node matrix `m_AB = ∫ ρ R_A R_B dV`, the same for every displacement component
+    /// \[kg\].
     PerComponent(SparseColMat<u32, f64>),
     /// Unknown by unknown matrix, for models of other programs and those with rotations.
     General(SparseColMat<u32, f64>),
@@ -97,7 +104,8 @@ pub enum MassMatrix {
 
 /// A linear elastic body before reduction.
 ///
-/// Unknowns are numbered `0..dofs.len()`; constrained components (zero radial displacement on an axis) have no number.
+/// Unknowns are numbered `0..dofs.len()`; constrained components (zero radial displacement on an
+/// axis) have no number.
 #[derive(Debug, Clone)]
 pub struct AssembledBody {
     /// Name for messages.
@@ -112,6 +120,7 @@ pub struct AssembledBody {
     pub dofs: Vec<Dof>,
     /// Control points in the model's own components: `(x, y, z)`, `(x, y, 0)` or `(r, z, 0)` \[m\].
     pub nodes: Vec<[f64; 3]>,
-    /// A place for each node such that coupled nodes are near each other; guides the elimination order.
+    /// A place for each node such that coupled nodes are near each other; guides the elimination
+    /// order.
     pub anchors: Vec<[f64; 3]>,
 }

@@ -1,7 +1,8 @@
 //! Damping of elastic coordinates: Rayleigh's from two frequencies, and a ratio for each mode.
 //!
-//! Modes are mass-orthonormal, so that `D_e = α_1 M_e + α_2 K_e` is diagonal (docs/theory.md Eqs. F.26 to F.28; \[B\] Eqs.
-//! 26-28). Damping acts on the elastic coordinates alone: rigid motion loses nothing, whatever the mass-proportional part.
+//! Modes are mass-orthonormal, so that `D_e = α_1 M_e + α_2 K_e` is diagonal (docs/theory.md
+//! Eqs. F.26 to F.28; \[B\] Eqs. 26-28). Damping acts on the elastic coordinates alone: rigid
+//! motion loses nothing, whatever the mass-proportional part.
 
 use std::f64::consts::{PI, TAU};
 
@@ -19,7 +20,8 @@ pub struct RayleighDamping {
 }
 
 impl RayleighDamping {
-    /// Damping whose ratio is `ratio` (κ) at both `frequencies` \[Hz\], less between and more outside them (Eq. F.26).
+    /// Damping whose ratio is `ratio` (κ) at both `frequencies` \[Hz\], less between and more
+    /// outside them (Eq. F.26).
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if a frequency is not positive or the ratio is negative.
@@ -76,8 +78,8 @@ impl DampingLaw {
 }
 
 impl ModalDamping {
-    /// Coefficients `2 ζ_j ω_j` (Eq. F.28) from one damping ratio for each mode, 1 being critical; `modal_stiffness`: squared
-    /// frequencies [rad²/s²].
+    /// Coefficients `2 ζ_j ω_j` (Eq. F.28) from one damping ratio for each mode, 1 being critical;
+    /// `modal_stiffness`: squared frequencies [rad²/s²].
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if numbers differ or a ratio is negative.

@@ -13,7 +13,8 @@ use crate::error::DynamicsError;
 /// Deviation from symmetry, as a share of the largest entry, that round-off explains.
 const ASYMMETRY: f64 = 1e-9;
 
-/// Everything that [`StandardInputData`] holds. Components are the model's: `n_c` is 2 for plane and axisymmetric bodies, 3 for solid ones.
+/// Everything that [`StandardInputData`] holds. Components are the model's: `n_c` is 2 for plane
+/// and axisymmetric bodies, 3 for solid ones.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DataParts {
     /// Rigid motions of the model.
@@ -66,7 +67,8 @@ impl StandardInputData {
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if sizes do not fit, a number is not finite, the mass or a stiffness is not positive, no distribution of mass has the
-    /// second moment, a matrix is not symmetric, or damping feeds energy in; [`DynamicsError::NotPositiveDefinite`] for the modal mass.
+    /// second moment, a matrix is not symmetric, or damping feeds energy in;
+    /// [`DynamicsError::NotPositiveDefinite`] for the modal mass.
     pub fn from_parts(parts: DataParts) -> Result<Self, DynamicsError> {
         let n = parts.modal_stiffness.len();
         check_rigid(&parts)?;
@@ -114,7 +116,8 @@ fn check_rigid(parts: &DataParts) -> Result<(), DataError> {
         return Err(DataError::NotSymmetric { what: "the second moment of the mass".into() });
     }
     let central = second - parts.mass_moment * parts.mass_moment.transpose() / parts.mass;
-    // Rigid bodies that do not leave the plane, or do not turn, may have been given the inertia that matters alone.
+    // Rigid bodies that do not leave the plane, or do not turn, may have been given the inertia
+    // that matters alone.
     let smallest = match parts.motion {
         RigidMotion::Axial => 0.0,
         RigidMotion::Planar => central.fixed_view::<2, 2>(0, 0).symmetric_eigenvalues().min(),

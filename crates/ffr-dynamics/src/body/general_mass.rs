@@ -1,8 +1,10 @@
-//! Inertia integrals from a mass matrix unknown by unknown (docs/theory.md Eq. M.11), as another program exports it.
+//! Inertia integrals from a mass matrix unknown by unknown (docs/theory.md Eq. M.11), as another
+//! program exports it.
 //!
-//! Fields of displacement are written as values of the unknowns; a rotation among them takes half the curl. Rigid motions are
-//! exact for any mass matrix that knows them. Products of single components are exact for elements whose unknowns are displacements, with
-//! the same mass for every component; for beams and shells they lack terms of the size of the rotary inertia.
+//! Fields of displacement are written as values of the unknowns; a rotation among them takes half
+//! the curl. Rigid motions are exact for any mass matrix that knows them. Products of single
+//! components are exact for elements whose unknowns are displacements, with the same mass for every
+//! component; for beams and shells they lack terms of the size of the rotary inertia.
 
 use faer::{Mat, MatRef};
 use nalgebra::{Matrix3, Vector3};
@@ -11,8 +13,8 @@ use super::assembled::{AssembledBody, Dof, RigidMotion};
 use super::shape_integrals::{ShapeIntegrals, gram};
 
 impl AssembledBody {
-    /// Values of the unknowns for a unit translation along x, y, z (`direction` 0 to 2) or a unit rotation about an axis
-    /// through the frame's origin (3 to 5).
+    /// Values of the unknowns for a unit translation along x, y, z (`direction` 0 to 2) or a unit
+    /// rotation about an axis through the frame's origin (3 to 5).
     ///
     /// # Panics
     /// If `direction` exceeds 5.
@@ -70,7 +72,8 @@ impl AssembledBody {
                             turn[k] = shapes[(*unknown, j)];
                         }
                     }
-                    // Gradient of component a under the rotation `turn`, then half the curl of that component along e_b.
+                    // Gradient of component a under the rotation `turn`, then half the curl of that
+                    // component along e_b.
                     let gradient = turn.cross_matrix().row(a).transpose();
                     field[(i, j)] = 0.5 * gradient.cross(&Vector3::ith(b, 1.0))[axis];
                 }

@@ -1,7 +1,8 @@
-//! Geometric stiffening by axial inertia forces, of first order (docs/theory.md Eq. M.43 to M.45; Wallrapp & Schwertassek 1991).
+//! Geometric stiffening by axial inertia forces, of first order (docs/theory.md Eq. M.43 to M.45;
+//! Wallrapp & Schwertassek 1991).
 //!
-//! Inertia forces stress a body, and stress makes it stiffer or softer against deformation. To first order the stress is
-//! that of the undeformed body under reference loads, once and for all.
+//! Inertia forces stress a body, and stress makes it stiffer or softer against deformation. To
+//! first order the stress is that of the undeformed body under reference loads, once and for all.
 
 use faer::Mat;
 use nalgebra::Vector3;
@@ -12,19 +13,22 @@ use super::standard_input_data::StandardInputData;
 use crate::data_error::DataError;
 use crate::error::DynamicsError;
 
-/// Deviation from symmetry of a matrix against its largest entry: round-off of sums over many control points.
+/// Deviation from symmetry of a matrix against its largest entry: round-off of sums over many
+/// control points.
 const ASYMMETRY: f64 = 1e-9;
 
-/// Geometric stiffness `∫ ∇φ_iᵀ σ ∇φ_j` in modal coordinates (n_q × n_q) for the stress `σ` of the undeformed body under loads
-/// per volume in the directions of its frame.
+/// Geometric stiffness `∫ ∇φ_iᵀ σ ∇φ_j` in modal coordinates (n_q × n_q) for the stress `σ` of the
+/// undeformed body under loads per volume in the directions of its frame.
 ///
-/// The stress is that of the body supported as it is in the system, at the point that a tangent frame follows, say; the
-/// modes are those of the frame in use. Plane models leave the cases with the third direction empty (0 × 0).
+/// The stress is that of the body supported as it is in the system, at the point that a tangent
+/// frame follows, say; the modes are those of the frame in use. Plane models leave the cases with
+/// the third direction empty (0 × 0).
 #[derive(Debug, Clone, PartialEq)]
 pub struct GeometricStiffening {
     /// `translation[b]`: load `ρ e_b`, for an acceleration of 1 m/s².
     pub translation: [Mat<f64>; 3],
-    /// `position[a][b]`: load `ρ X_a e_b`, for 1/s². Wallrapp's centrifugal loads `ω × (ω × X)` and his angular ones are sums of these.
+    /// `position[a][b]`: load `ρ X_a e_b`, for 1/s². Wallrapp's centrifugal loads `ω × (ω × X)` and
+    /// his angular ones are sums of these.
     pub position: [[Mat<f64>; 3]; 3],
 }
 

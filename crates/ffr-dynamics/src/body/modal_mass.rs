@@ -5,9 +5,11 @@ use faer::{Mat, MatRef};
 use crate::data_error::DataError;
 use crate::error::DynamicsError;
 
-/// Pivot of a Cholesky factorisation, as a share of the diagonal entry, below which modes count as linearly dependent.
+/// Pivot of a Cholesky factorisation, as a share of the diagonal entry, below which modes count as
+/// linearly dependent.
 ///
-/// Modes shifted by rigid motions stay independent; round-off of a matrix of 100 modes is about 1e-14.
+/// Modes shifted by rigid motions stay independent; round-off of a matrix of 100 modes is about
+/// 1e-14.
 const SMALLEST_PIVOT: f64 = 1e-12;
 
 /// Modal mass matrix `M_e` (docs/theory.md Eq. M.3).

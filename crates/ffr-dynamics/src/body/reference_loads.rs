@@ -1,7 +1,7 @@
 //! From an unreduced body to its geometric stiffening (docs/theory.md Eq. M.43).
 //!
-//! The discretisation solves for the stress under each reference load and integrates `∫ ∇R_Aᵀ σ ∇R_B`; loads and the
-//! reduction to modal coordinates are found here.
+//! The discretisation solves for the stress under each reference load and integrates
+//! `∫ ∇R_Aᵀ σ ∇R_B`; loads and the reduction to modal coordinates are found here.
 
 use faer::sparse::SparseColMat;
 use faer::{Mat, MatRef};
@@ -73,8 +73,9 @@ impl AssembledBody {
 }
 
 impl GeometricStiffening {
-    /// Modal matrices of the modes `shapes` (n × n_q) from the node by node matrices `∫ ∇R_Aᵀ σ ∇R_B` (lower triangle), which
-    /// `stiffness` gives for the stress under each load; `None` stands for zero.
+    /// Modal matrices of the modes `shapes` (n × n_q) from the node by node matrices
+    /// `∫ ∇R_Aᵀ σ ∇R_B` (lower triangle), which `stiffness` gives for the stress under each load;
+    /// `None` stands for zero.
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if sizes do not fit; those of `stiffness`.

@@ -1,7 +1,8 @@
 //! Inertia integrals from the consistent mass matrix (docs/theory.md Eq. D.4).
 //!
-//! A discretised displacement field with one scalar mass matrix `m_AB` for all components turns every integral over the
-//! body into a sum over pairs of control points, without further quadrature: the result is exact for the discretisation.
+//! A discretised displacement field with one scalar mass matrix `m_AB` for all components turns
+//! every integral over the body into a sum over pairs of control points, without further
+//! quadrature: the result is exact for the discretisation.
 
 use faer::linalg::matmul::matmul;
 use faer::sparse::SparseColMat;
@@ -41,7 +42,8 @@ impl ShapeIntegrals {
             return body.general_integrals(shapes).with_positive_mass();
         };
         let (n, n_q, n_c) = (body.nodes.len(), shapes.ncols(), body.motion.n_components());
-        // A column per node; rows: one, the positions by component, the shapes by component and mode.
+        // A column per node; rows: one, the positions by component, the shapes by component and
+        // mode.
         let mut fields = Mat::<f64>::zeros(1 + n_c + n_c * n_q, n);
         for (node, x) in body.nodes.iter().enumerate() {
             fields[(0, node)] = 1.0;
@@ -96,7 +98,8 @@ impl ShapeIntegrals {
         (0..n_c).for_each(|c| modal_mass += block(c, c));
         let (mut position_shape, mut shape_shape) = (Vec::new(), Vec::new());
         if motion == RigidMotion::Axial {
-            // Around the circumference radial quantities have no mean, and their squares share between x and y.
+            // Around the circumference radial quantities have no mean, and their squares share
+            // between x and y.
             mass_moment.x = 0.0;
             let radial = 0.5 * second_moment[(0, 0)];
             second_moment = Matrix3::from_diagonal(&Vector3::new(radial, radial, second_moment[(2, 2)]));
@@ -110,7 +113,8 @@ impl ShapeIntegrals {
                 let (forth, back) = (block(a, b), block(b, a));
                 for i in 0..n_q {
                     for j in 0..n_q {
-                        // Both are the same but for round-off; the mean makes the gyroscopic terms free of work.
+                        // Both are the same but for round-off; the mean makes the gyroscopic terms
+                        // free of work.
                         shape_shape[i * size + ab * n_q + j] = 0.5 * (forth[(i, j)] + back[(j, i)]);
                     }
                 }

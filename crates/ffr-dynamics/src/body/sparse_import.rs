@@ -1,4 +1,5 @@
-//! Sparse matrices and unknowns as another program lists them: any order, one triangle or both (docs/body-file.md).
+//! Sparse matrices and unknowns as another program lists them: any order, one triangle or both
+//! (docs/body-file.md).
 
 use faer::sparse::{SparseColMat, Triplet};
 
@@ -6,8 +7,8 @@ use super::assembled::Dof;
 use crate::data_error::{DataError, EntryFault};
 use crate::error::DynamicsError;
 
-/// Deviation from symmetry of a given matrix, against the root of the product of both diagonal entries: files written with single
-/// precision or summed in another order.
+/// Deviation from symmetry of a given matrix, against the root of the product of both diagonal
+/// entries: files written with single precision or summed in another order.
 const ASYMMETRY: f64 = 1e-6;
 
 /// Which entries of a symmetric matrix are listed.
@@ -19,8 +20,9 @@ pub enum Triangle {
     Full,
 }
 
-/// Lower triangle of the symmetric `n x n` matrix called `name` in messages, from entries (row, column, value) in any order;
-/// repeated entries add up. Of full matrices the mean of both triangles is taken, which changes no bit where they agree.
+/// Lower triangle of the symmetric `n x n` matrix called `name` in messages, from entries (row,
+/// column, value) in any order; repeated entries add up. Of full matrices the mean of both
+/// triangles is taken, which changes no bit where they agree.
 ///
 /// # Errors
 /// [`DynamicsError::Data`] with the entry if an index is too large, a value is not finite, an entry lies above the
@@ -91,7 +93,8 @@ fn entry(matrix: &SparseColMat<u32, f64>, i: usize, j: usize) -> f64 {
     rows.binary_search(&(i as u32)).map_or(0.0, |at| matrix.val()[range.start + at])
 }
 
-/// Sorts unknowns by node and component; `numbers[k]` is the new number of the unknown listed as `k`.
+/// Sorts unknowns by node and component; `numbers[k]` is the new number of the unknown listed as
+/// `k`.
 ///
 /// # Errors
 /// [`DynamicsError::Data`] if an unknown is listed twice.

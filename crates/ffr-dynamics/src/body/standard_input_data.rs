@@ -1,8 +1,9 @@
 //! Standard input data of a flexible body (docs/theory.md Eq. D.4 to D.8).
 //!
-//! All that the equations of motion need from a body: mass, moments, couplings, modal matrices, and how they depend on
-//! the elastic coordinates. The letters in brackets are those of Wallrapp (1994). The dependence is kept whole, not only to
-//! first order: kinetic energy equals that of the unreduced model for any amplitude.
+//! All that the equations of motion need from a body: mass, moments, couplings, modal matrices, and
+//! how they depend on the elastic coordinates. The letters in brackets are those of Wallrapp
+//! (1994). The dependence is kept whole, not only to first order: kinetic energy equals that of the
+//! unreduced model for any amplitude.
 
 use faer::{Mat, MatRef};
 use nalgebra::{Matrix3, Vector3};
@@ -15,7 +16,8 @@ use crate::data_error::DataError;
 use crate::error::DynamicsError;
 use crate::kinematics::rotation::axial;
 
-/// Deviation of the modal mass matrix from the identity above which modes do not count as mass-orthonormal.
+/// Deviation of the modal mass matrix from the identity above which modes do not count as
+/// mass-orthonormal.
 ///
 /// Eigensolvers reach 1e-10; the deviation is the relative error of the modal kinetic energy.
 const ORTHONORMALITY: f64 = 1e-7;
@@ -66,7 +68,8 @@ impl ModalDamping {
     }
 }
 
-/// A body as the equations of motion see it. Vectors and matrices are expressed in the body's reference frame.
+/// A body as the equations of motion see it. Vectors and matrices are expressed in the body's
+/// reference frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StandardInputData {
     /// Rigid motions of the model.
@@ -79,7 +82,8 @@ pub struct StandardInputData {
     pub second_moment: Matrix3<f64>,
     /// Rows of `C_t = ∫ ρ Φᵀ`, the first-order change of `m c` as well.
     pub coupling_translation: Vec<Vector3<f64>>,
-    /// Modal mass `M_e`: the identity for mass-orthonormal modes, another matrix in a tangent frame.
+    /// Modal mass `M_e`: the identity for mass-orthonormal modes, another matrix in a tangent
+    /// frame.
     pub modal_mass: ModalMass,
     /// Diagonal of `K_e`; for mass-orthonormal modes the squared eigenfrequencies [rad²/s²].
     pub modal_stiffness: Vec<f64>,
@@ -107,8 +111,8 @@ pub struct DeformedMoments {
 }
 
 impl StandardInputData {
-    /// Data of a model whose elastic modes are the columns of `shapes` (n × n_q), mass-orthonormal, with the squared
-    /// angular eigenfrequencies `modal_stiffness` [rad²/s²].
+    /// Data of a model whose elastic modes are the columns of `shapes` (n × n_q), mass-orthonormal,
+    /// with the squared angular eigenfrequencies `modal_stiffness` [rad²/s²].
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if sizes do not fit, modes are not mass-orthonormal or an eigenfrequency is not
@@ -134,8 +138,8 @@ impl StandardInputData {
         Ok(Self { modal_mass: ModalMass::Identity, ..data })
     }
 
-    /// Data from the inertia integrals of any linearly independent modes without coupling in the stiffness, whose modal
-    /// mass matrix may be any symmetric positive definite one.
+    /// Data from the inertia integrals of any linearly independent modes without coupling in the
+    /// stiffness, whose modal mass matrix may be any symmetric positive definite one.
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if sizes do not fit or a stiffness is not positive,
@@ -170,11 +174,13 @@ impl StandardInputData {
         })
     }
 
-    /// A rigid body from its mass \[kg\], centre of mass \[m\] and inertia about the frame's origin [kg m²], both in its frame.
+    /// A rigid body from its mass \[kg\], centre of mass \[m\] and inertia about the frame's origin
+    /// [kg m²], both in its frame.
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if the mass is not positive, or the inertia is not symmetric or not that of any
-    /// distribution of mass (a principal moment above the sum of the other two) about the centre of mass.
+    /// distribution of mass (a principal moment above the sum of the other two) about the centre of
+    /// mass.
     pub fn rigid(
         motion: RigidMotion,
         mass: f64,
@@ -230,7 +236,8 @@ impl StandardInputData {
         inertia_from(&self.second_moment)
     }
 
-    /// `∫ ρ X φ_jᵀ`: its sum with the transpose is the first-order change of the second moment (Wallrapp's C4 group).
+    /// `∫ ρ X φ_jᵀ`: its sum with the transpose is the first-order change of the second moment
+    /// (Wallrapp's C4 group).
     pub fn position_shape_integral(&self, j: usize) -> Matrix3<f64> {
         self.block(&self.position_shape, j)
     }
@@ -255,7 +262,8 @@ impl StandardInputData {
         self.mass_moment / self.mass
     }
 
-    /// Row `j` of `O_e` at rest: its product with `(ωx², ωy², ωz², ωx ωy, ωy ωz, ωz ωx)` is the centrifugal force (Eq. D.8).
+    /// Row `j` of `O_e` at rest: its product with `(ωx², ωy², ωz², ωx ωy, ωy ωz, ωz ωx)` is the
+    /// centrifugal force (Eq. D.8).
     pub fn centrifugal(&self, j: usize) -> [f64; 6] {
         let c = self.position_shape_integral(j);
         [
@@ -268,7 +276,8 @@ impl StandardInputData {
         ]
     }
 
-    /// Moments of the body deformed by `elastic`, which changes at `rates` (Eq. D.6). Does not allocate.
+    /// Moments of the body deformed by `elastic`, which changes at `rates` (Eq. D.6). Does not
+    /// allocate.
     pub fn deformed_moments(&self, elastic: &[f64], rates: &[f64]) -> DeformedMoments {
         let mut mass_moment = self.mass_moment;
         let mut mass_moment_rate = Vector3::zeros();
@@ -307,7 +316,8 @@ impl StandardInputData {
         }
     }
 
-    /// Sums of the blocks of an array ordered `(a n_c + b) n_q + j`, block `j` times `x_j` and times `y_j`.
+    /// Sums of the blocks of an array ordered `(a n_c + b) n_q + j`, block `j` times `x_j` and
+    /// times `y_j`.
     fn contracted(&self, array: &[f64], x: &[f64], y: &[f64]) -> [Matrix3<f64>; 2] {
         let n_c = self.motion.n_components();
         let mut sums = [Matrix3::zeros(); 2];

@@ -1,4 +1,5 @@
-//! Tangent frame: modes shifted by the rigid motion that holds a point and its rotation (docs/theory.md Eq. M.1 to M.3).
+//! Tangent frame: modes shifted by the rigid motion that holds a point and its rotation
+//! (docs/theory.md Eq. M.1 to M.3).
 
 use faer::{Mat, MatRef};
 use nalgebra::{Matrix3, Vector3};
@@ -10,10 +11,12 @@ use crate::data_error::DataError;
 use crate::error::DynamicsError;
 use crate::kinematics::rotation::skew;
 
-/// The rigid motions by which the modes of a body are shifted so that displacement and rotation vanish at a point.
+/// The rigid motions by which the modes of a body are shifted so that displacement and rotation
+/// vanish at a point.
 ///
-/// `φ'_j(X) = φ_j(X) - t_j - ϑ_j × (X - X_0)` with the displacement `t_j` and the rotation `ϑ_j` of mode `j` at `X_0`.
-/// Elastic coordinates, stiffness and damping do not change: a rigid motion carries no elastic energy.
+/// `φ'_j(X) = φ_j(X) - t_j - ϑ_j × (X - X_0)` with the displacement `t_j` and the rotation `ϑ_j` of
+/// mode `j` at `X_0`. Elastic coordinates, stiffness and damping do not change: a rigid motion
+/// carries no elastic energy.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TangentFrame {
     origin: Vector3<f64>,
@@ -22,8 +25,9 @@ pub struct TangentFrame {
 }
 
 impl TangentFrame {
-    /// Frame that follows the point `origin` \[m\], where the modes have the displacements `translations` and the rotations
-    /// `rotations` (half the curl), one per mode. Shifts keep to the rigid motions of the model.
+    /// Frame that follows the point `origin` \[m\], where the modes have the displacements
+    /// `translations` and the rotations `rotations` (half the curl), one per mode. Shifts keep to
+    /// the rigid motions of the model.
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if their numbers differ.
@@ -58,7 +62,8 @@ impl TangentFrame {
         -self.rotations[j]
     }
 
-    /// The modes `shapes` (n × n_q) of an unreduced body with the shift added, for what depends on the frame in use.
+    /// The modes `shapes` (n × n_q) of an unreduced body with the shift added, for what depends on
+    /// the frame in use.
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if sizes do not fit.

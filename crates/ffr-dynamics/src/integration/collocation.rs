@@ -1,7 +1,8 @@
-//! Coefficients of Gauss collocation with four stages, and the eigenvalues that uncouple its stages (docs/theory.md Eq. T.26 to T.31).
+//! Coefficients of Gauss collocation with four stages, and the eigenvalues that uncouple its stages
+//! (docs/theory.md Eq. T.26 to T.31).
 //!
-//! Source: Hairer & Wanner, *Solving Ordinary Differential Equations II*, IV.5 and IV.8; Hairer, Lubich & Wanner, *Geometric Numerical
-//! Integration*, II.1.
+//! Source: Hairer & Wanner, *Solving Ordinary Differential Equations II*, IV.5 and IV.8; Hairer,
+//! Lubich & Wanner, *Geometric Numerical Integration*, II.1.
 
 use faer::c64;
 
@@ -12,10 +13,12 @@ pub(crate) const PAIRS: usize = STAGES / 2;
 
 /// Coefficients of Legendre's polynomial of degree four on `[0, 1]` by rising powers.
 const LEGENDRE: [f64; STAGES + 1] = [1.0, -20.0, 90.0, -140.0, 70.0];
-/// Denominator of the stability function, `det(1 - z A)`, by rising powers: that of the diagonal Padé approximation of `exp`.
+/// Denominator of the stability function, `det(1 - z A)`, by rising powers: that of the diagonal
+/// Padé approximation of `exp`.
 const DENOMINATOR: [f64; STAGES + 1] = [1.0, -0.5, 3.0 / 28.0, -1.0 / 84.0, 1.0 / 1680.0];
 
-/// A pair of conjugate eigenvalues of the matrix `A` of the weights of the stages. What belongs to the other of the two is conjugate.
+/// A pair of conjugate eigenvalues of the matrix `A` of the weights of the stages. What belongs to
+/// the other of the two is conjugate.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Pair {
     /// Eigenvalue with positive imaginary part.
@@ -60,7 +63,8 @@ impl Collocation {
         Self { nodes, weights, stages, at_start, lagrange, pairs }
     }
 
-    /// Weights `∫_0^θ` of the rates in the state at the share `theta` of the step, and that of the defect at its start (Eq. T.31).
+    /// Weights `∫_0^θ` of the rates in the state at the share `theta` of the step, and that of the
+    /// defect at its start (Eq. T.31).
     pub fn between(&self, theta: f64) -> ([f64; STAGES], f64) {
         let integral = |polynomial: &[f64]| -> f64 {
             let terms = polynomial.iter().enumerate().rev();
@@ -73,7 +77,8 @@ impl Collocation {
 /// Share of `z⁴ / det(1 - z A)` that stays for large `z`: `1 / det A`.
 pub(super) const STIFF_LIMIT: f64 = 1.0 / DENOMINATOR[STAGES];
 
-/// The error of a step over that of the rate at its start, divided by the step and `(h J)⁴`: `s! / (2 s + 1)!` (Eq. T.30).
+/// The error of a step over that of the rate at its start, divided by the step and `(h J)⁴`:
+/// `s! / (2 s + 1)!` (Eq. T.30).
 pub(super) const ERROR_CONSTANT: f64 = 24.0 / 362_880.0;
 
 /// Lagrange's polynomial of node `i` by rising powers.
@@ -113,7 +118,8 @@ fn pairs(nodes: &[f64; STAGES], weights: &[f64; STAGES]) -> [Pair; PAIRS] {
     })
 }
 
-/// Values at the nodes of the polynomial `q'` with `∫_0^t q' = λ q' + P_4`, which is an eigenvector, for `P_4` vanishes there.
+/// Values at the nodes of the polynomial `q'` with `∫_0^t q' = λ q' + P_4`, which is an
+/// eigenvector, for `P_4` vanishes there.
 fn eigenvector(nodes: &[f64; STAGES], value: c64) -> [c64; STAGES] {
     let mut q = [c64::new(0.0, 0.0); STAGES + 1];
     q[STAGES] = c64::new(LEGENDRE[STAGES], 0.0);

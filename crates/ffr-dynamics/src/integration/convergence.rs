@@ -1,4 +1,5 @@
-//! When simplified Newton iterations end (Hairer & Wanner, *Solving Ordinary Differential Equations II*, IV.8).
+//! When simplified Newton iterations end (Hairer & Wanner, *Solving Ordinary Differential Equations
+//! II*, IV.8).
 
 use super::stepping::Failure;
 

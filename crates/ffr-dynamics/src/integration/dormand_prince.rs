@@ -1,7 +1,9 @@
-//! Dormand-Prince 5(4) with dense output (docs/theory.md Eq. T.1 to T.5), free vibrations being exact (T.9 to T.12).
+//! Dormand-Prince 5(4) with dense output (docs/theory.md Eq. T.1 to T.5), free vibrations being
+//! exact (T.9 to T.12).
 //!
-//! Explicit, seven stages, the last of which is the first of the next step. It knows nothing of mechanics: size and
-//! acceptance of an error are the system's business ([`OdeSystem::error_norm`]).
+//! Explicit, seven stages, the last of which is the first of the next step. It knows nothing of
+//! mechanics: size and acceptance of an error are the system's business
+//! ([`OdeSystem::error_norm`]).
 
 use super::one_step::OneStepMethod;
 use super::oscillator::{Oscillators, Vibration};
@@ -88,7 +90,8 @@ impl OneStepMethod for DormandPrince {
         &mut self.k[0]
     }
 
-    /// First step size (Eq. T.5): the change of the right-hand side over a small Euler step tells the time scale.
+    /// First step size (Eq. T.5): the change of the right-hand side over a small Euler step tells
+    /// the time scale.
     fn first_step<S: OdeSystem + ?Sized>(
         &mut self,
         stepping: &mut Stepping,

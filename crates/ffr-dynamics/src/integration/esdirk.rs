@@ -1,9 +1,10 @@
-//! Implicit Runge-Kutta methods with an explicit first stage and one iteration matrix: TR-BDF2, and one of order four
-//! (docs/theory.md Eq. T.13 to T.23).
+//! Implicit Runge-Kutta methods with an explicit first stage and one iteration matrix: TR-BDF2, and
+//! one of order four (docs/theory.md Eq. T.13 to T.23).
 //!
-//! L-stable, with an error estimate filtered by the iteration matrix. Modes whose period is far below the step are not resolved
-//! but damped out; what they lose shows as a loss of the system's energy. It knows nothing of mechanics: size and acceptance of an
-//! error are the system's business ([`OdeSystem::damped_error_norm`]).
+//! L-stable, with an error estimate filtered by the iteration matrix. Modes whose period is far
+//! below the step are not resolved but damped out; what they lose shows as a loss of the system's
+//! energy. It knows nothing of mechanics: size and acceptance of an error are the system's business
+//! ([`OdeSystem::damped_error_norm`]).
 
 use super::convergence::Convergence;
 use super::held_derivative::HeldDerivative;
@@ -61,8 +62,9 @@ impl Esdirk {
         })
     }
 
-    /// The known part of a stage's state, in `scratch`, and a first guess of its rate (T.18): that of the system linearised about the
-    /// stage before, by which unresolved modes never leave their size.
+    /// The known part of a stage's state, in `scratch`, and a first guess of its rate (T.18): that
+    /// of the system linearised about the stage before, by which unresolved modes never leave their
+    /// size.
     fn begin_stage(&mut self, y: &[f64], stage: usize, weight: f64) {
         let mut factors = [0.0; MAX_STAGES];
         for (factor, a) in factors.iter_mut().zip(self.method.weights[stage - 1]) {
@@ -104,7 +106,8 @@ impl Esdirk {
         Ok(())
     }
 
-    /// Newton's method for the rate `k[stage] = f(t, base + d h k[stage])` (T.14), `base` in `scratch`; leaves the state in `trial`.
+    /// Newton's method for the rate `k[stage] = f(t, base + d h k[stage])` (T.14), `base` in
+    /// `scratch`; leaves the state in `trial`.
     fn solve_stage<S: OdeSystem + ?Sized>(
         &mut self,
         stepping: &mut Stepping,
@@ -184,7 +187,8 @@ impl OneStepMethod for Esdirk {
         stepping.first_implicit_step(system, &self.k[0], t_end)
     }
 
-    /// All stages of a step of size `h`; leaves the new state in `trial` and returns its error (Eq. T.13 to T.16).
+    /// All stages of a step of size `h`; leaves the new state in `trial` and returns its error
+    /// (Eq. T.13 to T.16).
     fn attempt<S: OdeSystem + ?Sized>(
         &mut self,
         stepping: &mut Stepping,

@@ -9,7 +9,8 @@ const GOLDEN: f64 = 0.381_966_011_250_105_1;
 const PROBE: f64 = 1e-3;
 /// Bisections and secant steps after which the bracket has long reached round-off.
 const MAX_ITERATIONS: usize = 200;
-/// Golden-section steps in search of a hidden dip: 0.618^24 narrows the bracket to 1e-5 of a sample interval.
+/// Golden-section steps in search of a hidden dip: 0.618^24 narrows the bracket to 1e-5 of a sample
+/// interval.
 const MAX_DIP_ITERATIONS: usize = 24;
 
 /// A zero of a scalar function of time and state, passed from positive to negative.
@@ -34,8 +35,9 @@ pub struct CrossingSearch {
 impl CrossingSearch {
     /// A search in states with `dimension` components that finds the zero within `tolerance` \[s\].
     ///
-    /// Each step is sampled at `n_samples` equal intervals (at least 1); between samples a dip of the function is
-    /// followed to its bottom, so that two zeros between two samples are seen as well.
+    /// Each step is sampled at `n_samples` equal intervals (at least 1); between samples a dip of
+    /// the function is followed to its bottom, so that two zeros between two samples are seen as
+    /// well.
     ///
     /// # Panics
     /// If the tolerance is negative or not a number.
@@ -51,7 +53,8 @@ impl CrossingSearch {
 
     /// First time in the last step at which `function` turns from positive to zero or negative.
     ///
-    /// A function that is zero or negative from the start of the step has no crossing until it has been positive.
+    /// A function that is zero or negative from the start of the step has no crossing until it has
+    /// been positive.
     ///
     /// # Errors
     /// [`DynamicsError::Integration`] if the function is not a number somewhere.
@@ -98,7 +101,8 @@ impl<D: DenseOutput, F: FnMut(f64, &[f64]) -> f64> Evaluation<'_, D, F> {
         Ok(value)
     }
 
-    /// A dip below zero in the first or last interval of a step that no third sample reveals, only the slope at its end.
+    /// A dip below zero in the first or last interval of a step that no third sample reveals, only
+    /// the slope at its end.
     fn hidden_dip(
         &mut self,
         left: Sample,
@@ -166,7 +170,8 @@ impl<D: DenseOutput, F: FnMut(f64, &[f64]) -> f64> Evaluation<'_, D, F> {
         Ok((middle.1 <= 0.0).then_some((left, middle)))
     }
 
-    /// Regula falsi (Illinois) with bisection whenever it gains too little; the sign change stays bracketed.
+    /// Regula falsi (Illinois) with bisection whenever it gains too little; the sign change stays
+    /// bracketed.
     fn refine(
         &mut self,
         (mut a, mut b): (Sample, Sample),

@@ -1,9 +1,10 @@
 //! Gauss collocation with four stages (docs/theory.md Eq. T.26 to T.31).
 //!
-//! Implicit, symmetric, of order eight: the energy of linear vibration is kept whatever the step, also of modes whose period is far
-//! below it; only their phase is lost. The stages are found together by simplified Newton iterations for their rates, which two
-//! complex factorisations of the size of the velocities serve. It knows nothing of mechanics: size and acceptance of an error are the
-//! system's business ([`OdeSystem::damped_error_norm`]).
+//! Implicit, symmetric, of order eight: the energy of linear vibration is kept whatever the step,
+//! also of modes whose period is far below it; only their phase is lost. The stages are found
+//! together by simplified Newton iterations for their rates, which two complex factorisations of
+//! the size of the velocities serve. It knows nothing of mechanics: size and acceptance of an error
+//! are the system's business ([`OdeSystem::damped_error_norm`]).
 
 use faer::c64;
 use nalgebra::{Quaternion, Vector3};
@@ -24,16 +25,19 @@ use crate::kinematics::rotation::quaternion_rate;
 pub(super) const ORDER: f64 = 9.0;
 /// What helps when the steps become too short.
 pub(super) const REMEDY: &str = "look for a force that jumps, or take the explicit method";
-/// A step that has to shrink does so by this factor at least: one further factorisation in place of several.
+/// A step that has to shrink does so by this factor at least: one further factorisation in place of
+/// several.
 const LEAST_SHRINKAGE: f64 = 0.85;
 
 /// Stages, factors and dense output of a step.
 #[derive(Debug)]
 pub(super) struct Gauss {
     collocation: Collocation,
-    /// Components whose rates depend on the velocities in a way that the iterations need not know: quaternions, quadratures.
+    /// Components whose rates depend on the velocities in a way that the iterations need not know:
+    /// quaternions, quadratures.
     following: Vec<usize>,
-    /// Whether the system solves the linear systems itself, about the start of the step, and whether it is to be asked to.
+    /// Whether the system solves the linear systems itself, about the start of the step, and
+    /// whether it is to be asked to.
     is_solved_by_system: bool,
     asks_system: bool,
     /// The factorised matrices that are used where the system has no solver of its own.
@@ -59,7 +63,8 @@ pub(super) struct Gauss {
     /// Rate of the collocation polynomial at the start of the step, less the rate there.
     defect: Vec<f64>,
     error: Vec<f64>,
-    /// Size of the last step, its rates and its defect, of which modes that are not resolved have no part.
+    /// Size of the last step, its rates and its defect, of which modes that are not resolved have
+    /// no part.
     last_step: f64,
     last_k: [Vec<f64>; STAGES],
     last_defect: Vec<f64>,
@@ -129,7 +134,8 @@ impl Gauss {
         if self.held.renew(stepping, system) {
             self.factorised_step = 0.0;
         }
-        // A clock's round-off changes `h` in its last digits; the factors may differ by that much and more.
+        // A clock's round-off changes `h` in its last digits; the factors may differ by that much
+        // and more.
         let is_factorised = (self.factorised_step - h).abs() <= 1e-9 * h;
         if !is_factorised {
             stepping.statistics.factorisations += 1;
@@ -144,7 +150,8 @@ impl Gauss {
         Ok(())
     }
 
-    /// Replaces `solution` by the solution of the system of pair `m` with `scale A_s motion` added to it (Eq. T.28).
+    /// Replaces `solution` by the solution of the system of pair `m` with `scale A_s motion` added
+    /// to it (Eq. T.28).
     fn solve_pair<S: OdeSystem + ?Sized>(&mut self, system: &mut S, m: usize, scale: c64) {
         if self.is_solved_by_system {
             system.solve_held(m, &mut self.solution, scale, &self.motion);
@@ -168,7 +175,8 @@ impl Gauss {
         }
     }
 
-    /// First guess of the rates: those of the system linearised about the start of the step (Eq. T.29).
+    /// First guess of the rates: those of the system linearised about the start of the step
+    /// (Eq. T.29).
     fn guess<S: OdeSystem + ?Sized>(&mut self, system: &mut S, y: &[f64], h: f64) {
         for (v, i) in self.motion.iter_mut().zip(&self.held.structure.unknowns) {
             *v = y[*i];
@@ -220,7 +228,8 @@ impl Gauss {
         combine(y, h, &self.collocation.stages[stage], &self.k, &mut self.trial);
     }
 
-    /// The stages by simplified Newton iterations for their rates; leaves the state at the end in `trial` (Eq. T.27, T.28).
+    /// The stages by simplified Newton iterations for their rates; leaves the state at the end in
+    /// `trial` (Eq. T.27, T.28).
     fn solve<S: OdeSystem + ?Sized>(
         &mut self,
         stepping: &mut Stepping,
@@ -250,16 +259,19 @@ impl Gauss {
             if !is_finite(&self.trial) {
                 return Err(Failure::NotFinite);
             }
-            // What is left changes the energy, of modes that are not resolved as well: it counts in full.
+            // What is left changes the energy, of modes that are not resolved as well: it counts in
+            // full.
             let size = system.error_norm(&stepping.y, &self.trial, &self.scratch);
-            // Quadratures are those of the stages before the last correction, which is to be below the permitted error.
+            // Quadratures are those of the stages before the last correction, which is to be below
+            // the permitted error.
             if self.convergence.is_reached(&mut iterations, size)? && size <= 1.0 {
                 return Ok(());
             }
         }
     }
 
-    /// Corrects the rates by the residuals; leaves what that does to the state at the end in `scratch`.
+    /// Corrects the rates by the residuals; leaves what that does to the state at the end in
+    /// `scratch`.
     fn correct<S: OdeSystem + ?Sized>(&mut self, system: &mut S, y: &[f64], h: f64) {
         self.motion.fill(0.0);
         self.along.fill(0.0);
@@ -318,7 +330,8 @@ impl Gauss {
         }
     }
 
-    /// The error of the step: what the defect at its start grows to (Eq. T.30); leaves it in `error` and the defect in `defect`.
+    /// The error of the step: what the defect at its start grows to (Eq. T.30); leaves it in
+    /// `error` and the defect in `defect`.
     fn find_error<S: OdeSystem + ?Sized>(&mut self, system: &mut S, y: &[f64], h: f64) {
         let at_start = self.collocation.at_start;
         for (i, d) in self.defect.iter_mut().enumerate() {
@@ -365,7 +378,8 @@ impl Gauss {
         self.spread_error(y, h);
     }
 
-    /// The error of all components from that of the unknowns and of their positions, the first two of `corrections`.
+    /// The error of all components from that of the unknowns and of their positions, the first two
+    /// of `corrections`.
     fn spread_error(&mut self, y: &[f64], h: f64) {
         let [velocities, positions, ..] = &self.corrections;
         self.error.fill(0.0);

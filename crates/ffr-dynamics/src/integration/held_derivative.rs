@@ -1,4 +1,5 @@
-//! The derivative of a right-hand side that an implicit method holds over several steps, and when it is formed anew.
+//! The derivative of a right-hand side that an implicit method holds over several steps, and when
+//! it is formed anew.
 
 use super::jacobian::{Differences, Structure};
 use super::linearisation::Linearisation;
@@ -34,7 +35,8 @@ impl HeldDerivative {
         })
     }
 
-    /// Forms it at the start of the step if the one at hand does not serve; returns whether it is another one.
+    /// Forms it at the start of the step if the one at hand does not serve; returns whether it is
+    /// another one.
     pub fn renew<S: OdeSystem + ?Sized>(&mut self, stepping: &mut Stepping, system: &mut S) -> bool {
         if self.is_valid {
             return false;
@@ -51,7 +53,8 @@ impl HeldDerivative {
         (self.is_valid, self.is_fresh) = (is_kept, false);
     }
 
-    /// Whether a derivative of its own may help the step that ended in `failure`; it is then formed in the next attempt.
+    /// Whether a derivative of its own may help the step that ended in `failure`; it is then formed
+    /// in the next attempt.
     pub fn renews_for(&mut self, failure: &Failure) -> bool {
         let is_stale = failure.may_be_of_the_derivative() && !self.is_fresh;
         if is_stale {

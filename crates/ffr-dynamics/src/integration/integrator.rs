@@ -14,7 +14,8 @@ use crate::error::{DynamicsError, EvaluationFailure};
 /// Integration method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
-    /// Dormand-Prince 5(4): explicit, order five (docs/theory.md Eq. T.1 to T.5), free vibrations being exact (T.9 to T.12).
+    /// Dormand-Prince 5(4): explicit, order five (docs/theory.md Eq. T.1 to T.5), free vibrations
+    /// being exact (T.9 to T.12).
     #[default]
     DormandPrince,
     /// TR-BDF2: implicit, L-stable, order two (Eq. T.13 to T.16).
@@ -31,9 +32,9 @@ impl Method {
         matches!(self, Self::TrBdf2 | Self::Esdirk4)
     }
 
-    /// Error allowed in a step, as a share of the motion's velocity, unless another is wanted: with the explicit method one at which
-    /// its energy drift cannot be seen, with the implicit ones more. Gauss collocation keeps the energy by itself; low orders need
-    /// many steps for less.
+    /// Error allowed in a step, as a share of the motion's velocity, unless another is wanted: with
+    /// the explicit method one at which its energy drift cannot be seen, with the implicit ones
+    /// more. Gauss collocation keeps the energy by itself; low orders need many steps for less.
     pub fn default_tolerance(self) -> f64 {
         if self == Self::DormandPrince { 1e-8 } else { 1e-5 }
     }
@@ -103,7 +104,8 @@ impl Integrator {
         Ok(Self { method, stepping: Stepping::new(settings, order, remedy, t, y)?, stages })
     }
 
-    /// An integrator with [`Method::DormandPrince`], which needs to know nothing of its system before the first step.
+    /// An integrator with [`Method::DormandPrince`], which needs to know nothing of its system
+    /// before the first step.
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if a step of the settings is not positive.
@@ -158,12 +160,14 @@ impl Integrator {
         self.stepping.set_max_step(max_step)
     }
 
-    /// Whether critical errors of the right-hand side end a step; see [`StepSettings::stops_at_errors`].
+    /// Whether critical errors of the right-hand side end a step; see
+    /// [`StepSettings::stops_at_errors`].
     pub fn stop_at_errors(&mut self, stops: bool) {
         self.stepping.settings.stops_at_errors = stops;
     }
 
-    /// Says that the right-hand side has changed at the present time (a force switched on, another penalty).
+    /// Says that the right-hand side has changed at the present time (a force switched on, another
+    /// penalty).
     pub fn invalidate(&mut self) {
         self.stepping.is_rate_valid = false;
         each!(&mut self.stages, s => s.invalidate());
@@ -171,8 +175,9 @@ impl Integrator {
 
     /// Goes on from another time and state with the step size proposed so far.
     ///
-    /// The dense output of the last step is lost. The system's inner state is not touched: to go back into the last step,
-    /// call [`OdeSystem::restore`] as well, which takes it to the step's start. For a state of another size make a new integrator.
+    /// The dense output of the last step is lost. The system's inner state is not touched: to go
+    /// back into the last step, call [`OdeSystem::restore`] as well, which takes it to the step's
+    /// start. For a state of another size make a new integrator.
     ///
     /// # Panics
     /// If the length of `y` differs from the dimension.
@@ -184,12 +189,13 @@ impl Integrator {
     /// Takes one step that ends at `t_end` at the latest, and exactly there if it comes near.
     ///
     /// [`OdeSystem::save`] is called before the first attempt, [`OdeSystem::restore`] after each failed one and after differences
-    /// of the right-hand side. After the step the inner state of a system with memory belongs to the step's end.
-    /// At `t_end` already, nothing happens.
+    /// of the right-hand side. After the step the inner state of a system with memory belongs to
+    /// the step's end. At `t_end` already, nothing happens.
     ///
     /// # Errors
     /// [`DynamicsError::Integration`] when the step has shrunk until it no longer moves the clock, or the state is not
-    /// finite, or the right-hand side refuses the state reached. The integrator stays at the last accepted state.
+    /// finite, or the right-hand side refuses the state reached. The integrator stays at the last
+    /// accepted state.
     ///
     /// # Panics
     /// If the system has another number of equations than the integrator.
@@ -197,7 +203,8 @@ impl Integrator {
         each!(&mut self.stages, s => advance(&mut **s, &mut self.stepping, system, t_end))
     }
 
-    /// Steps until `t_end`, calling `observe` after each accepted step, which answers whether to go on; returns the time reached.
+    /// Steps until `t_end`, calling `observe` after each accepted step, which answers whether to go
+    /// on; returns the time reached.
     ///
     /// # Errors
     /// As [`Integrator::step`].

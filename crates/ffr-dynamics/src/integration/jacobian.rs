@@ -1,7 +1,8 @@
-//! Derivatives of the right-hand side in the unknowns that an implicit method solves for (docs/theory.md Eq. T.20 to T.22).
+//! Derivatives of the right-hand side in the unknowns that an implicit method solves for
+//! (docs/theory.md Eq. T.20 to T.22).
 //!
-//! Velocities are the unknowns; positions follow through known kinematics and quadratures through nothing but the result.
-//! A system of which nothing is known has all its components as unknowns.
+//! Velocities are the unknowns; positions follow through known kinematics and quadratures through
+//! nothing but the result. A system of which nothing is known has all its components as unknowns.
 
 use super::linearisation::{KinematicBlock, Linearisation};
 use super::step_control::Statistics;
@@ -47,7 +48,8 @@ impl Structure {
         Ok(Self { blocks, unknowns })
     }
 
-    /// Sets `direction` to the change of state that unit speed of unknown `j` brings to the positions of `y` (T.20).
+    /// Sets `direction` to the change of state that unit speed of unknown `j` brings to the
+    /// positions of `y` (T.20).
     fn position_direction(&self, y: &[f64], j: usize, direction: &mut [f64]) {
         direction.fill(0.0);
         let mut first = 0;
@@ -85,7 +87,8 @@ impl Differences {
         Self { base: zeros(), moved: zeros(), direction: zeros(), rates: zeros() }
     }
 
-    /// Derivative at `(t, y)`: what the system knows, the rest by differences (T.22). Restores the system's inner state.
+    /// Derivative at `(t, y)`: what the system knows, the rest by differences (T.22). Restores the
+    /// system's inner state.
     ///
     /// A column whose differences are refused on both sides is left zero.
     pub(super) fn linearise<S: OdeSystem + ?Sized>(
@@ -157,7 +160,8 @@ impl Differences {
         false
     }
 
-    /// Step along `direction`: as long as a permitted error, over which the system counts as linear, but well above round-off.
+    /// Step along `direction`: as long as a permitted error, over which the system counts as
+    /// linear, but well above round-off.
     fn difference_step<S: OdeSystem + ?Sized>(&self, system: &mut S, y: &[f64]) -> f64 {
         let size = system.damped_error_norm(y, y, &self.direction);
         let along: f64 = y.iter().zip(&self.direction).map(|(y, d)| y.abs() * d.abs()).fold(0.0, f64::max);

@@ -1,4 +1,5 @@
-//! How state components move each other, and the derivatives of a right-hand side in the unknowns (docs/theory.md Eq. T.20 to T.22).
+//! How state components move each other, and the derivatives of a right-hand side in the unknowns
+//! (docs/theory.md Eq. T.20 to T.22).
 
 /// How a group of state components changes with others. Numbers are indices into the state vector.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,7 +20,8 @@ pub enum KinematicBlock {
         /// First of three angular velocities.
         velocity: usize,
     },
-    /// `len` components from `start` on whose rates depend on anything, and that move no position directly.
+    /// `len` components from `start` on whose rates depend on anything, and that move no position
+    /// directly.
     Plain {
         /// First component.
         start: usize,
@@ -48,9 +50,11 @@ impl KinematicBlock {
     }
 }
 
-/// Derivatives of the rates of all unknowns: with respect to motion along each unknown's position, and to each unknown itself.
+/// Derivatives of the rates of all unknowns: with respect to motion along each unknown's position,
+/// and to each unknown itself.
 ///
-/// Unknowns count in the order of the system's blocks: velocities of vectors, angular velocities, plain components.
+/// Unknowns count in the order of the system's blocks: velocities of vectors, angular velocities,
+/// plain components.
 #[derive(Debug, Clone)]
 pub struct Linearisation {
     n: usize,
@@ -75,14 +79,15 @@ impl Linearisation {
         self.n
     }
 
-    /// Change of all rates with the position that unknown `unknown` moves, per unit; for a rotation about a body axis, per
-    /// radian. To be written; what is in it is undefined.
+    /// Change of all rates with the position that unknown `unknown` moves, per unit; for a rotation
+    /// about a body axis, per radian. To be written; what is in it is undefined.
     pub fn position_column_mut(&mut self, unknown: usize) -> &mut [f64] {
         self.is_known[unknown][0] = true;
         &mut self.by_position[unknown * self.n..(unknown + 1) * self.n]
     }
 
-    /// Change of all rates with the unknown `unknown` itself. To be written; what is in it is undefined.
+    /// Change of all rates with the unknown `unknown` itself. To be written; what is in it is
+    /// undefined.
     pub fn velocity_column_mut(&mut self, unknown: usize) -> &mut [f64] {
         self.is_known[unknown][1] = true;
         &mut self.by_velocity[unknown * self.n..(unknown + 1) * self.n]
@@ -98,7 +103,8 @@ impl Linearisation {
         &self.by_velocity[unknown * self.n..(unknown + 1) * self.n]
     }
 
-    /// Whether the derivative with the position, or with the unknown itself, has been written: one entry per unknown.
+    /// Whether the derivative with the position, or with the unknown itself, has been written: one
+    /// entry per unknown.
     pub(super) fn is_known(&self) -> &[[bool; 2]] {
         &self.is_known
     }

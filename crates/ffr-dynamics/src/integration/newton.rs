@@ -1,7 +1,8 @@
 //! The linear systems of an implicit stage, reduced to the velocities (docs/theory.md Eq. T.21).
 //!
-//! `(1 - d h J) x = r`, where `J` is the derivative of the right-hand side. Positions and quadratures are eliminated with
-//! known kinematics; the factorised matrix is that of the unknowns alone.
+//! `(1 - d h J) x = r`, where `J` is the derivative of the right-hand side. Positions and
+//! quadratures are eliminated with known kinematics; the factorised matrix is that of the unknowns
+//! alone.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting as lu;
@@ -48,7 +49,8 @@ impl IterationMatrix {
 
     /// Whether the factors belong to the weight `d h` \[s\].
     pub(super) fn is_for(&self, weight: f64) -> bool {
-        // A clock's round-off changes `h` in its last digits; the factors may differ by that much and more.
+        // A clock's round-off changes `h` in its last digits; the factors may differ by that much
+        // and more.
         (self.weight - weight).abs() <= 1e-9 * weight
     }
 
@@ -57,7 +59,8 @@ impl IterationMatrix {
         self.weight = 0.0;
     }
 
-    /// Factorises `1 - d h A_v - (d h)² A_s L` for the weight `d h` and the angular velocities in `y` (T.21).
+    /// Factorises `1 - d h A_v - (d h)² A_s L` for the weight `d h` and the angular velocities in
+    /// `y` (T.21).
     ///
     /// Returns whether that is possible; the matrix may be singular or not finite.
     pub(super) fn factorise(
@@ -166,7 +169,8 @@ impl IterationMatrix {
         self.positions_from_velocities(structure, y, x);
     }
 
-    /// Positions of the right-hand side with velocities at rest; their tangent components are left in `tangent`.
+    /// Positions of the right-hand side with velocities at rest; their tangent components are left
+    /// in `tangent`.
     fn positions_alone(&mut self, structure: &Structure, y: &[f64], x: &mut [f64]) {
         let (mut first, mut turn) = (0, 0);
         for block in &structure.blocks {

@@ -5,11 +5,14 @@ use super::stepping::{Failure, Step, StepAttempt, Stepping};
 use super::system::OdeSystem;
 use crate::error::DynamicsError;
 
-/// Repetitions of a step that goes beyond a change of the right-hand side's form; each knows the place better than the one before.
+/// Repetitions of a step that goes beyond a change of the right-hand side's form; each knows the
+/// place better than the one before.
 const MAX_CUTS: u32 = 8;
-/// Share by which a repeated step aims behind the change, so that the next one begins with the new form.
+/// Share by which a repeated step aims behind the change, so that the next one begins with the new
+/// form.
 const BEHIND: f64 = 1e-7;
-/// Share of a step that may lie behind the change: a force that sets in with the displacement is late by the square of that.
+/// Share of a step that may lie behind the change: a force that sets in with the displacement is
+/// late by the square of that.
 const OVERSHOT: f64 = 1e-6;
 
 /// Stages, error and dense output of a one-step method. Time, state and step are in [`Stepping`].
@@ -48,7 +51,8 @@ pub(super) trait OneStepMethod {
         error: f64,
     ) -> Step;
 
-    /// Whether the same step is worth another attempt after `failure`, with a derivative of its own.
+    /// Whether the same step is worth another attempt after `failure`, with a derivative of its
+    /// own.
     fn renews_for(&mut self, _failure: &Failure) -> bool {
         false
     }
@@ -104,7 +108,8 @@ pub(super) fn advance<M: OneStepMethod, S: OdeSystem + ?Sized>(
     }
 }
 
-/// The step that ends just behind the place where the right-hand side changes its form, if `attempt` goes farther.
+/// The step that ends just behind the place where the right-hand side changes its form, if
+/// `attempt` goes farther.
 fn shorter<M: OneStepMethod, S: OdeSystem + ?Sized>(
     method: &M,
     stepping: &Stepping,

@@ -1,8 +1,8 @@
-//! Elastic coordinates whose free vibration has a closed form, and what that takes off an explicit method (docs/theory.md
-//! Eq. T.9 to T.12).
+//! Elastic coordinates whose free vibration has a closed form, and what that takes off an explicit
+//! method (docs/theory.md Eq. T.9 to T.12).
 //!
-//! The free vibration under the force at the start of the step is exact, whatever the step; the method integrates what the
-//! force changes in it, seen in coordinates that vibrate along.
+//! The free vibration under the force at the start of the step is exact, whatever the step; the
+//! method integrates what the force changes in it, seen in coordinates that vibrate along.
 
 /// A coordinate `x` with `d²x/dt² = -ω² x - c dx/dt + g`, `g` what the rest of the system adds.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,15 +22,17 @@ pub struct Oscillator {
 pub struct Oscillators<'a> {
     /// All of them.
     pub list: &'a [Oscillator],
-    /// Place in the state of the quadrature of `c (dx/dt)²`, summed over them; none where nothing is damped or recorded.
+    /// Place in the state of the quadrature of `c (dx/dt)²`, summed over them; none where nothing
+    /// is damped or recorded.
     pub dissipated: Option<usize>,
 }
 
-/// Decay of a vibration within one step, as an exponent, that the method takes: it looks back from the end of a step to its
-/// start, which makes round-off larger by the exponential of it.
+/// Decay of a vibration within one step, as an exponent, that the method takes: it looks back from
+/// the end of a step to its start, which makes round-off larger by the exponential of it.
 const LARGEST_DECAY: f64 = 2.0;
 
-/// Angle that a vibration turns in a step from which on the stages no longer see how it turns the changes of the force.
+/// Angle that a vibration turns in a step from which on the stages no longer see how it turns the
+/// changes of the force.
 const UNRESOLVED: f64 = std::f64::consts::TAU;
 
 impl Oscillator {
@@ -91,7 +93,8 @@ struct Course<const STAGES: usize> {
     dense: [[f64; 2]; 4],
 }
 
-/// Oscillators in the steps of an explicit method with `STAGES` stages, the last of which is the end of the step.
+/// Oscillators in the steps of an explicit method with `STAGES` stages, the last of which is the
+/// end of the step.
 #[derive(Debug, Clone)]
 pub(super) struct Vibration<const STAGES: usize> {
     nodes: [f64; STAGES],
@@ -100,7 +103,8 @@ pub(super) struct Vibration<const STAGES: usize> {
     courses: Vec<Course<STAGES>>,
     /// Step that the turns belong to \[s\].
     step: f64,
-    /// What the quadrature is short of by its stages, apart from the balance of energies at the end.
+    /// What the quadrature is short of by its stages, apart from the balance of energies at the
+    /// end.
     powers: [f64; STAGES],
     power_dense: [f64; 4],
 }
@@ -119,7 +123,8 @@ impl<const STAGES: usize> Vibration<STAGES> {
         }
     }
 
-    /// Begins a step from `y`, where rates are `rate`, with the oscillators that the system has now.
+    /// Begins a step from `y`, where rates are `rate`, with the oscillators that the system has
+    /// now.
     pub fn begin(&mut self, of: Oscillators<'_>, y: &[f64], rate: &[f64]) {
         self.take_over(of);
         for (o, course) in self.oscillators.iter().zip(&mut self.courses) {
@@ -163,7 +168,8 @@ impl<const STAGES: usize> Vibration<STAGES> {
         }
     }
 
-    /// Sets the oscillators' part of `state` to that of stage `stage`, with the stage's `weights` (Eq. T.10).
+    /// Sets the oscillators' part of `state` to that of stage `stage`, with the stage's `weights`
+    /// (Eq. T.10).
     pub fn place(&self, stage: usize, weights: &[f64], state: &mut [f64]) {
         for (o, course) in self.oscillators.iter().zip(&self.courses) {
             let gained = course.gained(self.step, weights);
@@ -181,7 +187,8 @@ impl<const STAGES: usize> Vibration<STAGES> {
         }
     }
 
-    /// Sets the oscillators' part of the error `error` of the step, with the `weights` of the error and of the step (Eq. T.11).
+    /// Sets the oscillators' part of the error `error` of the step, with the `weights` of the error
+    /// and of the step (Eq. T.11).
     pub fn place_error(&self, weights: &[f64], of_step: &[f64], error: &mut [f64]) {
         for (o, course) in self.oscillators.iter().zip(&self.courses) {
             let (estimate, gained) = (course.gained(self.step, weights), course.gained(self.step, of_step));
@@ -192,8 +199,9 @@ impl<const STAGES: usize> Vibration<STAGES> {
         }
     }
 
-    /// Ends the step in `state`: adds what the quadrature of the damping is short of (Eq. T.12), and prepares the interpolation
-    /// from the `weights` of the step and of the last term of the dense output.
+    /// Ends the step in `state`: adds what the quadrature of the damping is short of (Eq. T.12),
+    /// and prepares the interpolation from the `weights` of the step and of the last term of the
+    /// dense output.
     pub fn end(&mut self, weights: &[f64], last_term: &[f64], state: &mut [f64]) {
         let h = self.step;
         for course in &mut self.courses {
@@ -211,8 +219,8 @@ impl<const STAGES: usize> Vibration<STAGES> {
         }
     }
 
-    /// Sets the oscillators' part of `out`, the interpolation at the share `theta` of the last step, and adds to the quadrature what
-    /// its stages are short of.
+    /// Sets the oscillators' part of `out`, the interpolation at the share `theta` of the last
+    /// step, and adds to the quadrature what its stages are short of.
     pub fn interpolate(&self, theta: f64, out: &mut [f64]) {
         for (o, course) in self.oscillators.iter().zip(&self.courses) {
             [out[o.position], out[o.velocity]] = course.between(o, theta, self.step);
@@ -223,7 +231,8 @@ impl<const STAGES: usize> Vibration<STAGES> {
         }
     }
 
-    /// Energy that the oscillators have lost since the start, with the work of the forces that acted there.
+    /// Energy that the oscillators have lost since the start, with the work of the forces that
+    /// acted there.
     fn balance(&self, state: impl Fn(&Oscillator, &Course<STAGES>) -> [f64; 2]) -> f64 {
         let lost = self.oscillators.iter().zip(&self.courses).map(|(o, course)| {
             let now = state(o, course);
@@ -268,8 +277,8 @@ impl<const STAGES: usize> Course<STAGES> {
     }
 }
 
-/// Terms of the dense output (Eq. T.2) of a coordinate that starts at zero, gains `gained`, has the slopes `slopes` per step at the two
-/// ends, and the last term `last`.
+/// Terms of the dense output (Eq. T.2) of a coordinate that starts at zero, gains `gained`, has the
+/// slopes `slopes` per step at the two ends, and the last term `last`.
 fn dense_terms(gained: f64, slopes: [f64; 2], last: f64) -> [f64; 4] {
     let third = slopes[0] - gained;
     [gained, third, gained - slopes[1] - third, last]

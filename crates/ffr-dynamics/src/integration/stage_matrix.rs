@@ -1,4 +1,5 @@
-//! The linear systems of a pair of Gauss stages, reduced to the velocities (docs/theory.md Eq. T.28).
+//! The linear systems of a pair of Gauss stages, reduced to the velocities (docs/theory.md
+//! Eq. T.28).
 
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::lu::partial_pivoting as lu;
@@ -32,7 +33,8 @@ impl StageMatrix {
         }
     }
 
-    /// Factorises the matrix for steps of size `h`; returns whether that is possible: it may be singular or not finite.
+    /// Factorises the matrix for steps of size `h`; returns whether that is possible: it may be
+    /// singular or not finite.
     pub fn factorise(&mut self, derivative: &Linearisation, h: f64) -> bool {
         let n = self.n;
         if n == 0 {

@@ -1,4 +1,5 @@
-//! Step size control: proportional-integral controller, limits, statistics (docs/theory.md Eq. T.3, T.4).
+//! Step size control: proportional-integral controller, limits, statistics (docs/theory.md Eq. T.3,
+//! T.4).
 
 use crate::data_error::DataError;
 use crate::error::{DynamicsError, EvaluationFailure};
@@ -9,14 +10,16 @@ const SAFETY: f64 = 0.9;
 const MIN_FACTOR: f64 = 0.2;
 /// Largest factor from one step to the next (the same source, code DOPRI5).
 const MAX_FACTOR: f64 = 10.0;
-/// Integral part of the controller as a share of `1/order`: 0.04 for order five (the same source, code DOPRI5).
+/// Integral part of the controller as a share of `1/order`: 0.04 for order five (the same source,
+/// code DOPRI5).
 const INTEGRAL_SHARE: f64 = 0.2;
-/// A step that may grow by less than this keeps its size, and with it the factors of an implicit method (Hairer & Wanner, *Solving
-/// ODEs II*, IV.8, code RADAU5).
+/// A step that may grow by less than this keeps its size, and with it the factors of an implicit
+/// method (Hairer & Wanner, *Solving ODEs II*, IV.8, code RADAU5).
 const KEPT_GROWTH: f64 = 1.2;
 /// Smallest remembered error; keeps the integral part bounded after error-free steps.
 const MIN_ERROR: f64 = 1e-4;
-/// Factor of the step after a refusal of the right-hand side or a result that is not finite, where no error is known.
+/// Factor of the step after a refusal of the right-hand side or a result that is not finite, where
+/// no error is known.
 const REFUSAL_FACTOR: f64 = 0.25;
 
 /// How an integrator chooses its steps.
@@ -28,10 +31,11 @@ pub struct StepSettings {
     pub max_step: f64,
     /// Takes every step with `max_step` and without error control; for order tests and comparisons.
     pub is_fixed: bool,
-    /// Ends a step in which the right-hand side refused a state with a critical error of a contact solver, in
-    /// place of trying a shorter one.
+    /// Ends a step in which the right-hand side refused a state with a critical error of a contact
+    /// solver, in place of trying a shorter one.
     pub stops_at_errors: bool,
-    /// Whether the explicit method takes free vibrations from their closed form (Eq. T.9) in place of following them.
+    /// Whether the explicit method takes free vibrations from their closed form (Eq. T.9) in place
+    /// of following them.
     pub is_vibration_exact: bool,
 }
 
@@ -104,7 +108,8 @@ pub struct Statistics {
     pub steps: u64,
     /// Rejected steps, whatever the reason.
     pub rejected: u64,
-    /// Of these, steps in which the right-hand side refused a state (contact solver without a solution).
+    /// Of these, steps in which the right-hand side refused a state (contact solver without a
+    /// solution).
     pub refused: u64,
     /// Evaluations of the right-hand side, refused ones included.
     pub evaluations: u64,
@@ -149,7 +154,8 @@ impl Controller {
         wanted.clamp(MIN_FACTOR, largest)
     }
 
-    /// Factor from the step rejected with error `error` to its repetition; without a finite error, a fixed one.
+    /// Factor from the step rejected with error `error` to its repetition; without a finite error,
+    /// a fixed one.
     pub(super) fn rejected(&mut self, error: Option<f64>) -> f64 {
         self.follows_rejection = true;
         match error {
@@ -164,7 +170,8 @@ pub(super) fn worthwhile_growth(growth: f64) -> f64 {
     if (1.0..KEPT_GROWTH).contains(&growth) { 1.0 } else { growth }
 }
 
-/// Smallest step that still moves the clock by a meaningful amount on the way from `t` to `t_end` \[s\].
+/// Smallest step that still moves the clock by a meaningful amount on the way from `t` to `t_end`
+/// \[s\].
 pub(super) fn smallest_step(t: f64, t_end: f64) -> f64 {
     16.0 * f64::EPSILON * t.abs().max(t_end.abs())
 }

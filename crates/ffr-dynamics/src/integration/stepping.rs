@@ -1,11 +1,12 @@
-//! What a one-step method has besides its stages: time, state and step, the loop's two ends (an attempt accepted, an attempt rejected).
+//! What a one-step method has besides its stages: time, state and step, the loop's two ends (an
+//! attempt accepted, an attempt rejected).
 
 use super::step_control::{Controller, Statistics, StepSettings, smallest_step};
 use super::system::OdeSystem;
 use crate::error::{DynamicsError, EvaluationFailure, IntegrationFault, Rejection};
 
-/// First step of an implicit method as a share of the time in which the state changes by its own size (Hairer, Nørsett & Wanner,
-/// *Solving ODEs I*, II.4).
+/// First step of an implicit method as a share of the time in which the state changes by its own
+/// size (Hairer, Nørsett & Wanner, *Solving ODEs I*, II.4).
 const FIRST_STEP: f64 = 0.01;
 
 /// An accepted step.
@@ -39,7 +40,8 @@ pub(super) enum Failure {
 }
 
 impl Failure {
-    /// Whether another derivative may help: the iterations did not converge, or the matrix was singular.
+    /// Whether another derivative may help: the iterations did not converge, or the matrix was
+    /// singular.
     pub fn may_be_of_the_derivative(&self) -> bool {
         matches!(self, Self::Diverged { .. } | Self::Singular)
     }
@@ -77,7 +79,8 @@ pub(super) struct Stepping {
 }
 
 impl Stepping {
-    /// At time `t` in the state `y`, with a method whose error grows with the step to the power `order`.
+    /// At time `t` in the state `y`, with a method whose error grows with the step to the power
+    /// `order`.
     pub fn new(
         settings: StepSettings,
         order: f64,
@@ -119,8 +122,8 @@ impl Stepping {
         self.controller.forget();
     }
 
-    /// Begins a step: saves the system's inner state and fills `rate` with the rate at `(t, y)` if it is not there already.
-    /// Returns an empty step if `t_end` is reached.
+    /// Begins a step: saves the system's inner state and fills `rate` with the rate at `(t, y)` if
+    /// it is not there already. Returns an empty step if `t_end` is reached.
     pub fn begin<S: OdeSystem + ?Sized>(
         &mut self,
         system: &mut S,
@@ -166,8 +169,8 @@ impl Stepping {
         Ok(())
     }
 
-    /// First step size of an implicit method (Eq. T.23): a small share of the time in which the state changes by its own size at the
-    /// rate `rate`; too large, it is rejected.
+    /// First step size of an implicit method (Eq. T.23): a small share of the time in which the
+    /// state changes by its own size at the rate `rate`; too large, it is rejected.
     pub fn first_implicit_step<S: OdeSystem + ?Sized>(
         &self,
         system: &mut S,
@@ -205,7 +208,8 @@ impl Stepping {
         self.is_rate_valid = !system.project(self.t, &mut self.y);
         self.statistics.steps += 1;
         let proposed = h * growth;
-        // A step cut short by the caller's end time says nothing against the longer one proposed before.
+        // A step cut short by the caller's end time says nothing against the longer one proposed
+        // before.
         let is_cut_short = self.rejected == 0 && proposed >= h;
         self.h = if is_cut_short { proposed.max(self.h) } else { proposed };
         if self.settings.is_fixed {
@@ -214,7 +218,8 @@ impl Stepping {
         Step { start, end, error, rejected: self.rejected }
     }
 
-    /// Books an attempt of size `h` that failed or has too large an error, and proposes a shorter one, or says why there is none.
+    /// Books an attempt of size `h` that failed or has too large an error, and proposes a shorter
+    /// one, or says why there is none.
     pub fn reject(&mut self, h: f64, t_end: f64, outcome: Result<f64, Failure>) -> Result<(), DynamicsError> {
         self.rejected += 1;
         self.statistics.rejected += 1;

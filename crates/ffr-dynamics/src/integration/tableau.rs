@@ -1,10 +1,11 @@
-//! Coefficients of implicit Runge-Kutta methods whose stages share one iteration matrix (docs/theory.md Eq. T.13, T.14, T.18, T.19).
+//! Coefficients of implicit Runge-Kutta methods whose stages share one iteration matrix
+//! (docs/theory.md Eq. T.13, T.14, T.18, T.19).
 
 /// Most stages of a method.
 pub(super) const MAX_STAGES: usize = 6;
 
-/// An L-stable method with an explicit first stage and the same weight `d` of the implicit rate in all others, whose last stage is the
-/// step's end.
+/// An L-stable method with an explicit first stage and the same weight `d` of the implicit rate in
+/// all others, whose last stage is the step's end.
 #[derive(Debug)]
 pub(super) struct Tableau {
     /// Times of the stages, as shares of the step.
@@ -23,15 +24,17 @@ pub(super) struct Tableau {
     pub middle_weights: &'static [f64],
 }
 
-/// End of the trapezoidal part of TR-BDF2, with which both parts have the same iteration matrix (Bank et al. 1985).
+/// End of the trapezoidal part of TR-BDF2, with which both parts have the same iteration matrix
+/// (Bank et al. 1985).
 const GAMMA: f64 = 2.0 - std::f64::consts::SQRT_2;
 /// Weight of the implicit rate in both stages (Hosea & Shampine 1996).
 const D: f64 = 0.5 * GAMMA;
 /// Weight of the two earlier rates in the last stage (same source).
 const W: f64 = 0.25 * std::f64::consts::SQRT_2;
 
-/// A step of the trapezoidal rule and one of the second backward difference formula, order two, with an embedded one of order three (Bank
-/// et al. 1985; Hosea & Shampine 1996; the method behind *ode23tb*).
+/// A step of the trapezoidal rule and one of the second backward difference formula, order two,
+/// with an embedded one of order three (Bank et al. 1985; Hosea & Shampine 1996; the method behind
+/// *ode23tb*).
 pub(super) static TR_BDF2: Tableau = Tableau {
     nodes: &[0.0, GAMMA, 1.0],
     weights: &[&[D], &[W, W]],
@@ -42,8 +45,8 @@ pub(super) static TR_BDF2: Tableau = Tableau {
     middle_weights: &[1.0],
 };
 
-/// ESDIRK4(3)6L\[2\]SA, the implicit half of ARK4(3)6L\[2\]SA: order four, stages of order two, embedded order three (Kennedy & Carpenter,
-/// *Appl. Numer. Math.* 44 (2003), 139-181).
+/// ESDIRK4(3)6L\[2\]SA, the implicit half of ARK4(3)6L\[2\]SA: order four, stages of order two,
+/// embedded order three (Kennedy & Carpenter, *Appl. Numer. Math.* 44 (2003), 139-181).
 pub(super) static ESDIRK4: Tableau = Tableau {
     nodes: &[0.0, 0.5, 83.0 / 250.0, 31.0 / 50.0, 17.0 / 20.0, 1.0],
     weights: &[
@@ -72,8 +75,8 @@ pub(super) static ESDIRK4: Tableau = Tableau {
     middle_weights: &MIDDLE_OF_ESDIRK4,
 };
 
-/// Stages have order two only; this combination is exact for cubics, and stays bounded for unresolved modes as the stages do (Eq.
-/// T.19).
+/// Stages have order two only; this combination is exact for cubics, and stays bounded for
+/// unresolved modes as the stages do (Eq. T.19).
 const MIDDLE_OF_ESDIRK4: [f64; 4] =
     [-0.146_949_006_930_379_18, 0.322_902_310_509_678_8, 1.018_125_024_267_909, -0.194_078_327_847_208_7];
 
@@ -106,7 +109,8 @@ mod tests {
         [(&TR_BDF2, 2), (&ESDIRK4, 4)]
     }
 
-    /// Left and right sides of the conditions up to order four (Butcher; Hairer, Nørsett & Wanner I, II.2), with their orders.
+    /// Left and right sides of the conditions up to order four (Butcher; Hairer, Nørsett & Wanner
+    /// I, II.2), with their orders.
     fn conditions(t: &Tableau, b: &[f64]) -> Vec<(usize, f64, f64)> {
         let n = t.n_stages();
         let rows: Vec<Vec<f64>> = (0..n).map(|i| t.row(i)).collect();
@@ -158,7 +162,8 @@ mod tests {
     #[test]
     fn continuous_extensions_pass_through_what_the_stages_say_to_their_order() {
         for (t, order) in methods() {
-            // State of a stage where the solution is the power m of time: m times the weighted powers m - 1.
+            // State of a stage where the solution is the power m of time: m times the weighted
+            // powers m - 1.
             let stage = |i: usize, m: i32| {
                 let row = t.row(i);
                 f64::from(m) * row.iter().zip(t.nodes).map(|(a, c)| a * c.powi(m - 1)).sum::<f64>()

@@ -1,7 +1,8 @@
 //! Rotation vectors and their rates (docs/theory.md Eq. M.5, M.6).
 //!
-//! The rotation `exp(ϑ~)` of a rotation vector that moves at `ϑ'` has the angular velocity `J(ϑ) ϑ'` in the frame that it
-//! rotates into, with `J = E + a ϑ~ + b ϑ~²`, `a = (1 - cos θ) / θ²`, `b = (θ - sin θ) / θ³`.
+//! The rotation `exp(ϑ~)` of a rotation vector that moves at `ϑ'` has the angular velocity
+//! `J(ϑ) ϑ'` in the frame that it rotates into, with `J = E + a ϑ~ + b ϑ~²`,
+//! `a = (1 - cos θ) / θ²`, `b = (θ - sin θ) / θ³`.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -85,7 +86,8 @@ mod tests {
         ) {
             let (vector, rate) = (Vector3::from(vector), Vector3::from(rate));
             let at = |t: f64| UnitQuaternion::from_scaled_axis(vector + rate * t);
-            // Central differences of step 1e-5: truncation of order h² times rates of order 10, round-off eps / h.
+            // Central differences of step 1e-5: truncation of order h² times rates of order 10,
+            // round-off eps / h.
             let h = 1e-5;
             let turned = (at(h) * at(-h).inverse()).scaled_axis() / (2.0 * h);
             let rates = RotationVectorRates::new(&vector, &rate);

@@ -21,7 +21,8 @@ impl FlexiblePoint {
         Self { position, shapes: Vec::new() }
     }
 
-    /// A point from the rows `first_row..first_row + n_components` of a matrix of shapes in the model's own components.
+    /// A point from the rows `first_row..first_row + n_components` of a matrix of shapes in the
+    /// model's own components.
     ///
     /// # Panics
     /// If the matrix has too few rows.
@@ -58,7 +59,8 @@ impl FlexiblePoint {
         state.velocity + state.rotation * local
     }
 
-    /// Adds a force on the point, expressed in the inertial frame \[N\], to the forces on its body (Eq. D.3).
+    /// Adds a force on the point, expressed in the inertial frame \[N\], to the forces on its body
+    /// (Eq. D.3).
     pub fn add_force(&self, state: &BodyState, force: &Vector3<f64>, sum: &mut GeneralisedForce) {
         let local = state.rotation.inverse_transform_vector(force);
         sum.force += force;

@@ -1,4 +1,5 @@
-//! Markers: points with a frame that move and turn with a flexible body (docs/theory.md Eq. M.4 to M.6).
+//! Markers: points with a frame that move and turn with a flexible body (docs/theory.md Eq. M.4 to
+//! M.6).
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -11,8 +12,8 @@ use crate::system::force::{BodyState, GeneralisedForce};
 
 /// A point of a body with a frame of its own.
 ///
-/// The point moves by `Φ q_e`, the frame turns by the rotation vector `ϑ = Ψ q_e` in the body's frame: first order in the
-/// elastic coordinates, and yet a rotation matrix.
+/// The point moves by `Φ q_e`, the frame turns by the rotation vector `ϑ = Ψ q_e` in the body's
+/// frame: first order in the elastic coordinates, and yet a rotation matrix.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Marker {
     /// Name for joints and messages.
@@ -22,7 +23,8 @@ pub struct Marker {
     /// Rotation from the marker's frame to the body's frame, undeformed.
     pub rotation: UnitQuaternion<f64>,
     n_modes: usize,
-    /// Displacement along x, y, z, then rotation about x, y, z, each by elastic coordinate; empty on rigid bodies.
+    /// Displacement along x, y, z, then rotation about x, y, z, each by elastic coordinate; empty
+    /// on rigid bodies.
     rows: Vec<f64>,
 }
 
@@ -35,7 +37,8 @@ pub struct MarkerMotion {
     pub arm_rate: Vector3<f64>,
     /// Rotation from the marker's frame to the body's frame.
     pub rotation: UnitQuaternion<f64>,
-    /// Angular velocity of the marker's frame in the body's frame, and its dependence on rates and accelerations.
+    /// Angular velocity of the marker's frame in the body's frame, and its dependence on rates and
+    /// accelerations.
     pub turn: RotationVectorRates,
 }
 
@@ -45,7 +48,8 @@ impl Marker {
         Self { name: name.to_string(), position, rotation, n_modes: 0, rows: Vec::new() }
     }
 
-    /// A marker on a flexible body with the displacement and the rotation of each mode at its place, in the body's frame.
+    /// A marker on a flexible body with the displacement and the rotation of each mode at its
+    /// place, in the body's frame.
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if their numbers differ or a number is not finite.
@@ -77,23 +81,26 @@ impl Marker {
         self.n_modes
     }
 
-    /// Displacement by a unit of each elastic coordinate along `x`, `y` or `z`; empty on rigid bodies.
+    /// Displacement by a unit of each elastic coordinate along `x`, `y` or `z`; empty on rigid
+    /// bodies.
     pub fn displacement_row(&self, direction: usize) -> &[f64] {
         &self.rows[direction * self.n_modes..(direction + 1) * self.n_modes]
     }
 
-    /// Rotation vector by a unit of each elastic coordinate about `x`, `y` or `z`; empty on rigid bodies.
+    /// Rotation vector by a unit of each elastic coordinate about `x`, `y` or `z`; empty on rigid
+    /// bodies.
     pub fn rotation_row(&self, direction: usize) -> &[f64] {
         self.displacement_row(3 + direction)
     }
 
-    /// Whether the elastic coordinates neither move nor turn the marker, as at the marker of a tangent frame.
+    /// Whether the elastic coordinates neither move nor turn the marker, as at the marker of a
+    /// tangent frame.
     pub fn is_still(&self) -> bool {
         self.rows.iter().all(|v| *v == 0.0)
     }
 
-    /// Whether no elastic coordinate moves or turns the marker by more than `limit` a unit, which shapes of the size of
-    /// `1/√mass` make a small number.
+    /// Whether no elastic coordinate moves or turns the marker by more than `limit` a unit, which
+    /// shapes of the size of `1/√mass` make a small number.
     pub fn is_still_within(&self, limit: f64) -> bool {
         self.rows.iter().all(|v| v.abs() <= limit)
     }
@@ -172,7 +179,8 @@ impl Marker {
         state.rotation * (state.angular_velocity_in_body + turn.spin)
     }
 
-    /// Adds a force \[N\] and a moment \[N m\] at the marker, both in the inertial frame, to the forces on its body (Eq. M.7).
+    /// Adds a force \[N\] and a moment \[N m\] at the marker, both in the inertial frame, to the
+    /// forces on its body (Eq. M.7).
     pub fn add_wrench(
         &self,
         state: &BodyState,
@@ -198,8 +206,8 @@ impl Marker {
         }
     }
 
-    /// Displacement and rotation vector by elastic coordinates, and the same by their rates. The sums are those of
-    /// [`Marker::combine`], side by side, so that none waits for another.
+    /// Displacement and rotation vector by elastic coordinates, and the same by their rates. The
+    /// sums are those of [`Marker::combine`], side by side, so that none waits for another.
     fn combine_both(&self, elastic: &[f64], rates: &[f64]) -> [[Vector3<f64>; 2]; 2] {
         let n = self.n_modes.min(elastic.len()).min(rates.len());
         let rows: [&[f64]; 6] = std::array::from_fn(|c| &self.displacement_row(c)[..n]);

@@ -8,14 +8,18 @@ use crate::body::{AssembledBody, RigidMotion};
 use crate::data_error::DataError;
 use crate::error::DynamicsError;
 
-/// Deviation from a rigid motion, as a share of its size, up to which a marker follows the body as a whole.
+/// Deviation from a rigid motion, as a share of its size, up to which a marker follows the body as
+/// a whole.
 const RIGIDITY: f64 = 1e-6;
-/// Smallest moment of a set of nodes about its centre, as a share of the largest, that defines a rotation.
+/// Smallest moment of a set of nodes about its centre, as a share of the largest, that defines a
+/// rotation.
 const FLATNESS: f64 = 1e-12;
 
-/// Displacement and rotation of a marker as linear functions of the unknowns of a body before reduction.
+/// Displacement and rotation of a marker as linear functions of the unknowns of a body before
+/// reduction.
 ///
-/// The transposed relation says which forces on the unknowns a force and a moment at the marker are.
+/// The transposed relation says which forces on the unknowns a force and a moment at the marker
+/// are.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MarkerWeights {
     position: Vector3<f64>,
@@ -24,8 +28,9 @@ pub struct MarkerWeights {
 }
 
 impl MarkerWeights {
-    /// A marker at `position` \[m\] with the undeformed orientation `rotation`, both in the body's frame. An entry names an unknown
-    /// and the displacement along x, y, z and the rotation about x, y, z that a unit of it causes.
+    /// A marker at `position` \[m\] with the undeformed orientation `rotation`, both in the body's
+    /// frame. An entry names an unknown and the displacement along x, y, z and the rotation about
+    /// x, y, z that a unit of it causes.
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if a number is not finite or unknowns are not in rising order.
@@ -47,8 +52,9 @@ impl MarkerWeights {
         Ok(Self { position, rotation, entries })
     }
 
-    /// The marker that follows a set of nodes: its displacement and rotation are those of the rigid motion nearest to the nodes'
-    /// displacements (least squares). A single node moves the marker; it turns it only by rotations among its own unknowns.
+    /// The marker that follows a set of nodes: its displacement and rotation are those of the rigid
+    /// motion nearest to the nodes' displacements (least squares). A single node moves the marker;
+    /// it turns it only by rotations among its own unknowns.
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if there are no nodes, one does not exist or lacks an unknown, or they lie in one place or (solid models) in
@@ -128,8 +134,8 @@ impl MarkerWeights {
         Marker::flexible(name, self.position, self.rotation, &vectors(0), &vectors(3))
     }
 
-    /// Forces on the `n` unknowns by unit forces and moments at the marker: a column for each rigid motion of the model, in the
-    /// order of [`crate::reduction::RigidModes`] (n × 1, 3 or 6).
+    /// Forces on the `n` unknowns by unit forces and moments at the marker: a column for each rigid
+    /// motion of the model, in the order of [`crate::reduction::RigidModes`] (n × 1, 3 or 6).
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if there are fewer unknowns than the marker names.
@@ -143,7 +149,8 @@ impl MarkerWeights {
         Ok(forces)
     }
 
-    /// Checks that the marker follows rigid motions of `body`: translations as they are, rotations with its lever.
+    /// Checks that the marker follows rigid motions of `body`: translations as they are, rotations
+    /// with its lever.
     ///
     /// # Errors
     /// [`DynamicsError::Data`] with the motion that it does not follow.
@@ -256,7 +263,8 @@ impl NodeSet {
         Ok(Self { contains, centre, moment, has_rotations })
     }
 
-    /// From the moment of displacements to the rotation; none where the nodes' own rotations are taken.
+    /// From the moment of displacements to the rotation; none where the nodes' own rotations are
+    /// taken.
     fn turns(&self, motion: RigidMotion) -> Result<Option<Matrix3<f64>>, DynamicsError> {
         let eigen = self.moment.symmetric_eigenvalues();
         let is_resolved = match motion {

@@ -1,13 +1,15 @@
 //! Unit quaternions as generalised positions (docs/theory.md Eq. D.1).
 //!
-//! A state vector holds `w x y z` of the rotation from the body's frame to the inertial frame. Its length drifts within
-//! the integration error; everything read from it is normalised first, and [`renormalise`] takes the drift away.
+//! A state vector holds `w x y z` of the rotation from the body's frame to the inertial frame. Its
+//! length drifts within the integration error; everything read from it is normalised first, and
+//! [`renormalise`] takes the drift away.
 
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 /// Drift of the squared length at which a quaternion is worth normalising.
 ///
-/// All uses normalise by themselves, so that the drift spoils no result; normalising costs one more evaluation.
+/// All uses normalise by themselves, so that the drift spoils no result; normalising costs one more
+/// evaluation.
 const LENGTH_TOLERANCE: f64 = 1e-8;
 
 /// Rotation that the four components `w x y z` stand for, whatever their length.
@@ -19,7 +21,8 @@ pub fn rotation_from_slice(q: &[f64]) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(Quaternion::new(q[0], q[1], q[2], q[3]))
 }
 
-/// Rate of the quaternion `q` of a body that turns with `angular_velocity`, expressed in the body's frame (Eq. D.1) [1/s].
+/// Rate of the quaternion `q` of a body that turns with `angular_velocity`, expressed in the body's
+/// frame (Eq. D.1) [1/s].
 pub fn quaternion_rate(q: &[f64], angular_velocity: &Vector3<f64>, rate: &mut [f64]) {
     let q = Quaternion::new(q[0], q[1], q[2], q[3]);
     let half = q * Quaternion::from_imag(0.5 * angular_velocity);

@@ -1,7 +1,8 @@
 //! Residual flexibility of the contact interface (Eqs. R.22 to R.24).
 //!
-//! `G = Phi_hf,b K_hf^-1 Phi_hf,b^T` is what quasistatic contact needs of all high-frequency modes together. [`ResidualFlexibility`] takes the
-//! inverse of the trailing Cholesky block and removes the rigid and low-frequency parts, without any high-frequency mode.
+//! `G = Phi_hf,b K_hf^-1 Phi_hf,b^T` is what quasistatic contact needs of all high-frequency modes
+//! together. [`ResidualFlexibility`] takes the inverse of the trailing Cholesky block and removes
+//! the rigid and low-frequency parts, without any high-frequency mode.
 
 use std::sync::Arc;
 
@@ -51,12 +52,14 @@ impl FreeFlexibility {
         Ok(flexibility)
     }
 
-    /// Displacements of the interface under forces on it in a frame in which the body does not turn, n_b x n_b \[m/N\].
+    /// Displacements of the interface under forces on it in a frame in which the body does not
+    /// turn, n_b x n_b \[m/N\].
     pub fn compliance(&self) -> &Mat<f64> {
         &self.compliance
     }
 
-    /// The same without the modes `low` (Eq. R.22). These, all forces and displacements are of the body turned by `turn`.
+    /// The same without the modes `low` (Eq. R.22). These, all forces and displacements are of the
+    /// body turned by `turn`.
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if the modes have not one row per unknown.
@@ -117,8 +120,8 @@ impl FreeFlexibility {
 }
 
 impl LowModes {
-    /// `G` (Eq. R.22) at the unknowns `interface` of a body turned by `turn`, whose modes these are, from the compliance `free` ([`FreeFlexibility`]) of
-    /// the body as it was.
+    /// `G` (Eq. R.22) at the unknowns `interface` of a body turned by `turn`, whose modes these
+    /// are, from the compliance `free` ([`FreeFlexibility`]) of the body as it was.
     pub fn take_out(&self, mut free: Mat<f64>, interface: &[usize], turn: Option<BodyTurn>) -> Mat<f64> {
         if let Some(turn) = turn {
             turn.turn(free.as_mut());
@@ -168,7 +171,8 @@ impl BodyTurn {
     }
 }
 
-/// Flexibility of a free body without its rigid and low-frequency motions: `u_hf = F f - Phi_lf omega_lf^-2 Phi_lf^T f`.
+/// Flexibility of a free body without its rigid and low-frequency motions:
+/// `u_hf = F f - Phi_lf omega_lf^-2 Phi_lf^T f`.
 #[derive(Debug)]
 pub struct ResidualFlexibility {
     free: FreeFlexibility,
@@ -178,7 +182,8 @@ pub struct ResidualFlexibility {
 }
 
 impl ResidualFlexibility {
-    /// Route 2 on a free problem whose `interface` was eliminated last; the first `n_low` shapes of `low` are removed.
+    /// Route 2 on a free problem whose `interface` was eliminated last; the first `n_low` shapes of
+    /// `low` are removed.
     ///
     /// # Errors
     /// As [`FreeFlexibility::new`] and [`FreeFlexibility::without`].

@@ -1,7 +1,8 @@
 //! Fixed-interface (Craig-Bampton) reduction (Eqs. R.19 to R.21; Craig and Bampton 1968).
 //!
-//! `u_i = Psi u_b + Phi_n eta` with the constraint modes `Psi = -K_ii^-1 K_ib`. The reduced eigenproblem turns the basis into
-//! mass-orthonormal modes; the rigid modes in it are removed, the lowest elastic ones are low-frequency.
+//! `u_i = Psi u_b + Phi_n eta` with the constraint modes `Psi = -K_ii^-1 K_ib`. The reduced
+//! eigenproblem turns the basis into mass-orthonormal modes; the rigid modes in it are removed, the
+//! lowest elastic ones are low-frequency.
 
 use crate::error::EigenFault;
 use std::sync::Arc;
@@ -19,9 +20,11 @@ use super::static_answers::orthonormalise;
 use crate::DynamicsError;
 use crate::body::AssembledBody;
 
-/// Largest relative error of a retained frequency against the full model; then more fixed-interface modes are taken.
+/// Largest relative error of a retained frequency against the full model; then more fixed-interface
+/// modes are taken.
 pub const FREQUENCY_TOLERANCE: f64 = 1e-3;
-/// Fixed-interface modes beyond the retained and rigid ones in the first attempt (half-disc: 6 + 1 + 13 reach 7e-5).
+/// Fixed-interface modes beyond the retained and rigid ones in the first attempt (half-disc: 6 + 1
+/// + 13 reach 7e-5).
 const FIRST_MARGIN: usize = 13;
 /// Doublings of the margin.
 const MAX_TRIES: usize = 5;
@@ -29,7 +32,8 @@ const MAX_TRIES: usize = 5;
 /// How many fixed-interface normal modes to take.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FixedInterfaceModes {
-    /// As many as the retained frequencies need to agree with the full model's within [`FREQUENCY_TOLERANCE`].
+    /// As many as the retained frequencies need to agree with the full model's within
+    /// [`FREQUENCY_TOLERANCE`].
     Checked,
     /// Exactly this many (the papers' count); the error is only reported.
     Exactly(usize),
@@ -94,7 +98,8 @@ pub fn craig_bampton(
     Err(DynamicsError::Eigenmodes { found: n_low, expected: n_low, frequency, fault })
 }
 
-/// Constraint modes on all unknowns (n x n_b): column j is the answer to a unit move of interface unknown j [m/m].
+/// Constraint modes on all unknowns (n x n_b): column j is the answer to a unit move of interface
+/// unknown j [m/m].
 fn constraint_modes(inner: &ElasticProblem<'_>, interface: &[usize]) -> Mat<f64> {
     let n = inner.n_unknowns();
     let unit = Mat::from_fn(n, interface.len(), |i, j| if i == interface[j] { 1.0 } else { 0.0 });
@@ -120,7 +125,8 @@ fn reduce(
     basis.as_mut().subcols_mut(0, n_b).copy_from(constraint);
     basis.as_mut().subcols_mut(n_b, n_fixed).copy_from(&normal.shapes);
 
-    // K: the Schur complement on the interface (rows of K Psi there), the squared frequencies inside; no coupling.
+    // K: the Schur complement on the interface (rows of K Psi there), the squared frequencies
+    // inside; no coupling.
     let pulled = inner.stiffness_product(constraint.as_ref());
     let mut k = Mat::zeros(size, size);
     for j in 0..n_b {
@@ -150,8 +156,8 @@ fn reduce(
     })
 }
 
-/// Coordinates of the rigid modes in the reduced basis: their interface values; the constraint modes carry them exactly, so
-/// the normal modes take part only with round-off.
+/// Coordinates of the rigid modes in the reduced basis: their interface values; the constraint
+/// modes carry them exactly, so the normal modes take part only with round-off.
 fn rigid_coordinates(
     rigid: MatRef<'_, f64>,
     interface: &[usize],

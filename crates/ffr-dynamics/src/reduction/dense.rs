@@ -1,5 +1,6 @@
-//! Dense kernels: large products and solves on the threads of the current rayon pool, in tiles that the sizes alone decide, each tile
-//! sequential: the same bits on every run and for any number of threads.
+//! Dense kernels: large products and solves on the threads of the current rayon pool, in tiles that
+//! the sizes alone decide, each tile sequential: the same bits on every run and for any number of
+//! threads.
 
 use crate::error::MatrixFault;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -25,7 +26,8 @@ pub fn add_product(c: MatMut<'_, f64>, factor: f64, a: MatRef<'_, f64>, b: MatRe
     multiply(c, Accum::Add, factor, a, b);
 }
 
-/// Multiplications that one thread does at a time, some tenths of a millisecond, if the sizes allow.
+/// Multiplications that one thread does at a time, some tenths of a millisecond, if the sizes
+/// allow.
 const TILE_WORK: usize = 1 << 22;
 /// Rows or columns of the smallest tile.
 const TILE: usize = 32;
@@ -128,8 +130,9 @@ pub fn solve_lower_transposed(l: MatRef<'_, f64>, x: MatMut<'_, f64>) {
 
 /// Eigenvalues in ascending order and orthonormal eigenvectors of a symmetric matrix.
 ///
-/// Divide and conquer; its secular equation is sometimes solved to half the digits only (residuals of 1e-8 were seen on a
-/// well-separated spectrum of 234), so the residual is checked and the slower QR iteration taken where it is too large.
+/// Divide and conquer; its secular equation is sometimes solved to half the digits only (residuals
+/// of 1e-8 were seen on a well-separated spectrum of 234), so the residual is checked and the
+/// slower QR iteration taken where it is too large.
 ///
 /// # Errors
 /// [`DynamicsError::Factorisation`] if the matrix is not finite or the iteration does not converge.
@@ -150,8 +153,8 @@ pub fn symmetric_eigen(a: MatRef<'_, f64>) -> Result<(Vec<f64>, Mat<f64>), Dynam
     Err(failed(MatrixFault::NoConvergence))
 }
 
-/// Largest entry of `A V - V Lambda` against the largest eigenvalue that an eigensolver may leave: round-off of matrices of
-/// a few thousand rows is ten times smaller.
+/// Largest entry of `A V - V Lambda` against the largest eigenvalue that an eigensolver may leave:
+/// round-off of matrices of a few thousand rows is ten times smaller.
 const EIGEN_RESIDUAL: f64 = 1e-12;
 
 fn eigen_with(a: MatRef<'_, f64>, parameters: SelfAdjointEvdParams) -> Option<(Vec<f64>, Mat<f64>)> {
@@ -178,7 +181,8 @@ fn eigen_residual(a: MatRef<'_, f64>, values: &[f64], vectors: &Mat<f64>) -> f64
     rest.norm_max() / largest
 }
 
-/// Orthonormal basis of the complement of the columns of `a` (n x r, independent columns): n x (n - r).
+/// Orthonormal basis of the complement of the columns of `a` (n x r, independent columns): n x (n -
+/// r).
 pub fn orthogonal_complement(a: MatRef<'_, f64>) -> Mat<f64> {
     let (n, r) = (a.nrows(), a.ncols());
     let mut work = a.to_owned();
@@ -206,7 +210,8 @@ fn reflect(v: MatRef<'_, f64>, x: MatMut<'_, f64>) {
     add_product(x, -2.0, v, dots.as_ref());
 }
 
-/// Rows that support the columns of `rigid` best: greedy pivoting, one row per column; `allowed` filters rows.
+/// Rows that support the columns of `rigid` best: greedy pivoting, one row per column; `allowed`
+/// filters rows.
 ///
 /// Returns fewer rows than columns if the allowed rows do not hold all motions.
 pub fn pivot_rows(rigid: MatRef<'_, f64>, allowed: impl Fn(usize) -> bool) -> Vec<usize> {

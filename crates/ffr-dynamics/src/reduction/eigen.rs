@@ -1,4 +1,5 @@
-//! The lowest elastic modes, or all of them, every result checked by an inertia count (Eqs. R.7, R.11 to R.16).
+//! The lowest elastic modes, or all of them, every result checked by an inertia count (Eqs. R.7,
+//! R.11 to R.16).
 
 use faer::{Mat, MatRef};
 
@@ -14,7 +15,8 @@ const DENSE_SIZE: usize = 400;
 impl ElasticProblem<'_> {
     /// The `n_modes` lowest elastic modes, verified by an inertia count.
     ///
-    /// Block Lanczos, or the dense path for small models and when a large part of the modes is wanted.
+    /// Block Lanczos, or the dense path for small models and when a large part of the modes is
+    /// wanted.
     ///
     /// # Errors
     /// [`DynamicsError::TooManyModes`]; [`DynamicsError::Eigenmodes`] if the iteration does not converge or the count does not
@@ -23,8 +25,9 @@ impl ElasticProblem<'_> {
         self.lowest(n_modes, Goal::Modes, &[])
     }
 
-    /// The `n_modes` lowest angular eigenfrequencies of elastic modes [rad/s], rising, to some 1e-6, verified by an inertia count
-    /// (Eq. R.14): for whom the modes do not matter, in less than half the time if there are many.
+    /// The `n_modes` lowest angular eigenfrequencies of elastic modes [rad/s], rising, to some
+    /// 1e-6, verified by an inertia count (Eq. R.14): for whom the modes do not matter, in less
+    /// than half the time if there are many.
     ///
     /// # Errors
     /// As [`Self::lowest_modes`].
@@ -32,8 +35,9 @@ impl ElasticProblem<'_> {
         self.lowest_frequencies_below(n_modes, &[])
     }
 
-    /// As [`Self::lowest_frequencies`] where `bounds` are known that they do not exceed [rad/s]: those of a model whose motions are among this one's. None
-    /// found above its bound stands for the count.
+    /// As [`Self::lowest_frequencies`] where `bounds` are known that they do not exceed [rad/s]:
+    /// those of a model whose motions are among this one's. None found above its bound stands for
+    /// the count.
     ///
     /// # Errors
     /// As [`Self::lowest_modes`].
@@ -106,11 +110,11 @@ impl ElasticProblem<'_> {
     }
 }
 
-/// Elastic modes of dense `(K, M)` with rigid modes `R` (`R^T M R = 1`, may have no columns): eigenvalues in ascending
-/// order and mass-orthonormal vectors, n x (n - r) (Eq. R.16).
+/// Elastic modes of dense `(K, M)` with rigid modes `R` (`R^T M R = 1`, may have no columns):
+/// eigenvalues in ascending order and mass-orthonormal vectors, n x (n - r) (Eq. R.16).
 ///
-/// Works with the inverse on the complement of `R`, so that low eigenvalues keep their digits beside very high ones; the
-/// high part is then solved once more with `K` itself.
+/// Works with the inverse on the complement of `R`, so that low eigenvalues keep their digits
+/// beside very high ones; the high part is then solved once more with `K` itself.
 ///
 /// # Errors
 /// [`DynamicsError::NotPositiveDefinite`] or [`DynamicsError::Factorisation`].
@@ -129,7 +133,8 @@ pub fn elastic_modes_dense(
     let support = dense::pivot_rows(rigid, |_| true);
     let mut held = k.to_owned();
     let mut response = mass_basis.clone();
-    // On an interface that just holds the body no stiffness is left: any positive diagonal does for the held rows.
+    // On an interface that just holds the body no stiffness is left: any positive diagonal does for
+    // the held rows.
     let diagonal = (0..n).fold(0.0f64, |d, i| d.max(k[(i, i)]));
     for &c in &support {
         for i in (0..n).filter(|&i| i != c) {
@@ -141,7 +146,8 @@ pub fn elastic_modes_dense(
     }
     let factor = dense::cholesky(held, "the supported stiffness matrix")?;
     dense::solve_lower(factor.as_ref(), response.as_mut());
-    // B = (M E)^T K_c^-1 (M E) as a Gram matrix; the held rows add nothing because their loads are zero.
+    // B = (M E)^T K_c^-1 (M E) as a Gram matrix; the held rows add nothing because their loads are
+    // zero.
     let mut flexibility = dense::product(response.transpose(), response.as_ref());
     dense::symmetrise(&mut flexibility);
     let (theta, vectors) = dense::symmetric_eigen(flexibility.as_ref())?;
@@ -149,7 +155,8 @@ pub fn elastic_modes_dense(
     let n_e = theta.len();
     let largest = theta.last().copied().unwrap_or(0.0);
     let smallest = theta.iter().fold(largest, |a, t| a.min(t.abs())).max(f64::EPSILON * largest);
-    // The inverse errs by epsilon against its largest eigenvalue, K against its own: split where both lose equally.
+    // The inverse errs by epsilon against its largest eigenvalue, K against its own: split where
+    // both lose equally.
     let split = (largest * smallest).sqrt();
     let n_low = theta.iter().filter(|&&t| t > split).count();
     let descending = Mat::from_fn(n_e, n_e, |i, j| vectors[(i, n_e - 1 - j)]);

@@ -2,7 +2,8 @@
 
 use faer::sparse::SymbolicSparseColMatRef;
 
-/// Entries of a lower triangle by columns in the order of elimination; rows of a column in no order.
+/// Entries of a lower triangle by columns in the order of elimination; rows of a column in no
+/// order.
 #[derive(Debug)]
 pub(super) struct EntryPositions {
     start: Vec<u32>,

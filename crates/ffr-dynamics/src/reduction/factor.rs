@@ -28,10 +28,11 @@ pub struct SymbolicFactor {
 }
 
 impl SymbolicFactor {
-    /// Analyses the lower triangle `pattern` under the elimination `order` (position p holds the p-th unknown).
+    /// Analyses the lower triangle `pattern` under the elimination `order` (position p holds the
+    /// p-th unknown).
     ///
-    /// The elimination follows an equivalent order, in which subtrees of the elimination tree are together; the last `n_last` unknowns
-    /// keep their places.
+    /// The elimination follows an equivalent order, in which subtrees of the elimination tree are
+    /// together; the last `n_last` unknowns keep their places.
     ///
     /// # Errors
     /// [`DynamicsError::FactorTooLarge`] if no memory holds the factor, [`DynamicsError::Data`] if `order` is no permutation.
@@ -63,7 +64,8 @@ impl SymbolicFactor {
         Ok(Self { layout, positions })
     }
 
-    /// Refuses a factor whose entries, of `bytes` bytes each, have no place in the memory that is free.
+    /// Refuses a factor whose entries, of `bytes` bytes each, have no place in the memory that is
+    /// free.
     pub(super) fn check_memory(&self, bytes: usize) -> Result<(), DynamicsError> {
         refuse_if(&self.layout, bytes, memory::shortage)
     }
@@ -100,7 +102,8 @@ impl SymbolicFactor {
         self.layout.roots().iter().map(|&s| self.layout.work[s as usize]).sum()
     }
 
-    /// Entries of the factor of a matrix with the analysed pattern; the error is the position of the pivot that fails.
+    /// Entries of the factor of a matrix with the analysed pattern; the error is the position of
+    /// the pivot that fails.
     pub(super) fn factorise(
         &self,
         matrix: SparseColMatRef<'_, u32, f64>,
@@ -111,7 +114,8 @@ impl SymbolicFactor {
         numeric::factorise(&self.layout, &self.positions, |number, _, _| values[number], kind)
     }
 
-    /// Cholesky factor of a symmetric positive definite matrix with the analysed pattern; `name` is for messages.
+    /// Cholesky factor of a symmetric positive definite matrix with the analysed pattern; `name` is
+    /// for messages.
     ///
     /// # Errors
     /// [`DynamicsError::NotPositiveDefinite`] with the unknown whose pivot fails, [`DynamicsError::FactorTooLarge`].
@@ -159,7 +163,8 @@ fn refuse_if(
     }
 }
 
-/// A sparse Cholesky factor `L` with `A = L L^T` in the elimination order, or `A = L S L^T` with the signs `S` of the pivots.
+/// A sparse Cholesky factor `L` with `A = L L^T` in the elimination order, or `A = L S L^T` with
+/// the signs `S` of the pivots.
 #[derive(Debug)]
 pub struct CholeskyFactor {
     symbolic: Arc<SymbolicFactor>,
@@ -177,7 +182,8 @@ impl CholeskyFactor {
         &self.values
     }
 
-    /// Solves `A x = b` in place for all columns, eight at a time, on the threads of the current rayon pool.
+    /// Solves `A x = b` in place for all columns, eight at a time, on the threads of the current
+    /// rayon pool.
     ///
     /// # Panics
     /// If `x` has not one row per unknown.
@@ -204,8 +210,8 @@ impl CholeskyFactor {
         }
     }
 
-    /// The trailing block `L_bb` (n_b x n_b, lower) of the last `n_b` unknowns of the elimination order: `L_bb L_bb^T` is
-    /// the Schur complement on them (Eq. R.20).
+    /// The trailing block `L_bb` (n_b x n_b, lower) of the last `n_b` unknowns of the elimination
+    /// order: `L_bb L_bb^T` is the Schur complement on them (Eq. R.20).
     ///
     /// # Panics
     /// If there are fewer than `n_b` unknowns.

@@ -1,7 +1,8 @@
 //! Inertia counts (Sylvester's law, Eq. R.7): how many eigenvalues of `(K, M)` lie below a shift.
 //!
-//! Large matrices are factorised in single precision, in half the time and memory; the error of that factorisation is
-//! measured, and only if it could change no sign does the count stand. Otherwise double precision decides.
+//! Large matrices are factorised in single precision, in half the time and memory; the error of
+//! that factorisation is measured, and only if it could change no sign does the count stand.
+//! Otherwise double precision decides.
 
 use std::sync::Arc;
 
@@ -15,9 +16,11 @@ use super::random::Random;
 use super::single_precision::{SinglePrecisionFactor, diagonal_of};
 use crate::DynamicsError;
 
-/// Factors with at least this many entries are tried in single precision first; smaller ones take a fraction of a second.
+/// Factors with at least this many entries are tried in single precision first; smaller ones take a
+/// fraction of a second.
 pub(super) const SINGLE_FROM: usize = 4_000_000;
-/// Largest relative error of the single-precision factor, as its iteration matrix contracts; below 1 no sign can differ.
+/// Largest relative error of the single-precision factor, as its iteration matrix contracts; below
+/// 1 no sign can differ.
 const CONTRACTION_LIMIT: f64 = 0.25;
 /// Random vectors and steps by which the contraction is measured.
 const PROBES: usize = 4;
@@ -28,10 +31,12 @@ const PROBE_STEPS: usize = 3;
 pub struct Inertia {
     /// Number of negative pivots: eigenvalues below the shift.
     pub negative: usize,
-    /// Largest pivot against the diagonal entry it comes from; a large value says that the shift sits on an eigenvalue
-    /// of the matrix or of a leading block, so that the count is not to be trusted. Infinite if a pivot is zero.
+    /// Largest pivot against the diagonal entry it comes from; a large value says that the shift
+    /// sits on an eigenvalue of the matrix or of a leading block, so that the count is not to be
+    /// trusted. Infinite if a pivot is zero.
     pub growth: f64,
-    /// Measured error of the single-precision factor (contraction of its refinement, below 1); `None` in double precision.
+    /// Measured error of the single-precision factor (contraction of its refinement, below 1);
+    /// `None` in double precision.
     pub contraction: Option<f64>,
 }
 
@@ -53,7 +58,8 @@ impl ShiftedFactor {
 }
 
 impl SymbolicFactor {
-    /// Counts the negative pivots of a symmetric matrix with the analysed pattern in double precision.
+    /// Counts the negative pivots of a symmetric matrix with the analysed pattern in double
+    /// precision.
     ///
     /// # Errors
     /// [`DynamicsError::FactorTooLarge`] if memory does not suffice.
@@ -80,10 +86,11 @@ impl SymbolicFactor {
 
     /// The count in single precision; `None` if the factor is not accurate enough for it to stand.
     ///
-    /// With `A` the matrix and `P` the product of its rounded factors, no eigenvalue of `P^-1 (A - P)` at or below -1 means
-    /// that no matrix on the line from `P` to `A` is singular: their inertia is the same. The largest eigenvalue is measured
-    /// by iterating `x <- x - P^-1 A x` on random vectors, first filtered by `P^-1`, which brings out the modes next to the
-    /// shift, whose signs are at stake.
+    /// With `A` the matrix and `P` the product of its rounded factors, no eigenvalue of
+    /// `P^-1 (A - P)` at or below -1 means that no matrix on the line from `P` to `A` is singular:
+    /// their inertia is the same. The largest eigenvalue is measured by iterating
+    /// `x <- x - P^-1 A x` on random vectors, first filtered by `P^-1`, which brings out the modes
+    /// next to the shift, whose signs are at stake.
     ///
     /// # Errors
     /// [`DynamicsError::FactorTooLarge`] if memory does not suffice.
@@ -132,7 +139,8 @@ impl SymbolicFactor {
     }
 }
 
-/// Largest factor by which `x - P^-1 A x` changes vectors, `P` the rounded factorisation; infinite if it fails.
+/// Largest factor by which `x - P^-1 A x` changes vectors, `P` the rounded factorisation; infinite
+/// if it fails.
 fn contraction(matrix: SparseColMatRef<'_, u32, f64>, factor: &SinglePrecisionFactor) -> f64 {
     let scale = factor.scale();
     let mut random = Random::new(0x5eed);

@@ -1,7 +1,8 @@
 //! Block Lanczos iteration on `F M` in the mass inner product (Eqs. R.11, R.12), thick restart.
 //!
-//! `F M x = theta x` has the eigenvalues `theta = 1 / lambda`, the lowest elastic modes come first. Blocks find the copies
-//! of multiple eigenvalues that a single vector misses; every block is orthogonalised against the whole basis.
+//! `F M x = theta x` has the eigenvalues `theta = 1 / lambda`, the lowest elastic modes come first.
+//! Blocks find the copies of multiple eigenvalues that a single vector misses; every block is
+//! orthogonalised against the whole basis.
 
 use crate::error::MatrixFault;
 use faer::{Mat, MatMut, MatRef};
@@ -13,8 +14,9 @@ use crate::DynamicsError;
 
 /// A new direction shorter than this part of the operator's norm is round-off.
 const BREAKDOWN: f64 = 1e-13;
-/// A block whose columns shrink below this part of their length while they are made orthogonal among themselves is
-/// orthogonalised once more with a fresh product: what is left would have lost more than two digits.
+/// A block whose columns shrink below this part of their length while they are made orthogonal
+/// among themselves is orthogonalised once more with a fresh product: what is left would have lost
+/// more than two digits.
 const CANCELLATION: f64 = 1e-2;
 
 /// What a Lanczos run multiplies with: `F M`, symmetric in the mass inner product.
@@ -63,8 +65,8 @@ pub(crate) struct Lanczos<'p, O> {
     /// `V^T M F M V`.
     projected: Mat<f64>,
     size: usize,
-    /// First basis vector of the block before the last one: the operator couples a block with those from there on alone, but for round-off.
-    /// 0 behind a restart.
+    /// First basis vector of the block before the last one: the operator couples a block with those
+    /// from there on alone, but for round-off. 0 behind a restart.
     previous: usize,
     next: Block,
     /// `next * coupling` is what the last block leaves outside the basis.
@@ -119,7 +121,8 @@ impl<'p, O: Operator> Lanczos<'p, O> {
         self.size + self.width <= self.basis.ncols()
     }
 
-    /// Replaces the next block by random vectors, smoothed once by the operator and orthogonal to the basis.
+    /// Replaces the next block by random vectors, smoothed once by the operator and orthogonal to
+    /// the basis.
     pub fn restart_random(&mut self) -> Result<(), DynamicsError> {
         let block = self.smooth_random(self.width);
         // The scale of the block itself: a random start has no operator norm to compare with.
@@ -171,7 +174,8 @@ impl<'p, O: Operator> Lanczos<'p, O> {
         Ok(())
     }
 
-    /// Removes the parts along the rigid modes and the basis vectors from number `first` on; returns the coefficients along the whole basis.
+    /// Removes the parts along the rigid modes and the basis vectors from number `first` on;
+    /// returns the coefficients along the whole basis.
     fn orthogonalise(&self, block: &mut Mat<f64>, first: usize) -> Mat<f64> {
         self.problem.project(block.as_mut());
         let count = self.size - first;
@@ -188,7 +192,8 @@ impl<'p, O: Operator> Lanczos<'p, O> {
         along
     }
 
-    /// Makes a block that is orthogonal to the basis mass-orthonormal; returns it with the triangular factor.
+    /// Makes a block that is orthogonal to the basis mass-orthonormal; returns it with the
+    /// triangular factor.
     fn orthonormalise(&mut self, x: Mat<f64>) -> Result<(Block, Mat<f64>), DynamicsError> {
         let mass_x = self.problem.mass_product(x.as_ref());
         let mut block = Block { x, mass_x };
@@ -202,8 +207,8 @@ impl<'p, O: Operator> Lanczos<'p, O> {
         Ok((block, factor))
     }
 
-    /// Modified Gram-Schmidt inside a block, and how much the worst column shrank; directions shorter than `limit` become
-    /// new random ones with no coupling.
+    /// Modified Gram-Schmidt inside a block, and how much the worst column shrank; directions
+    /// shorter than `limit` become new random ones with no coupling.
     fn gram_schmidt(&mut self, block: &mut Block, limit: f64) -> Result<(Mat<f64>, f64), DynamicsError> {
         let mut factor = Mat::zeros(self.width, self.width);
         let mut shrinkage = 1.0_f64;
@@ -234,7 +239,8 @@ impl<'p, O: Operator> Lanczos<'p, O> {
         Ok((factor, shrinkage))
     }
 
-    /// Puts a random unit direction, orthogonal to basis and block, into column `j`; returns its length, 1 or not finite.
+    /// Puts a random unit direction, orthogonal to basis and block, into column `j`; returns its
+    /// length, 1 or not finite.
     fn replace(&mut self, block: &mut Block, j: usize) -> f64 {
         let mut fresh = self.smooth_random(1);
         let mut length = 0.0;
@@ -253,8 +259,9 @@ impl<'p, O: Operator> Lanczos<'p, O> {
         if length.is_finite() { 1.0 } else { length }
     }
 
-    /// Steps that cost as much as [`Lanczos::ritz`] with the present basis of `m` vectors: some `9 m^3` operations, a step takes `8 n m` for each
-    /// vector of its block in products with the basis.
+    /// Steps that cost as much as [`Lanczos::ritz`] with the present basis of `m` vectors: some
+    /// `9 m^3` operations, a step takes `8 n m` for each vector of its block in products with the
+    /// basis.
     pub fn steps_of_ritz(&self) -> usize {
         9 * self.size.pow(2) / (8 * self.problem.n_unknowns() * self.width).max(1)
     }
@@ -280,13 +287,15 @@ impl<'p, O: Operator> Lanczos<'p, O> {
         (turn(&self.basis), turn(&self.mass_basis))
     }
 
-    /// Shrinks the basis to the first `k` Ritz vectors; the next block stays (thick restart, Wu and Simon 2000).
+    /// Shrinks the basis to the first `k` Ritz vectors; the next block stays (thick restart, Wu and
+    /// Simon 2000).
     pub fn compress(&mut self, ritz: &Ritz, k: usize) {
         let (kept, mass_kept) = self.vectors(ritz, k);
         self.keep(kept.as_ref(), mass_kept.as_ref(), &ritz.theta[..k]);
     }
 
-    /// Takes mass-orthonormal vectors, their products with `M` and their eigenvalues `theta` as the whole basis.
+    /// Takes mass-orthonormal vectors, their products with `M` and their eigenvalues `theta` as the
+    /// whole basis.
     pub fn keep(&mut self, vectors: MatRef<'_, f64>, mass_vectors: MatRef<'_, f64>, theta: &[f64]) {
         let k = theta.len();
         self.basis.as_mut().subcols_mut(0, k).copy_from(vectors);
@@ -300,8 +309,8 @@ impl<'p, O: Operator> Lanczos<'p, O> {
 }
 
 impl Lanczos<'_, ElasticProblem<'_>> {
-    /// As [`Self::vectors`], the Ritz vectors being those of the stiffness itself: without the error of a flexibility of limited
-    /// accuracy, apart from what it leaves outside the basis.
+    /// As [`Self::vectors`], the Ritz vectors being those of the stiffness itself: without the
+    /// error of a flexibility of limited accuracy, apart from what it leaves outside the basis.
     pub fn vectors_of_stiffness(&self, k: usize) -> Result<(Mat<f64>, Mat<f64>), DynamicsError> {
         let basis = self.basis.as_ref().subcols(0, self.size);
         let pulled = self.problem.stiffness_product(basis);

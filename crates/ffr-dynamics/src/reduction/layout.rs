@@ -1,11 +1,13 @@
 //! Where the entries of a supernodal factor stand, and which supernode changes which (Eq. R.4).
 //!
-//! Wide supernodes are cut into panels of at most [`PANEL`] columns. A panel is stored by columns: its own rows first, then those of the
-//! later panels of its supernode, then the pattern. Offsets are `usize`, so that factors of more than 4e9 entries can be counted.
+//! Wide supernodes are cut into panels of at most [`PANEL`] columns. A panel is stored by columns:
+//! its own rows first, then those of the later panels of its supernode, then the pattern. Offsets
+//! are `usize`, so that factors of more than 4e9 entries can be counted.
 
 use super::supernodes::{NONE, Supernodes};
 
-/// Most columns of a panel: products of panels add up at most so many terms in a row, which no processor splits by the size of its cache.
+/// Most columns of a panel: products of panels add up at most so many terms in a row, which no
+/// processor splits by the size of its cache.
 pub(super) const PANEL: usize = 256;
 
 /// Columns `first..end` of one supernode.
@@ -169,7 +171,8 @@ fn updates(supernodes: &Supernodes) -> (Vec<usize>, Vec<Update>) {
     (start, all)
 }
 
-/// Children of every supernode, where the list of each begins first, and the first supernode of every subtree.
+/// Children of every supernode, where the list of each begins first, and the first supernode of
+/// every subtree.
 fn families(supernodes: &Supernodes) -> (Vec<usize>, Vec<u32>, Vec<u32>) {
     let n = supernodes.len();
     let mut start = vec![0; n + 1];

@@ -5,10 +5,11 @@ mod control_groups;
 use std::path::Path;
 use std::sync::OnceLock;
 
-/// Share of the free memory that one factor may take: two bodies are built side by side, and either needs its matrix, its
-/// modes and its compliance, too.
+/// Share of the free memory that one factor may take: two bodies are built side by side, and either
+/// needs its matrix, its modes and its compliance, too.
 const SHARE: f64 = 0.4;
-/// Share of the memory left beside a factor that a second one of the same body may take, for an inertia count.
+/// Share of the memory left beside a factor that a second one of the same body may take, for an
+/// inertia count.
 const SHARE_BESIDE: f64 = 0.8;
 
 /// Limits that the system sets a process, and what they count: `ulimit -v` and `ulimit -d`.
@@ -17,7 +18,8 @@ const PROCESS_LIMITS: [(&str, &str); 2] = [("Max address space", "VmSize:"), ("M
 /// Memory that the process may take \[bytes\], if a limit was given.
 static LIMIT: OnceLock<u64> = OnceLock::new();
 
-/// Sets how much memory the process may take \[bytes\]; the first call counts. Otherwise it may take what the machine has.
+/// Sets how much memory the process may take \[bytes\]; the first call counts. Otherwise it may
+/// take what the machine has.
 pub fn limit(bytes: u64) {
     LIMIT.get_or_init(|| bytes);
 }
@@ -31,7 +33,8 @@ struct Room {
     free: u64,
 }
 
-/// Everything that limits the memory of the process: the machine, control groups, limits of the process, the limit given.
+/// Everything that limits the memory of the process: the machine, control groups, limits of the
+/// process, the limit given.
 fn rooms() -> Vec<Room> {
     let read = |path: &Path| std::fs::read_to_string(path).ok();
     let text = |path: &str| read(Path::new(path)).unwrap_or_default();
@@ -68,7 +71,8 @@ fn entry(text: &str, key: &str) -> Option<u64> {
     words.find_map(|mut line| (line.next() == Some(key)).then(|| line.next()?.parse().ok())?)
 }
 
-/// The limit in force after `name` in a text of lines "name soft hard unit"; `None` without a limit.
+/// The limit in force after `name` in a text of lines "name soft hard unit"; `None` without a
+/// limit.
 fn process_limit(text: &str, name: &str) -> Option<u64> {
     let values = text.lines().find_map(|line| line.strip_prefix(name))?;
     values.split_whitespace().next()?.parse().ok()
@@ -100,7 +104,8 @@ pub fn shortage(bytes: f64) -> Option<Shortage> {
     shortage_of(SHARE, bytes)
 }
 
-/// As [`shortage`] for a factor beside the first one of its body, when all else that the body needs is there.
+/// As [`shortage`] for a factor beside the first one of its body, when all else that the body needs
+/// is there.
 pub fn shortage_beside(bytes: f64) -> Option<Shortage> {
     shortage_of(SHARE_BESIDE, bytes)
 }

@@ -12,8 +12,8 @@ use crate::body::AssembledBody;
 
 /// Elastic shapes of a reduced body.
 ///
-/// `shapes^T M shapes = 1`, `shapes^T K shapes = diag(omega²)`; the shapes are mass-orthogonal to the rigid modes, so they
-/// belong to the Buckens (mean-axis) frame.
+/// `shapes^T M shapes = 1`, `shapes^T K shapes = diag(omega²)`; the shapes are mass-orthogonal to
+/// the rigid modes, so they belong to the Buckens (mean-axis) frame.
 #[derive(Debug, Clone)]
 pub struct ReducedBasis {
     /// Shapes, n x n_q [1/sqrt(kg)].
@@ -24,10 +24,12 @@ pub struct ReducedBasis {
     pub n_low: usize,
     /// Rigid modes of the unreduced body.
     pub rigid: Arc<RigidModes>,
-    /// Mode counts next to `n_low` that do not cut through a multiplet of equal frequencies, if `n_low` does.
+    /// Mode counts next to `n_low` that do not cut through a multiplet of equal frequencies, if
+    /// `n_low` does.
     pub multiplet: Option<(usize, usize)>,
-    /// Loads whose static answers the shapes have (see [`super::static_answers`]); none of a basis of eigenmodes alone. Where all
-    /// shapes are low-frequency, the static answers are the last of them.
+    /// Loads whose static answers the shapes have (see [`super::static_answers`]); none of a basis
+    /// of eigenmodes alone. Where all shapes are low-frequency, the static answers are the last of
+    /// them.
     pub static_loads: Vec<usize>,
 }
 
@@ -41,7 +43,8 @@ pub struct LowModes {
 }
 
 impl ReducedBasis {
-    /// The same basis on a finer model of the body, whose unknowns it moves by `shapes` and whose rigid modes are `rigid`.
+    /// The same basis on a finer model of the body, whose unknowns it moves by `shapes` and whose
+    /// rigid modes are `rigid`.
     pub fn prolonged(&self, shapes: Mat<f64>, rigid: Arc<RigidModes>) -> Self {
         let Self { omega, n_low, static_loads, .. } = self;
         let (omega, static_loads) = (omega.clone(), static_loads.clone());
@@ -59,8 +62,9 @@ impl ReducedBasis {
         self.omega.len()
     }
 
-    /// Number of the first static answer among the shapes, which is that of the free modes; of a basis with interface modes, in
-    /// which static answers are mixed with others, the number of all shapes.
+    /// Number of the first static answer among the shapes, which is that of the free modes; of a
+    /// basis with interface modes, in which static answers are mixed with others, the number of all
+    /// shapes.
     pub fn first_static(&self) -> usize {
         let n = self.n_modes();
         if self.n_low == n { n.saturating_sub(self.static_loads.len()) } else { n }
@@ -88,7 +92,8 @@ impl ReducedBasis {
     }
 }
 
-/// Every elastic mode of the free body, all dynamic; dense, for models of up to a few thousand unknowns.
+/// Every elastic mode of the free body, all dynamic; dense, for models of up to a few thousand
+/// unknowns.
 ///
 /// # Errors
 /// As [`ElasticProblem::free`] and [`ElasticProblem::all_modes`].

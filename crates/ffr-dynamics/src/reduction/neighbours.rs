@@ -1,7 +1,8 @@
 //! Eigenvalues on both sides of a shift, and how many lie below it (Eqs. R.7, R.15).
 //!
-//! `(K - mu M)^-1 M` has the eigenvalues `1 / (lambda - mu)`. Those next to the shift are the largest on either side and stand after a
-//! few blocks, however many lie below; the factor that is solved with tells how many that are.
+//! `(K - mu M)^-1 M` has the eigenvalues `1 / (lambda - mu)`. Those next to the shift are the
+//! largest on either side and stand after a few blocks, however many lie below; the factor that is
+//! solved with tells how many that are.
 
 use faer::{Mat, MatMut, MatRef};
 
@@ -51,8 +52,9 @@ impl Operator for Shifted<'_> {
 }
 
 impl Pencil<'_> {
-    /// The eigenvalue next to `mu` [(rad/s)²] on its lower side and `n_upper` ones above it, of the body with no unknown clamped; `None` if they do not
-    /// converge, as where `mu` sits on an eigenvalue, or if there are no such.
+    /// The eigenvalue next to `mu` [(rad/s)²] on its lower side and `n_upper` ones above it, of the
+    /// body with no unknown clamped; `None` if they do not converge, as where `mu` sits on an
+    /// eigenvalue, or if there are no such.
     ///
     /// # Errors
     /// [`DynamicsError::FactorTooLarge`] if memory does not suffice.

@@ -1,9 +1,12 @@
-//! Numeric factorisation `A = L S Lᵀ` on all threads (Eq. R.4): `S` holds the signs of the pivots, which are those of the diagonal of `L`.
+//! Numeric factorisation `A = L S Lᵀ` on all threads (Eq. R.4): `S` holds the signs of the pivots,
+//! which are those of the diagonal of `L`.
 //!
-//! Left-looking by supernodes: each takes the products of all supernodes below it that reach into its columns, then is factorised itself.
-//! Subtrees of the elimination tree are independent and run side by side; in large supernodes at the top of the tree, tiles of rows do.
-//! Tiles and the order of products depend on the matrix alone, and each tile is one thread's: the factor has the same bits for any number
-//! of threads. No other memory is taken than the factor's and a tile for every thread.
+//! Left-looking by supernodes: each takes the products of all supernodes below it that reach into
+//! its columns, then is factorised itself. Subtrees of the elimination tree are independent and run
+//! side by side; in large supernodes at the top of the tree, tiles of rows do. Tiles and the order
+//! of products depend on the matrix alone, and each tile is one thread's: the factor has the same
+//! bits for any number of threads. No other memory is taken than the factor's and a tile for every
+//! thread.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -22,7 +25,8 @@ use super::layout::{Layout, Panel};
 const ROWS: usize = 512;
 /// Columns of a product at the diagonal that begin at the same row.
 const STRIP: usize = 64;
-/// Subtrees with less work than this \[multiplications and additions\] are one thread's: some milliseconds.
+/// Subtrees with less work than this \[multiplications and additions\] are one thread's: some
+/// milliseconds.
 const SEQUENTIAL: f64 = 5e7;
 
 /// Which matrices have a factor.
@@ -30,17 +34,20 @@ const SEQUENTIAL: f64 = 5e7;
 pub(super) enum Kind {
     /// Positive definite ones: Cholesky's `L Lᵀ`.
     Definite,
-    /// All whose leading blocks are regular: `L S Lᵀ`, that is `L D Lᵀ` with `|D|` shared between both triangles, without pivoting.
+    /// All whose leading blocks are regular: `L S Lᵀ`, that is `L D Lᵀ` with `|D|` shared between
+    /// both triangles, without pivoting.
     Indefinite,
 }
 
-/// Entries of the factor of a symmetric matrix, as `layout` places them. `value(number, row, column)` is the entry that has this number in the
-/// pattern of `positions`; row and column are those of the factor.
+/// Entries of the factor of a symmetric matrix, as `layout` places them.
+/// `value(number, row, column)` is the entry that has this number in the pattern of `positions`;
+/// row and column are those of the factor.
 ///
 /// Above the diagonal of a panel stand numbers without meaning.
 ///
 /// # Errors
-/// The place in the elimination order of the first pivot that is not positive and finite (zero, for [`Kind::Indefinite`]).
+/// The place in the elimination order of the first pivot that is not positive and finite (zero, for
+/// [`Kind::Indefinite`]).
 pub(super) fn factorise<T: Entry>(
     layout: &Layout,
     positions: &EntryPositions,
@@ -185,7 +192,8 @@ impl<T: Entry, V: Fn(usize, usize, usize) -> T + Sync> Factorisation<'_, T, V> {
         self.one_by_one(last..root + 1, values, true)
     }
 
-    /// Factorises the supernodes `range` in their order; `values` are those of the subtree of the last one.
+    /// Factorises the supernodes `range` in their order; `values` are those of the subtree of the
+    /// last one.
     fn one_by_one(
         &self,
         range: std::ops::Range<usize>,
@@ -223,8 +231,8 @@ impl<T: Entry, V: Fn(usize, usize, usize) -> T + Sync> Factorisation<'_, T, V> {
             let target = Target { s, panel, columns: columns.clone(), pattern, positions };
             let (n_rows, width) = (panel.n_rows, panel.width());
             let own = &mut rest[..panel.n_values()];
-            // Memory fresh from the system is a page of zeros that all share: one that is read before it is written to is given out twice, and
-            // every processor is told.
+            // Memory fresh from the system is a page of zeros that all share: one that is read
+            // before it is written to is given out twice, and every processor is told.
             own.fill(T::ZERO);
             let mut block = MatMut::from_column_major_slice_mut(own, n_rows, width);
             for j in 0..width {
@@ -245,7 +253,8 @@ impl<T: Entry, V: Fn(usize, usize, usize) -> T + Sync> Factorisation<'_, T, V> {
         Ok(())
     }
 
-    /// Subtracts what the supernodes `below` and the `earlier` panels contribute to the rows from `first` on of a panel.
+    /// Subtracts what the supernodes `below` and the `earlier` panels contribute to the rows from
+    /// `first` on of a panel.
     fn subtract(
         &self,
         target: &Target<'_>,
@@ -318,8 +327,9 @@ impl<T: Entry, V: Fn(usize, usize, usize) -> T + Sync> Factorisation<'_, T, V> {
         }
     }
 
-    /// `sum - left S rightᵀ` on and below the diagonal, whose first row stands `above` rows over `sum`; `left` and `right` are rows of the
-    /// panel `block`, which holds the signs `S`. Above the diagonal numbers without meaning may come to stand.
+    /// `sum - left S rightᵀ` on and below the diagonal, whose first row stands `above` rows over
+    /// `sum`; `left` and `right` are rows of the panel `block`, which holds the signs `S`. Above
+    /// the diagonal numbers without meaning may come to stand.
     fn multiply(
         &self,
         mut sum: MatMut<'_, T>,
@@ -359,7 +369,8 @@ impl<T: Entry, V: Fn(usize, usize, usize) -> T + Sync> Factorisation<'_, T, V> {
         matmul(part, accum, left.subrows(crossed, m - crossed), right.transpose(), T::MINUS_ONE, Par::Seq);
     }
 
-    /// Factorises the rows of a panel that are its columns, too; the error is the number of the pivot.
+    /// Factorises the rows of a panel that are its columns, too; the error is the number of the
+    /// pivot.
     fn factorise_diagonal(&self, mut block: MatMut<'_, T>) -> Result<(), usize> {
         let n = block.nrows();
         if self.kind == Kind::Indefinite {
@@ -411,7 +422,8 @@ impl<T: Entry, V: Fn(usize, usize, usize) -> T + Sync> Factorisation<'_, T, V> {
     }
 }
 
-/// Calls `work` with the first row and the rows of every tile of `block`, whose own first row is `first`.
+/// Calls `work` with the first row and the rows of every tile of `block`, whose own first row is
+/// `first`.
 fn by_tiles<T: Entry>(
     block: MatMut<'_, T>,
     first: usize,

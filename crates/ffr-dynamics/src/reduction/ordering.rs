@@ -1,11 +1,13 @@
-//! Nested dissection (Eqs. R.1, R.2; George 1973): the elimination order of the sparse factorisation.
+//! Nested dissection (Eqs. R.1, R.2; George 1973): the elimination order of the sparse
+//! factorisation.
 //!
-//! The graph of the nodes is cut in two across a direction: a coordinate, or the distance from the nodes that are eliminated last. Every place
-//! in every direction is tried; in large sets the separator between the two ends of each direction is then made as small as possible
-//! (`separator.rs`). The one is taken whose separator is smallest for the sides that it leaves; it is eliminated after both its sides.
-//! Nodes without distinct places (all anchors equal) are cut along
-//! breadth-first levels, so that any graph gets an order. Cost O(nnz log n), but for the search of small separators, whose cost grows with their
-//! size, too.
+//! The graph of the nodes is cut in two across a direction: a coordinate, or the distance from the
+//! nodes that are eliminated last. Every place in every direction is tried; in large sets the
+//! separator between the two ends of each direction is then made as small as possible
+//! (`separator.rs`). The one is taken whose separator is smallest for the sides that it leaves; it
+//! is eliminated after both its sides. Nodes without distinct places (all anchors equal) are cut
+//! along breadth-first levels, so that any graph gets an order. Cost O(nnz log n), but for the
+//! search of small separators, whose cost grows with their size, too.
 
 use faer::sparse::SymbolicSparseColMatRef;
 use rayon::prelude::*;
@@ -17,10 +19,12 @@ use crate::body::Dof;
 const LEAF: usize = 32;
 /// A side must hold at least this part of the nodes: a cheap but lopsided cut only adds depth.
 const SMALLEST_SIDE: f64 = 0.2;
-/// Sets of at least this many nodes get the smallest separator; smaller ones have no part in the cost.
+/// Sets of at least this many nodes get the smallest separator; smaller ones have no part in the
+/// cost.
 const LARGE: usize = 200;
-/// Share of each side of a cut, its outermost nodes, that stays on this side when the separator is made small: two sides remain. Meshes graded
-/// towards a contact have small separators far from the best straight cut; with 0.2 and 0.05 orders are up to a half dearer.
+/// Share of each side of a cut, its outermost nodes, that stays on this side when the separator is
+/// made small: two sides remain. Meshes graded towards a contact have small separators far from the
+/// best straight cut; with 0.2 and 0.05 orders are up to a half dearer.
 const KEPT: f64 = 0.1;
 
 /// Neighbours of every node.
@@ -62,7 +66,8 @@ impl NodeGraph {
         Self { start, neighbours }
     }
 
-    /// Edges on the shortest way from the nodes `from` to every node; of what is connected with none of them, one more than all others.
+    /// Edges on the shortest way from the nodes `from` to every node; of what is connected with
+    /// none of them, one more than all others.
     fn steps_from(&self, from: &[u32]) -> Vec<f64> {
         let mut steps = vec![f64::INFINITY; self.start.len() - 1];
         let mut found = from.to_vec();
@@ -87,7 +92,8 @@ impl NodeGraph {
     }
 }
 
-/// Elimination order of the unknowns: position p of the result holds the unknown that is eliminated as p-th.
+/// Elimination order of the unknowns: position p of the result holds the unknown that is eliminated
+/// as p-th.
 ///
 /// The unknowns in `last` come at the end, in the order given.
 ///
@@ -119,7 +125,8 @@ pub fn elimination_order(
     order
 }
 
-/// Puts `nodes` (a subset of the graph's, no repeats) into a nested-dissection order; the nodes `last` come after them.
+/// Puts `nodes` (a subset of the graph's, no repeats) into a nested-dissection order; the nodes
+/// `last` come after them.
 fn nested_dissection(graph: &NodeGraph, anchors: &[[f64; 3]], last: &[u32], nodes: &mut [u32]) {
     let mut directions: Vec<Vec<f64>> =
         (0..3).map(|axis| anchors.iter().map(|place| place[axis]).collect()).collect();
@@ -176,8 +183,9 @@ struct Cut {
 }
 
 impl Cut {
-    /// The square of the nodes of the separator against the product of the sides (Eq. R.1): what the separator costs grows with the cube of its nodes, so
-    /// that a small one counts more than even sides.
+    /// The square of the nodes of the separator against the product of the sides (Eq. R.1): what
+    /// the separator costs grows with the cube of its nodes, so that a small one counts more than
+    /// even sides.
     fn score(separator: usize, left: usize, right: usize) -> f64 {
         (separator as f64).powi(2) / (left as f64 * right as f64)
     }
@@ -272,7 +280,8 @@ impl<'a> Cutter<'a> {
         Division { left, right, separator }
     }
 
-    /// The division with the smallest separator between the ends of the direction of a cut (Eq. R.2).
+    /// The division with the smallest separator between the ends of the direction of a cut
+    /// (Eq. R.2).
     fn narrowed(&self, cut: &Cut) -> Option<Division> {
         let n = cut.sorted.len();
         let kept = |side: usize| ((KEPT * side as f64) as usize).max(1);
@@ -299,10 +308,12 @@ impl<'a> Cutter<'a> {
         graph
     }
 
-    /// Orders an undivided part so that elimination moves towards what is eliminated later: along each direction towards the
-    /// side where nodes are coupled to the outside, the direction with the clearest such side last to change.
+    /// Orders an undivided part so that elimination moves towards what is eliminated later: along
+    /// each direction towards the side where nodes are coupled to the outside, the direction with
+    /// the clearest such side last to change.
     ///
-    /// A sweep that starts at the far side meets the separators late, and its fronts stay small until then.
+    /// A sweep that starts at the far side meets the separators late, and its fronts stay small
+    /// until then.
     fn sweep(&mut self, nodes: &mut [u32]) {
         self.mark(nodes, nodes.len());
         let is_rim =
@@ -355,13 +366,15 @@ impl<'a> Cutter<'a> {
         best.map(|(at, from_left)| Cut { sorted, at, from_left, score })
     }
 
-    /// Number of separator nodes for a cut in front of every position, on its left and on its right.
+    /// Number of separator nodes for a cut in front of every position, on its left and on its
+    /// right.
     fn separators(&mut self, sorted: &[u32]) -> (Vec<usize>, Vec<usize>) {
         for (p, &a) in sorted.iter().enumerate() {
             self.rank[a as usize] = p as u32;
         }
         let n = sorted.len();
-        // A node is in the separator of all cuts between itself and its furthest neighbour: where that begins and ends.
+        // A node is in the separator of all cuts between itself and its furthest neighbour: where
+        // that begins and ends.
         let (mut left, mut right) = (vec![(0, 0); n + 2], vec![(0, 0); n + 2]);
         for (p, &a) in sorted.iter().enumerate() {
             let (mut lowest, mut highest) = (p, p);
@@ -399,7 +412,8 @@ impl<'a> Cutter<'a> {
         }
     }
 
-    /// Breadth-first level of every node, seen from a node at the rim of the graph; further pieces follow on.
+    /// Breadth-first level of every node, seen from a node at the rim of the graph; further pieces
+    /// follow on.
     fn levels(&mut self, nodes: &[u32]) -> Vec<(f64, u32)> {
         let far = self.breadth_first(nodes, nodes[0]);
         let from = far.last().map_or(nodes[0], |&(_, a)| a);
@@ -452,8 +466,9 @@ mod tests {
 
     #[test]
     fn a_mesh_graded_towards_what_comes_last_is_cut_around_it() {
-        // Rings of 12 nodes, each half as far again from the middle as the one inside it; all nodes of a ring are neighbours of each other's
-        // neighbours on it and of those beside them on the next ones. Every straight line through the middle crosses all 40 rings twice.
+        // Rings of 12 nodes, each half as far again from the middle as the one inside it; all nodes
+        // of a ring are neighbours of each other's neighbours on it and of those beside them on the
+        // next ones. Every straight line through the middle crosses all 40 rings twice.
         let (n_rings, n_around) = (40usize, 12usize);
         let number = |ring: usize, k: usize| (ring * n_around + k % n_around) as u32;
         let mut graph = NodeGraph { start: vec![0], neighbours: Vec::new() };

@@ -1,7 +1,7 @@
 //! Triangular solves with one panel of a factor for several right-hand sides at once.
 //!
-//! Such solves are bound by reading the factor from memory. Eight right-hand sides are kept by rows, so that each entry of the factor is
-//! read once and serves one vector register or two.
+//! Such solves are bound by reading the factor from memory. Eight right-hand sides are kept by
+//! rows, so that each entry of the factor is read once and serves one vector register or two.
 
 use pulp::{Simd, WithSimd};
 
@@ -9,7 +9,8 @@ use super::entry::Entry;
 
 /// Columns eliminated together.
 pub(super) const BLOCK: usize = 32;
-/// Rows that stay in the first-level cache while a block of columns passes: 16 KiB in double precision.
+/// Rows that stay in the first-level cache while a block of columns passes: 16 KiB in double
+/// precision.
 const CHUNK: usize = 256;
 /// Columns that share one load and store of a row.
 const GROUP: usize = 4;
@@ -43,7 +44,8 @@ impl<'a, T: Entry> PanelEntries<'a, T> {
         pulp::Arch::new().dispatch(Eliminate { panel: self, own, at, rows });
     }
 
-    /// Subtracts what the `rows` of the panel from `at` on contribute to its unknowns from `first` on, `own`.
+    /// Subtracts what the `rows` of the panel from `at` on contribute to its unknowns from `first`
+    /// on, `own`.
     pub fn gather(self, first: usize, own: &mut [T::Row], at: usize, rows: &[T::Row]) {
         pulp::Arch::new().dispatch(Gather { panel: self, first, own, at, rows });
     }

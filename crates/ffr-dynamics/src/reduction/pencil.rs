@@ -1,7 +1,9 @@
-//! The pair `(K, M)` of a body with one pattern, one elimination order and one symbolic factorisation.
+//! The pair `(K, M)` of a body with one pattern, one elimination order and one symbolic
+//! factorisation.
 //!
-//! Clamped or supported unknowns keep their place: their rows and columns are replaced by the diagonal entry, so that the
-//! same analysis serves `K` supported, `K` with a clamped interface, and every `K - mu M` (Eq. R.3).
+//! Clamped or supported unknowns keep their place: their rows and columns are replaced by the
+//! diagonal entry, so that the same analysis serves `K` supported, `K` with a clamped interface,
+//! and every `K - mu M` (Eq. R.3).
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -25,13 +27,15 @@ pub struct Pencil<'a> {
     body: &'a AssembledBody,
     /// `K` on the union of the patterns of `K` and `M`.
     stiffness: Cow<'a, SparseColMat<u32, f64>>,
-    /// Where each entry of the mass matrix goes: (position in the values of `stiffness`, index of the mass value).
+    /// Where each entry of the mass matrix goes: (position in the values of `stiffness`, index of
+    /// the mass value).
     mass_places: Vec<(u32, u32)>,
     symbolic: Arc<SymbolicFactor>,
 }
 
 impl<'a> Pencil<'a> {
-    /// Checks the matrices and analyses the factorisation; the unknowns `last` are eliminated last, in this order.
+    /// Checks the matrices and analyses the factorisation; the unknowns `last` are eliminated last,
+    /// in this order.
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if sizes do not fit, an entry is not finite, an unknown has no positive stiffness or
@@ -56,7 +60,8 @@ impl<'a> Pencil<'a> {
         &self.symbolic
     }
 
-    /// Cholesky factor of `K + shift M` with the rows and columns of `fixed` unknowns reduced to their diagonal.
+    /// Cholesky factor of `K + shift M` with the rows and columns of `fixed` unknowns reduced to
+    /// their diagonal.
     ///
     /// # Errors
     /// [`DynamicsError::NotPositiveDefinite`] if the rest can still move without energy.
@@ -65,7 +70,8 @@ impl<'a> Pencil<'a> {
         self.with_combination(shift, fixed, |matrix| self.symbolic.cholesky(matrix, name))
     }
 
-    /// As [`Self::cholesky`] of `K` in single precision; `None` if the matrix is small, or a pivot not positive.
+    /// As [`Self::cholesky`] of `K` in single precision; `None` if the matrix is small, or a pivot
+    /// not positive.
     pub(super) fn single_precision(
         &self,
         fixed: &[bool],
@@ -80,7 +86,8 @@ impl<'a> Pencil<'a> {
         Ok(self.with_combination(0.0, fixed, factorise))
     }
 
-    /// Inertia of `K - mu M` on the unknowns that are not `fixed`: how many eigenvalues are below `mu` [(rad/s)²].
+    /// Inertia of `K - mu M` on the unknowns that are not `fixed`: how many eigenvalues are below
+    /// `mu` [(rad/s)²].
     ///
     /// # Errors
     /// [`DynamicsError::FactorTooLarge`] if memory does not suffice.
@@ -88,7 +95,8 @@ impl<'a> Pencil<'a> {
         Ok(self.with_combination(-mu, fixed, |matrix| self.symbolic.counted_double(matrix))?.0)
     }
 
-    /// As [`Self::inertia`] in single precision; `None` if the matrix is small, or the factor too inaccurate to count.
+    /// As [`Self::inertia`] in single precision; `None` if the matrix is small, or the factor too
+    /// inaccurate to count.
     ///
     /// # Errors
     /// [`DynamicsError::FactorTooLarge`] if memory does not suffice.
@@ -100,8 +108,9 @@ impl<'a> Pencil<'a> {
         Ok(counted.map(|(inertia, _)| inertia))
     }
 
-    /// The inertia of `K - mu M` with the factor that tells it: in single precision if the matrix is large and such a factor accurate enough, in double
-    /// precision otherwise. No factor if a pivot vanishes.
+    /// The inertia of `K - mu M` with the factor that tells it: in single precision if the matrix
+    /// is large and such a factor accurate enough, in double precision otherwise. No factor if a
+    /// pivot vanishes.
     pub(super) fn shifted(&self, mu: f64) -> Result<(Inertia, Option<ShiftedFactor>), DynamicsError> {
         let free = vec![false; self.body.n_unknowns()];
         self.with_combination(-mu, &free, |matrix| {
@@ -114,7 +123,8 @@ impl<'a> Pencil<'a> {
         })
     }
 
-    /// Lower triangle of `K + shift M` on the common pattern, rows and columns of `fixed` unknowns reduced to their diagonal.
+    /// Lower triangle of `K + shift M` on the common pattern, rows and columns of `fixed` unknowns
+    /// reduced to their diagonal.
     pub fn combination(&self, shift: f64, fixed: &[bool]) -> SparseColMat<u32, f64> {
         let mut combined = self.stiffness.as_ref().clone();
         combined.val_mut().copy_from_slice(&self.combined_values(shift, fixed));

@@ -1,7 +1,8 @@
 //! Statics of a body that is held at one point (docs/theory.md Eq. M.47).
 //!
-//! Loads are balanced by the force and the moment that the support exerts, whatever they are, by rigid-body statics alone; what
-//! then deforms the body is in equilibrium and needs no further support than one against rigid motion.
+//! Loads are balanced by the force and the moment that the support exerts, whatever they are, by
+//! rigid-body statics alone; what then deforms the body is in equilibrium and needs no further
+//! support than one against rigid motion.
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
@@ -12,8 +13,9 @@ use crate::DynamicsError;
 use crate::data_error::DataError;
 
 impl ElasticProblem<'_> {
-    /// Displacements (n × k) of the body under the forces `loads` (n × k), held by `support` (n × r): the columns are the forces
-    /// on the unknowns of unit reactions, one for each rigid motion. The motion of the support itself, `supportᵀ u`, vanishes.
+    /// Displacements (n × k) of the body under the forces `loads` (n × k), held by `support` (n ×
+    /// r): the columns are the forces on the unknowns of unit reactions, one for each rigid motion.
+    /// The motion of the support itself, `supportᵀ u`, vanishes.
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if sizes do not fit, a number is not finite, the body is clamped, or the support leaves a rigid motion free.

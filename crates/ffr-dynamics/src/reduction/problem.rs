@@ -1,7 +1,8 @@
-//! The elastic part of a body, free or with unknowns clamped: flexibility, products, inertia counts.
+//! The elastic part of a body, free or with unknowns clamped: flexibility, products, inertia
+//! counts.
 //!
-//! A free body is held by a statically determinate support `c`. Loads made self-equilibrated by the inertia forces of the
-//! rigid motion need no support force, so with `P = 1 - R R^T M`
+//! A free body is held by a statically determinate support `c`. Loads made self-equilibrated by the
+//! inertia forces of the rigid motion need no support force, so with `P = 1 - R R^T M`
 //!
 //! `F = P K_c^-1 P^T` (Eq. R.10, inertia relief)
 //!
@@ -20,11 +21,13 @@ use super::single_precision::SinglePrecisionFactor;
 use crate::DynamicsError;
 use crate::data_error::DataError;
 
-/// Right-hand sides that one sweep over the factor serves; more do not make it faster and cost memory.
+/// Right-hand sides that one sweep over the factor serves; more do not make it faster and cost
+/// memory.
 pub(crate) const SOLVE_COLUMNS: usize = 32;
 
-/// Accuracy of the flexibility, in the energy norm, in the search for the space of the eigenmodes, which one solve with a factor
-/// in single precision reaches: the stiffness itself picks the modes from the space.
+/// Accuracy of the flexibility, in the energy norm, in the search for the space of the eigenmodes,
+/// which one solve with a factor in single precision reaches: the stiffness itself picks the modes
+/// from the space.
 pub(super) const SEARCH_ACCURACY: f64 = CONTRACTION_LIMIT;
 /// Accuracy with which the modes are then cleaned up: their frequencies err by its square.
 pub(super) const CLEAN_ACCURACY: f64 = 1e-5;
@@ -32,7 +35,8 @@ pub(super) const CLEAN_ACCURACY: f64 = 1e-5;
 const FULL_ACCURACY: f64 = 1e-12;
 /// A factor in single precision is used if refinement shrinks the error at least by this factor.
 const CONTRACTION_LIMIT: f64 = 0.03;
-/// Random loads and solves by which that factor is measured; the first solve leaves errors that later ones do not.
+/// Random loads and solves by which that factor is measured; the first solve leaves errors that
+/// later ones do not.
 const PROBES: usize = 4;
 const PROBE_STEPS: usize = 3;
 /// Refinements that reach any accuracy asked for with this contraction, and some to spare.
@@ -55,15 +59,17 @@ pub struct ElasticProblem<'a> {
     pencil: Pencil<'a>,
     /// Unknowns that really cannot move.
     clamped: Vec<bool>,
-    /// Unknowns whose rows are taken out of the factor: the clamped ones, or the support of a free body.
+    /// Unknowns whose rows are taken out of the factor: the clamped ones, or the support of a free
+    /// body.
     held: Vec<bool>,
     factor: Factor,
     rigid: Option<Arc<RigidModes>>,
 }
 
 impl<'a> ElasticProblem<'a> {
-    /// A free body. The `interface` unknowns are eliminated last, and take part in the support only if the others cannot hold the body, as
-    /// where the interface is the whole surface of a thin body.
+    /// A free body. The `interface` unknowns are eliminated last, and take part in the support only
+    /// if the others cannot hold the body, as where the interface is the whole surface of a thin
+    /// body.
     ///
     /// # Errors
     /// [`DynamicsError::Data`] if the data do not fit; [`DynamicsError::NotPositiveDefinite`] if `K` has more zero-energy motions than the
@@ -72,7 +78,8 @@ impl<'a> ElasticProblem<'a> {
         Self::free_on(Pencil::new(body, interface)?, interface)
     }
 
-    /// As [`Self::free`] with the `pencil` of the body, which eliminates the `interface` unknowns last.
+    /// As [`Self::free`] with the `pencil` of the body, which eliminates the `interface` unknowns
+    /// last.
     ///
     /// # Errors
     /// As [`Self::free`].
@@ -130,7 +137,8 @@ impl<'a> ElasticProblem<'a> {
         Ok(Self { pencil, clamped, held, factor: Factor::Double(factor), rigid })
     }
 
-    /// The free body with a factor in single precision; `None` if the model is small or the factor not accurate enough.
+    /// The free body with a factor in single precision; `None` if the model is small or the factor
+    /// not accurate enough.
     fn single_precision(
         pencil: Pencil<'a>,
         clamped: &[bool],
@@ -164,8 +172,8 @@ impl<'a> ElasticProblem<'a> {
         &self.pencil
     }
 
-    /// Factor of the supported or clamped stiffness matrix in double precision; made anew if the problem was factorised in
-    /// single precision, as large free bodies without interface are.
+    /// Factor of the supported or clamped stiffness matrix in double precision; made anew if the
+    /// problem was factorised in single precision, as large free bodies without interface are.
     ///
     /// # Errors
     /// [`DynamicsError::NotPositiveDefinite`] or [`DynamicsError::Factorisation`].
@@ -220,8 +228,8 @@ impl<'a> ElasticProblem<'a> {
         self.flexibility_within(FULL_ACCURACY, x);
     }
 
-    /// As [`Self::apply_flexibility`], with a relative error of about `accuracy` in the energy norm if the factor is in single
-    /// precision.
+    /// As [`Self::apply_flexibility`], with a relative error of about `accuracy` in the energy norm
+    /// if the factor is in single precision.
     pub(super) fn flexibility_within(&self, accuracy: f64, mut x: MatMut<'_, f64>) {
         if let Some(rigid) = &self.rigid {
             let resultant = dense::product(rigid.modes.transpose(), x.as_ref());
@@ -252,10 +260,12 @@ impl<'a> ElasticProblem<'a> {
         }
     }
 
-    /// Solves `K_c x = b` in place by refinement (Eq. R.6): `x <- x + P^-1 (b - K x)` with the rounded factor `P`.
+    /// Solves `K_c x = b` in place by refinement (Eq. R.6): `x <- x + P^-1 (b - K x)` with the
+    /// rounded factor `P`.
     ///
-    /// `project` takes out of a correction what `K` does not see. It ends when `is_enough(change, refinement)` of the largest
-    /// relative change of a column in the energy norm.
+    /// `project` takes out of a correction what `K` does not see. It ends when
+    /// `is_enough(change, refinement)` of the largest relative change of a column in the energy
+    /// norm.
     fn refine(
         &self,
         single_precision: &SinglePrecisionFactor,
@@ -281,7 +291,8 @@ impl<'a> ElasticProblem<'a> {
         }
     }
 
-    /// By how much a refinement shrinks the error of a smooth answer; not a number, or large, if it does not.
+    /// By how much a refinement shrinks the error of a smooth answer; not a number, or large, if it
+    /// does not.
     fn measure_contraction(&self) -> f64 {
         let Factor::Single { single_precision, .. } = &self.factor else { return 0.0 };
         let mut random = Random::new(0x5eed);
@@ -331,7 +342,8 @@ impl<'a> ElasticProblem<'a> {
     }
 }
 
-/// Largest ratio, over the columns, of the energies of a correction and of the whole answer, as a ratio of lengths.
+/// Largest ratio, over the columns, of the energies of a correction and of the whole answer, as a
+/// ratio of lengths.
 fn largest_ratio(
     correction: MatRef<'_, f64>,
     residual: MatRef<'_, f64>,

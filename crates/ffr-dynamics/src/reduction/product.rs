@@ -1,8 +1,8 @@
 //! Products of the stored lower triangles with blocks of vectors.
 //!
-//! Columns are gathered so that the values which meet one matrix entry are neighbours in memory; for
-//! [`MassMatrix::PerComponent`] the displacement components of a node travel together, too. One pass over the stored
-//! triangle then serves 8 or 12 numbers per entry.
+//! Columns are gathered so that the values which meet one matrix entry are neighbours in memory;
+//! for [`MassMatrix::PerComponent`] the displacement components of a node travel together, too. One
+//! pass over the stored triangle then serves 8 or 12 numbers per entry.
 
 use faer::sparse::SparseColMatRef;
 use faer::{Mat, MatMut, MatRef};
@@ -12,7 +12,8 @@ use crate::body::{AssembledBody, MassMatrix};
 /// Columns that are multiplied in one pass over a matrix of unknowns, and of nodes.
 const COLUMNS: usize = 8;
 const NODE_COLUMNS: usize = 4;
-/// Entries of a matrix from which groups of columns are multiplied side by side: a tenth of a millisecond each.
+/// Entries of a matrix from which groups of columns are multiplied side by side: a tenth of a
+/// millisecond each.
 const MIN_PARALLEL: usize = 50_000;
 
 impl AssembledBody {
@@ -60,8 +61,8 @@ pub fn symmetric_product(lower: SparseColMatRef<'_, u32, f64>, x: MatRef<'_, f64
     gathered::<COLUMNS, COLUMNS>(lower, |i| (i, 0), x, y);
 }
 
-/// Multiplies columns in groups of `C`, groups of large matrices side by side: `place` names the matrix row and the component of each
-/// unknown.
+/// Multiplies columns in groups of `C`, groups of large matrices side by side: `place` names the
+/// matrix row and the component of each unknown.
 fn gathered<const C: usize, const W: usize>(
     lower: SparseColMatRef<'_, u32, f64>,
     place: impl Fn(usize) -> (usize, usize) + Copy + Sync,

@@ -1,4 +1,5 @@
-//! Quotient graph of the unknowns: those with the same neighbours, as the displacement components of a node, are one vertex.
+//! Quotient graph of the unknowns: those with the same neighbours, as the displacement components
+//! of a node, are one vertex.
 //!
 //! A tenth of the edges is left, and the analysis of the elimination costs as much less.
 
@@ -9,15 +10,16 @@ use faer::sparse::SymbolicSparseColMatRef;
 pub(super) struct Quotient {
     /// First position of each vertex in the elimination order, and the number of unknowns.
     pub first: Vec<u32>,
-    /// Vertices from this one on are eliminated last, one unknown each, each a neighbour of the next.
+    /// Vertices from this one on are eliminated last, one unknown each, each a neighbour of the
+    /// next.
     pub tail: usize,
     start: Vec<usize>,
     neighbours: Vec<u32>,
 }
 
 impl Quotient {
-    /// The quotient of the symmetric matrix with the lower triangle `pattern` under a permutation `order`, whose last `n_last`
-    /// unknowns keep their places.
+    /// The quotient of the symmetric matrix with the lower triangle `pattern` under a permutation
+    /// `order`, whose last `n_last` unknowns keep their places.
     pub fn new(pattern: SymbolicSparseColMatRef<'_, u32>, order: &[u32], n_last: usize) -> Self {
         let n = order.len();
         let is_twin = twins(pattern);

@@ -1,9 +1,10 @@
-//! The modes behind a residual flexibility: what of the interface's own vibration quasistatic contact leaves out
-//! (docs/theory.md Eqs. R.25, R.26).
+//! The modes behind a residual flexibility: what of the interface's own vibration quasistatic
+//! contact leaves out (docs/theory.md Eqs. R.25, R.26).
 //!
-//! The quasistatic displacements `X = F_res B` under unit forces at the interface span all that an interface can do beyond the
-//! rigid and low-frequency motions. On their span stiffness is the compliance `G = Bᵀ X` itself, and the mass matrix makes
-//! modes of them, as many as there are interface unknowns.
+//! The quasistatic displacements `X = F_res B` under unit forces at the interface span all that an
+//! interface can do beyond the rigid and low-frequency motions. On their span stiffness is the
+//! compliance `G = Bᵀ X` itself, and the mass matrix makes modes of them, as many as there are
+//! interface unknowns.
 
 use faer::Mat;
 
@@ -18,12 +19,14 @@ use crate::body::AssembledBody;
 pub struct ResidualModes {
     /// Angular eigenfrequencies, ascending [rad/s].
     pub omega: Vec<f64>,
-    /// Displacements of the interface unknowns in the mass-orthonormal modes, n_b x n_b [1/sqrt(kg)].
+    /// Displacements of the interface unknowns in the mass-orthonormal modes, n_b x n_b
+    /// [1/sqrt(kg)].
     pub interface_shapes: Mat<f64>,
 }
 
 impl ResidualModes {
-    /// The modes of `residual`, which was made from the matrices of `body`. Takes `n n_b` numbers of memory.
+    /// The modes of `residual`, which was made from the matrices of `body`. Takes `n n_b` numbers
+    /// of memory.
     ///
     /// # Errors
     /// [`DynamicsError::NotPositiveDefinite`] if interface unknowns depend on each other or on the low-frequency motions;
@@ -46,7 +49,8 @@ impl ResidualModes {
                 .subcols_mut(first, width)
                 .copy_from(dense::product(low.transpose(), momenta.as_ref()));
         }
-        // What low-frequency modes that are not quite the body's own have in common with them stays theirs.
+        // What low-frequency modes that are not quite the body's own have in common with them stays
+        // theirs.
         dense::add_product(mass.as_mut(), -1.0, shared.transpose(), shared.as_ref());
         dense::symmetrise(&mut mass);
         let modes = PencilModes::new(residual.compliance(), mass)?;
@@ -54,7 +58,8 @@ impl ResidualModes {
     }
 }
 
-/// Modes `M v = ω⁻² G v` of static answers `X` to unit loads, whose stiffness is their compliance `G = L Lᵀ` (Eq. R.26).
+/// Modes `M v = ω⁻² G v` of static answers `X` to unit loads, whose stiffness is their compliance
+/// `G = L Lᵀ` (Eq. R.26).
 ///
 /// By the factor of `G`, whose condition is the better one: the highest modes keep their digits.
 pub(super) struct PencilModes {

@@ -1,7 +1,8 @@
 //! Rigid-body modes of a discretised body and its mass properties (Eqs. R.8, R.9).
 //!
-//! A rigid displacement of a spline or Lagrange discretisation has the displacement of the control points as coefficients,
-//! so the modes are exact; everything is integrated with the consistent mass matrix.
+//! A rigid displacement of a spline or Lagrange discretisation has the displacement of the control
+//! points as coefficients, so the modes are exact; everything is integrated with the consistent
+//! mass matrix.
 
 use faer::{Mat, MatRef};
 
@@ -18,7 +19,8 @@ const STRAIN_LIMIT: f64 = 1e-6;
 pub struct MassProperties {
     /// Mass; per unit of thickness in plane models \[kg\].
     pub mass: f64,
-    /// Centre of mass in space: `(x, y, z)`, `(x, y, 0)` or `(0, 0, z)` of an axisymmetric model \[m\].
+    /// Centre of mass in space: `(x, y, z)`, `(x, y, 0)` or `(0, 0, z)` of an axisymmetric model
+    /// \[m\].
     pub centre: [f64; 3],
     /// Inertia tensor about the centre of mass in space; plane models count as flat [kg m²].
     pub inertia: [[f64; 3]; 3],
@@ -80,7 +82,8 @@ pub fn mass_properties(body: &AssembledBody) -> Result<MassProperties, DynamicsE
         return general_mass_properties(body);
     }
     let axial = body.motion == RigidMotion::Axial;
-    // The axial component carries all nodes; the radial one lacks those on the axis, where r = 0 anyway.
+    // The axial component carries all nodes; the radial one lacks those on the axis, where r = 0
+    // anyway.
     let carrier = usize::from(axial);
     let one = body.mass_product(field(body, carrier, |_| 1.0).as_ref());
     let against_one = |x: &Mat<f64>| dense::product(x.transpose(), one.as_ref())[(0, 0)];

@@ -1,7 +1,8 @@
-//! Search for the lowest modes, or their frequencies: block Lanczos until they and a gap behind them stand, clean-up, inertia count.
+//! Search for the lowest modes, or their frequencies: block Lanczos until they and a gap behind
+//! them stand, clean-up, inertia count.
 //!
-//! Eqs. R.7 and R.11 to R.14. The count is taken in a gap behind the wanted modes; how many modes lie below the gap is decided
-//! by the spectrum, not in advance.
+//! Eqs. R.7 and R.11 to R.14. The count is taken in a gap behind the wanted modes; how many modes
+//! lie below the gap is decided by the spectrum, not in advance.
 
 use crate::error::{EigenFault, MatrixFault};
 use std::f64::consts::TAU;
@@ -15,19 +16,22 @@ use super::problem::{CLEAN_ACCURACY, ElasticProblem, SEARCH_ACCURACY};
 use crate::DynamicsError;
 use crate::body::RigidMotion;
 
-/// Modes behind those asked for among which the gap is sought: the multiplets of a sphere have 2 l + 1 members, up to 7 in
-/// the range of interest.
+/// Modes behind those asked for among which the gap is sought: the multiplets of a sphere have 2 l
+/// + 1 members, up to 7 in the range of interest.
 pub(super) const CANDIDATES: usize = 16;
-/// Lanczos residual of wanted modes; the clean-up makes it smaller, the eigenvalue error is about its square.
+/// Lanczos residual of wanted modes; the clean-up makes it smaller, the eigenvalue error is about
+/// its square.
 const CONVERGED: f64 = 5e-7;
-/// Lanczos residual of modes of which the frequency alone matters, and of those between the wanted ones and the gap: eigenvalues to
-/// about 1e-6.
+/// Lanczos residual of modes of which the frequency alone matters, and of those between the wanted
+/// ones and the gap: eigenvalues to about 1e-6.
 const GUARD_CONVERGED: f64 = 1e-3;
-/// Residual that is accepted when round-off of the solves keeps it from becoming smaller: eigenvalues to about 1e-8.
+/// Residual that is accepted when round-off of the solves keeps it from becoming smaller:
+/// eigenvalues to about 1e-8.
 const RESIDUAL_LIMIT: f64 = 1e-4;
 /// Checks without halving the residual after which it counts as stagnant.
 const STAGNANT_CHECKS: usize = 5;
-/// Smallest relative gap between two eigenvalues in which a shift is placed: far above the error of the modes below.
+/// Smallest relative gap between two eigenvalues in which a shift is placed: far above the error of
+/// the modes below.
 const SMALLEST_GAP: f64 = 1e-4;
 /// Places in the gap for the shift: golden sections, then the middle.
 const SHIFT_PLACES: [f64; 3] = [0.382, 0.618, 0.5];
@@ -66,7 +70,8 @@ pub(super) struct Search<'p, 'a> {
     width: usize,
 }
 
-/// Where the count is to be taken: behind `n_below` modes, between the eigenvalues `below` and `above`.
+/// Where the count is to be taken: behind `n_below` modes, between the eigenvalues `below` and
+/// `above`.
 #[derive(Clone, Copy)]
 struct Gap {
     n_below: usize,
@@ -98,8 +103,9 @@ impl Progress {
         Self { best: f64::INFINITY, checks: 0, last: (0, f64::INFINITY), next: 0 }
     }
 
-    /// Takes the `residual` of a check behind step `step`, which has cost as much as `cost` steps; it is to become `enough`. The next check comes
-    /// after as many, or when the residual will be small enough if it falls on as it did since the last one.
+    /// Takes the `residual` of a check behind step `step`, which has cost as much as `cost` steps;
+    /// it is to become `enough`. The next check comes after as many, or when the residual will be
+    /// small enough if it falls on as it did since the last one.
     fn note(&mut self, residual: f64, (step, cost): (usize, usize), enough: f64) {
         let (before, was) = self.last;
         let per_step = (was / residual).ln() / (step - before).max(1) as f64;
@@ -121,15 +127,16 @@ impl Progress {
 }
 
 impl<'p, 'a> Search<'p, 'a> {
-    /// A search with the block width that suits the body: multiplets of solids have many members, and a factor too large
-    /// for the cache serves eight right-hand sides in little more time than four.
+    /// A search with the block width that suits the body: multiplets of solids have many members,
+    /// and a factor too large for the cache serves eight right-hand sides in little more time than
+    /// four.
     pub fn new(problem: &'p ElasticProblem<'a>, n_modes: usize, goal: Goal) -> Self {
         let width = if problem.pencil().body().motion == RigidMotion::Spatial { 8 } else { 4 };
         Self { problem, n_modes, goal, bounds: &[], width }
     }
 
-    /// The same for eigenvalues that are no higher than `bounds`, one for each that is wanted: as long as those found are not, no copy was lost,
-    /// and nothing is counted.
+    /// The same for eigenvalues that are no higher than `bounds`, one for each that is wanted: as
+    /// long as those found are not, no copy was lost, and nothing is counted.
     pub fn below(self, bounds: &'p [f64]) -> Self {
         Self { bounds, ..self }
     }
@@ -178,7 +185,8 @@ impl<'p, 'a> Search<'p, 'a> {
         Err(DynamicsError::Eigenmodes { found, expected, frequency, fault })
     }
 
-    /// Runs until the wanted modes and a gap behind them stand and the basis holds `at_least` vectors.
+    /// Runs until the wanted modes and a gap behind them stand and the basis holds `at_least`
+    /// vectors.
     fn iterate(
         &self,
         run: &mut Lanczos<'_, ElasticProblem<'_>>,
@@ -217,7 +225,8 @@ impl<'p, 'a> Search<'p, 'a> {
         Err(DynamicsError::Eigenmodes { found: 0, expected: self.n_modes, frequency: f64::INFINITY, fault })
     }
 
-    /// The widest gap behind the wanted modes with converged modes below it; its upper end is what the residual leaves.
+    /// The widest gap behind the wanted modes with converged modes below it; its upper end is what
+    /// the residual leaves.
     fn widest_gap(&self, ritz: &Ritz) -> Option<Gap> {
         let last = (self.n_modes + CANDIDATES).min(ritz.theta.len() - 1);
         let gaps = (self.n_modes.max(1)..=last)
@@ -247,7 +256,8 @@ impl<'p, 'a> Search<'p, 'a> {
         Ok(cleaned)
     }
 
-    /// The first `k` Ritz pairs; those of a factor in single precision are corrected with the stiffness itself (Eq. R.14).
+    /// The first `k` Ritz pairs; those of a factor in single precision are corrected with the
+    /// stiffness itself (Eq. R.14).
     fn ritz_pairs(
         &self,
         run: &Lanczos<'_, ElasticProblem<'_>>,
@@ -280,8 +290,9 @@ impl<'p, 'a> Search<'p, 'a> {
 
     /// One more multiplication and a Rayleigh-Ritz step (Eq. R.13); `mass_x` is `M x`.
     ///
-    /// With `y = F M x` and `x` orthogonal to the rigid modes, `K y = M x`: the projected stiffness is `y^T M x`. A flexibility of
-    /// limited accuracy would carry its error into that to the first order, `K y` itself carries it to the second.
+    /// With `y = F M x` and `x` orthogonal to the rigid modes, `K y = M x`: the projected stiffness
+    /// is `y^T M x`. A flexibility of limited accuracy would carry its error into that to the first
+    /// order, `K y` itself carries it to the second.
     fn clean(&self, x: MatRef<'_, f64>, mass_x: MatRef<'_, f64>) -> Result<Found, DynamicsError> {
         let mut y = mass_x.to_owned();
         self.problem.flexibility_within(CLEAN_ACCURACY, y.as_mut());
@@ -290,7 +301,8 @@ impl<'p, 'a> Search<'p, 'a> {
             self.problem.is_single_precision().then(|| self.problem.stiffness_product(y.as_ref()));
         let stiffness_y = stiffness_y.as_ref().map_or(mass_x, |k| k.as_ref());
         let (lambda, rotation) = rayleigh_ritz(y.as_ref(), stiffness_y, mass_y.as_ref())?;
-        // The Rayleigh quotients of x and y agree to the square of the residual, so lambda serves both.
+        // The Rayleigh quotients of x and y agree to the square of the residual, so lambda serves
+        // both.
         let residual = (0..self.n_modes)
             .map(|j| {
                 let terms = (0..x.nrows()).map(|i| {
@@ -314,10 +326,11 @@ impl<'p, 'a> Search<'p, 'a> {
         Ok(cleaned)
     }
 
-    /// Eigenvalues below the gap, by inertia; repeated elsewhere in the gap if a pivot is close to zero.
+    /// Eigenvalues below the gap, by inertia; repeated elsewhere in the gap if a pivot is close to
+    /// zero.
     ///
-    /// A shift near an eigenvalue of a leading block spoils the single-precision factor only; another shift is then cheaper
-    /// than double precision.
+    /// A shift near an eigenvalue of a leading block spoils the single-precision factor only;
+    /// another shift is then cheaper than double precision.
     fn count(&self, gap: Gap) -> Result<usize, DynamicsError> {
         let (pencil, clamped) = (self.problem.pencil(), self.problem.clamped_unknowns());
         let shift = |part: f64| gap.below + part * (gap.above - gap.below);
@@ -363,8 +376,8 @@ impl Gap {
     }
 }
 
-/// Eigenvalues, ascending, and coefficients of the mass-orthonormal Ritz vectors of the stiffness in the span of `y`, with
-/// `stiffness_y = K y` and `mass_y = M y`.
+/// Eigenvalues, ascending, and coefficients of the mass-orthonormal Ritz vectors of the stiffness
+/// in the span of `y`, with `stiffness_y = K y` and `mass_y = M y`.
 fn rayleigh_ritz(
     y: MatRef<'_, f64>,
     stiffness_y: MatRef<'_, f64>,
@@ -403,12 +416,13 @@ mod tests {
     use super::*;
     use crate::body::{AssembledBody, Dof, MassMatrix};
 
-    /// Eigenvalues of the dense path and of a search agree to the square of the residual of its vectors, plus round-off of the stiffness
-    /// (highest over lowest eigenvalue of the lattice below 1e3).
+    /// Eigenvalues of the dense path and of a search agree to the square of the residual of its
+    /// vectors, plus round-off of the stiffness (highest over lowest eigenvalue of the lattice
+    /// below 1e3).
     const SAME_FREQUENCY: f64 = 1e-10;
 
-    /// A free cube of `n³` unit masses with unit springs to the neighbours along edges and diagonals: its symmetry makes frequencies double and
-    /// triple.
+    /// A free cube of `n³` unit masses with unit springs to the neighbours along edges and
+    /// diagonals: its symmetry makes frequencies double and triple.
     fn lattice(n: usize) -> AssembledBody {
         let place = |a: usize| [a % n, a / n % n, a / (n * n)].map(|i| i as f64);
         let n_nodes = n * n * n;
@@ -453,7 +467,8 @@ mod tests {
 
     #[test]
     fn lost_copies_of_multiple_frequencies_are_recovered() {
-        // Single vectors find one copy each of double and triple frequencies until round-off brings the others.
+        // Single vectors find one copy each of double and triple frequencies until round-off brings
+        // the others.
         let body = lattice(6);
         let problem = ElasticProblem::free(&body, &[]).expect("a free body");
         let search = Search { width: 1, ..Search::new(&problem, 24, Goal::Modes) };

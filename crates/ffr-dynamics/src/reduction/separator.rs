@@ -1,7 +1,9 @@
-//! Smallest sets of nodes that separate two ends of a graph (Menger 1927; Even and Tarjan 1975; Eq. R.2).
+//! Smallest sets of nodes that separate two ends of a graph (Menger 1927; Even and Tarjan 1975;
+//! Eq. R.2).
 //!
-//! As many paths as the graph has room for are led from one end to the other, no two of them through the same node, by augmentation along
-//! shortest ways. Where nothing more passes, one node of every path is full: these separate the ends, and no smaller set does.
+//! As many paths as the graph has room for are led from one end to the other, no two of them
+//! through the same node, by augmentation along shortest ways. Where nothing more passes, one node
+//! of every path is full: these separate the ends, and no smaller set does.
 
 use std::ops::Range;
 
@@ -10,8 +12,8 @@ const NONE: u32 = u32::MAX;
 /// Level of a place that no path reaches, or that has been tried without success.
 const CLOSED: u32 = u32::MAX;
 
-/// A graph whose nodes stand in an order, by which its ends are named; `neighbours[start[i]..start[i + 1]]` are those of node `i`, which may name
-/// itself.
+/// A graph whose nodes stand in an order, by which its ends are named;
+/// `neighbours[start[i]..start[i + 1]]` are those of node `i`, which may name itself.
 #[derive(Debug, Clone)]
 pub(super) struct SortedGraph {
     pub start: Vec<usize>,
@@ -38,8 +40,9 @@ impl SortedGraph {
         &self.neighbours[self.start[node]..self.start[node + 1]]
     }
 
-    /// The smallest set of the nodes `between` that separates the nodes before from those behind; of two such sets, the one nearest to the first
-    /// and the one nearest to the last nodes, that which leaves the more even parts. `None` if a node before has a neighbour behind.
+    /// The smallest set of the nodes `between` that separates the nodes before from those behind;
+    /// of two such sets, the one nearest to the first and the one nearest to the last nodes, that
+    /// which leaves the more even parts. `None` if a node before has a neighbour behind.
     pub fn separate(&self, between: Range<usize>) -> Option<Vec<Part>> {
         let is_open = |i: usize| self.of(i).iter().all(|&j| (j as usize) < between.end);
         if !(0..between.start).all(is_open) {
@@ -60,7 +63,8 @@ fn smaller_part(parts: &[Part]) -> usize {
     count(Part::First).min(count(Part::Last))
 }
 
-/// A node as a path passes it: it arrives, and it leaves. A node between the ends lets one path through.
+/// A node as a path passes it: it arrives, and it leaves. A node between the ends lets one path
+/// through.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Gate {
     Arrive(usize),
@@ -83,7 +87,8 @@ struct Flow<'a> {
     /// The nodes before and behind every node on its path.
     previous: Vec<u32>,
     next: Vec<u32>,
-    /// Steps of the shortest way from the first nodes to every gate on which one more path can come.
+    /// Steps of the shortest way from the first nodes to every gate on which one more path can
+    /// come.
     level: Vec<u32>,
     /// Steps of the shortest way to the last nodes.
     length: u32,
@@ -117,9 +122,11 @@ impl<'a> Flow<'a> {
         self.next[node] != NONE
     }
 
-    /// The way numbered `k` on which one more path can go on from `gate`; `Some(None)` if this one leads nowhere, `None` behind the last.
+    /// The way numbered `k` on which one more path can go on from `gate`; `Some(None)` if this one
+    /// leads nowhere, `None` behind the last.
     ///
-    /// A new path may take back a piece of an earlier one: where it arrives at a used node, it goes back to the node before that.
+    /// A new path may take back a piece of an earlier one: where it arrives at a used node, it goes
+    /// back to the node before that.
     fn way(&self, gate: Gate, k: usize) -> Option<Option<Gate>> {
         match gate {
             Gate::Leave(node) => {
@@ -209,7 +216,8 @@ impl<'a> Flow<'a> {
         None
     }
 
-    /// Leads one more path along `path` to the node `last`; its gates are closed until the next levels.
+    /// Leads one more path along `path` to the node `last`; its gates are closed until the next
+    /// levels.
     fn lead(&mut self, path: &[Gate], last: usize) {
         for pair in path.windows(2) {
             if let [Gate::Arrive(node), Gate::Leave(before)] = pair
@@ -239,7 +247,8 @@ impl<'a> Flow<'a> {
         }
     }
 
-    /// The parts if the separator is the full nodes that one more path would reach first; the levels are those of the last search.
+    /// The parts if the separator is the full nodes that one more path would reach first; the
+    /// levels are those of the last search.
     fn parts_near_first(&self) -> Vec<Part> {
         let is_reached = |gate: Gate| self.level[gate.index()] != CLOSED;
         let part = |node: usize| match (is_reached(Gate::Arrive(node)), is_reached(Gate::Leave(node))) {
@@ -250,7 +259,8 @@ impl<'a> Flow<'a> {
         self.parts(part)
     }
 
-    /// The parts if the separator is the full nodes from which one more path would reach the last nodes.
+    /// The parts if the separator is the full nodes from which one more path would reach the last
+    /// nodes.
     fn parts_near_last(&self) -> Vec<Part> {
         let reaches = self.reaching_last();
         let reaches = |gate: Gate| reaches[gate.index()];
@@ -271,7 +281,8 @@ impl<'a> Flow<'a> {
         (0..self.graph.len()).map(of).collect()
     }
 
-    /// Gates from which one more path would reach the last nodes: the ways of [`Self::way`] backwards.
+    /// Gates from which one more path would reach the last nodes: the ways of [`Self::way`]
+    /// backwards.
     fn reaching_last(&self) -> Vec<bool> {
         let mut reaches = vec![false; self.level.len()];
         let mut queue: Vec<Gate> = (self.between.end..self.graph.len()).map(Gate::Arrive).collect();
@@ -330,7 +341,8 @@ mod tests {
         parts.iter().filter(|&&p| p == Part::Separator).count()
     }
 
-    /// Whether the nodes `between` that are not in the set `removed` connect the first nodes with the last ones.
+    /// Whether the nodes `between` that are not in the set `removed` connect the first nodes with
+    /// the last ones.
     fn is_connected(graph: &SortedGraph, between: &std::ops::Range<usize>, removed: u32) -> bool {
         let is_removed = |i: usize| between.contains(&i) && removed >> (i - between.start) & 1 == 1;
         let mut found: Vec<usize> = (0..between.start).collect();
@@ -376,7 +388,8 @@ mod tests {
         assert!(n_separated > 50 && n_together > 50, "{n_separated}, {n_together}");
     }
 
-    /// Largest number of paths between the ends, one at a time by breadth-first search in a matrix of capacities.
+    /// Largest number of paths between the ends, one at a time by breadth-first search in a matrix
+    /// of capacities.
     fn most_paths(graph: &SortedGraph, between: &std::ops::Range<usize>) -> usize {
         let n = graph.len();
         // Gates as in `Gate::index`, then a source and a sink.
@@ -445,8 +458,8 @@ mod tests {
 
     #[test]
     fn a_path_that_is_taken_back_over_two_nodes_leaves_the_one_between_them_free() {
-        // The shortest path 0-3-4-5-19 is found first. The one from 1 arrives at 5 by a longer way, goes back to 3 and leaves 4 free, which the
-        // longest one, from 2, needs.
+        // The shortest path 0-3-4-5-19 is found first. The one from 1 arrives at 5 by a longer way,
+        // goes back to 3 and leaves 4 free, which the longest one, from 2, needs.
         let chains: [&[usize]; 5] = [
             &[0, 3, 4, 5, 19],
             &[1, 6, 7, 5],
@@ -465,7 +478,8 @@ mod tests {
 
     #[test]
     fn a_lattice_is_cut_at_its_waist() {
-        // Points of a strip of 21 columns, 9 rows high but 3 at the waist, neighbours in all eight directions, numbered by columns.
+        // Points of a strip of 21 columns, 9 rows high but 3 at the waist, neighbours in all eight
+        // directions, numbered by columns.
         let height = |x: usize| if x.abs_diff(13) < 2 { 3 } else { 9 };
         let places: Vec<(usize, usize)> = (0..21).flat_map(|x| (0..height(x)).map(move |y| (x, y))).collect();
         let is_edge = |i: usize, j: usize| {

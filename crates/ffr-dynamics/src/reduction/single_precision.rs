@@ -1,7 +1,8 @@
 //! Cholesky factor in single precision, for refinement with the matrix itself (Eq. R.6).
 //!
-//! Half the time and half the memory of the factor in double precision, and solves, which are bound by reading it, take half
-//! the time. What it lacks in digits is made good by the residual in double precision.
+//! Half the time and half the memory of the factor in double precision, and solves, which are bound
+//! by reading it, take half the time. What it lacks in digits is made good by the residual in
+//! double precision.
 
 use std::sync::Arc;
 
@@ -16,7 +17,8 @@ use super::tree_solve::TreeSolve;
 
 const WIDTH: usize = <f32 as Entry>::WIDTH;
 
-/// A factor with `C A C ~ L S L^T` in single precision, `S` the signs of the pivots, `C` the scaling to a unit diagonal.
+/// A factor with `C A C ~ L S L^T` in single precision, `S` the signs of the pivots, `C` the
+/// scaling to a unit diagonal.
 #[derive(Debug)]
 pub(super) struct SinglePrecisionFactor {
     symbolic: Arc<SymbolicFactor>,
@@ -25,7 +27,8 @@ pub(super) struct SinglePrecisionFactor {
 }
 
 impl SinglePrecisionFactor {
-    /// Factorises a symmetric matrix with the analysed pattern; `None` if a pivot is not positive, or zero, in single precision.
+    /// Factorises a symmetric matrix with the analysed pattern; `None` if a pivot is not positive,
+    /// or zero, in single precision.
     ///
     /// # Panics
     /// If the matrix has not as many entries as the pattern.

@@ -1,8 +1,9 @@
-//! Static answers to given loads beside free modes: residual attachment modes (docs/theory.md Eqs. R.27 to R.31; MacNeal 1971,
-//! Rubin 1975, Craig and Chang 1977).
+//! Static answers to given loads beside free modes: residual attachment modes (docs/theory.md
+//! Eqs. R.27 to R.31; MacNeal 1971, Rubin 1975, Craig and Chang 1977).
 //!
-//! Free modes answer a joint force slowly. `Ψ = (F - Φ Ω⁻² Φᵀ) B` is what they leave out of the static answer to the loads `B`; added to
-//! the modes as mass-orthonormal pseudo-modes of high frequency, it makes the static answer of the reduced body that of the full one.
+//! Free modes answer a joint force slowly. `Ψ = (F - Φ Ω⁻² Φᵀ) B` is what they leave out of the
+//! static answer to the loads `B`; added to the modes as mass-orthonormal pseudo-modes of high
+//! frequency, it makes the static answer of the reduced body that of the full one.
 
 use faer::{Mat, MatRef};
 
@@ -14,16 +15,18 @@ use super::residual_modes::PencilModes;
 use crate::DynamicsError;
 use crate::data_error::DataError;
 
-/// Share of the energy of its whole static answer below which the part of a load's answer that modes and other loads leave out is
-/// dropped: the compliance then errs by this share.
+/// Share of the energy of its whole static answer below which the part of a load's answer that
+/// modes and other loads leave out is dropped: the compliance then errs by this share.
 ///
 /// Solves err by some 1e-12 of that energy, so that what is kept has four digits at least.
 pub const RANK_TOLERANCE: f64 = 1e-8;
-/// Share of the largest energy of a static answer below which a load does not deform the body: it balances the inertia forces of a
-/// rigid motion up to round-off. Slender bodies have shares of 1e-7 between tension and bending.
+/// Share of the largest energy of a static answer below which a load does not deform the body: it
+/// balances the inertia forces of a rigid motion up to round-off. Slender bodies have shares of
+/// 1e-7 between tension and bending.
 const NO_DEFORMATION: f64 = 1e-13;
-/// Mass that pseudo-modes may share with the modes that are kept, a tenth of the deviation from mass-orthonormality that the equations of
-/// motion allow. Eigenmodes share what the eigensolver has left in them, modes of an interface a good part.
+/// Mass that pseudo-modes may share with the modes that are kept, a tenth of the deviation from
+/// mass-orthonormality that the equations of motion allow. Eigenmodes share what the eigensolver
+/// has left in them, modes of an interface a good part.
 const SHARED_MASS: f64 = 1e-8;
 
 /// Loads whose static answers a basis takes.
@@ -35,11 +38,12 @@ pub enum TakenLoads<'a> {
     Given(&'a [usize]),
 }
 
-/// `basis` completed by the static answers to `loads` (n × k): forces on the unknowns, in columns of comparable units, so that moments
-/// are those of unit forces on a lever of the body's size. The columns taken are [`ReducedBasis::static_loads`].
+/// `basis` completed by the static answers to `loads` (n × k): forces on the unknowns, in columns
+/// of comparable units, so that moments are those of unit forces on a lever of the body's size. The
+/// columns taken are [`ReducedBasis::static_loads`].
 ///
-/// Modes that are the body's own stay as they are, up to the accuracy of the eigensolver, with the pseudo-modes behind them. Others are
-/// mixed with the pseudo-modes (Rayleigh-Ritz).
+/// Modes that are the body's own stay as they are, up to the accuracy of the eigensolver, with the
+/// pseudo-modes behind them. Others are mixed with the pseudo-modes (Rayleigh-Ritz).
 ///
 /// # Errors
 /// [`DynamicsError::Data`] if sizes do not fit, the body is clamped or a load is not finite; [`DynamicsError::NotPositiveDefinite`] if
@@ -98,8 +102,9 @@ fn remove_modes(basis: &ReducedBasis, amplitudes: &Mat<f64>, x: &mut Mat<f64>) {
     dense::add_product(x.as_mut(), -1.0, basis.shapes.as_ref(), scaled.as_ref());
 }
 
-/// Loads whose answers are independent, by Cholesky's algorithm with pivoting on the residual compliance, each load scaled to unit energy
-/// `energies` of its whole static answer; in the order of the pivots.
+/// Loads whose answers are independent, by Cholesky's algorithm with pivoting on the residual
+/// compliance, each load scaled to unit energy `energies` of its whole static answer; in the order
+/// of the pivots.
 fn independent_loads(compliance: &Mat<f64>, energies: &[f64]) -> Vec<usize> {
     let n = energies.len();
     let largest = energies.iter().copied().fold(0.0, f64::max);
@@ -124,7 +129,8 @@ fn independent_loads(compliance: &Mat<f64>, energies: &[f64]) -> Vec<usize> {
     columns
 }
 
-/// `basis` with the span of `answers`, which are orthogonal to it in stiffness and have the stiffness matrix `compliance` (R.28).
+/// `basis` with the span of `answers`, which are orthogonal to it in stiffness and have the
+/// stiffness matrix `compliance` (R.28).
 fn completed(
     problem: &ElasticProblem<'_>,
     basis: ReducedBasis,
@@ -166,8 +172,9 @@ fn joined(basis: &ReducedBasis, shapes: MatRef<'_, f64>, omega: &[f64]) -> Reduc
     ReducedBasis { shapes: all, omega: basis.omega.iter().chain(omega).copied().collect(), ..basis.clone() }
 }
 
-/// Makes modes of rising frequency that are mass-orthonormal up to the round-off of a projected eigenproblem so up to that of sums. Every
-/// mode loses its share of lower ones, which weighs less in the stiffness than in the mass.
+/// Makes modes of rising frequency that are mass-orthonormal up to the round-off of a projected
+/// eigenproblem so up to that of sums. Every mode loses its share of lower ones, which weighs less
+/// in the stiffness than in the mass.
 ///
 /// # Errors
 /// [`DynamicsError::NotPositiveDefinite`] if they are linearly dependent.
@@ -184,7 +191,8 @@ pub(super) fn orthonormalise(
     Ok(())
 }
 
-/// Modes of the span of `basis`, whose stiffness is diagonal; its first `n` shapes have the mass `shared` with the others.
+/// Modes of the span of `basis`, whose stiffness is diagonal; its first `n` shapes have the mass
+/// `shared` with the others.
 fn rayleigh_ritz(basis: ReducedBasis, shared: &Mat<f64>, n: usize) -> Result<ReducedBasis, DynamicsError> {
     let size = basis.n_modes();
     let mut stiffness = Mat::zeros(size, size);

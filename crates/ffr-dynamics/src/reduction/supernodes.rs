@@ -1,7 +1,7 @@
 //! Elimination tree and supernodes of a Cholesky factor (Eq. R.4; Liu 1990).
 //!
-//! Columns with the same rows below them form a supernode: a dense block. Small supernodes are merged with their parents where that adds
-//! few zeros (Ashcraft and Grimes 1989).
+//! Columns with the same rows below them form a supernode: a dense block. Small supernodes are
+//! merged with their parents where that adds few zeros (Ashcraft and Grimes 1989).
 
 use std::collections::BinaryHeap;
 
@@ -26,8 +26,9 @@ pub(super) struct Supernodes {
 }
 
 impl Supernodes {
-    /// Supernodes of the factor of a matrix under the elimination order of `quotient`, which was made with `order`; the order becomes an
-    /// equivalent one, with the same fill and the same unknowns last.
+    /// Supernodes of the factor of a matrix under the elimination order of `quotient`, which was
+    /// made with `order`; the order becomes an equivalent one, with the same fill and the same
+    /// unknowns last.
     pub fn new(quotient: &Quotient, order: &[u32]) -> Self {
         let tree = elimination_tree(quotient);
         let post = postorder(&tree);
@@ -77,7 +78,8 @@ fn elimination_tree(quotient: &Quotient) -> Vec<u32> {
     parent
 }
 
-/// Vertices of a forest in postorder, children and roots in ascending order: what is at the end as a chain stays there.
+/// Vertices of a forest in postorder, children and roots in ascending order: what is at the end as
+/// a chain stays there.
 fn postorder(parent: &[u32]) -> Vec<u32> {
     let n = parent.len();
     // Lists of children, the first at the head.
@@ -135,14 +137,16 @@ struct Blocks {
 }
 
 impl Blocks {
-    /// Fundamental supernodes: chains of vertices with one child each whose patterns follow from each other.
+    /// Fundamental supernodes: chains of vertices with one child each whose patterns follow from
+    /// each other.
     fn fundamental(quotient: &Quotient, post: &[u32]) -> Self {
         let n = post.len();
         let mut rank = vec![0; n];
         post.iter().enumerate().for_each(|(p, &v)| rank[v as usize] = p as u32);
         let weight: Vec<u64> = post.iter().map(|&v| u64::from(quotient.weight(v as usize))).collect();
         let mut blocks: Vec<Block> = Vec::new();
-        // Blocks whose pattern begins with a vertex, and the block in whose pattern a vertex was seen last.
+        // Blocks whose pattern begins with a vertex, and the block in whose pattern a vertex was
+        // seen last.
         let mut children: Vec<Vec<u32>> = vec![Vec::new(); n];
         let mut seen = vec![NONE; n];
         for v in 0..n {
@@ -209,7 +213,8 @@ impl Blocks {
         let n = self.blocks.len();
         let mut children: Vec<Vec<u32>> = vec![Vec::new(); n];
         for b in 0..n {
-            // Those with the longest patterns fit best; of equal ones the last, which may stand next to the parent.
+            // Those with the longest patterns fit best; of equal ones the last, which may stand
+            // next to the parent.
             let key = |blocks: &[Block], c: u32| (blocks[c as usize].below, c);
             let mut candidates: BinaryHeap<(u64, u32)> =
                 std::mem::take(&mut children[b]).into_iter().map(|c| key(&self.blocks, c)).collect();

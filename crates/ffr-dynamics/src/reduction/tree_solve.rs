@@ -1,7 +1,8 @@
 //! Solves with a factor over the elimination tree, on all threads (Eq. R.5).
 //!
-//! A subtree hands on to its parent what it contributes to the rows below it, and takes back the unknowns of these rows; subtrees run side
-//! by side, and rows or columns of large panels do. Every number is made by one thread in an order that the factor alone decides.
+//! A subtree hands on to its parent what it contributes to the rows below it, and takes back the
+//! unknowns of these rows; subtrees run side by side, and rows or columns of large panels do. Every
+//! number is made by one thread in an order that the factor alone decides.
 
 use super::entry::Entry;
 use super::layout::Layout;
@@ -33,7 +34,8 @@ impl<T: Entry> TreeSolve<'_, T> {
         self.layout.supernodes.columns(self.layout.first_descendant[root as usize] as usize).start
     }
 
-    /// The forward solve in the subtrees of `roots`, whose columns `x` holds; what each of them contributes to the rows below its root.
+    /// The forward solve in the subtrees of `roots`, whose columns `x` holds; what each of them
+    /// contributes to the rows below its root.
     fn forward_forest(&self, roots: &[u32], x: &mut [T::Row]) -> Vec<Vec<T::Row>> {
         match roots {
             [] => Vec::new(),
@@ -87,7 +89,8 @@ impl<T: Entry> TreeSolve<'_, T> {
     fn forward_sequential(&self, root: usize, x: &mut [T::Row]) -> Vec<T::Row> {
         let layout = self.layout;
         let first = self.first_column(root as u32);
-        // What subtrees without their parent contribute, one behind the other, and where each begins.
+        // What subtrees without their parent contribute, one behind the other, and where each
+        // begins.
         let (mut open, mut begins) = (Vec::new(), Vec::new());
         let mut rows = Vec::new();
         for s in layout.first_descendant[root] as usize..=root {
@@ -221,7 +224,8 @@ impl<T: Entry> TreeSolve<'_, T> {
     }
 }
 
-/// Calls `work` with pieces of `rows` of at most `size`, and with where each begins, `rows` beginning at `first`.
+/// Calls `work` with pieces of `rows` of at most `size`, and with where each begins, `rows`
+/// beginning at `first`.
 fn halve<R: Send>(
     rows: &mut [R],
     first: usize,

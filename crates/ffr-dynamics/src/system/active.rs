@@ -1,4 +1,5 @@
-//! A force element at work: the one place where an element, its state, its workspace and what it found come together.
+//! A force element at work: the one place where an element, its state, its workspace and what it
+//! found come together.
 
 use std::time::{Duration, Instant};
 
@@ -9,7 +10,8 @@ use crate::error::EvaluationFailure;
 
 /// A force element at work, whatever its kind: what a system asks of it.
 ///
-/// Implemented by [`Active`] alone. What is asked for without an evaluation is that of the last [`ActiveForce::evaluate`].
+/// Implemented by [`Active`] alone. What is asked for without an evaluation is that of the last
+/// [`ActiveForce::evaluate`].
 pub trait ActiveForce: Send {
     /// Adds the forces at `motion` to `forces`. Does not allocate.
     ///

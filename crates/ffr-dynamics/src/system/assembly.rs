@@ -1,4 +1,5 @@
-//! Closing loops: the start of a system, and the way back to the constraints after a step (docs/theory.md Eq. M.36, M.24).
+//! Closing loops: the start of a system, and the way back to the constraints after a step
+//! (docs/theory.md Eq. M.36, M.24).
 
 use std::ops::DerefMut;
 
@@ -11,22 +12,24 @@ use super::workspace::Workspace;
 use crate::error::DynamicsError;
 use crate::joint_fault::{GearFault, JointFault};
 
-/// Residual of a loop-closing joint at which a state is projected back [m or rad]; the limit asked for is 1e-10.
+/// Residual of a loop-closing joint at which a state is projected back [m or rad]; the limit asked
+/// for is 1e-10.
 const LOOP_TOLERANCE: f64 = 1e-12;
-/// Rate of a constraint, as a share of the fastest body's velocity (at least of 1 mm/s), at which velocities are projected.
+/// Rate of a constraint, as a share of the fastest body's velocity (at least of 1 mm/s), at which
+/// velocities are projected.
 const LOOP_RATE_TOLERANCE: f64 = 1e-11;
-/// Elastic inertia counts so many times when positions are projected: deforming would cost energy, moving joints does not.
-/// The mobility that is left stays far above the limit of redundancy.
+/// Elastic inertia counts so many times when positions are projected: deforming would cost energy,
+/// moving joints does not. The mobility that is left stays far above the limit of redundancy.
 const ELASTIC_WEIGHT: f64 = 1e6;
-/// Rate of a constraint, as a share of the fastest body's velocity or angular velocity, above which velocities given contradict a loop: typed
-/// with four digits they do not.
+/// Rate of a constraint, as a share of the fastest body's velocity or angular velocity, above which
+/// velocities given contradict a loop: typed with four digits they do not.
 const CONTRADICTION: f64 = 1e-3;
 /// Newton steps of a projection; drift of one step needs one or two.
 const MAX_PROJECTIONS: usize = 8;
 
 impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
-    /// Moves joint and elastic coordinates, then velocities, until the loops are closed and gears fit: a start for systems with
-    /// constraints.
+    /// Moves joint and elastic coordinates, then velocities, until the loops are closed and gears
+    /// fit: a start for systems with constraints.
     ///
     /// # Errors
     /// [`DynamicsError::Joint`] if a loop does not close; give joint coordinates nearer to a closed position.
@@ -55,9 +58,10 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         })
     }
 
-    /// Closes the loops of a start: joint and elastic coordinates as [`Multibody::assemble`] moves them; then velocities of those joints
-    /// for which `is_given` does not hold, by body, follow the given ones and the prescribed motions with the least kinetic energy, as if
-    /// bodies were rigid (Eq. M.24).
+    /// Closes the loops of a start: joint and elastic coordinates as [`Multibody::assemble`] moves
+    /// them; then velocities of those joints for which `is_given` does not hold, by body, follow
+    /// the given ones and the prescribed motions with the least kinetic energy, as if bodies were
+    /// rigid (Eq. M.24).
     ///
     /// # Errors
     /// [`DynamicsError::Joint`] if a loop does not close, or given velocities contradict it.
@@ -116,7 +120,8 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         self.close_velocities(t, y, 1.0) || has_moved
     }
 
-    /// Projects velocities onto the constraints, elastic inertia counting `elastic_weight` times; returns whether it changed `y`.
+    /// Projects velocities onto the constraints, elastic inertia counting `elastic_weight` times;
+    /// returns whether it changed `y`.
     fn close_velocities(&mut self, t: f64, y: &mut [f64], elastic_weight: f64) -> bool {
         self.workspace.place(&self.model, t, y);
         if self.workspace.factorise(&self.model, elastic_weight).is_err() {
@@ -136,7 +141,8 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         true
     }
 
-    /// Moves positions onto the constraints, joints rather than elastic coordinates; returns whether it changed `y`.
+    /// Moves positions onto the constraints, joints rather than elastic coordinates; returns
+    /// whether it changed `y`.
     fn close_positions(&mut self, t: f64, y: &mut [f64]) -> bool {
         for step in 0..MAX_PROJECTIONS {
             let residual = self.loop_residual(t, y);

@@ -1,5 +1,5 @@
-//! Loads of bearings whose friction they determine: what joints transmit depends on the friction, and the friction on what they transmit
-//! (docs/theory.md Eq. M.17 to M.20).
+//! Loads of bearings whose friction they determine: what joints transmit depends on the friction,
+//! and the friction on what they transmit (docs/theory.md Eq. M.17 to M.20).
 
 use nalgebra::Vector3;
 
@@ -8,9 +8,11 @@ use super::model::MultibodyModel;
 use super::tree_kinematics::{JointKinematics, SpatialVector, split};
 use crate::error::{EvaluationFailure, MotionFault};
 
-/// Iterations on the loads; Newton's method takes three to five, what it does not gain contraction does.
+/// Iterations on the loads; Newton's method takes three to five, what it does not gain contraction
+/// does.
 const MAX_ITERATIONS: usize = 200;
-/// Residual, over the loads, that the last iteration may leave: no more than the tolerance of a step.
+/// Residual, over the loads, that the last iteration may leave: no more than the tolerance of a
+/// step.
 const CONVERGED: f64 = 1e-10;
 
 /// A bearing at one instant.
@@ -49,7 +51,8 @@ pub(super) struct BearingSolver {
     residual: Vec<f64>,
 }
 
-/// What the joint transmits, of the `wrench` at the parent's marker: force and moment about the child's marker, in the axes of the parent's marker.
+/// What the joint transmits, of the `wrench` at the parent's marker: force and moment about the
+/// child's marker, in the axes of the parent's marker.
 fn transmitted(edge: &JointKinematics, wrench: &SpatialVector) -> Load {
     let (force, moment) = split(wrench);
     let moment = moment - edge.joint.displacement.cross(&force);
@@ -136,7 +139,8 @@ impl BearingSolver {
         sum
     }
 
-    /// Loads by the present friction less the present ones, in `residual`; the largest, and the largest load with that without friction.
+    /// Loads by the present friction less the present ones, in `residual`; the largest, and the
+    /// largest load with that without friction.
     fn evaluate(&mut self) -> (f64, f64) {
         let (mut error, mut size) = (0.0_f64, 0.0_f64);
         for i in 0..self.bearings.len() {
@@ -148,7 +152,8 @@ impl BearingSolver {
         (error, size)
     }
 
-    /// Newton's step in `candidate`; whether it is one. The matrix has positive pivots in any order, for the gains allow a contraction.
+    /// Newton's step in `candidate`; whether it is one. The matrix has positive pivots in any
+    /// order, for the gains allow a contraction.
     fn newton(&mut self) -> bool {
         let n = self.bearings.len();
         for i in 0..n {
@@ -174,7 +179,8 @@ impl BearingSolver {
         true
     }
 
-    /// Replaces `matrix` by its factors without pivoting; the number and the value of the first pivot that is not positive.
+    /// Replaces `matrix` by its factors without pivoting; the number and the value of the first
+    /// pivot that is not positive.
     fn eliminate(&mut self) -> Result<(), (usize, f64)> {
         let n = self.bearings.len();
         for k in 0..n {
@@ -194,8 +200,9 @@ impl BearingSolver {
         Ok(())
     }
 
-    /// Refuses gains with which the loads need not exist (Eq. M.20): the matrix `1 - Γ` has positive pivots exactly if the spectral radius
-    /// of `Γ`, which has no negative entries, is below one.
+    /// Refuses gains with which the loads need not exist (Eq. M.20): the matrix `1 - Γ` has
+    /// positive pivots exactly if the spectral radius of `Γ`, which has no negative entries, is
+    /// below one.
     fn check_gains(&mut self, model: &MultibodyModel) -> Result<(), EvaluationFailure> {
         let n = self.bearings.len();
         for i in 0..n {

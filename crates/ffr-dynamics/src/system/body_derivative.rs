@@ -1,7 +1,7 @@
 //! Derivatives of one body's forces for implicit integrators (docs/theory.md Eq. T.25).
 //!
-//! Only those with respect to elastic coordinates and rates, which are many and stiff; the few of the rigid motion are left to
-//! differences of the right-hand side.
+//! Only those with respect to elastic coordinates and rates, which are many and stiff; the few of
+//! the rigid motion are left to differences of the right-hand side.
 
 use nalgebra::Matrix3;
 
@@ -11,8 +11,8 @@ use crate::body::StandardInputData;
 use crate::kinematics::rotation::skew;
 
 impl BodyWorkspace {
-    /// Change of the forces with elastic coordinate `j` or its rate, at the moments of the last evaluation: elastic ones are
-    /// added to `elastic`, rigid ones returned, in body axes.
+    /// Change of the forces with elastic coordinate `j` or its rate, at the moments of the last
+    /// evaluation: elastic ones are added to `elastic`, rigid ones returned, in body axes.
     pub(super) fn elastic_change(
         &self,
         data: &StandardInputData,

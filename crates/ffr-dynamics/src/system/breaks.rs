@@ -1,5 +1,5 @@
-//! Where the right-hand side of a multibody system is not smooth: in time by what is given, in the state by stops and friction of joints
-//! (docs/theory.md Eq. T.32, M.22).
+//! Where the right-hand side of a multibody system is not smooth: in time by what is given, in the
+//! state by stops and friction of joints (docs/theory.md Eq. T.32, M.22).
 
 use super::joints::TimeFunction;
 use super::joints::form::{change_of_form, change_of_sliding};
@@ -24,7 +24,8 @@ impl MultibodyModel {
         of_joints.chain(of_loads).flatten()
     }
 
-    /// Share of a step of size `h` between two states at which the force of a joint changes its form, if one does.
+    /// Share of a step of size `h` between two states at which the force of a joint changes its
+    /// form, if one does.
     pub(super) fn change_of_form(&self, y0: &[f64], y1: &[f64], h: f64) -> Option<f64> {
         let shares = self.bodies.iter().flat_map(|TreeBody { joint, layout, .. }| {
             let (positions, velocities) = (layout.positions(), layout.velocities());

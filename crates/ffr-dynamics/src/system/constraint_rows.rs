@@ -1,5 +1,6 @@
-//! Constraints of loop-closing joints and gears at one instant: residuals, directions, accelerations by velocities alone, and how readily free
-//! bodies answer them (docs/theory.md Eq. M.32, M.33, M.37).
+//! Constraints of loop-closing joints and gears at one instant: residuals, directions,
+//! accelerations by velocities alone, and how readily free bodies answer them (docs/theory.md
+//! Eq. M.32, M.33, M.37).
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -46,7 +47,8 @@ impl Side {
         }
     }
 
-    /// Velocity and angular velocity of the marker, in inertial axes, from those of its frame and its elastic rates.
+    /// Velocity and angular velocity of the marker, in inertial axes, from those of its frame and
+    /// its elastic rates.
     pub fn velocities(
         &self,
         site: &Site,
@@ -144,7 +146,8 @@ impl GearRow {
     }
 }
 
-/// Mobility of a displacement and of a rotation between the free, undeformed `bodies` [1/kg, 1/(kg m²)].
+/// Mobility of a displacement and of a rotation between the free, undeformed `bodies` [1/kg, 1/(kg
+/// m²)].
 pub(super) fn free_mobility(model: &MultibodyModel, bodies: [Parent; 2]) -> (f64, f64) {
     let (mut translation, mut rotation) = (0.0, 0.0);
     for body in bodies.into_iter().flatten() {

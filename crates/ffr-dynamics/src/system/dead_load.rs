@@ -1,4 +1,5 @@
-//! Inertia forces and weight of a body, fixed in space and to its material points (docs/theory.md Eq. M.56).
+//! Inertia forces and weight of a body, fixed in space and to its material points (docs/theory.md
+//! Eq. M.56).
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -7,7 +8,8 @@ use super::tree_kinematics::{SpatialVector, join, split};
 use crate::body::StandardInputData;
 use crate::kinematics::rotation::axial;
 
-/// The forces `-ρ a` of an acceleration `a` that each material point of a body keeps, whatever the motion.
+/// The forces `-ρ a` of an acceleration `a` that each material point of a body keeps, whatever the
+/// motion.
 #[derive(Debug, Clone)]
 pub(super) struct DeadLoad {
     /// Rotation of the body in which the rest is expressed.
@@ -23,7 +25,8 @@ pub(super) struct DeadLoad {
 }
 
 impl DeadLoad {
-    /// The load on a body in `state` whose frame has the acceleration `frame` less gravity, in its axes; modes do not accelerate.
+    /// The load on a body in `state` whose frame has the acceleration `frame` less gravity, in its
+    /// axes; modes do not accelerate.
     pub fn new(data: &StandardInputData, state: &BodyState, frame: &SpatialVector) -> Self {
         let (translation, spin) = split(frame);
         let (n_q, n_c, q) = (data.n_modes(), data.motion.n_components(), &state.elastic);
@@ -63,7 +66,8 @@ impl DeadLoad {
         Self { rotation, force, position, modes: (0..n_q).map(mode).collect(), second }
     }
 
-    /// Force on the frame and moment about it, in the axes of the body in `state`; modal forces are added to `elastic`.
+    /// Force on the frame and moment about it, in the axes of the body in `state`; modal forces are
+    /// added to `elastic`.
     pub fn apply(&self, state: &BodyState, elastic: &mut [f64]) -> SpatialVector {
         let turn: Matrix3<f64> = (state.rotation.inverse() * self.rotation).to_rotation_matrix().into_inner();
         let (n_q, q) = (self.modes.len(), &state.elastic);

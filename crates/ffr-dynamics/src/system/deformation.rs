@@ -1,7 +1,8 @@
 //! Sums over the elastic coordinates of one body (docs/theory.md Eq. D.6, D.8, M.44, M.45).
 //!
-//! They are what an evaluation reads most memory for. Each is the product of a matrix, made once, with the elastic coordinates or with their
-//! rates; of rates only those parts of moments are summed that a turn about an axis leaves.
+//! They are what an evaluation reads most memory for. Each is the product of a matrix, made once,
+//! with the elastic coordinates or with their rates; of rates only those parts of moments are
+//! summed that a turn about an axis leaves.
 
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
@@ -13,14 +14,16 @@ use crate::body::foreshortening::Foreshortening;
 /// Rows `∫ ρ (..)_a φ_jb - (..)_b φ_ja` about x, y and z.
 const TURNS: [(usize, usize); 3] = [(1, 2), (2, 0), (0, 1)];
 
-/// The matrices of one body. Columns are those of elastic coordinates `i`; rows come in blocks of one for each mode `j`.
+/// The matrices of one body. Columns are those of elastic coordinates `i`; rows come in blocks of
+/// one for each mode `j`.
 #[derive(Debug, Clone)]
 pub(super) struct DeformationMaps {
     n_modes: usize,
-    /// Rows by coordinates: moments `Q_j`, then, with geometric stiffening, the change `C_t,j` along x, y and z. Empty where the moments are
-    /// those of [`StandardInputData`].
+    /// Rows by coordinates: moments `Q_j`, then, with geometric stiffening, the change `C_t,j`
+    /// along x, y and z. Empty where the moments are those of [`StandardInputData`].
     by_coordinates: Vec<f64>,
-    /// Rows by rates: axial vectors of the moments' rates, then, with geometric stiffening, those of `∫ ρ X g_ijᵀ`, then `∫ ρ g_ij`.
+    /// Rows by rates: axial vectors of the moments' rates, then, with geometric stiffening, those
+    /// of `∫ ρ X g_ijᵀ`, then `∫ ρ g_ij`.
     by_rates: Vec<f64>,
     n_axes: usize,
     is_stiffened: bool,
@@ -118,7 +121,8 @@ impl DeformationSums {
         [at(&self.by_coordinates[self.size..]), at(&self.by_rates[2 * self.n_turned..])]
     }
 
-    /// Geometric stiffening: axial vector of `Σ_i dq_i/dt ∫ ρ X g_ijᵀ`, blocks as those of [`DeformationSums::moment_rates`].
+    /// Geometric stiffening: axial vector of `Σ_i dq_i/dt ∫ ρ X g_ijᵀ`, blocks as those of
+    /// [`DeformationSums::moment_rates`].
     pub fn turned(&self) -> &[f64] {
         &self.by_rates[self.n_turned..2 * self.n_turned]
     }

@@ -1,7 +1,8 @@
 //! Equations of motion of one free body in its floating frame (docs/theory.md Eq. D.7 to D.10).
 //!
-//! \[A\] (1) with all couplings and all dependence on the elastic coordinates. Deviation from the paper: the unknown of the
-//! translation is the acceleration in the inertial frame, so that no term `ω × v` is left in the equations.
+//! \[A\] (1) with all couplings and all dependence on the elastic coordinates. Deviation from the
+//! paper: the unknown of the translation is the acceleration in the inertial frame, so that no term
+//! `ω × v` is left in the equations.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -33,7 +34,8 @@ struct Stiffened {
     torque: Vector3<f64>,
 }
 
-/// Rigid part of the equations: 6 x 6 inertia and right-hand side, translation first, in the body's frame.
+/// Rigid part of the equations: 6 x 6 inertia and right-hand side, translation first, in the body's
+/// frame.
 ///
 /// Only the lower triangle of the inertia is set.
 pub(super) struct RigidPart {
@@ -53,8 +55,9 @@ impl BodyWorkspace {
         }
     }
 
-    /// Inertia and forces of the body (Eq. D.7): the rigid part as the result, the rows `[C_t C_r]` in `coupling`, the
-    /// elastic forces in `elastic`. Returns the power lost in modal damping as well \[W\].
+    /// Inertia and forces of the body (Eq. D.7): the rigid part as the result, the rows `[C_t C_r]`
+    /// in `coupling`, the elastic forces in `elastic`. Returns the power lost in modal damping as
+    /// well \[W\].
     pub(super) fn assemble(
         &mut self,
         (data, maps): (&StandardInputData, &DeformationMaps),
@@ -76,7 +79,8 @@ impl BodyWorkspace {
         (rigid, dissipated_power)
     }
 
-    /// Inertia of the frame (lower triangle) and rows `[C_t C_r(q_e)]` of the last [`BodyWorkspace::assemble`].
+    /// Inertia of the frame (lower triangle) and rows `[C_t C_r(q_e)]` of the last
+    /// [`BodyWorkspace::assemble`].
     pub(super) fn inertia(&self) -> (&[[f64; 6]; 6], &[[f64; 6]]) {
         (&self.rigid, &self.coupling)
     }
@@ -104,7 +108,8 @@ impl BodyWorkspace {
         RigidPart { inertia, force: [local.x, local.y, local.z, 0.0, 0.0, 0.0] }
     }
 
-    /// Rigid part of a body that turns; subtracts centrifugal and Coriolis forces from the elastic ones (Eq. D.8).
+    /// Rigid part of a body that turns; subtracts centrifugal and Coriolis forces from the elastic
+    /// ones (Eq. D.8).
     fn turning(
         &mut self,
         (data, maps): (&StandardInputData, &DeformationMaps),
@@ -159,7 +164,8 @@ impl BodyWorkspace {
         }
     }
 
-    /// Adds geometric stiffening to the coupling with translation (Eq. M.44); returns what it does to the rigid part.
+    /// Adds geometric stiffening to the coupling with translation (Eq. M.44); returns what it does
+    /// to the rigid part.
     fn stiffen(&mut self, state: &BodyState) -> Stiffened {
         let (q, rates) = (&state.elastic, &state.elastic_rates);
         let n_q = q.len();
@@ -214,7 +220,8 @@ pub(super) fn rigid_inertia(mass: f64, mass_moment: &Vector3<f64>, inertia: &Mat
     matrix
 }
 
-/// Rigid motions that a body may perform, as indices into (x, y, z, rotations about x, y, z) of its frame.
+/// Rigid motions that a body may perform, as indices into (x, y, z, rotations about x, y, z) of its
+/// frame.
 pub(super) fn active_directions(motion: RigidMotion) -> &'static [usize] {
     match motion {
         RigidMotion::Axial => &[2],

@@ -12,14 +12,16 @@ use crate::integration::OdeSystem;
 
 /// Share of the elastic energy that the last correction may have.
 const TOLERANCE: f64 = 1e-24;
-/// Corrections; each gains several digits, as elastic forces outweigh the change of all others by deformation.
+/// Corrections; each gains several digits, as elastic forces outweigh the change of all others by
+/// deformation.
 const MAX_CORRECTIONS: usize = 40;
 
 impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
-    /// Sets the elastic coordinates in `y` such that `d²q_e/dt² = 0` at time `t`, and their rates to zero.
+    /// Sets the elastic coordinates in `y` such that `d²q_e/dt² = 0` at time `t`, and their rates
+    /// to zero.
     ///
-    /// Joint coordinates are held; joint velocities are set to zero as well. The joints are free to accelerate: released
-    /// from this state, the bodies begin to move without vibration.
+    /// Joint coordinates are held; joint velocities are set to zero as well. The joints are free to
+    /// accelerate: released from this state, the bodies begin to move without vibration.
     ///
     /// # Errors
     /// [`DynamicsError::StaticStart`] if the corrections do not converge (too soft bodies), a force element refuses, or there are
@@ -91,7 +93,8 @@ impl StiffTree {
         Ok(())
     }
 
-    /// Changes of the elastic coordinates of body `i` whose elastic forces are what acts on its modes.
+    /// Changes of the elastic coordinates of body `i` whose elastic forces are what acts on its
+    /// modes.
     fn changes(&mut self, model: &MultibodyModel, i: usize) -> &[f64] {
         let modes = &model.bodies[i].modes;
         let by_modes: Vec<f64> =

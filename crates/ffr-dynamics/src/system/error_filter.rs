@@ -1,8 +1,10 @@
-//! What is left of an error of velocities when ringing counts by its displacement only (docs/theory.md Eq. M.49).
+//! What is left of an error of velocities when ringing counts by its displacement only
+//! (docs/theory.md Eq. M.49).
 //!
-//! Fast vibration of a joined system moves joints and frames as well as elastic coordinates, and no body's own modes tell
-//! it apart from slow motion. Its elastic inertia enlarged by `K_e / ν²`, the tree does: what it keeps of a mode of
-//! frequency `ω` is `ν² / (ν² + ω²)`, without a mode ever being computed.
+//! Fast vibration of a joined system moves joints and frames as well as elastic coordinates, and no
+//! body's own modes tell it apart from slow motion. Its elastic inertia enlarged by `K_e / ν²`, the
+//! tree does: what it keeps of a mode of frequency `ω` is `ν² / (ν² + ω²)`, without a mode ever
+//! being computed.
 
 use super::equations::BodyWorkspace;
 use super::force::{BodyState, GeneralisedForce};

@@ -1,9 +1,10 @@
 //! Size of a local error: in energy, not in components (docs/theory.md Eq. T.7, T.8).
 //!
-//! An error of the state is turned into a velocity: the root mean square, over the body's mass, of the velocity error that
-//! carries the error's energy. It is compared with a velocity of the motion itself. Modes count by their energy, so that
-//! a high mode whose amplitude of 1e-9 rings does not decide the step, and no amplitude needs an absolute tolerance of its
-//! own. What starts from rest is measured against the velocity floor.
+//! An error of the state is turned into a velocity: the root mean square, over the body's mass, of
+//! the velocity error that carries the error's energy. It is compared with a velocity of the motion
+//! itself. Modes count by their energy, so that a high mode whose amplitude of 1e-9 rings does not
+//! decide the step, and no amplitude needs an absolute tolerance of its own. What starts from rest
+//! is measured against the velocity floor.
 
 use crate::data_error::DataError;
 use crate::error::DynamicsError;

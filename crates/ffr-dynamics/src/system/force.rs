@@ -1,7 +1,9 @@
-//! The seam through which forces enter the equations of motion: a law of force, with its state and its workspace handed in.
+//! The seam through which forces enter the equations of motion: a law of force, with its state and
+//! its workspace handed in.
 //!
-//! An element itself never changes in an evaluation. What later evaluations depend on is its state, which whoever evaluates it
-//! owns, saves and restores; its workspace is buffers alone, and what an evaluation finds goes to a place of its own.
+//! An element itself never changes in an evaluation. What later evaluations depend on is its state,
+//! which whoever evaluates it owns, saves and restores; its workspace is buffers alone, and what an
+//! evaluation finds goes to a place of its own.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -74,10 +76,12 @@ pub struct ForceEnergies {
     pub kinetic: f64,
     /// Power dissipated, not negative \[W\].
     pub dissipated_power: f64,
-    /// Work lost since the inner state was saved last that is a function of the present state \[J\].
+    /// Work lost since the inner state was saved last that is a function of the present state
+    /// \[J\].
     ///
-    /// Where a point begins to slide, its power jumps, which no quadrature over a step sees; `b|w|` with its bound and its slip
-    /// is what it loses beside `∫ |w| db`, which begins at zero (docs/theory.md Eq. F.15).
+    /// Where a point begins to slide, its power jumps, which no quadrature over a step sees; `b|w|`
+    /// with its bound and its slip is what it loses beside `∫ |w| db`, which begins at zero
+    /// (docs/theory.md Eq. F.15).
     pub slid: f64,
     /// Rate of `slid` \[W\].
     pub slid_rate: f64,
@@ -115,7 +119,8 @@ pub trait Findings: Send {
     /// Energies and powers.
     fn energies(&self) -> ForceEnergies;
 
-    /// Resultant on the element's first body in the inertial frame; its time integral is the impulse \[N\].
+    /// Resultant on the element's first body in the inertial frame; its time integral is the
+    /// impulse \[N\].
     fn resultant(&self) -> Vector3<f64>;
 
     /// Whether the force and all its derivatives were zero, as in an open contact.
@@ -131,18 +136,20 @@ pub trait Findings: Send {
 
 /// A force on one or more bodies.
 pub trait ForceElement: Send {
-    /// What later evaluations depend on: references of sticking points, starts of iterations, and what of them is saved.
+    /// What later evaluations depend on: references of sticking points, starts of iterations, and
+    /// what of them is saved.
     type State: Send;
     /// Buffers; their contents change no result.
     type Workspace: Send;
     /// Results of an evaluation.
     type Found: Findings;
 
-    /// State before the first evaluation, buffers, and a place for what evaluations find, with nothing found yet.
+    /// State before the first evaluation, buffers, and a place for what evaluations find, with
+    /// nothing found yet.
     fn start(&self) -> (Self::State, Self::Workspace, Self::Found);
 
-    /// Adds the forces at `motion` to `forces` (one entry per body, in the order of the bodies) and notes in `found` what it
-    /// finds. Must not allocate.
+    /// Adds the forces at `motion` to `forces` (one entry per body, in the order of the bodies) and
+    /// notes in `found` what it finds. Must not allocate.
     ///
     /// # Errors
     /// [`EvaluationFailure`] where the force cannot be found, for instance when the contact solver does not converge.
@@ -155,19 +162,21 @@ pub trait ForceElement: Send {
         forces: &mut [GeneralisedForce],
     ) -> Result<(), EvaluationFailure>;
 
-    /// Accepts what the last evaluation found at the end of a step, and saves the state; for elements whose evaluations depend on
-    /// those before.
+    /// Accepts what the last evaluation found at the end of a step, and saves the state; for
+    /// elements whose evaluations depend on those before.
     fn save(&self, _state: &mut Self::State, _found: &Self::Found) {}
 
     /// Returns to the saved state after a rejected step.
     fn restore(&self, _state: &mut Self::State, _found: &mut Self::Found) {}
 
-    /// Number `n` of internal coordinates of the element. The system's state holds them and their rates, `2 n` numbers.
+    /// Number `n` of internal coordinates of the element. The system's state holds them and their
+    /// rates, `2 n` numbers.
     fn n_coordinates(&self) -> usize {
         0
     }
 
-    /// Velocity that carries the energy of `internal`, coordinates and rates, in the body that the element acts on [m/s].
+    /// Velocity that carries the energy of `internal`, coordinates and rates, in the body that the
+    /// element acts on [m/s].
     fn coordinate_speed(&self, _internal: &[f64]) -> f64 {
         0.0
     }

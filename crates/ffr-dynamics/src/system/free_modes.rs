@@ -1,7 +1,8 @@
-//! Frequencies of one free undeformed body, whatever the frame and the scaling of its modes (docs/theory.md Eq. M.48).
+//! Frequencies of one free undeformed body, whatever the frame and the scaling of its modes
+//! (docs/theory.md Eq. M.48).
 //!
-//! In a Buckens frame with mass-orthonormal modes the data themselves tell it. In a tangent frame elastic coordinates move
-//! the body as a whole, too; that part is split off here.
+//! In a Buckens frame with mass-orthonormal modes the data themselves tell it. In a tangent frame
+//! elastic coordinates move the body as a whole, too; that part is split off here.
 
 use faer::Mat;
 
@@ -10,7 +11,8 @@ use crate::body::{ModalMass, StandardInputData};
 use crate::error::DynamicsError;
 use crate::reduction::dense;
 
-/// Coupling of elastic and rigid motion, as a share of the elastic inertia, below which it is round-off.
+/// Coupling of elastic and rigid motion, as a share of the elastic inertia, below which it is
+/// round-off.
 const COUPLING_ROUND_OFF: f64 = 1e-9;
 
 /// Squared angular eigenfrequencies of the free undeformed body, one per mode [rad²/s²].

@@ -1,15 +1,17 @@
-//! Bodies whose elastic coordinates vibrate by themselves, each for itself (docs/theory.md Eq. T.9).
+//! Bodies whose elastic coordinates vibrate by themselves, each for itself (docs/theory.md
+//! Eq. T.9).
 //!
-//! In a Buckens frame modes move no momentum, so that the frame's motion and the coordinates do not know of each other but for
-//! gyroscopic terms. A joint on a marker that the deformation moves couples them.
+//! In a Buckens frame modes move no momentum, so that the frame's motion and the coordinates do not
+//! know of each other but for gyroscopic terms. A joint on a marker that the deformation moves
+//! couples them.
 
 use super::model::{MultibodyModel, TreeBody};
 use crate::body::{ModalDamping, ModalMass, StandardInputData};
 use crate::integration::Oscillator;
 use crate::kinematics::Marker;
 
-/// Coupling of a mode with the frame's motion, as a share of the root of its mass that moves along, below which it is round-off: its
-/// square is what the mode's inertia lacks.
+/// Coupling of a mode with the frame's motion, as a share of the root of its mass that moves along,
+/// below which it is round-off: its square is what the mode's inertia lacks.
 const COUPLING: f64 = 1e-6;
 
 /// Elastic coordinates of `model` that vibrate for themselves.

@@ -5,8 +5,8 @@ use super::specification::GearSpec;
 use crate::error::DynamicsError;
 use crate::joint_fault::GearFault;
 
-/// Difference of the ratios of two ways from one coordinate to another, as a share, above which they contradict each other: decimal
-/// numbers multiplied by each other agree better.
+/// Difference of the ratios of two ways from one coordinate to another, as a share, above which
+/// they contradict each other: decimal numbers multiplied by each other agree better.
 const CONTRADICTION: f64 = 1e-9;
 
 /// A joint coordinate that takes part in a gear.

@@ -1,8 +1,10 @@
-//! Damping ratios of bodies that joints hold: those of the modes of the joined system (docs/theory.md Eq. F.29 to F.33).
+//! Damping ratios of bodies that joints hold: those of the modes of the joined system
+//! (docs/theory.md Eq. F.29 to F.33).
 //!
-//! A ratio that is set for the modes of the free body is lost where rigid motion carries a mode. Here each body's damping matrix is found
-//! from the modes of the system about a pose: it acts on the body's elastic rates alone, so that momenta stay exact, and it is positive
-//! semidefinite in any pose.
+//! A ratio that is set for the modes of the free body is lost where rigid motion carries a mode.
+//! Here each body's damping matrix is found from the modes of the system about a pose: it acts on
+//! the body's elastic rates alone, so that momenta stay exact, and it is positive semidefinite in
+//! any pose.
 
 use std::ops::DerefMut;
 
@@ -22,8 +24,8 @@ use crate::reduction::dense;
 const ROUNDS: usize = 300;
 /// Deviation of a ratio, as a share of it, that ends them: far below what anybody knows of damping.
 const FITTED: f64 = 1e-6;
-/// Share of a mode's elastic energy in the damped bodies from which on it has their ratios in full, in a body from which on the mode counts
-/// in the body's list of them.
+/// Share of a mode's elastic energy in the damped bodies from which on it has their ratios in full,
+/// in a body from which on the mode counts in the body's list of them.
 const OWN: f64 = 0.5;
 
 /// The damping ratios of a body by its own law.
@@ -40,8 +42,9 @@ pub struct OwnDamping {
 }
 
 impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
-    /// Gives the bodies for which `own` has one the damping whose ratios hold for the system as it is joined in the pose of `y` at time
-    /// `t`, undeformed; bodies that nothing holds have that of their free modes. Others keep theirs.
+    /// Gives the bodies for which `own` has one the damping whose ratios hold for the system as it
+    /// is joined in the pose of `y` at time `t`, undeformed; bodies that nothing holds have that of
+    /// their free modes. Others keep theirs.
     ///
     /// # Errors
     /// [`DynamicsError`] if the mass matrix is not positive definite or an eigenproblem cannot be solved.
@@ -92,7 +95,8 @@ struct Structure {
 struct Vibrations {
     /// Angular frequencies [rad/s].
     frequencies: Vec<f64>,
-    /// Columns `v = K^(1/2) z / ω`, orthonormal: their squares are the shares of the elastic energy (Eq. F.29).
+    /// Columns `v = K^(1/2) z / ω`, orthonormal: their squares are the shares of the elastic energy
+    /// (Eq. F.29).
     parts: Mat<f64>,
 }
 
@@ -150,7 +154,8 @@ impl Structure {
         Ok(found)
     }
 
-    /// `2 ζ/ω` of each mode of the system by what body `held` loses, whose part of the modes is `part` (Eq. F.30).
+    /// `2 ζ/ω` of each mode of the system by what body `held` loses, whose part of the modes is
+    /// `part` (Eq. F.30).
     fn weights(
         &self,
         held: &Held<'_>,
@@ -171,8 +176,8 @@ impl Structure {
         Ok(all.frequencies.iter().enumerate().map(weight).collect())
     }
 
-    /// Ratios of the modes of the system by a list for those of body `body` among bodies as rigid as they stand, each mode of the
-    /// system having the mean over its elastic energy in them.
+    /// Ratios of the modes of the system by a list for those of body `body` among bodies as rigid
+    /// as they stand, each mode of the system having the mean over its elastic energy in them.
     fn listed(&self, body: usize, ratios: &[f64], part: MatRef<'_, f64>) -> Result<Vec<f64>, DynamicsError> {
         let own = self.elastic[body].clone();
         let is_other = |i: &usize| self.elastic.iter().any(|e| e.contains(i)) && !own.contains(i);
@@ -202,7 +207,8 @@ impl Structure {
         Ok((0..part.ncols()).map(mean).collect())
     }
 
-    /// What damps the deformations that loops do not leave in this pose: the free bodies' damping (Eq. F.33), over the roots of the stiffness.
+    /// What damps the deformations that loops do not leave in this pose: the free bodies' damping
+    /// (Eq. F.33), over the roots of the stiffness.
     fn unreachable(&self, held: &[Held<'_>], all: &Vibrations) -> Vec<Mat<f64>> {
         let stiff: Vec<usize> = (0..self.small.n()).filter(|i| self.small.elastic[*i] > 0.0).collect();
         let zeros = |h: &Held<'_>| Mat::zeros(self.elastic[h.body].len(), self.elastic[h.body].len());
@@ -227,8 +233,9 @@ impl Structure {
     }
 }
 
-/// Shares `d` of the modes by which the bodies' damping, without what couples them, gives each mode its ratio (Eq. F.32): multiplied by
-/// what is asked over what is found, round by round, so that they stay positive. One body alone has ones.
+/// Shares `d` of the modes by which the bodies' damping, without what couples them, gives each mode
+/// its ratio (Eq. F.32): multiplied by what is asked over what is found, round by round, so that
+/// they stay positive. One body alone has ones.
 fn fitted_shares(blocks: &[MatRef<'_, f64>], weights: &[Vec<f64>], given: &[Mat<f64>]) -> Vec<f64> {
     let n = blocks.first().map_or(0, |b| b.ncols());
     let mut coupling = Mat::<f64>::zeros(n, n);
@@ -248,8 +255,8 @@ fn fitted_shares(blocks: &[MatRef<'_, f64>], weights: &[Vec<f64>], given: &[Mat<
             constant[j] += part.col(j).transpose() * by_given.col(j);
         }
     }
-    // A mode that strains springs of joints, or other bodies, more than these asks for less: slow motion would ask of them what high modes
-    // do not bear.
+    // A mode that strains springs of joints, or other bodies, more than these asks for less: slow
+    // motion would ask of them what high modes do not bear.
     let part = |i: usize| (in_bodies[i] / OWN).min(1.0);
     let mut shares = Mat::<f64>::from_fn(n, 1, |i, _| part(i));
     asked.iter_mut().enumerate().for_each(|(i, asked)| *asked *= part(i));

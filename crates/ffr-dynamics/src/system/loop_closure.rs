@@ -1,7 +1,9 @@
-//! Joints that close loops, and gears: constraints, their forces, and the way back to them (docs/theory.md Eq. M.32 to M.39).
+//! Joints that close loops, and gears: constraints, their forces, and the way back to them
+//! (docs/theory.md Eq. M.32 to M.39).
 //!
-//! A constraint holds a displacement of the child marker along an axis of the parent marker, or keeps an axis of the one
-//! perpendicular to an axis of the other. Redundant constraints (four hinges with parallel axes) are found and left out.
+//! A constraint holds a displacement of the child marker along an axis of the parent marker, or
+//! keeps an axis of the one perpendicular to an axis of the other. Redundant constraints (four
+//! hinges with parallel axes) are found and left out.
 
 use nalgebra::Vector3;
 
@@ -13,7 +15,8 @@ use super::tree_kinematics::{JointKinematics, SpatialVector, join};
 use super::tree_solver::{Answer, FactorisedTree};
 use crate::error::{EvaluationFailure, MotionFault};
 
-/// Share of a constraint's mobility between free bodies below which it counts as redundant: the tree already holds it.
+/// Share of a constraint's mobility between free bodies below which it counts as redundant: the
+/// tree already holds it.
 const REDUNDANT: f64 = 1e-10;
 
 /// Constraints of all loop joints, then of all gears, with their buffers.
@@ -165,7 +168,8 @@ impl LoopSolver {
         }
     }
 
-    /// Wrenches of the joints on their children at the children's markers, in inertial axes (Eq. M.54).
+    /// Wrenches of the joints on their children at the children's markers, in inertial axes
+    /// (Eq. M.54).
     pub fn fill_wrenches(&self, wrenches: &mut [SpatialVector]) {
         wrenches.fill([0.0; 6]);
         let none = Vector3::zeros();
@@ -256,7 +260,8 @@ impl LoopSolver {
         }
     }
 
-    /// Turns the right-hand side in `multipliers` into the solution; redundant constraints get none.
+    /// Turns the right-hand side in `multipliers` into the solution; redundant constraints get
+    /// none.
     fn solve_mobility(&mut self) {
         let n = self.n_constraints();
         let Self { multipliers, scratch, factor, pivots, scales, .. } = self;
@@ -324,7 +329,8 @@ impl LoopSolver {
         Ok(())
     }
 
-    /// What the constraints do against the accelerations in `response`, in its place; of the last factors.
+    /// What the constraints do against the accelerations in `response`, in its place; of the last
+    /// factors.
     pub fn hold_response(&mut self, tree: FactorisedTree<'_, f64>) {
         for k in 0..self.n_constraints() {
             let rate = self.rate(tree.model, k, &self.response.frames, &self.response.rates);
@@ -334,7 +340,8 @@ impl LoopSolver {
         self.respond(tree);
     }
 
-    /// Change of all coordinates that takes the residuals away to first order (Eq. M.36), in `response.rates`.
+    /// Change of all coordinates that takes the residuals away to first order (Eq. M.36), in
+    /// `response.rates`.
     pub fn correct_positions(&mut self, tree: FactorisedTree<'_, f64>) {
         let residuals = self.rows.iter().map(|row| row.residual).chain(self.gears.iter().map(|g| g.residual));
         for (multiplier, residual) in self.multipliers.iter_mut().zip(residuals) {
@@ -357,7 +364,8 @@ impl LoopSolver {
         }
     }
 
-    /// Change of all rates that takes the constraints' rates away, in `response.rates`; returns the largest rate.
+    /// Change of all rates that takes the constraints' rates away, in `response.rates`; returns the
+    /// largest rate.
     pub fn correct_velocities(&mut self, tree: FactorisedTree<'_, f64>) -> f64 {
         let mut largest: f64 = 0.0;
         for k in 0..self.n_constraints() {

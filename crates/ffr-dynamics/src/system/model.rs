@@ -60,7 +60,8 @@ impl TreeJoint {
     }
 }
 
-/// Place of one body's coordinates in the state vector: joint positions, `q_e`, joint velocities, `dq_e/dt`.
+/// Place of one body's coordinates in the state vector: joint positions, `q_e`, joint velocities,
+/// `dq_e/dt`.
 ///
 /// Prescribed coordinates take no place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,7 +74,8 @@ pub struct TreeLayout {
     pub n_velocities: usize,
     /// Number of elastic coordinates.
     pub n_modes: usize,
-    /// Index of the first rate among all rates, which are ordered `dq_e/dt`, joint velocities, body by body.
+    /// Index of the first rate among all rates, which are ordered `dq_e/dt`, joint velocities, body
+    /// by body.
     pub rates_offset: usize,
 }
 
@@ -209,8 +211,9 @@ impl MultibodyModel {
     /// Resolves names, orders the tree and checks that joints suit their bodies.
     ///
     /// # Errors
-    /// Names: [`DynamicsError::DuplicateName`], [`DynamicsError::UnknownBody`], [`DynamicsError::UnknownMarker`]; structure:
-    /// [`DynamicsError::JointCycle`], [`DynamicsError::OverConstrained`], [`DynamicsError::Joint`]; numbers:
+    /// Names: [`DynamicsError::DuplicateName`], [`DynamicsError::UnknownBody`],
+    /// [`DynamicsError::UnknownMarker`]; structure: [`DynamicsError::JointCycle`],
+    /// [`DynamicsError::OverConstrained`], [`DynamicsError::Joint`]; numbers:
     /// [`DynamicsError::Data`].
     pub fn new(spec: SystemSpec) -> Result<Self, DynamicsError> {
         check_names(&spec)?;
@@ -283,7 +286,8 @@ impl MultibodyModel {
         group
     }
 
-    /// Joint positions, velocities and prescribed accelerations of a body at time `t` in the state `y`.
+    /// Joint positions, velocities and prescribed accelerations of a body at time `t` in the state
+    /// `y`.
     pub(super) fn joint_coordinates(&self, body: usize, t: f64, y: &[f64]) -> JointCoordinates {
         let TreeBody { joint, layout, .. } = &self.bodies[body];
         let mut full = JointCoordinates::default();

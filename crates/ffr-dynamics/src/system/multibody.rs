@@ -1,6 +1,7 @@
 //! Flexible multibody systems in joint and elastic coordinates (docs/theory.md Eq. M.12 to M.42).
 //!
-//! Bodies form a tree, so that the equations are ordinary ones without drift; loop-closing joints add constraints.
+//! Bodies form a tree, so that the equations are ordinary ones without drift; loop-closing joints
+//! add constraints.
 
 use std::ops::DerefMut;
 
@@ -29,9 +30,10 @@ use crate::kinematics::rotation::renormalise;
 
 /// A multibody system under force elements, as a system of ordinary differential equations.
 ///
-/// The state vector holds body by body joint positions, `q_e`, joint velocities, `dq_e/dt` ([`super::model::TreeLayout`]);
-/// then the quadratures: dissipated work, supplied work, and the impulse (3) of each force element; then the
-/// internal coordinates of the force elements, each element's followed by their rates.
+/// The state vector holds body by body joint positions, `q_e`, joint velocities, `dq_e/dt`
+/// ([`super::model::TreeLayout`]); then the quadratures: dissipated work, supplied work, and the
+/// impulse (3) of each force element; then the internal coordinates of the force elements, each
+/// element's followed by their rates.
 ///
 /// `F` holds a force element at work: a box of one, or something around it.
 pub struct Multibody<F = Box<dyn ActiveForce>> {
@@ -58,8 +60,8 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         Ok(Self { model, forces, error_scale: ErrorScale::default(), workspace, norm, oscillators, stages })
     }
 
-    /// Replaces the bodies by other models of them with as many coordinates; force elements and tolerances stay. States keep
-    /// their places, but elastic coordinates belong to the new modes.
+    /// Replaces the bodies by other models of them with as many coordinates; force elements and
+    /// tolerances stay. States keep their places, but elastic coordinates belong to the new modes.
     ///
     /// # Errors
     /// See [`MultibodyModel::new`]. The system is then as before.
@@ -107,7 +109,8 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         &self.forces
     }
 
-    /// The force elements, to be changed. Tell the integrator ([`crate::integration::Integrator::invalidate`]).
+    /// The force elements, to be changed. Tell the integrator
+    /// ([`crate::integration::Integrator::invalidate`]).
     pub fn forces_mut(&mut self) -> &mut [F] {
         &mut self.forces
     }
@@ -127,10 +130,11 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         Ok(())
     }
 
-    /// Highest eigenfrequency of the free bodies, above which no frequency of the joined system lies \[Hz\].
+    /// Highest eigenfrequency of the free bodies, above which no frequency of the joined system
+    /// lies \[Hz\].
     ///
-    /// Joints between bodies of the same modes only move frequencies between those of the free bodies (Rayleigh).
-    /// Stiff joint springs are not counted.
+    /// Joints between bodies of the same modes only move frequencies between those of the free
+    /// bodies (Rayleigh). Stiff joint springs are not counted.
     pub fn highest_frequency(&self) -> f64 {
         self.norm.highest_frequency() / std::f64::consts::TAU
     }
@@ -146,7 +150,8 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         y
     }
 
-    /// Sets the free coordinates of the joint of body `body`, in the order of [`super::joints::JointKind`].
+    /// Sets the free coordinates of the joint of body `body`, in the order of
+    /// [`super::joints::JointKind`].
     ///
     /// # Errors
     /// [`DynamicsError::Joint`] if there are too few or too many, or a number is not finite.
@@ -222,7 +227,8 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         &self.workspace.states
     }
 
-    /// Evaluates motions and forces, so that energies and resultants of force elements belong to `y`. Does not allocate.
+    /// Evaluates motions and forces, so that energies and resultants of force elements belong to
+    /// `y`. Does not allocate.
     ///
     /// # Errors
     /// [`EvaluationFailure`] of a force element.
@@ -239,7 +245,8 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         Ok(())
     }
 
-    /// Evaluates motions, forces and accelerations, so that reactions of joints belong to `y`, too. Does not allocate.
+    /// Evaluates motions, forces and accelerations, so that reactions of joints belong to `y`, too.
+    /// Does not allocate.
     ///
     /// # Errors
     /// [`EvaluationFailure`] of a force element, or of the equations of motion.
@@ -252,7 +259,8 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         (&self.workspace.states, &self.workspace.sums)
     }
 
-    /// Energies of the bodies and momenta at time `t` in the state `y`, without joint springs. Does not allocate.
+    /// Energies of the bodies and momenta at time `t` in the state `y`, without joint springs. Does
+    /// not allocate.
     pub fn invariants(&mut self, t: f64, y: &[f64]) -> Invariants {
         self.workspace.place(&self.model, t, y);
         let mut sum = Invariants::default();
@@ -297,7 +305,8 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         self.model.n_states() + 2 + 3 * self.forces.len()
     }
 
-    /// Places in the state of the coordinates, and their rates, that are internal to force elements.
+    /// Places in the state of the coordinates, and their rates, that are internal to force
+    /// elements.
     fn internal_coordinates(&self) -> impl Iterator<Item = std::ops::Range<usize>> {
         let mut end = self.n_without_internal();
         self.forces.iter().map(move |force| {
@@ -307,12 +316,14 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         })
     }
 
-    /// The place in the state of the coordinates, and their rates, that are internal to force element `element`.
+    /// The place in the state of the coordinates, and their rates, that are internal to force
+    /// element `element`.
     pub fn coordinates_of_force(&self, element: usize) -> std::ops::Range<usize> {
         self.internal_coordinates().nth(element).unwrap_or_default()
     }
 
-    /// Force element `element`, to be asked at time `t` in the state `y`, and the motion there. Does not allocate.
+    /// Force element `element`, to be asked at time `t` in the state `y`, and the motion there.
+    /// Does not allocate.
     pub fn force_in_motion<'a>(
         &'a mut self,
         t: f64,
@@ -324,7 +335,8 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         (&mut self.forces[element], Motion { time: t, bodies: &self.workspace.states, internal })
     }
 
-    /// Velocity that carries the energy of the internal coordinates of the force elements in `y` [m/s].
+    /// Velocity that carries the energy of the internal coordinates of the force elements in `y`
+    /// [m/s].
     fn internal_speed(&self, y: &[f64]) -> f64 {
         let parts = self.forces.iter().zip(self.internal_coordinates());
         parts.map(|(force, place)| force.coordinate_speed(&y[place]).powi(2)).sum::<f64>().sqrt()
@@ -336,7 +348,8 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         self.model.bodies[i].markers.iter().find(|m| m.name == marker).map(|m| (i, m))
     }
 
-    /// Largest residual of the loop-closing joints and gears in the state `y` [m or rad]. Does not allocate.
+    /// Largest residual of the loop-closing joints and gears in the state `y` [m or rad]. Does not
+    /// allocate.
     pub fn loop_residual(&mut self, t: f64, y: &[f64]) -> f64 {
         self.workspace.place(&self.model, t, y);
         let Workspace { loops, states, edges, .. } = &mut self.workspace;
@@ -344,7 +357,8 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         self.workspace.loops.largest_residual()
     }
 
-    /// Constraints of the loop-closing joints and gears, and how many of them are independent at the last right-hand side.
+    /// Constraints of the loop-closing joints and gears, and how many of them are independent at
+    /// the last right-hand side.
     pub fn loop_constraints(&self) -> (usize, usize) {
         (self.workspace.loops.n_constraints(), self.workspace.loops.rank())
     }
@@ -388,7 +402,8 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
 
     fn error_norm(&mut self, y0: &[f64], y1: &[f64], error: &[f64]) -> f64 {
         let (internal, norm) = (self.internal_speed(error), &mut self.norm);
-        // Prescribed motion enters with the time of the last evaluation, which is the end of the step.
+        // Prescribed motion enters with the time of the last evaluation, which is the end of the
+        // step.
         let t = self.workspace.time;
         let speed = norm.speed_at_start(&self.model, t, y0);
         let motion = norm.speed(&self.model, t, y1).max(speed).max(self.error_scale.velocity_floor);
@@ -477,8 +492,8 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
     }
 
     fn finish_quadratures(&mut self, y: &mut [f64], rate: &mut [f64]) {
-        // Work of sliding goes to the dissipated work; the next step starts where nothing has slid yet: there `slid` grows with the
-        // power of sliding.
+        // Work of sliding goes to the dissipated work; the next step starts where nothing has slid
+        // yet: there `slid` grows with the power of sliding.
         let k = self.model.n_states();
         for force in &self.forces {
             let energies = force.energies();

@@ -17,25 +17,29 @@ use crate::reduction::dense;
 /// Places and weights of differences of fourth order.
 const STENCIL: [(f64, f64); 4] =
     [(-2.0, 1.0 / 12.0), (-1.0, -2.0 / 3.0), (1.0, 2.0 / 3.0), (2.0, -1.0 / 12.0)];
-/// Largest turn \[rad\] or displacement, as a share of the largest body, of the motions that stiffness is found with: truncation
-/// is the fourth power, some 1e-13 of the forces per radian, and round-off as much.
+/// Largest turn \[rad\] or displacement, as a share of the largest body, of the motions that
+/// stiffness is found with: truncation is the fourth power, some 1e-13 of the forces per radian,
+/// and round-off as much.
 const MOTION: f64 = 1e-3;
 
 /// Mobility left of a constraint, as a share of that of free bodies, below which it is redundant.
 pub(super) const REDUNDANT: f64 = 1e-10;
 
-/// Matrices of a system about a pose, in all rates of [`MultibodyModel::n_rates`]; prescribed motions are held.
+/// Matrices of a system about a pose, in all rates of [`MultibodyModel::n_rates`]; prescribed
+/// motions are held.
 #[derive(Clone)]
 pub(super) struct SmallMotion {
     /// Mass.
     pub mass: Mat<f64>,
     /// Modal stiffness; zero for joint coordinates.
     pub elastic: Vec<f64>,
-    /// All other stiffness: weight, joint springs, loads, forces of loops. Symmetric where forces have a potential.
+    /// All other stiffness: weight, joint springs, loads, forces of loops. Symmetric where forces
+    /// have a potential.
     pub stiffness: Mat<f64>,
     /// Accelerations with which the system leaves the pose, those of modes left out.
     pub accelerations: Vec<f64>,
-    /// Rates of the loops' constraints by each rate, a row per constraint, each scaled to a free body's mobility.
+    /// Rates of the loops' constraints by each rate, a row per constraint, each scaled to a free
+    /// body's mobility.
     pub constraints: Mat<f64>,
     /// Motions of all bodies and inertia, for energies.
     inertia: Vec<BodyInertia>,
@@ -78,8 +82,8 @@ impl SmallMotion {
         Ok(small)
     }
 
-    /// Of the structure alone: mass, constraints, and the stiffness of modes and joint springs, which are all in [`Self::elastic`]; weight,
-    /// stops and the forces of loops are left out.
+    /// Of the structure alone: mass, constraints, and the stiffness of modes and joint springs,
+    /// which are all in [`Self::elastic`]; weight, stops and the forces of loops are left out.
     pub fn of_structure(model: &MultibodyModel, t: f64, y: &[f64]) -> Self {
         let (mut small, _, _) = Self::without_stiffness(model, t, y);
         for body in &model.bodies {
@@ -94,7 +98,8 @@ impl SmallMotion {
         small
     }
 
-    /// Keeps the coordinates `kept` alone, in their order; the others are held. Energies are not to be asked any more.
+    /// Keeps the coordinates `kept` alone, in their order; the others are held. Energies are not to
+    /// be asked any more.
     pub fn keep(&mut self, kept: &[usize]) {
         let picked = |a: &Mat<f64>| Mat::from_fn(kept.len(), kept.len(), |i, j| a[(kept[i], kept[j])]);
         (self.mass, self.stiffness) = (picked(&self.mass), picked(&self.stiffness));
@@ -125,8 +130,8 @@ impl SmallMotion {
         (small, movable, steps)
     }
 
-    /// Changes of all rates that take the rates `open` of the constraints away with the least kinetic energy, by those joint coordinates
-    /// alone for which `may_move` holds (Eq. M.24).
+    /// Changes of all rates that take the rates `open` of the constraints away with the least
+    /// kinetic energy, by those joint coordinates alone for which `may_move` holds (Eq. M.24).
     pub fn closing_rates(
         model: &MultibodyModel,
         t: f64,
@@ -150,7 +155,8 @@ impl SmallMotion {
         Ok(change)
     }
 
-    /// What the forces `force` on the rates `free` do with the constraints closed, which open at the scaled rates `open` besides.
+    /// What the forces `force` on the rates `free` do with the constraints closed, which open at
+    /// the scaled rates `open` besides.
     fn closed(
         &self,
         free: &[usize],
@@ -179,8 +185,8 @@ impl SmallMotion {
         Ok(Closed { factor, whitened, scaled })
     }
 
-    /// Finds the accelerations with which the bodies, as stiff as they stand, leave the pose, and the multipliers of loops; holds
-    /// the bodies by both.
+    /// Finds the accelerations with which the bodies, as stiff as they stand, leave the pose, and
+    /// the multipliers of loops; holds the bodies by both.
     fn hold(&mut self, movable: &mut Movable, y: &[f64]) -> Result<(), DynamicsError> {
         let mut force = vec![0.0; self.n()];
         movable.forces(y, &mut force);
@@ -226,7 +232,8 @@ impl SmallMotion {
                 self.constraints[(k, j)] = loops.rate(&movable.model, k, &frames, &rates) / scale;
             }
             let moved = movable.largest_motion(&frames, j, length);
-            // A coordinate that moves no frame and no marker changes forces in proportion: any step does.
+            // A coordinate that moves no frame and no marker changes forces in proportion: any step
+            // does.
             steps.push(MOTION / moved.max(f64::MIN_POSITIVE.sqrt()).max(1e-3 / length));
         }
         steps
@@ -336,7 +343,8 @@ impl Movable {
         inertia.collect()
     }
 
-    /// Forces along all coordinates at rest in the pose of `y`, modal stiffness left out (Eq. M.56).
+    /// Forces along all coordinates at rest in the pose of `y`, modal stiffness left out
+    /// (Eq. M.56).
     fn forces(&mut self, y: &[f64], out: &mut [f64]) {
         self.place(y);
         let Self { model, workspace, multipliers, dead, wrenches, modal, .. } = self;
@@ -373,7 +381,8 @@ impl Movable {
         }
     }
 
-    /// Forces (or momenta) along the coordinates from those on frames and modes, from the leaves to ground; uses them up.
+    /// Forces (or momenta) along the coordinates from those on frames and modes, from the leaves to
+    /// ground; uses them up.
     fn write_coordinates(&mut self, out: &mut [f64]) {
         let Self { model, workspace, wrenches, modal, .. } = self;
         for &i in model.order.iter().rev() {
@@ -402,7 +411,8 @@ impl Movable {
         if largest > 0.0 { largest } else { 1.0 }
     }
 
-    /// Largest turn, or displacement over `length`, of frames and markers by a unit of coordinate `j`.
+    /// Largest turn, or displacement over `length`, of frames and markers by a unit of coordinate
+    /// `j`.
     fn largest_motion(&self, frames: &[SpatialVector], j: usize, length: f64) -> f64 {
         let size = |v: &Vector3<f64>, w: &Vector3<f64>| w.norm().max(v.norm() / length);
         let frames = frames.iter().map(|vector| {

@@ -16,7 +16,8 @@ pub struct BodySpec {
     pub name: String,
     /// Inertia, modes, stiffness, damping.
     pub data: StandardInputData,
-    /// Markers; one without elastic coordinates sits on the body's frame and does not feel the deformation.
+    /// Markers; one without elastic coordinates sits on the body's frame and does not feel the
+    /// deformation.
     pub markers: Vec<Marker>,
 }
 
@@ -47,7 +48,8 @@ pub struct JointSpec {
     pub parent: Attachment,
     /// Marker on the child of the joint.
     pub child: Attachment,
-    /// Springs, dampers, drives, prescribed motion: one entry a velocity of the joint, or none at all.
+    /// Springs, dampers, drives, prescribed motion: one entry a velocity of the joint, or none at
+    /// all.
     pub coordinates: Vec<CoordinateForce>,
     /// Friction by the load that the joint transmits.
     pub bearing: Option<Bearing>,
@@ -90,8 +92,9 @@ pub struct LoadSpec {
 
 /// A multibody system by name.
 ///
-/// A body that is the child of no joint moves freely relative to the inertial frame, in the rigid motions of its model: its
-/// joint has the body's name and leads from the inertial frame to the body's frame.
+/// A body that is the child of no joint moves freely relative to the inertial frame, in the rigid
+/// motions of its model: its joint has the body's name and leads from the inertial frame to the
+/// body's frame.
 #[derive(Debug, Clone, Default)]
 pub struct SystemSpec {
     /// Bodies.

@@ -1,7 +1,7 @@
 //! The linear systems of implicit stages, by way of the tree (docs/theory.md Eq. M.51).
 //!
-//! `(M + w² K + w D) x = M r - K s` for a complex weight `w`, with the stiffness and damping of modes and joint springs and the inertia
-//! of one pose.
+//! `(M + w² K + w D) x = M r - K s` for a complex weight `w`, with the stiffness and damping of
+//! modes and joint springs and the inertia of one pose.
 
 use faer::c64;
 
@@ -44,7 +44,8 @@ impl StageSolver {
         self.factors[pair].factorise(model, &self.pose, |_| impedance, &impedance).is_ok()
     }
 
-    /// Replaces `x`, the velocities `r` in the order of rates, by the solution with `s` the real `motion` times `scale`.
+    /// Replaces `x`, the velocities `r` in the order of rates, by the solution with `s` the real
+    /// `motion` times `scale`.
     pub fn solve(
         &mut self,
         model: &MultibodyModel,

@@ -16,7 +16,8 @@ pub struct StopSite {
 }
 
 impl StopSite {
-    /// Size of the force \[N or N m\] in the state `y`, and the rate at which the stop is compressed [m/s or rad/s]; zeros between the ends.
+    /// Size of the force \[N or N m\] in the state `y`, and the rate at which the stop is
+    /// compressed [m/s or rad/s]; zeros between the ends.
     pub fn force(&self, y: &[f64]) -> (f64, f64) {
         let (position, velocity) = (y[self.position], y[self.velocity]);
         let (force, _) = self.stop.force(position, velocity);
@@ -30,7 +31,8 @@ impl StopSite {
 }
 
 impl MultibodyModel {
-    /// The stops of all joints, body by body. Prescribed coordinates have none, nor have rotations about a point.
+    /// The stops of all joints, body by body. Prescribed coordinates have none, nor have rotations
+    /// about a point.
     pub fn stops(&self) -> Vec<StopSite> {
         let mut found = Vec::new();
         for body in &self.bodies {

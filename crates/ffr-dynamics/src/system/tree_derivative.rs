@@ -1,5 +1,5 @@
-//! What implicit integrators know of a multibody system: its kinematics and the derivatives of its vibration (docs/theory.md
-//! Eq. M.50).
+//! What implicit integrators know of a multibody system: its kinematics and the derivatives of its
+//! vibration (docs/theory.md Eq. M.50).
 
 use super::model::{MultibodyModel, TreeBody};
 use super::tree_solver::FactorisedTree;
@@ -28,10 +28,12 @@ impl TreeBody {
 }
 
 impl Workspace {
-    /// Derivatives of all accelerations with respect to elastic coordinates and rates, at the last evaluation.
+    /// Derivatives of all accelerations with respect to elastic coordinates and rates, at the last
+    /// evaluation.
     ///
-    /// Stiffness, damping, centrifugal and Coriolis terms of each body (Eq. T.25) with the inertia of the whole tree; what the
-    /// deformation changes in inertia and levers is left out. A column costs one substitution.
+    /// Stiffness, damping, centrifugal and Coriolis terms of each body (Eq. T.25) with the inertia
+    /// of the whole tree; what the deformation changes in inertia and levers is left out. A column
+    /// costs one substitution.
     pub(super) fn linearise(&mut self, model: &MultibodyModel, derivative: &mut Linearisation) {
         for (i, body) in model.bodies.iter().enumerate() {
             let elastic = body.layout.rates_elastic();

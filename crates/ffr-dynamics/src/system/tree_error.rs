@@ -1,7 +1,8 @@
-//! Size of a local error of a multibody system: in energy, whatever the coordinates (docs/theory.md Eq. M.41, T.7, T.8).
+//! Size of a local error of a multibody system: in energy, whatever the coordinates (docs/theory.md
+//! Eq. M.41, T.7, T.8).
 //!
-//! Errors of joint and elastic coordinates become motions of the bodies, and count by the energy of those. The choice of
-//! joints and frames does not change the size.
+//! Errors of joint and elastic coordinates become motions of the bodies, and count by the energy of
+//! those. The choice of joints and frames does not change the size.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -14,7 +15,8 @@ use crate::body::StandardInputData;
 use crate::error::DynamicsError;
 use crate::kinematics::rotation::rotation_from_slice;
 
-/// Longest length that position errors are compared with, as a share of the body's radius of gyration.
+/// Longest length that position errors are compared with, as a share of the body's radius of
+/// gyration.
 const LENGTH_SHARE: f64 = 1e-2;
 
 /// Inertia of one undeformed body.
@@ -151,8 +153,8 @@ impl TreeNorm {
         self.start.2
     }
 
-    /// Largest velocity that carries the energy of `error` in one body, at the state of the last [`TreeNorm::speed`], for
-    /// motion of velocity `speed` (Eq. M.41) [m/s].
+    /// Largest velocity that carries the energy of `error` in one body, at the state of the last
+    /// [`TreeNorm::speed`], for motion of velocity `speed` (Eq. M.41) [m/s].
     pub fn error_speed(&mut self, model: &MultibodyModel, error: &[f64], speed: f64) -> f64 {
         self.take(model, error);
         self.largest(model, speed, false)
@@ -175,7 +177,8 @@ impl TreeNorm {
             });
         }
         self.filter.apply(model, &mut self.rates);
-        // Elastic energy below the frequency ν is less than that of its displacement, and above it counts no more than that.
+        // Elastic energy below the frequency ν is less than that of its displacement, and above it
+        // counts no more than that.
         self.largest(model, speed, true)
     }
 
@@ -191,7 +194,8 @@ impl TreeNorm {
         }
     }
 
-    /// Largest size of the errors taken; filtered ones (Eq. M.49) are counted without elastic energy.
+    /// Largest size of the errors taken; filtered ones (Eq. M.49) are counted without elastic
+    /// energy.
     fn largest(&mut self, model: &MultibodyModel, speed: f64, is_filtered: bool) -> f64 {
         let [velocities, positions] = &mut self.frames;
         frame_velocities(model, &self.edges, &self.rates, velocities);
@@ -216,14 +220,16 @@ impl TreeNorm {
     }
 }
 
-/// A position error is worth the velocity that covers it in this rate's time scale (`ν` of Eq. T.8) [1/s].
+/// A position error is worth the velocity that covers it in this rate's time scale (`ν` of Eq. T.8)
+/// [1/s].
 fn position_rate(scale: &BodyScale, length: f64, speed: f64, lowest: f64) -> f64 {
     let radius = if scale.radius > 0.0 { scale.radius } else { length };
     let by_speed = if radius > 0.0 { speed / (LENGTH_SHARE * radius) } else { 0.0 };
     by_speed.max(lowest)
 }
 
-/// Sets the lowest eigenfrequency among joined bodies; `groups` numbers the bodies that are joined to each other alike.
+/// Sets the lowest eigenfrequency among joined bodies; `groups` numbers the bodies that are joined
+/// to each other alike.
 fn join_scales(scales: &mut [BodyScale], groups: &[usize]) {
     for i in 0..scales.len() {
         let joined = scales.iter().zip(groups).filter(|(s, g)| **g == groups[i] && s.lowest > 0.0);

@@ -1,7 +1,8 @@
 //! Motion of all bodies from joint and elastic coordinates (docs/theory.md Eq. M.25 to M.27).
 //!
-//! Spatial vectors hold a translation of the frame's origin, then a rotation, in the body's axes. What concerns the parent's
-//! marker is expressed in the parent's axes as well (inertial axes for ground), so that no marker axes are needed.
+//! Spatial vectors hold a translation of the frame's origin, then a rotation, in the body's axes.
+//! What concerns the parent's marker is expressed in the parent's axes as well (inertial axes for
+//! ground), so that no marker axes are needed.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -11,10 +12,12 @@ use super::joints::JointPoint;
 use super::model::{JointCoordinates, MultibodyModel, TreeBody};
 use crate::kinematics::{Marker, MarkerMotion};
 
-/// Spatial vector of a frame: a translation of its origin, then a rotation (velocity, acceleration); a force, then a moment.
+/// Spatial vector of a frame: a translation of its origin, then a rotation (velocity,
+/// acceleration); a force, then a moment.
 pub(super) type SpatialVector = [f64; 6];
 
-/// Kinematics of the joint between a body and its parent at one instant: the edge of the tree from the one to the other.
+/// Kinematics of the joint between a body and its parent at one instant: the edge of the tree from
+/// the one to the other.
 #[derive(Debug, Clone)]
 pub(super) struct JointKinematics {
     /// Joint coordinates.
@@ -27,18 +30,21 @@ pub(super) struct JointKinematics {
     pub turn: Matrix3<f64>,
     /// From the parent's marker to the origin of the body's frame, in the parent's axes \[m\].
     pub lever: Vector3<f64>,
-    /// What the joint's velocities do to the child's marker: its displacement relative to the parent's marker, in the
-    /// parent's axes.
+    /// What the joint's velocities do to the child's marker: its displacement relative to the
+    /// parent's marker, in the parent's axes.
     pub joint: JointPoint,
     /// What each free velocity of the joint does to the body's frame, in the body's axes.
     pub columns: [SpatialVector; 6],
     /// What each elastic coordinate does to the child's marker; empty if that is still.
     pub marker_columns: Vec<SpatialVector>,
-    /// What each elastic coordinate does to the body's frame when the child's marker is held; empty if that is still.
+    /// What each elastic coordinate does to the body's frame when the child's marker is held; empty
+    /// if that is still.
     pub elastic_columns: Vec<SpatialVector>,
-    /// What each elastic coordinate of the parent does to the parent's marker; empty if that does not feel the deformation.
+    /// What each elastic coordinate of the parent does to the parent's marker; empty if that does
+    /// not feel the deformation.
     pub parent_columns: Vec<SpatialVector>,
-    /// Acceleration of the body's frame without any acceleration of the parent's marker, joint or modes.
+    /// Acceleration of the body's frame without any acceleration of the parent's marker, joint or
+    /// modes.
     pub bias: SpatialVector,
     /// Acceleration of the parent's marker without any acceleration of the parent's frame or modes.
     pub parent_bias: SpatialVector,
@@ -75,7 +81,8 @@ impl JointKinematics {
     }
 }
 
-/// Motions of all bodies at time `t` in the state `y`, with all that couples neighbours (Eq. M.25 to M.27).
+/// Motions of all bodies at time `t` in the state `y`, with all that couples neighbours (Eq. M.25
+/// to M.27).
 pub(super) fn update(
     model: &MultibodyModel,
     t: f64,
@@ -181,7 +188,8 @@ fn hold_marker(arm: &Vector3<f64>, at_marker: &[SpatialVector], of_frame: &mut [
 }
 
 impl JointKinematics {
-    /// Velocity (or acceleration without bias) of the parent's marker from that of the parent's frame and its elastic rates.
+    /// Velocity (or acceleration without bias) of the parent's marker from that of the parent's
+    /// frame and its elastic rates.
     pub fn at_parent_marker(&self, frame: &SpatialVector, elastic_rates: &[f64]) -> SpatialVector {
         let mut at = self.at_parent_marker_of_frame(frame);
         add_columns(&self.parent_columns, elastic_rates, &mut at);
@@ -226,7 +234,8 @@ fn add_columns(columns: &[SpatialVector], factors: &[f64], to: &mut SpatialVecto
     }
 }
 
-/// Velocities of all frames, in body axes, from rates of all coordinates; prescribed motion is held (Eq. M.26).
+/// Velocities of all frames, in body axes, from rates of all coordinates; prescribed motion is held
+/// (Eq. M.26).
 pub(super) fn frame_velocities(
     model: &MultibodyModel,
     edges: &[JointKinematics],

@@ -1,4 +1,5 @@
-//! The modes of one body without coupling, in place of its elastic coordinates (docs/theory.md section M.7).
+//! The modes of one body without coupling, in place of its elastic coordinates (docs/theory.md
+//! section M.7).
 
 use faer::Mat;
 use nalgebra::ComplexField;

@@ -13,12 +13,14 @@ use super::workspace::Workspace;
 use crate::error::DynamicsError;
 use crate::reduction::dense;
 
-/// Share of the stiffness other than that of the modes that differences leave undecided: a hundred times their round-off.
+/// Share of the stiffness other than that of the modes that differences leave undecided: a hundred
+/// times their round-off.
 const UNDECIDED: f64 = 1e-11;
 /// Share of the highest squared frequency below which round-off of the eigenvectors shows.
 const ROUND_OFF: f64 = 1e-18;
-/// Part of the highest squared frequency up to which modes are computed again among themselves: eigenvalues are right to round-off of
-/// the largest one, eigenvectors so much that nothing of the high modes is left in the second computation.
+/// Part of the highest squared frequency up to which modes are computed again among themselves:
+/// eigenvalues are right to round-off of the largest one, eigenvectors so much that nothing of the
+/// high modes is left in the second computation.
 const LOW: f64 = 1e-5;
 
 /// Small vibrations of a system about a pose.
@@ -30,22 +32,24 @@ pub struct SystemModes {
     pub n_coordinates: usize,
     /// Independent constraints of loop-closing joints.
     pub n_constraints: usize,
-    /// Acceleration with which the bodies, were they rigid, would leave the pose, root mean square over their mass [m/s²]; zero in
-    /// equilibrium.
+    /// Acceleration with which the bodies, were they rigid, would leave the pose, root mean square
+    /// over their mass [m/s²]; zero in equilibrium.
     pub acceleration: f64,
-    /// Part of the stiffness without a potential, that of following loads and moments, as a share of the stiffness of the modes that
-    /// it couples (Eq. M.60). It is left out.
+    /// Part of the stiffness without a potential, that of following loads and moments, as a share
+    /// of the stiffness of the modes that it couples (Eq. M.60). It is left out.
     pub asymmetry: f64,
 }
 
 /// A mode of a system.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SystemMode {
-    /// Squared angular eigenfrequency [rad²/s²]; zero for a rigid motion, negative for an unstable one.
+    /// Squared angular eigenfrequency [rad²/s²]; zero for a rigid motion, negative for an unstable
+    /// one.
     pub squared_frequency: f64,
     /// Share of each body in the kinetic energy.
     pub shares: Vec<f64>,
-    /// What the dampers of bodies and joints take from the mode, `zᵀ D z` of the mass-orthonormal mode `z` (Eq. M.61) [1/s].
+    /// What the dampers of bodies and joints take from the mode, `zᵀ D z` of the mass-orthonormal
+    /// mode `z` (Eq. M.61) [1/s].
     pub damping: f64,
 }
 
@@ -55,7 +59,8 @@ impl SystemMode {
         self.squared_frequency.max(0.0).sqrt() / std::f64::consts::TAU
     }
 
-    /// Damping ratio, 1 being critical; none of a mode that does not vibrate. Between modes that dampers couple it holds to first order.
+    /// Damping ratio, 1 being critical; none of a mode that does not vibrate. Between modes that
+    /// dampers couple it holds to first order.
     pub fn damping_ratio(&self) -> Option<f64> {
         (self.squared_frequency > 0.0).then(|| 0.5 * self.damping / self.squared_frequency.sqrt())
     }
@@ -67,11 +72,12 @@ impl SystemMode {
 }
 
 impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
-    /// Undamped vibrations about the pose of `y` at time `t`: velocities zero, prescribed motions held, force elements left out
-    /// (contacts open), joint springs, drives and loads as they are, with the stiffness of weight and of the forces in loops.
+    /// Undamped vibrations about the pose of `y` at time `t`: velocities zero, prescribed motions
+    /// held, force elements left out (contacts open), joint springs, drives and loads as they are,
+    /// with the stiffness of weight and of the forces in loops.
     ///
-    /// Where the pose is no equilibrium of joints, inertia forces hold it, fixed in space at every material point; where it is none of
-    /// modes, constant forces along them do (Eq. M.56).
+    /// Where the pose is no equilibrium of joints, inertia forces hold it, fixed in space at every
+    /// material point; where it is none of modes, constant forces along them do (Eq. M.56).
     ///
     /// # Errors
     /// [`DynamicsError`] if the mass matrix is not positive definite or an eigenproblem cannot be solved.
@@ -113,8 +119,8 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
     }
 }
 
-/// Power that dampers of bodies and joints take from the motion `rates` \[W\]. Friction and bearings are not among them: they are no part
-/// of small motions.
+/// Power that dampers of bodies and joints take from the motion `rates` \[W\]. Friction and
+/// bearings are not among them: they are no part of small motions.
 fn power(model: &MultibodyModel, workspace: &Workspace, rates: &[f64]) -> f64 {
     let mut sum = 0.0;
     for (body, edge) in model.bodies.iter().zip(&workspace.edges) {
@@ -133,12 +139,14 @@ fn power(model: &MultibodyModel, workspace: &Workspace, rates: &[f64]) -> f64 {
     sum
 }
 
-/// The eigenproblem in coordinates in which the mass matrix is the identity and the constraints hold.
+/// The eigenproblem in coordinates in which the mass matrix is the identity and the constraints
+/// hold.
 pub(super) struct Problem<'a> {
     small: &'a SmallMotion,
     /// Symmetric part of the stiffness other than that of modes.
     stiffness: Mat<f64>,
-    /// Squared frequency below which a mode counts as rigid, without the part of the modal stiffness.
+    /// Squared frequency below which a mode counts as rigid, without the part of the modal
+    /// stiffness.
     undecided: f64,
     /// Lower Cholesky factor of the mass matrix.
     factor: Mat<f64>,
@@ -158,10 +166,12 @@ impl<'a> Problem<'a> {
         Ok(Self { small, stiffness, undecided, factor, free })
     }
 
-    /// Largest skew entry of the stiffness between two of the modes `vectors`, as a share of the geometric mean of their squared
-    /// frequencies `values`, of the larger one if the other mode is rigid (Eq. M.60).
+    /// Largest skew entry of the stiffness between two of the modes `vectors`, as a share of the
+    /// geometric mean of their squared frequencies `values`, of the larger one if the other mode is
+    /// rigid (Eq. M.60).
     ///
-    /// Not of the skew matrix by the symmetric one: where forces do not depend on the pose at all, both are round-off.
+    /// Not of the skew matrix by the symmetric one: where forces do not depend on the pose at all,
+    /// both are round-off.
     fn asymmetry(&self, values: &[f64], vectors: &Mat<f64>) -> f64 {
         let rough = &self.small.stiffness;
         let product = dense::product(rough.as_ref(), vectors.as_ref());
@@ -210,7 +220,8 @@ impl<'a> Problem<'a> {
         Ok((values, modes))
     }
 
-    /// Computes the modes `range` again in the space that they span, where high frequencies do not disturb them.
+    /// Computes the modes `range` again in the space that they span, where high frequencies do not
+    /// disturb them.
     fn repeat(
         &self,
         range: std::ops::Range<usize>,

@@ -30,7 +30,8 @@ pub(super) struct Workspace {
     pub(super) bodies: Vec<BodyWorkspace>,
     pub pose: TreePose,
     pub factors: TreeFactors<f64>,
-    /// Forces on all bodies at the last evaluation, accelerations of all coordinates, wrenches of the tree's joints.
+    /// Forces on all bodies at the last evaluation, accelerations of all coordinates, wrenches of
+    /// the tree's joints.
     pub accelerations: Answer<f64>,
     pub loops: LoopSolver,
     bearings: BearingSolver,
@@ -38,7 +39,8 @@ pub(super) struct Workspace {
     passive: Vec<SpatialVector>,
     /// Accelerations of the frames, without gravity's offset.
     frames: Vec<SpatialVector>,
-    /// Wrenches of loop-closing joints on their children at the children's markers, in inertial axes.
+    /// Wrenches of loop-closing joints on their children at the children's markers, in inertial
+    /// axes.
     pub loop_wrenches: Vec<SpatialVector>,
     /// Forces of gears along their second coordinates.
     pub gear_forces: Vec<f64>,
@@ -135,7 +137,8 @@ impl Workspace {
         Ok(())
     }
 
-    /// Adds the friction of bearings by the loads that the joints transmit with it; returns the power lost \[W\] (Eq. M.19).
+    /// Adds the friction of bearings by the loads that the joints transmit with it; returns the
+    /// power lost \[W\] (Eq. M.19).
     fn slide(&mut self, model: &MultibodyModel) -> Result<f64, EvaluationFailure> {
         let Self { bearings, edges, loops, .. } = self;
         bearings.start(edges, &self.accelerations.wrenches);
@@ -174,7 +177,8 @@ impl Workspace {
         Ok(dissipated)
     }
 
-    /// Inertia of all bodies and the forces on them (Eq. D.7); returns the power lost in modal damping \[W\].
+    /// Inertia of all bodies and the forces on them (Eq. D.7); returns the power lost in modal
+    /// damping \[W\].
     fn assemble(&mut self, model: &MultibodyModel) -> f64 {
         let mut dissipated = 0.0;
         for (i, body) in model.bodies.iter().enumerate() {
@@ -235,7 +239,8 @@ impl Workspace {
         Ok(())
     }
 
-    /// Power of prescribed motion: of the joint's force less that of its springs, dampers and gears.
+    /// Power of prescribed motion: of the joint's force less that of its springs, dampers and
+    /// gears.
     fn prescribed_power(&self, model: &MultibodyModel) -> f64 {
         let mut power = -self.loops.prescribed_power(model, &self.edges);
         for (i, body) in model.bodies.iter().enumerate() {

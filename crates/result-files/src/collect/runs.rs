@@ -1,7 +1,7 @@
 //! Which runs there are, and what is left of each.
 //!
-//! A sweep leaves next to `<run>.h5` the files `<run>.exit` (exit code), `<run>.set` (one `KEY=VALUE` a line) and `<run>.log`, so
-//! that runs without a result are rows, too.
+//! A sweep leaves next to `<run>.h5` the files `<run>.exit` (exit code), `<run>.set` (one
+//! `KEY=VALUE` a line) and `<run>.log`, so that runs without a result are rows, too.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -25,7 +25,8 @@ use crate::warnings;
 pub struct Run {
     /// Path of the result without `.h5`.
     pub name: String,
-    /// `complete`, `interrupted`, `failed`, `running` (killed or still going on), `unreadable` or `missing` (nothing known).
+    /// `complete`, `interrupted`, `failed`, `running` (killed or still going on), `unreadable` or
+    /// `missing` (nothing known).
     pub status: String,
     /// Why, if the run is not complete.
     pub message: String,
@@ -53,7 +54,8 @@ pub struct Run {
     pub valueless: Vec<(String, ExpressionFault)>,
 }
 
-/// Runs in files and directories, in a directory in the order of its sweep or of names, with the values of the expressions `wanted`.
+/// Runs in files and directories, in a directory in the order of its sweep or of names, with the
+/// values of the expressions `wanted`.
 ///
 /// # Errors
 /// [`ResultError::File`] if a directory cannot be read, or if a place is neither a directory nor the name of a run or of a file.
@@ -64,7 +66,8 @@ pub fn find(places: &[PathBuf], wanted: &[NamedExpression]) -> Result<Vec<Run>, 
             stems.extend(in_directory(place)?);
         } else {
             let stem = stem(place);
-            // A file that a run was to write may be missing; a name without ending is that of a folder or of traces of a run.
+            // A file that a run was to write may be missing; a name without ending is that of a
+            // folder or of traces of a run.
             let has_traces =
                 [".h5", ".h5.part", ".exit", ".set", ".log"].iter().any(|end| with_end(&stem, end).exists());
             if stem == *place && !place.exists() && !has_traces {
@@ -77,7 +80,8 @@ pub fn find(places: &[PathBuf], wanted: &[NamedExpression]) -> Result<Vec<Run>, 
     Ok(stems.iter().map(|stem| read(stem, wanted)).collect())
 }
 
-/// `a/b.h5`, `a/b.h5.part`, `a/b.exit` and `a/b.set` are all of the run `a/b`; other files are no runs.
+/// `a/b.h5`, `a/b.h5.part`, `a/b.exit` and `a/b.set` are all of the run `a/b`; other files are no
+/// runs.
 fn known_stem(path: &Path) -> Option<PathBuf> {
     let name = path.file_name()?.to_str()?;
     let stem = [".h5", ".h5.part", ".exit", ".set"].iter().find_map(|end| name.strip_suffix(end))?;
@@ -88,7 +92,8 @@ fn stem(path: &Path) -> PathBuf {
     known_stem(path).unwrap_or_else(|| path.to_owned())
 }
 
-/// Runs of a folder: those of its plan, if it is that of a sweep, in the order of their values, then all others in the order of their names.
+/// Runs of a folder: those of its plan, if it is that of a sweep, in the order of their values,
+/// then all others in the order of their names.
 fn in_directory(directory: &Path) -> Result<Vec<PathBuf>, ResultError> {
     let mut found = found_in(directory)?;
     let plan = plain_file::text(&directory.join("plan")).unwrap_or_default();
@@ -177,7 +182,8 @@ fn fill(run: &mut Run, file: &Path, wanted: &[NamedExpression]) -> Result<(), Re
     Ok(())
 }
 
-/// What every table has of points and energies: the largest displacement from the first instant, speed and stress; what energies there are at the end.
+/// What every table has of points and energies: the largest displacement from the first instant,
+/// speed and stress; what energies there are at the end.
 fn usual_cells(stored: &Stored) -> Vec<NamedExpression> {
     let members = |group: &str| -> BTreeSet<String> {
         let inside = stored.entries.keys().filter_map(|path| path.strip_prefix(group)?.split('/').next());

@@ -1,5 +1,5 @@
-//! The table of many runs: columns for the run, for scenario values that differ among the runs, for joints, for points, energies and expressions, for
-//! impacts.
+//! The table of many runs: columns for the run, for scenario values that differ among the runs, for
+//! joints, for points, energies and expressions, for impacts.
 
 use std::collections::BTreeSet;
 
@@ -67,8 +67,8 @@ const JOINT: [JointColumn; 4] = [
 /// A row: a run, and for the long form one of its impacts.
 type Row<'a> = (&'a Run, Option<(usize, &'a ImpactRow)>);
 
-/// Gathers runs: one row per run with columns `<contact>[<number>].<feature>`, or, if `is_long`, one row per impact, and one for
-/// each run without.
+/// Gathers runs: one row per run with columns `<contact>[<number>].<feature>`, or, if `is_long`,
+/// one row per impact, and one for each run without.
 pub fn gather(runs: &[Run], is_long: bool) -> Table {
     let rows: Vec<Row<'_>> = if is_long {
         runs.iter().flat_map(impact_rows).collect()
@@ -159,7 +159,8 @@ fn run_columns(rows: &[Row<'_>]) -> Vec<Column> {
     ]
 }
 
-/// Scenario keys whose values differ among the runs with results, and those that only runs without a result name.
+/// Scenario keys whose values differ among the runs with results, and those that only runs without
+/// a result name.
 fn varying(runs: &[Run]) -> BTreeSet<String> {
     let with: Vec<&Run> = runs.iter().filter(|r| r.n_samples.is_some()).collect();
     let without = runs.iter().filter(|r| r.n_samples.is_none());
@@ -179,8 +180,9 @@ fn scenario_column(rows: &[Row<'_>], key: &str) -> Column {
     texts(&name, rows, |row| value(row, key).unwrap_or_default().to_owned())
 }
 
-/// Columns of the keys `varying`. Of vectors of numbers, the components that differ are columns of numbers as well, `set.KEY[2]`: runs without a
-/// result know their vectors, or components that were set alone.
+/// Columns of the keys `varying`. Of vectors of numbers, the components that differ are columns of
+/// numbers as well, `set.KEY[2]`: runs without a result know their vectors, or components that were
+/// set alone.
 fn scenario_columns(rows: &[Row<'_>], varying: &BTreeSet<String>) -> Vec<Column> {
     let mut columns: Vec<Column> = varying.iter().map(|key| scenario_column(rows, key)).collect();
     for key in varying {

@@ -45,7 +45,8 @@ fn line(cells: impl Iterator<Item = String>) -> String {
     quoted.collect::<Vec<_>>().join(",") + "\n"
 }
 
-/// Writes the table to a new HDF5 file: a dataset a column in the group `/runs`, NaN for numbers that are not there.
+/// Writes the table to a new HDF5 file: a dataset a column in the group `/runs`, NaN for numbers
+/// that are not there.
 ///
 /// # Errors
 /// That of the HDF5 library.

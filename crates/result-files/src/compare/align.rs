@@ -1,9 +1,12 @@
-//! What two equal results may still differ in: signs of quaternions and of modes, and the choice among modes of one frequency.
+//! What two equal results may still differ in: signs of quaternions and of modes, and the choice
+//! among modes of one frequency.
 
-/// Frequencies closer than this, relative, belong to one eigenspace: rounding of an eigensolver mixes their modes.
+/// Frequencies closer than this, relative, belong to one eigenspace: rounding of an eigensolver
+/// mixes their modes.
 const SAME_FREQUENCY: f64 = 1e-5;
 
-/// Turns the sign of quaternions so that each continues the one before; the first one gets a positive product with `first`.
+/// Turns the sign of quaternions so that each continues the one before; the first one gets a
+/// positive product with `first`.
 pub fn quaternions(values: &mut [f64], first: &[f64]) {
     let mut before = [0.0; 4];
     for (k, x) in before.iter_mut().zip(first) {
@@ -26,8 +29,8 @@ pub struct Coordinates<'a> {
     pub values: &'a mut [f64],
 }
 
-/// Replaces the coordinates of each set of modes with one frequency by their norm, and turns the sign of every other mode of
-/// `new` to that of `reference`.
+/// Replaces the coordinates of each set of modes with one frequency by their norm, and turns the
+/// sign of every other mode of `new` to that of `reference`.
 pub fn modes(reference: &mut Coordinates<'_>, new: &mut Coordinates<'_>, frequencies: &[f64]) {
     let width = frequencies.len();
     let mut start = 0;
@@ -54,7 +57,8 @@ fn norms(values: &mut [f64], width: usize, columns: std::ops::Range<usize>) {
     }
 }
 
-/// Sum of products of a column at the instants of the reference, with the sample of `new` that follows each.
+/// Sum of products of a column at the instants of the reference, with the sample of `new` that
+/// follows each.
 fn product(reference: &Coordinates<'_>, new: &Coordinates<'_>, width: usize, column: usize) -> f64 {
     let last = new.times.len().saturating_sub(1);
     let at = |t: f64| new.times.partition_point(|x| *x < t).min(last);

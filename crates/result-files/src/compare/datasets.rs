@@ -7,7 +7,8 @@ use super::track::{Track, difference};
 use crate::error::ResultError;
 use crate::stored::{Entry, Kind, Stored};
 
-/// Part of the largest value with the same unit that is rounding: what is zero by symmetry is compared with this.
+/// Part of the largest value with the same unit that is rounding: what is zero by symmetry is
+/// compared with this.
 const ROUNDING: f64 = 1e-11;
 /// Frequencies are compared one by one, from this part of the largest one on.
 const LOWEST_FREQUENCY: f64 = 1e-6;
@@ -194,8 +195,8 @@ impl Pair<'_> {
         Ok(())
     }
 
-    /// The largest value with the unit; that of an angular momentum is a momentum times a length, if that is more, that of a moment
-    /// a force times a length.
+    /// The largest value with the unit; that of an angular momentum is a momentum times a length,
+    /// if that is more, that of a moment a force times a length.
     fn unit_peak(&self, unit: &str) -> f64 {
         let of = |unit: &str| self.peaks.iter().find(|(u, _)| u == unit).map_or(0.0, |(_, peak)| *peak);
         match unit {

@@ -5,7 +5,8 @@ use super::tolerance::{Rules, Tolerance};
 use super::track::difference;
 use crate::tables::ImpactRow;
 
-/// Times of an impact may differ by the relative tolerance times its duration, but by default not by more than this \[s\].
+/// Times of an impact may differ by the relative tolerance times its duration, but by default not
+/// by more than this \[s\].
 const LARGEST_SHIFT: f64 = 0.5e-6;
 /// Rounding of times, relative.
 const TIME_ROUNDING: f64 = 1e-13;

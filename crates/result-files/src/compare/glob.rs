@@ -1,4 +1,5 @@
-//! Patterns of names with slashes: `*` is any text without a slash, `**` any text, `?` one character.
+//! Patterns of names with slashes: `*` is any text without a slash, `**` any text, `?` one
+//! character.
 
 /// Whether `name` matches `pattern`, both as a whole.
 pub fn matches(pattern: &str, name: &str) -> bool {

@@ -28,7 +28,8 @@ pub struct Tolerance {
     pub is_compared: bool,
     /// Whether the quantity changes in steps: then a value of a neighbouring instant is as good.
     pub is_stepwise: bool,
-    /// Whether the scale is the largest value with the same unit in the reference, not in the quantity itself.
+    /// Whether the scale is the largest value with the same unit in the reference, not in the
+    /// quantity itself.
     pub has_unit_scale: bool,
     /// Whether `rtol` was chosen by the user, as opposed to the defaults.
     pub is_chosen: bool,
@@ -57,7 +58,8 @@ pub struct Rules {
 }
 
 impl Rules {
-    /// The defaults, then the file, then the command line's numbers for what no pattern says otherwise.
+    /// The defaults, then the file, then the command line's numbers for what no pattern says
+    /// otherwise.
     ///
     /// # Errors
     /// [`ResultError::Tolerances`] for a file with faults, all of them with their lines; [`ResultError::File`] if it cannot be read.
@@ -80,7 +82,8 @@ impl Rules {
         self.apply(false, name, self.base())
     }
 
-    /// The tolerance of the feature `name`; that of the final value of a dataset starts from the dataset's.
+    /// The tolerance of the feature `name`; that of the final value of a dataset starts from the
+    /// dataset's.
     pub fn feature(&self, name: &str) -> Tolerance {
         let base = name.strip_prefix("final/").map_or_else(|| self.base(), |dataset| self.dataset(dataset));
         self.apply(true, name, base)

@@ -1,9 +1,11 @@
 //! A quantity over time, and its largest deviation from another one on the other's instants.
 //!
-//! Between two samples a straight line is taken. What the samples themselves leave open is no deviation: a line through
-//! `y_i`, `y_i+1` errs at most by `s (1 - s) h (|m_i - m_i-1| + |m_i+1 - m_i|)`, with `s` the position in the interval, `h` its
-//! length and `m` the slopes of it and its neighbours. This is exact for one kink in the interval (a contact that closes) and four
-//! times the error for a curve of constant curvature. It vanishes at the samples.
+//! Between two samples a straight line is taken. What the samples themselves leave open is no
+//! deviation: a line through `y_i`, `y_i+1` errs at most by
+//! `s (1 - s) h (|m_i - m_i-1| + |m_i+1 - m_i|)`, with `s` the position in the interval, `h` its
+//! length and `m` the slopes of it and its neighbours. This is exact for one kink in the interval
+//! (a contact that closes) and four times the error for a curve of constant curvature. It vanishes
+//! at the samples.
 
 /// Instants closer than this part of the whole time span are the same: rounding of an event's time.
 const SAME_TIME: f64 = 1e-12;
@@ -34,7 +36,8 @@ pub struct Worst {
     pub reference: f64,
 }
 
-/// `|a - b|`, zero for equal infinities and for two values that are no numbers, infinite where only one is finite.
+/// `|a - b|`, zero for equal infinities and for two values that are no numbers, infinite where only
+/// one is finite.
 pub fn difference(a: f64, b: f64) -> f64 {
     let is_same = a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan());
     match (a - b).abs() {
@@ -73,7 +76,8 @@ impl Track<'_> {
         (a + s * (b - a), s * (1.0 - s) * h * bend)
     }
 
-    /// Smallest and largest value of the rows `from..=to`, as far as there are such rows with numbers.
+    /// Smallest and largest value of the rows `from..=to`, as far as there are such rows with
+    /// numbers.
     fn range(&self, from: usize, to: usize) -> (f64, f64) {
         let values = (from..=to.min(self.times.len() - 1)).map(|i| self.value(i)).filter(|v| !v.is_nan());
         values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)))
@@ -83,8 +87,8 @@ impl Track<'_> {
         (0..self.times.len()).any(|i| self.value(i).is_nan())
     }
 
-    /// Deviation of this track from `reference` at the time `t`, whose neighbours are the rows `first..end` at the same time, or
-    /// none; with it the value there.
+    /// Deviation of this track from `reference` at the time `t`, whose neighbours are the rows
+    /// `first..end` at the same time, or none; with it the value there.
     fn deviation(&self, t: f64, first: usize, end: usize, reference: f64, is_stepwise: bool) -> (f64, f64) {
         let nearest = |a: (f64, f64), b: (f64, f64)| if b.0 < a.0 { b } else { a };
         let at_samples = (first..end).map(|i| (difference(self.value(i), reference), self.value(i)));
@@ -106,11 +110,12 @@ impl Track<'_> {
         })
     }
 
-    /// The largest deviation of this track from `reference` on the instants of `reference` that it covers; `None` if it
-    /// covers none.
+    /// The largest deviation of this track from `reference` on the instants of `reference` that it
+    /// covers; `None` if it covers none.
     pub fn worst(&self, reference: &Track<'_>, is_stepwise: bool) -> Option<Worst> {
         let (start, stop) = (*self.times.first()?, *self.times.last()?);
-        // A quantity that is undefined at times (NaN) may become so one instant earlier, but not if the reference never is.
+        // A quantity that is undefined at times (NaN) may become so one instant earlier, but not if
+        // the reference never is.
         let is_stepwise = is_stepwise && (reference.has_nan() || !self.has_nan());
         let same = SAME_TIME * (reference.times.last()? - reference.times.first()?).abs();
         let mut worst: Option<Worst> = None;
@@ -157,7 +162,8 @@ mod tests {
         for f in [|t: f64| (t - 0.4031).max(0.0), |t: f64| (t - 0.4031).max(0.0).powf(1.5)] {
             let (a, b) = (sampled(97, f), sampled(60, f));
             let w = track(&b.0, &b.1).worst(&track(&a.0, &a.1), false).expect("overlap");
-            // The kink is covered exactly, up to rounding; a power of 1.5 has the growing curvature of the first interval.
+            // The kink is covered exactly, up to rounding; a power of 1.5 has the growing curvature
+            // of the first interval.
             assert!(w.deviation < 1e-4, "{w:?}");
         }
     }

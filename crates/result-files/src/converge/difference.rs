@@ -59,7 +59,8 @@ impl Quantity {
         }
     }
 
-    /// What a change of it is related to: the value itself, but for times at the very start, which have no size of their own.
+    /// What a change of it is related to: the value itself, but for times at the very start, which
+    /// have no size of their own.
     fn scale(self, impact: &Impact) -> f64 {
         match self {
             Self::Start => impact.start.max(impact.duration),
@@ -153,7 +154,8 @@ impl Difference {
         }
     }
 
-    /// The largest change, if anything can be compared. Another number of impacts is more than any other change.
+    /// The largest change, if anything can be compared. Another number of impacts is more than any
+    /// other change.
     pub fn largest(&self) -> Option<Largest> {
         let counts = self.counts.iter().map(|c| Largest {
             quantity: Quantity::Count,
@@ -185,7 +187,8 @@ fn impact_change(number: usize, base: &Impact, variant: &Impact) -> ImpactChange
     ImpactChange { number, contact: base.contact.clone(), changes }
 }
 
-/// `change` as a share of `scale`; anything is infinitely much of nothing, and so is what is no number.
+/// `change` as a share of `scale`; anything is infinitely much of nothing, and so is what is no
+/// number.
 fn relative(change: f64, scale: f64) -> f64 {
     if change.abs() <= 0.0 {
         return 0.0;

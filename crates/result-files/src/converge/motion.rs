@@ -1,18 +1,21 @@
 //! Motions of bodies at the end of a run.
 //!
-//! The frame of a body that is joined to a vibrating one rings with it, and its velocity at one instant tells the phase of that ringing:
-//! of the rods of two double pendulums, 33 rad/s where they swing at 4 rad/s. What is compared is the mean over a stretch of time, the
-//! way over the time it takes.
+//! The frame of a body that is joined to a vibrating one rings with it, and its velocity at one
+//! instant tells the phase of that ringing: of the rods of two double pendulums, 33 rad/s where
+//! they swing at 4 rad/s. What is compared is the mean over a stretch of time, the way over the
+//! time it takes.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use crate::error::ResultError;
 use crate::stored::Stored;
 
-/// Length of the stretch as a share of the simulated time: motion hardly changes in a tenth of what was thought worth
-/// simulating, vibrations that the run can be asked about have many periods in it.
+/// Length of the stretch as a share of the simulated time: motion hardly changes in a tenth of what
+/// was thought worth simulating, vibrations that the run can be asked about have many periods in
+/// it.
 const STRETCH: f64 = 0.1;
-/// Angle between two stored instants above which it is taken from angular velocities: beyond half a turn, rotations have lost it \[rad\].
+/// Angle between two stored instants above which it is taken from angular velocities: beyond half a
+/// turn, rotations have lost it \[rad\].
 const LARGE_ANGLE: f64 = 1.0;
 
 /// Motion of a body's reference frame at the end of a run.
@@ -109,7 +112,8 @@ impl Course {
         bounds
     }
 
-    /// Mean velocity and angular velocity from instant `from` to instant `to`; those at `to` where no time lies between.
+    /// Mean velocity and angular velocity from instant `from` to instant `to`; those at `to` where
+    /// no time lies between.
     fn mean(&self, from: usize, to: usize) -> (Vector3<f64>, Vector3<f64>) {
         if self.time.is_empty() {
             return (Vector3::zeros(), Vector3::zeros());
@@ -137,7 +141,8 @@ impl Course {
 mod tests {
     use super::*;
 
-    /// A pendulum that turns about y at `rate` and vibrates with 3 mrad at 400 Hz and the phase given; states every millisecond.
+    /// A pendulum that turns about y at `rate` and vibrates with 3 mrad at 400 Hz and the phase
+    /// given; states every millisecond.
     fn swinging(rate: f64, phase: f64) -> Course {
         let omega = std::f64::consts::TAU * 400.0;
         let time: Vec<f64> = (0..=1000).map(|i| 1e-3 * f64::from(i)).collect();

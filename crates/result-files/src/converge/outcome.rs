@@ -14,7 +14,8 @@ use crate::tables::ImpactRow;
 pub struct Outcome {
     /// Whether the run reached its end.
     pub is_complete: bool,
-    /// `complete`, `failed`, `interrupted`, or what else is known (see [`crate::collect::Run::status`]).
+    /// `complete`, `failed`, `interrupted`, or what else is known (see
+    /// [`crate::collect::Run::status`]).
     pub status: String,
     /// Why, if the run is not complete.
     pub message: String,

@@ -5,7 +5,8 @@ use super::outcome::Outcome;
 use super::variant::{Parameter, Variant};
 use crate::percent::percent;
 
-/// Share of the tolerance below which a parameter does not matter: five such changes together are half of it.
+/// Share of the tolerance below which a parameter does not matter: five such changes together are
+/// half of it.
 const MATTERS: f64 = 0.1;
 /// Share of the joint change that one body must cause to be named alone.
 const MOST: f64 = 0.5;

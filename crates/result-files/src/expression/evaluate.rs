@@ -57,8 +57,8 @@ fn part(mut value: Value, steps: &[Step]) -> Result<Value, FaultAt> {
     Ok(value)
 }
 
-/// Unit of a combination where it is known without a calculus of units: that of both terms, that of the factor that has one. Numbers have none, those
-/// of the scenario an unknown one.
+/// Unit of a combination where it is known without a calculus of units: that of both terms, that of
+/// the factor that has one. Numbers have none, those of the scenario an unknown one.
 fn unit(sign: char, a: &Value, b: &Value) -> String {
     let is_plain = |v: &Value| v.unit == "–";
     match sign {

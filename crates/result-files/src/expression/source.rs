@@ -241,7 +241,8 @@ fn numbers(value: &toml::Value) -> Option<Value> {
     }
 }
 
-/// The column of a table that the first name among `steps` names; what stands before it is taken of its rows.
+/// The column of a table that the first name among `steps` names; what stands before it is taken of
+/// its rows.
 fn column<'s>(
     rows: &[serde_json::Map<String, Json>],
     columns: &[TableColumn],

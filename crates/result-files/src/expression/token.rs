@@ -66,7 +66,8 @@ fn is_part(c: char) -> bool {
     c.is_ascii_alphanumeric() || c == '_'
 }
 
-/// Behind the name that begins at `at`. A `-` between two of its letters belongs to it, as names in scenarios have it.
+/// Behind the name that begins at `at`. A `-` between two of its letters belongs to it, as names in
+/// scenarios have it.
 fn end_of_name(letters: &[char], mut at: usize) -> usize {
     while let Some(&c) = letters.get(at) {
         let is_within = c == '-' && letters.get(at + 1).is_some_and(|next| is_part(*next));
@@ -115,7 +116,8 @@ mod tests {
             ["\"a\"", "\".\"", "\"b\"", "\"[\"", "\"-\"", "1", "\"]\"", "\"-\"", "0.0025", "\"*\"", "\"c\""]
         );
         assert_eq!(shown("left-ball.x -y"), ["\"left-ball\"", "\".\"", "\"x\"", "\"-\"", "\"y\""]);
-        // Names may begin with a digit behind a dot, and end where a minus has none of their letters behind it.
+        // Names may begin with a digit behind a dot, and end where a minus has none of their
+        // letters behind it.
         assert_eq!(shown("bodies.1st- 2"), ["\"bodies\"", "\".\"", "\"1st\"", "\"-\"", "2"]);
         assert_eq!(shown("3e"), ["3", "\"e\""]);
         assert_eq!(shown("a.\"b-\" 1"), ["\"a\"", "\".\"", "\"b-\"", "1"]);

@@ -156,7 +156,8 @@ impl Value {
         Self { data: self.data.iter().map(|x| of(*x)).collect(), unit: unit.to_owned(), ..self.clone() }
     }
 
-    /// `of` the numbers of two values. What has no rows counts for all rows, what has no components for all components.
+    /// `of` the numbers of two values. What has no rows counts for all rows, what has no components
+    /// for all components.
     ///
     /// # Errors
     /// Both shapes, if they do not fit.
@@ -177,7 +178,8 @@ impl Value {
         let pairs = (0..n).flat_map(|i| (0..w).map(move |c| (i, c)));
         let data = pairs.map(|(i, c)| of(at(self, i, c), at(other, i, c))).collect();
         let labels = if self.labels.is_empty() { other.labels.clone() } else { self.labels.clone() };
-        // A series that is over time stays so with a series of other rows of the same number only if both are.
+        // A series that is over time stays so with a series of other rows of the same number only
+        // if both are.
         let is_over_time = rows.is_some()
             && (self.rows.is_none() || self.is_over_time)
             && (other.rows.is_none() || other.is_over_time);

@@ -1,4 +1,5 @@
-//! Lengths that a dataset claims, compared with what the file holds before memory is taken for them.
+//! Lengths that a dataset claims, compared with what the file holds before memory is taken for
+//! them.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -85,7 +86,8 @@ fn is_stored(dataset: &Dataset, shape: &[usize], bytes: u64) -> bool {
     }
 }
 
-/// Where the references to texts stand in an entry as it is stored, and how long an entry is; `None` without texts.
+/// Where the references to texts stand in an entry as it is stored, and how long an entry is;
+/// `None` without texts.
 fn text_offsets(kind: &TypeDescriptor) -> Option<(Vec<usize>, usize)> {
     let is_text =
         |t: &TypeDescriptor| matches!(t, TypeDescriptor::VarLenUnicode | TypeDescriptor::VarLenAscii);

@@ -24,7 +24,8 @@ const LEAST: usize = 4096;
 pub fn unreadable(path: &Path) -> io::Result<Option<u64>> {
     let mut file = plain_file::open(path)?;
     for at in find(&mut file, SIGNATURE)? {
-        // What was a heap once may be left in unused space: harmless as long as nothing refers to it.
+        // What was a heap once may be left in unused space: harmless as long as nothing refers to
+        // it.
         if is_endless(&heap(&mut file, at)?) && is_referred_to(&mut file, at)? {
             return Ok(Some(at));
         }

@@ -26,7 +26,8 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// The scale of `axis` for `values`, those that are not finite left out, with about `wanted` divisions.
+    /// The scale of `axis` for `values`, those that are not finite left out, with about `wanted`
+    /// divisions.
     pub fn new<'a>(axis: &'a Axis, values: impl Iterator<Item = &'a f64>, wanted: usize) -> Self {
         let finite =
             values.chain(&axis.holds).copied().filter(|v| v.is_finite() && (!axis.is_log || *v > 0.0));

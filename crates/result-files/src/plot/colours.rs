@@ -1,4 +1,5 @@
-//! Colours of values: the map "viridis" of matplotlib (public domain), which is read by all kinds of colour vision and in grey prints.
+//! Colours of values: the map "viridis" of matplotlib (public domain), which is read by all kinds
+//! of colour vision and in grey prints.
 
 use plotters::style::RGBColor;
 

@@ -37,7 +37,8 @@ pub struct StressLine {
 /// Which share of a contact interval shall touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Utilisation {
-    /// Share below which the interval is too wide; only results of the first versions tell, others leave it to the program.
+    /// Share below which the interval is too wide; only results of the first versions tell, others
+    /// leave it to the program.
     pub least: Option<f64>,
     /// Share that is aimed at.
     pub target: f64,
@@ -93,7 +94,8 @@ impl ResultData {
         Ok(data)
     }
 
-    /// Leaves the stored instants from `from` to `to` \[s\], and the impacts that begin between them; false if there is no such instant.
+    /// Leaves the stored instants from `from` to `to` \[s\], and the impacts that begin between
+    /// them; false if there is no such instant.
     pub fn cut(&mut self, from: f64, to: f64) -> bool {
         let first = self.time.partition_point(|t| *t < from);
         let end = self.time.partition_point(|t| *t <= to);
@@ -192,7 +194,8 @@ fn stress(group: &Group, name: &str) -> Result<Option<Named>> {
     tensor(&point).map(Some)
 }
 
-/// Components of the dataset `stress` of `group` by their names; those that the model does not have are left out.
+/// Components of the dataset `stress` of `group` by their names; those that the model does not have
+/// are left out.
 fn tensor(group: &Group) -> Result<Named> {
     let labels: Vec<VarLenUnicode> = hdf5_integrity::rows(&group.dataset("component")?)?;
     let labels: Vec<String> = labels.iter().map(|label| label.as_str().to_owned()).collect();

@@ -56,7 +56,8 @@ fn part(scale: &Scale, value: f64) -> f64 {
     (value - scale.range.0) / (scale.range.1 - scale.range.0)
 }
 
-/// Draws the bar of `panel` right of its axes, which end at `right` and reach from `top` to `bottom` in the units of `area`.
+/// Draws the bar of `panel` right of its axes, which end at `right` and reach from `top` to
+/// `bottom` in the units of `area`.
 pub fn bar(area: &Area<'_>, panel: &Panel, right: i32, (top, bottom): (i32, i32)) -> Result<(), PlotError> {
     let Some(axis) = &panel.colours else { return Ok(()) };
     let scale = Scale::new(axis, panel.dots.iter().map(|d| &d.value), 5);

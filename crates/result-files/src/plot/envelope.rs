@@ -1,4 +1,5 @@
-//! A curve that rings faster than a picture can show, as its bounds: drawn as a line it is a blot, and dashes say nothing.
+//! A curve that rings faster than a picture can show, as its bounds: drawn as a line it is a blot,
+//! and dashes say nothing.
 
 /// A point of a curve.
 type Point = (f64, f64);
@@ -32,7 +33,8 @@ struct Pixel {
     is_ringing: bool,
 }
 
-/// The parts of `curve`, a pixel being `width` wide and `height` high: they meet. A curve whose abscissa falls somewhere is one line.
+/// The parts of `curve`, a pixel being `width` wide and `height` high: they meet. A curve whose
+/// abscissa falls somewhere is one line.
 pub fn pieces(curve: &[Point], (width, height): (f64, f64)) -> Vec<Piece> {
     let rises = curve.windows(2).all(|w| w[0].0 <= w[1].0);
     let [first, .., _] = curve else { return vec![Piece::Line(curve.to_vec())] };
@@ -118,7 +120,8 @@ mod tests {
         let found = pieces(&curve(1000.0), (1e-2, 1e-3));
         let [Piece::Band { low, high }] = &found[..] else { panic!("{} pieces", found.len()) };
         assert_eq!((low.len(), high.len()), (102, 102));
-        // Ten periods a pixel reach the amplitude at its middle to half a pixel; both bounds begin and end with the curve.
+        // Ten periods a pixel reach the amplitude at its middle to half a pixel; both bounds begin
+        // and end with the curve.
         assert!(
             low.iter()
                 .zip(high)

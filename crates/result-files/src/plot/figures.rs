@@ -105,7 +105,8 @@ fn names<'a>(lists: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
     all
 }
 
-/// Phases of the only file as shades, if there are several; those of several files would cover each other.
+/// Phases of the only file as shades, if there are several; those of several files would cover each
+/// other.
 fn bands(files: &[ResultData]) -> Vec<(f64, f64, Shade)> {
     let [file] = files else { return Vec::new() };
     if file.phases.len() < 2 {

@@ -17,14 +17,16 @@ pub enum Labels {
 /// Characters of a label, which legends break into lines.
 pub const LONGEST: usize = 160;
 
-/// Labels by the values in which `scenarios` differ, `names` where they do not or where two would have the same one.
+/// Labels by the values in which `scenarios` differ, `names` where they do not or where two would
+/// have the same one.
 pub fn by_values(scenarios: &[Values], names: &[String]) -> Vec<String> {
     let all: BTreeSet<&String> = scenarios.iter().flat_map(Values::keys).collect();
     let differs = |key: &&String| scenarios.windows(2).any(|w| w[0].get(*key) != w[1].get(*key));
     // Titles are words about the same difference.
     let mut keys: Vec<&str> =
         all.into_iter().filter(differs).map(String::as_str).filter(|k| *k != "title").collect();
-    // Lists and tables are long, and often follow from a word: what the program chose for another model.
+    // Lists and tables are long, and often follow from a word: what the program chose for another
+    // model.
     let is_long =
         |key: &&str| scenarios.iter().filter_map(|s| s.get(*key)).any(|value| value.starts_with(['[', '{']));
     keys.sort_by_key(|key| is_long(key));

@@ -1,4 +1,5 @@
-//! From a drawing to PDF: paths, filled and stroked; text as outlines of the embedded font (docs/decisions/0047).
+//! From a drawing to PDF: paths, filled and stroked; text as outlines of the embedded font
+//! (docs/decisions/0047).
 
 use std::fmt::Write;
 
@@ -69,7 +70,8 @@ impl File {
         self.bytes.extend(b"\nendstream\nendobj\n");
     }
 
-    /// The whole file: the table of the objects, of which the first is the catalogue and the last the properties.
+    /// The whole file: the table of the objects, of which the first is the catalogue and the last
+    /// the properties.
     fn end(mut self) -> Vec<u8> {
         let table = self.bytes.len();
         let n = self.offsets.len() + 1;
@@ -93,7 +95,8 @@ fn text(words: &str) -> String {
     out + ">"
 }
 
-/// Draws the group `of` on `page`; `around` is the transformation of the surrounding group to the page.
+/// Draws the group `of` on `page`; `around` is the transformation of the surrounding group to the
+/// page.
 fn group(page: &mut String, of: &Group, around: Transform) -> Result<(), PlotError> {
     let to_page = around.pre_concat(of.transform());
     let is_plain = of.opacity() == Opacity::ONE
@@ -257,7 +260,8 @@ mod tests {
     #[test]
     fn lines_keep_place_width_colour_and_dashes() {
         let page = page(&pdf(DRAWN, "").expect("a PDF"));
-        // A unit of the drawing is a tenth of a pixel; the upper left corner is 75 points above the lower one.
+        // A unit of the drawing is a tenth of a pixel; the upper left corner is 75 points above the
+        // lower one.
         assert!(page.contains("q 0.075 0 0 -0.075 0 75 cm\n0.835294 0.368627 0 RG 16 w 0 J 0 j 4 M [70 30] 0 d\n0 0 m\n2000 1000 l\nS Q"), "{page}");
         assert!(page.contains("1 1 1 rg\n"));
     }
@@ -280,7 +284,8 @@ mod tests {
     fn words_are_outlines_where_they_stand() {
         let page = page(&pdf(DRAWN, "").expect("a PDF"));
         let found = beginnings(&page);
-        // Three glyphs; text of 9 points, with its left end at 7.5 points and its foot half way up the page.
+        // Three glyphs; text of 9 points, with its left end at 7.5 points and its foot half way up
+        // the page.
         assert!(found.len() >= 3, "{page}");
         assert!(
             found.iter().all(|(x, y)| (7.5..7.5 + 3.0 * 9.0).contains(x) && (37.5..37.5 + 9.0).contains(y)),

@@ -22,7 +22,8 @@ use super::theme::{
 /// Length of division marks, and distance of labels from them \[px\].
 const TICK: f64 = 4.0;
 const PAD: f64 = 4.0;
-/// Height of the title, of the labels below a panel, of its words in addition, and of the space above it \[px\].
+/// Height of the title, of the labels below a panel, of its words in addition, and of the space
+/// above it \[px\].
 const TITLE_HEIGHT: f64 = 28.0;
 const X_LABELS: f64 = 22.0;
 const X_WORDS: f64 = 22.0;
@@ -38,7 +39,8 @@ const NARROWEST: f64 = 250.0;
 /// Height of the axes over their width at most, of a panel that stands alone and of one of several.
 const TALLEST: f64 = 0.66;
 const TALLEST_OF_SEVERAL: f64 = 0.6;
-/// Room that the labels of an axis of ordinates take, as far as the height of panels depends on it \[px\].
+/// Room that the labels of an axis of ordinates take, as far as the height of panels depends on it
+/// \[px\].
 const Y_LABELS: f64 = 60.0;
 /// Least distance of neighbouring labels of an axis \[px\].
 const APART: f64 = 8.0;
@@ -78,8 +80,8 @@ impl<'a> Scaled<'a> {
         Scale::new(&panel.x, abscissas, wanted)
     }
 
-    /// Takes fewer divisions of the axis of abscissas until their labels stand apart in a `frame`, and puts words that are too long for the axis of
-    /// ordinates above it.
+    /// Takes fewer divisions of the axis of abscissas until their labels stand apart in a `frame`,
+    /// and puts words that are too long for the axis of ordinates above it.
     fn fit(&mut self, area: &Area<'_>, frame: Frame) -> Result<(), PlotError> {
         let is_map = self.panel.colours.is_some();
         let right = if is_map { dots::BAR } else { RIGHT };
@@ -181,7 +183,8 @@ fn sized(svg: &str, width: i32, height: i32) -> String {
     svg.replacen(&library, &format!("width=\"{}\" height=\"{}\"", px(width), px(height)), 1)
 }
 
-/// The panels of `figure` in frames of a width and height, which grows by what stands above the axes in more than one line.
+/// The panels of `figure` in frames of a width and height, which grows by what stands above the
+/// axes in more than one line.
 fn fitted<'a>(
     area: &Area<'_>,
     figure: &'a Figure,

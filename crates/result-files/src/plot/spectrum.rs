@@ -20,7 +20,8 @@ pub struct Spectrum {
     pub amplitude: Vec<f64>,
 }
 
-/// The spectrum of `values` at the instants `time` \[s\], which rise; none of fewer than eight instants or of no time.
+/// The spectrum of `values` at the instants `time` \[s\], which rise; none of fewer than eight
+/// instants or of no time.
 pub fn spectrum(time: &[f64], values: &[f64]) -> Option<Spectrum> {
     let n = time.len().min(values.len());
     let (first, length) = (*time.first()?, time.get(n.checked_sub(1)?)? - time[0]);
@@ -61,7 +62,8 @@ pub fn spectrum(time: &[f64], values: &[f64]) -> Option<Spectrum> {
     Some(found)
 }
 
-/// The interval beyond which those that are longer have a twentieth of the window's weight, of instants between 0 and 1.
+/// The interval beyond which those that are longer have a twentieth of the window's weight, of
+/// instants between 0 and 1.
 fn coarsest(phase: &[f64]) -> f64 {
     // Integral of the window from 0.
     let window = |s: f64| 0.5 * (s - (TAU * s).sin() / TAU);
@@ -99,7 +101,8 @@ mod tests {
         let found = spectrum(&time, &values).expect("a spectrum");
         assert_eq!(found.frequency.len(), 1000);
         assert!((found.frequency[999] - 5000.0).abs() < 1e-6);
-        // Whole periods: even sampling makes the rule exact, to the round-off of phases of 1e3 turns.
+        // Whole periods: even sampling makes the rule exact, to the round-off of phases of 1e3
+        // turns.
         assert!((at(&found, 500.0) - 0.3).abs() < 1e-10 && (at(&found, 2000.0) - 0.02).abs() < 1e-10);
         // Hann's window reaches one line to either side.
         for (f, a) in found.frequency.iter().zip(&found.amplitude) {
@@ -114,7 +117,8 @@ mod tests {
         let values: Vec<f64> = time.iter().map(|t| (TAU * 501.25 * t).sin()).collect();
         let found = spectrum(&time, &values).expect("a spectrum");
         let largest = found.amplitude.iter().fold(0.0f64, |m, a| m.max(*a));
-        // The images at negative frequencies are 400 lines away, where the window has fallen to its third power.
+        // The images at negative frequencies are 400 lines away, where the window has fallen to its
+        // third power.
         assert!((largest - (1.0 - SCALLOP)).abs() < 1e-6, "{largest}");
     }
 
@@ -133,7 +137,8 @@ mod tests {
 
     #[test]
     fn a_long_interval_at_rest_hides_no_line() {
-        // Nine tenths of the instants lie in the second half; one interval of a fiftieth at the start, where the window is small.
+        // Nine tenths of the instants lie in the second half; one interval of a fiftieth at the
+        // start, where the window is small.
         let mut time = vec![0.0];
         time.extend((0..=980).map(|i| 0.02 + 1e-3 * f64::from(i)));
         let values: Vec<f64> = time.iter().map(|t| (TAU * 100.0 * t).sin()).collect();

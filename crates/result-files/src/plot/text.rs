@@ -28,7 +28,8 @@ pub fn width(area: &Area<'_>, line: &str, size: f64) -> Result<i32, PlotError> {
     Ok(width as i32)
 }
 
-/// `words` in lines of `size` \[px\] that are no wider than `most` in units; a word that is goes on in the next line.
+/// `words` in lines of `size` \[px\] that are no wider than `most` in units; a word that is goes on
+/// in the next line.
 pub fn broken(area: &Area<'_>, words: &str, size: f64, most: i32) -> Result<Vec<String>, PlotError> {
     let mut lines: Vec<String> = Vec::new();
     let mut pieces = Vec::new();

@@ -1,7 +1,8 @@
 //! How figures look: sizes, font, colours, dashes.
 //!
-//! Colours are those of Okabe and Ito (2008), which people with any kind of colour vision can tell apart; dashes differ as well, so
-//! that black-and-white prints work. Lengths are in units of a tenth of a pixel of 1/96 inch: the drawing library counts in integers.
+//! Colours are those of Okabe and Ito (2008), which people with any kind of colour vision can tell
+//! apart; dashes differ as well, so that black-and-white prints work. Lengths are in units of a
+//! tenth of a pixel of 1/96 inch: the drawing library counts in integers.
 
 use plotters::style::RGBColor;
 
@@ -82,7 +83,8 @@ impl Page {
     }
 }
 
-/// A light shade of `colour`, which is none of a curve: what lies between the bounds of one that rings.
+/// A light shade of `colour`, which is none of a curve: what lies between the bounds of one that
+/// rings.
 pub fn tint(RGBColor(r, g, b): RGBColor) -> RGBColor {
     let light = |c: u8| 255 - (255 - c) / 3;
     RGBColor(light(r), light(g), light(b))
@@ -98,7 +100,8 @@ pub fn units(px: f64) -> i32 {
     (px * f64::from(UNITS)).round() as i32
 }
 
-/// Writes the dashes of the styles into a drawing: the library draws solid lines only, and every style has its own colour.
+/// Writes the dashes of the styles into a drawing: the library draws solid lines only, and every
+/// style has its own colour.
 pub fn with_dashes(svg: &str) -> String {
     let mut out = svg.to_owned();
     for style in STYLES.iter().chain([&Style { colour: LIMIT, dashes: &[3.0, 3.0] }]) {

@@ -1,7 +1,8 @@
 //! Thins a curve to what a picture can show.
 
-/// Curve with at most four points in each of `columns` equal parts of its x range: first, lowest, highest and last, so that peaks stay.
-/// A curve whose x does not rise, or that is short already, is returned as it is.
+/// Curve with at most four points in each of `columns` equal parts of its x range: first, lowest,
+/// highest and last, so that peaks stay. A curve whose x does not rise, or that is short already,
+/// is returned as it is.
 pub fn thinned(x: &[f64], y: &[f64], columns: usize) -> (Vec<f64>, Vec<f64>) {
     let n = x.len().min(y.len());
     let rises = x[..n].windows(2).all(|w| w[0] <= w[1]);

@@ -5,7 +5,8 @@ use super::units::superscript;
 /// A division of an axis: where, and its label.
 pub type Tick = (f64, String);
 
-/// About `wanted` divisions of `low..high` at multiples of 1, 2 or 5 times a power of ten, with as many decimals as they need.
+/// About `wanted` divisions of `low..high` at multiples of 1, 2 or 5 times a power of ten, with as
+/// many decimals as they need.
 pub fn linear(low: f64, high: f64, wanted: usize) -> Vec<Tick> {
     if high <= low || !(high - low).is_finite() {
         return Vec::new();
@@ -33,7 +34,8 @@ pub fn linear(low: f64, high: f64, wanted: usize) -> Vec<Tick> {
         .collect()
 }
 
-/// Divisions of a logarithmic axis from `10^low` to `10^high`, at most `wanted` or so: powers of ten, and on short axes 2 and 5 times them.
+/// Divisions of a logarithmic axis from `10^low` to `10^high`, at most `wanted` or so: powers of
+/// ten, and on short axes 2 and 5 times them.
 pub fn logarithmic(low: f64, high: f64, wanted: usize) -> Vec<Tick> {
     if high <= low || !(high - low).is_finite() {
         return Vec::new();

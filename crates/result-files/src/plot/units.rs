@@ -15,7 +15,8 @@ const PREFIXES: [(i32, &str); 11] = [
     (15, "P"),
 ];
 
-/// Power of ten of the prefix that brings `largest` between 1 and 1000; 0 for numbers without unit, zero and what is not finite.
+/// Power of ten of the prefix that brings `largest` between 1 and 1000; 0 for numbers without unit,
+/// zero and what is not finite.
 ///
 /// `unit` must let a prefix stand before it without changing its power: `m/s` does, `m²` does not.
 pub fn exponent(largest: f64, unit: &str) -> i32 {

@@ -5,7 +5,8 @@ use std::borrow::Cow;
 /// Length from which a text is looked at: shorter ones take little, whatever is in them \[bytes\].
 const LONG: usize = 1 << 20;
 
-/// `text` with spaces in place of lines that are empty or hold a comment alone: everything else stays where it is.
+/// `text` with spaces in place of lines that are empty or hold a comment alone: everything else
+/// stays where it is.
 pub fn blanked(text: &str) -> Cow<'_, str> {
     if text.len() < LONG {
         return Cow::Borrowed(text);

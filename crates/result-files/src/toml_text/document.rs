@@ -219,7 +219,8 @@ fn convert_table(table: DeTable<'_>, locate: &dyn Fn(Range<usize>) -> Origin) ->
     let convert_entry =
         |(key, value): (toml::Spanned<std::borrow::Cow<'_, str>>, toml::Spanned<DeValue<'_>>)| {
             let origin = locate(key.span());
-            // The span of a table is that of its header, which says more than that of its first key.
+            // The span of a table is that of its header, which says more than that of its first
+            // key.
             let node_origin = locate(if value.span().is_empty() { key.span() } else { value.span() });
             Entry {
                 key: key.into_inner().into_owned(),

@@ -1,4 +1,5 @@
-//! Faults of a scenario: where, which key, which value, what is allowed. All faults of a file are reported together.
+//! Faults of a scenario: where, which key, which value, what is allowed. All faults of a file are
+//! reported together.
 
 use std::fmt;
 
@@ -35,7 +36,8 @@ pub struct Fault {
     pub message: String,
     /// Nearest known key or name.
     pub suggestion: Option<String>,
-    /// What there is to choose from, as a fragment such as `known are "a" or "b"`; empty where that is said by the message.
+    /// What there is to choose from, as a fragment such as `known are "a" or "b"`; empty where that
+    /// is said by the message.
     pub known: String,
 }
 
@@ -120,7 +122,8 @@ impl fmt::Display for Faults {
 
 impl std::error::Error for Faults {}
 
-/// What `word` may stand for among names, each with the words that other programs have for it: that word's name, or the nearest one.
+/// What `word` may stand for among names, each with the words that other programs have for it: that
+/// word's name, or the nearest one.
 pub fn meant<'a>(
     word: &str,
     known: impl Iterator<Item = (&'a str, &'a [&'a str])> + Clone,

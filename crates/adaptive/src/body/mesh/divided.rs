@@ -1,4 +1,5 @@
-//! The fine model of a body of finite elements: its mesh, divided about the place of a touch (docs/theory.md section C.10).
+//! The fine model of a body of finite elements: its mesh, divided about the place of a touch
+//! (docs/theory.md section C.10).
 
 use std::sync::Arc;
 
@@ -29,8 +30,10 @@ use crate::store::{Bytes, meshed_definition};
 use crate::surface::smooth_fit::SmoothFit;
 use crate::surface::{LocalShape, MeshSurface, Surface, SurfacePlace};
 
-/// Sides of quadratic elements across the narrower width of a zone, at least: twice as many at most, since elements are halved. With seven tenths of
-/// the width in contact, 2.1 to 4.2 on the contact radius, where two make the force right to 0.2 % ([`crate::sizing::mesh_touch::QUADRATIC`]).
+/// Sides of quadratic elements across the narrower width of a zone, at least: twice as many at
+/// most, since elements are halved. With seven tenths of the width in contact, 2.1 to 4.2 on the
+/// contact radius, where two make the force right to 0.2 %
+/// ([`crate::sizing::mesh_touch::QUADRATIC`]).
 pub const QUADRATIC: usize = 6;
 /// Sides of linear elements across the narrower width of a zone, at least.
 pub const LINEAR: usize = 16;
@@ -42,8 +45,8 @@ pub fn usual_elements(mesh: &Mesh) -> usize {
 }
 /// Rows of a direction in which contact is counted, whatever the elements are.
 const ROWS: usize = 16;
-/// Elements of the finest level beyond the zone: a side that meets it, the ring around, and one between these and the next level, whose nodes
-/// others would be tied to.
+/// Elements of the finest level beyond the zone: a side that meets it, the ring around, and one
+/// between these and the next level, whose nodes others would be tied to.
 const FINEST: f64 = 3.0;
 /// Elements of every other level beyond the zone.
 const COARSER: f64 = 2.0;
@@ -187,7 +190,8 @@ impl FineElements {
         Err(AdaptiveError::Subdivision { body: self.body.name.clone(), source })
     }
 
-    /// Refuses divided elements at nodes of rigid parts, which are held by the functions of the mesh before.
+    /// Refuses divided elements at nodes of rigid parts, which are held by the functions of the
+    /// mesh before.
     fn check_rigid_parts(&self) -> Result<(), AdaptiveError> {
         if self.body.spec.flexible.rigid_areas.is_empty() {
             return Ok(());
@@ -230,7 +234,8 @@ impl FineElements {
         Ok(zone)
     }
 
-    /// Outward normal of the smooth surface on which the zone lies; none if it lies on the sides as they are.
+    /// Outward normal of the smooth surface on which the zone lies; none if it lies on the sides as
+    /// they are.
     pub fn normal(&self) -> Option<Vector3<f64>> {
         self.smooth.as_ref().map(SmoothFit::normal)
     }
@@ -244,7 +249,8 @@ impl FineElements {
         }
     }
 
-    /// The rows in which the points of `zone` lie, the outermost ones for those beyond it and on the rim.
+    /// The rows in which the points of `zone` lie, the outermost ones for those beyond it and on
+    /// the rim.
     pub fn rows_of(&self, zone: &ContactZone) -> Vec<[usize; 2]> {
         let row =
             |x: f64, half: f64| ((0.5 * (x / half + 1.0) * ROWS as f64).max(0.0) as usize).min(ROWS - 1);
@@ -252,7 +258,8 @@ impl FineElements {
             let along = self.footprint.along(x);
             [0, 1].map(|d| row(along[d], self.footprint.half[d]))
         };
-        // Beyond the rim nothing is watched: contact there asks for a wider zone, on whichever side it is.
+        // Beyond the rim nothing is watched: contact there asks for a wider zone, on whichever side
+        // it is.
         zone.points.iter().map(|p| if p.on_rim { [0, 0] } else { rows(&p.position) }).collect()
     }
 
@@ -266,7 +273,8 @@ impl FineElements {
         Ok(assembled)
     }
 
-    /// Displacements of the mesh before (n_before x k) on the free nodes: the same fields (theory Eq. A.12).
+    /// Displacements of the mesh before (n_before x k) on the free nodes: the same fields (theory
+    /// Eq. A.12).
     pub fn prolonged(&self, shapes: MatRef<'_, f64>) -> Mat<f64> {
         let mut fine = Mat::zeros(self.n_unknowns(), shapes.ncols());
         for node in 0..self.refined.n_free() {
@@ -353,7 +361,8 @@ impl Field for FineElements {
     }
 }
 
-/// Puts points and sides of `zone` on the surface `fit`, so far inside that none of it stands out of where they were (theory Eq. C.75).
+/// Puts points and sides of `zone` on the surface `fit`, so far inside that none of it stands out
+/// of where they were (theory Eq. C.75).
 fn smooth(zone: &mut ContactZone, fit: &SmoothFit) {
     let places = zone.points.iter().map(|p| p.position).chain(zone.nodes().into_iter().map(|(_, x)| x));
     let outmost = places.map(|x| fit.above(&x)).fold(f64::NEG_INFINITY, f64::max);

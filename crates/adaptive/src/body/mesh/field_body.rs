@@ -49,7 +49,8 @@ impl FieldBody for MeshedBody {
         self.spec.mesh.size()
     }
 
-    /// One entry for the linear and one for the quadratic elements: the longest edge between corners.
+    /// One entry for the linear and one for the quadratic elements: the longest edge between
+    /// corners.
     fn longest_elements(&self) -> Vec<LongestElement> {
         let mesh = &self.spec.mesh;
         let longest = |degree: usize| {
@@ -63,7 +64,8 @@ impl FieldBody for MeshedBody {
         [1, 2].into_iter().filter_map(longest).collect()
     }
 
-    /// Along the principal axes of its nodes: that of a straight part, more than that of a bent one.
+    /// Along the principal axes of its nodes: that of a straight part, more than that of a bent
+    /// one.
     fn thickness(&self) -> f64 {
         let places = || self.spec.mesh.nodes().iter().map(|x| Vector3::from(*x));
         let mean = places().sum::<Vector3<f64>>() / self.spec.mesh.nodes().len() as f64;

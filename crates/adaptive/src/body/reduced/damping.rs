@@ -1,4 +1,5 @@
-//! Damping of the elastic coordinates of bodies that are reduced here while nothing holds them (docs/theory.md section F.6).
+//! Damping of the elastic coordinates of bodies that are reduced here while nothing holds them
+//! (docs/theory.md section F.6).
 
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::{DampingLaw, ModalDamping, RayleighDamping};
@@ -17,11 +18,11 @@ pub(crate) fn law(spec: &DampingSpec) -> Result<Option<DampingLaw>, DynamicsErro
     })
 }
 
-/// Damping of the modes of a free body with squared frequencies `stiffness` [rad²/s²], of which those from `n_modes` on are static
-/// answers.
+/// Damping of the modes of a free body with squared frequencies `stiffness` [rad²/s²], of which
+/// those from `n_modes` on are static answers.
 ///
-/// Rayleigh damping grows with the frequency; what stands for a static answer gets critical damping at most, for more would only
-/// delay it.
+/// Rayleigh damping grows with the frequency; what stands for a static answer gets critical damping
+/// at most, for more would only delay it.
 pub(crate) fn damping(
     spec: &DampingSpec,
     stiffness: &[f64],

@@ -6,8 +6,9 @@ use super::{Interface, InterfaceModes};
 use crate::spec::ReductionSpec;
 use crate::store::{Bytes, ModelKey};
 
-/// Key of the modes that `reduction` and `interface` make of a body with the `definition` of [`crate::store::body_definition`]; `loads`: the columns of
-/// the loads to which it has static answers.
+/// Key of the modes that `reduction` and `interface` make of a body with the `definition` of
+/// [`crate::store::body_definition`]; `loads`: the columns of the loads to which it has static
+/// answers.
 pub fn modes_key(
     definition: &[u8],
     reduction: ReductionSpec,

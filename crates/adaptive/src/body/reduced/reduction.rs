@@ -32,7 +32,8 @@ pub(crate) struct ReductionInput<'a> {
 }
 
 impl ReductionInput<'_> {
-    /// The reduction with static answers to `loads`, the columns of those of `interface`; modes that `cache` has are not computed again.
+    /// The reduction with static answers to `loads`, the columns of those of `interface`; modes
+    /// that `cache` has are not computed again.
     ///
     /// # Errors
     /// [`DynamicsError`] if modes or flexibility cannot be computed.
@@ -43,7 +44,8 @@ impl ReductionInput<'_> {
         cache: &ModelCache,
     ) -> Result<ReducedBody, DynamicsError> {
         let body = self.body;
-        // Rigid modes come from the matrices at no cost, and errors of theirs before those of the elastic ones.
+        // Rigid modes come from the matrices at no cost, and errors of theirs before those of the
+        // elastic ones.
         let rigid = Arc::new(RigidModes::new(body)?);
         let from = |stored: &_| basis_from(stored, body.dofs.len(), &rigid);
         let (basis, residual) = match self.reduction {

@@ -1,7 +1,9 @@
 //! Geometric stiffening of a body by inertia forces (docs/theory.md Eq. M.43, E.13).
 //!
-//! Supported at the marker that its frame follows, the body is stressed by unit inertia loads; the stresses give the modal
-//! matrices that [`StandardInputData::with_geometric_stiffening`](ffr_dynamics::body::StandardInputData::with_geometric_stiffening) takes.
+//! Supported at the marker that its frame follows, the body is stressed by unit inertia loads; the
+//! stresses give the modal matrices that
+//! [`StandardInputData::with_geometric_stiffening`](ffr_dynamics::body::StandardInputData::with_geometric_stiffening)
+//! takes.
 
 use faer::{Mat, MatRef};
 use ffr_dynamics::DynamicsError;
@@ -14,8 +16,9 @@ use crate::body::field::Field;
 use crate::error::AdaptiveError;
 use crate::spec::unsupported::Unsupported;
 
-/// Geometric stiffening for the modes `shapes` (n × n_q) of the frame in use, of the body with the field `field` and the matrices `assembled`, held at `support`, the marker that
-/// a tangent frame follows: one factorisation, 6 (plane) or 12 (solid) static problems.
+/// Geometric stiffening for the modes `shapes` (n × n_q) of the frame in use, of the body with the
+/// field `field` and the matrices `assembled`, held at `support`, the marker that a tangent frame
+/// follows: one factorisation, 6 (plane) or 12 (solid) static problems.
 ///
 /// # Errors
 /// [`AdaptiveError::Unsupported`] for an axisymmetric body, which does not turn; [`AdaptiveError::Reduction`] if sizes do not
@@ -44,7 +47,8 @@ pub fn geometric_stiffening(
         .map_err(failed)
 }
 
-/// Displacements (n × 6 or 12) of the body held at `support` under the loads of [`ReferenceLoad::all`], in their order.
+/// Displacements (n × 6 or 12) of the body held at `support` under the loads of
+/// [`ReferenceLoad::all`], in their order.
 fn reference_displacements(
     assembled: &AssembledBody,
     support: &MarkerWeights,

@@ -1,4 +1,5 @@
-//! Flexible bodies of splines, and what becomes of them in a contact: splines refined about it, or their own with the whole surface.
+//! Flexible bodies of splines, and what becomes of them in a contact: splines refined about it, or
+//! their own with the whole surface.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -57,7 +58,8 @@ impl FieldBody for ElasticBody {
         patches.flat_map(|patch| (0..patch.dimension()).map(|d| longest_element(patch, d))).collect()
     }
 
-    /// The smallest length of the body along its parameter lines, in axisymmetric models with the diameter in place of the radius \[m\].
+    /// The smallest length of the body along its parameter lines, in axisymmetric models with the
+    /// diameter in place of the radius \[m\].
     fn thickness(&self) -> f64 {
         let mut extents = lengths(&self.spec.shape);
         if self.spec.model == Model::Axisymmetric {
@@ -188,7 +190,8 @@ fn longest_element(patch: &Patch, direction: usize) -> LongestElement {
     LongestElement { direction: Some(direction), degree: patch.knots()[direction].degree(), length }
 }
 
-/// The largest value of `of` the first, middle and last point of the sides of elements along `direction`.
+/// The largest value of `of` the first, middle and last point of the sides of elements along
+/// `direction`.
 fn largest_over_sides(patch: &Patch, direction: usize, of: impl Fn([[f64; 3]; 3]) -> f64) -> f64 {
     let breaks: Vec<Vec<f64>> = patch.knots().iter().map(|k| k.breaks()).collect();
     let counts = std::array::from_fn::<usize, 3, _>(|d| breaks.get(d).map_or(1, Vec::len));

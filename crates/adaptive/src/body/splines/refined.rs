@@ -1,9 +1,11 @@
-//! The fine model of a body: its coarse model, refined around contact intervals (\[A\] section 4.3; theory section A.3).
+//! The fine model of a body: its coarse model, refined around contact intervals (\[A\] section 4.3;
+//! theory section A.3).
 //!
-//! A truncated hierarchical space over the body's patches, with graded levels ([`crate::adaptivity::lattice`]) or those of Algorithm 3
-//! ([`crate::adaptivity::subdivision`]). Its dynamic
-//! coordinates are those of the coarse model: the low-frequency modes are the coarse ones, prolonged, and everything
-//! else that the fine space can do follows quasistatically (`docs/decisions/0008-modes-of-fine-models.md`).
+//! A truncated hierarchical space over the body's patches, with graded levels
+//! ([`crate::adaptivity::lattice`]) or those of Algorithm 3 ([`crate::adaptivity::subdivision`]).
+//! Its dynamic coordinates are those of the coarse model: the low-frequency modes are the coarse
+//! ones, prolonged, and everything else that the fine space can do follows quasistatically
+//! (`docs/decisions/0008-modes-of-fine-models.md`).
 
 use std::sync::Arc;
 
@@ -61,7 +63,8 @@ pub use spread::{Spread, SpreadPart, ZoneFrame};
 pub struct RefinementPlan {
     /// The levels.
     pub division: Division,
-    /// Regions around which every level is refined: one for each interval, or for each part of an interval on several faces.
+    /// Regions around which every level is refined: one for each interval, or for each part of an
+    /// interval on several faces.
     pub regions: Vec<Region>,
     /// The interval's parts, if it is one on several faces.
     pub spread: Option<Spread>,
@@ -81,7 +84,8 @@ pub struct Region {
 pub enum Division {
     /// Parts of every element from each level to the next in every direction (\[A\] Algorithm 3).
     Parts(Vec<[usize; 3]>),
-    /// Lattices, their spacing doubled from level to level, one for all directions that shared faces turn into one another.
+    /// Lattices, their spacing doubled from level to level, one for all directions that shared
+    /// faces turn into one another.
     Lattice(Vec<LinkedLattice>),
 }
 
@@ -104,10 +108,12 @@ pub const ELEMENTS: usize = 16;
 pub struct FineSettings {
     /// How levels are found.
     pub division: DivisionRule,
-    /// Elements across an interval; Algorithm 3 takes some more where they are needed to meet its ends.
+    /// Elements across an interval; Algorithm 3 takes some more where they are needed to meet its
+    /// ends.
     pub elements: usize,
-    /// Elements by which every level reaches beyond the intervals, the degree at most; `None`: half the degree, rounded up, in
-    /// directions that the level divides. With two parts or more all functions on an interval are then of the finest level.
+    /// Elements by which every level reaches beyond the intervals, the degree at most; `None`: half
+    /// the degree, rounded up, in directions that the level divides. With two parts or more all
+    /// functions on an interval are then of the finest level.
     pub growth: Option<usize>,
 }
 
@@ -117,7 +123,8 @@ impl Default for FineSettings {
     }
 }
 
-/// A refined body without its matrices: all that contact needs when the compliance is known already.
+/// A refined body without its matrices: all that contact needs when the compliance is known
+/// already.
 pub struct FineMesh {
     /// Name.
     pub name: String,
@@ -141,7 +148,8 @@ pub struct FineMesh {
     pub dofs: Vec<Dof>,
     /// The number of the unknown of each function and component.
     pub lookup: DofLookup,
-    /// Functions of the coarse model, or of its turned copy, as combinations of the functions of the fine one.
+    /// Functions of the coarse model, or of its turned copy, as combinations of the functions of
+    /// the fine one.
     pub prolongation: Prolongation,
     /// The turned net, if it is one.
     pub rotated: Option<TurnedMesh>,
@@ -205,8 +213,9 @@ impl FineMesh {
     ///
     /// # Errors
     /// [`AdaptiveError::Subdivision`] if no memory holds the intervals or round-off would fold their elements, or Algorithm 3
-    /// does not resolve them; [`AdaptiveError::Geometry`] if the space cannot be
-    /// built; [`AdaptiveError::Unsupported`] for Algorithm 3 on several patches and intervals on singular lines.
+    /// does not resolve them; [`AdaptiveError::Geometry`] if the space cannot be built;
+    /// [`AdaptiveError::Unsupported`] for Algorithm 3 on several patches and intervals on singular
+    /// lines.
     pub fn build(
         coarse: &ElasticBody,
         wanted: &[WantedInterval],
@@ -234,8 +243,9 @@ impl FineMesh {
         Ok(Self { shape, patches, space, rotated, ..self })
     }
 
-    /// The rotation by which the model of a body without rigid parts is turned, if it keeps lengths: matrices and flexibility are then those of the
-    /// model before it was turned, the same for all places of a ball. None for ellipsoids, whose maps change lengths.
+    /// The rotation by which the model of a body without rigid parts is turned, if it keeps
+    /// lengths: matrices and flexibility are then those of the model before it was turned, the same
+    /// for all places of a ball. None for ellipsoids, whose maps change lengths.
     pub fn turn(&self, coarse: &ElasticBody) -> Option<BodyTurn> {
         let keeps_lengths = self.shape.symmetry.as_ref().is_some_and(|symmetry| symmetry.stretch().is_none());
         let is_rotation = keeps_lengths && coarse.spec.flexible.rigid_areas.is_empty();
@@ -320,8 +330,9 @@ impl FineMesh {
         })
     }
 
-    /// Coordinates of the control points by which unknowns are ordered for the factorisation. On several patches they are taken along the surface and
-    /// into the depth at the first interval, where most points are, so that layers of points lie in planes.
+    /// Coordinates of the control points by which unknowns are ordered for the factorisation. On
+    /// several patches they are taken along the surface and into the depth at the first interval,
+    /// where most points are, so that layers of points lie in planes.
     fn anchors(&self) -> Vec<[f64; 3]> {
         let (Some(part), true) = (self.intervals.first().map(|i| &i.parts[0]), self.patches.len() > 1) else {
             return self.space.anchors();
@@ -342,8 +353,8 @@ impl FineMesh {
         Discretised { patches: &self.patches, space: &self.space, model: &self.model, lookup: &self.lookup }
     }
 
-    /// Displacements of the coarse unknowns (n_coarse x k) on the fine ones: the same displacement fields (theory Eq. A.12).
-    /// On a turned net these are the nearest fields in the mass norm.
+    /// Displacements of the coarse unknowns (n_coarse x k) on the fine ones: the same displacement
+    /// fields (theory Eq. A.12). On a turned net these are the nearest fields in the mass norm.
     pub fn prolong(&self, coarse: &AssembledBody, shapes: MatRef<'_, f64>) -> Mat<f64> {
         match &self.rotated {
             None => self.prolong_nested(coarse, shapes),
@@ -366,8 +377,9 @@ impl FineMesh {
         fine
     }
 
-    /// Reduces the body with the matrices `assembled` for quasistatic contact at the interface `unknowns`, the dynamic
-    /// coordinates being those of the reduced `coarse` model (theory Eqs. A.12, A.13).
+    /// Reduces the body with the matrices `assembled` for quasistatic contact at the interface
+    /// `unknowns`, the dynamic coordinates being those of the reduced `coarse` model (theory
+    /// Eqs. A.12, A.13).
     ///
     /// # Errors
     /// [`AdaptiveError::Reduction`] with the body's name.
@@ -410,8 +422,8 @@ impl FineMesh {
         ContactZone::new(&self.discretised(), &interval.limits(), rule, on_rim)
     }
 
-    /// For each point of `zone`, the zone of interval `i`, the contact element in which it lies: its row in each of the two directions, from which
-    /// the utilisation is counted.
+    /// For each point of `zone`, the zone of interval `i`, the contact element in which it lies:
+    /// its row in each of the two directions, from which the utilisation is counted.
     pub fn contact_elements(&self, i: usize, zone: &ContactZone) -> Vec<[usize; 2]> {
         let interval = &self.intervals[i];
         let places = zone.faces.iter().zip(&zone.parameters).zip(&zone.points);

@@ -1,9 +1,10 @@
-//! The coarse model of a body with its parametrisation turned, for contact where the body's own net is singular
-//! (theory section A.3, `docs/decisions/0010-turned-nets.md`).
+//! The coarse model of a body with its parametrisation turned, for contact where the body's own net
+//! is singular (theory section A.3, `docs/decisions/0010-turned-nets.md`).
 //!
-//! A ball, cylinder or disc stays what it is when its net is turned, an ellipsoid when the ball that it is stretched from is (theory Eq. A.16). So a contact interval can always be laid where the net is
-//! regular and smooth: the fine model refines a turned copy of the coarse model, and the coarse modes are carried over by
-//! projection.
+//! A ball, cylinder or disc stays what it is when its net is turned, an ellipsoid when the ball
+//! that it is stretched from is (theory Eq. A.16). So a contact interval can always be laid where
+//! the net is regular and smooth: the fine model refines a turned copy of the coarse model, and the
+//! coarse modes are carried over by projection.
 
 use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::Llt;
@@ -36,8 +37,10 @@ pub struct NetRotation {
 }
 
 impl NetRotation {
-    /// The rotation of the net of `coarse` by which the interval `wanted` lies where the net is regular: about the first regular direction of a ball,
-    /// wherever it is touched, so that all its intervals of the same widths are one; `None` if it does already, or the body has no symmetry.
+    /// The rotation of the net of `coarse` by which the interval `wanted` lies where the net is
+    /// regular: about the first regular direction of a ball, wherever it is touched, so that all
+    /// its intervals of the same widths are one; `None` if it does already, or the body has no
+    /// symmetry.
     ///
     /// # Errors
     /// [`AdaptiveError::Geometry`] if the turned net cannot be built.
@@ -62,7 +65,8 @@ impl NetRotation {
         let Some(first) = symmetry.rotation_of_first_to(&normal) else { return Ok(None) };
         // To the last bit the same for all places.
         let (wanted, site) = at(&scaled(direction, norm(&first_point(&coarse.shape))));
-        // The directions along the face stay those that widths were asked for, as far as the net allows.
+        // The directions along the face stay those that widths were asked for, as far as the net
+        // allows.
         let along = first.map(|row| dot(&row, &site.tangents[0]));
         let angle = angle_about(&unit(&normal), &along, &surface.tangents[0]);
         Ok(Some(Self { rotation: product(&rotation_about(&unit(&normal), angle), &first), wanted }))
@@ -86,7 +90,8 @@ pub struct RotatedNet {
 }
 
 impl RotatedNet {
-    /// The copy of the model `coarse` whose net is turned by `turn`, with its mass matrix factorised for the transfer of modes.
+    /// The copy of the model `coarse` whose net is turned by `turn`, with its mass matrix
+    /// factorised for the transfer of modes.
     ///
     /// # Errors
     /// [`AdaptiveError::Geometry`] if the turned net cannot be built, [`AdaptiveError::Reduction`] if its mass is singular.
@@ -107,7 +112,8 @@ impl RotatedNet {
         Ok(Self { turn, cross, mass })
     }
 
-    /// Displacements of the coarse unknowns (n x k) on those of the turned net, which have the same numbers: the nearest ones in the mass norm.
+    /// Displacements of the coarse unknowns (n x k) on those of the turned net, which have the same
+    /// numbers: the nearest ones in the mass norm.
     pub fn prolong(&self, coarse: &AssembledBody, shapes: MatRef<'_, f64>) -> Mat<f64> {
         let n_components = coarse.motion.n_components();
         let width = n_components * shapes.ncols();
@@ -139,8 +145,8 @@ impl RotatedNet {
 /// Entries of a matrix row by row.
 type Rows = Vec<Vec<(u32, f64)>>;
 
-/// Products of the functions of one element with others, summed over its Gauss points before they enter the matrix: there are as many products
-/// a point as entries of the element.
+/// Products of the functions of one element with others, summed over its Gauss points before they
+/// enter the matrix: there are as many products a point as entries of the element.
 struct ElementSums {
     /// The other functions met so far.
     columns: Vec<u32>,
@@ -158,7 +164,8 @@ impl ElementSums {
         Self { columns: Vec::new(), place: vec![NONE; n_others], sums: Vec::new() }
     }
 
-    /// Adds `factor * values[a] * other_values[b]` for every function `a` of the element and every one of `others`.
+    /// Adds `factor * values[a] * other_values[b]` for every function `a` of the element and every
+    /// one of `others`.
     fn add(&mut self, (values, factor): (&[f64], f64), (others, other_values): (&[u32], &[f64])) {
         for (other, other_value) in others.iter().zip(other_values) {
             let place = &mut self.place[*other as usize];
@@ -195,18 +202,23 @@ impl ElementProducts {
     }
 }
 
-/// What a thread needs for the products of an element: sums with the functions of the other net and among themselves, values of both, numbers of the others.
+/// What a thread needs for the products of an element: sums with the functions of the other net and
+/// among themselves, values of both, numbers of the others.
 type Scratch = (ElementSums, ElementSums, PointBasis, PointBasis, Vec<u32>);
 
-/// Distance of a place from the point looked for, as a share of the body's size, that is round-off: there the search from the neighbouring point has met it.
+/// Distance of a place from the point looked for, as a share of the body's size, that is round-off:
+/// there the search from the neighbouring point has met it.
 const MET: f64 = 1e-12;
 
-/// `∫ ρ R_A R_B dV` of the functions, an integral over the area in plane models, whose thickness drops out, on the turned net with those of the coarse one, and among themselves. Both by the same Gauss
-/// points, so that what both nets hold is carried over exactly: near collapsed faces integrals depend on the points.
+/// `∫ ρ R_A R_B dV` of the functions, an integral over the area in plane models, whose thickness
+/// drops out, on the turned net with those of the coarse one, and among themselves. Both by the
+/// same Gauss points, so that what both nets hold is carried over exactly: near collapsed faces
+/// integrals depend on the points.
 fn mass_products(coarse: &ElasticBody, rotation: &[[f64; 3]; 3]) -> (Rows, Rows) {
     let patch = &coarse.shape.patches[0];
     let space = &coarse.space;
-    // Parameters do not change under refinement, and the shape of the scenario is the cheapest to search.
+    // Parameters do not change under refinement, and the shape of the scenario is the cheapest to
+    // search.
     let (own, searched) = (&coarse.spec.shape.patches[0], &coarse.shape.patches[0]);
     let search = PatchSearch::new(own, [None; 3]);
     let size = coarse.size();
@@ -290,7 +302,8 @@ mod tests {
         let (functions, mut rows) = ([3, 1], vec![Vec::new(); 4]);
         let mut sums = ElementSums::new(6);
         for _ in 0..2 {
-            // 1000 points in one element of the other net, 10 in its neighbour; exact in binary arithmetic.
+            // 1000 points in one element of the other net, 10 in its neighbour; exact in binary
+            // arithmetic.
             (0..1000).for_each(|_| sums.add((&[1.0, 0.5], 2.0), (&[4, 2], &[0.25, 4.0])));
             (0..10).for_each(|_| sums.add((&[1.0, 0.5], 1.0), (&[2, 5], &[1.0, 2.0])));
             sums.take().hand_over(&functions, &mut rows);

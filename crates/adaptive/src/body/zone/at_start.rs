@@ -1,4 +1,5 @@
-//! Contact zones that a body has from the start: where they lie, how wide they are, and what they ask of its mesh.
+//! Contact zones that a body has from the start: where they lie, how wide they are, and what they
+//! ask of its mesh.
 
 use contact_qs::ContactError;
 use contact_qs::surface_pair::TargetFace;
@@ -15,10 +16,12 @@ use crate::error::{AdaptiveError, ContactModelFault};
 use crate::spec::{ElasticSpec, RefinementSpec, SurfaceLaw, Treatment};
 use crate::surface::SurfacePlace;
 
-/// Slack of comparisons between parameters, as a share of the patch's range: round-off of arc lengths.
+/// Slack of comparisons between parameters, as a share of the patch's range: round-off of arc
+/// lengths.
 const PARAMETER_SLACK: f64 = 1e-9;
 
-/// A refinement counts as made for a contact whose first point is nearer to its centre than this part of its width.
+/// A refinement counts as made for a contact whose first point is nearer to its centre than this
+/// part of its width.
 const IN_THE_MIDDLE: f64 = 1e-3;
 
 /// A contact that asks for a zone on a body.
@@ -45,7 +48,8 @@ pub struct LineOnBody {
     pub outward: Vector3<f64>,
 }
 
-/// A zone that a contact has on a body from the start, and what Hertz's theory and the motions at the start say of it, which not every body asks.
+/// A zone that a contact has on a body from the start, and what Hertz's theory and the motions at
+/// the start say of it, which not every body asks.
 pub struct StartZone<'a> {
     /// What is asked for.
     pub request: ZoneRequest<'a>,
@@ -63,7 +67,8 @@ struct Interval {
     is_natural_end: [[bool; 2]; 3],
 }
 
-/// The refinement that a contact interval with a given number of elements asks of its body; `None` if it asks for none.
+/// The refinement that a contact interval with a given number of elements asks of its body; `None`
+/// if it asks for none.
 ///
 /// # Errors
 /// [`AdaptiveError::Contact`] if the number of elements is given without a width, or for a contact without refinement.
@@ -87,8 +92,9 @@ const MAX_HALVINGS: usize = 20;
 impl ZoneRequest<'_> {
     /// The zone of `body` that a contact asks for.
     ///
-    /// Its width is the one given, else that of the refinement in whose middle the site lies; of a contact without refinement
-    /// ([`Treatment::Coarse`]) the whole face about the site, as far as it is regular.
+    /// Its width is the one given, else that of the refinement in whose middle the site lies; of a
+    /// contact without refinement ([`Treatment::Coarse`]) the whole face about the site, as far as
+    /// it is regular.
     ///
     /// # Errors
     /// [`AdaptiveError::Contact`] if no width is known, the zone is empty or touches a singular line.
@@ -150,9 +156,9 @@ impl Interval {
         interval
     }
 
-    /// Range of parameters without the rim: without the closed elements at ends of the interval that are no ends of the
-    /// body's surface, and without the outermost of `points` there. Beyond the interval nothing is watched, so that contact
-    /// must not reach its last point.
+    /// Range of parameters without the rim: without the closed elements at ends of the interval
+    /// that are no ends of the body's surface, and without the outermost of `points` there. Beyond
+    /// the interval nothing is watched, so that contact must not reach its last point.
     fn without_rim(&self, body: &ElasticBody, face: &Face, points: &[CollocationPoint]) -> [[f64; 2]; 3] {
         let knots = body.shape.patches[face.id.patch].knots();
         let mut range = [[f64::NEG_INFINITY, f64::INFINITY]; 3];

@@ -1,4 +1,5 @@
-//! The force element of a contact zone: its points on a plane, or on the surface of another body's zone.
+//! The force element of a contact zone: its points on a plane, or on the surface of another body's
+//! zone.
 
 use contact_qs::points::{DofLookup, InterfaceCompliance, contact_submodel};
 use contact_qs::surface_pair::{MeetingPoint, SurfacePair, SurfacePairSettings, SurfacePlace, TargetSurface};
@@ -17,10 +18,12 @@ use crate::body::zone::{ContactZone, ZoneExtent, ZoneRegion};
 use crate::record::TargetPlace;
 use crate::spec::{SurfaceLaw, Target};
 
-/// Penalty factor where no compliance is known: a modulus of 200 GPa over a length of a micrometre [N/m³].
+/// Penalty factor where no compliance is known: a modulus of 200 GPa over a length of a micrometre
+/// [N/m³].
 pub const FALLBACK_PENALTY: f64 = 2e17;
 
-/// Overhang of edges that lie on each other, over the size of the body: a third of the strain at which steel yields, on the half of a body.
+/// Overhang of edges that lie on each other, over the size of the body: a third of the strain at
+/// which steel yields, on the half of a body.
 const OVERHANG: f64 = 3e-4;
 
 /// A body in a contact: the zone that it has there, and how it moves.
@@ -30,7 +33,8 @@ pub struct ContactSide<'a> {
     pub body: usize,
     /// Rigid motions of the body.
     pub motion: RigidMotion,
-    /// The number of the unknown of each function and component of the model on which the zone lies.
+    /// The number of the unknown of each function and component of the model on which the zone
+    /// lies.
     pub lookup: &'a DofLookup,
     /// The spline space that it lies on; none of a mesh.
     pub splines: Option<Discretised<'a>>,
@@ -50,7 +54,8 @@ impl ContactSide<'_> {
         contact_submodel(self.motion, &self.zone.points, self.lookup, self.shapes, self.compliance)
     }
 
-    /// The points of the zone that meet an edge or a corner of `target`, and their plane there; none if none do.
+    /// The points of the zone that meet an edge or a corner of `target`, and their plane there;
+    /// none if none do.
     fn meeting_point(&self, target: &ContactSide<'_>) -> Option<MeetingPoint> {
         let (meets, splines) = (self.meets?, target.splines.as_ref());
         let place = match (&target.zone.region, splines) {
@@ -74,8 +79,8 @@ impl ContactSide<'_> {
         })
     }
 
-    /// The surface with modes and compliance. Points beyond the ends of its faces lie over them up to [`OVERHANG`], but for a touch with its edge,
-    /// `is_met`, where nothing lies on an edge.
+    /// The surface with modes and compliance. Points beyond the ends of its faces lie over them up
+    /// to [`OVERHANG`], but for a touch with its edge, `is_met`, where nothing lies on an edge.
     fn surface(&self, is_met: bool) -> Result<TargetSurface, ContactError> {
         let Self { motion, lookup, shapes, compliance, .. } = *self;
         let surface = match (&self.zone.region, &self.splines) {
@@ -107,7 +112,8 @@ pub enum ZoneContact {
 }
 
 impl ZoneContact {
-    /// Contact of `own` with `target`, on which `other` is the zone if it is a body, by `law` with the factor `penalty` [N/m³].
+    /// Contact of `own` with `target`, on which `other` is the zone if it is a body, by `law` with
+    /// the factor `penalty` [N/m³].
     ///
     /// # Errors
     /// [`ContactError`] if points, surfaces and settings do not fit each other.

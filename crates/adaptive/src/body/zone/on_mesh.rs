@@ -1,4 +1,5 @@
-//! The contact zone that a contact has on a body of finite elements from the start: sides of its own mesh.
+//! The contact zone that a contact has on a body of finite elements from the start: sides of its
+//! own mesh.
 
 use contact_qs::ContactError;
 
@@ -8,15 +9,17 @@ use crate::error::{AdaptiveError, ContactModelFault};
 use crate::spec::Treatment;
 use crate::surface::{MeshSurface, Surface, SurfacePlace};
 
-/// Sides of quadratic elements on the half width of a contact along a line, at least: with fewer the contact may lie between the points of a side.
+/// Sides of quadratic elements on the half width of a contact along a line, at least: with fewer
+/// the contact may lie between the points of a side.
 const QUADRATIC: f64 = 1.0;
 /// The same of linear elements.
 const LINEAR: f64 = 4.0;
 
 /// The zone on the mesh of a body, its name first, about a place.
 ///
-/// Along a line it is the strip of the width given, else of the one predicted, as long as the surface. Elsewhere its width is the one given, else what is
-/// predicted; of a contact without a quasistatic part ([`Treatment::Coarse`]) it is the smooth surface about the place.
+/// Along a line it is the strip of the width given, else of the one predicted, as long as the
+/// surface. Elsewhere its width is the one given, else what is predicted; of a contact without a
+/// quasistatic part ([`Treatment::Coarse`]) it is the smooth surface about the place.
 ///
 /// # Errors
 /// [`AdaptiveError::ContactModel`] if no width is known, or if sides are longer across a line than its contact needs; [`AdaptiveError::Mesh`] for a side

@@ -16,7 +16,8 @@ use crate::surface::{MeshSurface, SurfacePlace};
 /// Components of displacement at a node.
 const N_COMPONENTS: usize = 3;
 
-/// The linear functions of the corners of `side` at the parameters `xi`, with the numbers of their nodes.
+/// The linear functions of the corners of `side` at the parameters `xi`, with the numbers of their
+/// nodes.
 fn hats(side: &SurfaceSide, xi: &[f64; 2]) -> Vec<(u32, f64)> {
     let kind = if side.n_edges() == 3 { SideKind::Tri3 } else { SideKind::Quad4 };
     let mut functions = Functions::default();
@@ -35,9 +36,10 @@ pub(super) fn unknowns_of(surface: &MeshSurface, chosen: &[u32]) -> Vec<usize> {
 }
 
 impl ContactZone {
-    /// The zone of the sides of `surface` that are smoothly connected with the one at `place` and come within `reach` of it, with a ring of sides
-    /// around: their Gauss points with areas and functions, and all unknowns of their nodes. On its rim are the points of the ring where the surface
-    /// goes on beyond.
+    /// The zone of the sides of `surface` that are smoothly connected with the one at `place` and
+    /// come within `reach` of it, with a ring of sides around: their Gauss points with areas and
+    /// functions, and all unknowns of their nodes. On its rim are the points of the ring where the
+    /// surface goes on beyond.
     ///
     /// # Errors
     /// [`MeshFault::FlatSide`].
@@ -48,8 +50,9 @@ impl ContactZone {
         Self::within(surface, place.face, is_near, |_| true, [width, 0.0])
     }
 
-    /// The zone of the sides that are smoothly connected with the one at `place` and come within `reach` of the plane across the unit vector `across`
-    /// through it, as far as the surface goes along that.
+    /// The zone of the sides that are smoothly connected with the one at `place` and come within
+    /// `reach` of the plane across the unit vector `across` through it, as far as the surface goes
+    /// along that.
     ///
     /// # Errors
     /// [`MeshFault::FlatSide`].
@@ -64,8 +67,8 @@ impl ContactZone {
         Self::within(surface, place.face, is_near, |_| true, [2.0 * reach, 0.0])
     }
 
-    /// The zone of the sides that are smoothly connected with side `first` and have a point of which `is_near`, among those that may take part: with
-    /// all of their nodes `is_free`.
+    /// The zone of the sides that are smoothly connected with side `first` and have a point of
+    /// which `is_near`, among those that may take part: with all of their nodes `is_free`.
     ///
     /// # Errors
     /// [`MeshFault::FlatSide`].
@@ -114,16 +117,16 @@ impl ContactZone {
     }
 }
 
-/// The longest edge of the sides of `surface` that are smoothly connected with side `first` and have a point that `is_near`, and of those beside
-/// them \[m\].
+/// The longest edge of the sides of `surface` that are smoothly connected with side `first` and
+/// have a point that `is_near`, and of those beside them \[m\].
 pub fn longest_within(surface: &MeshSurface, first: u32, is_near: impl Fn(&[f64; 3]) -> bool) -> f64 {
     let is_chosen = |i: usize| surface.places_on(i).iter().any(&is_near);
     let sides = surface.with_ring(&surface.smooth_part(first as usize, is_chosen));
     sides.iter().map(|&i| surface.longest_edge(i as usize)).fold(0.0, f64::max)
 }
 
-/// The largest extent along the unit vector `across` of the sides that are smoothly connected with the one at `place` and come within `reach` of the
-/// plane across it through the place \[m\].
+/// The largest extent along the unit vector `across` of the sides that are smoothly connected with
+/// the one at `place` and come within `reach` of the plane across it through the place \[m\].
 pub fn longest_across(surface: &MeshSurface, place: &SurfacePlace, across: &Vector3<f64>, reach: f64) -> f64 {
     let centre = Vector3::from(place.point);
     let is_near = |x: &[f64; 3]| (Vector3::from(*x) - centre).dot(across).abs() <= reach;

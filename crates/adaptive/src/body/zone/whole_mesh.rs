@@ -1,4 +1,5 @@
-//! The whole surface of a mesh as a contact zone, with its edges and corners (docs/theory.md section C.9).
+//! The whole surface of a mesh as a contact zone, with its edges and corners (docs/theory.md
+//! section C.9).
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -18,12 +19,14 @@ use crate::surface::{MeshSurface, Surface, SurfacePlace};
 
 /// Round-off of a function that is one at its node.
 const ONE: f64 = 1e-12;
-/// Weights of the points of a triangle with six nodes over its area: corners, middles of edges, centroid; exact to degree three.
+/// Weights of the points of a triangle with six nodes over its area: corners, middles of edges,
+/// centroid; exact to degree three.
 const TRIANGLE: [f64; 3] = [1.0 / 20.0, 2.0 / 15.0, 9.0 / 20.0];
 /// Weights of Simpson's rule on `[-1, 1]` at an end and in the middle.
 const SIMPSON: [f64; 2] = [1.0 / 3.0, 4.0 / 3.0];
 
-/// Points of a side on which contact stands on whole surfaces, its nodes among them, with their weights.
+/// Points of a side on which contact stands on whole surfaces, its nodes among them, with their
+/// weights.
 fn points_of(kind: SideKind) -> Vec<([f64; 2], f64)> {
     let nodes = kind.node_parameters();
     match kind {
@@ -43,8 +46,8 @@ fn points_of(kind: SideKind) -> Vec<([f64; 2], f64)> {
     }
 }
 
-/// Points and weights of a side of the kind `kind` that is divided at its place `place` and by halves towards it: on the square of four corners, and
-/// on the pieces of a triangle.
+/// Points and weights of a side of the kind `kind` that is divided at its place `place` and by
+/// halves towards it: on the square of four corners, and on the pieces of a triangle.
 fn points_towards(kind: SideKind, pieces: &[SurfacePiece], place: [f64; 2]) -> Vec<([f64; 2], f64)> {
     let rule = LobattoRule::new(kind.degree() + 1);
     let square = |range: (f64, f64), place: Option<[f64; 2]>| -> Vec<([f64; 2], f64)> {
@@ -78,14 +81,16 @@ struct Gathering<'a> {
     points: Vec<Gathered>,
     /// Index in `points` by node and smooth part of the surface at the node.
     at_nodes: BTreeMap<[u32; 2], usize>,
-    /// Indices of the points about a divided place, which stand at no node: a list for each smooth part that meets there.
+    /// Indices of the points about a divided place, which stand at no node: a list for each smooth
+    /// part that meets there.
     about_place: Vec<Vec<usize>>,
     /// Distance of points that are one \[m\].
     near: f64,
 }
 
 impl Gathering<'_> {
-    /// Adds the point with the parameters `eta` of side `i`, which belongs to the smooth part `group` about the place; an earlier one that stands there takes its area.
+    /// Adds the point with the parameters `eta` of side `i`, which belongs to the smooth part
+    /// `group` about the place; an earlier one that stands there takes its area.
     fn add(&mut self, i: u32, (eta, weight): ([f64; 2], f64), group: Option<usize>) {
         let (side, at) = (&self.surface.sides()[i as usize], self.surface.at(i as usize, &eta));
         let (area, position) = (weight * Vector3::from(at.area), Vector3::from(at.position));
@@ -118,7 +123,8 @@ impl Gathering<'_> {
         self.points.push(Gathered { xi, position, functions, area, size });
     }
 
-    /// Adds a point of each of the smooth parts `groups` at their place, which meet what is there of the target; their indices.
+    /// Adds a point of each of the smooth parts `groups` at their place, which meet what is there
+    /// of the target; their indices.
     fn add_meeting(&mut self, groups: &[Vec<SurfacePlace>]) -> Vec<usize> {
         let mut meeting = Vec::new();
         for group in groups {
@@ -133,7 +139,8 @@ impl Gathering<'_> {
             let (position, functions) = (at.position.into(), nodes.zip(at.functions.values).collect());
             self.points.push(Gathered { xi: *xi, position, functions, area: normal, size: 0.0 });
         }
-        // The spring of a point has no area of its own: together they have that of the stiffest of all.
+        // The spring of a point has no area of its own: together they have that of the stiffest of
+        // all.
         let largest = self.points.iter().map(|g| g.size).fold(0.0, f64::max);
         meeting.iter().for_each(|&k| self.points[k].size = largest / meeting.len() as f64);
         meeting
@@ -141,9 +148,11 @@ impl Gathering<'_> {
 }
 
 impl ContactZone {
-    /// The whole of `surface`: points at the nodes of all sides and in their middles, each pressed only by surfaces that its smooth part is turned to, and
-    /// all unknowns. At the place `about`, if there is one, stands a point of each part that meets there: with others ever closer about it, for an edge
-    /// that bends touches between nodes, or alone to meet an edge or a corner of the target.
+    /// The whole of `surface`: points at the nodes of all sides and in their middles, each pressed
+    /// only by surfaces that its smooth part is turned to, and all unknowns. At the place `about`,
+    /// if there is one, stands a point of each part that meets there: with others ever closer about
+    /// it, for an edge that bends touches between nodes, or alone to meet an edge or a corner of
+    /// the target.
     ///
     /// # Errors
     /// [`MeshFault::FlatSide`].

@@ -23,7 +23,8 @@ const CLOSED: f64 = f64::NEG_INFINITY;
 
 /// What is doubtful about the penalty springs of a contact in an impact.
 pub(super) struct Springs {
-    /// How much of the approach was penetration, if it was too much and the contact could be judged.
+    /// How much of the approach was penetration, if it was too much and the contact could be
+    /// judged.
     too_soft: Option<Overlap>,
     /// Whether flat faces touched.
     are_between_flat_faces: bool,
@@ -32,7 +33,8 @@ pub(super) struct Springs {
 }
 
 impl Driver<'_> {
-    /// What is doubtful about the springs of contact `i` in the running impact; `is_minor`: whether its force is too small to judge them by.
+    /// What is doubtful about the springs of contact `i` in the running impact; `is_minor`: whether
+    /// its force is too small to judge them by.
     pub(super) fn springs(&self, i: usize, is_minor: bool) -> Springs {
         let whole = self.slots[i].fine().and_then(|fine| fine.whole);
         let element = &self.model.system.forces()[i].contact;
@@ -73,7 +75,8 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// Notes the gaps of the contacts that have not closed yet, in the state `interpolated` at time `t`.
+    /// Notes the gaps of the contacts that have not closed yet, in the state `interpolated` at time
+    /// `t`.
     pub(super) fn note_gaps(&mut self, t: f64) -> Result<(), AdaptiveError> {
         for i in 0..self.slots.len() {
             if self.run.contacts[i].smallest_gap > CLOSED {
@@ -98,8 +101,9 @@ impl Driver<'_> {
         Ok(refinement.nearest(states, &mut self.slots[i].nearest)?.gap)
     }
 
-    /// Looks at a finished impact; `is_open`: whether the contact had let go; `is_minor`: whether its force was too small beside
-    /// others to be judged by; `springs`: what is doubtful about its penalty springs.
+    /// Looks at a finished impact; `is_open`: whether the contact had let go; `is_minor`: whether
+    /// its force was too small beside others to be judged by; `springs`: what is doubtful about its
+    /// penalty springs.
     pub(super) fn check_impact(
         &mut self,
         impact: &ImpactRecord,
@@ -148,7 +152,8 @@ impl Driver<'_> {
         self.warn(warning.map(|warning| (i, warning)).into_iter().collect())
     }
 
-    /// Looks at the vibrations that an impact has left: states are stored as often as they ask for, or a warning says that they are not.
+    /// Looks at the vibrations that an impact has left: states are stored as often as they ask for,
+    /// or a warning says that they are not.
     pub(super) fn check_output(&mut self) -> Result<(), AdaptiveError> {
         let (time, y) = (self.integrator.time(), self.integrator.state());
         if time >= self.settings.end_time {
@@ -209,14 +214,15 @@ impl Driver<'_> {
         self.linear.note(&self.model.bodies, states, t)
     }
 
-    /// Tells how far the bodies have gone beyond what linear deformation describes in the running phase.
+    /// Tells how far the bodies have gone beyond what linear deformation describes in the running
+    /// phase.
     pub(super) fn warn_of_nonlinearity(&mut self) -> Result<(), AdaptiveError> {
         let warnings = self.linear.warnings(&self.model.bodies);
         self.warn(warnings)
     }
 
-    /// Ends the run if the bodies of contact `i`, which move at `approach` towards each other, are faster than waves or have come
-    /// into each other by more than their size.
+    /// Ends the run if the bodies of contact `i`, which move at `approach` towards each other, are
+    /// faster than waves or have come into each other by more than their size.
     pub(super) fn check_contact(&self, i: usize, time: f64, approach: f64) -> Result<(), AdaptiveError> {
         let facts = &self.model.contacts[i];
         let depth = self.model.system.forces()[i].contact.report().penetration;
@@ -229,7 +235,8 @@ impl Driver<'_> {
     }
 }
 
-/// The warning of a contact whose springs, of a factor that nobody may change, are as soft as the bodies (Eq. A.36).
+/// The warning of a contact whose springs, of a factor that nobody may change, are as soft as the
+/// bodies (Eq. A.36).
 fn soft_contact(name: &str, impact: &ImpactRecord, overlap: Overlap) -> Warning {
     Warning {
         kind: WarningKind::SoftContact,

@@ -12,7 +12,8 @@ pub(super) struct ContactSlot {
     pub phase: ContactPhase,
     /// Follows the running impact.
     pub monitor: ImpactMonitor,
-    /// Mean pressure at the peak of the running impact; zero where too few points carry it to tell \[Pa\].
+    /// Mean pressure at the peak of the running impact; zero where too few points carry it to tell
+    /// \[Pa\].
     pub pressure: f64,
     /// Peak force that a preview of the running impact gave \[N\].
     pub preview: Option<f64>,
@@ -22,7 +23,8 @@ pub(super) struct ContactSlot {
     pub whole: Option<(RunContact, Box<FineContact>)>,
     /// Penalty search of an earlier trial in which the contact joined the running impact.
     pub search: Option<PenaltySearch>,
-    /// What the last steps of a free phase left of the gap last looked at: the surfaces are no nearer; zero if unknown \[m\].
+    /// What the last steps of a free phase left of the gap last looked at: the surfaces are no
+    /// nearer; zero if unknown \[m\].
     pub clearance: f64,
     /// Bound of the closing speed at the end of the last step, while there is a clearance [m/s].
     pub closing_speed: f64,
@@ -39,7 +41,8 @@ pub(super) enum ContactPhase {
 }
 
 impl ContactSlot {
-    /// A contact before the first step; `is_refined`: whether it gets fine models when its bodies touch.
+    /// A contact before the first step; `is_refined`: whether it gets fine models when its bodies
+    /// touch.
     pub fn new(is_refined: bool) -> Self {
         Self {
             phase: if is_refined { ContactPhase::Watching } else { ContactPhase::Lasting },

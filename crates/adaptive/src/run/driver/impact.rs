@@ -1,5 +1,5 @@
-//! Impact phases: trials, each from the same start, until every fine model and penalty factor is acceptable (\[A\] Fig. 2,
-//! Algorithm 3).
+//! Impact phases: trials, each from the same start, until every fine model and penalty factor is
+//! acceptable (\[A\] Fig. 2, Algorithm 3).
 
 pub(crate) mod balance;
 pub(crate) mod judgement;
@@ -16,7 +16,8 @@ use crate::run::driver::impact::trial::Trial;
 use crate::state::impact_monitor::ImpactMonitor;
 use crate::state::ledger::{EnergyLedger, NumericalDamping};
 
-/// Most trials of one impact: widths change by half at least each time, penalty factors by a factor of ten.
+/// Most trials of one impact: widths change by half at least each time, penalty factors by a factor
+/// of ten.
 const MAX_TRIALS: u32 = 40;
 
 /// Where all trials of an impact start.
@@ -31,8 +32,8 @@ pub(crate) struct Start {
 }
 
 impl Driver<'_> {
-    /// Simulates an impact from the present state until every contact has been open for the quiet time; returns whether the
-    /// observer stopped the run.
+    /// Simulates an impact from the present state until every contact has been open for the quiet
+    /// time; returns whether the observer stopped the run.
     pub(super) fn impact_phase(&mut self) -> Result<bool, AdaptiveError> {
         let start = self.impact_start();
         self.output.buffer(self.model.contacts.iter().any(|c| c.refinement.is_some()));

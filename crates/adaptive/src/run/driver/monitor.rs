@@ -16,7 +16,8 @@ use crate::touch::parts::TouchKind;
 const TELLING_POINTS: usize = 6;
 
 impl Driver<'_> {
-    /// Ends an accepted impact: reports it, with what follows from `minor` contacts, and takes the fine models out of the system.
+    /// Ends an accepted impact: reports it, with what follows from `minor` contacts, and takes the
+    /// fine models out of the system.
     pub(super) fn finish_impact(&mut self, minor: &[bool]) -> Result<(), AdaptiveError> {
         self.store_noted()?;
         let is_open: Vec<bool> =
@@ -57,8 +58,8 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// From when until when other contacts press the bodies of contact `i` in this phase, or bodies that joints connect with them: velocities of
-    /// impacts meanwhile are the work of both.
+    /// From when until when other contacts press the bodies of contact `i` in this phase, or bodies
+    /// that joints connect with them: velocities of impacts meanwhile are the work of both.
     fn presses_beside(&self, i: usize) -> Vec<(f64, f64)> {
         let forces = self.model.system.forces();
         let groups = &self.groups;
@@ -128,9 +129,9 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// Whether every gap is open, those of the contacts that touched in this phase are wider than before the last step, and no surfaces that
-    /// touch between contact points close.
-    /// A contact that a body flies towards, away from another one, is left to the free phase.
+    /// Whether every gap is open, those of the contacts that touched in this phase are wider than
+    /// before the last step, and no surfaces that touch between contact points close. A contact
+    /// that a body flies towards, away from another one, is left to the free phase.
     ///
     /// # Errors
     /// [`AdaptiveError::Contact`] if motions are not finite.
@@ -145,7 +146,8 @@ impl Driver<'_> {
         Ok(are_open && !self.are_surfaces_closing()?)
     }
 
-    /// Whether the surfaces of a refined contact that has its fine models touch without opening in the last step, as [`contact_qs::search::first_touch`] has it.
+    /// Whether the surfaces of a refined contact that has its fine models touch without opening in
+    /// the last step, as [`contact_qs::search::first_touch`] has it.
     fn are_surfaces_closing(&mut self) -> Result<bool, AdaptiveError> {
         let (start, end) = self.integrator.interval();
         for i in 0..self.slots.len() {
@@ -198,7 +200,8 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// Mean pressure of contact `i`; zero where too few points carry its force to tell, and where it has no bound \[Pa\].
+    /// Mean pressure of contact `i`; zero where too few points carry its force to tell, and where
+    /// it has no bound \[Pa\].
     fn mean_pressure(&self, i: usize) -> f64 {
         let report = self.model.system.forces()[i].contact.report();
         let is_smooth = self.slots[i].fine().is_none_or(|fine| {

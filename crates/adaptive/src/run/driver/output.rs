@@ -1,4 +1,5 @@
-//! What a run reports: states as they are reached, and within impacts only those of the trial that is accepted.
+//! What a run reports: states as they are reached, and within impacts only those of the trial that
+//! is accepted.
 
 use crate::error::AdaptiveError;
 use crate::record::{ImpactRecord, Sample, TransferRecord};
@@ -85,8 +86,8 @@ impl<'a> Output<'a> {
         self.pending.push(Pending::Transfer(Box::new(record)));
     }
 
-    /// Forgets what a trial would have reported; changes of the model up to the time `start` stay, for fine models that stay keep the
-    /// record of their coming.
+    /// Forgets what a trial would have reported; changes of the model up to the time `start` stay,
+    /// for fine models that stay keep the record of their coming.
     pub fn discard_after(&mut self, start: f64) {
         self.pending.retain(|p| matches!(p, Pending::Transfer(r) if r.time <= start));
     }

@@ -3,8 +3,9 @@
 use super::Driver;
 
 impl Driver<'_> {
-    /// Notes after a step whether the bodies are as slow as `stop_at_rest` asks for: by the root of their mean square speed `sqrt(2 T / m)`, with
-    /// the kinetic energy `T` and the mass `m` of all bodies.
+    /// Notes after a step whether the bodies are as slow as `stop_at_rest` asks for: by the root of
+    /// their mean square speed `sqrt(2 T / m)`, with the kinetic energy `T` and the mass `m` of all
+    /// bodies.
     pub(super) fn note_rest(&mut self) {
         let Some(rest) = self.settings.stop_at_rest else { return };
         let (t, y) = (self.integrator.time(), self.integrator.state());

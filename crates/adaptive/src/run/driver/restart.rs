@@ -1,9 +1,11 @@
-//! Where a run can be taken up again: the start of every phase, and every so many steps of free phases.
+//! Where a run can be taken up again: the start of every phase, and every so many steps of free
+//! phases.
 //!
-//! All history outside of the [`RunState`] is discarded at a restart point (step size control, Jacobians, warm starts of contact
-//! solvers and searches), also in the run that goes on: both then take the same steps to the last bit. Contacts are open there,
-//! or just touch, so that no friction history is lost. Within an impact there are no restart points: its trials hold fine
-//! models, and an impact taken up is simulated again from its start.
+//! All history outside of the [`RunState`] is discarded at a restart point (step size control,
+//! Jacobians, warm starts of contact solvers and searches), also in the run that goes on: both then
+//! take the same steps to the last bit. Contacts are open there, or just touch, so that no friction
+//! history is lost. Within an impact there are no restart points: its trials hold fine models, and
+//! an impact taken up is simulated again from its start.
 
 use std::time::Instant;
 
@@ -18,10 +20,12 @@ use crate::state::RunState;
 use crate::state::impact_monitor::ImpactMonitor;
 use crate::state::simulation::{System, fill_sample};
 
-/// Steps of a free phase between restart points: a new Jacobian every so often costs less than a hundredth of them.
+/// Steps of a free phase between restart points: a new Jacobian every so often costs less than a
+/// hundredth of them.
 const STEPS: u32 = 2000;
-/// Relative difference of rates up to which two models have the same coordinates. On the same machine there is none; on another
-/// one, round-off enters the modes, whose signs are free: those turn rates around.
+/// Relative difference of rates up to which two models have the same coordinates. On the same
+/// machine there is none; on another one, round-off enters the modes, whose signs are free: those
+/// turn rates around.
 const SAME_RATES: f64 = 1e-6;
 
 impl Driver<'_> {
@@ -31,7 +35,8 @@ impl Driver<'_> {
         self.work.before = self.statistics();
         self.work.clock = Instant::now();
         self.work.start = self.integrator.time();
-        // Another method finds a step size of its own; so does an impact, whose vibrations are followed.
+        // Another method finds a step size of its own; so does an impact, whose vibrations are
+        // followed.
         let is_same = self.integrator.method() == self.method(kind) && kind == PhaseKind::Free;
         self.mark(kind, if is_same { self.integrator.proposed_step() } else { 0.0 })
     }
@@ -58,7 +63,8 @@ impl Driver<'_> {
         }
     }
 
-    /// Reports the present state as one to take the run up from, and goes on as if that had been done.
+    /// Reports the present state as one to take the run up from, and goes on as if that had been
+    /// done.
     fn mark(&mut self, kind: PhaseKind, step: f64) -> Result<(), AdaptiveError> {
         let (time, state) = (self.integrator.time(), self.integrator.state().to_vec());
         self.run.rates = self.renew(kind, (time, &state), step)?;
@@ -88,7 +94,8 @@ impl Driver<'_> {
         for (slot, contact) in self.slots.iter_mut().zip(&state.contacts) {
             slot.monitor = ImpactMonitor::after(contact.impact);
         }
-        // The ledger asks for the state stored last. A contact that refuses the state does so again in the first step.
+        // The ledger asks for the state stored last. A contact that refuses the state does so again
+        // in the first step.
         self.interpolated.copy_from_slice(y);
         if self.model.system.evaluate_accelerations(time, y).is_ok() {
             let (system, observed) = (&mut self.model.system, &self.model.observed);
@@ -107,7 +114,8 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// A new integrator in the state `y` at time `t`, and nothing else that remembers; returns the rates.
+    /// A new integrator in the state `y` at time `t`, and nothing else that remembers; returns the
+    /// rates.
     fn renew(
         &mut self,
         kind: PhaseKind,

@@ -28,7 +28,8 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// Least time from a state stored at time `t` to the next one, `wanted` being that of short phases \[s\].
+    /// Least time from a state stored at time `t` to the next one, `wanted` being that of short
+    /// phases \[s\].
     pub(super) fn interval(&self, wanted: f64, t: f64) -> f64 {
         wanted.max(self.settings.phase_share * (t - self.work.start))
     }
@@ -40,8 +41,8 @@ impl Driver<'_> {
         self.report(self.integrator.time())
     }
 
-    /// Notes the state at the end of the step of an impact just accepted, which the forces were evaluated at last, and stores it
-    /// if that is due.
+    /// Notes the state at the end of the step of an impact just accepted, which the forces were
+    /// evaluated at last, and stores it if that is due.
     pub(super) fn store_step(&mut self) -> Result<(), AdaptiveError> {
         self.interpolated.copy_from_slice(self.integrator.state());
         let t = self.integrator.time();

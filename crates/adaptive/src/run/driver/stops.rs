@@ -1,16 +1,18 @@
-//! Hits of the stops of joints: watched in every step, stored densely and reported like impacts (docs/theory.md Eq. M.23).
+//! Hits of the stops of joints: watched in every step, stored densely and reported like impacts
+//! (docs/theory.md Eq. M.23).
 
 use ffr_dynamics::integration::DenseOutput;
 
 use super::Driver;
 use crate::error::AdaptiveError;
 
-/// Instants of a step at which a stop is looked at, and stored in free phases: steps follow the force of a hit to the tolerance, four
-/// instants of each show its course.
+/// Instants of a step at which a stop is looked at, and stored in free phases: steps follow the
+/// force of a hit to the tolerance, four instants of each show its course.
 const INSTANTS: u32 = 4;
 
 impl Driver<'_> {
-    /// Time between the states to be stored in the step from `start` to `end`, if a stop presses in it that has just been hit.
+    /// Time between the states to be stored in the step from `start` to `end`, if a stop presses in
+    /// it that has just been hit.
     pub(super) fn interval_of_hits(&self, (start, end): (f64, f64)) -> Option<f64> {
         let (before, now) = (self.integrator.previous_state(), self.integrator.state());
         let mut hits = self.stops.iter().zip(&self.run.hits);

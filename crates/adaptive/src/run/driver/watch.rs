@@ -1,4 +1,5 @@
-//! The watch of a run: no bodies go through each other, whatever their contacts say (docs/theory.md Eq. P.12).
+//! The watch of a run: no bodies go through each other, whatever their contacts say (docs/theory.md
+//! Eq. P.12).
 
 use super::Driver;
 use crate::checks::watch::{Seen, Unknown, WatchedPair};
@@ -7,13 +8,14 @@ use crate::record::PhaseKind;
 use crate::record::finding::Components;
 use crate::spec::Target;
 
-/// Overlap that says nothing, as a share of the size of the smaller body: far above what detection leaves, 1e-12 of the larger one.
+/// Overlap that says nothing, as a share of the size of the smaller body: far above what detection
+/// leaves, 1e-12 of the larger one.
 const SMALL: f64 = 1e-6;
-/// Overlap that says nothing, as a share of the width of a contact zone: bodies that are curved by twice the width lie so deep in each other before
-/// the first of ten points touches.
+/// Overlap that says nothing, as a share of the width of a contact zone: bodies that are curved by
+/// twice the width lie so deep in each other before the first of ten points touches.
 const BETWEEN_POINTS: f64 = 1e-3;
-/// Overlap that says nothing, as a share of the size of bodies with contact on their whole surfaces; the height of the surface between its points is
-/// added.
+/// Overlap that says nothing, as a share of the size of bodies with contact on their whole
+/// surfaces; the height of the surface between its points is added.
 const ON_SURFACES: f64 = 1e-4;
 
 impl Driver<'_> {
@@ -22,7 +24,8 @@ impl Driver<'_> {
         self.watched.iter_mut().for_each(WatchedPair::begin);
     }
 
-    /// Looks at the surfaces of every pair in the state `interpolated` at time `t`, in impact phases the fewer the longer they last.
+    /// Looks at the surfaces of every pair in the state `interpolated` at time `t`, in impact
+    /// phases the fewer the longer they last.
     ///
     /// # Errors
     /// [`AdaptiveError::PassedThrough`] if bodies lie deep in each other and their contact does not know.
@@ -54,8 +57,8 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// The present overlap of contact `i` with the overlap that the contact sees, if it is above what says nothing; and the unknown overlap, if it is
-    /// to end the run at once.
+    /// The present overlap of contact `i` with the overlap that the contact sees, if it is above
+    /// what says nothing; and the unknown overlap, if it is to end the run at once.
     fn look(&mut self, i: usize, t: f64) -> Result<(Option<Unknown>, Option<Unknown>), AdaptiveError> {
         let least = self.unresolved(i);
         let facts = &self.model.contacts[i];

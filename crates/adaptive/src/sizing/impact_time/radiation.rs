@@ -4,16 +4,17 @@ use std::f64::consts::TAU;
 
 use iga_core::elasticity::Material;
 
-/// Share of the energy of an impact that waves above the highest frequency kept may carry: half of it is missing from the velocity of
-/// separation.
+/// Share of the energy of an impact that waves above the highest frequency kept may carry: half of
+/// it is missing from the velocity of separation.
 const NEGLECTED: f64 = 4e-3;
-/// Power that a half-space takes up of a force at a point over the square of its rate, times `rho c³`: what makes Hunter's loss of colliding balls.
+/// Power that a half-space takes up of a force at a point over the square of its rate, times
+/// `rho c³`: what makes Hunter's loss of colliding balls.
 const HALF_SPACE: f64 = 0.55;
 /// Where the limit of `x = ω T` is looked for.
 const SEARCH: (f64, f64) = (1e-3, 1e5);
 
-/// How readily a place of a body moves under forces of high frequency: as a plate or bar with waves longer than it is thick, as a half-space with
-/// shorter ones.
+/// How readily a place of a body moves under forces of high frequency: as a plate or bar with waves
+/// longer than it is thick, as a half-space with shorter ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Radiation {
     /// [kg/m³].
@@ -24,7 +25,8 @@ pub struct Radiation {
     volume: f64,
     /// The longest way through the body \[m\].
     longest: f64,
-    /// Length of the line along which the force acts, the thickness of a plane body; none at a point \[m\].
+    /// Length of the line along which the force acts, the thickness of a plane body; none at a
+    /// point \[m\].
     line: Option<f64>,
 }
 
@@ -38,14 +40,16 @@ enum HalfSpace {
 }
 
 impl Radiation {
-    /// The radiation into a body with a `volume` \[m³\] and a longest way through it \[m\], of a plane body with its thickness: a plate or bar as
-    /// thick as the one over the other allows. Long bodies count as thinner than they are, which move more readily.
+    /// The radiation into a body with a `volume` \[m³\] and a longest way through it \[m\], of a
+    /// plane body with its thickness: a plate or bar as thick as the one over the other allows.
+    /// Long bodies count as thinner than they are, which move more readily.
     pub fn new(material: &Material, volume: f64, longest: f64, plane: Option<f64>) -> Self {
         let (density, young) = (material.density(), material.youngs_modulus());
         Self { density, young, volume, longest, line: plane }
     }
 
-    /// The same for a force along a line of so many metres over a solid body, whose waves are those of a plane body as thick.
+    /// The same for a force along a line of so many metres over a solid body, whose waves are those
+    /// of a plane body as thick.
     #[must_use]
     pub fn along(self, line: f64) -> Self {
         Self { line: Some(line), ..self }
@@ -72,8 +76,9 @@ impl Radiation {
         (self.young / self.density).sqrt()
     }
 
-    /// Share of the energy of an impact that waves above `x` over its `duration` \[s\] carry, if it stops `mass` \[kg\] in half of it. Under Hertz's law the force
-    /// begins and ends as `sin^(3/2)` and its spectrum falls with `x^(-5/2)`, along a line as `sin` and with `x^(-2)`.
+    /// Share of the energy of an impact that waves above `x` over its `duration` \[s\] carry, if it
+    /// stops `mass` \[kg\] in half of it. Under Hertz's law the force begins and ends as
+    /// `sin^(3/2)` and its spectrum falls with `x^(-5/2)`, along a line as `sin` and with `x^(-2)`.
     fn share(&self, mass: f64, duration: f64, x: f64) -> f64 {
         let of_bar = self.mobility() * mass / duration;
         match self.half_space() {
@@ -103,7 +108,8 @@ mod tests {
 
     #[test]
     fn the_tails_are_those_of_the_pulse() {
-        // F = sin^(3/2)(π t), whose spectrum is summed over its length; the impulse is 2 m v, the energy m v² / 2.
+        // F = sin^(3/2)(π t), whose spectrum is summed over its length; the impulse is 2 m v, the
+        // energy m v² / 2.
         let n = 4000;
         let time = |i: i32| (f64::from(i) + 0.5) / f64::from(n);
         let force = |i: i32| (PI * time(i)).sin().powf(1.5);
@@ -153,7 +159,8 @@ mod tests {
         let mass = 4.0 / 3.0 * PI * 7850.0 * radius.powi(3);
         let pair = HertzPair::new([steel, steel], [radius, f64::INFINITY]);
         let impact = HertzImpact::new(pair, [mass, f64::INFINITY], speed);
-        // The rate of the force, (3/2)² π² / 2 · mean of sin cos² over the pulse, with the peak 3.6 m v / T.
+        // The rate of the force, (3/2)² π² / 2 · mean of sin cos² over the pulse, with the peak 3.6
+        // m v / T.
         let HalfSpace::Point(k) = Radiation::new(&material, 1.0, 1.0, None).half_space() else {
             unreachable!()
         };

@@ -1,6 +1,7 @@
 //! How long the force of a touch takes to rise, at a point and along a line (theory Eq. N.8).
 //!
-//! The force rises until the masses have been stopped, or until waves carry the motion away, whichever comes first.
+//! The force rises until the masses have been stopped, or until waves carry the motion away,
+//! whichever comes first.
 
 use std::f64::consts::PI;
 
@@ -11,8 +12,9 @@ use crate::touch::hertz::{HertzLaw, LineLaw, LocalSurface, hertz_impact, line_im
 
 /// Duration of a Hertz impact over its largest approach divided by the speed (Eq. C.23).
 const HERTZ_TIME: f64 = 2.943_28;
-/// Share of the force that would stop the masses below which waves carry the motion away before: a compact body, whose waves come back before the
-/// force has risen, has the one about as large as the other.
+/// Share of the force that would stop the masses below which waves carry the motion away before: a
+/// compact body, whose waves come back before the force has risen, has the one about as large as
+/// the other.
 const CARRIED_AWAY: f64 = 0.75;
 /// Chords of a side whose length is taken: those of a quarter circle are 0.04 % too short.
 const CHORDS: usize = 16;
@@ -38,8 +40,9 @@ impl TimeScale {
         matches!(self, Self::Line | Self::LineWaves)
     }
 
-    /// Whether the force comes like a step beside the time of the impact, so that no mode is the last that counts: between flat faces, and along a
-    /// line from which waves carry the motion away.
+    /// Whether the force comes like a step beside the time of the impact, so that no mode is the
+    /// last that counts: between flat faces, and along a line from which waves carry the motion
+    /// away.
     pub fn is_jump(self) -> bool {
         matches!(self, Self::Flat | Self::LineWaves)
     }
@@ -67,7 +70,8 @@ pub struct TouchLine {
     pub size: f64,
 }
 
-/// Time of an impact at a point: the shorter of Hertz's, and twice the rise to the force at which waves take up the speed.
+/// Time of an impact at a point: the shorter of Hertz's, and twice the rise to the force at which
+/// waves take up the speed.
 pub fn point_time(surfaces: &[LocalSurface; 2], touching: Touching) -> Option<(TimeScale, f64)> {
     let Touching { inverse_mass, mobility, speed } = touching;
     let hertz = HERTZ_TIME * hertz_impact(surfaces, inverse_mass, speed)?.approach / speed;
@@ -79,8 +83,9 @@ pub fn point_time(surfaces: &[LocalSurface; 2], touching: Touching) -> Option<(T
     Some(if rise < hertz { (TimeScale::Waves, rise) } else { (TimeScale::Hertz, hertz) })
 }
 
-/// Time of an impact along a line: half a period of the spring that has its peak force and energy; twice the rise to the force at which waves take
-/// up the speed, which run to both sides of the line, if that is well below the peak.
+/// Time of an impact along a line: half a period of the spring that has its peak force and energy;
+/// twice the rise to the force at which waves take up the speed, which run to both sides of the
+/// line, if that is well below the peak.
 pub fn line_time(
     surfaces: &[LocalSurface; 2],
     line: TouchLine,
@@ -98,7 +103,8 @@ pub fn line_time(
     Some((TimeScale::Line, PI * speed / (inverse_mass * length * peak)))
 }
 
-/// Length of a plane body along itself: half its circumference, of a thin one the length of its middle line \[m\].
+/// Length of a plane body along itself: half its circumference, of a thin one the length of its
+/// middle line \[m\].
 pub fn length_along(shape: &Shape) -> f64 {
     let patches = &shape.patches;
     let side = |face: Face| -> f64 {
@@ -151,7 +157,8 @@ mod tests {
 
     #[test]
     fn a_long_rod_rises_against_its_impedance() {
-        // Aluminium rod of 1 m, radius 10 mm, spherical end, 0.3 m/s: the force rises towards A sqrt(E rho) v = 1343 N.
+        // Aluminium rod of 1 m, radius 10 mm, spherical end, 0.3 m/s: the force rises towards A
+        // sqrt(E rho) v = 1343 N.
         let surfaces = [LocalSurface::sphere(0.01, ALUMINIUM.compliance()), LocalSurface::plane(0.0)];
         let impedance = PI * 1e-4 * (72.8e9_f64 * 2789.0).sqrt();
         let (scale, time) = point_time(&surfaces, touching(1.0 / 0.8733, 1.0 / impedance, 0.3)).unwrap();
@@ -173,7 +180,8 @@ mod tests {
         let force = force * length;
         let stiffness = force * force * inverse_mass / (speed * speed);
         assert_relative_eq!(time, PI / (stiffness * inverse_mass).sqrt(), max_relative = 1e-12);
-        // A solid disc of steel, 246 kg for a metre of its axis, keeps that time with the impedance of a bar of its size: waves come back in time.
+        // A solid disc of steel, 246 kg for a metre of its axis, keeps that time with the impedance
+        // of a bar of its size: waves come back in time.
         let mobility = 0.2 / (246.0 * (210e9_f64 / 7850.0).sqrt());
         let kept =
             line_time(&surfaces, TouchLine { length: 1.0, ..line }, touching(inverse_mass, mobility, speed));
@@ -182,7 +190,8 @@ mod tests {
 
     #[test]
     fn a_thin_ring_rises_against_the_waves_in_its_wall() {
-        // Outer radius 50 mm, wall 5 mm, 10 mm thick: L/(m c) of its middle line is that of a bar of its section, 1/(ρ c A).
+        // Outer radius 50 mm, wall 5 mm, 10 mm thick: L/(m c) of its middle line is that of a bar
+        // of its section, 1/(ρ c A).
         let (density, speed_of_waves) = (7850.0, 5172.0);
         let (section, along) = (5e-5, PI * 0.095);
         let mass = density * section * along;

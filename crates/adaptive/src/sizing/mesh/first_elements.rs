@@ -1,4 +1,5 @@
-//! Elements from which the check of a mesh starts (theory section N.1), from the proportions of the body.
+//! Elements from which the check of a mesh starts (theory section N.1), from the proportions of the
+//! body.
 
 use std::f64::consts::{PI, TAU};
 
@@ -9,12 +10,13 @@ use super::proportions::{groups, half_wave, is_closed, longest, shortest};
 use crate::spec::ElasticSpec;
 use crate::touch::wave::Wave;
 
-/// Least number of elements over half a wave at the start (Eq. N.1): four over a wave, which splines of degree 3 follow to some 1e-3.
+/// Least number of elements over half a wave at the start (Eq. N.1): four over a wave, which
+/// splines of degree 3 follow to some 1e-3.
 const ELEMENTS_PER_HALF_WAVE: f64 = 2.0;
 /// The degree to which that number belongs.
 const CUBIC: usize = 3;
-/// Error of the frequency of the highest wave of bending that elements at the start make in a direction: a quarter of what the check
-/// allows.
+/// Error of the frequency of the highest wave of bending that elements at the start make in a
+/// direction: a quarter of what the check allows.
 const FIRST_ERROR: f64 = 2.5e-4;
 /// Elements per direction at the start.
 const LEAST: usize = 2;
@@ -29,10 +31,12 @@ const MOST: usize = 1000;
 /// Half waves around of an oval with three waves.
 const OVALS: f64 = 6.0;
 
-/// Elements per direction for `n_modes` modes, from which the check starts; never fewer than the shape has itself. Each of several
-/// patches has its part of the modes, and the same number in directions that shared faces turn into one another.
+/// Elements per direction for `n_modes` modes, from which the check starts; never fewer than the
+/// shape has itself. Each of several patches has its part of the modes, and the same number in
+/// directions that shared faces turn into one another.
 ///
-/// Thin walls have as many along them as the bending of the highest mode needs (Eq. P.7), and one element across them.
+/// Thin walls have as many along them as the bending of the highest mode needs (Eq. P.7), and one
+/// element across them.
 pub fn first_elements(spec: &ElasticSpec, n_modes: usize) -> Vec<usize> {
     let (shape, degrees) = (&spec.shape, &spec.discretisation.degrees);
     let own = |d: usize| shape.patches.iter().map(|p| p.knots()[d].breaks().len() - 1).max().unwrap_or(1);
@@ -55,18 +59,22 @@ pub fn first_elements(spec: &ElasticSpec, n_modes: usize) -> Vec<usize> {
     (0..degrees.len()).map(wanted).collect()
 }
 
-/// Elements of degree `p` over a number of half waves, four a wave of cubic ones; of a higher degree fewer, which err as much (Eq. N.2).
+/// Elements of degree `p` over a number of half waves, four a wave of cubic ones; of a higher
+/// degree fewer, which err as much (Eq. N.2).
 fn elements_over(half_waves: f64, p: usize) -> usize {
-    // Of the amplitude of a wave and its nearest copy on `n` elements a wave, 1 / (n - 1), the error goes with the power 2 p.
+    // Of the amplitude of a wave and its nearest copy on `n` elements a wave, 1 / (n - 1), the
+    // error goes with the power 2 p.
     let per_wave = |p: f64| 1.0 + (2.0 * ELEMENTS_PER_HALF_WAVE - 1.0).powf(CUBIC as f64 / p);
     (0.5 * per_wave(p.max(CUBIC) as f64) * half_waves - 0.1).ceil() as usize
 }
 
 /// A body of a single patch and the waves of its highest mode.
 struct Proportions {
-    /// Lengths of the parameter lines, of slender tubes the diameter in place of the way around \[m\].
+    /// Lengths of the parameter lines, of slender tubes the diameter in place of the way around
+    /// \[m\].
     lengths: Vec<f64>,
-    /// The direction that runs around a hole and ends where it begins; none of slender tubes, which move as bars.
+    /// The direction that runs around a hole and ends where it begins; none of slender tubes, which
+    /// move as bars.
     around: Option<usize>,
     /// Thickness of the wall or bar that waves bend \[m\].
     thickness: f64,
@@ -91,7 +99,8 @@ impl Proportions {
             }
         }
         let mut half = half_wave(&lengths, n_modes);
-        // What is long in one direction only bends to two sides: every second mode has another wave.
+        // What is long in one direction only bends to two sides: every second mode has another
+        // wave.
         if lengths.len() == 3 && lengths.iter().filter(|l| **l > half).count() == 1 {
             half = half_wave(&lengths, n_modes.div_ceil(2));
         }
@@ -99,7 +108,8 @@ impl Proportions {
         Self { lengths, around, thickness, half_wave: half, bends, poissons_ratio }
     }
 
-    /// Whether direction `d` runs through a wall: it is thin, and the others are not or are much longer than it is.
+    /// Whether direction `d` runs through a wall: it is thin, and the others are not or are much
+    /// longer than it is.
     fn is_across_wall(&self, d: usize) -> bool {
         let (length, thin) = (self.lengths[d], THIN * self.half_wave);
         let is_longer = |e: usize| self.lengths[e] > thin.min(FLAT * length);
@@ -138,8 +148,9 @@ impl Proportions {
     }
 }
 
-/// Whether a tube of the length `around` \[m\] about its axis and a wall of some `thickness` \[m\] turns oval before it bends in half waves of
-/// `bar` \[m\] along its axis: the wall in two waves around has the frequency of `c k² t/√12`, the tube of `c k² R/√2`.
+/// Whether a tube of the length `around` \[m\] about its axis and a wall of some `thickness` \[m\]
+/// turns oval before it bends in half waves of `bar` \[m\] along its axis: the wall in two waves
+/// around has the frequency of `c k² t/√12`, the tube of `c k² R/√2`.
 fn has_ovals(around: f64, thickness: f64, bar: f64) -> bool {
     let radius = around / TAU;
     PI / bar > 2.0 / radius * (thickness / (6.0_f64.sqrt() * radius)).sqrt()
@@ -174,7 +185,8 @@ mod tests {
 
     #[test]
     fn higher_degrees_have_fewer_elements_over_a_wave() {
-        // The nearest copy of the wave has the same amplitude in the power 2 p: (1/3)^6 = (1/2.28)^8.
+        // The nearest copy of the wave has the same amplitude in the power 2 p: (1/3)^6 =
+        // (1/2.28)^8.
         assert_eq!([2, 3, 4, 5].map(|p| elements_over(10.0, p)), [20, 20, 17, 15]);
     }
 

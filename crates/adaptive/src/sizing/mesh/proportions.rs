@@ -21,7 +21,8 @@ pub fn longest(lengths: &[f64]) -> f64 {
 
 /// Length of half a wave of the highest of `n_modes` modes of a body with these `lengths` \[m\].
 ///
-/// A direction shorter than it holds one half wave, a longer one as many as fit; the product is the number of modes (Eq. N.1).
+/// A direction shorter than it holds one half wave, a longer one as many as fit; the product is the
+/// number of modes (Eq. N.1).
 pub fn half_wave(lengths: &[f64], n_modes: usize) -> f64 {
     let modes = |w: f64| lengths.iter().map(|l| (l / w).max(1.0)).product::<f64>();
     let longest = longest(lengths);
@@ -47,7 +48,8 @@ pub fn is_closed(patch: &Patch, d: usize) -> bool {
     distance < CLOSED * longest_line(patch, d)
 }
 
-/// Directions that have one number of elements, because shared faces of patches turn one into the other: of one patch each by itself.
+/// Directions that have one number of elements, because shared faces of patches turn one into the
+/// other: of one patch each by itself.
 pub fn groups(shape: &Shape) -> Vec<Vec<usize>> {
     let n = shape.patches.first().map_or(0, Patch::dimension);
     if shape.patches.len() == 1 {
@@ -72,15 +74,17 @@ pub fn groups(shape: &Shape) -> Vec<Vec<usize>> {
     groups
 }
 
-/// For each direction, the first one that looks like it: a single patch whose control net, after exchange of the two, is
-/// congruent to itself (all distances between control points and all weights are the same).
+/// For each direction, the first one that looks like it: a single patch whose control net, after
+/// exchange of the two, is congruent to itself (all distances between control points and all
+/// weights are the same).
 pub fn equivalent_directions(shape: &Shape) -> Vec<usize> {
     let n = shape.patches.first().map_or(0, Patch::dimension);
     let [patch] = shape.patches.as_slice() else { return (0..n).collect() };
     (0..n).map(|d| (0..d).find(|&e| is_exchangeable(patch, e, d)).unwrap_or(d)).collect()
 }
 
-/// Relative difference of lengths and weights that counts as none: round-off of the nets of the catalogue.
+/// Relative difference of lengths and weights that counts as none: round-off of the nets of the
+/// catalogue.
 const CONGRUENT: f64 = 1e-12;
 
 fn is_exchangeable(patch: &Patch, a: usize, b: usize) -> bool {

@@ -1,4 +1,5 @@
-//! One impact: touches that follow each other closely (docs/theory.md Eq. Q.1), and what is recorded of them.
+//! One impact: touches that follow each other closely (docs/theory.md Eq. Q.1), and what is
+//! recorded of them.
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
@@ -6,7 +7,8 @@ use serde::{Deserialize, Serialize};
 use super::{Change, ContactInstant, NearMotion};
 use crate::record::ImpactRecord;
 
-/// Touches of two bodies between which they are apart for no longer than the longest of those before or after lasted (docs/theory.md Eq. Q.1).
+/// Touches of two bodies between which they are apart for no longer than the longest of those
+/// before or after lasted (docs/theory.md Eq. Q.1).
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Impact {
     /// Row in which it has been reported.
@@ -19,8 +21,8 @@ pub struct Impact {
     pub(super) longest: f64,
     pub(super) peak_force: f64,
     pub(super) peak_time: f64,
-    /// Normal at the peak. Where bodies slide past each other it turns as much before the peak as after it, so that velocities
-    /// along it are those that the normal impulse changes.
+    /// Normal at the peak. Where bodies slide past each other it turns as much before the peak as
+    /// after it, so that velocities along it are those that the normal impulse changes.
     pub(super) normal: [f64; 3],
     pub(super) impulse_at_start: [f64; 3],
     pub(super) impulse: [f64; 3],
@@ -30,11 +32,13 @@ pub struct Impact {
     pub(super) is_alone: bool,
 }
 
-/// Smallest approach velocity that is one, as a share of the speeds that it is the difference of. The integrator keeps velocities to
-/// a tolerance of 1e-8 of them unless the scenario says otherwise: a ratio with less would be off by a percent.
+/// Smallest approach velocity that is one, as a share of the speeds that it is the difference of.
+/// The integrator keeps velocities to a tolerance of 1e-8 of them unless the scenario says
+/// otherwise: a ratio with less would be off by a percent.
 const LEAST_APPROACH: f64 = 1e-6;
-/// Largest speed of vibration before the touch, as a share of the approach, with which the ratio of velocities says something of the impact: a
-/// hundredth of the energy, which changes the ratio by half a percent.
+/// Largest speed of vibration before the touch, as a share of the approach, with which the ratio of
+/// velocities says something of the impact: a hundredth of the energy, which changes the ratio by
+/// half a percent.
 const MOST_RINGING: f64 = 0.1;
 
 impl Impact {
@@ -68,7 +72,8 @@ impl Impact {
         touch - self.end <= self.longest
     }
 
-    /// Takes in the impact before, if the bodies were apart for no longer than the longest touch of either lasted.
+    /// Takes in the impact before, if the bodies were apart for no longer than the longest touch of
+    /// either lasted.
     pub(super) fn absorb(&mut self, earlier: &Self) -> bool {
         let is_one = self.start - earlier.end <= self.longest.max(earlier.longest);
         if is_one {
@@ -101,7 +106,8 @@ impl Impact {
         (0.0 - self.before.along(&normal), self.after.along(&normal))
     }
 
-    /// Ratio of separating and closing speed; NaN if the bodies did not approach each other, rang before they touched, or go on approaching each other.
+    /// Ratio of separating and closing speed; NaN if the bodies did not approach each other, rang
+    /// before they touched, or go on approaching each other.
     fn restitution(&self) -> f64 {
         let (approach, separation) = self.speeds();
         let least = LEAST_APPROACH * self.before.speed.max(self.after.speed);

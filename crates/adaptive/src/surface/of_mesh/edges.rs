@@ -36,13 +36,14 @@ impl MeshSurface {
         };
         let places = self.sides_at(&foot.place);
         let edges = places.iter().flat_map(|place| self.creases(place.face)).filter(through);
-        // An edge belongs to two sides, which run along it against each other: each of them leads one way.
+        // An edge belongs to two sides, which run along it against each other: each of them leads
+        // one way.
         let ends = edges.filter_map(|[a, b]| self.walk(&start, [a, b], length));
         ends.collect()
     }
 
-    /// The place at the distance `length` from `start` along the chain of edges that begins with the one from node `a` to node `b`; its end where
-    /// it ends before, if that is elsewhere.
+    /// The place at the distance `length` from `start` along the chain of edges that begins with
+    /// the one from node `a` to node `b`; its end where it ends before, if that is elsewhere.
     fn walk(&self, start: &Vector3<f64>, [mut a, mut b]: [u32; 2], length: f64) -> Option<Vector3<f64>> {
         for _ in 0..self.mesh.nodes().len() {
             let (from, to) = (self.node(a), self.node(b));

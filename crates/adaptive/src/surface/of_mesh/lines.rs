@@ -5,7 +5,8 @@ use nalgebra::Vector3;
 use super::{MeshSurface, SAME_PLANE};
 use crate::surface::{ALONG_LINE, LocalShape, StraightLine, Surface, SurfacePlace};
 
-/// Smaller curvature over the larger one below which a surface may be one of straight lines: what a paraboloid through nodes errs by.
+/// Smaller curvature over the larger one below which a surface may be one of straight lines: what a
+/// paraboloid through nodes errs by.
 const STRAIGHT: f64 = 0.1;
 /// Curvature times size of a body below which a surface is flat: lines of a plane are not told.
 const FLAT: f64 = 1e-3;
@@ -17,7 +18,8 @@ const TURNS: usize = 40;
 const HALVINGS: usize = 40;
 
 impl MeshSurface {
-    /// See [`Surface::lines_through`]: the line in the direction of the smaller curvature, if that is one.
+    /// See [`Surface::lines_through`]: the line in the direction of the smaller curvature, if that
+    /// is one.
     pub(super) fn straight_lines(&self, point: &[f64; 3]) -> Vec<StraightLine> {
         let Some(foot) = self.nearest(point) else { return Vec::new() };
         let mut lines: Vec<StraightLine> = Vec::new();
@@ -43,8 +45,9 @@ impl MeshSurface {
         4.0 * SAME_PLANE * (self as &dyn Surface).reach()
     }
 
-    /// A line through `place`, where the surface has the shape `shape`, that goes on to edges of the part on both sides. It is sought along the edges of
-    /// sides, along the smaller curvature as fitted, and where the surface stays nearest.
+    /// A line through `place`, where the surface has the shape `shape`, that goes on to edges of
+    /// the part on both sides. It is sought along the edges of sides, along the smaller curvature
+    /// as fitted, and where the surface stays nearest.
     fn line(&self, place: &SurfacePlace, shape: &LocalShape) -> Option<StraightLine> {
         let size = self.length();
         let [a, b] = shape.curvatures.map(f64::abs);
@@ -62,7 +65,8 @@ impl MeshSurface {
         candidates.find_map(|direction| self.line_along(place, shape, &direction))
     }
 
-    /// The direction, not far from `along`, in which the surface is nearest to the line at the distance of a side.
+    /// The direction, not far from `along`, in which the surface is nearest to the line at the
+    /// distance of a side.
     fn nearest_direction(
         &self,
         place: &SurfacePlace,
@@ -86,7 +90,8 @@ impl MeshSurface {
         turned(0.5 * (low + high))
     }
 
-    /// The line through `place` along `direction`, if it lies in the surface from one edge of the part to another.
+    /// The line through `place` along `direction`, if it lies in the surface from one edge of the
+    /// part to another.
     fn line_along(
         &self,
         place: &SurfacePlace,

@@ -56,7 +56,8 @@ impl LoadedPoints {
         }
     }
 
-    /// Displacements of the loaded points under a unit force at `point` along `direction`, and the place of each point among them.
+    /// Displacements of the loaded points under a unit force at `point` along `direction`, and the
+    /// place of each point among them.
     pub fn displacement(&mut self, point: usize, direction: &[f64; 2]) -> (&[f64], &[usize]) {
         let (n_t, height) = (self.n_t, self.n_t * self.points.len());
         let displacement = &mut self.compact[1][..height];

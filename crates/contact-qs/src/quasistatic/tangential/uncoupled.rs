@@ -6,7 +6,8 @@ use ffr_dynamics::error::EvaluationFailure;
 use super::{PointState, Tangential, pair};
 
 impl Tangential {
-    /// Solves for `forces` without compliance, every point for itself: the classical return mapping (Eq. F.3).
+    /// Solves for `forces` without compliance, every point for itself: the classical return mapping
+    /// (Eq. F.3).
     ///
     /// # Errors
     /// A slip that is not finite.
@@ -45,8 +46,9 @@ impl Tangential {
         Ok(())
     }
 
-    /// Rates of the slip increments at the solution of [`Tangential::return_to_bounds`], zero where a point does not slide [m/s]: slips
-    /// change at `slip_rates` [m/s], bounds at `bound_rates` \[N/s\].
+    /// Rates of the slip increments at the solution of [`Tangential::return_to_bounds`], zero where
+    /// a point does not slide [m/s]: slips change at `slip_rates` [m/s], bounds at `bound_rates`
+    /// \[N/s\].
     pub fn rates_of_points(&self, springs: &[f64], slip_rates: &[f64], bound_rates: &[f64], out: &mut [f64]) {
         out.fill(0.0);
         for i in (0..self.states.len()).filter(|&i| self.states[i] == PointState::Slip) {

@@ -1,4 +1,5 @@
-//! The datasets of a run: which there are follows from its bodies, contacts, points, joints and gears.
+//! The datasets of a run: which there are follows from its bodies, contacts, points, joints and
+//! gears.
 
 use adaptive::record::{JointLayout, NameAndUnit, PointLayout, RunLayout};
 use hdf5::{Dataset, Group, Result};

@@ -47,8 +47,9 @@ pub(super) struct Open {
     pub(super) row: Row,
 }
 
-/// Keeps metadata in memory between flushes, so that what is on disk is always the state of the last flush: a full disk or
-/// a killed process then costs the rows since that flush and no more. Measured: no more memory, 3 us more per row.
+/// Keeps metadata in memory between flushes, so that what is on disk is always the state of the
+/// last flush: a full disk or a killed process then costs the rows since that flush and no more.
+/// Measured: no more memory, 3 us more per row.
 fn metadata_only_on_flush() -> MetadataCacheConfig {
     MetadataCacheConfig {
         evictions_enabled: false,
@@ -61,7 +62,8 @@ fn metadata_only_on_flush() -> MetadataCacheConfig {
 
 impl Open {
     pub(super) fn create(path: &Path, scenario: &Scenario, threads: usize) -> Result<Self, FileFault> {
-        // Version 1.8 of the format: readable everywhere, and after a crash without repair. The lock is OutputFile's.
+        // Version 1.8 of the format: readable everywhere, and after a crash without repair. The
+        // lock is OutputFile's.
         let file = File::with_options()
             .with_fapl(|p| p.libver_v18().file_locking(false).mdc_config(&metadata_only_on_flush()))
             .create(path)

@@ -1,4 +1,5 @@
-//! The recorder's side of the restart file: everything stored is noted there, and a run taken up begins with what it holds.
+//! The recorder's side of the restart file: everything stored is noted there, and a run taken up
+//! begins with what it holds.
 
 use std::sync::Arc;
 
@@ -16,7 +17,8 @@ impl Recorder {
         }
     }
 
-    /// Begins with what the run that is taken up at `restart` has reported up to there, and goes on in its restart file.
+    /// Begins with what the run that is taken up at `restart` has reported up to there, and goes on
+    /// in its restart file.
     ///
     /// # Errors
     /// [`RecordingFault`] if one of the files cannot be written.

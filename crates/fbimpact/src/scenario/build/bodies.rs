@@ -1,4 +1,5 @@
-//! Bodies: which keys go with which model, materials by name, initial states that the model can take.
+//! Bodies: which keys go with which model, materials by name, initial states that the model can
+//! take.
 
 use adaptive::sizing::SizeRequest;
 use adaptive::spec::{BodyKind, BodySpec, ElasticSpec, FlexibleSpec, InitialMotion};
@@ -164,7 +165,8 @@ fn check_motion(
     }
 }
 
-/// Why the vector `key` leaves the space in which a body of the motions `motion` moves, if it does; a plane has none.
+/// Why the vector `key` leaves the space in which a body of the motions `motion` moves, if it does;
+/// a plane has none.
 ///
 /// A quaternion leaves it when its vector part does.
 pub fn leaves_model(motion: Option<RigidMotion>, key: &str, value: &[f64]) -> Option<String> {

@@ -30,7 +30,8 @@ pub enum GivenFrame {
     AtJoint,
 }
 
-/// The reference frame; a tangent one follows the place where its joint holds the body unless another is given.
+/// The reference frame; a tangent one follows the place where its joint holds the body unless
+/// another is given.
 ///
 /// `name` is that of the body.
 pub fn frame(
@@ -57,7 +58,8 @@ pub fn frame(
 }
 
 impl GivenFrame {
-    /// The frame with its place on a body with `places`; that of a joint stands in until joints are known.
+    /// The frame with its place on a body with `places`; that of a joint stands in until joints are
+    /// known.
     pub fn on_body(self, checker: &mut Checker, section: &Section, places: &BodyPlaces) -> Option<FrameSpec> {
         match self {
             Self::Buckens | Self::AtJoint => Some(FrameSpec::Buckens),

@@ -103,7 +103,8 @@ impl BuiltBodies {
         }
     }
 
-    /// Number among the bodies of the run of body `body` of the file; none of planes and bodies at fault.
+    /// Number among the bodies of the run of body `body` of the file; none of planes and bodies at
+    /// fault.
     pub fn index(&self, body: usize) -> Option<usize> {
         self.moving(body)?;
         Some(self.before[body])
@@ -114,8 +115,8 @@ impl BuiltBodies {
         Some(self.moving(body)?.spec.motion.rotation)
     }
 
-    /// A place on body `body` given in table `section`: by [`BodyPlaces::held`] where a joint or load takes hold, by
-    /// [`BodyPlaces::observed`] where the body is observed.
+    /// A place on body `body` given in table `section`: by [`BodyPlaces::held`] where a joint or
+    /// load takes hold, by [`BodyPlaces::observed`] where the body is observed.
     pub fn place(
         &self,
         checker: &mut Checker,
@@ -140,7 +141,8 @@ impl BuiltBodies {
         })
     }
 
-    /// The bodies of the run with the sizes that it shall choose, and those of the file with their `names`.
+    /// The bodies of the run with the sizes that it shall choose, and those of the file with their
+    /// `names`.
     pub fn split<'a>(
         self,
         names: impl Iterator<Item = &'a str>,

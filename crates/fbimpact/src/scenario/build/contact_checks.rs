@@ -1,4 +1,5 @@
-//! Faults of contacts that involve several keys: bodies that cannot take their part, settings without meaning.
+//! Faults of contacts that involve several keys: bodies that cannot take their part, settings
+//! without meaning.
 
 use adaptive::spec::contact::{DivisionRule, LowModes, TransferMethod};
 

@@ -58,7 +58,8 @@ fn target(bodies: &BuiltBodies, body: usize) -> Option<Target> {
     bodies.index(body).map(Target::Body)
 }
 
-/// Contact and target body of the file, the law, if the bodies can obey it, and the overlap that is allowed at the start.
+/// Contact and target body of the file, the law, if the bodies can obey it, and the overlap that is
+/// allowed at the start.
 fn contact(
     checker: &mut Checker,
     root: &Section,
@@ -97,7 +98,8 @@ fn hertz(root: &Section, section: &Section) -> Option<ContactLaw> {
     Some(ContactLaw::Hertz(HertzSpec { contact, target, friction }))
 }
 
-/// What touches of a body with a shape, which stands about the origin of its frame if it is a sphere.
+/// What touches of a body with a shape, which stands about the origin of its frame if it is a
+/// sphere.
 fn partner(root: &Section, body: &BodyFacts<'_>) -> Option<HertzPartner> {
     let solid = solid(root, body.section)?;
     if body.shape != "sphere" || body.components != "solid" {

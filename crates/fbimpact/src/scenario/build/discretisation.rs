@@ -11,7 +11,8 @@ use super::super::spline_nets::per_direction;
 use super::super::tables::ReductionMethod;
 use super::places::{BodyFacts, dimension, marker_or_point, single};
 
-/// Elements per direction in the specification of a body for which the program still has to choose them.
+/// Elements per direction in the specification of a body for which the program still has to choose
+/// them.
 const FIRST_ELEMENTS: usize = 8;
 
 /// A reduced basis, and what the scenario leaves open of it.
@@ -25,7 +26,8 @@ pub struct Basis {
     pub wants_modes: bool,
 }
 
-/// The spline space of a body with the places `places`, and whether the program shall choose its elements.
+/// The spline space of a body with the places `places`, and whether the program shall choose its
+/// elements.
 pub fn discretisation(
     checker: &mut Checker,
     section: &Section,

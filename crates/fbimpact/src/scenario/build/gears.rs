@@ -41,7 +41,8 @@ pub fn gears(checker: &mut Checker, root: &Section, joints: &[JointSpec]) -> Vec
     built
 }
 
-/// Faults a ratio whose unit is not that of the second coordinate by that of the first; they are angles or displacements.
+/// Faults a ratio whose unit is not that of the second coordinate by that of the first; they are
+/// angles or displacements.
 fn check_unit(checker: &mut Checker, section: &Section, are_angles: [bool; 2]) -> Option<()> {
     let given = section.item("ratio").and_then(|item| item.units.first());
     let [first, second] = are_angles.map(|is_angle| if is_angle { "rad" } else { "m" });
@@ -57,7 +58,8 @@ fn check_unit(checker: &mut Checker, section: &Section, are_angles: [bool; 2]) -
     None
 }
 
-/// What gears ask of a joint: which of its motions are prescribed; rates have no places before the run.
+/// What gears ask of a joint: which of its motions are prescribed; rates have no places before the
+/// run.
 fn gear_joint(joint: &JointSpec) -> GearJoint<'_> {
     let is_free = |k: usize| joint.coordinates.get(k).is_none_or(|c| c.motion.is_none());
     GearJoint { name: &joint.name, kind: joint.kind, rates: std::array::from_fn(|k| is_free(k).then_some(k)) }

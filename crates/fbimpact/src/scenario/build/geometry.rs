@@ -34,7 +34,8 @@ pub fn check_model(checker: &mut Checker, body: &Section, model: &str, shape: &s
     None
 }
 
-/// The exact shape of a body whose points have the components of `model`; `degree` decides on the net of a ball where none is named.
+/// The exact shape of a body whose points have the components of `model`; `degree` decides on the
+/// net of a ball where none is named.
 pub fn shape(checker: &mut Checker, body: &Section, model: &str, degree: usize) -> Option<Shape> {
     let section = body.table("geometry")?;
     let name = section.text("shape")?;
@@ -58,7 +59,8 @@ pub fn shape(checker: &mut Checker, body: &Section, model: &str, degree: usize) 
     if name == "tube-sector" { cut(checker, body, section, shape) } else { Some(shape) }
 }
 
-/// Reports the key of solid and spatial rigid bodies of a shape that is plane as well if it is not there.
+/// Reports the key of solid and spatial rigid bodies of a shape that is plane as well if it is not
+/// there.
 fn is_missing(checker: &mut Checker, section: &Section, model: &str, key: &str) -> bool {
     let is_missing = model == "solid" && section.item(key).is_none();
     if is_missing {
@@ -81,7 +83,8 @@ fn report(checker: &mut Checker, section: &Section, error: &SplineError) {
 
 type Built = Result<Shape, SplineError>;
 
-/// Shapes with points in `(x, y, z)`; `None` where a key is at fault already, or the shape has no such form.
+/// Shapes with points in `(x, y, z)`; `None` where a key is at fault already, or the shape has no
+/// such form.
 fn solid(section: &Section, name: &str, degree: usize) -> Option<Built> {
     let number = |key: &str| section.number(key);
     if let Some(round) = round(section, name) {
@@ -188,7 +191,8 @@ fn gear_tooth(section: &Section) -> Option<GearTooth> {
     })
 }
 
-/// The shape called `name` if it is one of those that are solid or axisymmetric alike, `Some(None)` where a key is at fault.
+/// The shape called `name` if it is one of those that are solid or axisymmetric alike, `Some(None)`
+/// where a key is at fault.
 fn round(section: &Section, name: &str) -> Option<Option<Round>> {
     let radius = || Some((section.number("radius")?, section.number("length")?));
     // A key that is not given, or `Some(None)` for one at fault.
@@ -219,8 +223,8 @@ fn net(section: &Section) -> Option<Option<SphereNet>> {
     Some(Some(section.choice("net")?))
 }
 
-/// The shape with its patches cut along lines of lower continuity, which are faces between patches then; not where the scenario divides the one
-/// patch by its own parameters.
+/// The shape with its patches cut along lines of lower continuity, which are faces between patches
+/// then; not where the scenario divides the one patch by its own parameters.
 fn cut(checker: &mut Checker, body: &Section, section: &Section, own: Shape) -> Option<Shape> {
     let mesh = body.table("discretisation");
     if mesh.is_some_and(|mesh| ["knots", "refine"].iter().any(|key| mesh.given(key))) {
@@ -245,7 +249,8 @@ fn nurbs(checker: &mut Checker, section: &Section, model: &str) -> Option<Shape>
     }
     let mut shape = joined.shape;
     for (name, faces) in &given.faces {
-        // Names are in the sense of the file, patches that were turned have theirs kept; faces between patches are none of the surface.
+        // Names are in the sense of the file, patches that were turned have theirs kept; faces
+        // between patches are none of the surface.
         let outer = faces.iter().filter_map(|id| shape.faces.get(&face_name(*id, given.patches.len())));
         let ids: Vec<FaceId> = outer.flatten().copied().collect();
         if !ids.is_empty() {

@@ -102,8 +102,8 @@ fn joint<'a>(
     Some(BuiltJoint { link, spec })
 }
 
-/// Velocities of which an angular velocity stands in the axes of the child's marker, which `rotation` turns into those of the child, in which it is
-/// given.
+/// Velocities of which an angular velocity stands in the axes of the child's marker, which
+/// `rotation` turns into those of the child, in which it is given.
 fn in_marker(kind: JointKind, mut velocities: Vec<f64>, rotation: &UnitQuaternion<f64>) -> Vec<f64> {
     // A joint that closes a loop has no velocities of its own.
     if let Some(spin) = kind.quaternion().and_then(|w| velocities.get_mut(w..w + 3)) {
@@ -152,8 +152,8 @@ struct Side {
 }
 
 impl Side {
-    /// The point of space at which the place is while the body's origin is that of space and its orientation that of the scenario; none
-    /// of a place that only a body file knows.
+    /// The point of space at which the place is while the body's origin is that of space and its
+    /// orientation that of the scenario; none of a place that only a body file knows.
     fn at_origin(&self, bodies: &BuiltBodies) -> Option<Place> {
         let body = self.body?;
         let motion = bodies.moving(body)?.spec.kind.motion();

@@ -1,4 +1,5 @@
-//! Shapes of rigid bodies that have been integrated: equal ones are integrated once and share their memory.
+//! Shapes of rigid bodies that have been integrated: equal ones are integrated once and share their
+//! memory.
 
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};

@@ -1,4 +1,5 @@
-//! Places on bodies: what other tables need to know about a body before it is built, markers, points, parts.
+//! Places on bodies: what other tables need to know about a body before it is built, markers,
+//! points, parts.
 
 use adaptive::spec::{Coupling, Extent};
 use ffr_dynamics::body::RigidMotion;
@@ -111,12 +112,14 @@ impl<'a> BodyFacts<'a> {
         ShapeFacts::find(self.shape)?.in_model(self.components)
     }
 
-    /// Whether a joint or load on it needs a part of it: a point of an elastic continuum carries no force.
+    /// Whether a joint or load on it needs a part of it: a point of an elastic continuum carries no
+    /// force.
     fn needs_extent(&self) -> bool {
         !self.is_rigid && self.file.is_none()
     }
 
-    /// Whether its marker `name` has an extent, as the ends of bars have and markers with a face or radius.
+    /// Whether its marker `name` has an extent, as the ends of bars have and markers with a face or
+    /// radius.
     fn has_extent(&self, name: &str) -> bool {
         let added = self.section.named("markers").iter().find(|(marker, _)| marker == name);
         match added {
@@ -157,7 +160,8 @@ pub fn marker_or_point(checker: &mut Checker, section: &Section, body: &BodyFact
     one_of(checker, section, ["marker", "point"], body)?
 }
 
-/// The place that joints and loads take hold of: a marker, a face, or a point, of flexible bodies with an extent.
+/// The place that joints and loads take hold of: a marker, a face, or a point, of flexible bodies
+/// with an extent.
 pub fn held(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Option<GivenPlace> {
     let given: Vec<&str> =
         ["marker", "face", "point"].into_iter().filter(|key| section.item(key).is_some()).collect();
@@ -209,8 +213,8 @@ fn can_be_held(
     false
 }
 
-/// The point or part of the body that the keys `point` or `face` with `radius` and `coupling` give; `key` is the one of the first two
-/// that is there.
+/// The point or part of the body that the keys `point` or `face` with `radius` and `coupling` give;
+/// `key` is the one of the first two that is there.
 pub fn part(checker: &mut Checker, section: &Section, key: &str, body: &BodyFacts<'_>) -> Option<GivenPlace> {
     let radius = match section.item("radius") {
         Some(_) => Some(section.number("radius")?),

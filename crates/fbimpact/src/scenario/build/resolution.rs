@@ -6,8 +6,8 @@ use super::super::check::Checker;
 use super::super::keys::names;
 use super::super::section::Section;
 
-/// The factors of the `[resolution]` table for bodies and contacts of these names, in their order, and that on the permitted errors
-/// of steps; no factors without a table. `None` if it is at fault.
+/// The factors of the `[resolution]` table for bodies and contacts of these names, in their order,
+/// and that on the permitted errors of steps; no factors without a table. `None` if it is at fault.
 pub fn resolution(
     checker: &mut Checker,
     root: &Section,
@@ -38,7 +38,8 @@ pub fn resolution(
     Some((Resolution { bodies: factors, contacts: contact_factors }, section.number("tolerance")?))
 }
 
-/// The tables of `section.key` with the index of each name among `known`; names that are not there are faults.
+/// The tables of `section.key` with the index of each name among `known`; names that are not there
+/// are faults.
 fn single<'a>(
     checker: &mut Checker,
     section: &'a Section,

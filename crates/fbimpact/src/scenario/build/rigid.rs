@@ -1,4 +1,5 @@
-//! Rigid bodies: planes at rest, bodies with given mass, bodies whose mass follows from their shape.
+//! Rigid bodies: planes at rest, bodies with given mass, bodies whose mass follows from their
+//! shape.
 
 use std::sync::Arc;
 
@@ -19,7 +20,8 @@ use super::places::BodyFacts;
 /// Asymmetry and negative moments that numbers written with many digits leave.
 const ROUND_OFF: f64 = 1e-9;
 
-/// Degree of the net of a ball where none is named: every net is exact, this one has the mildest weights and no poles.
+/// Degree of the net of a ball where none is named: every net is exact, this one has the mildest
+/// weights and no poles.
 const DEGREE: usize = 4;
 
 /// What a rigid body is.

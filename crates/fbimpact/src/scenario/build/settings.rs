@@ -6,10 +6,12 @@ use ffr_dynamics::system::error_scale::ErrorScale;
 
 use super::super::section::Section;
 
-/// Longest step of an impact phase as a share of the period of the highest mode: half of it just resolves the mode.
+/// Longest step of an impact phase as a share of the period of the highest mode: half of it just
+/// resolves the mode.
 const STEP_SHARE: f64 = 0.5;
 
-/// The settings of the tables `[simulation]` and `[output]` at a level of `accuracy`, before factors on the resolution.
+/// The settings of the tables `[simulation]` and `[output]` at a level of `accuracy`, before
+/// factors on the resolution.
 pub fn settings(simulation: &Section, output: &Section, accuracy: Accuracy) -> Option<RunSettings> {
     Some(RunSettings {
         end_time: simulation.number("end_time")?,

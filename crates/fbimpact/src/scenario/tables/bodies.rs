@@ -13,7 +13,8 @@ pub const MATERIAL: &[Key] = &[
     Key::new("youngs_modulus", Kind::Number(Range::positive(1e15)), "Pa", Need::Required, "Young's modulus."),
     Key::new(
         "poissons_ratio",
-        // Thermodynamics allows -1 to 0.5; at 0.5 a displacement model locks and its stiffness is infinite.
+        // Thermodynamics allows -1 to 0.5; at 0.5 a displacement model locks and its stiffness is
+        // infinite.
         Kind::Number(Range { min: Bound::Open(-1.0), max: Bound::Open(0.5) }),
         "–",
         Need::Required,

@@ -1,8 +1,10 @@
-//! Keys of `[resolution]`: factors on modes, meshes, contact zones, integration and penalty factors.
+//! Keys of `[resolution]`: factors on modes, meshes, contact zones, integration and penalty
+//! factors.
 
 use super::super::keys::{Bound, Key, Kind, Need, Range};
 
-/// Largest factor on a number of modes or elements; a mesh a hundred times as fine fits into memory nowhere.
+/// Largest factor on a number of modes or elements; a mesh a hundred times as fine fits into memory
+/// nowhere.
 const MAX_FACTOR: u64 = 100;
 /// Factors on penalty factors; more decades than a contact between solids can use.
 const PENALTY: Range = Range { min: Bound::Closed(1.0), max: Bound::Closed(1e6) };

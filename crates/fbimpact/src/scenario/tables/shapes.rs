@@ -376,7 +376,8 @@ pub struct ShapeFacts {
 
 /// A model that a shape goes with, and what of the shape has a name in it.
 ///
-/// Rigid bodies have the shapes of the model whose components their points have: `solid`, `plane-strain` or `axisymmetric`.
+/// Rigid bodies have the shapes of the model whose components their points have: `solid`,
+/// `plane-strain` or `axisymmetric`.
 #[derive(Debug, Clone, Copy)]
 pub struct ModelFacts {
     /// Name of the model.

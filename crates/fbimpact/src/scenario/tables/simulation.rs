@@ -6,7 +6,8 @@ use ffr_dynamics::integration::Method;
 use super::super::keys::{Bound, Choice, Key, Kind, Named, Need, Range, name_values};
 use super::super::types::Compression;
 
-/// Longest time that can be asked for: far above any impact, far below where `t + dt == t` for a step of 1 ns.
+/// Longest time that can be asked for: far above any impact, far below where `t + dt == t` for a
+/// step of 1 ns.
 const TIME: Range = Range::positive(1e6);
 
 name_values!(Method {

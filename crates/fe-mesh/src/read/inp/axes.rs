@@ -13,7 +13,8 @@ const LEANING: f64 = 1e-6;
 pub(super) struct Axes {
     /// Line of the card whose data are read.
     line: usize,
-    /// Data of the last `*SYSTEM`, as far as there are any: an origin, a point on the first axis, one on the side of the second.
+    /// Data of the last `*SYSTEM`, as far as there are any: an origin, a point on the first axis,
+    /// one on the side of the second.
     given: Vec<[Option<f64>; 3]>,
     /// Origin and axes that follow from it; none once there are new data.
     frame: Option<([f64; 3], [[f64; 3]; 3])>,

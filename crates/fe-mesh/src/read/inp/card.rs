@@ -53,7 +53,8 @@ pub(super) enum Type {
 
 /// What an element type of a file is; `None` if nothing is known of it.
 pub(super) fn element_type(name: &str) -> Option<Type> {
-    // Letters behind the number of nodes choose an integration or a mixed formulation; the displacement element is computed.
+    // Letters behind the number of nodes choose an integration or a mixed formulation; the
+    // displacement element is computed.
     let bare = name.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     Some(match bare {
         "C3D4" => Type::Solid(ElementKind::Tet4),

@@ -1,10 +1,12 @@
-//! Limits of memory that control groups of Linux set, those of batch systems, services and containers among them.
+//! Limits of memory that control groups of Linux set, those of batch systems, services and
+//! containers among them.
 
 use std::path::{Path, PathBuf};
 
 use super::{Room, entry};
 
-/// Limit and use in files of a group, versions 2 and 1, and the files that say what of the use is only kept.
+/// Limit and use in files of a group, versions 2 and 1, and the files that say what of the use is
+/// only kept.
 const FILES: [Files; 2] = [
     Files { limits: &["memory.max", "memory.high"], used: "memory.current", kept: "inactive_file" },
     Files { limits: &["memory.limit_in_bytes"], used: "memory.usage_in_bytes", kept: "total_inactive_file" },
@@ -16,7 +18,8 @@ struct Files {
     kept: &'static str,
 }
 
-/// What the groups of this process and those above them leave, the narrowest of either version; `read` gives the text of a file.
+/// What the groups of this process and those above them leave, the narrowest of either version;
+/// `read` gives the text of a file.
 pub fn rooms(read: &impl Fn(&Path) -> Option<String>) -> Vec<Room> {
     let groups = read(Path::new("/proc/self/cgroup")).unwrap_or_default();
     let mounts = read(Path::new("/proc/self/mountinfo")).unwrap_or_default();
@@ -26,7 +29,8 @@ pub fn rooms(read: &impl Fn(&Path) -> Option<String>) -> Vec<Room> {
         .collect()
 }
 
-/// Version (0: the second, 1: the first) and folder of the groups that count memory, up to the root that is mounted.
+/// Version (0: the second, 1: the first) and folder of the groups that count memory, up to the root
+/// that is mounted.
 fn folders(groups: &str, mounts: &str) -> Vec<(usize, PathBuf)> {
     let mut found = Vec::new();
     for mount in mounts.lines().filter_map(Mount::read) {
@@ -58,7 +62,8 @@ struct Mount<'a> {
 }
 
 impl<'a> Mount<'a> {
-    /// `36 25 0:32 ROOT AT OPTIONS … - KIND SOURCE OPTIONS`, if groups that count memory are mounted there.
+    /// `36 25 0:32 ROOT AT OPTIONS … - KIND SOURCE OPTIONS`, if groups that count memory are
+    /// mounted there.
     fn read(line: &'a str) -> Option<Self> {
         let (mount, system) = line.split_once(" - ")?;
         let mut words = mount.split(' ').skip(3);
@@ -73,7 +78,8 @@ impl<'a> Mount<'a> {
     }
 }
 
-/// What one group leaves of its limit, files that are only kept for the next reader counted as free; `None` without a limit.
+/// What one group leaves of its limit, files that are only kept for the next reader counted as
+/// free; `None` without a limit.
 fn of_group(files: &Files, folder: &Path, read: &impl Fn(&Path) -> Option<String>) -> Option<Room> {
     let text = |name: &str| read(&folder.join(name));
     let number = |name: &str| text(name)?.trim().parse::<u64>().ok();

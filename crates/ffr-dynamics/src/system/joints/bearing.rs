@@ -1,7 +1,8 @@
 //! Friction of a bearing by the load that the joint transmits (docs/theory.md Eq. M.17 to M.19).
 //!
-//! The friction is `-μ L g`: `L` a norm of what the joint transmits in the directions that it holds, `g` the direction of sliding, smooth about
-//! zero velocity. Loads stand in the axes of the parent's marker, moments about the place of the child's marker, where the bearing is.
+//! The friction is `-μ L g`: `L` a norm of what the joint transmits in the directions that it
+//! holds, `g` the direction of sliding, smooth about zero velocity. Loads stand in the axes of the
+//! parent's marker, moments about the place of the child's marker, where the bearing is.
 
 use nalgebra::Vector3;
 
@@ -14,13 +15,14 @@ use crate::joint_fault::JointFault;
 pub struct Bearing {
     /// Coefficient of friction, not negative.
     pub coefficient: f64,
-    /// Radius of the pin, the sleeve or the ball; of a guide the arm at which it holds the moment about its axis. Zero for a guide that
-    /// holds that moment without friction \[m\].
+    /// Radius of the pin, the sleeve or the ball; of a guide the arm at which it holds the moment
+    /// about its axis. Zero for a guide that holds that moment without friction \[m\].
     pub radius: f64,
-    /// Distance of the two supports along the axis, in the middle between which the child's marker stands; infinite if moments across the axis
-    /// are held without friction \[m\].
+    /// Distance of the two supports along the axis, in the middle between which the child's marker
+    /// stands; infinite if moments across the axis are held without friction \[m\].
     pub length: f64,
-    /// Mean radius of a pin's collar, which holds the force along the axis; zero if that is held without friction \[m\].
+    /// Mean radius of a pin's collar, which holds the force along the axis; zero if that is held
+    /// without friction \[m\].
     pub collar: f64,
     /// Velocity of sliding at which 1/√2 of the friction is reached, positive [m/s].
     pub velocity: f64,
@@ -80,7 +82,8 @@ impl JointBearing {
         self.bearing.coefficient
     }
 
-    /// Parts of the load (Eq. M.17): it is the sum of the sizes of these vectors, which are linear in force and moment.
+    /// Parts of the load (Eq. M.17): it is the sum of the sizes of these vectors, which are linear
+    /// in force and moment.
     fn parts(&self, (force, moment): &Load) -> [Vector3<f64>; 3] {
         let Bearing { radius, length, collar, .. } = self.bearing;
         let across = |v: &Vector3<f64>| Vector3::new(v.x, v.y, 0.0);
@@ -113,8 +116,8 @@ impl JointBearing {
         parts.map(of_part).sum()
     }
 
-    /// For each velocity of the joint the velocity of sliding by a unit of it, and the force along it by a unit force of sliding; of what turns
-    /// alone the load counts with its arm already.
+    /// For each velocity of the joint the velocity of sliding by a unit of it, and the force along
+    /// it by a unit force of sliding; of what turns alone the load counts with its arm already.
     fn arms(&self) -> ([f64; 3], [f64; 3], usize) {
         let r = self.bearing.radius;
         match self.form {
@@ -146,8 +149,8 @@ impl JointBearing {
         sliding
     }
 
-    /// Damping of the joint's velocities for small changes about the present ones under the load `load`; velocities that friction couples count
-    /// for themselves.
+    /// Damping of the joint's velocities for small changes about the present ones under the load
+    /// `load`; velocities that friction couples count for themselves.
     pub(crate) fn damping(&self, velocities: &[f64], load: f64) -> [f64; 6] {
         let (arms, forces, n) = self.arms();
         let whole = self.speed(velocities).hypot(self.bearing.velocity);
@@ -227,7 +230,8 @@ mod tests {
             let step = 1e-5;
             let difference = (bearing.load(&sum(step)) - bearing.load(&sum(-step))) / (2.0 * step);
             let exact = bearing.derivative(&a, &b);
-            // The second derivative of a norm is of the order of the square of the change over the norm, the third by step².
+            // The second derivative of a norm is of the order of the square of the change over the
+            // norm, the third by step².
             assert!((difference - exact).abs() < 1e-8 * bearing.load(&b), "{kind:?} {difference} {exact}");
         }
     }
@@ -249,7 +253,8 @@ mod tests {
                 };
                 let difference = (friction(step) - friction(-step)) / (2.0 * step);
                 let exact = bearing.damping(&velocities, load)[k];
-                // Friction bends over 0.4 m/s: its third derivative, some load/0.4³, times the square of the step.
+                // Friction bends over 0.4 m/s: its third derivative, some load/0.4³, times the
+                // square of the step.
                 assert!((difference - exact).abs() < 1e-7 * load, "{kind:?} {difference} {exact}");
                 power += sliding.direction[k] * velocities[k];
             }
@@ -259,7 +264,8 @@ mod tests {
 
     #[test]
     fn two_supports_hold_force_and_moment_by_forces_across() {
-        // Supports at ±ℓ/2 along the axis with the forces f1, f2: F = f1 + f2, M = ℓ/2 ẑ × (f1 - f2).
+        // Supports at ±ℓ/2 along the axis with the forces f1, f2: F = f1 + f2, M = ℓ/2 ẑ × (f1 -
+        // f2).
         let (one, other) = (Vector3::new(4.0, -1.0, 0.0), Vector3::new(-2.0, 6.0, 0.0));
         let moment = Vector3::z().cross(&(one - other)) * (0.5 * BEARING.length);
         let load = (one + other, moment);

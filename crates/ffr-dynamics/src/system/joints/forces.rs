@@ -1,4 +1,5 @@
-//! Springs, dampers, stops, friction, drives and prescribed motion along joint coordinates (docs/theory.md Eq. M.14 to M.16, M.22).
+//! Springs, dampers, stops, friction, drives and prescribed motion along joint coordinates
+//! (docs/theory.md Eq. M.14 to M.16, M.22).
 
 use std::fmt;
 use std::sync::Arc;
@@ -12,7 +13,8 @@ use crate::kinematics::rotation::rotation_from_slice;
 
 /// A quantity given over time.
 pub trait TimeCourse: Send + Sync {
-    /// Value, first and second derivative at time `t`; at a break those behind it. Must not allocate.
+    /// Value, first and second derivative at time `t`; at a break those behind it. Must not
+    /// allocate.
     fn at(&self, t: f64) -> [f64; 3];
 
     /// The next time after `t` at which the quantity or a low derivative of it jumps \[s\].
@@ -40,7 +42,8 @@ impl<F: Fn(f64) -> [f64; 3] + Send + Sync> TimeCourse for Smooth<F> {
 pub struct TimeFunction(Arc<dyn TimeCourse>);
 
 impl TimeFunction {
-    /// From a smooth function of time that returns value, first and second derivative, and changes no faster than the motion. Must not allocate.
+    /// From a smooth function of time that returns value, first and second derivative, and changes
+    /// no faster than the motion. Must not allocate.
     pub fn new(function: impl Fn(f64) -> [f64; 3] + Send + Sync + 'static) -> Self {
         Self::with_course(Smooth(function))
     }
@@ -79,7 +82,8 @@ impl fmt::Debug for TimeFunction {
 
 /// What acts along one velocity of a joint. Forces are in N for translations, N m for rotations.
 ///
-/// Of a quaternion's three velocities the springs must be alike, without a rest position: the spring pulls along the rotation vector.
+/// Of a quaternion's three velocities the springs must be alike, without a rest position: the
+/// spring pulls along the rotation vector.
 #[derive(Debug, Clone, Default)]
 pub struct CoordinateForce {
     /// Spring stiffness, not negative [N/m or N m/rad].
@@ -98,8 +102,8 @@ pub struct CoordinateForce {
     pub motion: Option<TimeFunction>,
 }
 
-/// Ends of a coordinate's travel: one-sided springs with the damping of Hunt and Crossley, which vanishes with the compression, so that
-/// the force sets in and ends at zero (Eq. M.15).
+/// Ends of a coordinate's travel: one-sided springs with the damping of Hunt and Crossley, which
+/// vanishes with the compression, so that the force sets in and ends at zero (Eq. M.15).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stop {
     /// Least coordinate that is reached without compression [m or rad]; may be -∞.
@@ -203,7 +207,8 @@ pub(crate) fn joint_forces(
     forces
 }
 
-/// Square of the speed that friction along velocity `k` belongs to: that of the whole rotation if it is one about a point.
+/// Square of the speed that friction along velocity `k` belongs to: that of the whole rotation if
+/// it is one about a point.
 fn sliding_squared(kind: JointKind, velocities: &[f64], k: usize) -> f64 {
     match kind.quaternion() {
         Some(w) if k >= w => velocities[w..w + 3].iter().map(|u| u * u).sum(),
@@ -211,8 +216,8 @@ fn sliding_squared(kind: JointKind, velocities: &[f64], k: usize) -> f64 {
     }
 }
 
-/// Stiffness and damping of a joint's velocities for small motions about the present one; coordinates that friction or the spring of a
-/// quaternion couples count for themselves.
+/// Stiffness and damping of a joint's velocities for small motions about the present one;
+/// coordinates that friction or the spring of a quaternion couples count for themselves.
 pub(crate) fn joint_tangent(
     kind: JointKind,
     coordinates: &[CoordinateForce],
@@ -259,7 +264,8 @@ fn extension(kind: JointKind, force: &CoordinateForce, positions: &[f64], k: usi
     }
 }
 
-/// Refuses coordinates that the joint does not have, negative or unlike constants, and stops of rotations about a point.
+/// Refuses coordinates that the joint does not have, negative or unlike constants, and stops of
+/// rotations about a point.
 pub(crate) fn check(
     joint: &str,
     kind: JointKind,
@@ -318,7 +324,8 @@ mod tests {
         let one = CoordinateForce { stiffness: 40.0, damping: 2.0, stop, friction, ..Default::default() };
         let coordinates = [one.clone(), one];
         let step = 1e-4;
-        // Below, between, above; the last leaves its stop faster than the damping lets the force follow.
+        // Below, between, above; the last leaves its stop faster than the damping lets the force
+        // follow.
         for (x, u) in [(-0.3, 0.4), (-0.25, -0.6), (0.0, 0.2), (0.15, 0.5), (0.2, -0.4), (0.2, -2.0)] {
             let force = |dx: f64, du: f64| {
                 let (positions, velocities) = ([x + dx, -x], [u + du, 0.1]);
@@ -330,7 +337,8 @@ mod tests {
                 (force(0.0, -step) - force(0.0, step)) / (2.0 * step),
             ];
             for (exact, difference) in tangent.iter().zip(differences) {
-                // Friction bends over 0.3 m/s: the third derivative, some 5 / 0.3³, times the square of the step.
+                // Friction bends over 0.3 m/s: the third derivative, some 5 / 0.3³, times the
+                // square of the step.
                 assert!((exact - difference).abs() < 1e-5 * (1.0 + exact.abs()), "{exact} {difference}");
             }
         }

@@ -1,41 +1,47 @@
-//! Where the forces of a joint change their form within a step: at the ends of the travel, and about zero velocity where there is friction
-//! (docs/theory.md Eq. M.22).
+//! Where the forces of a joint change their form within a step: at the ends of the travel, and
+//! about zero velocity where there is friction (docs/theory.md Eq. M.22).
 
 use super::bearing::JointBearing;
 use super::forces::{CoordinateForce, Friction, Stop};
 use super::kind::JointKind;
 
-/// Speeds, in terms of that of the transition, between which friction is followed by steps of their own.
+/// Speeds, in terms of that of the transition, between which friction is followed by steps of their
+/// own.
 const SPEEDS: [f64; 2] = [2.0, 10.0];
-/// Places within a step at which the form is compared first; a change that is undone between two of them is not found.
+/// Places within a step at which the form is compared first; a change that is undone between two of
+/// them is not found.
 const PLACES: u32 = 8;
 /// Bisections between two of these places.
 const BISECTIONS: u32 = 40;
 
-/// Share of a speed at the border of two forms, and of positions at the end of a travel, by which a state may lie beyond it in the form
-/// that it comes from: one that stands on a border to the last bit changes its form by more than the round-off of what lies between two
-/// states. Velocities between two states are differences of positions, whose round-off counts over the step beside their own.
+/// Share of a speed at the border of two forms, and of positions at the end of a travel, by which a
+/// state may lie beyond it in the form that it comes from: one that stands on a border to the last
+/// bit changes its form by more than the round-off of what lies between two states. Velocities
+/// between two states are differences of positions, whose round-off counts over the step beside
+/// their own.
 const SPEED_SLACK: f64 = 1e-9;
 const POSITION_SLACK: f64 = 16.0 * f64::EPSILON;
 
 /// Positions and velocities of a joint.
 pub(crate) type JointState<'a> = (&'a [f64], &'a [f64]);
 
-/// Number of the form of friction with a transition at `transition` at a velocity along a direction or a speed: how many of the speeds about the
-/// transition it passes, two at most, with its sign.
+/// Number of the form of friction with a transition at `transition` at a velocity along a direction
+/// or a speed: how many of the speeds about the transition it passes, two at most, with its sign.
 fn form_of_sliding(velocity: f64, transition: f64) -> i8 {
     let passed = SPEEDS.iter().filter(|share| velocity.abs() > **share * transition).count() as i8;
     if velocity < 0.0 { -passed } else { passed }
 }
 
-/// Whether a velocity that is known up to `round_off` has the form `first`, or one that is not told from it.
+/// Whether a velocity that is known up to `round_off` has the form `first`, or one that is not told
+/// from it.
 fn slides_as(first: i8, velocity: f64, round_off: f64, transition: f64) -> bool {
     let reach = SPEED_SLACK * velocity.abs() + round_off;
     (form_of_sliding(velocity - reach, transition)..=form_of_sliding(velocity + reach, transition))
         .contains(&first)
 }
 
-/// How far velocities within a step of size `h` are known from the positions at its ends, beside [`SPEED_SLACK`].
+/// How far velocities within a step of size `h` are known from the positions at its ends, beside
+/// [`SPEED_SLACK`].
 fn rate_round_off((p0, p1): (f64, f64), h: f64) -> f64 {
     POSITION_SLACK * p0.abs().max(p1.abs()) / h
 }
@@ -57,7 +63,8 @@ impl CoordinateForce {
         self.stop.as_ref().map_or(0, of)
     }
 
-    /// Whether a state has the form `first`, or one that is not told from it; its velocity is known up to `round_off`.
+    /// Whether a state has the form `first`, or one that is not told from it; its velocity is known
+    /// up to `round_off`.
     fn has_form(&self, first: (i8, i8), (position, velocity): (f64, f64), round_off: f64) -> bool {
         let reach = self.stop.as_ref().map_or(0.0, |stop| {
             let ends = [stop.lower, stop.upper].into_iter().filter(|end| end.is_finite());
@@ -68,7 +75,8 @@ impl CoordinateForce {
     }
 }
 
-/// Share of a step of size `h` at which the force along coordinate `k` of the state changes its form, on the cubic between both ends.
+/// Share of a step of size `h` at which the force along coordinate `k` of the state changes its
+/// form, on the cubic between both ends.
 pub(crate) fn change_of_form(
     kind: JointKind,
     force: &CoordinateForce,
@@ -103,7 +111,8 @@ fn on_cubic((p0, v0): (f64, f64), (p1, v1): (f64, f64), h: f64, share: f64) -> (
     (position, velocity)
 }
 
-/// Share of a step of size `h` at which a bearing of which no velocity is prescribed begins or ceases to slide, as [`change_of_form`] finds it.
+/// Share of a step of size `h` at which a bearing of which no velocity is prescribed begins or
+/// ceases to slide, as [`change_of_form`] finds it.
 pub(crate) fn change_of_sliding(
     kind: JointKind,
     bearing: &JointBearing,

@@ -1,7 +1,8 @@
 //! Relative motion of two markers (docs/theory.md Eq. M.12, M.13).
 //!
-//! Axes are those of the markers: a hinge turns about `z`, a slider moves along `z`, a plane has the normal `z`. At zero
-//! coordinates the markers coincide. Coordinates are displacements along the parent's axes, then rotations.
+//! Axes are those of the markers: a hinge turns about `z`, a slider moves along `z`, a plane has
+//! the normal `z`. At zero coordinates the markers coincide. Coordinates are displacements along
+//! the parent's axes, then rotations.
 
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 
@@ -20,21 +21,24 @@ pub enum JointKind {
     Cylindrical,
     /// Angle about the parent's `x`, then angle about the child's `y`.
     Universal,
-    /// Quaternion `w x y z` from the child to the parent; velocities: angular velocity in the child's frame.
+    /// Quaternion `w x y z` from the child to the parent; velocities: angular velocity in the
+    /// child's frame.
     Spherical,
     /// Displacements along `x` and `y`, angle about `z`.
     Planar,
-    /// Displacement in the parent's frame and quaternion; velocities: rates of the displacement, angular velocity in the
-    /// child's frame.
+    /// Displacement in the parent's frame and quaternion; velocities: rates of the displacement,
+    /// angular velocity in the child's frame.
     Free,
     /// Displacement along `z`, for axisymmetric bodies.
     Axial,
-    /// Displacements along some of the parent's axes and rotations about some: of one about that axis, of two about the first axis of
-    /// the parent, then about the second of the child, of three by a quaternion.
+    /// Displacements along some of the parent's axes and rotations about some: of one about that
+    /// axis, of two about the first axis of the parent, then about the second of the child, of
+    /// three by a quaternion.
     Generic(FreeDirections),
 }
 
-/// The directions in which a joint lets its child move: displacements along `x`, `y`, `z` of the parent's marker, rotations about them.
+/// The directions in which a joint lets its child move: displacements along `x`, `y`, `z` of the
+/// parent's marker, rotations about them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct FreeDirections(pub [bool; 6]);
 
@@ -85,7 +89,8 @@ pub struct JointMotion {
     pub velocity: Vector3<f64>,
     /// Relative angular velocity [rad/s].
     pub angular_velocity: Vector3<f64>,
-    /// Rate of the angular velocity when all velocities are constant [rad/s²]; that of the velocity is zero.
+    /// Rate of the angular velocity when all velocities are constant [rad/s²]; that of the velocity
+    /// is zero.
     pub bias: Vector3<f64>,
 }
 
@@ -136,7 +141,8 @@ impl JointKind {
         self.free_directions().displacements().count()
     }
 
-    /// Index of the quaternion among the position coordinates, and of the angular velocity among the velocities.
+    /// Index of the quaternion among the position coordinates, and of the angular velocity among
+    /// the velocities.
     pub fn quaternion(self) -> Option<usize> {
         (self.free_directions().rotations().count() == 3).then(|| self.n_displacements())
     }
@@ -241,7 +247,8 @@ impl JointKind {
         }
     }
 
-    /// Moves position coordinates by a small `change`, which counts like velocities over a unit of time.
+    /// Moves position coordinates by a small `change`, which counts like velocities over a unit of
+    /// time.
     pub fn displace(self, positions: &mut [f64], change: &[f64]) {
         let n_plain = self.quaternion().unwrap_or(positions.len());
         for (p, c) in positions[..n_plain].iter_mut().zip(change) {
@@ -262,7 +269,8 @@ impl JointMotion {
         self.columns[k].translation = axis;
     }
 
-    /// Turns the child about its present axis number `axis`, which points `along` in the parent marker's frame.
+    /// Turns the child about its present axis number `axis`, which points `along` in the parent
+    /// marker's frame.
     fn turn(&mut self, k: usize, axis: usize, along: Vector3<f64>, angle: f64) {
         self.rotation *=
             UnitQuaternion::from_axis_angle(&Unit::new_unchecked(Vector3::ith(axis, 1.0)), angle);
@@ -294,7 +302,8 @@ pub(crate) struct JointPoint {
 }
 
 impl JointPoint {
-    /// The motion of a joint with `n` velocities in the axes into which `rotation` turns the parent marker's axes.
+    /// The motion of a joint with `n` velocities in the axes into which `rotation` turns the parent
+    /// marker's axes.
     pub(crate) fn new(motion: &JointMotion, rotation: &UnitQuaternion<f64>, n: usize) -> Self {
         let matrix = rotation.to_rotation_matrix();
         let mut columns = [JointColumn::default(); 6];

@@ -15,7 +15,8 @@ use crate::error::DynamicsError;
 use crate::joint_fault::JointFault;
 use crate::kinematics::Marker;
 
-/// Deviation of axes above which a joint leads out of the plane or off the axis of a body's model; angles typed in degrees.
+/// Deviation of axes above which a joint leads out of the plane or off the axis of a body's model;
+/// angles typed in degrees.
 const ALIGNMENT: f64 = 1e-9;
 
 /// Refuses damping of another size, or negative.
@@ -159,7 +160,8 @@ pub(super) fn tree_joints(named: &NamedBodies<'_>) -> Result<Vec<TreeJoint>, Dyn
         .collect())
 }
 
-/// Refuses joints that lead out of the plane of a plane model, or off the axis of an axisymmetric one.
+/// Refuses joints that lead out of the plane of a plane model, or off the axis of an axisymmetric
+/// one.
 pub(super) fn check_suits_model(
     body: &BodySpec,
     joint: &TreeJoint,

@@ -12,13 +12,15 @@ use crate::system::tree_kinematics::{SpatialVector, join};
 pub(in crate::system) struct Answer<T: Scalar> {
     /// Forces and moments on the frames, in body axes.
     pub frame_forces: Vec<[T; 6]>,
-    /// Forces on elastic coordinates and along the free velocities of the joints, in the order of rates.
+    /// Forces on elastic coordinates and along the free velocities of the joints, in the order of
+    /// rates.
     pub forces: Vec<T>,
     /// Accelerations of all coordinates, in the order of rates.
     pub rates: Vec<T>,
     /// Accelerations of the frames, in body axes; less gravity if there is some.
     pub frames: Vec<[T; 6]>,
-    /// Forces and moments of the joints on the bodies, at the parents' markers and in the parents' axes.
+    /// Forces and moments of the joints on the bodies, at the parents' markers and in the parents'
+    /// axes.
     pub wrenches: Vec<[T; 6]>,
     courses: Vec<Course<T>>,
 }
@@ -34,7 +36,8 @@ struct Course<T: Scalar> {
     on_frame: Vector6<T>,
     /// Motion of the place that the joint holds while neither the frame moves nor the joint acts.
     gives_way: Vector6<T>,
-    /// Motions of the markers of the bodies attached, without what the frame, the own joint and later ones bring.
+    /// Motions of the markers of the bodies attached, without what the frame, the own joint and
+    /// later ones bring.
     markers: Vec<Vector6<T>>,
     /// Forces of the bodies attached.
     attached: Vec<Vector6<T>>,
@@ -69,12 +72,14 @@ impl<T: Number> Answer<T> {
         self.forces.fill(T::zero());
     }
 
-    /// Forces on the uncoupled modes of body `body` in the end: with those of its joints and of the inertia of its frame.
+    /// Forces on the uncoupled modes of body `body` in the end: with those of its joints and of the
+    /// inertia of its frame.
     pub fn modal_forces(&self, body: usize) -> &[T] {
         &self.courses[body].forces
     }
 
-    /// Accelerations under the forces; with `gravity` also by that, by velocities and by prescribed motions.
+    /// Accelerations under the forces; with `gravity` also by that, by velocities and by prescribed
+    /// motions.
     pub fn solve(&mut self, tree: FactorisedTree<'_, T>, gravity: Option<&Vector3<f64>>) {
         let has_biases = gravity.is_some();
         for &i in tree.model.order.iter().rev() {
@@ -145,7 +150,8 @@ impl<T: Number> Answer<T> {
         course.given = transposed_applied(&from_real(&pose.across), &force);
     }
 
-    /// Motion of body `i` from that of the parent's marker; leaves the motions of its children's markers.
+    /// Motion of body `i` from that of the parent's marker; leaves the motions of its children's
+    /// markers.
     fn place(
         &mut self,
         FactorisedTree { model, pose: tree, factors }: FactorisedTree<'_, T>,

@@ -28,7 +28,8 @@ impl<T: Number> Impedance<T> {
     }
 }
 
-/// A body on another one's marker, as that one feels it: the force on the parent is `given - felt p` for the motion `p` of the marker.
+/// A body on another one's marker, as that one feels it: the force on the parent is
+/// `given - felt p` for the motion `p` of the marker.
 #[derive(Debug, Clone)]
 pub(super) struct Attached<T> {
     /// Motion of the marker by that of the frame, `V`.
@@ -45,15 +46,17 @@ pub(super) struct BodyFactors<T> {
     /// Reciprocal impedance of the modes.
     pub modes: Vec<T>,
     pub attached: Vec<Attached<T>>,
-    /// Compliance between the markers of the bodies attached, `Λ`, row by row; eliminated from the first on.
+    /// Compliance between the markers of the bodies attached, `Λ`, row by row; eliminated from the
+    /// first on.
     pub between: Vec<Matrix6<T>>,
-    /// Motion of the frame by the force on it while the place that the joint holds does not move, and by the motion of that place, `P`;
-    /// not used if the joint does not feel the modes.
+    /// Motion of the frame by the force on it while the place that the joint holds does not move,
+    /// and by the motion of that place, `P`; not used if the joint does not feel the modes.
     pub frame_by_force: Matrix6<T>,
     pub frame_by_place: Matrix6<T>,
     /// Force of the joint by the motion of the place that it holds, `W`.
     pub own: Matrix6<T>,
-    /// Velocities of the joint by forces along them, `E`; by the motion of its place; force on the place by forces along them.
+    /// Velocities of the joint by forces along them, `E`; by the motion of its place; force on the
+    /// place by forces along them.
     pub joint_mobility: Matrix6<T>,
     pub joint_share: Matrix6<T>,
     pub by_joint_force: Matrix6<T>,
@@ -93,7 +96,8 @@ impl<T: Number> TreeFactors<T> {
         }
     }
 
-    /// Eliminates all bodies; `modes` gives the impedance of the modes of each body, `joints` that of the joints' springs.
+    /// Eliminates all bodies; `modes` gives the impedance of the modes of each body, `joints` that
+    /// of the joints' springs.
     ///
     /// # Errors
     /// [`MotionFault::Inertia`].
@@ -133,7 +137,8 @@ impl<T: Number> BodyFactors<T> {
         }
     }
 
-    /// Eliminates body `i`, whose children have the inertia `felt`; returns its own. The error says which coordinates lack inertia.
+    /// Eliminates body `i`, whose children have the inertia `felt`; returns its own. The error says
+    /// which coordinates lack inertia.
     fn eliminate(
         &mut self,
         model: &MultibodyModel,
@@ -184,8 +189,9 @@ impl<T: Number> BodyFactors<T> {
         self.close_joint(body, pose, joints)
     }
 
-    /// Motion of the frame and force of the joint by the force on the frame and the motion of the place that the joint holds, from the
-    /// frame's inertia and the motions of the place by those of the frame and by its force.
+    /// Motion of the frame and force of the joint by the force on the frame and the motion of the
+    /// place that the joint holds, from the frame's inertia and the motions of the place by those
+    /// of the frame and by its force.
     fn release(
         &mut self,
         pose: &BodyPose,
@@ -193,7 +199,8 @@ impl<T: Number> BodyFactors<T> {
         lever: &Matrix6<T>,
         yields: &Matrix6<T>,
     ) -> Option<()> {
-        // Both motions in units in which they weigh about one: what the modes yield may outweigh the frame by many orders.
+        // Both motions in units in which they weigh about one: what the modes yield may outweigh
+        // the frame by many orders.
         let frame_unit: [f64; 6] = std::array::from_fn(|k| pose.sizes[k / 3].recip());
         let place_unit: [f64; 6] =
             std::array::from_fn(|k| (frame_unit[k].powi(2) + yields[(k, k)].norm1()).sqrt());
@@ -214,7 +221,8 @@ impl<T: Number> BodyFactors<T> {
         Some(())
     }
 
-    /// Attaches child `k`, whose joint has the inertia `felt`; returns that inertia as the rest of the body sees it.
+    /// Attaches child `k`, whose joint has the inertia `felt`; returns that inertia as the rest of
+    /// the body sees it.
     fn attach(&mut self, k: usize, felt: &Matrix6<T>, is_still: bool) -> Option<Matrix6<T>> {
         if is_still {
             self.attached[k].gate = Matrix6::identity();
@@ -238,7 +246,8 @@ impl<T: Number> BodyFactors<T> {
         Some(stiffened)
     }
 
-    /// What the joint makes of the inertia of the place that it holds: returns what the parent feels.
+    /// What the joint makes of the inertia of the place that it holds: returns what the parent
+    /// feels.
     fn close_joint(
         &mut self,
         body: &TreeBody,

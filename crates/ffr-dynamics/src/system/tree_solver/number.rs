@@ -1,11 +1,14 @@
-//! Real and complex numbers in which a tree is solved; products and inverses of a few rows and columns.
+//! Real and complex numbers in which a tree is solved; products and inverses of a few rows and
+//! columns.
 //!
-//! They work on arrays of columns, whose lengths are known, so that compilers find whole registers to work on.
+//! They work on arrays of columns, whose lengths are known, so that compilers find whole registers
+//! to work on.
 
 use faer::c64;
 use nalgebra::{ArrayStorage, ComplexField, Matrix6, SMatrix, Vector6};
 
-/// Pivot, as a share of the diagonal entry it came from, below which an inertia counts as singular: round-off.
+/// Pivot, as a share of the diagonal entry it came from, below which an inertia counts as singular:
+/// round-off.
 const SMALLEST_PIVOT: f64 = 1e-13;
 
 /// Number of a linear system whose impedances are real or complex.
@@ -36,7 +39,8 @@ impl Number for c64 {
     }
 }
 
-/// Inverse by Gauss-Jordan elimination with row pivots; none if the matrix is singular or not finite.
+/// Inverse by Gauss-Jordan elimination with row pivots; none if the matrix is singular or not
+/// finite.
 pub(super) fn inverse<T: Number, const N: usize>(matrix: &SMatrix<T, N, N>) -> Option<SMatrix<T, N, N>> {
     let mut a = matrix.data.0;
     let mut rows = [0; N];

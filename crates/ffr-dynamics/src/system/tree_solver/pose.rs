@@ -8,15 +8,16 @@ use crate::system::joints::forces::joint_tangent;
 use crate::system::model::{JointCoordinates, MultibodyModel};
 use crate::system::tree_kinematics::{JointKinematics, SpatialVector};
 
-/// One body and the joint to its parent. Columns belong to uncoupled modes, rows to a translation and a rotation.
+/// One body and the joint to its parent. Columns belong to uncoupled modes, rows to a translation
+/// and a rotation.
 #[derive(Debug, Clone)]
 pub(super) struct BodyPose {
     /// Inertia of the frame.
     pub rigid: Matrix6<f64>,
     /// Coupling of frame and modes, one column for each mode.
     pub coupling: Vec<SpatialVector>,
-    /// Motion of the place that the own joint holds by the modes; empty if it does not feel them. That place is then the marker,
-    /// otherwise the frame.
+    /// Motion of the place that the own joint holds by the modes; empty if it does not feel them.
+    /// That place is then the marker, otherwise the frame.
     pub own: Vec<SpatialVector>,
     /// Motion of that place by that of the frame.
     pub at_own: Matrix6<f64>,
@@ -32,7 +33,8 @@ pub(super) struct BodyPose {
     pub bias: Vector6<f64>,
     /// The same of the parent's marker.
     pub parent_bias: Vector6<f64>,
-    /// Size of the body's inertia, its square root: of a translation and of a rotation [√kg, √kg m].
+    /// Size of the body's inertia, its square root: of a translation and of a rotation [√kg, √kg
+    /// m].
     pub sizes: [f64; 2],
     /// Stiffness and damping of the joint's free velocities about the present motion.
     pub springs: [[f64; 2]; 6],
@@ -112,7 +114,8 @@ impl TreePose {
             pose.bias = Vector6::from(edge.bias);
             pose.parent_bias = Vector6::from(edge.parent_bias);
             if !pose.own.is_empty() {
-                // At the marker the modes' displacements and turns have little to do with each other, at a frame far off they have.
+                // At the marker the modes' displacements and turns have little to do with each
+                // other, at a frame far off they have.
                 let arm = edge.child_point.arm.cross_matrix();
                 pose.at_own.fixed_view_mut::<3, 3>(0, 3).copy_from(&-arm);
                 pose.across = product(&pose.at_own, &pose.across);

@@ -51,8 +51,8 @@ pub fn overview(files: &[ResultData]) -> Result<Vec<Figure>, String> {
     Ok(vec![figure])
 }
 
-/// One figure an impact, time counted from its first contact; the n-th impact of a contact is compared with the n-th of the
-/// other files.
+/// One figure an impact, time counted from its first contact; the n-th impact of a contact is
+/// compared with the n-th of the other files.
 pub fn impacts(files: &[ResultData]) -> Result<Vec<Figure>, String> {
     let mut figures: Vec<(f64, Figure)> = Vec::new();
     for contact in contacts(files) {

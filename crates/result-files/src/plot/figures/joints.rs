@@ -9,7 +9,8 @@ const AXES: [&str; 3] = ["x", "y", "z"];
 /// Part of the largest component below which one is nothing.
 const NOTHING: f64 = 1e-9;
 
-/// One figure per joint: force above moment. One file: a curve per component. Several: a panel per component.
+/// One figure per joint: force above moment. One file: a curve per component. Several: a panel per
+/// component.
 pub fn figures(files: &[ResultData]) -> Result<Vec<Figure>, String> {
     let joints = names(files.iter().flat_map(|f| f.reactions.iter().map(|r| r.0.as_str())));
     if joints.is_empty() {

@@ -6,12 +6,14 @@ use crate::plot::figure::{Axis, Figure, Panel, entries};
 
 /// Names of the components.
 const AXES: [&str; 3] = ["x", "y", "z"];
-/// Part of the largest component below which one is nothing: what rounding and the parts of a mesh leave of symmetry.
+/// Part of the largest component below which one is nothing: what rounding and the parts of a mesh
+/// leave of symmetry.
 const NOTHING: f64 = 1e-6;
 /// The same of stress: what elements leave of a stress that vanishes.
 const STRESSLESS: f64 = 1e-6;
 
-/// One figure per point: displacement from its first place, and velocity; a panel per component, a curve per file.
+/// One figure per point: displacement from its first place, and velocity; a panel per component, a
+/// curve per file.
 pub fn figures(files: &[ResultData]) -> Result<Vec<Figure>, String> {
     let points = names(files.iter().flat_map(|f| f.points.iter().map(|p| p.0.as_str())));
     if points.is_empty() {

@@ -1,4 +1,5 @@
-//! Contact pressure at the largest force of each contact: over the line of points of flat and axisymmetric models, as a map of the others.
+//! Contact pressure at the largest force of each contact: over the line of points of flat and
+//! axisymmetric models, as a map of the others.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -9,7 +10,8 @@ use crate::pressure_series::PressureSeries;
 
 /// Part of the largest extent below which points lie on a line.
 const NARROW: f64 = 1e-2;
-/// Cosine of the angle between a direction and an axis of the body below which they count as one: 10°, which shortens by 1.5 %.
+/// Cosine of the angle between a direction and an axis of the body below which they count as one:
+/// 10°, which shortens by 1.5 %.
 const ALIGNED: f64 = 0.985;
 /// Room about the points of a map, as a part of half its side.
 const ROOM: f64 = 1.08;
@@ -37,7 +39,8 @@ pub fn figures(files: &[ResultData]) -> Result<Vec<Figure>, String> {
     Ok(figures)
 }
 
-/// The loaded points of contact `name` at the stored instant of its largest force, and that instant \[s\].
+/// The loaded points of contact `name` at the stored instant of its largest force, and that instant
+/// \[s\].
 fn at_peak(file: &ResultData, name: &str) -> Option<(f64, Vec<Loaded>)> {
     let (_, series) = file.pressures.iter().find(|p| p.0 == name)?;
     let sum = |i: usize| series.range(i).map(|k| force(series, k)).sum::<f64>();
@@ -109,7 +112,8 @@ struct Way {
     words: String,
 }
 
-/// The two directions of the plane in which `points` lie best; axes of the body where those are about in that plane.
+/// The two directions of the plane in which `points` lie best; axes of the body where those are
+/// about in that plane.
 fn directions(points: &[Loaded]) -> [Way; 2] {
     let n = points.len().max(1) as f64;
     let middle = points.iter().map(|p| p.place).sum::<Vector3<f64>>() / n;
@@ -157,7 +161,8 @@ fn coordinate(file: &ResultData, name: &str, way: &Way) -> String {
     if is_ring && way.words == "x" { "radius".into() } else { way.words.clone() }
 }
 
-/// Points in the plane of `ways`, coloured by their pressure up to `largest`, both directions to one scale.
+/// Points in the plane of `ways`, coloured by their pressure up to `largest`, both directions to
+/// one scale.
 fn map(points: &[Loaded], ways: &[Way; 2], largest: f64) -> Panel {
     let ranges = ways.each_ref().map(|way| range(points, &way.direction));
     // Half of the area's width beyond the outermost points.
@@ -191,7 +196,8 @@ fn side_view(points: &[Loaded], way: &Way) -> Panel {
 mod tests {
     use super::*;
 
-    /// Points of a zone of `a` by `b` whose plane holds the unit vectors `u` and `v`, bulged towards their normal.
+    /// Points of a zone of `a` by `b` whose plane holds the unit vectors `u` and `v`, bulged
+    /// towards their normal.
     fn zone(u: Vector3<f64>, v: Vector3<f64>, (a, b): (f64, f64)) -> Vec<Loaded> {
         let at = |i: i32, j: i32| (0.1 * f64::from(i), 0.1 * f64::from(j));
         let cells = (-10..=10).flat_map(|i| (-10..=10).map(move |j| at(i, j)));

@@ -4,12 +4,14 @@ use super::{curve, labels, names, title};
 use crate::plot::data::{ResultData, StressLine};
 use crate::plot::figure::{Axis, Figure, Panel, entries};
 
-/// Part of the largest component below which one is nothing: what elements leave of a stress that vanishes.
+/// Part of the largest component below which one is nothing: what elements leave of a stress that
+/// vanishes.
 const NOTHING: f64 = 1e-6;
 /// How the legend calls the von Mises stress.
 const VON_MISES: &str = "von Mises";
 
-/// One figure per line over the distance from its first point. One file: a curve per component. Several: a panel per component.
+/// One figure per line over the distance from its first point. One file: a curve per component.
+/// Several: a panel per component.
 pub fn figures(files: &[ResultData]) -> Result<Vec<Figure>, String> {
     let lines = names(files.iter().flat_map(|f| f.lines.iter().map(|l| l.name.as_str())));
     if lines.is_empty() {

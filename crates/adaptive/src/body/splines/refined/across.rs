@@ -1,4 +1,5 @@
-//! Lattices of patches beyond shared faces: they go on with the elements that the levels have there (theory Eq. A.11).
+//! Lattices of patches beyond shared faces: they go on with the elements that the levels have there
+//! (theory Eq. A.11).
 
 use iga_core::hierarchical::{Neighbours, PatchTies, SharedFace};
 use iga_core::nurbs::Patch;
@@ -10,8 +11,9 @@ use super::LinkedLattice;
 use super::levels::links;
 use crate::adaptivity::lattice::DirectionLattice;
 
-/// Adds lattices to directions of `patches` that have none, from patch to patch, beginning with those that hold `places`, which have one in every
-/// direction: through the shared face, with elements as long as on its other side.
+/// Adds lattices to directions of `patches` that have none, from patch to patch, beginning with
+/// those that hold `places`, which have one in every direction: through the shared face, with
+/// elements as long as on its other side.
 pub(super) fn extend(patches: &[Patch], lattices: &mut Vec<LinkedLattice>, places: &[(usize, [f64; 3])]) {
     let links = links(patches);
     let ties: Vec<PatchTies> = patches.iter().map(PatchTies::detect).collect();
@@ -39,7 +41,8 @@ fn of_group(links: &[Vec<Linked>], lattices: &[LinkedLattice], group: usize) -> 
     found.map(|l| l.lattice)
 }
 
-/// Adds the lattice across a shared face in the other patch, if there is none; `places` are those of both patches nearest to the zone.
+/// Adds the lattice across a shared face in the other patch, if there is none; `places` are those
+/// of both patches nearest to the zone.
 fn add(
     patches: &[Patch],
     links: &[Vec<Linked>],

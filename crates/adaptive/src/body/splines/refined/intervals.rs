@@ -1,4 +1,5 @@
-//! Contact intervals as a fine model has them: which elements they hold, and the rows by which their use is judged (theory section A.1, Eq. A.9).
+//! Contact intervals as a fine model has them: which elements they hold, and the rows by which
+//! their use is judged (theory section A.1, Eq. A.9).
 
 use contact_qs::surface_pair::TargetFace;
 use iga_core::ParameterBox;
@@ -16,8 +17,8 @@ use crate::adaptivity::interval::{IntervalEnd, IntervalGrid};
 use crate::body::splines::ElasticBody;
 use crate::body::zone::ZoneLimits;
 
-/// Slack of comparisons between parameters, as a share of an element of the finest level: far above what round-off does to
-/// elements that are not refused, far below a distance between points.
+/// Slack of comparisons between parameters, as a share of an element of the finest level: far above
+/// what round-off does to elements that are not refused, far below a distance between points.
 const PARAMETER_SLACK: f64 = 1e-2;
 /// Height over length of a line that counts as straight: round-off of its net.
 const STRAIGHT: f64 = 1e-9;
@@ -29,7 +30,8 @@ pub struct FineInterval {
     pub parts: Vec<IntervalPart>,
     /// What lies at the ends, one entry per direction along the touched face.
     pub ends: Vec<[IntervalEnd; 2]>,
-    /// Rows of contact elements per direction along the touched face; 1 in directions that the face does not have.
+    /// Rows of contact elements per direction along the touched face; 1 in directions that the face
+    /// does not have.
     pub n_elements: [usize; 2],
     /// Widths that were asked for \[m\].
     pub widths: [f64; 2],
@@ -49,7 +51,8 @@ pub struct IntervalPart {
     /// Number of its first element among those of the finest level, along the face.
     first: [usize; 2],
     slack: [f64; 3],
-    /// Ends at which the surface ends with an edge, and the direction and side of the interval on which they lie.
+    /// Ends at which the surface ends with an edge, and the direction and side of the interval on
+    /// which they lie.
     edges: Vec<Edge>,
 }
 
@@ -241,7 +244,8 @@ fn least_element(knots: &KnotVector, region: &ParameterBox, d: usize) -> f64 {
     sizes.fold(f64::INFINITY, f64::min)
 }
 
-/// Whether the line of a solid body's `face` through `centre` in direction `d` is straight, but for round-off.
+/// Whether the line of a solid body's `face` through `centre` in direction `d` is straight, but for
+/// round-off.
 fn is_straight(patch: &Patch, face: &Face, (centre, d): (&[f64; 3], usize)) -> bool {
     let (first, last) = patch.knots()[d].domain();
     let points = [0.0, 0.3, 0.5, 0.8, 1.0].map(|share| {

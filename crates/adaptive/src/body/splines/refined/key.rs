@@ -9,7 +9,8 @@ use crate::body::splines::ElasticBody;
 use crate::spec::DivisionRule;
 use crate::store::{Bytes, body_definition};
 
-/// What the matrices of a body are made from that is refined for `interval`; without one its own elements.
+/// What the matrices of a body are made from that is refined for `interval`; without one its own
+/// elements.
 pub fn zone_definition(body: &ElasticBody, interval: Option<(&WantedInterval, &FineSettings)>) -> Bytes {
     let mut key = Bytes(body_definition(&body.spec));
     if let Some((wanted, settings)) = interval {

@@ -13,8 +13,9 @@ use crate::adaptivity::lattice::DirectionLattice;
 /// Elements by which the coarser levels of a lattice reach beyond the interval at least.
 const COARSE_REACH: usize = 2;
 
-/// Elements by which a level that splits elements into `parts` reaches beyond an interval. A function of the finer level
-/// that is not zero on the interval ends within the degree divided by `parts` elements of the coarser one.
+/// Elements by which a level that splits elements into `parts` reaches beyond an interval. A
+/// function of the finer level that is not zero on the interval ends within the degree divided by
+/// `parts` elements of the coarser one.
 pub(super) fn growth(knots: &KnotVector, parts: usize, settings: &FineSettings) -> usize {
     let degree = knots.degree();
     let own = if parts == 1 { degree } else { degree.div_ceil(2) };
@@ -74,7 +75,8 @@ impl Levels {
         levels[levels.len() - 1].knots()
     }
 
-    /// Boxes around the regions, grown by as many elements of the last level as `by` says for each direction of each patch.
+    /// Boxes around the regions, grown by as many elements of the last level as `by` says for each
+    /// direction of each patch.
     fn boxes(&self, by: impl Fn(usize, usize) -> usize) -> Result<Vec<Vec<IndexBox>>, SplineError> {
         let grow = |patch: usize| {
             let n = self.knots(patch).len();
@@ -119,14 +121,15 @@ impl Levels {
     ) -> Result<(), SplineError> {
         let n_levels = lattices.iter().map(|l| l.lattice.n_skipped + l.lattice.n_levels).max().unwrap_or(0);
         for level in (0..n_levels).rev() {
-            // Levels beyond the finest reach out further: their elements then grow with the distance from the contact.
+            // Levels beyond the finest reach out further: their elements then grow with the
+            // distance from the contact.
             let reach = |patch: usize, d: usize| {
                 let knots = &self.knots(patch)[d];
                 let lattice = self.lattice_of(lattices, patch, d);
                 let divides = lattice.is_some_and(|l| l.divides(level));
                 let own = growth(knots, if divides { 2 } else { 1 }, settings);
-                // Finer levels that leave the direction as it is reach out by its degree. Elements of this one hold two of those, but
-                // for two at a knot of the coarse model.
+                // Finer levels that leave the direction as it is reach out by its degree. Elements
+                // of this one hold two of those, but for two at a knot of the coarse model.
                 let finer = if divides && lattice.is_some_and(|l| l.n_skipped > 0) {
                     knots.degree().div_ceil(2) + 1
                 } else {
@@ -159,7 +162,8 @@ impl Levels {
         found.map(|l| &l.lattice)
     }
 
-    /// Points of a lattice on a level that the last one has not, in elements that some patch refines.
+    /// Points of a lattice on a level that the last one has not, in elements that some patch
+    /// refines.
     fn new_knots(
         &self,
         of: &LinkedLattice,
@@ -182,7 +186,8 @@ impl Levels {
         Ok(of.lattice.new_knots(coarse, level, |e| is_wanted[e]))
     }
 
-    /// The knots of the next level of a patch: those of the last one and, in directions divided together with a lattice, the `new` ones of it.
+    /// The knots of the next level of a patch: those of the last one and, in directions divided
+    /// together with a lattice, the `new` ones of it.
     fn finer(
         &self,
         patch: usize,
@@ -204,14 +209,15 @@ impl Levels {
     }
 }
 
-/// What turns a parameter of a direction into that of one that runs against it, if it does, over the same range.
+/// What turns a parameter of a direction into that of one that runs against it, if it does, over
+/// the same range.
 pub(super) fn mirror(knots: &KnotVector, is_against: bool) -> impl Fn(f64) -> f64 + use<> {
     let (first, last) = knots.domain();
     move |u| if is_against { first + (last - u) } else { u }
 }
 
-/// Splits the elements that are `wanted` into `parts` equal ones. Elsewhere the next level is not used and needs no knots, of
-/// which a long body would have many.
+/// Splits the elements that are `wanted` into `parts` equal ones. Elsewhere the next level is not
+/// used and needs no knots, of which a long body would have many.
 fn split_inside(
     coarse: &KnotVector,
     parts: usize,

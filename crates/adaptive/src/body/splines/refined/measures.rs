@@ -1,4 +1,5 @@
-//! Lengths of an interval on a body: how far it reaches along the surface and into the depth (theory section A.2).
+//! Lengths of an interval on a body: how far it reaches along the surface and into the depth
+//! (theory section A.2).
 
 use iga_core::elasticity::Model;
 use iga_core::knots::KnotVector;
@@ -17,8 +18,9 @@ const RESOLVED: f64 = 1e3;
 
 /// Ends of an interval of width `width` about `point`, along the surface \[m\].
 ///
-/// An interval that would cross the axis of an axisymmetric model goes from the axis outwards: what lies beyond the axis is
-/// the same surface once more, and a search finds points on the axis no nearer to it than the square root of round-off.
+/// An interval that would cross the axis of an axisymmetric model goes from the axis outwards: what
+/// lies beyond the axis is the same surface once more, and a search finds points on the axis no
+/// nearer to it than the square root of round-off.
 pub(super) fn reach(coarse: &ElasticBody, point: &[f64; 3], width: f64) -> [f64; 2] {
     let half = 0.5 * width;
     let is_on_axis = coarse.spec.model == Model::Axisymmetric && point[0].abs() < half;
@@ -26,12 +28,14 @@ pub(super) fn reach(coarse: &ElasticBody, point: &[f64; 3], width: f64) -> [f64;
     if is_on_axis { [-(width - point[0]), width - point[0]] } else { [-half, half] }
 }
 
-/// Share of half the width of an interval to which the finest level goes into the depth. Contact uses some three quarters of the width, and the
-/// largest shear stress lies 0.48 half widths of the contact deep (Johnson, section 4.2): before the finest level ends. Beyond, stress varies over
+/// Share of half the width of an interval to which the finest level goes into the depth. Contact
+/// uses some three quarters of the width, and the largest shear stress lies 0.48 half widths of the
+/// contact deep (Johnson, section 4.2): before the finest level ends. Beyond, stress varies over
 /// lengths that coarser levels resolve (docs/decisions/0019).
 const DEPTH: f64 = 0.5;
 
-/// How deep the finest level goes: a quarter of the width of the interval, of an elongated one the smaller quarter \[m\].
+/// How deep the finest level goes: a quarter of the width of the interval, of an elongated one the
+/// smaller quarter \[m\].
 pub(super) fn depth(coarse: &ElasticBody, patch: &Patch, wanted: &WantedInterval) -> f64 {
     let point = patch.point(&wanted.face.on_face(&wanted.centre));
     let half = |&w: &f64| reach(coarse, &point, w)[1];
@@ -51,7 +55,8 @@ pub(super) fn fail(coarse: &ElasticBody, source: SubdivisionError) -> AdaptiveEr
     AdaptiveError::Subdivision { body: coarse.name.clone(), source }
 }
 
-/// Refuses elements so small that round-off of parameters, or of places on the body, would fold them.
+/// Refuses elements so small that round-off of parameters, or of places on the body, would fold
+/// them.
 pub(super) fn check_resolved(
     coarse: &ElasticBody,
     knots: &KnotVector,

@@ -1,4 +1,5 @@
-//! Where the levels of a fine model lie: graded lattices, or Algorithm 3 of \[A\] (theory section A.2).
+//! Where the levels of a fine model lie: graded lattices, or Algorithm 3 of \[A\] (theory
+//! section A.2).
 
 use iga_core::ParameterBox;
 use iga_core::nurbs::Patch;
@@ -180,7 +181,8 @@ pub(super) fn faces<'a>(
     of_parts.chain(alone).zip(plan.regions.iter().map(|r| &r.bounds))
 }
 
-/// Parts into the depth, so that elements at the contact have about the same size in all directions.
+/// Parts into the depth, so that elements at the contact have about the same size in all
+/// directions.
 fn depth_parts(patch: &Patch, wanted: &WantedInterval, depth: usize, parts: &[[usize; 3]]) -> Vec<usize> {
     let xi = wanted.face.on_face(&wanted.centre);
     let first = patch.jet(&xi, 1, &mut PointBasis::default()).first;
@@ -200,8 +202,8 @@ fn depth_parts(patch: &Patch, wanted: &WantedInterval, depth: usize, parts: &[[u
     follow(size(depth), &along)
 }
 
-/// The box around which the levels are refined for an interval, its ends moved to knots. `taken` counts the intervals
-/// of each direction that were used before.
+/// The box around which the levels are refined for an interval, its ends moved to knots. `taken`
+/// counts the intervals of each direction that were used before.
 fn region(
     coarse: &ElasticBody,
     patch: &Patch,

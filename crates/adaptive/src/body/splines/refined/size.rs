@@ -9,12 +9,15 @@ use super::plan::faces;
 use super::{RefinementPlan, WantedInterval};
 use crate::adaptivity::subdivision::SubdivisionError;
 
-/// Memory of one fine model at most \[GB\]: what a large workstation has to give for one of two bodies of one contact.
+/// Memory of one fine model at most \[GB\]: what a large workstation has to give for one of two
+/// bodies of one contact.
 const MOST_GIGABYTES: f64 = 16.0;
-/// Dense matrices of the size of the compliance that live at the same time: flexibility, compliance, the contact's own.
+/// Dense matrices of the size of the compliance that live at the same time: flexibility,
+/// compliance, the contact's own.
 const DENSE: f64 = 3.0;
-/// Entries of the factor over `N^(4/3)` of `N` unknowns of a solid, and over `N log2 N` of a body of two directions (George 1973:
-/// nested dissection). The constants are orders of magnitude and not measured: they tell gigabytes from hundreds of them.
+/// Entries of the factor over `N^(4/3)` of `N` unknowns of a solid, and over `N log2 N` of a body
+/// of two directions (George 1973: nested dissection). The constants are orders of magnitude and
+/// not measured: they tell gigabytes from hundreds of them.
 const FILL: [f64; 2] = [60.0, 30.0];
 
 /// Memory of one fine model at most, less if the process may not take as much \[GB\].
@@ -33,8 +36,8 @@ pub fn gigabytes(dimension: usize, unknowns: f64, interface: f64) -> f64 {
 
 /// Refuses the `plan` of a fine model that no memory holds.
 ///
-/// Every function is counted as one per element, which holds but for the degree. Takes time in proportion to the
-/// number of levels.
+/// Every function is counted as one per element, which holds but for the degree. Takes time in
+/// proportion to the number of levels.
 ///
 /// # Errors
 /// [`SubdivisionError::TooLarge`] with the sizes in metres.

@@ -1,4 +1,5 @@
-//! A contact zone that spreads over several faces of a body: which parts of which faces lie in it (theory Eqs. A.8, A.9).
+//! A contact zone that spreads over several faces of a body: which parts of which faces lie in it
+//! (theory Eqs. A.8, A.9).
 
 use iga_core::ParameterBox;
 use iga_core::elasticity::Model;
@@ -16,17 +17,19 @@ use crate::body::splines::ElasticBody;
 
 /// Places a direction at which a face is looked at for parts of a zone.
 const SAMPLES: usize = 64;
-/// Cosine of the angle between normals on both sides of an edge up to which the surface goes on: 8 degrees, as where bodies touch (C.61).
+/// Cosine of the angle between normals on both sides of an edge up to which the surface goes on: 8
+/// degrees, as where bodies touch (C.61).
 const SMOOTH: f64 = 0.99;
 /// Rounds of a search whose window doubles: more than from an element to a body.
 const ROUNDS: usize = 40;
 
-/// Coordinates along the surface about the middle of a zone, in units of half its widths: along the first tangent of the touched face and across it, in
-/// the plane that touches the face there (A.8).
+/// Coordinates along the surface about the middle of a zone, in units of half its widths: along the
+/// first tangent of the touched face and across it, in the plane that touches the face there (A.8).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ZoneFrame {
     centre: Vector3<f64>,
-    /// Unit vectors along and across the first tangent; zero in a direction that the face does not have.
+    /// Unit vectors along and across the first tangent; zero in a direction that the face does not
+    /// have.
     axes: [Vector3<f64>; 2],
     /// Half the widths along the axes \[m\].
     half: [f64; 2],
@@ -37,7 +40,8 @@ pub struct ZoneFrame {
     pub ends: [[IntervalEnd; 2]; 2],
 }
 
-/// Widths of an area of contact in all directions, from those in two that need not be perpendicular (A.8).
+/// Widths of an area of contact in all directions, from those in two that need not be perpendicular
+/// (A.8).
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Extents {
     /// Directions half way between the two, and across that.
@@ -123,7 +127,8 @@ pub struct SpreadPart {
     pub bounds: ParameterBox,
     /// The place of the face that is nearest to the middle of the zone.
     pub nearest: [f64; 3],
-    /// Ends of the face in the zone at which the surface ends with an edge: directions, and whether it is the upper end.
+    /// Ends of the face in the zone at which the surface ends with an edge: directions, and whether
+    /// it is the upper end.
     pub edges: Vec<(usize, bool)>,
 }
 
@@ -158,8 +163,9 @@ impl<'a> Surroundings<'a> {
         }
     }
 
-    /// The face of another patch in which `face` goes on beyond its lower or upper end in direction `d`, found by going around that edge from
-    /// patch to patch; none where it ends with an edge of its patch.
+    /// The face of another patch in which `face` goes on beyond its lower or upper end in direction
+    /// `d`, found by going around that edge from patch to patch; none where it ends with an edge of
+    /// its patch.
     fn next(&self, face: &FaceId, (d, upper): (usize, bool)) -> Option<&Face> {
         let (mut held, mut to) = (*face, FaceId { direction: d, upper, ..*face });
         for _ in 0..self.patches.len() {
@@ -174,7 +180,8 @@ impl<'a> Surroundings<'a> {
         None
     }
 
-    /// The face in which `face` goes on smoothly beyond an end, at the places of both that are nearest to `point`.
+    /// The face in which `face` goes on smoothly beyond an end, at the places of both that are
+    /// nearest to `point`.
     pub fn smooth_next(&self, face: &Face, end: (usize, bool), point: &[f64; 3]) -> Option<&Face> {
         let next = self.next(&face.id, end)?;
         let normal = |face: &Face| Some(Vector3::from(self.nearest(face, point)?.1));
@@ -187,7 +194,8 @@ impl<'a> Surroundings<'a> {
         Some((found.xi, found.normal))
     }
 
-    /// The zone `wanted` with its parts on all faces that it reaches; none if it lies on the touched face alone.
+    /// The zone `wanted` with its parts on all faces that it reaches; none if it lies on the
+    /// touched face alone.
     pub fn spread(&self, wanted: &WantedInterval) -> Option<Spread> {
         let frame = ZoneFrame::new(self.body, wanted);
         let centre: [f64; 3] = frame.centre.into();
@@ -216,9 +224,11 @@ impl<'a> Surroundings<'a> {
         (parts.len() > 1).then_some(Spread { frame, parts })
     }
 
-    /// The least box of parameters of `face` that holds all of it in the zone; none if nothing is. `nearest` is its place nearest to the middle.
+    /// The least box of parameters of `face` that holds all of it in the zone; none if nothing is.
+    /// `nearest` is its place nearest to the middle.
     ///
-    /// Found by samples of a window, which grows until the zone ends in it, and then shrinks to the zone.
+    /// Found by samples of a window, which grows until the zone ends in it, and then shrinks to the
+    /// zone.
     fn part(
         &self,
         face: &Face,
@@ -267,7 +277,8 @@ impl<'a> Surroundings<'a> {
     }
 }
 
-/// The least box of the samples of `window` on a face that lie in the zone, and of the place nearest to its middle.
+/// The least box of the samples of `window` on a face that lie in the zone, and of the place
+/// nearest to its middle.
 fn samples(
     patch: &Patch,
     (face, nearest): (&Face, &[f64; 3]),

@@ -1,4 +1,5 @@
-//! Levels of a zone that spreads over several faces: one lattice for all directions that shared faces turn into one another (theory Eq. A.10).
+//! Levels of a zone that spreads over several faces: one lattice for all directions that shared
+//! faces turn into one another (theory Eq. A.10).
 
 use iga_core::ParameterBox;
 use iga_core::nurbs::Patch;
@@ -93,7 +94,8 @@ pub(super) fn spread_plan(
     Ok(RefinementPlan { division: Division::Lattice(lattices), regions, spread: Some(spread) })
 }
 
-/// What a part asks for: elements as short, in every direction, as the zone is wide there over their number.
+/// What a part asks for: elements as short, in every direction, as the zone is wide there over
+/// their number.
 fn needs<'a>(
     patches: &'a [Patch],
     spread: &Spread,

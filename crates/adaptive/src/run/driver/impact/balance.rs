@@ -1,4 +1,5 @@
-//! What a change of the model in the course of an impact costs: energy and momentum before and after, penalty factors lowered on the way.
+//! What a change of the model in the course of an impact costs: energy and momentum before and
+//! after, penalty factors lowered on the way.
 
 use ffr_dynamics::error::FailureKind;
 use nalgebra::Vector3;
@@ -19,8 +20,9 @@ pub(crate) struct Balance {
 }
 
 impl Driver<'_> {
-    /// Goes on in the present state with lower penalty factors after an error of the contact solver, if the search says so:
-    /// as low as the present state asks for (\[A\] section 4.1). Records the jump of energy.
+    /// Goes on in the present state with lower penalty factors after an error of the contact
+    /// solver, if the search says so: as low as the present state asks for (\[A\] section 4.1).
+    /// Records the jump of energy.
     pub(crate) fn lower_penalty(&mut self, failure: FailureKind) -> Result<bool, AdaptiveError> {
         let (t, y) = (self.integrator.time(), self.integrator.state().to_vec());
         let before = self.stored_balance();
@@ -46,7 +48,8 @@ impl Driver<'_> {
                 Err(refusal) => return Err(AdaptiveError::refused(t, refusal)),
             }
         }
-        // The forces were evaluated just now; Algorithm 1 may refuse a second time what it took once.
+        // The forces were evaluated just now; Algorithm 1 may refuse a second time what it took
+        // once.
         let after = self.evaluated_balance();
         // One jump, recorded with the first contact.
         for (n, i) in lowered.into_iter().enumerate() {
@@ -74,8 +77,8 @@ impl Driver<'_> {
             .map_err(|source| AdaptiveError::Contact { contact: self.model.contacts[i].name.clone(), source })
     }
 
-    /// Energy and momentum of the present state as it was found when the state was reached or the factor lowered last: forces may not be
-    /// evaluated any more.
+    /// Energy and momentum of the present state as it was found when the state was reached or the
+    /// factor lowered last: forces may not be evaluated any more.
     fn stored_balance(&mut self) -> Balance {
         let is_now = |t: f64| t.to_bits() == self.integrator.time().to_bits();
         if let Some((_, balance)) = self.lowered.as_ref().filter(|(t, _)| is_now(*t)) {

@@ -1,4 +1,5 @@
-//! Judgement of a trial of an impact: whether it is the result, and what the next one is to be like.
+//! Judgement of a trial of an impact: whether it is the result, and what the next one is to be
+//! like.
 
 use ffr_dynamics::error::EvaluationFailure;
 use tracing::debug;
@@ -15,14 +16,16 @@ use crate::run::driver::contact_slot::ContactSlot;
 use crate::run::driver::{Driver, TOUCHING};
 use crate::touch::parts::TouchKind;
 
-/// Trials after which an interval counts as impossible though a width is both too narrow and too wide: other contacts of the
-/// same impact may change the force from trial to trial, three times in a row is no coincidence.
+/// Trials after which an interval counts as impossible though a width is both too narrow and too
+/// wide: other contacts of the same impact may change the force from trial to trial, three times in
+/// a row is no coincidence.
 const MOST_CLOSED: u32 = 3;
 /// Ratio of successive growths of a width of which nothing is known, as large as the first growth.
 const GROWTH: f64 = 1.5;
-/// Share of the largest force on connected bodies below which a contact is not judged: a twentieth of the change of the peak force
-/// down to which penalty factors are searched. Such a contact changes no motion by more, and its force may be no more than the
-/// error of the motion, as between bodies at rest that a wave has not reached yet.
+/// Share of the largest force on connected bodies below which a contact is not judged: a twentieth
+/// of the change of the peak force down to which penalty factors are searched. Such a contact
+/// changes no motion by more, and its force may be no more than the error of the motion, as between
+/// bodies at rest that a wave has not reached yet.
 pub(crate) const MINOR: f64 = 1e-4;
 
 /// How a trial of an impact ended.
@@ -44,11 +47,13 @@ pub(crate) enum Ending {
 pub(crate) struct Intervals {
     /// Sizes of the zones of the next trial, where earlier ones have set them.
     pub sizes: Vec<Option<ZoneSize>>,
-    /// Widest interval whose edge was touched, and narrowest one that was too wide, a contact and direction \[m\].
+    /// Widest interval whose edge was touched, and narrowest one that was too wide, a contact and
+    /// direction \[m\].
     brackets: Vec<[(f64, f64); 2]>,
     /// How often no width was left between those, per contact.
     closed: Vec<u32>,
-    /// How often in a row an edge was touched and no width was known to be too wide, per contact and direction.
+    /// How often in a row an edge was touched and no width was known to be too wide, per contact
+    /// and direction.
     grown: Vec<[u32; 2]>,
     /// Contact whose interval changed last.
     pub latest: usize,
@@ -65,9 +70,10 @@ impl Intervals {
         }
     }
 
-    /// Takes the widths wanted next for contact `i` after `verdict`, and says which ones they are to be: from the third growth in a row on each
-    /// is larger than the one before, so that a first width that says nothing takes few trials. `None` if there is no width that can be acceptable:
-    /// the same one is too narrow and, by less than an element, too wide.
+    /// Takes the widths wanted next for contact `i` after `verdict`, and says which ones they are
+    /// to be: from the third growth in a row on each is larger than the one before, so that a first
+    /// width that says nothing takes few trials. `None` if there is no width that can be
+    /// acceptable: the same one is too narrow and, by less than an element, too wide.
     fn note(
         &mut self,
         i: usize,
@@ -121,8 +127,8 @@ impl Driver<'_> {
         self.model.contacts[i].refinement.as_ref().is_some_and(AdaptiveContact::is_width_given)
     }
 
-    /// Whether whole surfaces can take the place of the interval of contact `i`: no element of the bodies, of which rigid ones have none, is longer
-    /// than it is wide.
+    /// Whether whole surfaces can take the place of the interval of contact `i`: no element of the
+    /// bodies, of which rigid ones have none, is longer than it is wide.
     fn may_be_whole(&self, i: usize) -> bool {
         let (body, target) = self.model.system.forces()[i].contact.bodies();
         let width = self.slots[i].fine().map_or(0.0, |fine| fine.widths()[0]);
@@ -131,7 +137,8 @@ impl Driver<'_> {
             && [Some(body), target].into_iter().flatten().all(is_fine)
     }
 
-    /// Answer of Algorithm 2 for every refined contact that touched in a trial that ended as said, but for the `minor` ones.
+    /// Answer of Algorithm 2 for every refined contact that touched in a trial that ended as said,
+    /// but for the `minor` ones.
     pub(crate) fn assess(&self, ending: &Ending, minor: &[bool]) -> Vec<Option<IntervalAssessment>> {
         let mut verdicts = vec![None; self.slots.len()];
         for (i, (slot, contact)) in self.slots.iter().zip(&self.model.contacts).enumerate() {
@@ -243,8 +250,9 @@ impl Driver<'_> {
         Ok(Judgement::Again { demands, contact_steps: limit })
     }
 
-    /// For every contact whether its force in a trial that ended as said was too small, beside the largest force on the bodies that
-    /// it is connected with, to judge zone and penalty factor by it. In a trial cut short no force is known to be small.
+    /// For every contact whether its force in a trial that ended as said was too small, beside the
+    /// largest force on the bodies that it is connected with, to judge zone and penalty factor by
+    /// it. In a trial cut short no force is known to be small.
     pub(crate) fn minor_contacts(&self, ending: &Ending) -> Vec<bool> {
         if *ending != Ending::Complete {
             return vec![false; self.slots.len()];
@@ -258,8 +266,9 @@ impl Driver<'_> {
         minor(&peaks, &pairs, &is_closed, &self.groups)
     }
 
-    /// How much of the approach of the bodies of contact `i` was penetration in the running impact; none where nothing approached, and where
-    /// no springs stand between them: what Hertz's law calls approach is deformation.
+    /// How much of the approach of the bodies of contact `i` was penetration in the running impact;
+    /// none where nothing approached, and where no springs stand between them: what Hertz's law
+    /// calls approach is deformation.
     pub(crate) fn overlap(&self, i: usize) -> Option<Overlap> {
         let (facts, element) = (&self.model.contacts[i], &self.model.system.forces()[i].contact);
         if element.n_points() == 0 || !element.penalty().is_finite() {
@@ -314,7 +323,8 @@ fn touches_own_edge(verdict: &IntervalAssessment) -> bool {
     verdict.directions.iter().any(|d| d.verdict == Verdict::EdgeTouched)
 }
 
-/// Why a penalty factor is not the last one after a trial that ended as said, `overlap` of whose approach was penetration.
+/// Why a penalty factor is not the last one after a trial that ended as said, `overlap` of whose
+/// approach was penetration.
 fn penalty_cause(ending: &Ending, overlap: Option<Overlap>) -> PenaltyCause {
     match ending {
         Ending::TrialPassed => PenaltyCause::TrialPassed,
@@ -326,9 +336,9 @@ fn penalty_cause(ending: &Ending, overlap: Option<Overlap>) -> PenaltyCause {
     }
 }
 
-/// Contacts whose peak force is below [`MINOR`] of the largest among those that contacts and joints connect them with. `pairs`:
-/// bodies of each contact; `is_closed`: whether they touched, with force or without; `groups`: for each body the number of the
-/// group of bodies that joints connect.
+/// Contacts whose peak force is below [`MINOR`] of the largest among those that contacts and joints
+/// connect them with. `pairs`: bodies of each contact; `is_closed`: whether they touched, with
+/// force or without; `groups`: for each body the number of the group of bodies that joints connect.
 fn minor(peaks: &[f64], pairs: &[(usize, Option<usize>)], is_closed: &[bool], groups: &[usize]) -> Vec<bool> {
     let mut cluster: Vec<usize> = groups.to_vec();
     for ((body, target), _) in pairs.iter().zip(is_closed).filter(|(_, closed)| **closed) {
@@ -357,7 +367,8 @@ mod tests {
         assert_eq!(minor(&peaks, &pairs, &closed, &groups), [false, true, false, false]);
         // A joint between bodies 2 and 3 connects the third contact with the first.
         assert_eq!(minor(&peaks, &pairs, &closed, &[0, 1, 2, 2, 4, 5]), [false, true, true, false]);
-        // A row of bodies that touch without force in the middle is connected; bodies that are apart do not.
+        // A row of bodies that touch without force in the middle is connected; bodies that are
+        // apart do not.
         let (row, peaks) = ([(0, Some(1)), (1, Some(2)), (2, Some(3))], [1.0, 0.0, 1e-9]);
         assert_eq!(minor(&peaks, &row, &[true; 3], &groups), [false, true, true]);
         assert_eq!(minor(&peaks, &row, &[true, false, true], &groups), [false, true, false]);

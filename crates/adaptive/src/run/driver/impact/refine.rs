@@ -24,8 +24,8 @@ use crate::touch::parts::TouchKind;
 
 /// Relative error a step of a preview, which only sizes an interval.
 const PREVIEW_TOLERANCE: f64 = 1e-6;
-/// Steps of a preview without a larger force than before, after which it ends: bodies that rest on each other never part. As many
-/// more as it took to the largest force.
+/// Steps of a preview without a larger force than before, after which it ends: bodies that rest on
+/// each other never part. As many more as it took to the largest force.
 const PREVIEW_STEPS: usize = 5000;
 /// Steps of a preview at most.
 const LONGEST_PREVIEW: usize = 40 * PREVIEW_STEPS;
@@ -68,8 +68,9 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// Contacts whose fine models do not serve the next trial: those with other widths, those that joined the impact later, and
-    /// those on a body that loses the modes it had because of one of them.
+    /// Contacts whose fine models do not serve the next trial: those with other widths, those that
+    /// joined the impact later, and those on a body that loses the modes it had because of one of
+    /// them.
     fn leaving(&self, start: f64, sizes: &[Option<ZoneSize>]) -> Vec<usize> {
         let mut leaving = Vec::new();
         for i in self.latest_first().into_iter().rev() {
@@ -98,7 +99,8 @@ impl Driver<'_> {
         widths.all(|(a, b)| a == 0.0 || (a / b - 1.0).abs() < SAME_WIDTH)
     }
 
-    /// Contacts with fine models, the last one to come first: modes of bodies are given back in the reverse order.
+    /// Contacts with fine models, the last one to come first: modes of bodies are given back in the
+    /// reverse order.
     pub(crate) fn latest_first(&self) -> Vec<usize> {
         let numbered = self.slots.iter().enumerate();
         let mut list: Vec<(u64, usize)> =
@@ -181,7 +183,8 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// Puts `element` and its fine models, with the modes of `bases`, into the system as contact `i`.
+    /// Puts `element` and its fine models, with the modes of `bases`, into the system as contact
+    /// `i`.
     fn enter(
         &mut self,
         (i, element): (usize, RunContact),
@@ -212,7 +215,8 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// Puts `element` in the place of contact `i`, whose element is returned; the coordinates that it has of its own start at rest.
+    /// Puts `element` in the place of contact `i`, whose element is returned; the coordinates that
+    /// it has of its own start at rest.
     fn replace_contact(&mut self, i: usize, element: RunContact) -> Result<RunContact, AdaptiveError> {
         let n = 2 * element.n_coordinates();
         let place = self.model.system.coordinates_of_force(i);
@@ -233,7 +237,8 @@ impl Driver<'_> {
         bodies.flat_map(|(body, target)| [Some(body), target]).flatten().collect()
     }
 
-    /// Takes the fine model of contact `i` out of the system, and gives its bodies the modes that they had before.
+    /// Takes the fine model of contact `i` out of the system, and gives its bodies the modes that
+    /// they had before.
     pub(crate) fn deactivate(&mut self, i: usize) -> Result<(), AdaptiveError> {
         let fine = self.slots[i].take_fine();
         let (body, target) = self.model.system.forces()[i].contact.bodies();
@@ -277,7 +282,8 @@ impl Driver<'_> {
             ratios.extend(history.stiffness_ratio.map(|ratio| (ratio, refinement.search_kind())));
             self.run.contacts[i].history = history;
         }
-        // The ratio has no unit: contacts that have none and search in the same way start from it, too.
+        // The ratio has no unit: contacts that have none and search in the same way start from it,
+        // too.
         for (contact, state) in self.model.contacts.iter().zip(&mut self.run.contacts) {
             let Some(refinement) = &contact.refinement else { continue };
             let same = ratios.iter().find(|(_, search)| *search == refinement.search_kind());
@@ -287,9 +293,11 @@ impl Driver<'_> {
         }
     }
 
-    /// Notes peak forces of the refined contacts `which`, which touch, and of those that bodies come into meanwhile, if Hertz's law, or that of a
-    /// line contact, held in their contact zones: from one run with the dynamic modes alone, which goes on beyond the end of the simulated time
-    /// as the impact would. Nothing is noted while other contacts are closed, or where there is no law.
+    /// Notes peak forces of the refined contacts `which`, which touch, and of those that bodies
+    /// come into meanwhile, if Hertz's law, or that of a line contact, held in their contact zones:
+    /// from one run with the dynamic modes alone, which goes on beyond the end of the simulated
+    /// time as the impact would. Nothing is noted while other contacts are closed, or where there
+    /// is no law.
     pub(crate) fn preview(&mut self, which: &[usize]) -> Result<(), AdaptiveError> {
         let (t, y) = (self.integrator.time(), self.integrator.state().to_vec());
         let RunModel { system, contacts, bodies, .. } = &mut *self.model;
@@ -350,8 +358,8 @@ impl Driver<'_> {
                     last_force = integrator.time();
                 }
             }
-            // A surface that springs back may let go for a moment: over it is as an impact phase is. Bodies that rest on each other wait for the one
-            // that comes.
+            // A surface that springs back may let go for a moment: over it is as an impact phase
+            // is. Bodies that rest on each other wait for the one that comes.
             let has_begun = peaks.iter().any(|peak| *peak > 0.0);
             if has_begun && integrator.time() - last_force >= quiet {
                 break;

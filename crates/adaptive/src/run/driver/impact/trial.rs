@@ -1,4 +1,5 @@
-//! One trial of an impact: integration from the touch until the impact is over, or the trial is known to be rejected.
+//! One trial of an impact: integration from the touch until the impact is over, or the trial is
+//! known to be rejected.
 
 use std::time::Instant;
 
@@ -34,15 +35,18 @@ pub(crate) struct Trial {
     pub penalty_start: Vec<f64>,
 }
 
-/// Overlap without force, as a share of the interval, that shows that its points missed the contact: far above what the
-/// detection of the touch leaves, far below what elastic bodies that touch come closer by.
+/// Overlap without force, as a share of the interval, that shows that its points missed the
+/// contact: far above what the detection of the touch leaves, far below what elastic bodies that
+/// touch come closer by.
 const MISSED: f64 = 1e-4;
-/// The most that edges which bend away between points may be pressed in before a point touches, as a share of the body's size: place and moment of
-/// the touch are then as right as the kept frequencies, to 0.1 %.
+/// The most that edges which bend away between points may be pressed in before a point touches, as
+/// a share of the body's size: place and moment of the touch are then as right as the kept
+/// frequencies, to 0.1 %.
 const LATE_SURFACE: f64 = 1e-3;
 
 impl Driver<'_> {
-    /// Begins trial `number`, to be stopped after `contact_step_limit` steps with contact, if there is a limit.
+    /// Begins trial `number`, to be stopped after `contact_step_limit` steps with contact, if there
+    /// is a limit.
     pub(crate) fn begin_trial(&mut self, number: u32, contact_step_limit: Option<usize>) -> Trial {
         self.slots.iter_mut().filter_map(ContactSlot::fine_mut).for_each(FineContact::clear);
         // Stored before the impact; states of a trial given up do not count.
@@ -70,7 +74,8 @@ impl Driver<'_> {
         }
     }
 
-    /// Integrates until the impact is over or the trial is known to be rejected; contacts that join get zones of the `sizes` wanted.
+    /// Integrates until the impact is over or the trial is known to be rejected; contacts that join
+    /// get zones of the `sizes` wanted.
     pub(crate) fn simulate(
         &mut self,
         trial: &mut Trial,
@@ -81,7 +86,8 @@ impl Driver<'_> {
         self.run.hits.clone_from(&self.marked_hits);
         self.output.discard_hits();
         if trial.number > 1 {
-            // What the contacts reported last belongs to another trial; a refusal is that of the first step.
+            // What the contacts reported last belongs to another trial; a refusal is that of the
+            // first step.
             let (t, y) = (self.integrator.time(), self.integrator.state());
             let _ = self.model.system.evaluate_accelerations(t, y);
         }
@@ -146,7 +152,8 @@ impl Driver<'_> {
         Ok(Ending::Complete)
     }
 
-    /// Whether points of a whole surface come nearer of which none has touched: an edge that bends away between them touches before they do.
+    /// Whether points of a whole surface come nearer of which none has touched: an edge that bends
+    /// away between them touches before they do.
     fn is_yet_to_touch(&mut self) -> bool {
         let system = &mut self.model.system;
         let (start, end) = self.integrator.interval();
@@ -157,8 +164,8 @@ impl Driver<'_> {
         })
     }
 
-    /// Refuses an impact in which bodies passed into each other between the contact points; by more than these leave between each other if points are
-    /// still to touch (Eq. C.64).
+    /// Refuses an impact in which bodies passed into each other between the contact points; by more
+    /// than these leave between each other if points are still to touch (Eq. C.64).
     fn check_resolved(&mut self, is_yet_to_touch: bool) -> Result<(), AdaptiveError> {
         let (time, y) = (self.integrator.time(), self.integrator.state());
         self.model.system.body_states(time, y);
@@ -183,7 +190,8 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// Notes what the contacts did in the last step; the ending, if it shows that going on is pointless.
+    /// Notes what the contacts did in the last step; the ending, if it shows that going on is
+    /// pointless.
     fn inspect_contacts(&mut self, trial: &mut Trial) -> Result<Option<Ending>, AdaptiveError> {
         let mut has_contact = false;
         for i in 0..self.slots.len() {
@@ -212,7 +220,8 @@ impl Driver<'_> {
         Ok(None)
     }
 
-    /// Takes the last step of an impact, which began at `start`, again as far as `end`, where another contact joins.
+    /// Takes the last step of an impact, which began at `start`, again as far as `end`, where
+    /// another contact joins.
     fn repeat_impact_until(&mut self, start: f64, end: f64) -> Result<(), AdaptiveError> {
         self.interpolated.copy_from_slice(self.integrator.previous_state());
         self.integrator.restart(start, &self.interpolated);

@@ -84,8 +84,8 @@ fn about_axis(checker: &mut Checker, section: &Section) -> Option<UnitQuaternion
     Some(rotation(x, z.cross(&x)))
 }
 
-/// Reports joints that lead out of the plane of a plane model or off the axis of an axisymmetric one, and joints between
-/// different models.
+/// Reports joints that lead out of the plane of a plane model or off the axis of an axisymmetric
+/// one, and joints between different models.
 pub fn check_models(
     checker: &mut Checker,
     root: &Section,

@@ -62,7 +62,8 @@ pub fn coordinates(
     Some(Coordinates { positions, velocities: velocities?, coordinates, bearing })
 }
 
-/// Initial positions or velocities, one a velocity: from the keys of the only angle, the only displacement, or from a list.
+/// Initial positions or velocities, one a velocity: from the keys of the only angle, the only
+/// displacement, or from a list.
 fn values(
     checker: &mut Checker,
     section: &Section,
@@ -155,7 +156,8 @@ fn bearing(checker: &mut Checker, section: &Section, kind: JointKind) -> Option<
     }))
 }
 
-/// Faults coordinates that are beyond an end of their travel at the start: the stop would throw the joint back.
+/// Faults coordinates that are beyond an end of their travel at the start: the stop would throw the
+/// joint back.
 fn check_stops(
     checker: &mut Checker,
     section: &Section,
@@ -240,7 +242,8 @@ fn coordinate_number(checker: &mut Checker, entry: &Section, kind: JointKind) ->
     Some(k)
 }
 
-/// Faults numbers of key `key` that were given in a unit which is not that of their coordinate, `k` and those behind it.
+/// Faults numbers of key `key` that were given in a unit which is not that of their coordinate, `k`
+/// and those behind it.
 fn check_units(checker: &mut Checker, section: &Section, key: &str, kind: JointKind, k: usize) -> Option<()> {
     let Some(item) = section.item(key) else { return Some(()) };
     item.units.iter().try_for_each(|(place, unit)| check_unit(checker, (section, key), unit, kind, k + place))
@@ -329,7 +332,8 @@ fn check_rotation(
     Some(())
 }
 
-/// A prescribed coordinate has no initial value of its own, and rotations about a point cannot be prescribed.
+/// A prescribed coordinate has no initial value of its own, and rotations about a point cannot be
+/// prescribed.
 fn check_prescribed(
     checker: &mut Checker,
     section: &Section,

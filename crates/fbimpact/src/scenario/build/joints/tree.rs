@@ -1,4 +1,5 @@
-//! The tree that the joints form: every body is the child of one joint at most, and nothing is a descendant of itself.
+//! The tree that the joints form: every body is the child of one joint at most, and nothing is a
+//! descendant of itself.
 
 use super::super::super::check::Checker;
 use super::super::super::section::Section;
