@@ -8,6 +8,8 @@ mod pattern;
 mod element;
 mod mass;
 mod stiffness;
+mod batches;
+mod combined;
 mod assemble;
 mod geometric;
 

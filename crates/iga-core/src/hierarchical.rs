@@ -16,6 +16,8 @@ pub mod neighbours;
 pub mod growth;
 mod numbering;
 mod extraction;
+mod tables;
+mod combinations;
 pub mod space;
 mod seams;
 pub mod prolongation;

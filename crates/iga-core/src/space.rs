@@ -8,12 +8,16 @@
 //!
 //! Functions reproduce the geometry: `Σ_A R_A P_A` is the place of the point, `Σ_A R_A = 1`.
 
+mod combination;
 mod patches;
 mod rows;
+mod tensor_basis;
 mod tie;
 
+pub use combination::Combination;
 pub use patches::PatchSpace;
 pub use rows::Rows;
+pub(crate) use tensor_basis::{LocalWeights, evaluate_tensor};
 
 use crate::nurbs::interface::FaceId;
 use crate::nurbs::patch::PointBasis;
@@ -198,6 +202,12 @@ pub trait Space: Send + Sync {
         true
     }
 
+    /// Sets of elements on which the functions combine raw ones with the same coefficients, so that matrices of the raw functions say
+    /// all about them; no element is in two. None where elements have about as many functions as raw ones.
+    fn combinations(&self) -> Vec<Combination<'_>> {
+        Vec::new()
+    }
+
     /// Functions that are not zero at parametric point `xi` of element `e`, with their values.
     fn functions_at(&self, e: usize, xi: &[f64; 3]) -> Vec<(u32, f64)> {
         let (mut basis, mut active) = (PointBasis::default(), Vec::new());
@@ -244,6 +254,11 @@ pub trait SplineSpace: Space {
 /// [`Space::tabulate`] of splines: Gauss points of the box of the element.
 pub fn tabulate_spline(space: &dyn SplineSpace, e: usize, integrand: Integrand, out: &mut GridBasis) {
     let counts = if integrand == Integrand::Sample { [2; 3] } else { space.gauss_counts(e) };
+    tabulate_box(space, e, counts, out);
+}
+
+/// The basis at the tensor grid of `counts` Gauss points per direction of the box of element `e`, with parameters and weights.
+pub(crate) fn tabulate_box(space: &dyn Space, e: usize, counts: [usize; 3], out: &mut GridBasis) {
     let rule = counts.map(GaussRule::with);
     let element = space.element(e);
     let mut grid = std::mem::take(&mut out.grid);

@@ -1,24 +1,17 @@
-//! Phase two and the loop over batches of elements.
-
-use std::ops::Range;
+//! Phase two: sums of the products of elements, column by column.
 
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 use rayon::prelude::*;
 
-use super::element::{ElementProducts, Workspace, n_rows};
+use super::batches::{Contribution, Source, n_parts};
+use super::combined::Combined;
+use super::element::ElementProducts;
 use super::mass;
 use super::pattern::{Connectivity, NodePattern, Unknowns, index};
-use super::stiffness::{add_columns, axisymmetric_block, solid_block};
+use super::stiffness::{NodeColumns, add_columns, axisymmetric_block, solid_block};
 use crate::SplineError;
 use crate::elasticity::{MaterialField, Model};
-use crate::space::Space;
-
-/// Memory for the products of one batch \[bytes\]; large enough to keep every thread busy, small enough for the cache.
-const BATCH_BYTES: usize = 6 << 20;
-/// Elements of one batch at most.
-const MOST_IN_BATCH: usize = 1024;
-/// Parts into which a phase is cut, per thread, to balance the load.
-const PARTS_PER_THREAD: usize = 4;
+use crate::space::{Combination, Space};
 
 /// Stiffness and mass of a free body (the axis of symmetry excepted).
 #[derive(Debug, Clone)]
@@ -120,20 +113,12 @@ struct Target<'a> {
     mass: Vec<f64>,
 }
 
-/// One node's columns and the contributions that a batch makes to them.
-struct ColumnTask<'a> {
+/// One node's columns and what a phase adds to them: element products, or a combination of raw ones.
+struct ColumnTask<'a, T> {
     node: u32,
     stiffness: &'a mut [f64],
     mass: &'a mut [f64],
-    contributions: &'a [Contribution],
-}
-
-/// Function `node` is at place `own` of the element in slot `slot` of the batch.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Contribution {
-    node: u32,
-    slot: u32,
-    own: u32,
+    added: T,
 }
 
 /// For every row node of the column at hand: its place in the node pattern and its first row in the matrix.
@@ -144,31 +129,23 @@ struct RowTable {
 }
 
 impl Target<'_> {
+    /// Adds the products of all elements: first of those that stand for themselves, then those of one combination after the other.
     fn fill(&mut self, space: &dyn Space, connectivity: &Connectivity) -> Result<(), SplineError> {
-        let threads = rayon::current_num_threads();
-        let n_parts = PARTS_PER_THREAD * threads;
-        // Elements of locally refined spaces differ much in size: the largest would leave batches of the others too small to share.
-        let bytes = |e| 8 * connectivity.functions(e).len().pow(2) * (n_rows(self.model).pow(2) + 1);
-        let batches = batches(space.n_elements(), n_parts, bytes);
-        let most = batches.iter().map(Range::len).max().unwrap_or_default();
-        let mut slots: Vec<ElementProducts> = std::iter::repeat_with(Default::default).take(most).collect();
-        let mut workers: Vec<Workspace> = std::iter::repeat_with(Default::default).take(n_parts).collect();
+        let combinations = space.combinations();
+        let mut stands_alone = vec![true; space.n_elements()];
+        combinations.iter().flat_map(|c| &c.elements).for_each(|&e| stands_alone[e] = false);
+        let elements: Vec<usize> = (0..space.n_elements()).filter(|&e| stands_alone[e]).collect();
         let zeros = vec![0; space.n_functions()];
-        let mut tables = vec![RowTable { position: zeros.clone(), offset: zeros }; n_parts];
-        let mut contributions = Vec::new();
-        for batch in batches {
-            let slots = &mut slots[..batch.len()];
-            let size = slots.len().div_ceil(n_parts);
-            slots.par_chunks_mut(size).enumerate().zip(&mut workers).try_for_each(|((part, chunk), w)| {
-                chunk.iter_mut().enumerate().try_for_each(|(i, slot)| {
-                    let e = batch.start + part * size + i;
-                    w.products(space, self.model, self.materials.on(e), e, slot)
-                })
-            })?;
-            self.scatter(slots, &mut contributions, &mut tables);
-            // Slots that have held large elements would add up to more than a batch.
-            let share = BATCH_BYTES / slots.len();
-            slots.iter_mut().for_each(|slot| slot.shrink_to(share));
+        let mut tables = vec![RowTable { position: zeros.clone(), offset: zeros }; n_parts()];
+        let (model, materials) = (self.model, self.materials);
+        let source = Source { space, connectivity, model, materials, elements: &elements };
+        source.for_each_batch(|slots, contributions| self.scatter(slots, contributions, &mut tables))?;
+        for combination in &combinations {
+            match model {
+                Model::Solid => self.combine::<3, 3, 10>(combination, solid_block::<3>, &mut tables),
+                Model::Axisymmetric => self.combine::<3, 2, 5>(combination, axisymmetric_block, &mut tables),
+                _ => self.combine::<2, 2, 5>(combination, solid_block::<2>, &mut tables),
+            }?;
         }
         Ok(())
     }
@@ -177,70 +154,86 @@ impl Target<'_> {
     fn scatter(
         &mut self,
         slots: &[ElementProducts],
-        contributions: &mut Vec<Contribution>,
+        contributions: &[Contribution],
         tables: &mut [RowTable],
     ) {
-        contributions.clear();
-        for (slot, element) in slots.iter().enumerate() {
-            let entry = |(own, &node)| Contribution { node, slot: slot as u32, own: own as u32 };
-            contributions.extend(element.nodes.iter().enumerate().map(entry));
-        }
-        contributions.sort_unstable();
-        let (mut tasks, mut stiffness, mut mass) = (Vec::new(), &mut self.stiffness[..], &mut self.mass[..]);
-        let (mut stiffness_at, mut mass_at) = (0, 0);
-        for contributions in contributions.chunk_by(|a, b| a.node == b.node) {
-            let node = contributions[0].node as usize;
-            let unknowns = [node, node + 1].map(|n| self.columns[self.unknowns.start[n] as usize] as usize);
-            let entries = [node, node + 1].map(|n| self.pattern.start[n] as usize);
-            tasks.push(ColumnTask {
-                node: node as u32,
-                stiffness: cut(&mut stiffness, &mut stiffness_at, unknowns),
-                mass: cut(&mut mass, &mut mass_at, entries),
-                contributions,
-            });
-        }
-        let size = tasks.len().div_ceil(tables.len()).max(1);
-        let (pattern, unknowns) = (&self.pattern, &self.unknowns);
-        tasks.par_chunks_mut(size).zip(tables).for_each(|(tasks, table)| {
-            for task in tasks {
-                table.load(task.node as usize, pattern, unknowns);
-                for c in task.contributions {
-                    let (element, own) = (&slots[c.slot as usize], c.own as usize);
-                    let (lambda, mu, density) = element.constants;
-                    mass::add_column(element, own, density, &table.position, task.mass);
-                    let (offset, values) = (&table.offset[..], &mut *task.stiffness);
-                    match self.model {
-                        Model::Solid => add_columns(element, own, unknowns, offset, values, |h| {
-                            solid_block::<3>(lambda, mu, h)
-                        }),
-                        Model::Axisymmetric => add_columns(element, own, unknowns, offset, values, |h| {
-                            axisymmetric_block(lambda, mu, h)
-                        }),
-                        _ => add_columns(element, own, unknowns, offset, values, |h| {
-                            solid_block::<2>(lambda, mu, h)
-                        }),
-                    }
+        let model = self.model;
+        let columns = contributions.chunk_by(|a, b| a.node == b.node).map(|c| (c[0].node, c));
+        self.for_each_column(columns, tables, |task, table, pattern, unknowns| {
+            table.load(task.node as usize, pattern, unknowns);
+            for c in task.added {
+                let (element, own) = (&slots[c.slot as usize], c.own as usize);
+                let (lambda, mu, density) = element.constants;
+                mass::add_column(element, own, density, &table.position, task.mass);
+                let (offset, values) = (&table.offset[..], &mut *task.stiffness);
+                match model {
+                    Model::Solid => add_columns(element, own, unknowns, offset, values, |h| {
+                        solid_block::<3>(lambda, mu, h)
+                    }),
+                    Model::Axisymmetric => add_columns(element, own, unknowns, offset, values, |h| {
+                        axisymmetric_block(lambda, mu, h)
+                    }),
+                    _ => add_columns(element, own, unknowns, offset, values, |h| {
+                        solid_block::<2>(lambda, mu, h)
+                    }),
                 }
             }
         });
     }
-}
 
-/// Cuts `0..n_elements` into batches whose products take `bytes` of each of their elements, together no more than [`BATCH_BYTES`] where `least` elements do not take more.
-fn batches(n_elements: usize, least: usize, bytes: impl Fn(usize) -> usize) -> Vec<Range<usize>> {
-    let (mut all, mut start, mut sum) = (Vec::new(), 0, 0);
-    for e in 0..n_elements {
-        let (length, own) = (e - start, bytes(e));
-        if length >= MOST_IN_BATCH || length >= least && sum + own > BATCH_BYTES {
-            all.push(start..e);
-            (start, sum) = (e, 0);
+    /// Adds `B K B^T` of the raw matrices of a combination (theory Eq. H.10), column by column. `G` rows of gradients make `D` components of
+    /// displacement, `B = D^2 + 1` numbers a pair of functions.
+    fn combine<const G: usize, const D: usize, const B: usize>(
+        &mut self,
+        combination: &Combination<'_>,
+        law: impl Fn(f64, f64, &[[f64; G]; G]) -> [[f64; D]; D] + Copy + Sync,
+        tables: &mut [RowTable],
+    ) -> Result<(), SplineError> {
+        let combined = Combined::<B>::new(combination, self.model, self.materials, law)?;
+        let columns = combination.functions.iter().enumerate().map(|(own, &node)| (node, own));
+        let mut sums: Vec<_> = std::iter::repeat_with(|| combined.sums()).take(tables.len()).collect();
+        let mut workers: Vec<_> = tables.iter_mut().zip(&mut sums).collect();
+        self.for_each_column(columns, &mut workers, |task, (table, sums), pattern, unknowns| {
+            table.load(task.node as usize, pattern, unknowns);
+            combined.sum_column(task.added, sums);
+            let mut columns = NodeColumns::<D>::new(task.stiffness, task.node, unknowns);
+            combined.for_each_row(sums, |a, sum| {
+                let row = combination.functions[a];
+                let block = std::array::from_fn(|i| std::array::from_fn(|j| sum[D * j + i]));
+                columns.add(row, table.offset[row as usize], &block);
+                task.mass[table.position[row as usize] as usize] += sum[B - 1];
+            });
+        });
+        Ok(())
+    }
+
+    /// Calls `add` for each of `columns`, which rise, with what is added to it, pattern and numbering; each of `workers` takes a part of
+    /// the columns.
+    fn for_each_column<T: Send, W: Send>(
+        &mut self,
+        columns: impl Iterator<Item = (u32, T)>,
+        workers: &mut [W],
+        add: impl Fn(&mut ColumnTask<'_, T>, &mut W, &NodePattern, &Unknowns) + Sync,
+    ) {
+        let (mut tasks, mut stiffness, mut mass) = (Vec::new(), &mut self.stiffness[..], &mut self.mass[..]);
+        let (mut stiffness_at, mut mass_at) = (0, 0);
+        for (node, added) in columns {
+            let at = [node as usize, node as usize + 1];
+            let unknowns = at.map(|n| self.columns[self.unknowns.start[n] as usize] as usize);
+            let entries = at.map(|n| self.pattern.start[n] as usize);
+            tasks.push(ColumnTask {
+                node,
+                stiffness: cut(&mut stiffness, &mut stiffness_at, unknowns),
+                mass: cut(&mut mass, &mut mass_at, entries),
+                added,
+            });
         }
-        sum += own;
+        let size = tasks.len().div_ceil(workers.len()).max(1);
+        let (pattern, unknowns) = (&self.pattern, &self.unknowns);
+        tasks.par_chunks_mut(size).zip(workers).for_each(|(tasks, worker)| {
+            tasks.iter_mut().for_each(|task| add(task, worker, pattern, unknowns));
+        });
     }
-    if start < n_elements {
-        all.push(start..n_elements);
-    }
-    all
 }
 
 /// Cuts the range `from..to` out of a slice that starts at `at`, and moves the start behind it.
@@ -259,25 +252,5 @@ impl RowTable {
             self.offset[row as usize] = offset;
             offset += unknowns.count(row as usize);
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn batches_hold_every_element_once_and_no_more_than_memory_allows() {
-        // A few large elements among many small ones, as at the ends of a refined zone.
-        let bytes = |e: usize| if e % 100 == 7 { BATCH_BYTES / 3 } else { BATCH_BYTES / 500 };
-        let all = batches(5000, 8, bytes);
-        let joined: Vec<usize> = all.iter().cloned().flatten().collect();
-        assert_eq!(joined, (0..5000).collect::<Vec<_>>());
-        assert!(all.iter().all(|b| b.clone().map(bytes).sum::<usize>() <= BATCH_BYTES));
-        // Three large ones fill a batch at most, so that batches end later than the largest would let them.
-        assert!(all.len() < 5000 / 100, "{}", all.len());
-        assert_eq!(batches(20, 8, |_| BATCH_BYTES), [0..8, 8..16, 16..20]);
-        assert_eq!(batches(3000, 8, |_| 1).len(), 3000usize.div_ceil(MOST_IN_BATCH));
-        assert!(batches(0, 8, |_| 1).is_empty());
     }
 }

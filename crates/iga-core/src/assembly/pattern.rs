@@ -51,7 +51,7 @@ impl Connectivity {
     }
 }
 
-/// Lower triangle of the node-by-node pattern in compressed columns; every column holds its diagonal entry first.
+/// The node-by-node pattern or its lower triangle, in compressed columns, rows rising; a column of the triangle holds its diagonal entry first.
 pub(crate) struct NodePattern {
     pub start: Vec<u32>,
     pub rows: Vec<u32>,
@@ -61,9 +61,28 @@ pub(crate) struct NodePattern {
 const COLUMNS_PER_TASK: usize = 256;
 
 impl NodePattern {
+    /// The lower triangle.
+    ///
     /// # Errors
     /// [`SplineError::TooLarge`] if the entries do not fit 32-bit indices.
     pub fn new(connectivity: &Connectivity, n_nodes: usize) -> Result<Self, SplineError> {
+        Self::of(connectivity, n_nodes, |column| column)
+    }
+
+    /// The whole pattern.
+    ///
+    /// # Errors
+    /// As [`NodePattern::new`].
+    pub fn whole(connectivity: &Connectivity, n_nodes: usize) -> Result<Self, SplineError> {
+        Self::of(connectivity, n_nodes, |_| 0)
+    }
+
+    /// Rows from `first` of each column on.
+    fn of(
+        connectivity: &Connectivity,
+        n_nodes: usize,
+        first: fn(usize) -> usize,
+    ) -> Result<Self, SplineError> {
         let elements = connectivity.transposed(n_nodes);
         let n_tasks = n_nodes.div_ceil(COLUMNS_PER_TASK);
         let parts: Vec<(Vec<u32>, Vec<u32>)> = (0..n_tasks)
@@ -72,7 +91,7 @@ impl NodePattern {
                 || vec![u32::MAX; n_nodes],
                 |marks, t| {
                     let columns = t * COLUMNS_PER_TASK..((t + 1) * COLUMNS_PER_TASK).min(n_nodes);
-                    columns_of(connectivity, &elements, columns, marks)
+                    columns_of(connectivity, &elements, (columns, first), marks)
                 },
             )
             .collect();
@@ -93,11 +112,11 @@ impl NodePattern {
     }
 }
 
-/// Entry counts and row lists of a range of columns; `marks` holds for every node the last column that took it.
+/// Entry counts and row lists, from the row `first` on, of a range of columns; `marks` holds for every node the last column that took it.
 fn columns_of(
     connectivity: &Connectivity,
     elements: &Connectivity,
-    columns: std::ops::Range<usize>,
+    (columns, first): (std::ops::Range<usize>, fn(usize) -> usize),
     marks: &mut [u32],
 ) -> (Vec<u32>, Vec<u32>) {
     let (mut counts, mut rows) = (Vec::new(), Vec::new());
@@ -105,7 +124,7 @@ fn columns_of(
         let start = rows.len();
         for &e in elements.functions(node) {
             for &f in connectivity.functions(e as usize) {
-                if f as usize >= node && marks[f as usize] != node as u32 {
+                if f as usize >= first(node) && marks[f as usize] != node as u32 {
                     marks[f as usize] = node as u32;
                     rows.push(f);
                 }

@@ -29,41 +29,35 @@ pub(crate) fn axisymmetric_block(lambda: f64, mu: f64, h: &[[f64; 3]; 3]) -> [[f
     ]
 }
 
-/// Adds one element's blocks to the columns of one node: `column` is the stretch of matrix values that holds them, one
-/// component after the other, each from its diagonal entry down.
-///
-/// `own` is the node's place in the element, `offset` gives for every node the distance of its first row from the first
-/// row of the node's first column. `G` rows of products make `D` displacement components.
-pub(crate) fn add_columns<const D: usize, const G: usize>(
-    element: &ElementProducts,
-    own: usize,
-    unknowns: &Unknowns,
-    offset: &[u32],
-    column: &mut [f64],
-    block: impl Fn(&[[f64; G]; G]) -> [[f64; D]; D],
-) {
-    let n = element.nodes.len();
-    let held = |node: u32| unknowns.first_component[node as usize] as usize;
-    let own_held = held(element.nodes[own]);
-    let mut columns = split_columns::<D>(column, own_held);
-    let products: [&[f64]; G] = std::array::from_fn(|j| &element.gradients[G * n * (G * own + j)..][..G * n]);
-    let block_at = |a: usize| {
-        let h: [[f64; G]; G] = std::array::from_fn(|i| std::array::from_fn(|j| products[j][G * a + i]));
-        block(&h)
-    };
-    let diagonal = block_at(own);
-    for (j, values) in columns.iter_mut().enumerate().skip(own_held) {
-        for i in j..D {
-            values[i - j] += diagonal[i][j];
-        }
+/// The columns of one node in the matrix, one component after the other, each from its diagonal entry down.
+pub(crate) struct NodeColumns<'a, const D: usize> {
+    columns: [&'a mut [f64]; D],
+    node: u32,
+    unknowns: &'a Unknowns,
+}
+
+impl<'a, const D: usize> NodeColumns<'a, D> {
+    /// `column` is the stretch of matrix values that holds them.
+    pub fn new(column: &'a mut [f64], node: u32, unknowns: &'a Unknowns) -> Self {
+        let columns = split_columns(column, unknowns.first_component[node as usize] as usize);
+        Self { columns, node, unknowns }
     }
-    for a in own + 1..n {
-        let block = block_at(a);
-        let node = element.nodes[a];
-        let (row, first) = (offset[node as usize] as usize, held(node));
-        for (j, values) in columns.iter_mut().enumerate().skip(own_held) {
+
+    /// Adds `block[i][j]` to row component `i` and column component `j` at node `row`, which is not above the diagonal; its first row in the
+    /// matrix lies `offset` below the first row of the node's first column.
+    #[inline]
+    pub fn add(&mut self, row: u32, offset: u32, block: &[[f64; D]; D]) {
+        let held = |node: u32| self.unknowns.first_component[node as usize] as usize;
+        let (own_held, first) = (held(self.node), held(row));
+        for (j, values) in self.columns.iter_mut().enumerate().skip(own_held) {
+            if row == self.node {
+                for i in j..D {
+                    values[i - j] += block[i][j];
+                }
+                continue;
+            }
             // Column j starts at its own diagonal entry, j - own_held rows below that of the node's first column.
-            let values = &mut values[row + own_held - j..];
+            let values = &mut values[offset as usize + own_held - j..];
             match values.first_chunk_mut::<D>() {
                 Some(rows) if first == 0 => {
                     for i in 0..D {
@@ -77,6 +71,28 @@ pub(crate) fn add_columns<const D: usize, const G: usize>(
                 }
             }
         }
+    }
+}
+
+/// Adds one element's blocks to the columns `column` of one node.
+///
+/// `own` is the node's place in the element, `offset` gives for every node the distance of its first row from the first
+/// row of the node's first column. `G` rows of products make `D` displacement components.
+pub(crate) fn add_columns<const D: usize, const G: usize>(
+    element: &ElementProducts,
+    own: usize,
+    unknowns: &Unknowns,
+    offset: &[u32],
+    column: &mut [f64],
+    block: impl Fn(&[[f64; G]; G]) -> [[f64; D]; D],
+) {
+    let n = element.nodes.len();
+    let mut columns = NodeColumns::<D>::new(column, element.nodes[own], unknowns);
+    let products: [&[f64]; G] = std::array::from_fn(|j| &element.gradients[G * n * (G * own + j)..][..G * n]);
+    for a in own..n {
+        let h: [[f64; G]; G] = std::array::from_fn(|i| std::array::from_fn(|j| products[j][G * a + i]));
+        let node = element.nodes[a];
+        columns.add(node, offset[node as usize], &block(&h));
     }
 }
 

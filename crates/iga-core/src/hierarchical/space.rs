@@ -1,20 +1,21 @@
 //! The rational truncated hierarchical space of one or more patches behind the trait [`Space`] (theory Eq. H.6, H.7).
 
 use super::basis::HierarchicalBasis;
+use super::combinations::of_level;
 use super::domain::{Leaf, Level, SubdomainHierarchy};
 use super::extraction::extraction;
 use super::neighbours::Neighbours;
 use super::numbering::{Numbering, Part, first_of_groups};
+use super::tables::{evaluate_level, scale};
 use super::ties::PatchTies;
 use crate::SplineError;
-use crate::bspline::basis_derivatives;
-use crate::knots::{KnotVector, MAX_DEGREE};
+use crate::knots::KnotVector;
 use crate::nurbs::Patch;
 use crate::nurbs::interface::FaceId;
 use crate::nurbs::jet::dot;
-use crate::nurbs::patch::{PointBasis, SECOND_DERIVATIVES, make_rational};
+use crate::nurbs::patch::{PointBasis, make_rational};
 use crate::space::{
-    Cell, Element, GridBasis, Integrand, PatchSpace, Rows, Space, SplineSpace, tabulate_spline,
+    Cell, Combination, Element, GridBasis, Integrand, PatchSpace, Rows, Space, SplineSpace, tabulate_spline,
 };
 use crate::spline_fault::LevelFault;
 use crate::tensor;
@@ -188,20 +189,6 @@ impl HierarchicalSpace {
     pub(super) fn row(&self, e: usize, row: usize) -> (&[u16], &[f64]) {
         self.rows.row(e, row)
     }
-
-    /// Values and derivatives of the B-splines of an element's level, as rows of a table per direction.
-    fn tables(&self, e: usize, xi: &[f64; 3], n_derivatives: usize) -> Tables {
-        let mut tables = Tables { values: [[0.0; ROW]; 3], orders: [1; 3], dimension: self.dimension() };
-        for table in &mut tables.values {
-            table[0] = 1.0; // absent directions: the constant function
-        }
-        let index = self.leaves[e].index;
-        for (d, k) in self.level_of(e).knots().iter().enumerate() {
-            tables.orders[d] = k.degree() + 1;
-            basis_derivatives(k, index[d], xi[d], n_derivatives, &mut tables.values[d]);
-        }
-        tables
-    }
 }
 
 /// Checks that levels are those of the patches, and that patches have the same knots where they meet.
@@ -270,61 +257,6 @@ fn same_breaks(a: &KnotVector, b: &KnotVector, is_reversed: bool) -> bool {
         && (0..n).all(|i| (share(a, i) - partner(i)).abs() <= SAME_KNOT)
 }
 
-const ROW: usize = 3 * (MAX_DEGREE + 1);
-
-/// One-dimensional tables of an evaluation.
-struct Tables {
-    values: [[f64; ROW]; 3],
-    orders: [usize; 3],
-    dimension: usize,
-}
-
-impl Tables {
-    fn count(&self) -> usize {
-        self.orders.iter().product()
-    }
-
-    /// Derivative of order `k[d]` in direction `d` of all tensor-product functions.
-    fn product(&self, k: [usize; 3], mut put: impl FnMut(usize, f64)) {
-        let line = |d: usize| &self.values[d][k[d] * self.orders[d]..(k[d] + 1) * self.orders[d]];
-        let (mut at, lines) = (0, [line(0), line(1), line(2)]);
-        for c in lines[2] {
-            for b in lines[1] {
-                let bc = b * c;
-                for a in lines[0] {
-                    put(at, a * bc);
-                    at += 1;
-                }
-            }
-        }
-    }
-
-    /// Fills the lists with the tensor-product functions.
-    fn fill(&self, n_derivatives: usize, out: &mut PointBasis) {
-        self.product([0; 3], |i, v| out.values[i] = v);
-        for d in 0..if n_derivatives >= 1 { self.dimension } else { 0 } {
-            let order = std::array::from_fn(|k| usize::from(k == d));
-            self.product(order, |i, v| out.first[i][d] = v);
-        }
-        for (s, &(a, b)) in SECOND_DERIVATIVES.iter().enumerate() {
-            if n_derivatives >= 2 && b < self.dimension {
-                let order = std::array::from_fn(|k| usize::from(k == a) + usize::from(k == b));
-                self.product(order, |i, v| out.second[i][s] = v);
-            }
-        }
-    }
-}
-
-/// Resizes the lists that are asked for and empties the others.
-fn resize(out: &mut PointBasis, n: usize, n_derivatives: usize) {
-    out.values.clear();
-    out.first.clear();
-    out.second.clear();
-    out.values.resize(n, 0.0);
-    out.first.resize(if n_derivatives >= 1 { n } else { 0 }, [0.0; 3]);
-    out.second.resize(if n_derivatives >= 2 { n } else { 0 }, [0.0; 6]);
-}
-
 impl Space for HierarchicalSpace {
     fn dimension(&self) -> usize {
         self.basis(0).hierarchy().dimension()
@@ -380,21 +312,21 @@ impl Space for HierarchicalSpace {
     }
 
     fn evaluate(&self, e: usize, xi: &[f64; 3], n_derivatives: usize, out: &mut PointBasis) {
-        debug_assert!(n_derivatives <= 2);
-        let tables = self.tables(e, xi, n_derivatives);
-        resize(out, tables.count(), n_derivatives);
-        tables.fill(n_derivatives, out);
+        evaluate_level(self.level_of(e).knots(), self.leaves[e].index, xi, n_derivatives, out);
         if self.is_single_level(e) {
-            for (i, &f) in self.functions_on(e).iter().enumerate() {
-                let w = self.weights[f as usize];
-                out.values[i] *= w;
-                out.first.get_mut(i).into_iter().flatten().for_each(|v| *v *= w);
-                out.second.get_mut(i).into_iter().flatten().for_each(|v| *v *= w);
-            }
+            scale(out, self.functions_on(e).iter().map(|&f| self.weights[f as usize]));
         } else {
             out.combine(&self.rows, e);
         }
         make_rational(out);
+    }
+
+    /// Sets of the elements of a level of a patch whose functions are not its B-splines, one by one.
+    fn combinations(&self) -> Vec<Combination<'_>> {
+        let place = |e: &usize| (self.patch_of(*e), self.leaves[*e].level);
+        let elements: Vec<usize> = (0..self.leaves.len()).filter(|&e| !self.is_single_level(e)).collect();
+        let sets = elements.chunk_by(|a, b| place(a) == place(b));
+        sets.map(|set| of_level(self, &self.rows, self.level_of(set[0]), &self.leaves, set)).collect()
     }
 }
 

@@ -1,5 +1,6 @@
 //! Hierarchical spaces: identities, reference values, exact geometry, seams, prolongation.
 
+mod combinations;
 mod nets;
 
 mod prolongation;

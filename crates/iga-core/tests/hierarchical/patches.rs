@@ -170,14 +170,14 @@ fn two_quarters_are_the_half_ring_however_they_are_described() {
 }
 
 /// The ball of a cube and six shells, of radius 1, with two elements per direction.
-fn ball() -> Vec<Patch> {
+pub fn ball() -> Vec<Patch> {
     let shape = sphere(1.0, SphereNet::Shells).unwrap();
     let shape = shape.refined(&[4, 4, 4], &[2, 2, 2], &[]).unwrap();
     shape.patches
 }
 
 /// Three levels of halves about `regions` of patches.
-fn refined_about(patches: &[Patch], regions: &[Vec<ParameterBox>], by: usize) -> HierarchicalSpace {
+pub fn refined_about(patches: &[Patch], regions: &[Vec<ParameterBox>], by: usize) -> HierarchicalSpace {
     let ties: Vec<PatchTies> = patches.iter().map(PatchTies::detect).collect();
     let neighbours = Neighbours::detect(patches, &ties);
     let mut hierarchies: Vec<_> = patches.iter().map(|p| SubdomainHierarchy::new(p.knots())).collect();
@@ -190,7 +190,7 @@ fn refined_about(patches: &[Patch], regions: &[Vec<ParameterBox>], by: usize) ->
 }
 
 /// Regions of the ball's first shell: inside, at a seam, at a triple point.
-fn regions(patches: &[Patch]) -> Vec<Vec<Vec<ParameterBox>>> {
+pub fn regions(patches: &[Patch]) -> Vec<Vec<Vec<ParameterBox>>> {
     let region = |u: f64, v: f64| {
         let mut all = vec![Vec::new(); patches.len()];
         all[2] = vec![ParameterBox { lower: [u, v, 0.97], upper: [u + 0.03, v + 0.03, 1.0] }];
