@@ -1,4 +1,5 @@
-//! Bernstein polynomials: values with derivatives, and the coefficients of polynomials known at some points (theory Eqs. C.27, C.37).
+//! Bernstein polynomials: values with derivatives, and the coefficients of polynomials known at
+//! some points (theory Eqs. C.27, C.37).
 
 use faer::Mat;
 use faer::linalg::solvers::Solve;
@@ -11,9 +12,11 @@ pub const MAX_ORDER: usize = MAX_DEGREE + 1;
 /// Values, first and second derivatives of the Bernstein polynomials of one degree.
 pub type Table = [[f64; MAX_ORDER]; 3];
 
-/// Bernstein polynomials of degree `p` at `s` in `[0, 1]` with two derivatives: `out[k][i]`; zeros beyond `i = p`.
+/// Bernstein polynomials of degree `p` at `s` in `[0, 1]` with two derivatives: `out[k][i]`; zeros
+/// beyond `i = p`.
 ///
-/// The row of degree `d + 1` is a mean of shifted rows of degree `d`; derivatives are differences of lower rows.
+/// The row of degree `d + 1` is a mean of shifted rows of degree `d`; derivatives are differences
+/// of lower rows.
 pub fn table(p: usize, s: f64) -> Table {
     let mut out = [[0.0; MAX_ORDER]; 3];
     if p == 0 {
@@ -43,7 +46,8 @@ pub fn table(p: usize, s: f64) -> Table {
     out
 }
 
-/// Values of the Bernstein polynomials of degree `p`, which may be any, at `points` in `[0, 1]`: a row for each point.
+/// Values of the Bernstein polynomials of degree `p`, which may be any, at `points` in `[0, 1]`: a
+/// row for each point.
 pub fn values(p: usize, points: &[f64]) -> Mat<f64> {
     let mut all = Mat::zeros(points.len(), p + 1);
     let mut row = vec![0.0; p + 1];
@@ -61,7 +65,8 @@ pub fn values(p: usize, points: &[f64]) -> Mat<f64> {
     all
 }
 
-/// Coefficients of a polynomial of degree `points.len() - 1` from its values at `points`, which differ: the inverse of [`values`].
+/// Coefficients of a polynomial of degree `points.len() - 1` from its values at `points`, which
+/// differ: the inverse of [`values`].
 pub fn coefficients(points: &[f64]) -> Mat<f64> {
     let n = points.len();
     let mut inverse = Mat::identity(n, n);

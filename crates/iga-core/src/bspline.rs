@@ -4,11 +4,13 @@ use crate::knots::{KnotVector, MAX_DEGREE};
 
 const W: usize = MAX_DEGREE + 1;
 
-/// Values and derivatives up to order `n_derivatives <= 2` of the `p + 1` functions active on element `element` at `u`.
+/// Values and derivatives up to order `n_derivatives <= 2` of the `p + 1` functions active on
+/// element `element` at `u`.
 ///
-/// `out[k * (p + 1) + j]` receives the `k`-th derivative of function `element_span - p + j`; its length must be at least
-/// `(n_derivatives + 1)(p + 1)`. The element is named by the caller, so that one-sided values at knots are well defined.
-/// Triangular Cox-de Boor scheme; derivatives by differences of the lower-degree functions.
+/// `out[k * (p + 1) + j]` receives the `k`-th derivative of function `element_span - p + j`; its
+/// length must be at least `(n_derivatives + 1)(p + 1)`. The element is named by the caller, so
+/// that one-sided values at knots are well defined. Triangular Cox-de Boor scheme; derivatives by
+/// differences of the lower-degree functions.
 pub fn basis_derivatives(knots: &KnotVector, element: usize, u: f64, n_derivatives: usize, out: &mut [f64]) {
     let p = knots.degree();
     let span = knots.element_span(element);

@@ -149,7 +149,8 @@ pub enum SplineError {
         /// The rule that the box breaks.
         reason: &'static str,
     },
-    /// Displacements would tear at a seam or a collapsed edge, because it is refined on one side only.
+    /// Displacements would tear at a seam or a collapsed edge, because it is refined on one side
+    /// only.
     #[error(
         "refinement differs on the two sides of the {what} at parameters {parameters:?}, refine both sides alike"
     )]

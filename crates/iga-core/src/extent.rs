@@ -1,8 +1,10 @@
-//! Places with an extent: faces by name, discs on the surface, balls inside (docs/theory.md Eq. M.9).
+//! Places with an extent: faces by name, discs on the surface, balls inside (docs/theory.md
+//! Eq. M.9).
 //!
-//! An extent is turned into quadrature points with areas (volumes inside a body), the same whatever the mesh is. Two
-//! things make integrals over it converge under refinement: faces take their Gauss points from the elements of the space
-//! that is integrated, discs and balls are at least as dense as its elements.
+//! An extent is turned into quadrature points with areas (volumes inside a body), the same whatever
+//! the mesh is. Two things make integrals over it converge under refinement: faces take their Gauss
+//! points from the elements of the space that is integrated, discs and balls are at least as dense
+//! as its elements.
 
 pub mod around;
 mod face;
@@ -24,9 +26,9 @@ pub enum Extent {
     Face(String),
     /// What lies within `radius` of `point`.
     ///
-    /// Where the point lies on the surface, the part of the surface whose projection along the normal at the point is a disc
-    /// (in two dimensions a line) of that radius; inside the body a ball (a disc). In axisymmetric models it goes around
-    /// the axis with its point.
+    /// Where the point lies on the surface, the part of the surface whose projection along the
+    /// normal at the point is a disc (in two dimensions a line) of that radius; inside the body a
+    /// ball (a disc). In axisymmetric models it goes around the axis with its point.
     Around {
         /// Centre, in the model's components \[m\].
         point: [f64; 3],
@@ -44,8 +46,8 @@ pub struct ExtentPoint {
     pub xi: [f64; 3],
     /// Position in the model's components \[m\].
     pub point: [f64; 3],
-    /// Area, inside a body volume, that belongs to it: with the thickness of plane models and `2 π r` of axisymmetric ones
-    /// \[m² or m³\].
+    /// Area, inside a body volume, that belongs to it: with the thickness of plane models and
+    /// `2 π r` of axisymmetric ones \[m² or m³\].
     pub weight: f64,
 }
 
@@ -60,8 +62,9 @@ pub fn centroid(points: &[ExtentPoint]) -> [f64; 3] {
     [0, 1, 2].map(|c| points.iter().map(|p| p.weight * p.point[c]).sum::<f64>() / total)
 }
 
-/// Distance of the centre from the surface, as a share of the radius, up to which a disc about the nearest place is meant and no ball, for every kind of
-/// body: a ball so near to the surface would leave the body, and sides of a mesh lie beside the shape that they stand for.
+/// Distance of the centre from the surface, as a share of the radius, up to which a disc about the
+/// nearest place is meant and no ball, for every kind of body: a ball so near to the surface would
+/// leave the body, and sides of a mesh lie beside the shape that they stand for.
 pub const ON_SURFACE: f64 = 0.1;
 /// Points a direction and part of the rules for faces that know no mesh.
 const FINEST: usize = crate::quadrature::MAX_GAUSS;
@@ -69,9 +72,10 @@ const FINEST: usize = crate::quadrature::MAX_GAUSS;
 impl Extent {
     /// Quadrature points of the extent on the body `shape`, whose functions are those of `space`.
     ///
-    /// On faces they are the Gauss points of the elements of `space`, so that piecewise polynomials are integrated
-    /// piece by piece. On discs and in balls they lie closer than the smallest element there, down to a limit beyond which
-    /// a share of the load so small is left to each point that its neighbourhood yields less than the whole extent does.
+    /// On faces they are the Gauss points of the elements of `space`, so that piecewise polynomials
+    /// are integrated piece by piece. On discs and in balls they lie closer than the smallest
+    /// element there, down to a limit beyond which a share of the load so small is left to each
+    /// point that its neighbourhood yields less than the whole extent does.
     ///
     /// # Errors
     /// [`SplineError::UnknownFace`]; [`SplineError::EmptyExtent`] for a face without area; [`SplineError::ExtentBeyondBody`] for a disc or ball that leaves the body;
@@ -103,8 +107,8 @@ impl Extent {
         Err(SplineError::EmptyExtent { extent: self.name() })
     }
 
-    /// Where the extent is: the centroid of a face, the centre of a disc or ball, in the model's components (an
-    /// axisymmetric extent is on the axis) \[m\]. It does not depend on a mesh.
+    /// Where the extent is: the centroid of a face, the centre of a disc or ball, in the model's
+    /// components (an axisymmetric extent is on the axis) \[m\]. It does not depend on a mesh.
     ///
     /// # Errors
     /// As [`Extent::points`].
@@ -128,7 +132,8 @@ impl Extent {
         Ok(centre)
     }
 
-    /// Longest side of the elements of `space` at a disc or ball \[m\]; none for a face, with whose edges functions end.
+    /// Longest side of the elements of `space` at a disc or ball \[m\]; none for a face, with whose
+    /// edges functions end.
     ///
     /// # Errors
     /// As [`Extent::points`].
@@ -155,7 +160,8 @@ impl Extent {
     }
 }
 
-/// Longest side of the elements of `space` at `points`, as it is there \[m\]: of simplices those between their parametric directions, too, of pyramids those to the apex.
+/// Longest side of the elements of `space` at `points`, as it is there \[m\]: of simplices those
+/// between their parametric directions, too, of pyramids those to the apex.
 pub fn longest_element(space: &dyn Space, points: &[ExtentPoint]) -> f64 {
     let (mut basis, mut active, mut nodes) = (GridBasis::default(), Vec::new(), Vec::new());
     let mut longest = 0.0_f64;

@@ -1,7 +1,7 @@
 //! Splines in files of other programs: G+Smo's XML and MFEM's NURBS meshes, read and written.
 //!
-//! Nothing is guessed, and counts that a file claims are not trusted: memory grows with what is there. Lengths are in the file's unit,
-//! which neither format says.
+//! Nothing is guessed, and counts that a file claims are not trusted: memory grows with what is
+//! there. Lengths are in the file's unit, which neither format says.
 
 mod fault;
 mod gismo;
@@ -29,10 +29,12 @@ pub struct SplineFile {
     pub notes: Vec<String>,
 }
 
-/// Reads patches from the bytes of a file, whose format shows in its beginning; `unit`: length of the file's unit \[m\].
+/// Reads patches from the bytes of a file, whose format shows in its beginning; `unit`: length of
+/// the file's unit \[m\].
 ///
-/// G+Smo: `Geometry` of type `TensorBSpline2`, `3` and `TensorNurbs2`, `3`, and a `MultiPatch` of them. MFEM: `NURBS mesh v1.0` and `v1.1` with
-/// patches or with weights and nodes. Patches are solids in space or surfaces in the plane.
+/// G+Smo: `Geometry` of type `TensorBSpline2`, `3` and `TensorNurbs2`, `3`, and a `MultiPatch` of
+/// them. MFEM: `NURBS mesh v1.0` and `v1.1` with patches or with weights and nodes. Patches are
+/// solids in space or surfaces in the plane.
 ///
 /// # Errors
 /// [`ReadError`] with the line.
@@ -59,7 +61,8 @@ pub fn read(bytes: &[u8], unit: f64) -> Result<SplineFile, ReadError> {
     Ok(file)
 }
 
-/// Number of control points that knot vectors ask for; more than there can be if that is beyond all numbers.
+/// Number of control points that knot vectors ask for; more than there can be if that is beyond all
+/// numbers.
 fn net_size(knots: &[KnotVector]) -> usize {
     knots.iter().map(KnotVector::n_functions).fold(1, usize::saturating_mul)
 }

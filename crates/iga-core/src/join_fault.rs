@@ -4,7 +4,8 @@ use thiserror::Error;
 
 use crate::SplineError;
 
-/// Why patches given one by one make no body. Faces are called as in [`crate::nurbs::joining::face_name`].
+/// Why patches given one by one make no body. Faces are called as in
+/// [`crate::nurbs::joining::face_name`].
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum JoinFault {
@@ -109,7 +110,8 @@ pub enum Difference {
     /// The knots.
     #[error("their interior knots are {:?} and {:?} along {} and {}", knots[0], knots[1], along[0], along[1])]
     Knots {
-        /// Interior knots as shares of the range, those of the second face in the sense of the first.
+        /// Interior knots as shares of the range, those of the second face in the sense of the
+        /// first.
         knots: [Vec<f64>; 2],
         /// Directions.
         along: [&'static str; 2],

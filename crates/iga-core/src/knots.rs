@@ -1,7 +1,7 @@
 //! Clamped knot vectors: where a spline's pieces meet and how smoothly.
 //!
-//! A knot vector `Ξ = [ξ_1 … ξ_{n+p+1}]` of degree `p` carries `n` B-splines (theory Eq. S.1). Here it is always clamped:
-//! both end knots stand `p + 1` times, so that the end functions interpolate.
+//! A knot vector `Ξ = [ξ_1 … ξ_{n+p+1}]` of degree `p` carries `n` B-splines (theory Eq. S.1). Here
+//! it is always clamped: both end knots stand `p + 1` times, so that the end functions interpolate.
 
 use crate::SplineError;
 use crate::spline_fault::KnotFault;
@@ -9,12 +9,14 @@ use crate::spline_fault::KnotFault;
 /// Highest degree that the evaluation buffers are laid out for.
 pub const MAX_DEGREE: usize = 9;
 
-/// A clamped knot vector of degree `p`, non-decreasing, with interior multiplicities of at most `p`.
+/// A clamped knot vector of degree `p`, non-decreasing, with interior multiplicities of at most
+/// `p`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct KnotVector {
     degree: usize,
     knots: Vec<f64>,
-    /// Index into `knots` of the last knot of each element's lower break: `knots[spans[e]] < knots[spans[e] + 1]`.
+    /// Index into `knots` of the last knot of each element's lower break:
+    /// `knots[spans[e]] < knots[spans[e] + 1]`.
     spans: Vec<usize>,
 }
 
@@ -78,8 +80,8 @@ impl KnotVector {
         Self::from_breaks(degree, &breaks)
     }
 
-    /// The knot vector of degree `p + by` with the same breaks and the same smoothness at each of them: every knot stands
-    /// `by` times more.
+    /// The knot vector of degree `p + by` with the same breaks and the same smoothness at each of
+    /// them: every knot stands `by` times more.
     ///
     /// # Errors
     /// [`SplineError::Degree`] beyond the supported range.
@@ -170,7 +172,8 @@ impl KnotVector {
         self.spans[e]
     }
 
-    /// The element that holds `u`: half-open intervals, the last one closed; values outside are clamped to the ends.
+    /// The element that holds `u`: half-open intervals, the last one closed; values outside are
+    /// clamped to the ends.
     pub fn find_element(&self, u: f64) -> usize {
         self.spans.partition_point(|&s| self.knots[s] <= u).saturating_sub(1)
     }

@@ -1,4 +1,5 @@
-//! The map from parameters to space at one point: position, Jacobian, gradients (theory Eq. E.7, E.8).
+//! The map from parameters to space at one point: position, Jacobian, gradients (theory Eq. E.7,
+//! E.8).
 
 use crate::SplineError;
 
@@ -14,7 +15,8 @@ pub struct PointMap {
 }
 
 impl PointMap {
-    /// Sums up control points `nodes` with the basis at one point: values and one list of first derivatives per direction.
+    /// Sums up control points `nodes` with the basis at one point: values and one list of first
+    /// derivatives per direction.
     pub fn new(dimension: usize, nodes: &[[f64; 3]], values: &[f64], first: [&[f64]; 3]) -> Self {
         let n = nodes.len();
         let (values, f0, f1, f2) = (&values[..n], &first[0][..n], &first[1][..n], &first[2][..n]);
@@ -50,7 +52,8 @@ impl PointMap {
         }
     }
 
-    /// Inverse of the Jacobian matrix, `[d][i] = ∂ξ_d/∂x_i`; not finite where the determinant vanishes.
+    /// Inverse of the Jacobian matrix, `[d][i] = ∂ξ_d/∂x_i`; not finite where the determinant
+    /// vanishes.
     pub fn inverse(&self) -> [[f64; 3]; 3] {
         let j = &self.jacobian;
         let scale = 1.0 / self.determinant;

@@ -1,8 +1,10 @@
-//! Volume, first and second moments of a body by quadrature over its exact geometry (theory Eq. S.16).
+//! Volume, first and second moments of a body by quadrature over its exact geometry (theory
+//! Eq. S.16).
 //!
-//! The integrands are polynomials for shapes without weights, which the rule integrates exactly. Weights make them rational;
-//! sixteen points per direction leave an error far below round-off for arcs of up to 90°, and what may be more, a
-//! direction of one element alone, is taken in two parts.
+//! The integrands are polynomials for shapes without weights, which the rule integrates exactly.
+//! Weights make them rational; sixteen points per direction leave an error far below round-off for
+//! arcs of up to 90°, and what may be more, a direction of one element alone, is taken in two
+//! parts.
 
 use crate::SplineError;
 use crate::elasticity::Model;
@@ -14,7 +16,8 @@ use crate::space::{GridBasis, Integrand, Space};
 
 /// Integrals over a body, in the axes of its frame in space.
 ///
-/// Plane models lie in `(x, y)`, their thickness symmetric about `z = 0`; axisymmetric ones turn about `z`.
+/// Plane models lie in `(x, y)`, their thickness symmetric about `z = 0`; axisymmetric ones turn
+/// about `z`.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct MassProperties {
     /// `∫ dV` \[m³\].
@@ -45,8 +48,8 @@ impl MassProperties {
         Ok(sum)
     }
 
-    /// Integrals over the elements of `space` by the rules of their masses, each multiplied by what `factor` has for the element: one, or a
-    /// density, which makes masses of the volumes.
+    /// Integrals over the elements of `space` by the rules of their masses, each multiplied by what
+    /// `factor` has for the element: one, or a density, which makes masses of the volumes.
     ///
     /// # Errors
     /// [`SplineError::Folded`] where the Jacobian determinant is not positive.
@@ -85,7 +88,8 @@ impl MassProperties {
         self.first_moment.map(|s| s / self.volume)
     }
 
-    /// `∫ (|d|² 1 - d dᵀ) dV` with `d` from the centre of volume \[m⁵\]; times the density, the inertia.
+    /// `∫ (|d|² 1 - d dᵀ) dV` with `d` from the centre of volume \[m⁵\]; times the density, the
+    /// inertia.
     pub fn central_inertia(&self) -> [[f64; 3]; 3] {
         let c = self.centre();
         let mut central = self.second_moment;
@@ -110,7 +114,8 @@ impl MassProperties {
             .knots()
             .iter()
             .map(|k| {
-                // Quadratic moments, times r or another coordinate at most, times a determinant of degree n p - 1.
+                // Quadratic moments, times r or another coordinate at most, times a determinant of
+                // degree n p - 1.
                 let degree = (n + 3) * k.degree();
                 GaussRule::new(if is_polynomial { (degree / 2 + 1).min(MAX_GAUSS) } else { MAX_GAUSS })
             })

@@ -1,7 +1,8 @@
 //! Boxes of parameters.
 
-/// A box of parameters of a patch, or of a face with equal ends in the fixed direction; entries beyond the dimension are ignored. In a
-/// direction with a seam it may reach beyond the ends of the patch.
+/// A box of parameters of a patch, or of a face with equal ends in the fixed direction; entries
+/// beyond the dimension are ignored. In a direction with a seam it may reach beyond the ends of the
+/// patch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ParameterBox {
     /// Lower corner.

@@ -6,7 +6,8 @@ use std::sync::OnceLock;
 /// Largest number of points per direction that [`GaussRule::new`] builds.
 pub const MAX_GAUSS: usize = 16;
 
-/// Gauss-Legendre rule on `[-1, 1]`: `n` points integrate polynomials up to degree `2 n - 1` exactly.
+/// Gauss-Legendre rule on `[-1, 1]`: `n` points integrate polynomials up to degree `2 n - 1`
+/// exactly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct GaussRule {
     /// Points, rising.
@@ -24,7 +25,8 @@ impl GaussRule {
         assert!((1..=MAX_GAUSS).contains(&n), "{n} Gauss points, 1 to {MAX_GAUSS} are possible");
         let (mut points, mut weights) = (vec![0.0; n], vec![0.0; n]);
         for i in 0..n.div_ceil(2) {
-            // Tricomi's estimate of the i-th root from the right; Newton needs at most six steps from it.
+            // Tricomi's estimate of the i-th root from the right; Newton needs at most six steps
+            // from it.
             let mut x = (PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
             let (mut value, mut slope) = legendre(n, x);
             for _ in 0..10 {
@@ -66,14 +68,16 @@ impl GaussRule {
         self.points.is_empty()
     }
 
-    /// Points on the interval `[lower, upper]`, appended to `out`; weights scale with `(upper - lower) / 2`.
+    /// Points on the interval `[lower, upper]`, appended to `out`; weights scale with
+    /// `(upper - lower) / 2`.
     pub fn points_on(&self, lower: f64, upper: f64, out: &mut Vec<f64>) {
         let (middle, half) = (0.5 * (lower + upper), 0.5 * (upper - lower));
         out.extend(self.points.iter().map(|x| middle + half * x));
     }
 }
 
-/// Gauss-Lobatto rule on `[-1, 1]`, both ends among its points: `n` points integrate polynomials up to degree `2 n - 3` exactly.
+/// Gauss-Lobatto rule on `[-1, 1]`, both ends among its points: `n` points integrate polynomials up
+/// to degree `2 n - 3` exactly.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LobattoRule {
     /// Points, rising from -1 to 1.
@@ -83,7 +87,8 @@ pub struct LobattoRule {
 }
 
 impl LobattoRule {
-    /// The rule with `n` points: the ends, and the extrema of the Legendre polynomial `P_{n-1}` between them.
+    /// The rule with `n` points: the ends, and the extrema of the Legendre polynomial `P_{n-1}`
+    /// between them.
     ///
     /// # Panics
     /// Unless `2 <= n <= 16`.
@@ -102,8 +107,8 @@ impl LobattoRule {
     }
 }
 
-/// The `i`-th extremum of `P_n` inside `(-1, 1)`, from the right: Newton's method on `P_n'`, whose derivative Legendre's equation
-/// gives, from a Chebyshev point.
+/// The `i`-th extremum of `P_n` inside `(-1, 1)`, from the right: Newton's method on `P_n'`, whose
+/// derivative Legendre's equation gives, from a Chebyshev point.
 fn extremum(n: usize, i: usize) -> f64 {
     if 2 * i == n {
         return 0.0;
@@ -139,7 +144,8 @@ mod tests {
                 let sum: f64 =
                     rule.points.iter().zip(&rule.weights).map(|(x, w)| w * x.powi(power as i32)).sum();
                 let exact = if power % 2 == 0 { 2.0 / (power as f64 + 1.0) } else { 0.0 };
-                // Round-off of a sum of at most 16 terms of size one; weights carry a few units in the last place.
+                // Round-off of a sum of at most 16 terms of size one; weights carry a few units in
+                // the last place.
                 assert!((sum - exact).abs() < 2e-14, "n = {n}, power {power}: {sum} against {exact}");
             }
         }
@@ -167,7 +173,8 @@ mod tests {
                 let sum: f64 =
                     rule.points.iter().zip(&rule.weights).map(|(x, w)| w * x.powi(power as i32)).sum();
                 let exact = if power % 2 == 0 { 2.0 / (power as f64 + 1.0) } else { 0.0 };
-                // Round-off as above; the first degree beyond is missed by far more for the small rules.
+                // Round-off as above; the first degree beyond is missed by far more for the small
+                // rules.
                 let is_exact = (sum - exact).abs() < 2e-14;
                 assert!(is_exact || power == 2 * n - 2, "n = {n}, power {power}: {sum} against {exact}");
                 assert!(!(is_exact && power == 2 * n - 2 && n <= 8), "n = {n} is exact beyond its degree");

@@ -6,15 +6,17 @@ use crate::elasticity::{Material, Model};
 use crate::mapping::PointMap;
 use crate::space::{GridBasis, Space};
 
-/// Step towards the middle of the element, in parts of its size, by which a point on a singular line is moved before
-/// strains are taken: gradients do not exist on the line itself. The strain changes by about this part of its variation
-/// over the element.
+/// Step towards the middle of the element, in parts of its size, by which a point on a singular
+/// line is moved before strains are taken: gradients do not exist on the line itself. The strain
+/// changes by about this part of its variation over the element.
 const SINGULAR_STEP: f64 = 1e-4;
-/// Ratio of the determinants at a point and at the one moved into the element above which the map counts as regular: one but for 1e-4
-/// of its variation on regular sides, less than a half within 1e-4 of the element's size from a singular line.
+/// Ratio of the determinants at a point and at the one moved into the element above which the map
+/// counts as regular: one but for 1e-4 of its variation on regular sides, less than a half within
+/// 1e-4 of the element's size from a singular line.
 const REGULAR: f64 = 0.5;
-/// Below this part of the largest radius of the element `u_r / r` is replaced by its limit `∂u_r/∂r`: the limit is wrong by
-/// the square of this number, the quotient would be by round-off divided by it.
+/// Below this part of the largest radius of the element `u_r / r` is replaced by its limit
+/// `∂u_r/∂r`: the limit is wrong by the square of this number, the quotient would be by round-off
+/// divided by it.
 const AXIS_LIMIT: f64 = 1e-7;
 
 /// A shape function at a point.
@@ -37,8 +39,8 @@ pub struct RecoveryWorkspace {
 }
 
 impl RecoveryWorkspace {
-    /// Displacement at `xi` of element `e` from control values `displacement`, which are node-major: component `c` of
-    /// function `A` at `A * n_components + c` \[m\].
+    /// Displacement at `xi` of element `e` from control values `displacement`, which are
+    /// node-major: component `c` of function `A` at `A * n_components + c` \[m\].
     ///
     /// # Panics
     /// If `displacement` is shorter than the space asks for.
@@ -62,10 +64,11 @@ impl RecoveryWorkspace {
         u
     }
 
-    /// Strain and stress at `xi` of element `e` from node-major control values `displacement` \[m\].
+    /// Strain and stress at `xi` of element `e` from node-major control values `displacement`
+    /// \[m\].
     ///
-    /// On the axis of an axisymmetric model `ε_θθ = ∂u_r/∂r`. On singular lines of the parametrisation the state is taken
-    /// at a point moved into the element by 1e-4 of its size.
+    /// On the axis of an axisymmetric model `ε_θθ = ∂u_r/∂r`. On singular lines of the
+    /// parametrisation the state is taken at a point moved into the element by 1e-4 of its size.
     ///
     /// # Errors
     /// [`SplineError::Folded`] where the Jacobian determinant is not positive beside the singular lines.
@@ -99,8 +102,9 @@ impl RecoveryWorkspace {
         Ok(PointState::new(model, material, &gradient, hoop))
     }
 
-    /// Strain and stress at `xi` of element `e` by a unit of each component of every function that may not be zero there [1/m]: summed with
-    /// the control values of a displacement they are the state of [`RecoveryWorkspace::stress`].
+    /// Strain and stress at `xi` of element `e` by a unit of each component of every function that
+    /// may not be zero there [1/m]: summed with the control values of a displacement they are the
+    /// state of [`RecoveryWorkspace::stress`].
     ///
     /// # Errors
     /// [`SplineError::Folded`] where the Jacobian determinant is not positive beside the singular lines.
@@ -132,9 +136,11 @@ impl RecoveryWorkspace {
         Ok(states.collect())
     }
 
-    /// Functions that may not be zero at `xi` of element `e`, with their values and their derivatives in space.
+    /// Functions that may not be zero at `xi` of element `e`, with their values and their
+    /// derivatives in space.
     ///
-    /// On singular lines of the parametrisation derivatives are taken at a point moved into the element by 1e-4 of its size.
+    /// On singular lines of the parametrisation derivatives are taken at a point moved into the
+    /// element by 1e-4 of its size.
     ///
     /// # Errors
     /// [`SplineError::Folded`] where the Jacobian determinant is not positive beside the singular lines.
@@ -158,7 +164,8 @@ impl RecoveryWorkspace {
         Ok(self.active.iter().enumerate().zip(&values).map(function).collect())
     }
 
-    /// Determinant of the map from parameters to space at `xi` of element `e`; on singular lines that of a point moved into the element.
+    /// Determinant of the map from parameters to space at `xi` of element `e`; on singular lines
+    /// that of a point moved into the element.
     ///
     /// # Errors
     /// As [`RecoveryWorkspace::functions`].
@@ -166,13 +173,15 @@ impl RecoveryWorkspace {
         Ok(self.regular_map(space, e, xi)?.determinant)
     }
 
-    /// Distance of the point from the axis of an axisymmetric model; none on the axis, where the hoop strain is `∂u_r/∂r`.
+    /// Distance of the point from the axis of an axisymmetric model; none on the axis, where the
+    /// hoop strain is `∂u_r/∂r`.
     fn radius(&self, map: &PointMap) -> Option<f64> {
         let largest = self.nodes.iter().fold(0.0f64, |m, x| m.max(x[0].abs()));
         Some(map.position[0]).filter(|radius| *radius > AXIS_LIMIT * largest)
     }
 
-    /// The map at `xi`, or at a point beside it where the map is singular there; the basis belongs to the same point.
+    /// The map at `xi`, or at a point beside it where the map is singular there; the basis belongs
+    /// to the same point.
     fn regular_map(&mut self, space: &dyn Space, e: usize, xi: &[f64; 3]) -> Result<PointMap, SplineError> {
         space.active_functions(e, &mut self.active);
         self.nodes.clear();
@@ -189,8 +198,8 @@ impl RecoveryWorkspace {
             map.volume_ratio(*xi)?;
             return Ok(map);
         }
-        // Singular lines are sides of elements. A place that a search found lies beside them by round-off, where the determinant is not
-        // zero but far below that of a point nearby.
+        // Singular lines are sides of elements. A place that a search found lies beside them by
+        // round-off, where the determinant is not zero but far below that of a point nearby.
         let beside = self.map(space, e, &point);
         let is_regular = map.determinant > REGULAR * beside.determinant;
         if !is_regular {

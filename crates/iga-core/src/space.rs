@@ -1,10 +1,13 @@
-//! The one interface behind which every displacement field on elements looks alike: patches, hierarchical splines, finite element meshes and divided ones.
+//! The one interface behind which every displacement field on elements looks alike: patches,
+//! hierarchical splines, finite element meshes and divided ones.
 //!
-//! A space is a list of elements, each with parameters of its own, and a list of functions with one control point (node) each. On an element
-//! the functions are `R = (C N) / W`: raw functions `N` of the element (B-splines of a level, shape functions of nodes), sparse
-//! [`Rows`] `C`, the weight function `W` of its patch, one on meshes. Coincident control points (poles, collapsed edges, seams,
-//! interfaces), truncation and hanging nodes are such rows, so that no displacement is multivalued and nothing above a space
-//! knows of dependent functions (theory section E.5, part H, section C.10).
+//! A space is a list of elements, each with parameters of its own, and a list of functions with one
+//! control point (node) each. On an element the functions are `R = (C N) / W`: raw functions `N` of
+//! the element (B-splines of a level, shape functions of nodes), sparse [`Rows`] `C`, the weight
+//! function `W` of its patch, one on meshes. Coincident control points (poles, collapsed edges,
+//! seams, interfaces), truncation and hanging nodes are such rows, so that no displacement is
+//! multivalued and nothing above a space knows of dependent functions (theory section E.5, part H,
+//! section C.10).
 //!
 //! Functions reproduce the geometry: `Σ_A R_A P_A` is the place of the point, `Σ_A R_A = 1`.
 
@@ -32,7 +35,8 @@ pub enum Cell {
     Tetrahedron,
     /// Such a triangle of the first two parameters, times an interval of the third.
     Wedge,
-    /// The rectangle of the first two parameters at the lower third one, under an apex over its middle.
+    /// The rectangle of the first two parameters at the lower third one, under an apex over its
+    /// middle.
     Pyramid,
 }
 
@@ -65,18 +69,21 @@ impl Element {
 /// What points of an element are for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Integrand {
-    /// Products of gradients: `p` Gauss points a direction on smooth single-level elements, `p + 1` elsewhere (theory section E.3).
+    /// Products of gradients: `p` Gauss points a direction on smooth single-level elements, `p + 1`
+    /// elsewhere (theory section E.3).
     Stiffness,
     /// Products of values; exact on straight-sided finite elements.
     Mass,
-    /// Gradients at few points: two in each direction for splines, the points of the stiffness for finite elements.
+    /// Gradients at few points: two in each direction for splines, the points of the stiffness for
+    /// finite elements.
     Sample,
 }
 
 /// Basis values and first derivatives at points of one element.
 ///
-/// Points of a tensor grid are stacked with the first direction running fastest; the functions of one point lie next to each other:
-/// entry `q * n_active + a` belongs to point `q` and local function `a`.
+/// Points of a tensor grid are stacked with the first direction running fastest; the functions of
+/// one point lie next to each other: entry `q * n_active + a` belongs to point `q` and local
+/// function `a`.
 #[derive(Debug, Clone, Default)]
 pub struct GridBasis {
     /// Number of functions.
@@ -153,7 +160,8 @@ impl GridBasis {
 }
 
 impl PointBasis {
-    /// Makes the functions of element `e` from raw ones: the rows `rows` of every list that is not empty.
+    /// Makes the functions of element `e` from raw ones: the rows `rows` of every list that is not
+    /// empty.
     pub fn combine(&mut self, rows: &Rows, e: usize) {
         let n_raw = self.values.len();
         let raw = std::mem::take(&mut self.values);
@@ -166,8 +174,8 @@ impl PointBasis {
 
 /// Displacement fields on the elements of a body.
 ///
-/// Functions are numbered globally, dependent ones not at all. On an element they are stacked in the order of
-/// [`Space::active_functions`], every one once.
+/// Functions are numbered globally, dependent ones not at all. On an element they are stacked in
+/// the order of [`Space::active_functions`], every one once.
 pub trait Space: Send + Sync {
     /// Number of parametric directions: 1, 2 or 3.
     fn dimension(&self) -> usize;
@@ -178,8 +186,8 @@ pub trait Space: Send + Sync {
     /// Control point of every function, on meshes its node \[m\].
     fn control_points(&self) -> &[[f64; 3]];
 
-    /// Places for ordering unknowns: a point per function such that functions with overlapping supports are near
-    /// each other. Net indices for a single patch, control points otherwise.
+    /// Places for ordering unknowns: a point per function such that functions with overlapping
+    /// supports are near each other. Net indices for a single patch, control points otherwise.
     fn anchors(&self) -> Vec<[f64; 3]>;
 
     /// Number of elements.
@@ -191,10 +199,12 @@ pub trait Space: Send + Sync {
     /// Replaces `out` by the functions active on element `e`.
     fn active_functions(&self, e: usize, out: &mut Vec<u32>);
 
-    /// Basis at parametric point `xi` of element `e`, with derivatives up to `n_derivatives <= 2`; on meshes first ones at most.
+    /// Basis at parametric point `xi` of element `e`, with derivatives up to `n_derivatives <= 2`;
+    /// on meshes first ones at most.
     fn evaluate(&self, e: usize, xi: &[f64; 3], n_derivatives: usize, out: &mut PointBasis);
 
-    /// Basis and first derivatives at the points of the rule that element `e` has for `integrand`, with parameters and weights.
+    /// Basis and first derivatives at the points of the rule that element `e` has for `integrand`,
+    /// with parameters and weights.
     fn tabulate(&self, e: usize, integrand: Integrand, out: &mut GridBasis);
 
     /// Whether masses of element `e` are integrated by the points of its stiffness.
@@ -202,8 +212,9 @@ pub trait Space: Send + Sync {
         true
     }
 
-    /// Sets of elements on which the functions combine raw ones with the same coefficients, so that matrices of the raw functions say
-    /// all about them; no element is in two. None where elements have about as many functions as raw ones.
+    /// Sets of elements on which the functions combine raw ones with the same coefficients, so that
+    /// matrices of the raw functions say all about them; no element is in two. None where elements
+    /// have about as many functions as raw ones.
     fn combinations(&self) -> Vec<Combination<'_>> {
         Vec::new()
     }
@@ -216,8 +227,8 @@ pub trait Space: Send + Sync {
         active.into_iter().zip(basis.values).filter(|(_, value)| value.abs() > 0.0).collect()
     }
 
-    /// Basis and first derivatives at the tensor grid `grid[0] × grid[1] × grid[2]` of parametric points of element `e`;
-    /// directions that the space does not have carry one point.
+    /// Basis and first derivatives at the tensor grid `grid[0] × grid[1] × grid[2]` of parametric
+    /// points of element `e`; directions that the space does not have carry one point.
     ///
     /// The general path evaluates point by point; spaces with tensor structure override it.
     fn evaluate_grid(&self, e: usize, grid: [&[f64]; 3], out: &mut GridBasis) {
@@ -242,12 +253,13 @@ pub trait SplineSpace: Space {
     /// The element of patch `patch` that holds `xi`; points outside are clamped.
     fn find_element(&self, patch: usize, xi: &[f64; 3]) -> usize;
 
-    /// Gauss points per direction that integrate the element's matrices: `p` on smooth single-level elements, `p + 1`
-    /// elsewhere (theory section E.3).
+    /// Gauss points per direction that integrate the element's matrices: `p` on smooth single-level
+    /// elements, `p + 1` elsewhere (theory section E.3).
     fn gauss_counts(&self, e: usize) -> [usize; 3];
 
-    /// Functions whose net entries lie on face `face` of a patch, each with its Greville abscissae there (theory Eq. S.19). A function
-    /// that is tied (pole, seam, interface) comes once for every net entry.
+    /// Functions whose net entries lie on face `face` of a patch, each with its Greville abscissae
+    /// there (theory Eq. S.19). A function that is tied (pole, seam, interface) comes once for
+    /// every net entry.
     fn greville(&self, face: FaceId) -> Vec<(u32, [f64; 3])>;
 }
 
@@ -257,7 +269,8 @@ pub fn tabulate_spline(space: &dyn SplineSpace, e: usize, integrand: Integrand, 
     tabulate_box(space, e, counts, out);
 }
 
-/// The basis at the tensor grid of `counts` Gauss points per direction of the box of element `e`, with parameters and weights.
+/// The basis at the tensor grid of `counts` Gauss points per direction of the box of element `e`,
+/// with parameters and weights.
 pub(crate) fn tabulate_box(space: &dyn Space, e: usize, counts: [usize; 3], out: &mut GridBasis) {
     let rule = counts.map(GaussRule::with);
     let element = space.element(e);

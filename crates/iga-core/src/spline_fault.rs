@@ -1,4 +1,5 @@
-//! What can be wrong with knot vectors and with the levels of a hierarchical space, with the numbers.
+//! What can be wrong with knot vectors and with the levels of a hierarchical space, with the
+//! numbers.
 
 use thiserror::Error;
 

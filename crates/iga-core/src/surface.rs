@@ -1,7 +1,8 @@
 //! Surfaces of bodies: outer faces, normals, curvatures, areas, collocation points, closest points.
 //!
-//! Faces are found from the geometry alone: what collapses, lies on the axis, or touches another face is not outside. Where
-//! basis functions matter, they come from a [`crate::space::Space`], so that every kind of space serves (theory section S.5).
+//! Faces are found from the geometry alone: what collapses, lies on the axis, or touches another
+//! face is not outside. Where basis functions matter, they come from a [`crate::space::Space`], so
+//! that every kind of space serves (theory section S.5).
 
 pub mod face;
 pub mod collocation;

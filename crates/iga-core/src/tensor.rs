@@ -1,4 +1,5 @@
-//! Index arithmetic of tensor-product nets with one to three directions; the first direction runs fastest.
+//! Index arithmetic of tensor-product nets with one to three directions; the first direction runs
+//! fastest.
 
 /// Total number of entries of a net.
 pub fn count(sizes: &[usize]) -> usize {

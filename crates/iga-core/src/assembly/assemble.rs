@@ -18,15 +18,16 @@ use crate::space::{Combination, Space};
 pub struct AssembledMatrices {
     /// Stiffness matrix `K`, lower triangle, unknown by unknown [N/m].
     pub stiffness: SparseColMat<u32, f64>,
-    /// Consistent mass matrix `m_AB = ∫ ρ R_A R_B dV`, lower triangle, node by node, the same for every displacement
-    /// component \[kg\].
+    /// Consistent mass matrix `m_AB = ∫ ρ R_A R_B dV`, lower triangle, node by node, the same for
+    /// every displacement component \[kg\].
     pub mass: SparseColMat<u32, f64>,
-    /// Node and displacement component of every unknown, sorted by node, then component. Radial displacements of nodes on
-    /// the axis of an axisymmetric model are zero and have no unknown.
+    /// Node and displacement component of every unknown, sorted by node, then component. Radial
+    /// displacements of nodes on the axis of an axisymmetric model are zero and have no unknown.
     pub dofs: Vec<(u32, u8)>,
 }
 
-/// Assembles stiffness and mass of `model` on `space`, whose elements are of `materials` (theory Eq. E.10 to E.12), on the threads of the current rayon pool.
+/// Assembles stiffness and mass of `model` on `space`, whose elements are of `materials` (theory
+/// Eq. E.10 to E.12), on the threads of the current rayon pool.
 ///
 /// The result does not depend on the number of threads, to the last bit.
 ///
@@ -68,8 +69,8 @@ pub fn assemble(
     })
 }
 
-/// Node and displacement component of every unknown that [`assemble`] would number for control points `nodes`: its
-/// [`AssembledMatrices::dofs`] without the matrices.
+/// Node and displacement component of every unknown that [`assemble`] would number for control
+/// points `nodes`: its [`AssembledMatrices::dofs`] without the matrices.
 pub fn unknowns(model: &Model, nodes: &[[f64; 3]]) -> Vec<(u32, u8)> {
     Unknowns::new(model, nodes).table()
 }
@@ -113,7 +114,8 @@ struct Target<'a> {
     mass: Vec<f64>,
 }
 
-/// One node's columns and what a phase adds to them: element products, or a combination of raw ones.
+/// One node's columns and what a phase adds to them: element products, or a combination of raw
+/// ones.
 struct ColumnTask<'a, T> {
     node: u32,
     stiffness: &'a mut [f64],
@@ -121,7 +123,8 @@ struct ColumnTask<'a, T> {
     added: T,
 }
 
-/// For every row node of the column at hand: its place in the node pattern and its first row in the matrix.
+/// For every row node of the column at hand: its place in the node pattern and its first row in the
+/// matrix.
 #[derive(Clone)]
 struct RowTable {
     position: Vec<u32>,
@@ -129,7 +132,8 @@ struct RowTable {
 }
 
 impl Target<'_> {
-    /// Adds the products of all elements: first of those that stand for themselves, then those of one combination after the other.
+    /// Adds the products of all elements: first of those that stand for themselves, then those of
+    /// one combination after the other.
     fn fill(&mut self, space: &dyn Space, connectivity: &Connectivity) -> Result<(), SplineError> {
         let combinations = space.combinations();
         let mut stands_alone = vec![true; space.n_elements()];
@@ -181,8 +185,9 @@ impl Target<'_> {
         });
     }
 
-    /// Adds `B K B^T` of the raw matrices of a combination (theory Eq. H.10), column by column. `G` rows of gradients make `D` components of
-    /// displacement, `B = D^2 + 1` numbers a pair of functions.
+    /// Adds `B K B^T` of the raw matrices of a combination (theory Eq. H.10), column by column. `G`
+    /// rows of gradients make `D` components of displacement, `B = D^2 + 1` numbers a pair of
+    /// functions.
     fn combine<const G: usize, const D: usize, const B: usize>(
         &mut self,
         combination: &Combination<'_>,
@@ -207,8 +212,8 @@ impl Target<'_> {
         Ok(())
     }
 
-    /// Calls `add` for each of `columns`, which rise, with what is added to it, pattern and numbering; each of `workers` takes a part of
-    /// the columns.
+    /// Calls `add` for each of `columns`, which rise, with what is added to it, pattern and
+    /// numbering; each of `workers` takes a part of the columns.
     fn for_each_column<T: Send, W: Send>(
         &mut self,
         columns: impl Iterator<Item = (u32, T)>,

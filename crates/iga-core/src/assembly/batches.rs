@@ -10,7 +10,8 @@ use crate::SplineError;
 use crate::elasticity::{MaterialField, Model};
 use crate::space::Space;
 
-/// Memory for the products of one batch \[bytes\]; large enough to keep every thread busy, small enough for the cache.
+/// Memory for the products of one batch \[bytes\]; large enough to keep every thread busy, small
+/// enough for the cache.
 const BATCH_BYTES: usize = 6 << 20;
 /// Elements of one batch at most.
 const MOST_IN_BATCH: usize = 1024;
@@ -41,13 +42,15 @@ pub(super) struct Contribution {
 }
 
 impl Source<'_> {
-    /// Calls `take` with the products of one batch after the other, and the places of their functions, sorted by function, then slot.
+    /// Calls `take` with the products of one batch after the other, and the places of their
+    /// functions, sorted by function, then slot.
     pub fn for_each_batch(
         &self,
         mut take: impl FnMut(&[ElementProducts], &[Contribution]),
     ) -> Result<(), SplineError> {
         let n_parts = n_parts();
-        // Elements of locally refined spaces differ much in size: the largest would leave batches of the others too small to share.
+        // Elements of locally refined spaces differ much in size: the largest would leave batches
+        // of the others too small to share.
         let size = |e: usize| self.connectivity.functions(self.elements[e]).len().pow(2);
         let bytes = |e: usize| size_of::<f64>() * size(e) * (n_rows(self.model).pow(2) + 1);
         let batches = batches(self.elements.len(), n_parts, bytes);
@@ -80,7 +83,8 @@ impl Source<'_> {
     }
 }
 
-/// Cuts `0..n_elements` into batches whose products take `bytes` of each of their elements, together no more than [`BATCH_BYTES`] where `least` elements do not take more.
+/// Cuts `0..n_elements` into batches whose products take `bytes` of each of their elements,
+/// together no more than [`BATCH_BYTES`] where `least` elements do not take more.
 fn batches(n_elements: usize, least: usize, bytes: impl Fn(usize) -> usize) -> Vec<Range<usize>> {
     let (mut all, mut start, mut sum) = (Vec::new(), 0, 0);
     for e in 0..n_elements {
@@ -109,7 +113,8 @@ mod tests {
         let joined: Vec<usize> = all.iter().cloned().flatten().collect();
         assert_eq!(joined, (0..5000).collect::<Vec<_>>());
         assert!(all.iter().all(|b| b.clone().map(bytes).sum::<usize>() <= BATCH_BYTES));
-        // Three large ones fill a batch at most, so that batches end later than the largest would let them.
+        // Three large ones fill a batch at most, so that batches end later than the largest would
+        // let them.
         assert!(all.len() < 5000 / 100, "{}", all.len());
         assert_eq!(batches(20, 8, |_| BATCH_BYTES), [0..8, 8..16, 16..20]);
         assert_eq!(batches(3000, 8, |_| 1).len(), 3000usize.div_ceil(MOST_IN_BATCH));

@@ -13,7 +13,8 @@ use crate::space::Combination;
 /// Mark of what no column has touched yet.
 const NONE: u32 = u32::MAX;
 
-/// Stiffness and mass of the raw functions of a combination: for every pair `B` numbers, the block of the stiffness column by column and the mass.
+/// Stiffness and mass of the raw functions of a combination: for every pair `B` numbers, the block
+/// of the stiffness column by column and the mass.
 pub(super) struct Combined<'a, const B: usize> {
     pattern: NodePattern,
     blocks: Vec<[f64; B]>,
@@ -49,7 +50,8 @@ impl MaterialField for Chosen<'_> {
 }
 
 impl<'a, const B: usize> Combined<'a, B> {
-    /// Assembles the matrices of the raw functions; `law` makes blocks `K_AB` from Lamé's constants and gradient products.
+    /// Assembles the matrices of the raw functions; `law` makes blocks `K_AB` from Lamé's constants
+    /// and gradient products.
     pub fn new<const G: usize, const D: usize>(
         combination: &'a Combination<'_>,
         model: &Model,
@@ -117,7 +119,8 @@ impl<'a, const B: usize> Combined<'a, B> {
         }
     }
 
-    /// Calls `take` for the functions that share elements with function `own`, from it on, with the sums.
+    /// Calls `take` for the functions that share elements with function `own`, from it on, with the
+    /// sums.
     pub fn for_each_row(&self, sums: &Sums<B>, mut take: impl FnMut(usize, &[f64; B])) {
         for &a in &sums.combined.list {
             take(a as usize, &sums.combined.sums[a as usize]);
@@ -149,7 +152,8 @@ impl<const B: usize> Touched<B> {
     }
 }
 
-/// Adds the blocks of an element to the column of the function at its place `own`; `position` tells where each row is in it.
+/// Adds the blocks of an element to the column of the function at its place `own`; `position` tells
+/// where each row is in it.
 fn add_column<const G: usize, const D: usize, const B: usize>(
     element: &ElementProducts,
     own: usize,

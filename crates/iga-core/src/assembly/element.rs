@@ -16,8 +16,9 @@ const GRAM_BLOCK: usize = 48;
 pub(crate) struct ElementProducts {
     /// Global numbers of the functions, rising.
     pub nodes: Vec<u32>,
-    /// Gradient products `H = ∫ g_A,i g_B,j dV`, column-major of size `(n_rows n)²`, entry `(A, i)` at `n_rows A + i`.
-    /// `g` are the physical derivatives and, axisymmetric, `R / r` as third row. Valid for `A >= B`.
+    /// Gradient products `H = ∫ g_A,i g_B,j dV`, column-major of size `(n_rows n)²`, entry `(A, i)`
+    /// at `n_rows A + i`. `g` are the physical derivatives and, axisymmetric, `R / r` as third row.
+    /// Valid for `A >= B`.
     pub gradients: Vec<f64>,
     /// Lamé constants of the model there \[Pa\] and density [kg/m³].
     pub constants: (f64, f64, f64),
@@ -83,8 +84,8 @@ impl Workspace {
         Ok(())
     }
 
-    /// Values and gradients of the functions of element `e` at the points of a rule, times the root of the volume that each point
-    /// stands for; `nodes` receives their global numbers, rising.
+    /// Values and gradients of the functions of element `e` at the points of a rule, times the root
+    /// of the volume that each point stands for; `nodes` receives their global numbers, rising.
     ///
     /// # Errors
     /// As [`Workspace::products`].
@@ -109,8 +110,9 @@ impl Workspace {
         self.basis.n_points
     }
 
-    /// Physical gradients at point `q` of the element evaluated last, one entry per row and function, the function's rows next
-    /// to each other, times the second number returned: the root of the volume.
+    /// Physical gradients at point `q` of the element evaluated last, one entry per row and
+    /// function, the function's rows next to each other, times the second number returned: the root
+    /// of the volume.
     pub fn gradients_at(&self, q: usize) -> (&[f64], f64) {
         let size = self.gradients.len() / self.basis.n_points.max(1);
         (&self.gradients[q * size..(q + 1) * size], self.roots[q])
@@ -133,7 +135,8 @@ impl Workspace {
         }
     }
 
-    /// Column `q` of the factors: values and gradients times the root of the volume that the point stands for.
+    /// Column `q` of the factors: values and gradients times the root of the volume that the point
+    /// stands for.
     fn point(&mut self, model: &Model, q: usize) -> Result<(), SplineError> {
         let dimension = model.dimension();
         let (weight, parameters) = (self.basis.weights[q], self.basis.parameters[q]);

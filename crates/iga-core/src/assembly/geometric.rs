@@ -15,20 +15,21 @@ use crate::space::{Integrand, Space};
 /// Elements whose products are kept at a time, per thread.
 const BATCH: usize = 16;
 
-/// Node by node matrices `∫ ∇R_Aᵀ σ ∇R_B dV` (theory Eq. E.13), lower triangle, the same for every displacement component, of
-/// the stress `σ` that each of the displacement `fields` causes \[N/m\].
+/// Node by node matrices `∫ ∇R_Aᵀ σ ∇R_B dV` (theory Eq. E.13), lower triangle, the same for every
+/// displacement component, of the stress `σ` that each of the displacement `fields` causes \[N/m\].
 ///
-/// A field is node-major: component `c` of function `A` at `A * n_components + c` \[m\]. The matrices are linear in the fields;
-/// rigid motions give zero. Added to the stiffness they make the body stiffer where it is pulled and softer where it is
-/// pressed. The result does not depend on the number of threads.
+/// A field is node-major: component `c` of function `A` at `A * n_components + c` \[m\]. The
+/// matrices are linear in the fields; rigid motions give zero. Added to the stiffness they make the
+/// body stiffer where it is pulled and softer where it is pressed. The result does not depend on
+/// the number of threads.
 ///
 /// # Errors
 /// [`SplineError::Folded`] for impossible geometry, [`SplineError::Dimension`] for an impossible thickness,
 /// [`SplineError::TooLarge`] for more entries than 32-bit indices can name.
 ///
 /// # Panics
-/// If the model is axisymmetric, whose radial and axial components have different matrices, or a field has not one entry for
-/// each function and component.
+/// If the model is axisymmetric, whose radial and axial components have different matrices, or a
+/// field has not one entry for each function and component.
 pub fn geometric_stiffness(
     space: &dyn Space,
     model: &Model,
@@ -101,7 +102,8 @@ impl Slot {
 #[derive(Default)]
 struct Worker {
     work: Workspace,
-    /// Gradients times the root of the volume: a column of `n` functions for each point and direction.
+    /// Gradients times the root of the volume: a column of `n` functions for each point and
+    /// direction.
     gradients: Vec<f64>,
     /// The same, multiplied by the stress.
     stressed: Vec<f64>,
@@ -149,7 +151,8 @@ impl Worker {
     }
 }
 
-/// Stress tensor in the model's components at one point; `gradients` are those of all functions, direction by direction, times `root`.
+/// Stress tensor in the model's components at one point; `gradients` are those of all functions,
+/// direction by direction, times `root`.
 fn stress(
     model: &Model,
     material: &Material,

@@ -2,8 +2,8 @@
 
 use super::element::ElementProducts;
 
-/// Adds `ρ ∫ R_A R_B dV` of one element to the column of the node at place `own`; `position` gives the place of every row
-/// node in that column.
+/// Adds `ρ ∫ R_A R_B dV` of one element to the column of the node at place `own`; `position` gives
+/// the place of every row node in that column.
 pub(crate) fn add_column(
     element: &ElementProducts,
     own: usize,

@@ -51,7 +51,8 @@ impl Connectivity {
     }
 }
 
-/// The node-by-node pattern or its lower triangle, in compressed columns, rows rising; a column of the triangle holds its diagonal entry first.
+/// The node-by-node pattern or its lower triangle, in compressed columns, rows rising; a column of
+/// the triangle holds its diagonal entry first.
 pub(crate) struct NodePattern {
     pub start: Vec<u32>,
     pub rows: Vec<u32>,
@@ -112,7 +113,8 @@ impl NodePattern {
     }
 }
 
-/// Entry counts and row lists, from the row `first` on, of a range of columns; `marks` holds for every node the last column that took it.
+/// Entry counts and row lists, from the row `first` on, of a range of columns; `marks` holds for
+/// every node the last column that took it.
 fn columns_of(
     connectivity: &Connectivity,
     elements: &Connectivity,
@@ -136,7 +138,8 @@ fn columns_of(
     (counts, rows)
 }
 
-/// Numbering of unknowns: by node, then component, without the components held by the axis of symmetry.
+/// Numbering of unknowns: by node, then component, without the components held by the axis of
+/// symmetry.
 pub(crate) struct Unknowns {
     /// First unknown of each node; the last entry is the number of unknowns.
     pub start: Vec<u32>,

@@ -16,8 +16,8 @@ pub(crate) fn solid_block<const D: usize>(lambda: f64, mu: f64, h: &[[f64; D]; D
     block
 }
 
-/// Block `K_AB` of the axisymmetric model from `h[i][j] = ∫ g_A,i g_B,j dV` with `g = (∂_r R, ∂_z R, R / r)`
-/// (theory Eq. E.12).
+/// Block `K_AB` of the axisymmetric model from `h[i][j] = ∫ g_A,i g_B,j dV` with
+/// `g = (∂_r R, ∂_z R, R / r)` (theory Eq. E.12).
 pub(crate) fn axisymmetric_block(lambda: f64, mu: f64, h: &[[f64; 3]; 3]) -> [[f64; 2]; 2] {
     let normal = lambda + 2.0 * mu;
     [
@@ -29,7 +29,8 @@ pub(crate) fn axisymmetric_block(lambda: f64, mu: f64, h: &[[f64; 3]; 3]) -> [[f
     ]
 }
 
-/// The columns of one node in the matrix, one component after the other, each from its diagonal entry down.
+/// The columns of one node in the matrix, one component after the other, each from its diagonal
+/// entry down.
 pub(crate) struct NodeColumns<'a, const D: usize> {
     columns: [&'a mut [f64]; D],
     node: u32,
@@ -43,8 +44,9 @@ impl<'a, const D: usize> NodeColumns<'a, D> {
         Self { columns, node, unknowns }
     }
 
-    /// Adds `block[i][j]` to row component `i` and column component `j` at node `row`, which is not above the diagonal; its first row in the
-    /// matrix lies `offset` below the first row of the node's first column.
+    /// Adds `block[i][j]` to row component `i` and column component `j` at node `row`, which is not
+    /// above the diagonal; its first row in the matrix lies `offset` below the first row of the
+    /// node's first column.
     #[inline]
     pub fn add(&mut self, row: u32, offset: u32, block: &[[f64; D]; D]) {
         let held = |node: u32| self.unknowns.first_component[node as usize] as usize;
@@ -56,7 +58,8 @@ impl<'a, const D: usize> NodeColumns<'a, D> {
                 }
                 continue;
             }
-            // Column j starts at its own diagonal entry, j - own_held rows below that of the node's first column.
+            // Column j starts at its own diagonal entry, j - own_held rows below that of the node's
+            // first column.
             let values = &mut values[offset as usize + own_held - j..];
             match values.first_chunk_mut::<D>() {
                 Some(rows) if first == 0 => {
@@ -76,8 +79,9 @@ impl<'a, const D: usize> NodeColumns<'a, D> {
 
 /// Adds one element's blocks to the columns `column` of one node.
 ///
-/// `own` is the node's place in the element, `offset` gives for every node the distance of its first row from the first
-/// row of the node's first column. `G` rows of products make `D` displacement components.
+/// `own` is the node's place in the element, `offset` gives for every node the distance of its
+/// first row from the first row of the node's first column. `G` rows of products make `D`
+/// displacement components.
 pub(crate) fn add_columns<const D: usize, const G: usize>(
     element: &ElementProducts,
     own: usize,
@@ -96,7 +100,8 @@ pub(crate) fn add_columns<const D: usize, const G: usize>(
     }
 }
 
-/// Cuts the values of a node's columns into one slice a component; a held component has an empty one.
+/// Cuts the values of a node's columns into one slice a component; a held component has an empty
+/// one.
 fn split_columns<const D: usize>(column: &mut [f64], held: usize) -> [&mut [f64]; D] {
     let free = D - held;
     // Lengths l, l - 1, ..., l - free + 1 add up to the length of the slice.

@@ -4,8 +4,8 @@ use super::{Material, Model};
 
 /// Strain and stress at one point.
 ///
-/// Components: `xx, yy, zz, xy, yz, zx`; axisymmetric `rr, zz, θθ, rz, 0, 0`. In both cases entry 2 is the direction out of
-/// a two-dimensional model's plane and entry 3 the shear in its plane.
+/// Components: `xx, yy, zz, xy, yz, zx`; axisymmetric `rr, zz, θθ, rz, 0, 0`. In both cases entry 2
+/// is the direction out of a two-dimensional model's plane and entry 3 the shear in its plane.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct PointState {
     /// Strains; shear strains are engineering strains, twice the tensor's components.
@@ -15,8 +15,8 @@ pub struct PointState {
 }
 
 impl PointState {
-    /// Strain and stress from the displacement gradient `gradient[i][j] = ∂u_i/∂x_j` and the hoop strain `u_r / r`
-    /// (used by the axisymmetric model alone).
+    /// Strain and stress from the displacement gradient `gradient[i][j] = ∂u_i/∂x_j` and the hoop
+    /// strain `u_r / r` (used by the axisymmetric model alone).
     pub fn new(model: &Model, material: &Material, gradient: &[[f64; 3]; 3], hoop: f64) -> Self {
         let g = gradient;
         let mut strain = [g[0][0], g[1][1], 0.0, g[0][1] + g[1][0], 0.0, 0.0];
@@ -77,8 +77,8 @@ mod tests {
         assert!(von_mises(&[-7.0, -7.0, -7.0, 0.0, 0.0, 0.0]).abs() < 1e-14);
     }
 
-    /// Constitutive matrix `D` with `σ = D ε` for the model's own strains [Pa]; rows and columns of strains that the model does not
-    /// have are zero, shear strains are engineering strains.
+    /// Constitutive matrix `D` with `σ = D ε` for the model's own strains [Pa]; rows and columns of
+    /// strains that the model does not have are zero, shear strains are engineering strains.
     fn constitutive_matrix(model: &Model, material: &Material) -> [[f64; 6]; 6] {
         let (lambda, mu) = model.lame(material);
         let (normal, shear): (&[usize], &[usize]) = match model {

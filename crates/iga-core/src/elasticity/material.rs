@@ -11,7 +11,8 @@ pub struct Material {
 }
 
 impl Material {
-    /// Checks and takes Young's modulus `E > 0` \[Pa\], Poisson's ratio `-1 < ν < 0.5` and density `ρ > 0` [kg/m³].
+    /// Checks and takes Young's modulus `E > 0` \[Pa\], Poisson's ratio `-1 < ν < 0.5` and density
+    /// `ρ > 0` [kg/m³].
     ///
     /// # Errors
     /// [`SplineError::Material`] naming the first constant that is impossible.

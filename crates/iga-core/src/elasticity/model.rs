@@ -61,8 +61,9 @@ impl Model {
         }
     }
 
-    /// `λ` and `μ` such that the stresses that do work on the model's strains are `σ = λ tr ε + 2 μ ε` \[Pa\]: the material's
-    /// own except for plane stress, where `λ` becomes `2 λ μ / (λ + 2 μ)` (theory Eq. E.4).
+    /// `λ` and `μ` such that the stresses that do work on the model's strains are
+    /// `σ = λ tr ε + 2 μ ε` \[Pa\]: the material's own except for plane stress, where `λ` becomes
+    /// `2 λ μ / (λ + 2 μ)` (theory Eq. E.4).
     pub fn lame(&self, material: &Material) -> (f64, f64) {
         let (lambda, mu) = (material.lame_lambda(), material.shear_modulus());
         match self {

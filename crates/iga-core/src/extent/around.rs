@@ -1,19 +1,22 @@
 //! Discs on the surface and balls inside, on whatever body: polar rules about the centre.
 //!
-//! A disc is a polar rule in the tangent plane, carried to the surface along the normal. With the normals `n` of the surface and `n₀` at the
-//! centre, an area `dA₀` of the plane is `dA = dA₀ / (n · n₀)` of the surface. In two dimensions the disc is a line through the centre, from
-//! the axis outwards if the centre lies on it, and a ball a disc.
+//! A disc is a polar rule in the tangent plane, carried to the surface along the normal. With the
+//! normals `n` of the surface and `n₀` at the centre, an area `dA₀` of the plane is
+//! `dA = dA₀ / (n · n₀)` of the surface. In two dimensions the disc is a line through the centre,
+//! from the axis outwards if the centre lies on it, and a ball a disc.
 
 use super::{ExtentPoint, ON_SURFACE};
 use crate::elasticity::Model;
 use crate::nurbs::jet::{cross, norm};
 use crate::quadrature::GaussRule;
 
-/// Parts of the radius beyond which a disc, or a ball in two dimensions, is not divided further: 64 × 256 points.
+/// Parts of the radius beyond which a disc, or a ball in two dimensions, is not divided further: 64
+/// × 256 points.
 const MOST_PARTS: usize = 16;
 /// The same of a ball: 32 × 32 × 64 points.
 const MOST_PARTS_OF_BALL: usize = 8;
-/// Parts of the radius on coarse meshes: lines between elements that cross the extent make kinks of the functions there.
+/// Parts of the radius on coarse meshes: lines between elements that cross the extent make kinks of
+/// the functions there.
 const LEAST_PARTS: usize = 2;
 /// Gauss points of each part of a radius.
 const PART_POINTS: usize = 4;
@@ -61,8 +64,8 @@ pub trait Surroundings {
     /// The place of the surface nearest to `point`.
     fn nearest(&self, point: &[f64; 3]) -> Option<Nearest<Self::Start>>;
 
-    /// The surface on the line along the unit vector `normal` through `target`, with the cosine of the angle between its normal and that; none if
-    /// it is not there, or too steep.
+    /// The surface on the line along the unit vector `normal` through `target`, with the cosine of
+    /// the angle between its normal and that; none if it is not there, or too steep.
     fn over(
         &self,
         target: &[f64; 3],
@@ -83,8 +86,9 @@ pub trait Surroundings {
     fn leaves(&self, kind: &'static str, radius: f64, point: [f64; 3]) -> Self::Fault;
 }
 
-/// What lies within `radius` of `point`: of a point on the surface what lies over a disc in the plane that touches it there, of one inside a ball. The
-/// points lie closer than the smallest element there, down to a limit.
+/// What lies within `radius` of `point`: of a point on the surface what lies over a disc in the
+/// plane that touches it there, of one inside a ball. The points lie closer than the smallest
+/// element there, down to a limit.
 ///
 /// # Errors
 /// [`Surroundings::leaves`], [`Surroundings::check_inside`].
@@ -111,7 +115,8 @@ pub fn around<B: Surroundings>(
 /// Points, and the length of the shortest side of their elements \[m\].
 type WithShortest = (Vec<ExtentPoint>, f64);
 
-/// The points that `rule` gives of a radius cut into so many parts that none is longer than an element, `most` at most.
+/// The points that `rule` gives of a radius cut into so many parts that none is longer than an
+/// element, `most` at most.
 fn refined(
     radius: f64,
     most: usize,

@@ -10,7 +10,8 @@ use crate::quadrature::GaussRule;
 use crate::space::SplineSpace;
 use crate::surface::Face;
 
-/// Gauss points of the elements of `space` on the face called `name`: `count` of an element per direction, in `parts` parts.
+/// Gauss points of the elements of `space` on the face called `name`: `count` of an element per
+/// direction, in `parts` parts.
 ///
 /// # Errors
 /// [`SplineError::UnknownFace`] with the names that there are.
@@ -44,7 +45,8 @@ pub fn points(
     Ok(points)
 }
 
-/// Part of an element within which its end counts as the end of the parameter range: round-off of knots.
+/// Part of an element within which its end counts as the end of the parameter range: round-off of
+/// knots.
 const AT_END: f64 = 1e-9;
 
 /// The side of an element that lies on a face.

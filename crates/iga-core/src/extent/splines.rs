@@ -10,9 +10,11 @@ use crate::nurbs::{PatchSearch, Shape};
 use crate::space::SplineSpace;
 use crate::surface::{BodySurface, Face};
 
-/// Steepest part of the surface that a disc covers: cosine of the angle between the normals, some 78°.
+/// Steepest part of the surface that a disc covers: cosine of the angle between the normals, some
+/// 78°.
 const STEEPEST: f64 = 0.2;
-/// Share of the way to the middle of a face by which the centre is moved where the surface has no normal.
+/// Share of the way to the middle of a face by which the centre is moved where the surface has no
+/// normal.
 const ASIDE: f64 = 1e-4;
 
 /// A body of splines about a disc or ball.

@@ -15,7 +15,8 @@ use crate::nurbs::{FaceId, Patch};
 const BYTES_A_NODE: usize = 20;
 /// Bytes of a file for each of its attributes, of which one takes some seventy.
 const BYTES_AN_ATTRIBUTE: usize = 24;
-/// Nodes and attributes that any file may have, and attributes of one tag: their names are compared in pairs.
+/// Nodes and attributes that any file may have, and attributes of one tag: their names are compared
+/// in pairs.
 const FEW: usize = 100;
 
 /// Reads all patches.
@@ -84,7 +85,8 @@ pub fn read(text: &str) -> Result<SplineFile, ReadError> {
     Ok(SplineFile { patches, joined, faces: Vec::new(), notes })
 }
 
-/// The text with spaces in place of an XML declaration that does not stand at the beginning, where strict readers refuse it.
+/// The text with spaces in place of an XML declaration that does not stand at the beginning, where
+/// strict readers refuse it.
 fn without_declaration(text: &str) -> String {
     let text = text.replace('\u{feff}', " ");
     match text.find("<?xml ").and_then(|start| Some(start..start + text[start..].find("?>")? + 2)) {
@@ -97,7 +99,8 @@ fn without_declaration(text: &str) -> String {
     }
 }
 
-/// Line of the first tag with more than [`FEW`] attributes; signs in quotes, in comments and between tags count for nothing.
+/// Line of the first tag with more than [`FEW`] attributes; signs in quotes, in comments and
+/// between tags count for nothing.
 fn crowded_tag(text: &str) -> Option<usize> {
     let mut rest = text;
     while let Some(open) = rest.find('<') {
@@ -291,7 +294,8 @@ fn patch_ids<'a, 'i>(
     }
 }
 
-/// Pairs of faces that are joined: a patch and a side of each, then how their directions lie, which geometry shows as well.
+/// Pairs of faces that are joined: a patch and a side of each, then how their directions lie, which
+/// geometry shows as well.
 fn interfaces(
     multi: &Node,
     places: &BTreeMap<i64, usize>,
@@ -331,7 +335,8 @@ fn interfaces(
     Ok(joined)
 }
 
-/// The patches as G+Smo's XML, in a unit of `unit` metres; several as a `MultiPatch` with its interfaces.
+/// The patches as G+Smo's XML, in a unit of `unit` metres; several as a `MultiPatch` with its
+/// interfaces.
 pub fn write(patches: &[Patch], unit: f64) -> String {
     let mut out = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<xml>\n");
     for (id, (patch, points)) in in_unit(patches, unit).enumerate() {
@@ -385,7 +390,8 @@ fn multi_patch(patches: &[Patch], out: &mut String) {
         (is_shared[i], is_shared[j]) = (true, true);
         let (a, b) = (faces[i], faces[j]);
         let dimension = patches[a.patch].dimension();
-        // Where each direction of the first lies in the second, and whether in the same sense: across the face, ends look at each other.
+        // Where each direction of the first lies in the second, and whether in the same sense:
+        // across the face, ends look at each other.
         let others: Vec<usize> = b.tangents(dimension).collect();
         let (mut map, mut same) = (vec![b.direction; dimension], vec![a.upper != b.upper; dimension]);
         for (along, d) in a.tangents(dimension).enumerate() {

@@ -1,4 +1,5 @@
-//! MFEM's NURBS meshes, versions 1.0 and 1.1: a mesh of patches, then the patches themselves or knots, weights and nodes.
+//! MFEM's NURBS meshes, versions 1.0 and 1.1: a mesh of patches, then the patches themselves or
+//! knots, weights and nodes.
 
 use std::fmt::Write as _;
 
@@ -121,11 +122,13 @@ fn skip_spacing(words: &mut Words, notes: &mut Vec<String>) -> Result<(), ReadEr
 /// Patches from weights and a finite element space of nodes.
 fn from_nodes(words: &mut Words, topology: &Topology, knots: &[KnotVector]) -> Result<Vec<Patch>, ReadError> {
     let line = words.line();
-    // A patch has hardly more knots than functions, whose coordinates take several characters of the rest.
+    // A patch has hardly more knots than functions, whose coordinates take several characters of
+    // the rest.
     let knots = topology.patch_knots(knots, words.n_left()).map_err(|fault| ReadError { line, fault })?;
     let sizes: Vec<Vec<usize>> =
         knots.iter().map(|patch| patch.iter().map(KnotVector::n_functions).collect()).collect();
-    // Each function has a weight or two coordinates at least and is shared by eight patches on average at most.
+    // Each function has a weight or two coordinates at least and is shared by eight patches on
+    // average at most.
     let entries = knots.iter().map(|k| net_size(k)).fold(0, usize::saturating_add);
     if !words.can_hold(entries) {
         "the weights".clone_into(&mut words.section);
@@ -246,8 +249,8 @@ fn outer_faces(patches: &[Patch]) -> Vec<FaceId> {
     crate::surface::Face::outer(patches, false).iter().map(|face| face.id).collect()
 }
 
-/// Vertices of each patch in MFEM's order: corners of shared faces are one. A patch keeps corners apart that its own seam joins, as
-/// MFEM's patches must.
+/// Vertices of each patch in MFEM's order: corners of shared faces are one. A patch keeps corners
+/// apart that its own seam joins, as MFEM's patches must.
 fn vertices(patches: &[Patch]) -> Vec<Vec<usize>> {
     let faces = FaceId::all(patches);
     let nets: Vec<FaceNet> = faces.iter().map(|&id| FaceNet::new(patches, id)).collect();

@@ -1,8 +1,9 @@
-//! The mesh of patches in MFEM's files, and the numbers that it gives to the functions of the whole body: those of vertices first, then
-//! of edges, faces and insides.
+//! The mesh of patches in MFEM's files, and the numbers that it gives to the functions of the whole
+//! body: those of vertices first, then of edges, faces and insides.
 //!
-//! The functions of an edge run from its vertex with the smaller number to the other; those of a face as the first patch lists the
-//! face's vertices, from the first to the second fastest, then from the first to the last.
+//! The functions of an edge run from its vertex with the smaller number to the other; those of a
+//! face as the first patch lists the face's vertices, from the first to the second fastest, then
+//! from the first to the last.
 
 use std::collections::BTreeMap;
 
@@ -37,7 +38,8 @@ pub fn corners(dimension: usize) -> Vec<&'static [usize]> {
     }
 }
 
-/// Places among the vertices of a patch of those of a face, in MFEM's order, which turns about the outward normal.
+/// Places among the vertices of a patch of those of a face, in MFEM's order, which turns about the
+/// outward normal.
 pub fn face_corners(dimension: usize, direction: usize, upper: bool) -> Vec<usize> {
     let all = corners(dimension);
     let on_face = |&c: &usize| all[c][direction] == usize::from(upper);
@@ -58,7 +60,8 @@ pub struct Topology {
     vertices: Vec<Vec<usize>>,
     /// Knot vector of every edge as given, with the vertices from which and to which it runs.
     edges: Vec<(usize, [usize; 2])>,
-    /// Elements of the boundary: attribute, and vertices, rising, of plane models behind two that are zero.
+    /// Elements of the boundary: attribute, and vertices, rising, of plane models behind two that
+    /// are zero.
     boundary: Vec<(i64, [usize; 4])>,
 }
 
@@ -131,7 +134,8 @@ impl Topology {
         Ok(Self { dimension, vertices, edges, boundary })
     }
 
-    /// The faces of each attribute of the boundary, which is their name; elements of it that are no single face of a patch are noted.
+    /// The faces of each attribute of the boundary, which is their name; elements of it that are no
+    /// single face of a patch are noted.
     pub fn boundary_faces(&self, notes: &mut Vec<String>) -> Vec<(String, Vec<FaceId>)> {
         let mut by_vertices: BTreeMap<Vec<usize>, Vec<FaceId>> = BTreeMap::new();
         for (id, key) in self.faces() {
@@ -174,7 +178,8 @@ impl Topology {
         self.vertices.len()
     }
 
-    /// Edges of a patch: its vertices in the sense of the direction along which they run, and that direction.
+    /// Edges of a patch: its vertices in the sense of the direction along which they run, and that
+    /// direction.
     fn patch_edges(&self) -> Vec<([usize; 2], usize)> {
         let all = corners(self.dimension);
         let edges: &[[usize; 2]] = if self.dimension == 3 { &SOLID_EDGES } else { &PLANE_EDGES };
@@ -185,7 +190,8 @@ impl Topology {
         edges.iter().map(along).collect()
     }
 
-    /// Knot vectors of each patch in its directions, with at most `limit` knots in all: a short file can name a long vector often.
+    /// Knot vectors of each patch in its directions, with at most `limit` knots in all: a short
+    /// file can name a long vector often.
     pub fn patch_knots(&self, knots: &[KnotVector], limit: usize) -> Result<Vec<Vec<KnotVector>>, ReadFault> {
         let mut n_knots = 0usize;
         let by_vertices: BTreeMap<[usize; 2], (usize, [usize; 2])> =
@@ -302,7 +308,8 @@ impl Topology {
         patches: &mut [Vec<usize>],
         next: &mut usize,
     ) -> Result<(), ReadFault> {
-        // Sorted vertices: the vertices as first listed, the first number, the counts along the first side and along the last.
+        // Sorted vertices: the vertices as first listed, the first number, the counts along the
+        // first side and along the last.
         let mut known: BTreeMap<[usize; 4], ([usize; 4], usize, [usize; 2])> = BTreeMap::new();
         for (p, vertices) in self.vertices.iter().enumerate() {
             for face in FACES {

@@ -129,7 +129,8 @@ impl<'a> Words<'a> {
         Ok(out)
     }
 
-    /// All numbers up to the end as points of so many coordinates, the others zero, and how many numbers there are; `n` points are expected.
+    /// All numbers up to the end as points of so many coordinates, the others zero, and how many
+    /// numbers there are; `n` points are expected.
     ///
     /// # Errors
     /// [`ReadFault::Expected`].

@@ -14,11 +14,13 @@ struct ActiveLevel {
     flat: Vec<usize>,
     /// Number of the first of them.
     first: u32,
-    /// Functions whose own support lies in the region, though the support of a function that they are tied to does not; in ascending order.
+    /// Functions whose own support lies in the region, though the support of a function that they
+    /// are tied to does not; in ascending order.
     held: Vec<usize>,
 }
 
-/// Functions on shared faces that the regions of the other patches keep from being refined, level by level: flat net indices in ascending order.
+/// Functions on shared faces that the regions of the other patches keep from being refined, level
+/// by level: flat net indices in ascending order.
 #[derive(Debug, Clone, Default)]
 struct Withheld {
     /// Supports that lie in the region of the level here, but not everywhere.
@@ -27,8 +29,8 @@ struct Withheld {
     from_next: Vec<Vec<usize>>,
 }
 
-/// The hierarchical B-spline basis of a subdomain hierarchy: of each level `l` the functions whose support lies in `Ω^l`
-/// but not in `Ω^(l+1)`. Numbered by level, then by net index.
+/// The hierarchical B-spline basis of a subdomain hierarchy: of each level `l` the functions whose
+/// support lies in `Ω^l` but not in `Ω^(l+1)`. Numbered by level, then by net index.
 #[derive(Debug, Clone)]
 pub struct HierarchicalBasis {
     hierarchy: SubdomainHierarchy,
@@ -42,8 +44,9 @@ impl HierarchicalBasis {
         Self::without(hierarchy, Withheld { from_level: none.clone(), from_next: none })
     }
 
-    /// The same for patches with shared faces, whose `hierarchies` have the same levels: functions that are one across patches have one support,
-    /// which lies in a region if it does so in every patch (H.9).
+    /// The same for patches with shared faces, whose `hierarchies` have the same levels: functions
+    /// that are one across patches have one support, which lies in a region if it does so in every
+    /// patch (H.9).
     pub(super) fn of_patches(
         hierarchies: Vec<SubdomainHierarchy>,
         neighbours: &Neighbours,
@@ -85,7 +88,8 @@ impl HierarchicalBasis {
         Self { hierarchy, levels }
     }
 
-    /// Whether the support of tensor-product function `index` of a level lies in the region of the level, in all patches.
+    /// Whether the support of tensor-product function `index` of a level lies in the region of the
+    /// level, in all patches.
     pub(super) fn is_inside(&self, level: usize, index: &[usize; 3]) -> bool {
         let (of, own) = (&self.hierarchy.levels()[level], &self.levels[level]);
         let is_held = || own.held.binary_search(&tensor::flat_index(&own.sizes, index)).is_ok();
@@ -117,13 +121,14 @@ impl HierarchicalBasis {
     /// Level and net multi-index of function `f`.
     pub fn function(&self, f: u32) -> (usize, [usize; 3]) {
         let level = self.levels.partition_point(|l| l.first <= f) - 1;
-        // Levels without functions share their first number with the next one, which is the later one.
+        // Levels without functions share their first number with the next one, which is the later
+        // one.
         let l = &self.levels[level];
         (level, crate::tensor::multi_index(&l.sizes, l.flat[(f - l.first) as usize]))
     }
 
-    /// Calls `found(position, function)` for every active function of `level` in a box of net indices; positions count
-    /// the box's entries, first direction fastest.
+    /// Calls `found(position, function)` for every active function of `level` in a box of net
+    /// indices; positions count the box's entries, first direction fastest.
     pub fn active_in(&self, level: usize, functions: &IndexBox, mut found: impl FnMut(usize, u32)) {
         let l = &self.levels[level];
         let n = functions.sizes();

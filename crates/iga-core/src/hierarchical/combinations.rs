@@ -1,4 +1,5 @@
-//! Raw functions of the elements of one level: its B-splines, rational as the patch (theory Eq. H.10).
+//! Raw functions of the elements of one level: its B-splines, rational as the patch (theory
+//! Eq. H.10).
 
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 
@@ -29,7 +30,8 @@ struct LevelSpace<'a> {
     control_points: Vec<[f64; 3]>,
 }
 
-/// The combination of `elements`, which are leaves of one level of a patch of the space and none of them plain in `rows`.
+/// The combination of `elements`, which are leaves of one level of a patch of the space and none of
+/// them plain in `rows`.
 pub(super) fn of_level<'a>(
     space: &'a dyn SplineSpace,
     all: &Rows,
@@ -79,7 +81,8 @@ pub(super) fn of_level<'a>(
     Combination { elements: elements.to_vec(), raw: Box::new(raw), functions, coefficients }
 }
 
-/// For each of `n` B-splines the functions with a part of it, rising, and the coefficients `C_im`, read off the first of `elements` on which it does not vanish.
+/// For each of `n` B-splines the functions with a part of it, rising, and the coefficients `C_im`,
+/// read off the first of `elements` on which it does not vanish.
 fn entries(all: &Rows, elements: &[usize], numbers: &[u32], n: usize) -> Vec<Vec<(u32, f64)>> {
     let (mut entries, n_local) = (vec![Vec::new(); n], numbers.len() / elements.len());
     let mut is_read = vec![false; n];

@@ -35,8 +35,9 @@ pub struct Leaf {
 
 /// A sequence of nested knot levels and nested regions `Ω^0 ⊇ Ω^1 ⊇ …` over one patch.
 ///
-/// Level 0 covers the patch. Each call of [`SubdomainHierarchy::refine`] adds a level whose region is a union of boxes of
-/// elements of the level before. Elements may be split into any number of parts, another one in each direction and level.
+/// Level 0 covers the patch. Each call of [`SubdomainHierarchy::refine`] adds a level whose region
+/// is a union of boxes of elements of the level before. Elements may be split into any number of
+/// parts, another one in each direction and level.
 #[derive(Debug, Clone)]
 pub struct SubdomainHierarchy {
     levels: Vec<Level>,
@@ -68,7 +69,8 @@ impl Level {
         &self.region
     }
 
-    /// The part of the region that the next level refines, as disjoint boxes of elements of this level.
+    /// The part of the region that the next level refines, as disjoint boxes of elements of this
+    /// level.
     pub fn refined(&self) -> &[IndexBox] {
         &self.refined
     }
@@ -133,12 +135,14 @@ impl SubdomainHierarchy {
         hierarchy
     }
 
-    /// Adds a level: every element of the last level inside `boxes` is split into `parts[d]` equal parts in direction `d`.
-    /// Boxes are boxes of elements of the last level so far; they may touch and overlap.
+    /// Adds a level: every element of the last level inside `boxes` is split into `parts[d]` equal
+    /// parts in direction `d`. Boxes are boxes of elements of the last level so far; they may touch
+    /// and overlap.
     ///
     /// # Errors
     /// [`SplineError::Levels`] if no direction is split, or one into zero parts; [`SplineError::RefinedBox`] if a box is
-    /// empty, lies outside the last region, or is too small for its degree, so that no function would be refined.
+    /// empty, lies outside the last region, or is too small for its degree, so that no function
+    /// would be refined.
     pub fn refine(&mut self, parts: [usize; 3], boxes: &[IndexBox]) -> Result<(), SplineError> {
         let parts = &parts[..self.dimension()];
         let coarse = &self.last().knots;
@@ -158,7 +162,8 @@ impl SubdomainHierarchy {
         self.follow_knots(knots, boxes)
     }
 
-    /// Adds a level that the neighbours of a patch need: `boxes` may be too small to refine a function, and there may be none.
+    /// Adds a level that the neighbours of a patch need: `boxes` may be too small to refine a
+    /// function, and there may be none.
     ///
     /// # Errors
     /// [`SplineError::Levels`] if the knots are not nested; [`SplineError::RefinedBox`] if a box lies outside the last region.
@@ -289,7 +294,8 @@ impl SubdomainHierarchy {
     }
 }
 
-/// Splits every element into `parts` equal parts; knots there stay as they are, new ones are simple.
+/// Splits every element into `parts` equal parts; knots there stay as they are, new ones are
+/// simple.
 fn split(coarse: &KnotVector, parts: usize) -> Result<KnotVector, SplineError> {
     let mut knots = Vec::with_capacity(coarse.knots().len() + coarse.n_elements() * (parts - 1));
     for (i, &u) in coarse.knots().iter().enumerate() {

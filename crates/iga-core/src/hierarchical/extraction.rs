@@ -10,8 +10,8 @@ use crate::space::Rows;
 /// Elements that one task works on; the result does not depend on it.
 const CHUNK: usize = 64;
 
-/// Functions of every element and their coefficients `w_i M_im` in the B-splines of the element's level: rows of all `leaves`, in their
-/// order, those of one patch after those of another.
+/// Functions of every element and their coefficients `w_i M_im` in the B-splines of the element's
+/// level: rows of all `leaves`, in their order, those of one patch after those of another.
 pub(super) fn extraction(parts: &[Part], leaves: &[Leaf], numbering: &Numbering) -> Rows {
     let of_chunk = |part: &Part, leaves: &[Leaf]| {
         let (mut chunk, mut builder, mut sums) = (Rows::default(), OperatorBuilder::default(), Vec::new());
@@ -35,7 +35,8 @@ pub(super) fn extraction(parts: &[Part], leaves: &[Leaf], numbering: &Numbering)
     all
 }
 
-/// Adds the next element, of a patch whose active functions are numbered from `first_active` on: rows of tied functions are added up.
+/// Adds the next element, of a patch whose active functions are numbered from `first_active` on:
+/// rows of tied functions are added up.
 fn push(
     all: &mut Rows,
     operator: &ElementOperator,
@@ -46,7 +47,8 @@ fn push(
     let of_space = |f: u32| numbering.functions[(first_active + f) as usize];
     let is_first = |f: u32| numbering.representatives[of_space(f) as usize] == first_active + f;
     let mut own: Vec<u32> = Vec::with_capacity(n);
-    // Functions of an element rise, so the first one of a tied group comes before the others of the patch if it is there at all.
+    // Functions of an element rise, so the first one of a tied group comes before the others of the
+    // patch if it is there at all.
     for &f in &operator.functions {
         if is_first(f) || !own.contains(&of_space(f)) {
             own.push(of_space(f));

@@ -1,7 +1,7 @@
 //! Regions in parameters to boxes of elements that really refine something (theory section H.6).
 //!
-//! A function is refined only if its whole support is, so a region must be grown by the degree, across seams and around
-//! collapsed edges.
+//! A function is refined only if its whole support is, so a region must be grown by the degree,
+//! across seams and around collapsed edges.
 
 use super::domain::{Level, SubdomainHierarchy};
 use super::index_box::IndexBox;
@@ -12,17 +12,20 @@ use crate::knots::KnotVector;
 use crate::parameter_box::ParameterBox;
 use crate::spline_fault::LevelFault;
 
-/// Distance from a knot, relative to the element, within which an end of a region counts as lying on it.
+/// Distance from a knot, relative to the element, within which an end of a region counts as lying
+/// on it.
 const ON_KNOT: f64 = 1e-9;
 
 /// Elements of a patch; beyond its ends, where they may reach, those of its neighbours are meant.
 type Stretch = [(i64, i64); 3];
 
 impl SubdomainHierarchy {
-    /// Boxes of elements of the last level that contain `regions`, grown by `by` elements in every direction.
+    /// Boxes of elements of the last level that contain `regions`, grown by `by` elements in every
+    /// direction.
     ///
-    /// What reaches a seam goes on at its other side, by one element at least; what touches an edge that collapses onto a
-    /// line is carried all around it. So seams and collapsed edges see the same refinement from all sides.
+    /// What reaches a seam goes on at its other side, by one element at least; what touches an edge
+    /// that collapses onto a line is carried all around it. So seams and collapsed edges see the
+    /// same refinement from all sides.
     ///
     /// # Errors
     /// [`SplineError::Levels`] if a region is not a box of finite numbers or lies outside the patch.
@@ -79,10 +82,11 @@ impl SubdomainHierarchy {
     }
 }
 
-/// Boxes of elements of the last levels of patches, a list for each, that contain its `regions`, grown by its `by` elements in every direction.
+/// Boxes of elements of the last levels of patches, a list for each, that contain its `regions`,
+/// grown by its `by` elements in every direction.
 ///
-/// As [`SubdomainHierarchy::elements_around`] in each patch; what reaches a shared face goes on in the neighbour, by as many elements as it would reach
-/// beyond the end of the patch, one at least.
+/// As [`SubdomainHierarchy::elements_around`] in each patch; what reaches a shared face goes on in
+/// the neighbour, by as many elements as it would reach beyond the end of the patch, one at least.
 ///
 /// # Errors
 /// As [`SubdomainHierarchy::elements_around`].
@@ -141,7 +145,8 @@ fn reach_across(stretch: &mut Stretch, sizes: &[usize; 3], ties: &PatchTies) {
     }
 }
 
-/// The part of a stretch beyond the shared face `face`, in the neighbour, whose level has so many elements.
+/// The part of a stretch beyond the shared face `face`, in the neighbour, whose level has so many
+/// elements.
 fn beyond(stretch: &Stretch, sizes: &[usize; 3], face: &SharedFace, there: &[usize; 3]) -> Option<Stretch> {
     let (lower, upper) = stretch[face.own.direction];
     let by = if face.own.upper { upper - sizes[face.own.direction] as i64 } else { -lower };
@@ -160,7 +165,8 @@ fn beyond(stretch: &Stretch, sizes: &[usize; 3], face: &SharedFace, there: &[usi
     Some(next)
 }
 
-/// Elements `lower..upper` of one direction that contain an interval; with a seam they may reach below 0 or above `n`.
+/// Elements `lower..upper` of one direction that contain an interval; with a seam they may reach
+/// below 0 or above `n`.
 fn elements_in_direction(
     k: &KnotVector,
     lower: f64,
@@ -177,7 +183,8 @@ fn elements_in_direction(
     if seam && upper - lower >= period {
         return Ok((0, n));
     }
-    // Element of a parameter that is moved into the patch by whole turns, and the elements of those turns.
+    // Element of a parameter that is moved into the patch by whole turns, and the elements of those
+    // turns.
     let locate = |u: f64, towards: f64| {
         let turn = if u < start { -1.0 } else { f64::from(u8::from(u > end)) };
         let inside = if seam { u - turn * reach } else { u.clamp(start, end) };
@@ -210,9 +217,11 @@ fn grow(lower: i64, upper: i64, by: usize, n: usize, seam: bool) -> Vec<(i64, i6
     [-n, 0, n].map(piece).into_iter().filter(|(l, u)| l < u).collect()
 }
 
-/// Extends a box that touches an edge collapsed onto a line over the whole direction that collapses.
+/// Extends a box that touches an edge collapsed onto a line over the whole direction that
+/// collapses.
 fn carry_around(b: &mut IndexBox, sizes: &[usize; 3], ties: &PatchTies) {
-    // Extending one direction may make the box touch another such edge: three directions, three rounds.
+    // Extending one direction may make the box touch another such edge: three directions, three
+    // rounds.
     for _ in 0..3 {
         for set in ties.collapsed.iter().filter(|s| !s.is_point()) {
             let touches = (0..3).all(|d| match set.ends[d] {

@@ -1,7 +1,7 @@
 //! Boxes of elements and unions of them.
 
-/// An axis-parallel box of elements, half open: `lower[d] <= index < upper[d]`. Directions that a patch does not have
-/// run from 0 to 1.
+/// An axis-parallel box of elements, half open: `lower[d] <= index < upper[d]`. Directions that a
+/// patch does not have run from 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct IndexBox {
     /// First element per direction.
@@ -46,8 +46,8 @@ impl IndexBox {
         (0..3).all(|d| self.lower[d].max(other.lower[d]) < self.upper[d].min(other.upper[d]))
     }
 
-    /// Calls `piece` for at most six disjoint boxes that make up the box without `hole` (which overlaps it), as long as
-    /// it answers true. Answers whether it always did.
+    /// Calls `piece` for at most six disjoint boxes that make up the box without `hole` (which
+    /// overlaps it), as long as it answers true. Answers whether it always did.
     fn all_pieces_without(&self, hole: &Self, mut piece: impl FnMut(Self) -> bool) -> bool {
         let mut rest = *self;
         for d in 0..3 {
@@ -82,7 +82,8 @@ impl IndexBox {
 pub fn covers(boxes: &[IndexBox], wanted: &IndexBox) -> bool {
     for (k, b) in boxes.iter().enumerate() {
         if b.overlaps(wanted) {
-            // Whatever this box leaves open must be covered by the later ones: the earlier ones do not touch it.
+            // Whatever this box leaves open must be covered by the later ones: the earlier ones do
+            // not touch it.
             return wanted.all_pieces_without(b, |piece| covers(&boxes[k + 1..], &piece));
         }
     }

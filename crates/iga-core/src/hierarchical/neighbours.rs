@@ -1,4 +1,5 @@
-//! Faces that patches share, and the functions of one level that are one function across them (theory section H.8).
+//! Faces that patches share, and the functions of one level that are one function across them
+//! (theory section H.8).
 
 use super::ties::PatchTies;
 use crate::nurbs::Patch;
@@ -11,12 +12,14 @@ pub struct SharedFace {
     pub own: FaceId,
     /// The same face as one of the other patch.
     pub other: FaceId,
-    /// For each direction along the face that of the other patch, and whether it runs backwards there.
+    /// For each direction along the face that of the other patch, and whether it runs backwards
+    /// there.
     along: [Option<(usize, bool)>; 3],
 }
 
 impl SharedFace {
-    /// The direction of the other patch that direction `d` along the face is, and whether it runs backwards there; none across the face.
+    /// The direction of the other patch that direction `d` along the face is, and whether it runs
+    /// backwards there; none across the face.
     pub fn direction(&self, d: usize) -> Option<(usize, bool)> {
         self.along[d]
     }
@@ -38,7 +41,8 @@ impl SharedFace {
         index[self.own.direction] == end
     }
 
-    /// The entry of the other patch's net that entry `index` of the own one is; `sizes` are those of both nets.
+    /// The entry of the other patch's net that entry `index` of the own one is; `sizes` are those
+    /// of both nets.
     pub(super) fn partner(&self, index: &[usize; 3], [own, other]: [&[usize; 3]; 2]) -> [usize; 3] {
         let mut partner = [0; 3];
         partner[self.other.direction] = if self.other.upper { other[self.other.direction] - 1 } else { 0 };
@@ -58,8 +62,8 @@ pub struct Neighbours {
 }
 
 impl Neighbours {
-    /// Finds the shared faces of `patches` by their control points. Faces that collapse to a line or a point are none, and a seam of a patch
-    /// with itself belongs to its [`PatchTies`].
+    /// Finds the shared faces of `patches` by their control points. Faces that collapse to a line
+    /// or a point are none, and a seam of a patch with itself belongs to its [`PatchTies`].
     pub fn detect(patches: &[Patch], ties: &[PatchTies]) -> Self {
         let mut shared = vec![Vec::new(); patches.len()];
         if patches.len() > 1 {
@@ -96,7 +100,8 @@ impl Neighbours {
     }
 }
 
-/// The functions of one level of all patches as those of a space that is continuous across shared faces, seams and lines of collapse.
+/// The functions of one level of all patches as those of a space that is continuous across shared
+/// faces, seams and lines of collapse.
 pub(super) struct Level<'a> {
     pub neighbours: &'a Neighbours,
     pub ties: &'a [PatchTies],
@@ -110,7 +115,8 @@ impl Level<'_> {
         self.neighbours.of(patch).iter().any(|face| face.holds(index, &self.sizes[patch]))
     }
 
-    /// All net entries that are one function with entry `index` of the net of `patch`, itself the first.
+    /// All net entries that are one function with entry `index` of the net of `patch`, itself the
+    /// first.
     pub fn group(&self, patch: usize, index: [usize; 3]) -> Vec<(usize, [usize; 3])> {
         let mut group = vec![(patch, index)];
         let mut next = 0;

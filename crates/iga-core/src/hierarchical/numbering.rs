@@ -1,4 +1,5 @@
-//! Numbers, control points and weights of the functions of a rational space (theory Eq. H.7, section H.5).
+//! Numbers, control points and weights of the functions of a rational space (theory Eq. H.7,
+//! section H.5).
 
 use std::collections::HashMap;
 
@@ -95,7 +96,8 @@ fn join_ties(part: &Part, groups: &mut Groups) {
     if ties.is_empty() {
         return;
     }
-    // Functions with one key are one function. Keys: which tie, level, net index without the tied directions.
+    // Functions with one key are one function. Keys: which tie, level, net index without the tied
+    // directions.
     let mut seen: HashMap<(usize, usize, [usize; 3]), u32> = HashMap::new();
     for f in 0..basis.n_functions() as u32 {
         let (level, index) = basis.function(f);
@@ -133,8 +135,8 @@ fn join_neighbours(parts: &[Part], neighbours: &Neighbours, groups: &mut Groups)
     }
 }
 
-/// Control points and weights of all active functions: for each the coefficient of the patch's homogeneous map in the
-/// B-splines of its own level (H.7).
+/// Control points and weights of all active functions: for each the coefficient of the patch's
+/// homogeneous map in the B-splines of its own level (H.7).
 fn net_of_active(patch: &Patch, basis: &HierarchicalBasis) -> Result<(Vec<[f64; 3]>, Vec<f64>), SplineError> {
     let sizes = patch.net_size();
     let (mut points, mut weights) = (Vec::new(), Vec::new());
@@ -159,7 +161,8 @@ fn net_of_active(patch: &Patch, basis: &HierarchicalBasis) -> Result<(Vec<[f64; 
     Ok((points, weights))
 }
 
-/// Calls `visit(coarse index, coefficient)` for the coarse tensor-product functions that meet fine function `index`.
+/// Calls `visit(coarse index, coefficient)` for the coarse tensor-product functions that meet fine
+/// function `index`.
 fn for_each_coarse(relations: &[TwoScale], index: &[usize; 3], mut visit: impl FnMut([usize; 3], f64)) {
     let rows: [(usize, &[f64]); 3] =
         std::array::from_fn(|d| relations.get(d).map_or((0, &[1.0][..]), |r| r.row(index[d])));

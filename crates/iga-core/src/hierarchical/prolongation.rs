@@ -11,11 +11,12 @@ use crate::nurbs::jet::diagonal;
 use crate::space::{Space, SplineSpace};
 use crate::spline_fault::{ContainmentFault, LevelFault};
 
-/// Difference of control points (relative to the body) and of weights above which the geometries are not the same:
-/// round-off of nets with twelve good digits.
+/// Difference of control points (relative to the body) and of weights above which the geometries
+/// are not the same: round-off of nets with twelve good digits.
 const SAME_GEOMETRY: f64 = 1e-9;
 
-/// The matrix `P` with `R_j^coarse = Σ_i P_ij R_i^fine`: fine coefficients are `P` times coarse ones. Rows sum to one.
+/// The matrix `P` with `R_j^coarse = Σ_i P_ij R_i^fine`: fine coefficients are `P` times coarse
+/// ones. Rows sum to one.
 #[derive(Debug, Clone)]
 pub struct Prolongation {
     n_coarse: usize,
@@ -27,8 +28,9 @@ pub struct Prolongation {
 impl Prolongation {
     /// Prolongation from a space over patches to one that contains it.
     ///
-    /// The levels need not be the same: every region of the coarser space must lie in a region of the finer one whose
-    /// knots contain its knots. So a plain patch, a globally refined one and hierarchies over either may be mixed.
+    /// The levels need not be the same: every region of the coarser space must lie in a region of
+    /// the finer one whose knots contain its knots. So a plain patch, a globally refined one and
+    /// hierarchies over either may be mixed.
     ///
     /// # Errors
     /// [`SplineError::NotContained`] if the finer space does not contain the coarser one or is of another geometry.
@@ -116,7 +118,8 @@ impl Prolongation {
     }
 }
 
-/// Where a function of the finer space is looked at: a leaf of its own level in its support, in one of the patches that it belongs to.
+/// Where a function of the finer space is looked at: a leaf of its own level in its support, in one
+/// of the patches that it belongs to.
 struct Place {
     patch: usize,
     level: usize,
@@ -164,7 +167,8 @@ impl Relations<'_> {
         }
     }
 
-    /// Every coarse region must lie in the region of the first fine level whose knots contain its knots.
+    /// Every coarse region must lie in the region of the first fine level whose knots contain its
+    /// knots.
     fn check_regions(&mut self) -> Result<(), SplineError> {
         let (coarse, fine) = (self.coarse, self.fine);
         if coarse.dimension() != fine.dimension() {
@@ -192,7 +196,8 @@ impl Relations<'_> {
         Ok(())
     }
 
-    /// Coefficients of the coarse B-splines on a coarse leaf of `patch` in a fine function of the level and index given.
+    /// Coefficients of the coarse B-splines on a coarse leaf of `patch` in a fine function of the
+    /// level and index given.
     fn column(
         &mut self,
         patch: usize,
@@ -223,8 +228,8 @@ fn same_box(from: &Level, b: &IndexBox, to: &Level) -> IndexBox {
     same
 }
 
-/// A leaf of a function's own level in its support: there its own B-spline stands in no other function. None in a patch that is refined wherever the
-/// function is not zero.
+/// A leaf of a function's own level in its support: there its own B-spline stands in no other
+/// function. None in a patch that is refined wherever the function is not zero.
 fn leaf_of_function(level: &Level, number: usize, index: &[usize; 3]) -> Option<Leaf> {
     let is_leaf = |e: &[usize; 3]| !level.refined().iter().any(|b| b.holds(e));
     let index = level.support(index).elements().find(is_leaf)?;

@@ -1,4 +1,5 @@
-//! Check that the functions agree on both sides of seams and shared faces and around collapsed edges (theory sections H.5, H.8).
+//! Check that the functions agree on both sides of seams and shared faces and around collapsed
+//! edges (theory sections H.5, H.8).
 
 use super::neighbours::SharedFace;
 use super::space::HierarchicalSpace;
@@ -7,14 +8,17 @@ use crate::SplineError;
 use crate::nurbs::patch::PointBasis;
 use crate::space::{Space, SplineSpace};
 
-/// Largest difference of a function between the two sides: round-off of nets with twelve good digits.
+/// Largest difference of a function between the two sides: round-off of nets with twelve good
+/// digits.
 const AGREEMENT: f64 = 1e-9;
 
-/// Places of sample points inside an element, irrational so that no difference happens to vanish there.
+/// Places of sample points inside an element, irrational so that no difference happens to vanish
+/// there.
 const SAMPLES: [f64; 2] = [std::f64::consts::FRAC_1_PI, std::f64::consts::LN_2];
 
 impl HierarchicalSpace {
-    /// Compares all functions at sample points of every element at a seam, a collapsed edge or a shared face.
+    /// Compares all functions at sample points of every element at a seam, a collapsed edge or a
+    /// shared face.
     ///
     /// # Errors
     /// [`SplineError::OpenSeam`] where they differ.
@@ -79,7 +83,8 @@ impl HierarchicalSpace {
         there
     }
 
-    /// Compares the functions on a face or edge of a patch with those at the points that `partner` makes of its points, in the patch that it tells.
+    /// Compares the functions on a face or edge of a patch with those at the points that `partner`
+    /// makes of its points, in the patch that it tells.
     fn compare(
         &self,
         what: &'static str,

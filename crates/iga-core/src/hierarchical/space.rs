@@ -1,4 +1,5 @@
-//! The rational truncated hierarchical space of one or more patches behind the trait [`Space`] (theory Eq. H.6, H.7).
+//! The rational truncated hierarchical space of one or more patches behind the trait [`Space`]
+//! (theory Eq. H.6, H.7).
 
 use super::basis::HierarchicalBasis;
 use super::combinations::of_level;
@@ -20,11 +21,12 @@ use crate::space::{
 use crate::spline_fault::LevelFault;
 use crate::tensor;
 
-/// Functions `R_i = w_i T_i / W` with truncated hierarchical B-splines `T_i` and the weight function `W` of their patch, continuous across
-/// faces that patches share (H.9).
+/// Functions `R_i = w_i T_i / W` with truncated hierarchical B-splines `T_i` and the weight
+/// function `W` of their patch, continuous across faces that patches share (H.9).
 ///
-/// Elements are the leaves of the hierarchies, patch by patch. The functions are numbered by patch, level, then net index, tied ones once; with
-/// a single level these are the numbers of the plain patches.
+/// Elements are the leaves of the hierarchies, patch by patch. The functions are numbered by patch,
+/// level, then net index, tied ones once; with a single level these are the numbers of the plain
+/// patches.
 #[derive(Debug, Clone)]
 pub struct HierarchicalSpace {
     /// One a patch.
@@ -45,11 +47,12 @@ impl HierarchicalSpace {
         Self::of_patches(std::slice::from_ref(patch), vec![hierarchy])
     }
 
-    /// Builds the space of `hierarchies`, whose coarsest levels have the knots of `patches`, one for each. All have the same number of levels,
-    /// and on each the same knots along faces that patches share.
+    /// Builds the space of `hierarchies`, whose coarsest levels have the knots of `patches`, one
+    /// for each. All have the same number of levels, and on each the same knots along faces that
+    /// patches share.
     ///
-    /// Control points and weights are the coefficients of the patches' homogeneous maps, which the truncated basis keeps
-    /// level by level (H.7): the geometry stays as it is.
+    /// Control points and weights are the coefficients of the patches' homogeneous maps, which the
+    /// truncated basis keeps level by level (H.7): the geometry stays as it is.
     ///
     /// # Errors
     /// [`SplineError::Levels`] if knots or numbers of levels differ, or patches meet at an edge or corner without a face;
@@ -85,8 +88,8 @@ impl HierarchicalSpace {
         Self::of_patches(patches, patches.iter().map(|p| SubdomainHierarchy::new(p.knots())).collect())
     }
 
-    /// The space of the patches turned by the rotation matrix `rotation` (rows) about the origin of their frame: functions of the same numbers and
-    /// parameters.
+    /// The space of the patches turned by the rotation matrix `rotation` (rows) about the origin of
+    /// their frame: functions of the same numbers and parameters.
     #[must_use]
     pub fn rotated(&self, rotation: &[[f64; 3]; 3]) -> Self {
         let mut turned = self.clone();
@@ -143,7 +146,8 @@ impl HierarchicalSpace {
         })
     }
 
-    /// Function of the space that active function `active` of the basis of a patch is; tied ones are one.
+    /// Function of the space that active function `active` of the basis of a patch is; tied ones
+    /// are one.
     pub fn function_of(&self, patch: usize, active: u32) -> u32 {
         self.numbering.functions[(self.parts[patch].first_active + active) as usize]
     }
@@ -184,14 +188,15 @@ impl HierarchicalSpace {
         self.rows.n_stored()
     }
 
-    /// Entries of local function `row` of element `e`, which is not single-level: local B-splines and weighted
-    /// coefficients.
+    /// Entries of local function `row` of element `e`, which is not single-level: local B-splines
+    /// and weighted coefficients.
     pub(super) fn row(&self, e: usize, row: usize) -> (&[u16], &[f64]) {
         self.rows.row(e, row)
     }
 }
 
-/// Checks that levels are those of the patches, and that patches have the same knots where they meet.
+/// Checks that levels are those of the patches, and that patches have the same knots where they
+/// meet.
 fn check_levels(
     patches: &[Patch],
     hierarchies: &[SubdomainHierarchy],
@@ -226,7 +231,8 @@ fn check_levels(
     Ok(())
 }
 
-/// Checks that patches share functions through faces alone: those of the patches themselves are then the ones whose control points coincide.
+/// Checks that patches share functions through faces alone: those of the patches themselves are
+/// then the ones whose control points coincide.
 fn check_edges(patches: &[Patch], ties: &[PatchTies], neighbours: &Neighbours) -> Result<(), SplineError> {
     if patches.len() == 1 {
         return Ok(());
@@ -244,7 +250,8 @@ fn check_edges(patches: &[Patch], ties: &[PatchTies], neighbours: &Neighbours) -
 /// Difference of knots, as a share of their range, that is round-off.
 const SAME_KNOT: f64 = 1e-12;
 
-/// Whether two knot vectors are the same, one of them from its end if `is_reversed`, in shares of their ranges.
+/// Whether two knot vectors are the same, one of them from its end if `is_reversed`, in shares of
+/// their ranges.
 fn same_breaks(a: &KnotVector, b: &KnotVector, is_reversed: bool) -> bool {
     let n = a.knots().len();
     let share = |k: &KnotVector, i: usize| {
@@ -270,8 +277,8 @@ impl Space for HierarchicalSpace {
         &self.numbering.control_points
     }
 
-    /// Points by which functions are ordered: on one patch their Greville abscissae, in net indices of the coarsest level, on several their control
-    /// points.
+    /// Points by which functions are ordered: on one patch their Greville abscissae, in net indices
+    /// of the coarsest level, on several their control points.
     fn anchors(&self) -> Vec<[f64; 3]> {
         if self.parts.len() > 1 {
             return self.control_points().to_vec();
@@ -321,7 +328,8 @@ impl Space for HierarchicalSpace {
         make_rational(out);
     }
 
-    /// Sets of the elements of a level of a patch whose functions are not its B-splines, one by one.
+    /// Sets of the elements of a level of a patch whose functions are not its B-splines, one by
+    /// one.
     fn combinations(&self) -> Vec<Combination<'_>> {
         let place = |e: &usize| (self.patch_of(*e), self.leaves[*e].level);
         let elements: Vec<usize> = (0..self.leaves.len()).filter(|&e| !self.is_single_level(e)).collect();
@@ -336,8 +344,9 @@ impl SplineSpace for HierarchicalSpace {
         part.first_element + part.basis.hierarchy().find_leaf(xi).1
     }
 
-    /// `p` where the functions are the B-splines of one level that is `C^(p-1)` on both sides; `p + 1` elsewhere and also
-    /// for `p = 1` or a single element between two ends, where `p` points would leave energy-free motions.
+    /// `p` where the functions are the B-splines of one level that is `C^(p-1)` on both sides;
+    /// `p + 1` elsewhere and also for `p = 1` or a single element between two ends, where `p`
+    /// points would leave energy-free motions.
     fn gauss_counts(&self, e: usize) -> [usize; 3] {
         let leaf = self.leaves[e];
         let mut counts = [1; 3];
@@ -351,8 +360,9 @@ impl SplineSpace for HierarchicalSpace {
         counts
     }
 
-    /// The abscissae of a function are those of the B-spline of its level that it was truncated from. Inside a region of one level, at
-    /// least the degree away from its border, these are the points of a plain patch with the knots of that level.
+    /// The abscissae of a function are those of the B-spline of its level that it was truncated
+    /// from. Inside a region of one level, at least the degree away from its border, these are the
+    /// points of a plain patch with the knots of that level.
     fn greville(&self, face: FaceId) -> Vec<(u32, [f64; 3])> {
         let mut found = Vec::new();
         let mut first = 0;

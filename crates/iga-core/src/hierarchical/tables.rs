@@ -49,7 +49,8 @@ impl Tables {
     }
 }
 
-/// B-splines of element `index` of a level with `knots` at `xi`, with derivatives up to `n_derivatives <= 2`; lists that are not asked for are empty.
+/// B-splines of element `index` of a level with `knots` at `xi`, with derivatives up to
+/// `n_derivatives <= 2`; lists that are not asked for are empty.
 pub(super) fn evaluate_level(
     knots: &[KnotVector],
     index: [usize; 3],

@@ -1,15 +1,17 @@
-//! Which functions of a patch are one function: seams, poles and other collapsed edges (theory section H.5).
+//! Which functions of a patch are one function: seams, poles and other collapsed edges (theory
+//! section H.5).
 //!
-//! On a hierarchical space coincident control points do not tell: functions of different levels may share a control point
-//! by accident. So the ties are read off the coarsest control net, as properties of its faces and edges, and then hold
-//! for the functions of every level there.
+//! On a hierarchical space coincident control points do not tell: functions of different levels may
+//! share a control point by accident. So the ties are read off the coarsest control net, as
+//! properties of its faces and edges, and then hold for the functions of every level there.
 
 use crate::nurbs::Patch;
 use crate::nurbs::interface::FaceId;
 use crate::nurbs::jet::{diagonal, difference, norm};
 use crate::tensor;
 
-/// Distance below which control points coincide, relative to the size of the net (round-off of exact nets).
+/// Distance below which control points coincide, relative to the size of the net (round-off of
+/// exact nets).
 const COINCIDENCE: f64 = 1e-9;
 
 /// A face or edge of the parameter box on which the geometry does not change along some directions.
@@ -53,7 +55,8 @@ impl PatchTies {
         sizes[..patch.dimension()].copy_from_slice(&patch.net_size());
         let points = patch.control_points();
         let tolerance = COINCIDENCE * diagonal(points);
-        // Whether direction `d` moves no control point of the entries chosen between its entries `a` and `b`.
+        // Whether direction `d` moves no control point of the entries chosen between its entries
+        // `a` and `b`.
         let still = |d: usize, a: usize, chosen: &dyn Fn(&[usize; 3]) -> bool| {
             (0..points.len()).all(|i| {
                 let mut index = tensor::multi_index(&sizes, i);
@@ -98,7 +101,8 @@ impl PatchTies {
         self.collapsed.iter().any(is_face)
     }
 
-    /// Calls `found` for every entry of a net of the given `sizes` that a seam or a line of collapse makes one function with entry `index`.
+    /// Calls `found` for every entry of a net of the given `sizes` that a seam or a line of
+    /// collapse makes one function with entry `index`.
     pub(super) fn for_each_partner(
         &self,
         index: &[usize; 3],

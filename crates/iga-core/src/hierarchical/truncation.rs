@@ -1,8 +1,10 @@
-//! What the active functions look like on one leaf element: extraction operators (theory Eq. H.4, H.5).
+//! What the active functions look like on one leaf element: extraction operators (theory Eq. H.4,
+//! H.5).
 //!
-//! On a leaf of level `L` every active function is a combination of the `Π (p_d + 1)` tensor-product B-splines of level
-//! `L`. The combination is carried down level by level with the local two-scale relation; truncation removes, on each
-//! level, the part along functions whose support lies in that level's region.
+//! On a leaf of level `L` every active function is a combination of the `Π (p_d + 1)`
+//! tensor-product B-splines of level `L`. The combination is carried down level by level with the
+//! local two-scale relation; truncation removes, on each level, the part along functions whose
+//! support lies in that level's region.
 
 use super::basis::HierarchicalBasis;
 use super::domain::Leaf;
@@ -24,8 +26,8 @@ pub enum Truncation {
 pub struct ElementOperator {
     /// Numbers of the functions that do not vanish on the leaf, coarse levels first.
     pub functions: Vec<u32>,
-    /// Row by row the coefficients in the B-splines of the leaf's level, first direction fastest. Empty if the functions
-    /// *are* those B-splines in their order.
+    /// Row by row the coefficients in the B-splines of the leaf's level, first direction fastest.
+    /// Empty if the functions *are* those B-splines in their order.
     pub rows: Vec<f64>,
 }
 
@@ -48,7 +50,8 @@ impl OperatorBuilder {
         let Self { operator, elements, inside, buffer } = self;
         elements.clear();
         elements.extend((0..=leaf.level).map(|l| hierarchy.ancestor(leaf, l)));
-        // Above a level whose functions on the element all lie in its region everything is truncated away.
+        // Above a level whose functions on the element all lie in its region everything is
+        // truncated away.
         let mut start = 0;
         inside.clear();
         for l in (1..=leaf.level).rev() {
@@ -79,7 +82,8 @@ impl OperatorBuilder {
     }
 }
 
-/// For the functions of level `l` on an element of that level: whether their support lies in `Ω^l`, in all patches.
+/// For the functions of level `l` on an element of that level: whether their support lies in `Ω^l`,
+/// in all patches.
 fn functions_inside(basis: &HierarchicalBasis, l: usize, element: &[usize; 3]) -> Vec<bool> {
     let level = &basis.hierarchy().levels()[l];
     let here = super::IndexBox { lower: *element, upper: element.map(|i| i + 1) };
@@ -104,8 +108,8 @@ fn append_active(
     });
 }
 
-/// Two-scale coefficients in direction `d` between the functions on a parent of level `l - 1` and on its child:
-/// row = coarse, column = fine.
+/// Two-scale coefficients in direction `d` between the functions on a parent of level `l - 1` and
+/// on its child: row = coarse, column = fine.
 fn local_two_scale(
     basis: &HierarchicalBasis,
     l: usize,
@@ -165,8 +169,8 @@ fn contract(
     std::mem::swap(rows, buffer);
 }
 
-/// Sets the coefficients marked in `mask` to zero and drops rows that vanish. Coefficients are sums of products of
-/// non-negative numbers, so zeros are exact.
+/// Sets the coefficients marked in `mask` to zero and drops rows that vanish. Coefficients are sums
+/// of products of non-negative numbers, so zeros are exact.
 fn drop_vanishing(operator: &mut ElementOperator, n: usize, mask: Option<&[bool]>) {
     let mut kept = 0;
     for r in 0..operator.functions.len() {

@@ -7,8 +7,9 @@ const W: usize = MAX_DEGREE + 1;
 
 /// Coefficients `s_ij` of `N_i^coarse = Σ_j s_ij N_j^fine` for nested knot vectors of one degree.
 ///
-/// A fine function `j` meets at most `p + 1` consecutive coarse ones, so the coefficients are kept by fine function. They
-/// are non-negative and, for each `j`, sum to one; those that vanish are exactly zero.
+/// A fine function `j` meets at most `p + 1` consecutive coarse ones, so the coefficients are kept
+/// by fine function. They are non-negative and, for each `j`, sum to one; those that vanish are
+/// exactly zero.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TwoScale {
     order: usize,
@@ -24,7 +25,8 @@ struct Row {
 }
 
 impl TwoScale {
-    /// Inserts the knots that `fine` has beyond `coarse`, one after the other from the right (Boehm 1980, H.2).
+    /// Inserts the knots that `fine` has beyond `coarse`, one after the other from the right (Boehm
+    /// 1980, H.2).
     ///
     /// # Errors
     /// [`LevelFault::Degree`] if the degrees differ, [`LevelFault::MissingKnot`] if a knot of `coarse` is missing in `fine`.
@@ -34,7 +36,8 @@ impl TwoScale {
             return Err(LevelFault::Degree { coarse: p, fine: fine.degree() });
         }
         let unit = |i| Row { first: i, values: std::array::from_fn(|k| f64::from(u8::from(k == 0))) };
-        // Functions up to the place of insertion, and, in reversed order, those behind it, which are done.
+        // Functions up to the place of insertion, and, in reversed order, those behind it, which
+        // are done.
         let mut head: Vec<Row> = (0..coarse.n_functions()).map(unit).collect();
         let mut tail: Vec<Row> = Vec::with_capacity(fine.n_functions());
         let (t, s) = (coarse.knots(), fine.knots());
@@ -67,8 +70,8 @@ impl TwoScale {
         self.first.len()
     }
 
-    /// First coarse function that meets fine function `j`, and the coefficients of it and its `p` successors (zero beyond
-    /// the last coarse function).
+    /// First coarse function that meets fine function `j`, and the coefficients of it and its `p`
+    /// successors (zero beyond the last coarse function).
     pub fn row(&self, j: usize) -> (usize, &[f64]) {
         (self.first[j] as usize, &self.coefficients[j * self.order..(j + 1) * self.order])
     }
@@ -80,7 +83,8 @@ impl TwoScale {
     }
 }
 
-/// Inserts knot `behind[0]` right of the knots `before` into a spline of degree `p`; `behind` are the knots from it on.
+/// Inserts knot `behind[0]` right of the knots `before` into a spline of degree `p`; `behind` are
+/// the knots from it on.
 fn insert_knot(rows: &mut Vec<Row>, before: &[f64], behind: &[f64], p: usize) {
     let (k, u) = (before.len() - 1, behind[0]);
     rows.push(rows[k]);

@@ -1,7 +1,8 @@
 //! Safeguarded Newton minimisation over a parameter box with a few variables.
 //!
-//! Variables at a bound that the descent direction would leave are held; the free block of the Hessian is shifted until it
-//! is positive definite; steps are cut back until the objective falls. Never panics, never leaves the box.
+//! Variables at a bound that the descent direction would leave are held; the free block of the
+//! Hessian is shifted until it is positive definite; steps are cut back until the objective falls.
+//! Never panics, never leaves the box.
 
 use std::array::from_fn;
 
@@ -27,8 +28,8 @@ impl<const N: usize> Default for Sample<N> {
 }
 
 impl<const N: usize> Sample<N> {
-    /// Half the squared distance of a moving point from `target` (theory Eq. S.21): of its place `point` with `first` derivatives for
-    /// the parameters, and second ones.
+    /// Half the squared distance of a moving point from `target` (theory Eq. S.21): of its place
+    /// `point` with `first` derivatives for the parameters, and second ones.
     pub fn half_square(
         point: &[f64; 3],
         first: &[[f64; 3]; N],
@@ -64,8 +65,9 @@ impl<const N: usize> Sample<N> {
 const MAX_ITERATIONS: usize = 60;
 const MAX_CUTS: usize = 30;
 
-/// A local minimum of `objective` in the closed box, from `start` (clamped into it), with the objective's value there.
-/// Directions with `lower == upper` are fixed. If the iteration stalls, the best point so far is returned.
+/// A local minimum of `objective` in the closed box, from `start` (clamped into it), with the
+/// objective's value there. Directions with `lower == upper` are fixed. If the iteration stalls,
+/// the best point so far is returned.
 pub fn minimize<const N: usize>(
     mut objective: impl FnMut(&[f64; N]) -> Sample<N>,
     start: &[f64; N],
@@ -140,7 +142,8 @@ fn diagonal_scale<const N: usize>(hessian: &[[f64; N]; N], free: &[bool; N]) -> 
     from_fn(|d| hessian[d][d].abs().max(floor))
 }
 
-/// Solves `(H + λ D) δ = -g` on the free directions with the least λ of a rising sequence that makes it positive definite.
+/// Solves `(H + λ D) δ = -g` on the free directions with the least λ of a rising sequence that
+/// makes it positive definite.
 fn newton_step<const N: usize>(here: &Sample<N>, free: &[bool; N], scale: &[f64; N]) -> [f64; N] {
     let mut shift = 0.0;
     for _ in 0..12 {

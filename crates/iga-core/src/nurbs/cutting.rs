@@ -1,5 +1,6 @@
-//! Patches cut where their functions are only continuous, and where they close on themselves, so that each of these lines is a face between
-//! patches (docs/decisions/0051-lines-of-lower-continuity.md, theory section S.3).
+//! Patches cut where their functions are only continuous, and where they close on themselves, so
+//! that each of these lines is a face between patches
+//! (docs/decisions/0051-lines-of-lower-continuity.md, theory section S.3).
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -30,8 +31,10 @@ struct Parts {
 }
 
 impl Shape {
-    /// The shape with patches cut at knots that stand as often as the degree says or more, and, where a patch closes on itself without such a
-    /// knot, at the one nearest the middle. Patches that share faces are cut alike. Faces and singular sets keep their names; a shape without such lines stays as it is.
+    /// The shape with patches cut at knots that stand as often as the degree says or more, and,
+    /// where a patch closes on itself without such a knot, at the one nearest the middle. Patches
+    /// that share faces are cut alike. Faces and singular sets keep their names; a shape without
+    /// such lines stays as it is.
     ///
     /// # Errors
     /// [`SplineError::Knots`] if knots become one by round-off.
@@ -157,7 +160,8 @@ impl Parts {
         all.filter(|&i| tensor::multi_index(&self.counts, i)[direction] == layer).collect()
     }
 
-    /// The pieces of a singular set of `patch` on the parts into which it is cut, whose numbers begin with `first`.
+    /// The pieces of a singular set of `patch` on the parts into which it is cut, whose numbers
+    /// begin with `first`.
     fn singular(&self, set: &SingularSet, patch: &Patch, first: usize) -> Vec<SingularSet> {
         const ROUND_OFF: f64 = 1e-12; // of parameters from 0 to 1
         let (low, high) = patch.domain();
@@ -179,7 +183,8 @@ impl Parts {
     }
 }
 
-/// The part of a patch between `ends` of each direction, which are ends of its range or knots that stand as often as its degree says, over parameters from 0 to 1.
+/// The part of a patch between `ends` of each direction, which are ends of its range or knots that
+/// stand as often as its degree says, over parameters from 0 to 1.
 fn between(patch: &Patch, ends: &[[f64; 2]]) -> Result<Patch, SplineError> {
     let sizes = patch.net_size();
     let (mut knots, mut ranges) = (Vec::with_capacity(ends.len()), Vec::with_capacity(ends.len()));

@@ -1,8 +1,9 @@
 //! Element sizes along one direction: uniform, finer in windows, growing geometrically in between.
 //!
-//! The wanted size is `h(u) = min(h_uniform, h_w + ln(ratio) dist(u, window w))`. Between fixed points (ends, existing
-//! breaks, window ends) the breaks share `∫ du / h` equally (theory Eq. S.8): inside a window the elements are equal, beyond
-//! it each is `ratio` times its neighbour, and every fixed point is met exactly.
+//! The wanted size is `h(u) = min(h_uniform, h_w + ln(ratio) dist(u, window w))`. Between fixed
+//! points (ends, existing breaks, window ends) the breaks share `∫ du / h` equally (theory
+//! Eq. S.8): inside a window the elements are equal, beyond it each is `ratio` times its neighbour,
+//! and every fixed point is met exactly.
 
 use crate::SplineError;
 use crate::spline_fault::KnotFault;
@@ -17,7 +18,8 @@ pub struct Window {
     pub lower: f64,
     /// Upper end, above the lower one; may lie beyond the range.
     pub upper: f64,
-    /// Number of equal elements between the two ends. What lies beyond the range is cut off, the size stays.
+    /// Number of equal elements between the two ends. What lies beyond the range is cut off, the
+    /// size stays.
     pub elements: usize,
     /// Growth of the element size from one element to the next outside the window, >= 1.
     pub ratio: f64,
@@ -26,7 +28,8 @@ pub struct Window {
 /// The wanted elements of one direction.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Grading {
-    /// Number of elements without windows; existing breaks are kept, so there are never fewer than they ask for.
+    /// Number of elements without windows; existing breaks are kept, so there are never fewer than
+    /// they ask for.
     pub elements: usize,
     /// Windows of finer elements; where they overlap the finest counts.
     pub windows: Vec<Window>,
@@ -69,7 +72,8 @@ impl Grading {
     ///
     /// # Errors
     /// [`SplineError::Dimension`] for no elements, a window without elements or width, a ratio below 1, numbers that are not
-    /// finite, or more than [`MAX_ELEMENTS`]; [`SplineError::Knots`] if `existing` has fewer than two breaks.
+    /// finite, or more than [`MAX_ELEMENTS`]; [`SplineError::Knots`] if `existing` has fewer than
+    /// two breaks.
     pub fn breaks(&self, existing: &[f64]) -> Result<Vec<f64>, SplineError> {
         if existing.len() < 2 {
             return Err(KnotFault::FewBreaks { count: existing.len() }.into());
@@ -108,8 +112,8 @@ impl Grading {
         Ok(())
     }
 
-    /// Ends of the span and the window ends in it, finest windows first; an end nearer than half an element to a fixed point
-    /// is given up.
+    /// Ends of the span and the window ends in it, finest windows first; an end nearer than half an
+    /// element to a fixed point is given up.
     fn fixed_points(&self, span: &[f64]) -> Vec<f64> {
         let mut windows = self.windows.clone();
         windows.sort_by(|a, b| a.size().total_cmp(&b.size()));
@@ -255,7 +259,8 @@ mod tests {
             assert_eq!(inside.len(), expected, "{at} {breaks:?}");
             // Differences of numbers of size one.
             assert!(inside.iter().all(|h| (h / window.size() - 1.0).abs() < 1e-12));
-            // Rounding to whole elements may stretch the steps a little beyond the ratio where a side is short.
+            // Rounding to whole elements may stretch the steps a little beyond the ratio where a
+            // side is short.
             let steps: Vec<_> = sizes(&breaks).windows(2).map(|h| h[1] / h[0]).collect();
             assert!(steps.iter().all(|&q| q < 1.45 && q > 1.0 / 1.45), "{at} {steps:?}");
         }

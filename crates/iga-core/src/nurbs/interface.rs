@@ -83,12 +83,14 @@ impl FaceNet {
         self.extent
     }
 
-    /// Number of control points along each of the directions of the face, rising; 1 for one that it does not have.
+    /// Number of control points along each of the directions of the face, rising; 1 for one that it
+    /// does not have.
     pub fn sizes(&self) -> [usize; 2] {
         self.sizes
     }
 
-    /// The way to lay the net on `other` so that no point is farther than `limit` \[m\] from its partner.
+    /// The way to lay the net on `other` so that no point is farther than `limit` \[m\] from its
+    /// partner.
     pub fn way_onto(&self, other: &Self, limit: f64) -> Option<Way> {
         Way::all().find(|way| {
             way.sizes(self.sizes) == other.sizes
@@ -132,14 +134,16 @@ impl Way {
         if self.swap { j + n * i } else { i + m * j }
     }
 
-    /// The direction along the other face, 0 or 1, of direction `along` of the one, and whether it runs backwards.
+    /// The direction along the other face, 0 or 1, of direction `along` of the one, and whether it
+    /// runs backwards.
     pub fn direction(self, along: usize) -> (usize, bool) {
         (if self.swap { 1 - along } else { along }, self.flip[along])
     }
 }
 
-/// Pairs of faces, as indices into `nets`, whose control points agree within `share` of the smaller of their patches, and how the first
-/// lies on the second. Sorting keeps the work linear in the number of faces of a body whose parts lie apart.
+/// Pairs of faces, as indices into `nets`, whose control points agree within `share` of the smaller
+/// of their patches, and how the first lies on the second. Sorting keeps the work linear in the
+/// number of faces of a body whose parts lie apart.
 pub fn coinciding_pairs(nets: &[FaceNet], share: f64) -> Vec<(usize, usize, Way)> {
     let centroids: Vec<[f64; 3]> = nets.iter().map(FaceNet::centroid).collect();
     let mut order: Vec<usize> = (0..nets.len()).collect();

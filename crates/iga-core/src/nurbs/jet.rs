@@ -19,7 +19,8 @@ impl Patch {
         self.jet(xi, 0, &mut PointBasis::default()).point
     }
 
-    /// Point and derivatives up to `n_derivatives <= 2` at parameters `xi`; `scratch` spares allocations.
+    /// Point and derivatives up to `n_derivatives <= 2` at parameters `xi`; `scratch` spares
+    /// allocations.
     pub fn jet(&self, xi: &[f64; 3], n_derivatives: usize, scratch: &mut PointBasis) -> Jet {
         self.jet_on(self.find_element(xi), xi, n_derivatives, scratch)
     }
@@ -32,7 +33,8 @@ impl Patch {
 }
 
 impl Jet {
-    /// `Σ R_A P_A` and its derivatives, as far as `basis` holds them. `points` come in the basis's order.
+    /// `Σ R_A P_A` and its derivatives, as far as `basis` holds them. `points` come in the basis's
+    /// order.
     pub fn combine(basis: &PointBasis, points: impl Iterator<Item = [f64; 3]>) -> Self {
         let mut jet = Self::default();
         for (a, p) in points.enumerate() {
@@ -57,8 +59,8 @@ impl Jet {
         SECOND_DERIVATIVES.iter().position(|&p| p == pair).map_or([0.0; 3], |i| self.second[i])
     }
 
-    /// `det ∂x/∂ξ` of a patch that fills a space of `dimension` 1, 2 or 3 directions; for one direction the length of the
-    /// tangent.
+    /// `det ∂x/∂ξ` of a patch that fills a space of `dimension` 1, 2 or 3 directions; for one
+    /// direction the length of the tangent.
     pub fn determinant(&self, dimension: usize) -> f64 {
         let [a, b, c] = &self.first;
         match dimension {

@@ -1,9 +1,10 @@
-//! A body of patches given one by one: neighbours are found by their control points, and what does not fit is named (theory
-//! section S.3).
+//! A body of patches given one by one: neighbours are found by their control points, and what does
+//! not fit is named (theory section S.3).
 //!
-//! Patches may stand in any order, be turned against each other in any way, have parameters over any range, and be left-handed.
-//! Two faces are one where degrees, knots, control points and weights agree; files carry six digits or more, so what agrees to
-//! [`WELD`] is made equal. Everything else that touches is a fault: there displacements would tear.
+//! Patches may stand in any order, be turned against each other in any way, have parameters over
+//! any range, and be left-handed. Two faces are one where degrees, knots, control points and
+//! weights agree; files carry six digits or more, so what agrees to [`WELD`] is made equal.
+//! Everything else that touches is a fault: there displacements would tear.
 
 mod compare;
 mod meeting;
@@ -17,8 +18,8 @@ use super::{Patch, Shape};
 use crate::join_fault::JoinFault;
 use crate::surface::Face;
 
-/// Distance below which control points are one, as a share of the size of the smaller patch: six digits are what text files of single
-/// precision carry.
+/// Distance below which control points are one, as a share of the size of the smaller patch: six
+/// digits are what text files of single precision carry.
 pub const WELD: f64 = 1e-6;
 
 /// A body, and what was done to the patches.
@@ -33,14 +34,16 @@ pub struct Joined {
 /// Names of the ends of the parametric directions.
 const DIRECTIONS: [&str; 3] = ["xi", "eta", "zeta"];
 
-/// The name of a face: `xi-` of a body of one patch, `2:xi-` of patch 2 (counted from 0) of several.
+/// The name of a face: `xi-` of a body of one patch, `2:xi-` of patch 2 (counted from 0) of
+/// several.
 pub fn face_name(id: FaceId, n_patches: usize) -> String {
     let end = if id.upper { "+" } else { "-" };
     let name = format!("{}{end}", DIRECTIONS[id.direction]);
     if n_patches == 1 { name } else { format!("{}:{name}", id.patch) }
 }
 
-/// Names of all faces of `n_patches` patches of `dimension` directions, of several also `surface`, which are all outer ones.
+/// Names of all faces of `n_patches` patches of `dimension` directions, of several also `surface`,
+/// which are all outer ones.
 pub fn face_names(n_patches: usize, dimension: usize) -> Vec<String> {
     let ends = |patch| {
         (0..dimension)
@@ -94,7 +97,8 @@ pub fn join(given: &[Patch], declared: &[[FaceId; 2]]) -> Result<Joined, JoinFau
     Ok(Joined { shape, notes })
 }
 
-/// The patches with parameters from 0 to 1, left-handed ones run through backwards in their first direction.
+/// The patches with parameters from 0 to 1, left-handed ones run through backwards in their first
+/// direction.
 fn right_handed(given: &[Patch], notes: &mut Vec<String>) -> Result<(Vec<Patch>, Vec<bool>), JoinFault> {
     let expected = given.first().ok_or(JoinFault::NoPatch)?.dimension();
     let (mut patches, mut is_reversed) = (Vec::with_capacity(given.len()), Vec::with_capacity(given.len()));
@@ -165,7 +169,8 @@ impl Parts {
         [a, b].map(|f| self.name(self.faces[f]))
     }
 
-    /// Checks that faces whose control points agree are one spline, with the material on either side.
+    /// Checks that faces whose control points agree are one spline, with the material on either
+    /// side.
     fn check_ties(&self) -> Result<(), JoinFault> {
         for &(a, b, way) in &self.ties {
             if let Some(difference) = compare::splines(&self.patches, [self.faces[a], self.faces[b]], way) {

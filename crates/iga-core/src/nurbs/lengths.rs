@@ -2,13 +2,15 @@
 
 use super::{Patch, Shape};
 
-/// Places across a patch, per direction, at which parameter lines are measured; both ends are among them, for on singular nets
-/// the longest lines lie on the surface.
+/// Places across a patch, per direction, at which parameter lines are measured; both ends are among
+/// them, for on singular nets the longest lines lie on the surface.
 const LINES: usize = 5;
-/// Points of the chord of a line, per knot span: a chord of 1/16 of a quarter circle is 0.04 % too short.
+/// Points of the chord of a line, per knot span: a chord of 1/16 of a quarter circle is 0.04 % too
+/// short.
 const CHORDS: usize = 16;
 
-/// Length of the longest parameter line of each direction \[m\]; lines through several patches are counted patch by patch.
+/// Length of the longest parameter line of each direction \[m\]; lines through several patches are
+/// counted patch by patch.
 pub fn lengths(shape: &Shape) -> Vec<f64> {
     let n = shape.patches.first().map_or(0, Patch::dimension);
     (0..n).map(|d| shape.patches.iter().map(|patch| longest_line(patch, d)).fold(0.0, f64::max)).collect()

@@ -1,4 +1,5 @@
-//! Directions of patches that shared faces turn into one another: what divides one of them divides all (theory section S.3).
+//! Directions of patches that shared faces turn into one another: what divides one of them divides
+//! all (theory section S.3).
 
 use super::Patch;
 use super::interface::{COINCIDENT, FaceId, FaceNet, coinciding_pairs};
@@ -14,7 +15,8 @@ pub struct Linked {
 
 /// Groups of directions, for each patch and each of its directions.
 ///
-/// A group that is linked with itself the wrong way round, as on a twisted ring, has each direction the way it was first reached.
+/// A group that is linked with itself the wrong way round, as on a twisted ring, has each direction
+/// the way it was first reached.
 pub fn linked_directions(patches: &[Patch]) -> Vec<Vec<Linked>> {
     let faces = FaceId::all(patches);
     let nets: Vec<FaceNet> = faces.iter().map(|&id| FaceNet::new(patches, id)).collect();
@@ -41,7 +43,8 @@ pub fn linked_directions(patches: &[Patch]) -> Vec<Vec<Linked>> {
     first.iter().zip(patches).map(|(f, p)| (0..p.dimension()).map(|d| direction(f + d)).collect()).collect()
 }
 
-/// Sets of directions; each knows its parent and whether it runs against it. The root of a set is its first member.
+/// Sets of directions; each knows its parent and whether it runs against it. The root of a set is
+/// its first member.
 struct Forest {
     parents: Vec<(usize, bool)>,
 }

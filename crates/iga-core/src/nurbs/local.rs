@@ -17,9 +17,11 @@ use crate::knots::{KnotVector, MAX_DEGREE};
 pub struct RefinementWindow {
     /// Point of the body around which to refine \[m\].
     pub centre: [f64; 3],
-    /// Distance a direction from the centre to either end of the window, along the parameter line through the centre \[m\].
+    /// Distance a direction from the centre to either end of the window, along the parameter line
+    /// through the centre \[m\].
     pub half_width: [f64; 3],
-    /// Equal elements per direction on the part of the window that lies in the body; 0: no refinement in that direction.
+    /// Equal elements per direction on the part of the window that lies in the body; 0: no
+    /// refinement in that direction.
     pub elements: [usize; 3],
     /// Growth of the element size from one element to the next outside the window, >= 1.
     pub ratio: f64,
@@ -56,10 +58,12 @@ impl RefinementWindow {
     }
 }
 
-/// Parameter in direction `d` at which the arc length along the parameter line from `from` is `|distance|`, upwards for a
-/// positive one and downwards for a negative one; the end of the range if the line is shorter (theory Eq. S.9).
+/// Parameter in direction `d` at which the arc length along the parameter line from `from` is
+/// `|distance|`, upwards for a positive one and downwards for a negative one; the end of the range
+/// if the line is shorter (theory Eq. S.9).
 pub fn parameter_at_distance(patch: &Patch, from: &[f64; 3], d: usize, distance: f64) -> f64 {
-    /// Pieces an element for the arc length: their error is far below round-off of a window's width.
+    /// Pieces an element for the arc length: their error is far below round-off of a window's
+    /// width.
     const PIECES: usize = 16;
     let mut scratch = PointBasis::default();
     let mut speed = |u: f64| {
@@ -90,7 +94,8 @@ pub fn parameter_at_distance(patch: &Patch, from: &[f64; 3], d: usize, distance:
     u
 }
 
-/// Parameter between `a` and `b` at which the arc length from `a` is `target`: Newton, bisected where it leaves the bracket.
+/// Parameter between `a` and `b` at which the arc length from `a` is `target`: Newton, bisected
+/// where it leaves the bracket.
 fn solve_arc(speed: &mut impl FnMut(f64) -> f64, a: f64, b: f64, target: f64) -> f64 {
     let (mut near, mut far) = (a, b);
     let mut u = 0.5 * (a + b);
@@ -126,12 +131,13 @@ fn arc_length(speed: &mut impl FnMut(f64) -> f64, a: f64, b: f64) -> f64 {
     sum * half.abs()
 }
 
-/// A patch of the wanted degrees with `elements` elements per direction, finer in the windows; same geometry. New knots are
-/// simple, so the basis is `C^(p-1)` at them.
+/// A patch of the wanted degrees with `elements` elements per direction, finer in the windows; same
+/// geometry. New knots are simple, so the basis is `C^(p-1)` at them.
 ///
 /// # Errors
 /// [`SplineError::Degree`] for a degree below the patch's own; [`SplineError::NetSize`] if `degrees` or `elements` do not
-/// have an entry per direction; [`SplineError::Dimension`] and [`SplineError::PointNotFound`] from the windows.
+/// have an entry per direction; [`SplineError::Dimension`] and [`SplineError::PointNotFound`] from
+/// the windows.
 pub fn refine_near(
     patch: &Patch,
     degrees: &[usize],
@@ -184,12 +190,13 @@ struct Division {
 }
 
 impl Shape {
-    /// The shape with the wanted degrees and `elements` elements per direction on every patch, finer in the windows. Directions that
-    /// shared faces turn into one another get the highest degree and the most elements that one of them is to have.
+    /// The shape with the wanted degrees and `elements` elements per direction on every patch,
+    /// finer in the windows. Directions that shared faces turn into one another get the highest
+    /// degree and the most elements that one of them is to have.
     ///
     /// # Errors
-    /// As [`refine_near`]; [`SplineError::MultiPatch`] for windows on a shape of several patches, or if patches that share
-    /// a face would get different knots on it.
+    /// As [`refine_near`]; [`SplineError::MultiPatch`] for windows on a shape of several patches,
+    /// or if patches that share a face would get different knots on it.
     pub fn refined(
         &self,
         degrees: &[usize],

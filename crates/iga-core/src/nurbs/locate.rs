@@ -1,8 +1,10 @@
-//! Nearest and lowest points of a patch or of one of its faces, by bounding boxes and Newton's method.
+//! Nearest and lowest points of a patch or of one of its faces, by bounding boxes and Newton's
+//! method.
 //!
-//! The convex hull property bounds each element by its Bézier points. Elements are visited in the order of their lower
-//! bounds; from the best sample of each a Newton search runs over the whole patch, until no element can hold anything
-//! better (theory section S.6). With all directions free the nearest point is the inverse of the geometry map.
+//! The convex hull property bounds each element by its Bézier points. Elements are visited in the
+//! order of their lower bounds; from the best sample of each a Newton search runs over the whole
+//! patch, until no element can hold anything better (theory section S.6). With all directions free
+//! the nearest point is the inverse of the geometry map.
 
 use super::box_newton::{Sample, minimize};
 use super::jet::{cross, diagonal, difference, dot, norm};
@@ -45,7 +47,8 @@ struct ElementBox {
 /// Newton steps of an inversion: from a neighbouring point it takes three or four.
 const MAX_INVERSE_STEPS: usize = 10;
 
-/// Start points that a direction gets at least, over all its elements: enough to tell the two halves of a closed circle.
+/// Start points that a direction gets at least, over all its elements: enough to tell the two
+/// halves of a closed circle.
 const LEAST_SAMPLES: usize = 9;
 
 impl PatchSearch {
@@ -120,7 +123,8 @@ impl PatchSearch {
         self.elements.iter().map(|b| norm(&b.outside(target))).fold(f64::INFINITY, f64::min)
     }
 
-    /// Nearest point to `target` reached from the parameters `start`, such as the last time step's: one Newton search.
+    /// Nearest point to `target` reached from the parameters `start`, such as the last time step's:
+    /// one Newton search.
     pub fn closest_from(&self, patch: &Patch, target: &[f64; 3], start: &[f64; 3]) -> Located {
         let mut scratch = PointBasis::default();
         let objective = |xi: &[f64; 3]| half_square(&patch.jet(xi, 2, &mut scratch), target);
@@ -128,8 +132,10 @@ impl PatchSearch {
         self.finish(patch, xi, |p| norm(&difference(p, target)))
     }
 
-    /// Parameters of the point `target` of the patch by Newton's method for `x(ξ) = target` from `start`, which needs first derivatives alone (theory Eq. S.22);
-    /// `None` if it has not come within `within` \[m\], as from far away or near collapsed faces, where the map has no inverse.
+    /// Parameters of the point `target` of the patch by Newton's method for `x(ξ) = target` from
+    /// `start`, which needs first derivatives alone (theory Eq. S.22); `None` if it has not come
+    /// within `within` \[m\], as from far away or near collapsed faces, where the map has no
+    /// inverse.
     pub fn inverse_from(
         &self,
         patch: &Patch,
@@ -219,7 +225,8 @@ impl ElementBox {
     }
 }
 
-/// Homogeneous control points of the Bézier pieces of a patch or face: the tightest hulls that knot insertion gives.
+/// Homogeneous control points of the Bézier pieces of a patch or face: the tightest hulls that knot
+/// insertion gives.
 struct BezierNet {
     net: Vec<[f64; 4]>,
     sizes: [usize; 3],
@@ -298,7 +305,8 @@ fn restrict(net: &[[f64; 4]], sizes: &mut [usize; 3], d: usize, knots: &KnotVect
     layer
 }
 
-/// The change of parameters that moves a point with the derivatives of `jet` by `way`; `None` where the map of the `dimension` directions is singular.
+/// The change of parameters that moves a point with the derivatives of `jet` by `way`; `None` where
+/// the map of the `dimension` directions is singular.
 fn newton_step(jet: &Jet, dimension: usize, way: &[f64; 3]) -> Option<[f64; 3]> {
     let axis = |d: usize| std::array::from_fn(|c| f64::from(u8::from(c == d)));
     let [a, b, c]: [[f64; 3]; 3] =
@@ -323,18 +331,21 @@ fn square(v: &[f64; 3]) -> f64 {
     dot(v, v)
 }
 
-/// Part of a body's size within which places are one: a point that misses the body by less lies in it, places on two faces are the same. Nearest
-/// places minimise the square of a distance, which tells them to the root of round-off, 1.5e-8 of the size; near poles a few times that.
+/// Part of a body's size within which places are one: a point that misses the body by less lies in
+/// it, places on two faces are the same. Nearest places minimise the square of a distance, which
+/// tells them to the root of round-off, 1.5e-8 of the size; near poles a few times that.
 pub const SAME_PLACE: f64 = 1e-7;
 /// Share of that within which a search has met its point.
 const SURE: f64 = 0.01;
-/// How many times as far off a search may be beside a pole, where it moves hardly along the lines that run together.
+/// How many times as far off a search may be beside a pole, where it moves hardly along the lines
+/// that run together.
 const BESIDE_POLES: f64 = 100.0;
 /// Steps, and cuts of one, by which such a search is brought to its point.
 const CLOSER: [usize; 2] = [60, 30];
 
 impl PatchSearch {
-    /// The place of the patch nearest to `target`, met to round-off if it lies in the patch, beside poles too.
+    /// The place of the patch nearest to `target`, met to round-off if it lies in the patch, beside
+    /// poles too.
     fn met(&self, patch: &Patch, target: &[f64; 3]) -> Located {
         let found = self.closest(patch, target);
         let unit = SAME_PLACE * self.size;
@@ -346,8 +357,9 @@ impl PatchSearch {
         if closer.measure < found.measure { closer } else { found }
     }
 
-    /// Parameters nearer to `target` than `start` by Newton's method for `x(ξ) = target`, which unlike the minimum of a square scales the directions by
-    /// themselves. A step ends before the bounds, where the map may be singular.
+    /// Parameters nearer to `target` than `start` by Newton's method for `x(ξ) = target`, which
+    /// unlike the minimum of a square scales the directions by themselves. A step ends before the
+    /// bounds, where the map may be singular.
     fn closer(&self, patch: &Patch, target: &[f64; 3], start: &[f64; 3]) -> [f64; 3] {
         let mut scratch = PointBasis::default();
         let free = |d: usize| self.lower[d] < self.upper[d];
@@ -381,8 +393,8 @@ impl PatchSearch {
     }
 }
 
-/// Parameters of the physical point `point` inside a patch: the inverse of the geometry map. Parameters do not change under
-/// refinement, so the search is cheapest on the coarse patch.
+/// Parameters of the physical point `point` inside a patch: the inverse of the geometry map.
+/// Parameters do not change under refinement, so the search is cheapest on the coarse patch.
 ///
 /// # Errors
 /// [`SplineError::PointNotFound`] if the nearest point of the patch is farther away than [`SAME_PLACE`] of its size.
@@ -397,8 +409,8 @@ pub fn locate(patch: &Patch, point: &[f64; 3]) -> Result<[f64; 3], SplineError> 
 }
 
 impl Shape {
-    /// Patch and parameters of a physical point inside the body: the first patch that it is in but for a hundredth of what counts as in the body, else
-    /// the nearest.
+    /// Patch and parameters of a physical point inside the body: the first patch that it is in but
+    /// for a hundredth of what counts as in the body, else the nearest.
     ///
     /// # Errors
     /// [`SplineError::PointNotFound`] with the distance to the nearest patch if that is more than [`SAME_PLACE`] of the body's size.

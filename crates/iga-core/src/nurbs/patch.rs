@@ -197,7 +197,8 @@ impl Patch {
         tensor::multi_index(&counts, e)
     }
 
-    /// The weight function `W = Σ w_A N_A` at parameters `xi`, which refinement keeps (theory Eq. S.4).
+    /// The weight function `W = Σ w_A N_A` at parameters `xi`, which refinement keeps (theory
+    /// Eq. S.4).
     pub fn weight_function(&self, xi: &[f64; 3]) -> f64 {
         let mut tables = [[0.0; MAX_DEGREE + 1]; 3];
         let (mut first, mut counts, mut sizes) = ([0; 3], [1; 3], [1; 3]);
@@ -221,8 +222,8 @@ impl Patch {
         sum
     }
 
-    /// Rational basis at `xi` on element `e` with derivatives up to `n_derivatives <= 2`, stacked as
-    /// [`Patch::active_functions`]. Lists of higher derivatives are left empty.
+    /// Rational basis at `xi` on element `e` with derivatives up to `n_derivatives <= 2`, stacked
+    /// as [`Patch::active_functions`]. Lists of higher derivatives are left empty.
     pub fn evaluate(&self, e: usize, xi: &[f64; 3], n_derivatives: usize, out: &mut PointBasis) {
         const ROW: usize = 3 * (MAX_DEGREE + 1);
         let mut tables = [[0.0; ROW]; 3];
@@ -279,7 +280,8 @@ impl Patch {
     }
 }
 
-/// Divides weighted B-splines `w N` and their derivatives by the weight function `W = Σ w N` (theory Eq. S.4).
+/// Divides weighted B-splines `w N` and their derivatives by the weight function `W = Σ w N`
+/// (theory Eq. S.4).
 pub(crate) fn make_rational(basis: &mut PointBasis) {
     let total: f64 = basis.values.iter().sum();
     let inverse = 1.0 / total;

@@ -1,8 +1,9 @@
 //! Exact shapes by name.
 //!
-//! Lengths are in metres and checked: positive and finite, inner radii below outer ones. Every shape comes with markers
-//! (named points of the material), with named faces (parts of its surface) and with the singular sets of its
-//! parametrisation, on which contact must not fall (theory section S.4). \[B\] is the paper of that name in docs/theory.md.
+//! Lengths are in metres and checked: positive and finite, inner radii below outer ones. Every
+//! shape comes with markers (named points of the material), with named faces (parts of its surface)
+//! and with the singular sets of its parametrisation, on which contact must not fall (theory
+//! section S.4). \[B\] is the paper of that name in docs/theory.md.
 
 pub mod axisymmetric;
 mod cover;
@@ -76,7 +77,8 @@ fn joined<const N: usize, const M: usize>(
     Shape { patches, markers, faces, singular: Vec::new(), symmetry: None, parts: [1; 3] }
 }
 
-/// Named faces of a shape of one patch: the direction that is fixed on each part, and whether at its upper end.
+/// Named faces of a shape of one patch: the direction that is fixed on each part, and whether at
+/// its upper end.
 type NamedFaces<'a> = &'a [(&'a str, &'a [(usize, bool)])];
 /// The lower and the upper end of direction 0.
 const FIRST: [&[(usize, bool)]; 2] = [&[(0, false)], &[(0, true)]];

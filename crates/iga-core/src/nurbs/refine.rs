@@ -1,20 +1,22 @@
 //! Degree elevation and knot insertion: finer spaces, same geometry.
 //!
-//! Both are one operator. A spline of degree `p` on `Ξ` has on a finer knot vector `τ` of degree `q >= p` the coefficients
+//! Both are one operator. A spline of degree `p` on `Ξ` has on a finer knot vector `τ` of degree
+//! `q >= p` the coefficients
 //!
 //! `ĉ_i = C(q, p)^-1 Σ_S F(τ_S)`, `S ⊂ {i+1 … i+q}`, `|S| = p`     (theory Eq. S.6)
 //!
-//! with `F` its polar form on the coarse span that holds `τ_i`. Each `F(τ_S)` is a row of discrete B-splines (Cohen, Lyche
-//! & Riesenfeld 1980), hence a convex combination of `p + 1` neighbouring coefficients: positive weights stay positive
-//! and nothing cancels, however uneven the knots are. The work grows linearly with the net.
+//! with `F` its polar form on the coarse span that holds `τ_i`. Each `F(τ_S)` is a row of discrete
+//! B-splines (Cohen, Lyche & Riesenfeld 1980), hence a convex combination of `p + 1` neighbouring
+//! coefficients: positive weights stay positive and nothing cancels, however uneven the knots are.
+//! The work grows linearly with the net.
 
 use super::Patch;
 use crate::SplineError;
 use crate::knots::{KnotVector, MAX_DEGREE};
 use crate::spline_fault::KnotFault;
 
-/// The matrix that takes spline coefficients on a coarse knot vector to those on a finer one: `p + 1` entries per row, none
-/// negative, each row summing to one.
+/// The matrix that takes spline coefficients on a coarse knot vector to those on a finer one:
+/// `p + 1` entries per row, none negative, each row summing to one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prolongation {
     n_coarse: usize,
@@ -71,10 +73,12 @@ impl Prolongation {
         (self.first[i], &self.values[i * self.width..(i + 1) * self.width])
     }
 
-    /// Applies the matrix along `direction` of a net with `sizes` entries per direction; `sizes[direction]` is updated.
+    /// Applies the matrix along `direction` of a net with `sizes` entries per direction;
+    /// `sizes[direction]` is updated.
     ///
     /// # Panics
-    /// If `net` does not have the product of `sizes` entries or `sizes[direction]` is not [`Prolongation::n_coarse`].
+    /// If `net` does not have the product of `sizes` entries or `sizes[direction]` is not
+    /// [`Prolongation::n_coarse`].
     pub fn apply<const N: usize>(
         &self,
         net: &[[f64; N]],
@@ -106,7 +110,8 @@ impl Prolongation {
     }
 }
 
-/// The `p + 1` discrete B-splines `span - p ..= span` of `coarse` for the polar arguments `arguments`, rising.
+/// The `p + 1` discrete B-splines `span - p ..= span` of `coarse` for the polar arguments
+/// `arguments`, rising.
 fn discrete_bsplines(coarse: &KnotVector, span: usize, arguments: &[f64]) -> [f64; MAX_DEGREE + 1] {
     let t = coarse.knots();
     let mut row = [0.0; MAX_DEGREE + 1];
@@ -116,7 +121,8 @@ fn discrete_bsplines(coarse: &KnotVector, span: usize, arguments: &[f64]) -> [f6
         for r in 0..d {
             let (lower, upper) = (t[span + 1 + r - d], t[span + 1 + r]);
             let value = row[r];
-            // An argument beyond the interval meets a coefficient that is exactly zero: the fine knots hold all coarse ones.
+            // An argument beyond the interval meets a coefficient that is exactly zero: the fine
+            // knots hold all coarse ones.
             let share = if value == 0.0 { 0.0 } else { value / (upper - lower) };
             row[r] = carry + (upper - x) * share;
             carry = (x - lower) * share;

@@ -10,7 +10,8 @@ use super::symmetry::Symmetry;
 use crate::SplineError;
 use crate::surface::Face;
 
-/// Where a parametrisation is singular: all parameter points of `patch` whose fixed parameters agree.
+/// Where a parametrisation is singular: all parameter points of `patch` whose fixed parameters
+/// agree.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SingularSet {
     /// Index of the patch.
@@ -39,20 +40,22 @@ pub struct Shape {
     pub patches: Vec<Patch>,
     /// Named points \[m\], in the model's components (`(r, z)` for axisymmetric shapes).
     pub markers: BTreeMap<String, [f64; 3]>,
-    /// Named parts of the surface, each made of faces of the patches; bars have their end faces under "start" and "end" as well.
+    /// Named parts of the surface, each made of faces of the patches; bars have their end faces
+    /// under "start" and "end" as well.
     pub faces: BTreeMap<String, Vec<FaceId>>,
     /// Singular points, lines and faces of the parametrisation.
     pub singular: Vec<SingularSet>,
     /// Rotations that leave the body as it is, if any are known.
     pub symmetry: Option<Symmetry>,
-    /// Number of patches per direction into which each one that was given is cut ([`Shape::cut`]), the least of all of them.
+    /// Number of patches per direction into which each one that was given is cut ([`Shape::cut`]),
+    /// the least of all of them.
     pub parts: [usize; 3],
 }
 
 impl Shape {
-    /// A shape from patches given point by point: no markers, singular sets found by [`singular_sets`]. The outer faces are
-    /// called `xi-`, `xi+`, `eta-` … after the parameter that is at an end of its range; a face of several patches is
-    /// made of those of each.
+    /// A shape from patches given point by point: no markers, singular sets found by
+    /// [`singular_sets`]. The outer faces are called `xi-`, `xi+`, `eta-` … after the parameter
+    /// that is at an end of its range; a face of several patches is made of those of each.
     ///
     /// # Errors
     /// [`SplineError::Folded`] if a patch is inside out or folded.
@@ -65,14 +68,14 @@ impl Shape {
         Ok(shape)
     }
 
-    /// The singular set that a contact window touches, if any: `[lower, upper]` is a closed box in the parameters of patch
-    /// `patch`; on a face the fixed direction has equal ends.
+    /// The singular set that a contact window touches, if any: `[lower, upper]` is a closed box in
+    /// the parameters of patch `patch`; on a face the fixed direction has equal ends.
     pub fn singular_in(&self, patch: usize, lower: &[f64; 3], upper: &[f64; 3]) -> Option<&SingularSet> {
         self.singular.iter().find(|s| s.patch == patch && s.touches(lower, upper))
     }
 
-    /// The shape turned by the matrix `rotation` (rows) about the origin of its frame, a rotation or another map that its symmetry has; singular sets and
-    /// faces keep names.
+    /// The shape turned by the matrix `rotation` (rows) about the origin of its frame, a rotation
+    /// or another map that its symmetry has; singular sets and faces keep names.
     ///
     /// # Errors
     /// As [`Patch::new`], for a matrix that is not finite.
@@ -107,7 +110,8 @@ impl Patch {
         Self::new(self.knots().to_vec(), points.collect(), self.weights().to_vec())
     }
 
-    /// Checks that no element is folded or inside out, by the sign of `det ∂x/∂ξ` at interior points of each element.
+    /// Checks that no element is folded or inside out, by the sign of `det ∂x/∂ξ` at interior
+    /// points of each element.
     ///
     /// # Errors
     /// [`SplineError::Folded`] with the first place found.
@@ -145,13 +149,15 @@ fn parametric_faces(patches: &[Patch]) -> BTreeMap<String, Vec<FaceId>> {
     faces
 }
 
-/// Corners, edges and faces of a patch's parameter box on which `det ∂x/∂ξ` vanishes throughout, the largest ones only.
+/// Corners, edges and faces of a patch's parameter box on which `det ∂x/∂ξ` vanishes throughout,
+/// the largest ones only.
 pub fn singular_sets(index: usize, patch: &Patch) -> Vec<SingularSet> {
     let (lower, upper) = patch.domain();
     let n = patch.dimension();
     let scale = determinant_scale(patch);
     let mut found: Vec<SingularSet> = Vec::new();
-    // Each direction is at its lower end, at its upper end, or free; sets with few fixed directions come first.
+    // Each direction is at its lower end, at its upper end, or free; sets with few fixed directions
+    // come first.
     let mut candidates: Vec<[usize; 3]> = (0..3usize.pow(n as u32))
         .map(|c| [c % 3, c / 3 % 3, c / 9].map(|v| 2 - v))
         .filter(|c| c[..n].iter().any(|&v| v != 2))

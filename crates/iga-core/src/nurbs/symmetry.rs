@@ -1,10 +1,11 @@
-//! Rotations that leave a shape as it is, so that its parametrisation may be turned without changing the body. An ellipsoid is a stretched ball: what turns
-//! the ball leaves it as it is too, as a linear map that keeps volumes, not lengths (theory Eq. A.16).
+//! Rotations that leave a shape as it is, so that its parametrisation may be turned without
+//! changing the body. An ellipsoid is a stretched ball: what turns the ball leaves it as it is too,
+//! as a linear map that keeps volumes, not lengths (theory Eq. A.16).
 
 use super::jet::{cross, dot, norm};
 
-/// Angle between a point and the nearest regular direction up to which the parametrisation serves as it is: singular lines are
-/// 45° away from these directions.
+/// Angle between a point and the nearest regular direction up to which the parametrisation serves
+/// as it is: singular lines are 45° away from these directions.
 const NEAR: f64 = 20.0;
 
 /// Maps (rows) about the origin that leave a shape as it is.
@@ -12,9 +13,11 @@ const NEAR: f64 = 20.0;
 pub struct Symmetry {
     /// Axis of the rotations; `None`: all axes.
     axis: Option<[f64; 3]>,
-    /// Unit vectors from the origin, or from the axis, around which the parametrisation is regular and smooth; of an ellipsoid in its ball.
+    /// Unit vectors from the origin, or from the axis, around which the parametrisation is regular
+    /// and smooth; of an ellipsoid in its ball.
     regular: Vec<[f64; 3]>,
-    /// Semi-axes of an ellipsoid, by which its ball is stretched; `None` where the maps are rotations.
+    /// Semi-axes of an ellipsoid, by which its ball is stretched; `None` where the maps are
+    /// rotations.
     stretch: Option<[f64; 3]>,
 }
 
@@ -24,8 +27,9 @@ impl Symmetry {
         Self { axis: None, regular: regular.to_vec(), stretch: None }
     }
 
-    /// An ellipsoid centred at the origin with `semi_axes` along the axes, the image of a ball that is regular around the given directions, which are
-    /// along the axes, as the parametrisation is there.
+    /// An ellipsoid centred at the origin with `semi_axes` along the axes, the image of a ball that
+    /// is regular around the given directions, which are along the axes, as the parametrisation is
+    /// there.
     pub fn ellipsoid(semi_axes: [f64; 3], regular: &[[f64; 3]]) -> Self {
         Self { stretch: Some(semi_axes), ..Self::ball(regular) }
     }
@@ -40,7 +44,8 @@ impl Symmetry {
         self.axis.as_ref()
     }
 
-    /// Unit vectors from the origin, or from the axis, around which the parametrisation is regular and smooth.
+    /// Unit vectors from the origin, or from the axis, around which the parametrisation is regular
+    /// and smooth.
     pub fn regular(&self) -> &[[f64; 3]] {
         &self.regular
     }
@@ -55,11 +60,12 @@ impl Symmetry {
         self.stretch.as_ref()
     }
 
-    /// The map (rows) that brings the nearest regular direction to the surface point `point` with outward normal `normal`: a rotation, of an ellipsoid
-    /// `D Q D⁻¹` with one of its ball (Eq. A.16), after which the parametrisation at the point follows the principal curvatures.
+    /// The map (rows) that brings the nearest regular direction to the surface point `point` with
+    /// outward normal `normal`: a rotation, of an ellipsoid `D Q D⁻¹` with one of its ball
+    /// (Eq. A.16), after which the parametrisation at the point follows the principal curvatures.
     ///
-    /// `None` if the parametrisation is regular around the point as it is, or turning it does not help, as on the flat ends of
-    /// a cylinder.
+    /// `None` if the parametrisation is regular around the point as it is, or turning it does not
+    /// help, as on the flat ends of a cylinder.
     pub fn map_to(&self, point: &[f64; 3], normal: &[f64; 3]) -> Option<[[f64; 3]; 3]> {
         let Some(semi_axes) = &self.stretch else {
             let (direction, towards) = self.nearest_regular(point, normal)?;
@@ -88,8 +94,9 @@ impl Symmetry {
         std::array::from_fn(|r| std::array::from_fn(|c| matrix[r][c] * (d[r] / d[c]).powi(power)))
     }
 
-    /// The rotation (rows) of a ball that brings its first regular direction to the surface point `point`, wherever that is, so that the parametrisation is the same
-    /// about all places; `None` of other shapes.
+    /// The rotation (rows) of a ball that brings its first regular direction to the surface point
+    /// `point`, wherever that is, so that the parametrisation is the same about all places; `None`
+    /// of other shapes.
     pub fn rotation_of_first_to(&self, point: &[f64; 3]) -> Option<[[f64; 3]; 3]> {
         if !self.is_ball() {
             return None;
@@ -98,7 +105,8 @@ impl Symmetry {
         self.regular.first().map(|first| rotation(first, &towards))
     }
 
-    /// The regular direction nearest to a surface point, and the direction of that; `None` where turning does not help.
+    /// The regular direction nearest to a surface point, and the direction of that; `None` where
+    /// turning does not help.
     fn nearest_regular(&self, point: &[f64; 3], normal: &[f64; 3]) -> Option<([f64; 3], [f64; 3])> {
         let is_end = self.axis.is_some_and(|a| dot(&a, normal).abs() > 0.5 * norm(normal));
         let along = self.axis.map_or(0.0, |a| dot(&a, point));
@@ -112,7 +120,8 @@ impl Symmetry {
         Some((*nearest, towards))
     }
 
-    /// The same symmetry after a map (rows) of the shape about the origin: a rotation, of an ellipsoid one of its own, after others it has none that is known.
+    /// The same symmetry after a map (rows) of the shape about the origin: a rotation, of an
+    /// ellipsoid one of its own, after others it has none that is known.
     #[must_use]
     pub fn rotated(&self, map: &[[f64; 3]; 3]) -> Option<Self> {
         let rotation = self.stretched(map, -1);
@@ -129,7 +138,8 @@ impl Symmetry {
     }
 }
 
-/// Deviation from orthonormality of a matrix that counts as a rotation: round-off of products and of ratios of semi-axes.
+/// Deviation from orthonormality of a matrix that counts as a rotation: round-off of products and
+/// of ratios of semi-axes.
 const ROTATION: f64 = 1e-9;
 
 /// Whether a place `towards` is further from `direction` than the parametrisation serves.
@@ -137,7 +147,8 @@ fn is_far(direction: &[f64; 3], towards: &[f64; 3]) -> bool {
     dot(direction, towards) < NEAR.to_radians().cos()
 }
 
-/// The axis after that along which the regular direction `direction` of an ellipsoid's ball is: the net follows the axes there.
+/// The axis after that along which the regular direction `direction` of an ellipsoid's ball is: the
+/// net follows the axes there.
 fn another_axis(direction: &[f64; 3]) -> [f64; 3] {
     let largest = (0..3).max_by(|a, b| direction[*a].abs().total_cmp(&direction[*b].abs())).unwrap_or(0);
     std::array::from_fn(|c| if c == (largest + 1) % 3 { 1.0 } else { 0.0 })
@@ -153,8 +164,9 @@ fn perpendicular(v: &[f64; 3]) -> [f64; 3] {
     across.map(|x| x / size)
 }
 
-/// Direction in the unit ball, tangential at the unit vector `place`, of a principal curvature of the ellipsoid: there `t · D² t`, the first fundamental
-/// form of the ellipsoid, is largest; its second one is the same in all directions of the ball.
+/// Direction in the unit ball, tangential at the unit vector `place`, of a principal curvature of
+/// the ellipsoid: there `t · D² t`, the first fundamental form of the ellipsoid, is largest; its
+/// second one is the same in all directions of the ball.
 fn principal_direction(place: &[f64; 3], semi_axes: &[f64; 3]) -> [f64; 3] {
     let a = perpendicular(place);
     let b = cross(place, &a);
@@ -165,7 +177,8 @@ fn principal_direction(place: &[f64; 3], semi_axes: &[f64; 3]) -> [f64; 3] {
     std::array::from_fn(|c| cosine * a[c] + sine * b[c])
 }
 
-/// Angle about the unit vector `axis` by which `from` must be turned to point along `to`, both seen along the axis; zero if one vanishes.
+/// Angle about the unit vector `axis` by which `from` must be turned to point along `to`, both seen
+/// along the axis; zero if one vanishes.
 pub fn angle_about(axis: &[f64; 3], from: &[f64; 3], to: &[f64; 3]) -> f64 {
     let along = dot(from, to) - dot(from, axis) * dot(to, axis);
     dot(&cross(from, to), axis).atan2(along)
@@ -189,7 +202,8 @@ pub fn product(a: &[[f64; 3]; 3], b: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
 /// Sine of an angle below which two unit vectors have no plane that round-off does not make.
 const PARALLEL: f64 = 1e-8;
 
-/// The rotation that takes unit vector `from` to `to` by the shortest way; about an axis across, if they are opposite.
+/// The rotation that takes unit vector `from` to `to` by the shortest way; about an axis across, if
+/// they are opposite.
 fn rotation(from: &[f64; 3], to: &[f64; 3]) -> [[f64; 3]; 3] {
     let normal = cross(from, to);
     let sine = norm(&normal);
@@ -229,7 +243,8 @@ mod tests {
             for p in [p, [2.0, 0.0, 0.0], [-2.0, 0.0, 0.0], [-2.0, 1e-12, 0.0], [-2.0, 1e-7, -1e-7]] {
                 let Some(r) = ball.rotation_of_first_to(&p) else { panic!("a ball is turned") };
                 let there = apply(&r, &AXES[0]);
-                // Where the way is opposite to the direction its plane is round-off: the angle that this leaves is a hundredth of a millionth.
+                // Where the way is opposite to the direction its plane is round-off: the angle that
+                // this leaves is a hundredth of a millionth.
                 for c in 0..3 {
                     prop_assert!((there[c] - p[c] / norm(&p)).abs() < 2e-8, "{there:?} {p:?}");
                 }
@@ -253,7 +268,8 @@ mod tests {
             let back = symmetry.inverse(&m);
             let start = apply(&back, &point);
             let level = |x: &[f64; 3]| (0..3).map(|c| (x[c] / semi_axes[c]).powi(2)).sum::<f64>();
-            // Round-off of some ten operations times the square of the largest ratio of the semi-axes, thirty: 1e-12; ten of it are allowed.
+            // Round-off of some ten operations times the square of the largest ratio of the
+            // semi-axes, thirty: 1e-12; ten of it are allowed.
             let round_off = 1e-11;
             let units = product(&m, &back);
             for (k, entry) in units.as_flattened().iter().enumerate() {

@@ -13,9 +13,10 @@ use crate::tensor;
 
 /// NURBS patches whose coincident boundary control points are one function each.
 ///
-/// Two functions are tied if their control points coincide within 1e-9 of the body's size and both lie on the boundary
-/// of their control net: poles, collapsed edges, seams and matching patch interfaces. Interior control points are never
-/// tied. Interfaces must match in degree, knots and weights; otherwise displacements are not continuous there.
+/// Two functions are tied if their control points coincide within 1e-9 of the body's size and both
+/// lie on the boundary of their control net: poles, collapsed edges, seams and matching patch
+/// interfaces. Interior control points are never tied. Interfaces must match in degree, knots and
+/// weights; otherwise displacements are not continuous there.
 #[derive(Debug, Clone)]
 pub struct PatchSpace {
     patches: Vec<Patch>,
@@ -94,7 +95,8 @@ impl PatchSpace {
     }
 }
 
-/// Rows of the elements on which several entries of the patches' nets are the same of their `functions`: sums of these entries.
+/// Rows of the elements on which several entries of the patches' nets are the same of their
+/// `functions`: sums of these entries.
 fn rows(patches: &[Patch], functions: &[Vec<u32>]) -> Rows {
     let (mut rows, mut entries) = (Rows::default(), Vec::new());
     for (patch, numbers) in patches.iter().zip(functions) {
@@ -214,8 +216,9 @@ impl SplineSpace for PatchSpace {
         self.first_element[patch] + self.patches[patch].find_element(xi)
     }
 
-    /// `p` where the spline is `C^(p-1)` on both sides of the element and no edge is collapsed; `p + 1` elsewhere and
-    /// also for `p = 1` or a single element between two ends, where `p` points would leave energy-free motions.
+    /// `p` where the spline is `C^(p-1)` on both sides of the element and no edge is collapsed;
+    /// `p + 1` elsewhere and also for `p = 1` or a single element between two ends, where `p`
+    /// points would leave energy-free motions.
     fn gauss_counts(&self, e: usize) -> [usize; 3] {
         let (patch, local) = self.locate(e);
         let patch = &self.patches[patch];

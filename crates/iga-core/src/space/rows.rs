@@ -3,11 +3,13 @@
 /// Mark of elements whose functions are the raw ones, one by one.
 const PLAIN: usize = usize::MAX;
 
-/// Functions of every element and their coefficients `C_im` in the raw functions `N_m` of the element: ties of coincident control points,
-/// truncated hierarchical B-splines with their weights (theory Eq. H.5, H.6), nodes that hang on sides of larger elements (C.71).
+/// Functions of every element and their coefficients `C_im` in the raw functions `N_m` of the
+/// element: ties of coincident control points, truncated hierarchical B-splines with their weights
+/// (theory Eq. H.5, H.6), nodes that hang on sides of larger elements (C.71).
 ///
-/// Only functions of the space stand for rows, so that whoever evaluates an element meets no dependent one. Elements without rows are *plain*;
-/// their functions need not be listed where the space knows them otherwise.
+/// Only functions of the space stand for rows, so that whoever evaluates an element meets no
+/// dependent one. Elements without rows are *plain*; their functions need not be listed where the
+/// space knows them otherwise.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rows {
     /// Functions of element `e`: `functions[starts[e]..starts[e + 1]]`.
@@ -42,7 +44,8 @@ impl Rows {
         self.operators.push(PLAIN);
     }
 
-    /// Adds the next element: its functions, each with the local raw functions and coefficients of its row.
+    /// Adds the next element: its functions, each with the local raw functions and coefficients of
+    /// its row.
     pub fn push<R: IntoIterator<Item = (u16, f64)>>(&mut self, rows: impl IntoIterator<Item = (u32, R)>) {
         self.operators.push(self.row_ends.len());
         for (function, row) in rows {
@@ -79,12 +82,14 @@ impl Rows {
         &self.functions[self.starts[e]..self.starts[e + 1]]
     }
 
-    /// Whether the functions of element `e` are the raw ones, one by one, as they are if no element has been added.
+    /// Whether the functions of element `e` are the raw ones, one by one, as they are if no element
+    /// has been added.
     pub fn is_plain(&self, e: usize) -> bool {
         self.operators.get(e).is_none_or(|&o| o == PLAIN)
     }
 
-    /// Local raw functions and coefficients of local function `row` of element `e`, which is not plain.
+    /// Local raw functions and coefficients of local function `row` of element `e`, which is not
+    /// plain.
     pub fn row(&self, e: usize, row: usize) -> (&[u16], &[f64]) {
         let at = self.operators[e] + row;
         let range = self.row_ends[at]..self.row_ends[at + 1];
@@ -96,7 +101,8 @@ impl Rows {
         self.entries.len()
     }
 
-    /// The functions of element `e` at a point from the raw ones `raw` there: `Σ_m C_im raw_m`, appended to `out`.
+    /// The functions of element `e` at a point from the raw ones `raw` there: `Σ_m C_im raw_m`,
+    /// appended to `out`.
     pub fn combine(&self, e: usize, raw: &[f64], out: &mut Vec<f64>) {
         out.extend((0..self.functions(e).len()).map(|i| {
             let (columns, entries) = self.row(e, i);

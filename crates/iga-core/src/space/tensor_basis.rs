@@ -20,7 +20,8 @@ impl Table {
     }
 }
 
-/// Weights of the functions of an element: that of the first one first, and how far the next one in each direction is from it.
+/// Weights of the functions of an element: that of the first one first, and how far the next one in
+/// each direction is from it.
 pub(crate) struct LocalWeights<'a> {
     /// The weights from that of the first function on.
     pub weights: &'a [f64],
@@ -28,8 +29,8 @@ pub(crate) struct LocalWeights<'a> {
     pub strides: [usize; 3],
 }
 
-/// Rational basis of element `index` of a net with `knots` on a tensor grid: products of one-dimensional tables, then division by
-/// the weight function (theory Eq. S.4).
+/// Rational basis of element `index` of a net with `knots` on a tensor grid: products of
+/// one-dimensional tables, then division by the weight function (theory Eq. S.4).
 pub(crate) fn evaluate_tensor(
     knots: &[KnotVector],
     index: [usize; 3],

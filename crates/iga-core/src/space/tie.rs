@@ -4,12 +4,15 @@ use std::collections::HashMap;
 
 use crate::nurbs::jet::{diagonal, difference, norm};
 
-/// Distance below which control points coincide, relative to the diagonal of the body's bounding box.
+/// Distance below which control points coincide, relative to the diagonal of the body's bounding
+/// box.
 const TIE_TOLERANCE: f64 = 1e-9;
 
-/// For every point the index of the first point that it coincides with, itself if there is none before it.
+/// For every point the index of the first point that it coincides with, itself if there is none
+/// before it.
 ///
-/// Only points with `may_tie` are compared. A hash grid with cells of the tolerance's size keeps the cost linear.
+/// Only points with `may_tie` are compared. A hash grid with cells of the tolerance's size keeps
+/// the cost linear.
 pub fn coincident(points: &[[f64; 3]], may_tie: impl Fn(usize) -> bool) -> Vec<usize> {
     let tolerance = TIE_TOLERANCE * diagonal(points);
     let mut cells: HashMap<[i64; 3], Vec<usize>> = HashMap::new();
@@ -18,7 +21,8 @@ pub fn coincident(points: &[[f64; 3]], may_tie: impl Fn(usize) -> bool) -> Vec<u
         return first;
     }
     for i in (0..points.len()).filter(|&i| may_tie(i)) {
-        // Coordinates lie within 1e9 / 2 cells of the box's centre wherever the origin is not far away; i64 saturates.
+        // Coordinates lie within 1e9 / 2 cells of the box's centre wherever the origin is not far
+        // away; i64 saturates.
         let cell = points[i].map(|x| (x / (2.0 * tolerance)).round() as i64);
         if let Some(j) = neighbour(&cells, cell, points, i, tolerance) {
             first[i] = j;

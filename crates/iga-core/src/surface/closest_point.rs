@@ -45,14 +45,16 @@ impl BodySurface {
         &self.faces
     }
 
-    /// Closest point of the surface to `target`; `measure` is the distance \[m\], never negative: the side follows from the
-    /// normal. `None` only for a surface without faces or a target that is not finite.
+    /// Closest point of the surface to `target`; `measure` is the distance \[m\], never negative:
+    /// the side follows from the normal. `None` only for a surface without faces or a target that
+    /// is not finite.
     pub fn closest(&self, patches: &[Patch], target: &[f64; 3]) -> Option<FacePoint> {
         let bound = |search: &PatchSearch| search.distance_bound(target);
         self.best(patches, bound, |search, patch, below| search.closest_below(patch, target, below))
     }
 
-    /// The surface point with the smallest `n · x`, the first to touch a plane with normal `n` below the body.
+    /// The surface point with the smallest `n · x`, the first to touch a plane with normal `n`
+    /// below the body.
     pub fn lowest(&self, patches: &[Patch], direction: &[f64; 3]) -> Option<FacePoint> {
         let bound = |search: &PatchSearch| search.height_bound(direction);
         self.best(patches, bound, |search, patch, below| search.lowest_below(patch, direction, below))

@@ -1,4 +1,5 @@
-//! Contact points of faces with their tributary areas: Greville, Gauss and Lobatto points (theory Eqs. S.19, S.20, C.56).
+//! Contact points of faces with their tributary areas: Greville, Gauss and Lobatto points (theory
+//! Eqs. S.19, S.20, C.56).
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -24,21 +25,23 @@ pub struct CollocationPoint {
     pub point: [f64; 3],
     /// Undeformed outward normal; zero at a pole of the parametrisation.
     pub normal: [f64; 3],
-    /// Tributary area \[m²\] (in plane models length \[m\]): `∫ R_i dA` or Gauss weight times area element.
+    /// Tributary area \[m²\] (in plane models length \[m\]): `∫ R_i dA` or Gauss weight times area
+    /// element.
     pub area: f64,
     /// The function whose Greville point it is; `None` for Gauss and Lobatto points.
     pub function: Option<u32>,
 }
 
-/// Tributary areas `∫ R_i dA` of the functions that do not vanish on the face, by function number \[m²\]. They are
-/// non-negative and sum to the area of the face.
+/// Tributary areas `∫ R_i dA` of the functions that do not vanish on the face, by function number
+/// \[m²\]. They are non-negative and sum to the area of the face.
 pub fn tributary_areas(space: &dyn SplineSpace, patches: &[Patch], face: &Face) -> BTreeMap<u32, f64> {
     let mut areas = BTreeMap::new();
     let mut active = Vec::new();
     let (mut basis, mut scratch) = (PointBasis::default(), PointBasis::default());
     for ElementSide { element: e, .. } in ElementSide::all(space, face) {
         space.active_functions(e, &mut active);
-        // The integrand is a quotient with a square root in it; a surface is cheap enough for generous rules.
+        // The integrand is a quotient with a square root in it; a surface is cheap enough for
+        // generous rules.
         for (xi, weight) in points_on(space, face, e, |d| space.gauss_counts(e)[d] + 4) {
             space.evaluate(e, &xi, 0, &mut basis);
             let area = weight * face.at(&patches[face.id.patch], &xi, &mut scratch).area;
@@ -50,8 +53,8 @@ pub fn tributary_areas(space: &dyn SplineSpace, patches: &[Patch], face: &Face) 
     areas
 }
 
-/// Gauss points of all face elements; `count` points per direction, or as many as the element's matrices take. Areas are Gauss
-/// weight times area element.
+/// Gauss points of all face elements; `count` points per direction, or as many as the element's
+/// matrices take. Areas are Gauss weight times area element.
 pub fn gauss_points(
     space: &dyn SplineSpace,
     patches: &[Patch],
@@ -80,13 +83,15 @@ pub fn gauss_points(
     points
 }
 
-/// Lobatto points of all face elements, those on common ends of elements of a face once where it is smooth (theory Eq. C.56): edges,
-/// rims and corners carry points, one of each face that meets there. The rule integrates a constant pressure times every function of a flat face
-/// exactly. Points without area, as on the axis of axisymmetric models, at poles and on singular
-/// lines, are left out.
+/// Lobatto points of all face elements, those on common ends of elements of a face once where it is
+/// smooth (theory Eq. C.56): edges, rims and corners carry points, one of each face that meets
+/// there. The rule integrates a constant pressure times every function of a flat face exactly.
+/// Points without area, as on the axis of axisymmetric models, at poles and on singular lines, are
+/// left out.
 ///
-/// Sides of elements that hold one of the places `about`, parameters on faces, are divided there, and `halvings` times towards it by halves: the rule
-/// holds on each part, so that a point stands at the place and others about it (theory Eq. C.65).
+/// Sides of elements that hold one of the places `about`, parameters on faces, are divided there,
+/// and `halvings` times towards it by halves: the rule holds on each part, so that a point stands
+/// at the place and others about it (theory Eq. C.65).
 pub fn lobatto_points(
     space: &dyn SplineSpace,
     patches: &[Patch],
@@ -141,13 +146,15 @@ pub fn lobatto_points(
     points
 }
 
-/// Parts of a range of which points in one are one: far below the smallest part of an element, far above round-off.
+/// Parts of a range of which points in one are one: far below the smallest part of an element, far
+/// above round-off.
 const SAME_SHARE: f64 = 1e10;
 
 /// Share of the way to the middle of an element at which tangents at its ends are taken.
 const INSIDE: f64 = 1e-9;
 
-/// Share of an element's side by which a place beside its end is that end: round-off of a search, far below the smallest part.
+/// Share of an element's side by which a place beside its end is that end: round-off of a search,
+/// far below the smallest part.
 const AT_END: f64 = 1e-6;
 
 /// Ends of the parts of a range that is divided at `place`, and `halvings` times towards it.
@@ -167,8 +174,8 @@ fn parts_towards(place: f64, halvings: u8, (lower, upper): (f64, f64)) -> Vec<f6
     ends
 }
 
-/// Lobatto points of `rule` on a range with their weights, on its parts towards `place` if there is one, which is divided `halvings` times; ends of the
-/// range are theirs to the last bit.
+/// Lobatto points of `rule` on a range with their weights, on its parts towards `place` if there is
+/// one, which is divided `halvings` times; ends of the range are theirs to the last bit.
 pub fn lobatto_towards(
     range: (f64, f64),
     place: Option<f64>,
@@ -196,8 +203,8 @@ pub fn lobatto_towards(
     along
 }
 
-/// Lobatto points on the side of an element with weights in parameters, on its parts towards `place` if there is one; ends of elements are
-/// theirs to the last bit.
+/// Lobatto points on the side of an element with weights in parameters, on its parts towards
+/// `place` if there is one; ends of elements are theirs to the last bit.
 fn lobatto_on(
     side: &ElementSide,
     rules: &[LobattoRule],
@@ -222,8 +229,8 @@ fn lobatto_on(
 
 /// Greville points of the functions of `space` on the faces, with their tributary areas.
 ///
-/// A function that is tied (pole, seam, interface) gives one point. Where faces meet smoothly the areas on both sides add
-/// up; at a sharp edge each face keeps a point with its own normal.
+/// A function that is tied (pole, seam, interface) gives one point. Where faces meet smoothly the
+/// areas on both sides add up; at a sharp edge each face keeps a point with its own normal.
 pub fn greville_points(space: &dyn SplineSpace, patches: &[Patch], faces: &[Face]) -> Vec<CollocationPoint> {
     let mut points: Vec<CollocationPoint> = Vec::new();
     let mut of_function: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
@@ -263,7 +270,8 @@ pub fn greville_points(space: &dyn SplineSpace, patches: &[Patch], faces: &[Face
     points
 }
 
-/// Normals whose cosine falls short of one by less than this (an angle of about 1e-4) belong to one smooth surface.
+/// Normals whose cosine falls short of one by less than this (an angle of about 1e-4) belong to one
+/// smooth surface.
 const SMOOTH: f64 = 1e-8;
 
 /// Gauss points of the side of element `e` with weights in parameters.

@@ -1,5 +1,5 @@
-//! Bézier extraction of faces: the functions of a space on a part of an element's side as Bernstein polynomials (theory Eqs. C.27,
-//! C.37).
+//! Bézier extraction of faces: the functions of a space on a part of an element's side as Bernstein
+//! polynomials (theory Eqs. C.27, C.37).
 
 use super::face::Face;
 use crate::bernstein::{Interpolation, apply};
@@ -10,8 +10,8 @@ use crate::space::Space;
 
 /// Finds the Bernstein coefficients of the functions of a space on faces.
 ///
-/// Whatever the space, its functions on an element are `N_A / W` with the weight function `W` of the patch and polynomials `N_A` of
-/// its degrees, so that interpolation finds them exactly.
+/// Whatever the space, its functions on an element are `N_A / W` with the weight function `W` of
+/// the patch and polynomials `N_A` of its degrees, so that interpolation finds them exactly.
 pub struct Extraction<'a> {
     space: &'a dyn Space,
     patches: &'a [Patch],
@@ -63,8 +63,8 @@ impl ElementSide {
 }
 
 impl<'a> Extraction<'a> {
-    /// Extraction of `space` over `patches`, which carry its weight function: the refined ones of a plain space, the coarsest of a
-    /// hierarchical one.
+    /// Extraction of `space` over `patches`, which carry its weight function: the refined ones of a
+    /// plain space, the coarsest of a hierarchical one.
     pub fn new(space: &'a dyn Space, patches: &'a [Patch]) -> Self {
         let rules = (0..=MAX_DEGREE).map(Interpolation::new).collect();
         Self { space, patches, rules, basis: PointBasis::default() }
@@ -75,7 +75,8 @@ impl<'a> Extraction<'a> {
         face.degrees(&self.patches[face.id.patch])
     }
 
-    /// Values of the polynomials `N_A = R_A W` of the element's active functions at the nodes of `side`, node by node.
+    /// Values of the polynomials `N_A = R_A W` of the element's active functions at the nodes of
+    /// `side`, node by node.
     pub fn numerators(&mut self, side: &ElementSide) -> Vec<Vec<f64>> {
         let [a, b] = self.degrees(&side.face);
         let mut all = Vec::with_capacity((a + 1) * (b + 1));
@@ -90,7 +91,8 @@ impl<'a> Extraction<'a> {
         all
     }
 
-    /// Bernstein coefficients of a polynomial with the degrees of `face` from its values at the nodes, first direction fastest.
+    /// Bernstein coefficients of a polynomial with the degrees of `face` from its values at the
+    /// nodes, first direction fastest.
     pub fn coefficients<const N: usize>(&self, face: &Face, values: &[[f64; N]]) -> Vec<[f64; N]> {
         let [a, b] = self.degrees(face).map(|p| &self.rules[p].coefficients);
         apply(&[a, b], values)

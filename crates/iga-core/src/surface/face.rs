@@ -25,11 +25,14 @@ pub struct Face {
 pub struct SurfacePoint {
     /// Position \[m\].
     pub point: [f64; 3],
-    /// Derivatives of the position along the face's directions, rising; the second one is zero in two dimensions.
+    /// Derivatives of the position along the face's directions, rising; the second one is zero in
+    /// two dimensions.
     pub tangents: [[f64; 3]; 2],
-    /// Outward unit normal; zero where the face is singular (a pole), so that no direction can be given.
+    /// Outward unit normal; zero where the face is singular (a pole), so that no direction can be
+    /// given.
     pub normal: [f64; 3],
-    /// Area (in plane models length) a unit of the face's parameters; axisymmetric faces carry `2 pi r`.
+    /// Area (in plane models length) a unit of the face's parameters; axisymmetric faces carry
+    /// `2 pi r`.
     pub area: f64,
 }
 
@@ -40,8 +43,9 @@ impl Face {
         Self { id, parameter: id.parameter(patches), dimension, axisymmetric }
     }
 
-    /// The faces that bound the body outwards: not collapsed to a line or point, not on the axis `r = 0` of an axisymmetric
-    /// model, not shared with another patch and not tied to another face of the same patch (a seam).
+    /// The faces that bound the body outwards: not collapsed to a line or point, not on the axis
+    /// `r = 0` of an axisymmetric model, not shared with another patch and not tied to another face
+    /// of the same patch (a seam).
     pub fn outer(patches: &[Patch], axisymmetric: bool) -> Vec<Self> {
         let ids = FaceId::all(patches);
         let nets: Vec<_> = ids.iter().map(|&id| FaceNet::new(patches, id)).collect();
@@ -66,7 +70,8 @@ impl Face {
         self.id.tangents(self.dimension)
     }
 
-    /// Degrees of `patch`, which it belongs to, along the face; zero in the direction that a curve does not have.
+    /// Degrees of `patch`, which it belongs to, along the face; zero in the direction that a curve
+    /// does not have.
     pub fn degrees(&self, patch: &Patch) -> [usize; 2] {
         let mut degrees = [0; 2];
         for (degree, d) in degrees.iter_mut().zip(self.directions()) {
@@ -75,8 +80,8 @@ impl Face {
         degrees
     }
 
-    /// Sign that turns the product of the tangents (of a curve: the tangent times the normal of its plane) outwards, for a patch with
-    /// `det J > 0`.
+    /// Sign that turns the product of the tangents (of a curve: the tangent times the normal of its
+    /// plane) outwards, for a patch with `det J > 0`.
     pub fn orientation(&self) -> f64 {
         let outwards = if self.id.upper { 1.0 } else { -1.0 };
         let is_swapped = match self.dimension {
@@ -116,7 +121,8 @@ impl Face {
         self.geometry(&patch.jet(&self.on_face(xi), 1, scratch))
     }
 
-    /// Geometry from position and first derivatives, of the undeformed or of a deformed body (theory Eq. S.17).
+    /// Geometry from position and first derivatives, of the undeformed or of a deformed body
+    /// (theory Eq. S.17).
     pub fn geometry(&self, jet: &Jet) -> SurfacePoint {
         let mut tangents = [[0.0; 3]; 2];
         for (t, d) in tangents.iter_mut().zip(self.directions()) {
@@ -140,9 +146,10 @@ impl Face {
         SurfacePoint { point: jet.point, tangents, normal, area: if regular { area } else { 0.0 } }
     }
 
-    /// Principal curvatures [1/m], larger first, positive where the body is convex (`1/R` on a sphere); zero for the
-    /// direction across a plane model. Axisymmetric: meridian and circumference (theory Eq. S.18). `None` where the face is
-    /// singular. `jet` needs second derivatives.
+    /// Principal curvatures [1/m], larger first, positive where the body is convex (`1/R` on a
+    /// sphere); zero for the direction across a plane model. Axisymmetric: meridian and
+    /// circumference (theory Eq. S.18). `None` where the face is singular. `jet` needs second
+    /// derivatives.
     pub fn curvatures(&self, jet: &Jet) -> Option<[f64; 2]> {
         let at = self.geometry(jet);
         if norm(&at.normal) < 0.5 {
@@ -172,9 +179,10 @@ impl Face {
         Some([mean + spread, mean - spread])
     }
 
-    /// Unit tangent along which the face of a solid bends by the larger one of [`Face::curvatures`], `κ₁`: `(II - κ₁ I) v = 0` with the
-    /// fundamental forms `I` and `II` in the parameters. Along a curve the curve's tangent; any direction where both curvatures are equal.
-    /// `None` where the face is singular. `jet` needs second derivatives.
+    /// Unit tangent along which the face of a solid bends by the larger one of
+    /// [`Face::curvatures`], `κ₁`: `(II - κ₁ I) v = 0` with the fundamental forms `I` and `II` in
+    /// the parameters. Along a curve the curve's tangent; any direction where both curvatures are
+    /// equal. `None` where the face is singular. `jet` needs second derivatives.
     pub fn first_direction(&self, jet: &Jet) -> Option<[f64; 3]> {
         let [largest, _] = self.curvatures(jet)?;
         let at = self.geometry(jet);

@@ -77,7 +77,8 @@ pub fn way_by_corners(patches: &[Patch], [a, b]: [FaceId; 2]) -> Option<Way> {
         let [m, n] = first.sizes();
         let target = second.sizes();
         [0, m - 1, m * (n - 1), m * n - 1].into_iter().all(|flat| {
-            // Corners of a net of another size: the same corner of a net of two points per direction.
+            // Corners of a net of another size: the same corner of a net of two points per
+            // direction.
             let corner = usize::from(flat % m > 0) + 2 * usize::from(flat / m > 0);
             let partner = way.partner([2, 2], corner);
             let at = (partner % 2) * (target[0] - 1) + (partner / 2) * (target[1] - 1) * target[0];

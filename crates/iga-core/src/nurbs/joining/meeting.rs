@@ -10,7 +10,8 @@ use crate::surface::{Face, SurfacePoint};
 
 /// Slits narrower than this share of the size of the smaller patch are a slip.
 const SLIT: f64 = 1e-4;
-/// Places along a face, as shares of the elements, at which it is looked at: none lies on an edge or in a middle.
+/// Places along a face, as shares of the elements, at which it is looked at: none lies on an edge
+/// or in a middle.
 const PLACES: [f64; 4] = [0.13, 0.37, 0.61, 0.87];
 /// Elements per direction of a face that are looked at.
 const MOST_ON_FACE: usize = 8;
@@ -42,7 +43,8 @@ pub fn check_sides(parts: &Parts, a: usize, b: usize, way: Way) -> Result<(), Jo
     Ok(())
 }
 
-/// Checks that faces that are not joined do not lie on one another, and that no patch reaches into another.
+/// Checks that faces that are not joined do not lie on one another, and that no patch reaches into
+/// another.
 pub fn check(parts: &Parts) -> Result<(), JoinFault> {
     if parts.patches.len() == 1 {
         return Ok(());
@@ -158,7 +160,8 @@ fn is_inside(xi: &[f64; 3], fixed: &[Option<f64>; 3], dimension: usize) -> bool 
     (0..dimension).all(|d| fixed[d].is_some() || (MARGIN..=1.0 - MARGIN).contains(&xi[d]))
 }
 
-/// Parameters in the elements of a patch, at `shares` of each direction that is not fixed, in `most` elements of it at most.
+/// Parameters in the elements of a patch, at `shares` of each direction that is not fixed, in
+/// `most` elements of it at most.
 fn places(patch: &Patch, fixed: &[Option<f64>; 3], shares: &[f64], most: usize) -> Vec<[f64; 3]> {
     let mut places = vec![[0.0; 3]];
     for (d, knots) in patch.knots().iter().enumerate() {

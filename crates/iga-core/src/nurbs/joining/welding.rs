@@ -1,4 +1,5 @@
-//! Makes equal what agrees to a few digits: control points, weights and knots of faces that are one.
+//! Makes equal what agrees to a few digits: control points, weights and knots of faces that are
+//! one.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +15,8 @@ use crate::nurbs::linked::linked_directions;
 /// Share of the size of the body up to which a difference is round-off and not worth a note.
 const ROUND_OFF: f64 = 1e-12;
 
-/// Makes control points, weights and knots of faces that are one equal to those of the patch that comes first.
+/// Makes control points, weights and knots of faces that are one equal to those of the patch that
+/// comes first.
 pub fn weld(parts: &mut Parts, notes: &mut Vec<String>) -> Result<(), JoinFault> {
     let scales = scales(parts);
     let first: Vec<usize> = parts
@@ -78,7 +80,8 @@ fn root(parents: &[usize], mut i: usize) -> usize {
     i
 }
 
-/// Factors on the weights of each patch, which change nothing of it, by which the weights of shared faces become equal.
+/// Factors on the weights of each patch, which change nothing of it, by which the weights of shared
+/// faces become equal.
 fn scales(parts: &Parts) -> Vec<f64> {
     let mut scales = vec![None; parts.patches.len()];
     let weight = |f: usize, i: usize| {

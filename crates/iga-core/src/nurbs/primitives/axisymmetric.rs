@@ -7,8 +7,9 @@ use crate::nurbs::{Patch, Shape};
 
 /// Sphere: half-disc from the 3 x 2 net of \[B\] Eqs. (35), (36), centred at the origin.
 ///
-/// The first direction runs from the axis to the equator, the second from the lower to the upper half circle. The edge at
-/// the equator is collapsed to a point; the poles `(0, ±r)` are regular, so contact belongs there.
+/// The first direction runs from the axis to the equator, the second from the lower to the upper
+/// half circle. The edge at the equator is collapsed to a point; the poles `(0, ±r)` are regular,
+/// so contact belongs there.
 ///
 /// # Errors
 /// [`SplineError::Dimension`] for an impossible radius.
@@ -27,8 +28,8 @@ pub fn sphere(radius: f64) -> Result<Shape, SplineError> {
     Ok(shape(vec![patch], markers, faces, vec![singular([Some(1.0), None, None], "equator")]))
 }
 
-/// Ellipsoid of revolution centred at the origin with the semi-axis `radius` across and `height` along the axis: the half-disc of [`sphere`] stretched,
-/// which is exact; regular at the poles.
+/// Ellipsoid of revolution centred at the origin with the semi-axis `radius` across and `height`
+/// along the axis: the half-disc of [`sphere`] stretched, which is exact; regular at the poles.
 ///
 /// # Errors
 /// [`SplineError::Dimension`] for impossible lengths.
@@ -56,12 +57,13 @@ pub fn rod(radius: f64, length: f64) -> Result<Shape, SplineError> {
 
 /// Rod with a spherical lower end: the pole is the origin, the flat upper end lies at `z = length`.
 ///
-/// Net of \[B\] Eq. (38), with two changes. There the middle control point of the upper edge coincides with the outer one,
-/// which makes `∂r/∂ξ` and with it `det J` vanish along the whole jacket at `r = radius`; here it stands at half the radius,
-/// and only the junction of sphere and jacket is singular. There the bowl of the sphere flattens over the whole length, so
-/// that the lines `η = const` meet the jacket at grazing angles and radial functions resolve little; here it flattens up to
-/// the height of one diameter, where a row of control points crosses the rod on a line of reduced smoothness, and cells above
-/// are rectangles. Same body, same exactness.
+/// Net of \[B\] Eq. (38), with two changes. There the middle control point of the upper edge
+/// coincides with the outer one, which makes `∂r/∂ξ` and with it `det J` vanish along the whole
+/// jacket at `r = radius`; here it stands at half the radius, and only the junction of sphere and
+/// jacket is singular. There the bowl of the sphere flattens over the whole length, so that the
+/// lines `η = const` meet the jacket at grazing angles and radial functions resolve little; here it
+/// flattens up to the height of one diameter, where a row of control points crosses the rod on a
+/// line of reduced smoothness, and cells above are rectangles. Same body, same exactness.
 ///
 /// # Errors
 /// [`SplineError::Dimension`] for impossible lengths; the rod must be longer than its radius.
@@ -87,7 +89,8 @@ pub fn rod_spherical_end(radius: f64, length: f64) -> Result<Shape, SplineError>
     Ok(shape(vec![patch], rod_markers(0.0, l), ROD_FACES, vec![junction]))
 }
 
-/// Hollow cylinder: `inner <= r <= outer`, `0 <= z <= length`. Markers lie in the middle of the wall.
+/// Hollow cylinder: `inner <= r <= outer`, `0 <= z <= length`. Markers lie in the middle of the
+/// wall.
 ///
 /// # Errors
 /// [`SplineError::Dimension`] for impossible lengths.

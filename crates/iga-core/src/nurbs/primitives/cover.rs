@@ -1,9 +1,12 @@
-//! Surfaces across a body of revolution: plane or spherical about the axis, with a fillet at the rim or without.
+//! Surfaces across a body of revolution: plane or spherical about the axis, with a fillet at the
+//! rim or without.
 //!
-//! On solids such a surface is divided into a square about the axis and four pieces around it, without singular places. A plane is divided
-//! by straight lines and quarters of circles, of degree 2. A sphere of the curvature `κ` is the image of the complex plane: the point
-//! `w = z₀/z₁` is mapped to `(z₀ z̄₁, κ |z₀|²/2, |z₁|² + κ² |z₀|²/4)`, homogeneous, the stereographic projection from the plane that touches its
-//! pole (theory Eq. S.11). It is of degree 4: with biquadratic pieces the lines between them could not be one for both neighbours.
+//! On solids such a surface is divided into a square about the axis and four pieces around it,
+//! without singular places. A plane is divided by straight lines and quarters of circles, of degree
+//! 2. A sphere of the curvature `κ` is the image of the complex plane: the point `w = z₀/z₁` is
+//! mapped to `(z₀ z̄₁, κ |z₀|²/2, |z₁|² + κ² |z₀|²/4)`, homogeneous, the stereographic projection
+//! from the plane that touches its pole (theory Eq. S.11). It is of degree 4: with biquadratic
+//! pieces the lines between them could not be one for both neighbours.
 
 use std::f64::consts::FRAC_PI_8;
 
@@ -38,15 +41,18 @@ pub enum Division {
 pub struct CoverNet {
     /// The square about the axis: 3 x 3, projected 5 x 5.
     pub core: Vec<Homogeneous>,
-    /// The four pieces around it, each 3 or 5 outwards x 3 around (projected 5), from the one about `x > 0` on.
+    /// The four pieces around it, each 3 or 5 outwards x 3 around (projected 5), from the one about
+    /// `x > 0` on.
     pub rings: [Vec<Homogeneous>; 4],
 }
 
-/// Half the edge of the square over the radius of the rim: the four pieces have lines of about equal length in both directions.
+/// Half the edge of the square over the radius of the rim: the four pieces have lines of about
+/// equal length in both directions.
 const SQUARE: f64 = 0.55;
 
 impl Cover {
-    /// A plane cover at the height `z` with the division of one that has its rim at `rim` and ends at `radius`.
+    /// A plane cover at the height `z` with the division of one that has its rim at `rim` and ends
+    /// at `radius`.
     pub fn plane(z: f64, rim: f64, radius: f64) -> Self {
         let line = [[rim, z, 1.0], [0.5 * (rim + radius), z, 1.0], [radius, z, 1.0]];
         Self { pole: z, curvature: 0.0, rim, fillet: (rim < radius).then_some(line) }
@@ -112,8 +118,9 @@ impl Cover {
         CoverNet { core, rings: [0, 1, 2, 3].map(ring) }
     }
 
-    /// A plane or spherical cover by the projection. The factor by which both numbers are multiplied about the axis makes the weights on the
-    /// edges of the square those of the arcs, so that the lines from its corners outwards are meridians.
+    /// A plane or spherical cover by the projection. The factor by which both numbers are
+    /// multiplied about the axis makes the weights on the edges of the square those of the arcs, so
+    /// that the lines from its corners outwards are meridians.
     fn projected_net(&self) -> CoverNet {
         let (half, rim) = (self.projected(SQUARE * self.rim), self.projected(self.rim));
         let k = FRAC_PI_8.tan();
@@ -154,8 +161,8 @@ impl Cover {
         self.fillet.iter().flat_map(|arc| &arc[1..])
     }
 
-    /// The control points of the surface over `z₀/z₁`, so scaled that the circle at the projected radius `rim` has the weights of
-    /// [`quarter`].
+    /// The control points of the surface over `z₀/z₁`, so scaled that the circle at the projected
+    /// radius `rim` has the weights of [`quarter`].
     fn mapped(&self, above: &Bernstein, below: &Bernstein, rim: f64) -> Vec<Homogeneous> {
         let k = self.curvature;
         let scale = (1.0 + 0.25 * (k * rim).powi(2)).recip();
@@ -177,7 +184,8 @@ fn multiplied(a: Complex, b: Complex) -> Complex {
     [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
 }
 
-/// A complex polynomial of two parameters by its Bernstein coefficients, the first direction fastest.
+/// A complex polynomial of two parameters by its Bernstein coefficients, the first direction
+/// fastest.
 struct Bernstein {
     /// Number of coefficients in each direction, one more than the degree.
     size: [usize; 2],
@@ -239,7 +247,8 @@ fn turned([x, y]: Complex, turn: usize) -> Complex {
     [[x, y], [-y, x], [-x, -y], [y, -x]][turn % 4]
 }
 
-/// The quarter of the unit circle about the direction at `turn` quarters from x: `[x, y, weight]`, homogeneous.
+/// The quarter of the unit circle about the direction at `turn` quarters from x: `[x, y, weight]`,
+/// homogeneous.
 pub fn quarter(turn: usize) -> [[f64; 3]; 3] {
     let k = FRAC_PI_8.tan();
     let point = |[x, y]: Complex, weight: f64| {

@@ -8,18 +8,21 @@ use crate::SplineError;
 use crate::knots::KnotVector;
 use crate::nurbs::{FaceId, Patch, Shape};
 
-/// Roll angle \[rad\] at which the involute begins if the root circle does not cut it higher up: 1/800 of the base radius above the base circle, where
-/// its curvature is infinite. Below it the flank goes on straight.
+/// Roll angle \[rad\] at which the involute begins if the root circle does not cut it higher up:
+/// 1/800 of the base radius above the base circle, where its curvature is infinite. Below it the
+/// flank goes on straight.
 const FIRST_ROLL: f64 = 0.05;
-/// Longest part of the roll angle \[rad\] that one quintic follows: the position deviates by a sixth power of it, 1e-8 of the base radius, the curvature by
-/// the fourth, 1e-4.
+/// Longest part of the roll angle \[rad\] that one quintic follows: the position deviates by a
+/// sixth power of it, 1e-8 of the base radius, the curvature by the fourth, 1e-4.
 const SPAN: f64 = 0.25;
 
-/// One tooth of a spur gear about the z axis, symmetric about the x axis, with the sector of the rim that belongs to it.
+/// One tooth of a spur gear about the z axis, symmetric about the x axis, with the sector of the
+/// rim that belongs to it.
 ///
-/// The flanks are involutes of the base circle `module teeth cos(pressure_angle) / 2` from the roll angle 0.05 up, or from the root circle if that is
-/// higher up; below they are straight down to the root circle, without a fillet. On the pitch circle, of the diameter `module teeth`, tooth and gap are
-/// equally wide. Tip, root and bore are arcs about the axis (theory Eqs. S.13 to S.15).
+/// The flanks are involutes of the base circle `module teeth cos(pressure_angle) / 2` from the roll
+/// angle 0.05 up, or from the root circle if that is higher up; below they are straight down to the
+/// root circle, without a fillet. On the pitch circle, of the diameter `module teeth`, tooth and
+/// gap are equally wide. Tip, root and bore are arcs about the axis (theory Eqs. S.13 to S.15).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GearTooth {
     /// Pitch diameter over the number of teeth \[m\].
@@ -52,7 +55,8 @@ struct Involute {
 }
 
 impl Involute {
-    /// Position, slope and second derivative by the roll angle \[m\], \[m/rad\], \[m/rad²\] (theory Eq. S.13).
+    /// Position, slope and second derivative by the roll angle \[m\], \[m/rad\], \[m/rad²\] (theory
+    /// Eq. S.13).
     fn at(&self, roll: f64) -> [[f64; 2]; 3] {
         let (sine, cosine) = (self.half - roll).sin_cos();
         let b = self.base;
@@ -63,13 +67,14 @@ impl Involute {
         ]
     }
 
-    /// Roll angle at which the circle of the radius `radius` is met, zero inside of the base circle.
+    /// Roll angle at which the circle of the radius `radius` is met, zero inside of the base
+    /// circle.
     fn roll(&self, radius: f64) -> f64 {
         ((radius / self.base).powi(2) - 1.0).max(0.0).sqrt()
     }
 
-    /// Control points of the quintic spline with the involute's position and first two derivatives at `n` + 1 equally spaced roll angles; its
-    /// interior knots are triple (theory Eq. S.14).
+    /// Control points of the quintic spline with the involute's position and first two derivatives
+    /// at `n` + 1 equally spaced roll angles; its interior knots are triple (theory Eq. S.14).
     fn spline(&self, [first, last]: [f64; 2], n: usize) -> Vec<[f64; 2]> {
         let h = (last - first) / n as f64;
         let mut points = Vec::with_capacity(3 * n + 3);
@@ -106,12 +111,14 @@ impl GearTooth {
         self.pitch_radius() * self.pressure_angle.cos()
     }
 
-    /// Radius of curvature of the flank where it crosses the circle of the radius `radius` \[m\]: the length of the tangent to the base circle.
+    /// Radius of curvature of the flank where it crosses the circle of the radius `radius` \[m\]:
+    /// the length of the tangent to the base circle.
     pub fn flank_radius(&self, radius: f64) -> f64 {
         (radius.powi(2) - self.base_radius().powi(2)).max(0.0).sqrt()
     }
 
-    /// The section in `(x, y)`. Patch 0 is the tooth (directions outwards, across), 1 to 3 the rim under it and on both sides (outwards, around).
+    /// The section in `(x, y)`. Patch 0 is the tooth (directions outwards, across), 1 to 3 the rim
+    /// under it and on both sides (outwards, around).
     ///
     /// # Errors
     /// [`SplineError::Dimension`] for sizes that make no tooth.
@@ -247,7 +254,8 @@ impl GearTooth {
     }
 }
 
-/// Where the tangent of the involute at the roll angle `roll` meets the root circle, if the involute begins above it.
+/// Where the tangent of the involute at the roll angle `roll` meets the root circle, if the
+/// involute begins above it.
 fn straight(involute: &Involute, roll: f64, root: f64) -> Option<[f64; 2]> {
     let [[x, y], ..] = involute.at(roll);
     if x.hypot(y) <= root * (1.0 + 1e-9) {
@@ -255,7 +263,8 @@ fn straight(involute: &Involute, roll: f64, root: f64) -> Option<[f64; 2]> {
     }
     let (sine, cosine) = (involute.half - roll).sin_cos();
     let along = x * cosine + y * sine;
-    // The line passes the axis at the distance of the involute's radius of curvature, which is small here.
+    // The line passes the axis at the distance of the involute's radius of curvature, which is
+    // small here.
     let beside = (y * cosine - x * sine).abs();
     let t = along - ((root - beside) * (root + beside)).sqrt();
     Some([x - t * cosine, y - t * sine])
@@ -265,15 +274,18 @@ fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
-/// The tooth between its flanks: arcs at root and tip, in between with weights and middle points that go over from one to the other.
+/// The tooth between its flanks: arcs at root and tip, in between with weights and middle points
+/// that go over from one to the other.
 fn tooth(flank: &Flank) -> Result<Patch, SplineError> {
     let last = flank.points.len() - 1;
-    // Half the angle of an arc about the origin, as the cosine, and how far its middle control point is beyond the chord.
+    // Half the angle of an arc about the origin, as the cosine, and how far its middle control
+    // point is beyond the chord.
     let arc = |[x, y]: [f64; 2]| (x / x.hypot(y), y * y / x);
     let [(c0, m0), (c1, m1)] = [arc(flank.points[0]), arc(flank.points[last])];
     let places = flank.knots.greville();
     let middle = |i: usize| {
-        // Both go over linearly in the parameter, whose control points stand at the means of five knots.
+        // Both go over linearly in the parameter, whose control points stand at the means of five
+        // knots.
         let s = places[i];
         (flank.points[i][0] + (1.0 - s) * m0 + s * m1, (1.0 - s) * c0 + s * c1)
     };

@@ -34,7 +34,8 @@ pub fn rectangle(width: f64, height: f64) -> Result<Shape, SplineError> {
 
 /// Disc centred at the origin, from the 3 x 3 net of \[B\] Eqs. (40), (41).
 ///
-/// Four boundary points, at 45°, 135°, 225° and 315°, are singular: both boundary tangents are parallel there.
+/// Four boundary points, at 45°, 135°, 225° and 315°, are singular: both boundary tangents are
+/// parallel there.
 ///
 /// # Errors
 /// [`SplineError::Dimension`] for an impossible radius.

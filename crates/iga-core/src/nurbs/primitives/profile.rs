@@ -7,8 +7,9 @@ use crate::SplineError;
 use crate::knots::KnotVector;
 use crate::nurbs::{FaceId, Patch, Shape};
 
-/// Part of a hollow cylinder about the z axis, `0 <= z <= length`, over the angle `angle` \[rad\], below a full turn, half of it on either
-/// side of the x axis. Directions: outwards, around (arcs of up to 90 degrees), along. Regular throughout.
+/// Part of a hollow cylinder about the z axis, `0 <= z <= length`, over the angle `angle` \[rad\],
+/// below a full turn, half of it on either side of the x axis. Directions: outwards, around (arcs
+/// of up to 90 degrees), along. Regular throughout.
 ///
 /// # Errors
 /// [`SplineError::Dimension`] for impossible sizes.
@@ -73,13 +74,15 @@ pub fn tube_sector(
     Ok(shape(vec![patch], markers, faces, Vec::new()))
 }
 
-/// Aspect of a plate up to which each of its sides has one of the four patches about the hole; a longer one has a square about the hole
-/// and a rectangle on either side of it. Arcs are up to 113 degrees long then.
+/// Aspect of a plate up to which each of its sides has one of the four patches about the hole; a
+/// longer one has a square about the hole and a rectangle on either side of it. Arcs are up to 113
+/// degrees long then.
 const COMPACT: f64 = 1.5;
 
 /// Plane plate in `(x, y)` with a round hole in its middle, centred at the origin.
 ///
-/// Four patches about the hole (directions outwards, around), graded towards it; long plates have two more. Regular throughout.
+/// Four patches about the hole (directions outwards, around), graded towards it; long plates have
+/// two more. Regular throughout.
 ///
 /// # Errors
 /// [`SplineError::Dimension`] for impossible sizes; the hole must lie inside.
@@ -166,7 +169,8 @@ fn plate_patches([x, y]: [f64; 2], hole_radius: f64) -> Result<(Vec<Patch>, Side
     // Corners against the clock from the lower right one; patch i lies between corners i and i + 1.
     let corners = [[a, -b], [a, b], [-a, b], [-a, -b]];
     let middle = [[a, 0.0], [0.0, b], [-a, 0.0], [0.0, -b]];
-    // The middle control points outwards stand where lengths along the hole and outwards are about alike; half way for large holes.
+    // The middle control points outwards stand where lengths along the hole and outwards are about
+    // alike; half way for large holes.
     let share = 0.5 * (hole_radius / a.min(b)).sqrt();
     let mut patches = Vec::with_capacity(6);
     for side in 0..4 {
@@ -194,8 +198,8 @@ fn plate_patches([x, y]: [f64; 2], hole_radius: f64) -> Result<(Vec<Patch>, Side
     Ok((patches, sides))
 }
 
-/// The patch between the hole and a side, given by its ends and its middle: quadratic outwards with the middle points at `share` of the way,
-/// so that elements grow with the distance from the hole.
+/// The patch between the hole and a side, given by its ends and its middle: quadratic outwards with
+/// the middle points at `share` of the way, so that elements grow with the distance from the hole.
 fn beside_hole(side: [[f64; 2]; 3], r: f64, share: f64) -> Result<Patch, SplineError> {
     let [first, mean, last] = side.map(|[x, y]| [x / x.hypot(y), y / x.hypot(y)]);
     let cosine = first[0] * mean[0] + first[1] * mean[1];
@@ -212,8 +216,8 @@ fn beside_hole(side: [[f64; 2]; 3], r: f64, share: f64) -> Result<Patch, SplineE
     Patch::new(vec![KnotVector::uniform(2, 1)?; 2], points, weights)
 }
 
-/// A rectangle with the given degrees; a quadratic direction has the weights of the arc that its neighbours have, which leaves its lines
-/// straight.
+/// A rectangle with the given degrees; a quadratic direction has the weights of the arc that its
+/// neighbours have, which leaves its lines straight.
 fn rectangle(x: [f64; 2], y: [f64; 2], degrees: [usize; 2]) -> Result<Patch, SplineError> {
     let along = |[a, b]: [f64; 2], degree: usize| -> Vec<(f64, f64)> {
         match degree {
@@ -248,8 +252,9 @@ pub(super) fn across(patches: &[Patch], upper: bool) -> Vec<FaceId> {
     (0..patches.len()).map(|patch| FaceId { patch, direction: 2, upper }).collect()
 }
 
-/// L-beam, `0 <= z <= length`: a foot of the width `width` along x and a wall of the height `height` along y, both of the thickness
-/// `thickness`, whose outer edge is the z axis. Three patches; directions x, y, z.
+/// L-beam, `0 <= z <= length`: a foot of the width `width` along x and a wall of the height
+/// `height` along y, both of the thickness `thickness`, whose outer edge is the z axis. Three
+/// patches; directions x, y, z.
 ///
 /// # Errors
 /// [`SplineError::Dimension`] for impossible lengths; `thickness` must be less than `width` and `height`.
@@ -280,8 +285,8 @@ pub fn l_beam(width: f64, height: f64, thickness: f64, length: f64) -> Result<Sh
     Ok(joined(patches, beam_markers([c, c], [[w, c], [c, h]], l), faces))
 }
 
-/// T-beam, `0 <= z <= length`: a flange of the width `width` along x, whose upper face is `y = 0`, and under its middle a web down to
-/// `y = -height`. Four patches; directions x, y, z.
+/// T-beam, `0 <= z <= length`: a flange of the width `width` along x, whose upper face is `y = 0`,
+/// and under its middle a web down to `y = -height`. Four patches; directions x, y, z.
 ///
 /// # Errors
 /// [`SplineError::Dimension`] for impossible lengths; the web must be thinner than the flange is wide, the flange than the height.
@@ -329,7 +334,8 @@ pub fn t_beam(
     Ok(joined(patches, beam_markers([0.0, c], [[v, c], [0.0, -h]], l), faces))
 }
 
-/// Markers of a beam: the ends and the middle of its corner or web, and the tips of both flanges in the middle of its length.
+/// Markers of a beam: the ends and the middle of its corner or web, and the tips of both flanges in
+/// the middle of its length.
 fn beam_markers([x, y]: [f64; 2], tips: [[f64; 2]; 2], l: f64) -> [(&'static str, [f64; 3]); 7] {
     let tip = |[x, y]: [f64; 2]| [x, y, 0.5 * l];
     [

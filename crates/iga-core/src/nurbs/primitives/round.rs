@@ -1,7 +1,9 @@
-//! Bodies of revolution whose ends may be round or narrower than one another: cone, capsule, rounded cylinder, torus.
+//! Bodies of revolution whose ends may be round or narrower than one another: cone, capsule,
+//! rounded cylinder, torus.
 //!
-//! Solids have five patches across, a square about the axis and four around it, without singular places but circles where a round end goes
-//! over into the jacket without an edge. Their axisymmetric forms are the meridian halves in `(r, z)`.
+//! Solids have five patches across, a square about the axis and four around it, without singular
+//! places but circles where a round end goes over into the jacket without an edge. Their
+//! axisymmetric forms are the meridian halves in `(r, z)`.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -31,7 +33,8 @@ pub enum Round {
         /// Length over all \[m\], more than twice the radius.
         length: f64,
     },
-    /// Cylinder `0 <= z <= length` with a flat end at `z = length` and a crowned one, whose pole is the origin.
+    /// Cylinder `0 <= z <= length` with a flat end at `z = length` and a crowned one, whose pole is
+    /// the origin.
     RoundedCylinder {
         /// Radius \[m\].
         radius: f64,
@@ -39,7 +42,8 @@ pub enum Round {
         length: f64,
         /// Radius of the crown \[m\], not below that of the cylinder; flat if there is none.
         crown_radius: Option<f64>,
-        /// Radius of the fillet between crown and jacket \[m\], below that of the cylinder; an edge if there is none.
+        /// Radius of the fillet between crown and jacket \[m\], below that of the cylinder; an edge
+        /// if there is none.
         fillet_radius: Option<f64>,
     },
 }
@@ -56,7 +60,8 @@ struct Layers {
 const JUNCTION: &str = "circle where the round end meets the jacket";
 
 impl Round {
-    /// The solid about the z axis. Directions of the patch about the axis: x, y, along; of the four around it: outwards, around, along.
+    /// The solid about the z axis. Directions of the patch about the axis: x, y, along; of the four
+    /// around it: outwards, around, along.
     ///
     /// # Errors
     /// [`SplineError::Dimension`] for impossible lengths.
@@ -117,7 +122,8 @@ impl Round {
                 let round = Cover { pole: 0.0, curvature: 1.0 / r, rim: r, fillet: None };
                 let upper = Cover { pole: l, curvature: -1.0 / r, ..round };
                 let mut covers = vec![round];
-                // One plane between short ends, two where there is a straight part between bowls that have flattened.
+                // One plane between short ends, two where there is a straight part between bowls
+                // that have flattened.
                 let flat = (2.0 * r).min(0.5 * l);
                 covers.push(Cover::plane(flat, r, r));
                 if flat < 0.5 * l {
@@ -143,8 +149,9 @@ impl Round {
     }
 }
 
-/// The crowned lower end of a cylinder of the radius `r`, its pole at the origin: the fillet, of the radius `f`, touches the sphere of the
-/// crown, of the radius `c`, from inside, and the jacket (theory Eq. S.12).
+/// The crowned lower end of a cylinder of the radius `r`, its pole at the origin: the fillet, of
+/// the radius `f`, touches the sphere of the crown, of the radius `c`, from inside, and the jacket
+/// (theory Eq. S.12).
 fn crowned(r: f64, crown: Option<f64>, fillet: Option<f64>) -> Result<Cover, SplineError> {
     let curvature = match crown {
         Some(c) => {
@@ -164,7 +171,8 @@ fn crowned(r: f64, crown: Option<f64>, fillet: Option<f64>) -> Result<Cover, Spl
         larger("crown_radius", c, r, reason)?;
     }
     larger("radius", r, f, "must exceed fillet_radius; for a round end choose shape \"capsule\"")?;
-    // The angle of the normal to the axis where crown and fillet meet, and how far its centre is above the pole.
+    // The angle of the normal to the axis where crown and fillet meet, and how far its centre is
+    // above the pole.
     let sine = curvature * (r - f) / (1.0 - curvature * f);
     let cosine = (1.0 - sine * sine).max(0.0).sqrt();
     let rim = r - f + f * sine;
@@ -225,10 +233,11 @@ fn rod_like<const N: usize>(
     Shape { singular, ..joined(patches, markers, faces) }
 }
 
-/// Torus about the z axis, centred at the origin: the circle of the radius `tube_radius`, whose centre is `radius` away from the axis.
+/// Torus about the z axis, centred at the origin: the circle of the radius `tube_radius`, whose
+/// centre is `radius` away from the axis.
 ///
-/// A solid has 20 patches, five across in each of the quarters about ±x and ±y; directions as for [`Round::solid`], the last one around the z axis. Regular
-/// throughout.
+/// A solid has 20 patches, five across in each of the quarters about ±x and ±y; directions as for
+/// [`Round::solid`], the last one around the z axis. Regular throughout.
 ///
 /// # Errors
 /// [`SplineError::Dimension`] for impossible lengths; `tube_radius` must be below `radius`.

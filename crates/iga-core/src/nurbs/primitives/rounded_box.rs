@@ -1,7 +1,9 @@
-//! Box with rounded edges and corners: the ball of seven patches, cut in the middle of each direction and drawn apart.
+//! Box with rounded edges and corners: the ball of seven patches, cut in the middle of each
+//! direction and drawn apart.
 //!
-//! The body is the sum of a box and a ball, so that faces are plane, edges quarters of cylinders and corners eighths of balls, all exact. The
-//! pieces of the ball are of degree 4 as its net is (docs/decisions/0001-sphere-net.md).
+//! The body is the sum of a box and a ball, so that faces are plane, edges quarters of cylinders
+//! and corners eighths of balls, all exact. The pieces of the ball are of degree 4 as its net is
+//! (docs/decisions/0001-sphere-net.md).
 
 use std::f64::consts::FRAC_PI_4;
 
@@ -15,13 +17,16 @@ use crate::nurbs::{FaceId, Patch, Shape};
 const DEGREE: usize = 4;
 /// Control points per direction: half a tile of the ball, a straight part, the other half.
 const SIZE: usize = 3 * DEGREE + 1;
-/// Depth of the inner box below the faces, over the radius of the fillet: as in the ball, whose inner cube is as deep.
+/// Depth of the inner box below the faces, over the radius of the fillet: as in the ball, whose
+/// inner cube is as deep.
 const DEPTH: f64 = 0.7;
-/// The same over half the shortest edge: fillets much smaller than the box do not make the outer patches thin.
+/// The same over half the shortest edge: fillets much smaller than the box do not make the outer
+/// patches thin.
 const LEAST_DEPTH: f64 = 0.35;
 
-/// Box of the size `size` along the axes over all, centred at the origin, whose edges and corners are rounded with the radius
-/// `fillet_radius`. Seven patches: an inner box, directions x, y, z, and one to each face, the last direction outwards. Regular throughout.
+/// Box of the size `size` along the axes over all, centred at the origin, whose edges and corners
+/// are rounded with the radius `fillet_radius`. Seven patches: an inner box, directions x, y, z,
+/// and one to each face, the last direction outwards. Regular throughout.
 ///
 /// # Errors
 /// [`SplineError::Dimension`] for impossible lengths; the fillet must be less than half of each edge.
@@ -110,8 +115,8 @@ impl Net {
         [x, y, z, 1.0]
     }
 
-    /// The net between the inner box and the face with the normal direction `normal`, over the ball's shell `tile`, whose directions along
-    /// the face are `directions`.
+    /// The net between the inner box and the face with the normal direction `normal`, over the
+    /// ball's shell `tile`, whose directions along the face are `directions`.
     fn shell(
         &self,
         tile: &Patch,
@@ -143,8 +148,8 @@ impl Net {
     }
 }
 
-/// The control point of the cut ball that control point `i` of a direction is made from, and the share of half the straight part by which it
-/// is moved.
+/// The control point of the cut ball that control point `i` of a direction is made from, and the
+/// share of half the straight part by which it is moved.
 fn drawn_apart(i: usize) -> (usize, f64) {
     if i <= DEGREE {
         (i, -1.0)

@@ -44,10 +44,11 @@ pub fn cuboid(size: [f64; 3]) -> Result<Shape, SplineError> {
     Ok(shape(vec![patch], markers, faces, Vec::new()))
 }
 
-/// Solid cylinder about the z axis, `0 <= z <= length`: the 3 x 3 disc net extruded. Directions: across, across, along.
+/// Solid cylinder about the z axis, `0 <= z <= length`: the 3 x 3 disc net extruded. Directions:
+/// across, across, along.
 ///
-/// Four lines of the jacket, at 45°, 135°, 225° and 315°, are singular; `±x` and `±y` are regular, as are the flat ends
-/// but for the four corner points.
+/// Four lines of the jacket, at 45°, 135°, 225° and 315°, are singular; `±x` and `±y` are regular,
+/// as are the flat ends but for the four corner points.
 ///
 /// # Errors
 /// [`SplineError::Dimension`] for impossible lengths.
@@ -68,8 +69,9 @@ pub fn cylinder(radius: f64, length: f64) -> Result<Shape, SplineError> {
     Ok(Shape { symmetry: Some(Symmetry::about_z(&quarters)), ..shape })
 }
 
-/// Hollow cylinder about the z axis, `0 <= z <= length`. Directions: outwards, around (closed, four quarter arcs, seam at
-/// `y = 0, x > 0`), along. Regular throughout. Markers "start", "centre" and "end" lie in the middle of the wall at `y = 0`.
+/// Hollow cylinder about the z axis, `0 <= z <= length`. Directions: outwards, around (closed, four
+/// quarter arcs, seam at `y = 0, x > 0`), along. Regular throughout. Markers "start", "centre" and
+/// "end" lie in the middle of the wall at `y = 0`.
 ///
 /// # Errors
 /// [`SplineError::Dimension`] for impossible lengths.

@@ -1,6 +1,8 @@
-//! The solid sphere: three exact nets (docs/decisions/0001-sphere-net.md), and the ellipsoid, which is a stretched sphere.
+//! The solid sphere: three exact nets (docs/decisions/0001-sphere-net.md), and the ellipsoid, which
+//! is a stretched sphere.
 //!
-//! An exact conforming cube-topology sphere needs degree 4; degrees 2 and 3 suffice if two faces collapse to poles.
+//! An exact conforming cube-topology sphere needs degree 4; degrees 2 and 3 suffice if two faces
+//! collapse to poles.
 
 use super::{positive, shape, singular, unit_disc};
 use crate::SplineError;
@@ -13,12 +15,13 @@ use crate::surface::Face;
 /// Nets of the solid sphere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SphereNet {
-    /// One biquartic patch, 5 x 5 x 5: a blown-up cube. Singular on its twelve edges; regular at the six face centres
-    /// `±x`, `±y`, `±z`.
+    /// One biquartic patch, 5 x 5 x 5: a blown-up cube. Singular on its twelve edges; regular at
+    /// the six face centres `±x`, `±y`, `±z`.
     #[default]
     Cube,
-    /// One patch of degree (2, 2, 3), 3 x 3 x 4: a disc moved along a half circle, poles at `y = ±r`. Singular at the poles
-    /// and on four meridians; regular and smooth around `±x` and `±z`.
+    /// One patch of degree (2, 2, 3), 3 x 3 x 4: a disc moved along a half circle, poles at
+    /// `y = ±r`. Singular at the poles and on four meridians; regular and smooth around `±x` and
+    /// `±z`.
     Spindle,
     /// Seven patches: a cube with six shells. Regular everywhere, only continuous between patches.
     Shells,
@@ -33,7 +36,8 @@ impl SphereNet {
         if degree < Self::Cube.least_degree() { Self::Spindle } else { Self::Cube }
     }
 
-    /// Lowest degree that represents the net; of the spindle's half circle 3 wherever less is asked for.
+    /// Lowest degree that represents the net; of the spindle's half circle 3 wherever less is asked
+    /// for.
     pub fn least_degree(self) -> usize {
         match self {
             Self::Spindle => 2,
@@ -82,8 +86,9 @@ pub fn sphere(radius: f64, net: SphereNet) -> Result<Shape, SplineError> {
     Ok(Shape { symmetry, faces, ..shape(patches, markers, &[], singular) })
 }
 
-/// Solid ellipsoid centred at the origin with the semi-axes along the axes: the cube net of the unit ball, stretched, which is exact; regular at the
-/// ends of the axes, and wherever a map of its symmetry brings them.
+/// Solid ellipsoid centred at the origin with the semi-axes along the axes: the cube net of the
+/// unit ball, stretched, which is exact; regular at the ends of the axes, and wherever a map of its
+/// symmetry brings them.
 ///
 /// # Errors
 /// [`SplineError::Dimension`] for impossible lengths.
@@ -105,9 +110,9 @@ pub fn ellipsoid(semi_axes: [f64; 3]) -> Result<Shape, SplineError> {
     })
 }
 
-/// Homogeneous net of the tile on the face `z < 0` of the unit sphere, `[i][j]` with `i` along x, `j` along y: a sixth of
-/// the sphere between great circles as a biquartic patch (Cobb 1988). Closed form of the stereographic construction in
-/// theory section S.4; the corner weight is one.
+/// Homogeneous net of the tile on the face `z < 0` of the unit sphere, `[i][j]` with `i` along x,
+/// `j` along y: a sixth of the sphere between great circles as a biquartic patch (Cobb 1988).
+/// Closed form of the stereographic construction in theory section S.4; the corner weight is one.
 fn tile() -> [[[f64; 4]; 5]; 5] {
     let (s2, s3, s6) = (2f64.sqrt(), 3f64.sqrt(), 6f64.sqrt());
     let corner = 4.0 * (1.0 - s3);
@@ -140,8 +145,8 @@ fn tile() -> [[[f64; 4]; 5]; 5] {
     net
 }
 
-/// Homogeneous control point of the unit sphere's surface at index `index` of the 5 x 5 x 5 cube net, at least one entry
-/// of which is 0 or 4.
+/// Homogeneous control point of the unit sphere's surface at index `index` of the 5 x 5 x 5 cube
+/// net, at least one entry of which is 0 or 4.
 fn surface_point(tile: &[[[f64; 4]; 5]; 5], index: [usize; 3]) -> [f64; 4] {
     let normal = (0..3).find(|&d| index[d] == 0 || index[d] == 4).unwrap_or(2);
     on_tile(tile, index, normal)
@@ -192,8 +197,9 @@ fn cube_edges() -> Vec<SingularSet> {
 
 /// The unit disc net, in the plane of z and x, times a half circle from `y = -r` to `y = +r`.
 ///
-/// The half circle is one cubic segment, `(2 t (1-t), t² - (1-t)²) / (t² + (1-t)²)`. Two quadratic ones, as in most libraries,
-/// meet at the equator in a line of mere continuity: a deformed surface has a kink there, just where balls touch.
+/// The half circle is one cubic segment, `(2 t (1-t), t² - (1-t)²) / (t² + (1-t)²)`. Two quadratic
+/// ones, as in most libraries, meet at the equator in a line of mere continuity: a deformed surface
+/// has a kink there, just where balls touch.
 fn spindle(r: f64) -> Result<Patch, SplineError> {
     const THIRD: f64 = 1.0 / 3.0;
     const HALF_CIRCLE: [[f64; 3]; 4] =
@@ -223,7 +229,8 @@ fn spindle_poles() -> Vec<SingularSet> {
 /// Half edge of the inner cube of the seven-patch net, in units of `r/√3`.
 const INNER_CUBE: f64 = 0.5;
 
-/// A cube and six shells between its faces and the tiles; the last direction of each shell points outwards.
+/// A cube and six shells between its faces and the tiles; the last direction of each shell points
+/// outwards.
 fn shells(r: f64) -> Result<Vec<Patch>, SplineError> {
     let half = INNER_CUBE / 3f64.sqrt();
     let line = |i: usize| half * (i as f64 / 2.0 - 1.0);
@@ -234,7 +241,8 @@ fn shells(r: f64) -> Result<Vec<Patch>, SplineError> {
     let tile = tile();
     for normal in 0..3 {
         for end in [0, 4] {
-            // The order of the two directions along the face makes a right-handed system with the outward one.
+            // The order of the two directions along the face makes a right-handed system with the
+            // outward one.
             let (a, b) = if end == 4 { (1, 2) } else { (2, 1) };
             let (a, b) = ((normal + a) % 3, (normal + b) % 3);
             let face = (0..25).map(|f| {
