@@ -7,6 +7,7 @@ use std::path::Path;
 use crate::support::impacts::assert_same;
 use crate::support::scenarios::run;
 use adaptive::run::recording::Recording;
+use adaptive::sizing::mode_count::MOST_OF_JUMPS;
 use adaptive::spec::{BodyKind, ReductionSpec};
 use adaptive::store::ModelCache;
 use fbimpact::scenario::Scenario;
@@ -98,6 +99,67 @@ fn a_body_that_is_massive_beside_the_impact_has_few_modes() {
     assert!(modes(1).is_some_and(|n| n <= 20), "{:?}", modes(1));
     let more = parse(&format!("{MASSIVE}\n[bodies.anvil.reduction]\nmodes = 100"));
     assert_same("with 100 modes", &run(&chosen), &run(&more));
+}
+
+/// A thin disc under a thick one: waves run from the line of touch before the force has risen.
+const DISCS: &str = r#"
+    simulation = { end_time = 1.5e-5 }
+    [materials.dense]
+    youngs_modulus = 28e9
+    poissons_ratio = 0.43
+    density = 18e3
+    [bodies.upper]
+    model = "plane-stress"
+    thickness = 1.0
+    material = "dense"
+    geometry = { shape = "disc", radius = 1.0e-3 }
+    position = [0.0, 1.00001e-3, 0.0]
+    velocity = [0.0, -0.2, 0.0]
+    [bodies.lower]
+    model = "plane-stress"
+    thickness = 0.01
+    material = "dense"
+    geometry = { shape = "disc", radius = 1.2e-3 }
+    position = [0.0, -1.2e-3, 0.0]
+    [contacts.line]
+    contact_body = "upper"
+    target_body = "lower"
+"#;
+
+#[test]
+fn a_force_that_waves_hold_along_a_line_has_as_many_modes_as_between_faces() {
+    let chosen = sized(&parse(DISCS), 1, &ModelCache::default()).unwrap().into_owned();
+    for body in &chosen.run.bodies {
+        let modes = body.elastic().and_then(|e| e.flexible.reduction.modes());
+        // Frequencies up to that of the rise have thousands.
+        assert!(modes.is_some_and(|n| n <= MOST_OF_JUMPS), "{modes:?}");
+    }
+    assert_same("twice", &run(&chosen), &run(&doubled(&chosen)));
+}
+
+/// A cylinder on its side.
+const ROLLER: &str = r#"
+    simulation = { end_time = 1e-4 }
+    [bodies.roller]
+    material = "steel"
+    geometry = { shape = "cylinder", radius = 10e-3, length = 30e-3 }
+    position = [0.0, 15.0e-3, 10.001e-3]
+    orientation_deg = [90.0, 0.0, 0.0]
+    velocity = [0.0, 0.0, -0.1]
+    [bodies.floor]
+    model = "rigid"
+    geometry = { shape = "plane" }
+    [contacts.line]
+    contact_body = "roller"
+    target_body = "floor"
+"#;
+
+#[test]
+fn a_solid_along_a_line_has_the_modes_that_its_waves_carry() {
+    let chosen = sized(&parse(ROLLER), 1, &ModelCache::default()).unwrap().into_owned();
+    let modes = chosen.run.bodies[0].elastic().and_then(|e| e.flexible.reduction.modes());
+    // The spectrum of the force (N.9) asks for more than 300, waves (N.11) for a tenth of them.
+    assert!(modes.is_some_and(|n| n < 100), "{modes:?}");
 }
 
 const BAR: &str = r#"

@@ -22,10 +22,16 @@ const SMALLEST_SIDE: f64 = 0.2;
 /// Sets of at least this many nodes get the smallest separator; smaller ones have no part in the
 /// cost.
 const LARGE: usize = 200;
-/// Shares of each side of a cut, its outermost nodes, that stay on this side when the separator is
-/// made small. Meshes graded towards a contact have small separators far from the best straight
-/// cut; of bodies that stand at an angle to all directions the even cuts are the good ones.
-const KEPT: [f64; 2] = [0.3, 0.1];
+/// Share of each side of a cut, its outermost nodes, that stays on this side when the separator is
+/// made small: sides stay even, also of bodies that stand at an angle to all directions.
+const KEPT: f64 = 0.3;
+/// The same where the separator is [`DEAR`]: meshes graded towards a contact have small separators
+/// far from the best straight cut.
+const KEPT_OF_DEAR: f64 = 0.1;
+/// Nodes of a separator whose elimination costs more than looking further for a smaller one.
+const DEAR: usize = 300;
+/// Sets of at least this many nodes are shared among threads.
+const SHARED: usize = 2000;
 
 /// Neighbours of every node.
 #[derive(Debug, Clone)]
@@ -222,7 +228,7 @@ impl<'a> Cutter<'a> {
         first.copy_from_slice(&left);
         second.copy_from_slice(&right);
         third.copy_from_slice(&separator);
-        if first.len().min(second.len()) < LARGE {
+        if first.len().min(second.len()) < SHARED {
             self.dissect(first);
             self.dissect(second);
         } else {
@@ -237,17 +243,25 @@ impl<'a> Cutter<'a> {
         let best = cuts.iter().min_by(|p, q| p.score.total_cmp(&q.score))?;
         let mut division = self.along(best);
         if nodes.len() >= LARGE {
-            let tries: Vec<_> = cuts.iter().flat_map(|cut| KEPT.map(|share| (cut, share))).collect();
-            let narrowed: Vec<_> =
-                tries.par_iter().filter_map(|&(cut, share)| self.narrowed(cut, share)).collect();
-            for smallest in narrowed {
-                if smallest.score() < division.score() {
-                    division = smallest;
-                }
-            }
+            division = self.smallest(&cuts, KEPT, division);
+        }
+        if division.separator.len() >= DEAR {
+            division = self.smallest(&cuts, KEPT_OF_DEAR, division);
         }
         // A separator of most nodes splits nothing off: the graph is as good as full.
         (3 * division.separator.len() < nodes.len()).then_some(division)
+    }
+
+    /// The best of `division` and the cuts with the smallest separators, of which the outermost
+    /// `share` of both sides stays what it is.
+    fn smallest(&self, cuts: &[Cut], share: f64, division: Division) -> Division {
+        let narrowed: Vec<_> = if cuts.first().is_some_and(|cut| cut.sorted.len() >= SHARED) {
+            cuts.par_iter().filter_map(|cut| self.narrowed(cut, share)).collect()
+        } else {
+            cuts.iter().filter_map(|cut| self.narrowed(cut, share)).collect()
+        };
+        let better = |best: Division, next: Division| if next.score() < best.score() { next } else { best };
+        narrowed.into_iter().fold(division, better)
     }
 
     /// The best cut of every direction; of breadth-first levels where there is no direction.

@@ -46,7 +46,8 @@ impl Space for OneByOne<'_> {
     }
 }
 
-/// Largest difference of two matrices of one pattern, entries relative to the roots of the diagonal entries of their row and column.
+/// Largest difference of two matrices of one pattern, entries relative to the roots of the diagonal
+/// entries of their row and column.
 fn difference(a: &SparseColMat<u32, f64>, b: &SparseColMat<u32, f64>) -> f64 {
     assert_eq!(a.symbolic().row_idx(), b.symbolic().row_idx());
     let diagonal: Vec<f64> = (0..b.ncols()).map(|j| b[(j, j)].sqrt()).collect();
@@ -54,11 +55,13 @@ fn difference(a: &SparseColMat<u32, f64>, b: &SparseColMat<u32, f64>) -> f64 {
     pairs.map(|(t, b)| (t.val - b).abs() / (diagonal[t.row] * diagonal[t.col])).fold(0.0, f64::max)
 }
 
-/// Round-off of sums of some hundred products. Raw functions about a collapsed side, which are one function together, have entries up to a
-/// thousand times as large as what they add up to.
-const ROUND_OFF: f64 = 5e-11;
+/// Round-off, 1e-16, of sums of a thousand products. Raw functions about a collapsed side, which
+/// are one function together, have entries up to a thousand times as large as what they add up to.
+/// A wrong coefficient is off by more than 1e-3.
+const ROUND_OFF: f64 = 1e-10;
 
-/// Compares the matrices of a space that has combinations, and all pairs of two materials in its elements, with the element by element ones.
+/// Compares the matrices of a space that has combinations, and all pairs of two materials in its
+/// elements, with the element by element ones.
 fn check(space: &HierarchicalSpace, model: &Model, name: &str) {
     assert!(!space.combinations().is_empty(), "{name}");
     let materials = vec![Material::new(1.0, 0.3, 2.0).unwrap(), Material::new(1.7, 0.1, 1.0).unwrap()];
