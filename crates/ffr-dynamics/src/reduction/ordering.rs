@@ -29,7 +29,7 @@ const KEPT: f64 = 0.3;
 /// far from the best straight cut.
 const KEPT_OF_DEAR: f64 = 0.1;
 /// Nodes of a separator whose elimination costs more than looking further for a smaller one.
-const DEAR: usize = 300;
+const DEAR: usize = 150;
 /// Sets of at least this many nodes are shared among threads.
 const SHARED: usize = 2000;
 
@@ -255,10 +255,11 @@ impl<'a> Cutter<'a> {
     /// The best of `division` and the cuts with the smallest separators, of which the outermost
     /// `share` of both sides stays what it is.
     fn smallest(&self, cuts: &[Cut], share: f64, division: Division) -> Division {
+        let narrowed = |cut: &Cut| self.narrowed(cut, share, division.score());
         let narrowed: Vec<_> = if cuts.first().is_some_and(|cut| cut.sorted.len() >= SHARED) {
-            cuts.par_iter().filter_map(|cut| self.narrowed(cut, share)).collect()
+            cuts.par_iter().filter_map(narrowed).collect()
         } else {
-            cuts.iter().filter_map(|cut| self.narrowed(cut, share)).collect()
+            cuts.iter().filter_map(narrowed).collect()
         };
         let better = |best: Division, next: Division| if next.score() < best.score() { next } else { best };
         narrowed.into_iter().fold(division, better)
@@ -297,12 +298,14 @@ impl<'a> Cutter<'a> {
     }
 
     /// The division with the smallest separator between the ends of the direction of a cut
-    /// (Eq. R.2).
-    fn narrowed(&self, cut: &Cut, share: f64) -> Option<Division> {
+    /// (Eq. R.2); `None` if its score is certainly not below `score`.
+    fn narrowed(&self, cut: &Cut, share: f64, score: f64) -> Option<Division> {
         let n = cut.sorted.len();
         let kept = |side: usize| ((share * side as f64) as usize).max(1);
-        let graph = self.sorted_graph(&cut.sorted);
-        let parts = graph.separate(kept(cut.at)..n - kept(n - cut.at))?;
+        // |S|^2 / (|A| |B|) is at least (2 |S| / (n - |S|))^2.
+        let at_most = score.sqrt() * n as f64 / (2.0 + score.sqrt());
+        let between = kept(cut.at)..n - kept(n - cut.at);
+        let parts = self.sorted_graph(&cut.sorted).separate(between, at_most as usize)?;
         let on = |part: Part| {
             cut.sorted.iter().zip(&parts).filter(move |(_, p)| **p == part).map(|(&a, _)| a).collect()
         };
@@ -315,13 +318,10 @@ impl<'a> Cutter<'a> {
         for (p, &a) in sorted.iter().enumerate() {
             rank[a as usize] = p as u32;
         }
-        let mut graph = SortedGraph { start: vec![0], neighbours: Vec::new() };
-        for &a in sorted {
-            let ranks = self.graph.of(a).iter().map(|&b| rank[b as usize]);
-            graph.neighbours.extend(ranks.filter(|&rank| rank != OUTSIDE));
-            graph.start.push(graph.neighbours.len());
-        }
-        graph
+        SortedGraph::new(sorted.len(), |p| {
+            let ranks = self.graph.of(sorted[p]).iter().map(|&b| rank[b as usize]);
+            ranks.filter(|&rank| rank != OUTSIDE)
+        })
     }
 
     /// Orders an undivided part so that elimination moves towards what is eliminated later: along

@@ -4,20 +4,24 @@
 //! As many paths as the graph has room for are led from one end to the other, no two of them
 //! through the same node, by augmentation along shortest ways. Where nothing more passes, one node
 //! of every path is full: these separate the ends, and no smaller set does.
+//!
+//! Neighbours are rows of bits, so that one step of a search looks at 64 of them: points of a
+//! spline have some hundred neighbours, most of them found already.
 
 use std::ops::Range;
 
 /// No node.
 const NONE: u32 = u32::MAX;
-/// Level of a place that no path reaches, or that has been tried without success.
-const CLOSED: u32 = u32::MAX;
 
-/// A graph whose nodes stand in an order, by which its ends are named;
-/// `neighbours[start[i]..start[i + 1]]` are those of node `i`, which may name itself.
+/// A graph whose nodes stand in an order, by which its ends are named.
 #[derive(Debug, Clone)]
 pub(super) struct SortedGraph {
-    pub start: Vec<usize>,
-    pub neighbours: Vec<u32>,
+    /// Word of [`Bits`] with which the row of every node begins.
+    first: Vec<u32>,
+    /// Where in `words` the row of every node stands.
+    start: Vec<usize>,
+    /// Bits of the neighbours, and of the node itself.
+    words: Vec<u64>,
 }
 
 /// Where a node stands.
@@ -32,25 +36,53 @@ pub(super) enum Part {
 }
 
 impl SortedGraph {
-    fn len(&self) -> usize {
-        self.start.len() - 1
+    /// The graph in which `neighbours` of a node, in any order, are those named; of two neighbours
+    /// each names the other.
+    pub fn new<I: Iterator<Item = u32> + Clone>(n: usize, neighbours: impl Fn(usize) -> I) -> Self {
+        let mut graph = Self { first: Vec::with_capacity(n), start: vec![0], words: Vec::new() };
+        for node in 0..n {
+            let row = neighbours(node).chain([node as u32]);
+            let (low, high) = row.clone().fold((NONE, 0), |(low, high), j| (low.min(j), high.max(j)));
+            let (low, high, start) = (low / 64, high / 64, graph.words.len());
+            graph.words.resize(start + (high - low + 1) as usize, 0);
+            row.for_each(|j| graph.words[start + (j / 64 - low) as usize] |= 1 << (j % 64));
+            graph.first.push(low);
+            graph.start.push(graph.words.len());
+        }
+        graph
     }
 
-    fn of(&self, node: usize) -> &[u32] {
-        &self.neighbours[self.start[node]..self.start[node + 1]]
+    fn len(&self) -> usize {
+        self.first.len()
+    }
+
+    /// The neighbours of a node and itself: number and bits of every word.
+    fn row(&self, node: usize) -> impl Iterator<Item = (usize, u64)> {
+        let words = &self.words[self.start[node]..self.start[node + 1]];
+        words.iter().zip(self.first[node] as usize..).map(|(&bits, word)| (word, bits))
+    }
+
+    /// The last neighbour of a node.
+    fn last_of(&self, node: usize) -> usize {
+        let words = self.first[node] as usize + self.start[node + 1] - self.start[node];
+        64 * words - 1 - self.words[self.start[node + 1] - 1].leading_zeros() as usize
     }
 
     /// The smallest set of the nodes `between` that separates the nodes before from those behind;
     /// of two such sets, the one nearest to the first and the one nearest to the last nodes, that
-    /// which leaves the more even parts. `None` if a node before has a neighbour behind.
-    pub fn separate(&self, between: Range<usize>) -> Option<Vec<Part>> {
-        let is_open = |i: usize| self.of(i).iter().all(|&j| (j as usize) < between.end);
-        if !(0..between.start).all(is_open) {
+    /// which leaves the more even parts. `None` if a node before has a neighbour behind, or if the
+    /// set has more than `at_most` nodes.
+    pub fn separate(&self, between: Range<usize>, at_most: usize) -> Option<Vec<Part>> {
+        if (0..between.start).any(|i| self.last_of(i) >= between.end) {
             return None;
         }
         let mut flow = Flow::new(self, between);
+        let mut paths = 0;
         while flow.find_levels() {
-            flow.augment();
+            paths += flow.augment();
+            if paths > at_most {
+                return None;
+            }
         }
         let (near_first, near_last) = (flow.parts_near_first(), flow.parts_near_last());
         Some(if smaller_part(&near_first) >= smaller_part(&near_last) { near_first } else { near_last })
@@ -63,50 +95,91 @@ fn smaller_part(parts: &[Part]) -> usize {
     count(Part::First).min(count(Part::Last))
 }
 
-/// A node as a path passes it: it arrives, and it leaves. A node between the ends lets one path
-/// through.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Gate {
-    Arrive(usize),
-    Leave(usize),
-}
+/// A set of nodes.
+#[derive(Debug, Clone)]
+struct Bits(Vec<u64>);
 
-impl Gate {
-    fn index(self) -> usize {
-        match self {
-            Self::Arrive(node) => 2 * node,
-            Self::Leave(node) => 2 * node + 1,
+impl Bits {
+    fn of(nodes: Range<usize>, n: usize) -> Self {
+        let mut bits = Self(vec![0; n.div_ceil(64)]);
+        nodes.for_each(|i| bits.insert(i));
+        bits
+    }
+
+    fn has(&self, node: usize) -> bool {
+        self.0[node / 64] >> (node % 64) & 1 == 1
+    }
+
+    fn insert(&mut self, node: usize) {
+        self.0[node / 64] |= 1 << (node % 64);
+    }
+
+    /// Takes a node out; whether it was in.
+    fn take(&mut self, node: usize) -> bool {
+        let was_in = self.has(node);
+        self.0[node / 64] &= !(1 << (node % 64));
+        was_in
+    }
+
+    /// Takes out all nodes of a row, and hands them on.
+    fn take_all(&mut self, row: impl Iterator<Item = (usize, u64)>, mut with: impl FnMut(usize)) {
+        for (word, bits) in row {
+            let mut found = bits & self.0[word];
+            self.0[word] ^= found;
+            while found != 0 {
+                with(64 * word + found.trailing_zeros() as usize);
+                found &= found - 1;
+            }
         }
+    }
+
+    /// Takes out the first node of a row that is in.
+    fn take_first(&mut self, mut row: impl Iterator<Item = (usize, u64)>) -> Option<usize> {
+        let (word, found) = row.find_map(|(word, bits)| {
+            let found = bits & self.0[word];
+            (found != 0).then_some((word, found))
+        })?;
+        let node = 64 * word + found.trailing_zeros() as usize;
+        self.take(node);
+        Some(node)
     }
 }
 
 /// Paths from the first nodes to the last ones.
+///
+/// A path arrives at a node, and it leaves it; a node between the ends lets one path through. One
+/// more path may take back a piece of an earlier one: where it arrives at a used node, it goes back
+/// to the node before that, and leaves this one, or goes further back. So arrivals and departures
+/// alternate, and each departure follows one arrival only.
 struct Flow<'a> {
     graph: &'a SortedGraph,
     between: Range<usize>,
     /// The nodes before and behind every node on its path.
     previous: Vec<u32>,
     next: Vec<u32>,
-    /// Steps of the shortest way from the first nodes to every gate on which one more path can
-    /// come.
-    level: Vec<u32>,
-    /// Steps of the shortest way to the last nodes.
-    length: u32,
-    /// Ways out of every gate that have been tried.
-    tried: Vec<u32>,
+    /// Nodes at which one more path can arrive after so many departures, at most those of the
+    /// shortest way, and where it has not yet been tried.
+    levels: Vec<Bits>,
+    /// Departures of the shortest way from the first to the last nodes.
+    length: usize,
+    /// Nodes at which no path can arrive, or which none can leave, once no way is left.
+    no_arrival: Bits,
+    no_departure: Bits,
 }
 
 impl<'a> Flow<'a> {
     fn new(graph: &'a SortedGraph, between: Range<usize>) -> Self {
         let n = graph.len();
+        let all = Bits::of(between.clone(), n);
         Self {
             graph,
             between,
             previous: vec![NONE; n],
             next: vec![NONE; n],
-            level: vec![CLOSED; 2 * n],
-            length: CLOSED,
-            tried: vec![0; 2 * n],
+            levels: Vec::new(),
+            length: 0,
+            no_arrival: all.clone(),
+            no_departure: all,
         }
     }
 
@@ -122,119 +195,100 @@ impl<'a> Flow<'a> {
         self.next[node] != NONE
     }
 
-    /// The way numbered `k` on which one more path can go on from `gate`; `Some(None)` if this one
-    /// leads nowhere, `None` behind the last.
-    ///
-    /// A new path may take back a piece of an earlier one: where it arrives at a used node, it goes
-    /// back to the node before that.
-    fn way(&self, gate: Gate, k: usize) -> Option<Option<Gate>> {
-        match gate {
-            Gate::Leave(node) => {
-                let neighbours = self.graph.of(node);
-                match neighbours.get(k) {
-                    Some(&to) => {
-                        let to = to as usize;
-                        Some((to != node && !self.is_first(to)).then_some(Gate::Arrive(to)))
-                    }
-                    None if k > neighbours.len() => None,
-                    None => Some((!self.is_first(node) && self.is_used(node)).then_some(Gate::Arrive(node))),
-                }
-            }
-            Gate::Arrive(_) if k > 0 => None,
-            Gate::Arrive(node) if !self.is_used(node) => Some(Some(Gate::Leave(node))),
-            Gate::Arrive(node) => {
-                let before = self.previous[node] as usize;
-                Some((!self.is_first(before)).then_some(Gate::Leave(before)))
-            }
+    /// The node that is left next after arrival at `node`: itself, or the one before on the path
+    /// that is taken back.
+    fn departure(&self, node: usize) -> Option<usize> {
+        if !self.is_used(node) {
+            return Some(node);
         }
+        let before = self.previous[node] as usize;
+        (!self.is_first(before)).then_some(before)
     }
 
     /// Breadth-first levels; whether one more path is possible.
     fn find_levels(&mut self) -> bool {
-        self.level.fill(CLOSED);
-        self.tried.fill(0);
-        self.length = CLOSED;
-        let mut queue: Vec<Gate> = (0..self.between.start).map(Gate::Leave).collect();
-        for gate in &queue {
-            self.level[gate.index()] = 0;
-        }
-        let mut head = 0;
-        while let Some(&gate) = queue.get(head) {
-            head += 1;
-            let level = self.level[gate.index()] + 1;
-            if level > self.length {
-                break;
+        let n = self.graph.len();
+        let mut no_arrival = Bits::of(self.between.clone(), n);
+        let mut no_departure = no_arrival.clone();
+        self.levels.clear();
+        let mut departures: Vec<usize> = (0..self.between.start).collect();
+        while !departures.is_empty() {
+            if departures.iter().any(|&node| self.is_last(self.graph.last_of(node))) {
+                self.length = self.levels.len();
+                return true;
             }
-            let mut k = 0;
-            while let Some(way) = self.way(gate, k) {
-                k += 1;
-                match way {
-                    Some(Gate::Arrive(node)) if self.is_last(node) => self.length = level,
-                    Some(to) if self.level[to.index()] == CLOSED => {
-                        self.level[to.index()] = level;
-                        queue.push(to);
+            let mut level = Bits::of(0..0, n);
+            let mut following = Vec::new();
+            for node in departures {
+                no_arrival.take_all(self.graph.row(node), |to| {
+                    level.insert(to);
+                    if let Some(from) = self.departure(to)
+                        && no_departure.take(from)
+                    {
+                        following.push(from);
                     }
-                    _ => {}
-                }
+                });
             }
+            self.levels.push(level);
+            departures = following;
         }
-        self.length != CLOSED
+        (self.no_arrival, self.no_departure) = (no_arrival, no_departure);
+        false
     }
 
-    /// Leads as many paths as possible along shortest ways.
-    fn augment(&mut self) {
+    /// Leads as many paths as possible along shortest ways; how many.
+    fn augment(&mut self) -> usize {
         let mut path = Vec::new();
+        let mut led = 0;
         for first in 0..self.between.start {
             while let Some(last) = self.shortest_path(first, &mut path) {
-                self.lead(&path, last);
+                self.lead(first, &path, last);
+                led += 1;
             }
         }
+        led
     }
 
-    /// A shortest way from the node `first` into `path`, and the last node where it ends.
-    fn shortest_path(&mut self, first: usize, path: &mut Vec<Gate>) -> Option<usize> {
+    /// The nodes at which a shortest way from the node `first` arrives, one after the other, into
+    /// `path`; the last node where it ends.
+    fn shortest_path(&mut self, first: usize, path: &mut Vec<usize>) -> Option<usize> {
         path.clear();
-        path.push(Gate::Leave(first));
-        while let Some(&gate) = path.last() {
-            let level = if path.len() == 1 { 0 } else { self.level[gate.index()] };
-            let k = self.tried[gate.index()] as usize;
-            let Some(way) = self.way(gate, k) else {
-                // Nothing goes on from here.
-                self.level[gate.index()] = CLOSED;
-                path.pop();
-                continue;
+        loop {
+            let from = match path.last() {
+                Some(&node) => self.departure(node),
+                None => Some(first),
             };
-            self.tried[gate.index()] += 1;
-            match way {
-                Some(Gate::Arrive(node)) if self.is_last(node) && level + 1 == self.length => {
-                    return Some(node);
+            if let Some(from) = from {
+                if path.len() == self.length {
+                    let last = self.graph.last_of(from);
+                    if self.is_last(last) {
+                        return Some(last);
+                    }
+                } else if let Some(to) = self.levels[path.len()].take_first(self.graph.row(from)) {
+                    path.push(to);
+                    continue;
                 }
-                Some(to) if self.level[to.index()] == level + 1 && level + 1 < self.length => path.push(to),
-                _ => {}
             }
+            // Nothing goes on from here.
+            path.pop()?;
         }
-        None
     }
 
-    /// Leads one more path along `path` to the node `last`; its gates are closed until the next
-    /// levels.
-    fn lead(&mut self, path: &[Gate], last: usize) {
-        for pair in path.windows(2) {
-            if let [Gate::Arrive(node), Gate::Leave(before)] = pair
-                && node != before
-            {
-                self.next[*before] = NONE;
-                self.previous[*node] = NONE;
+    /// Leads one more path from the node `first` over the arrivals of `path` to the node `last`.
+    fn lead(&mut self, first: usize, path: &[usize], last: usize) {
+        // Pieces that are taken back are free before the new ones take what they need.
+        let departures: Vec<usize> = path.iter().filter_map(|&node| self.departure(node)).collect();
+        for (&node, &from) in path.iter().zip(&departures) {
+            if node != from {
+                self.next[from] = NONE;
+                self.previous[node] = NONE;
             }
         }
-        let steps = path.windows(2).filter_map(|pair| match pair {
-            [Gate::Leave(from), Gate::Arrive(to)] if from != to => Some((*from, *to)),
-            _ => None,
-        });
-        let end = path.last().map(|gate| match gate {
-            Gate::Arrive(node) | Gate::Leave(node) => (*node, last),
-        });
-        for (from, to) in steps.chain(end) {
+        let ends = path.iter().copied().chain([last]);
+        for (from, to) in [first].into_iter().chain(departures).zip(ends) {
+            if from == to {
+                continue;
+            }
             if !self.is_first(from) {
                 self.next[from] = to as u32;
             }
@@ -242,34 +296,38 @@ impl<'a> Flow<'a> {
                 self.previous[to] = from as u32;
             }
         }
-        for gate in &path[1..] {
-            self.level[gate.index()] = CLOSED;
-        }
     }
 
     /// The parts if the separator is the full nodes that one more path would reach first; the
-    /// levels are those of the last search.
+    /// search is the last one, which has found no way.
     fn parts_near_first(&self) -> Vec<Part> {
-        let is_reached = |gate: Gate| self.level[gate.index()] != CLOSED;
-        let part = |node: usize| match (is_reached(Gate::Arrive(node)), is_reached(Gate::Leave(node))) {
-            (_, true) => Part::First,
-            (true, false) => Part::Separator,
-            (false, false) => Part::Last,
-        };
-        self.parts(part)
+        self.parts(|node| match (self.no_arrival.has(node), self.no_departure.has(node)) {
+            (_, false) => Part::First,
+            (false, true) => Part::Separator,
+            (true, true) => Part::Last,
+        })
     }
 
     /// The parts if the separator is the full nodes from which one more path would reach the last
     /// nodes.
     fn parts_near_last(&self) -> Vec<Part> {
-        let reaches = self.reaching_last();
-        let reaches = |gate: Gate| reaches[gate.index()];
-        let part = |node: usize| match (reaches(Gate::Arrive(node)), reaches(Gate::Leave(node))) {
-            (true, _) => Part::Last,
-            (false, true) => Part::Separator,
-            (false, false) => Part::First,
-        };
-        self.parts(part)
+        // The ways of `find_levels` backwards.
+        let all = Bits::of(self.between.clone(), self.graph.len());
+        let (mut no_arrival, mut no_departure) = (all.clone(), all);
+        let mut arrivals: Vec<usize> = (self.between.end..self.graph.len()).collect();
+        while let Some(node) = arrivals.pop() {
+            no_departure.take_all(self.graph.row(node), |from| {
+                let arrival = if self.is_used(from) { self.next[from] as usize } else { from };
+                if !self.is_last(arrival) && no_arrival.take(arrival) {
+                    arrivals.push(arrival);
+                }
+            });
+        }
+        self.parts(|node| match (no_arrival.has(node), no_departure.has(node)) {
+            (false, _) => Part::Last,
+            (true, false) => Part::Separator,
+            (true, true) => Part::First,
+        })
     }
 
     fn parts(&self, part: impl Fn(usize) -> Part) -> Vec<Part> {
@@ -280,40 +338,6 @@ impl<'a> Flow<'a> {
         };
         (0..self.graph.len()).map(of).collect()
     }
-
-    /// Gates from which one more path would reach the last nodes: the ways of [`Self::way`]
-    /// backwards.
-    fn reaching_last(&self) -> Vec<bool> {
-        let mut reaches = vec![false; self.level.len()];
-        let mut queue: Vec<Gate> = (self.between.end..self.graph.len()).map(Gate::Arrive).collect();
-        while let Some(gate) = queue.pop() {
-            let mut add = |gate: Gate| {
-                if !std::mem::replace(&mut reaches[gate.index()], true) {
-                    queue.push(gate);
-                }
-            };
-            match gate {
-                Gate::Arrive(node) => {
-                    let is_between = |&&from: &&u32| self.between.contains(&(from as usize));
-                    let neighbours = self.graph.of(node).iter().filter(is_between);
-                    neighbours
-                        .filter(|&&from| from as usize != node)
-                        .for_each(|&from| add(Gate::Leave(from as usize)));
-                    if !self.is_last(node) && self.is_used(node) {
-                        add(Gate::Leave(node));
-                    }
-                }
-                Gate::Leave(node) if !self.is_used(node) => add(Gate::Arrive(node)),
-                Gate::Leave(node) => {
-                    let behind = self.next[node] as usize;
-                    if !self.is_last(behind) {
-                        add(Gate::Arrive(behind));
-                    }
-                }
-            }
-        }
-        reaches
-    }
 }
 
 #[cfg(test)]
@@ -322,18 +346,22 @@ mod tests {
 
     /// The graph of the edges `is_edge(i, j)`, `i < j`.
     fn graph(n: usize, is_edge: impl Fn(usize, usize) -> bool) -> SortedGraph {
-        let mut graph = SortedGraph { start: vec![0], neighbours: Vec::new() };
-        for i in 0..n {
-            let is_neighbour = |&j: &usize| i == j || is_edge(i.min(j), i.max(j));
-            graph.neighbours.extend((0..n).filter(is_neighbour).map(|j| j as u32));
-            graph.start.push(graph.neighbours.len());
-        }
-        graph
+        SortedGraph::new(n, |i| {
+            let is_edge = &is_edge;
+            (0..n).filter(move |&j| i != j && is_edge(i.min(j), i.max(j))).map(|j| j as u32)
+        })
+    }
+
+    fn neighbours(graph: &SortedGraph, node: usize) -> Vec<usize> {
+        let of_word = |(word, bits): (usize, u64)| {
+            (0..64).filter(move |b| bits >> b & 1 == 1).map(move |b| 64 * word + b)
+        };
+        graph.row(node).flat_map(of_word).collect()
     }
 
     fn check_divides(graph: &SortedGraph, parts: &[Part]) {
         for i in (0..parts.len()).filter(|&i| parts[i] == Part::First) {
-            assert!(graph.of(i).iter().all(|&j| parts[j as usize] != Part::Last), "{i}");
+            assert!(neighbours(graph, i).iter().all(|&j| parts[j] != Part::Last), "{i}");
         }
     }
 
@@ -348,7 +376,7 @@ mod tests {
         let mut found: Vec<usize> = (0..between.start).collect();
         let mut seen: Vec<bool> = (0..graph.len()).map(|i| i < between.start).collect();
         while let Some(i) = found.pop() {
-            for j in graph.of(i).iter().map(|&j| j as usize) {
+            for j in neighbours(graph, i) {
                 if !is_removed(j) && !std::mem::replace(&mut seen[j], true) {
                     found.push(j);
                 }
@@ -371,8 +399,8 @@ mod tests {
             let edges: Vec<bool> = (0..n * n).map(|_| random() < density).collect();
             let graph = graph(n, |i, j| edges[i * n + j]);
             let between = 2..n - 2;
-            let Some(parts) = graph.separate(between.clone()) else {
-                assert!((0..2).any(|i| graph.of(i).iter().any(|&j| j as usize >= n - 2)));
+            let Some(parts) = graph.separate(between.clone(), usize::MAX) else {
+                assert!((0..2).any(|i| neighbours(&graph, i).iter().any(|&j| j >= n - 2)));
                 n_together += 1;
                 continue;
             };
@@ -383,7 +411,13 @@ mod tests {
                 .filter(|&removed| !is_connected(&graph, &between, removed))
                 .map(u32::count_ones)
                 .min();
-            assert_eq!(Some(n_between(&parts) as u32), smallest, "case {case}");
+            let smallest = smallest.map(|n| n as usize);
+            assert_eq!(Some(n_between(&parts)), smallest, "case {case}");
+            assert_eq!(graph.separate(between.clone(), n_between(&parts)), Some(parts.clone()));
+            assert!(
+                parts.iter().all(|&p| p != Part::Separator)
+                    || graph.separate(between, n_between(&parts) - 1).is_none()
+            );
         }
         assert!(n_separated > 50 && n_together > 50, "{n_separated}, {n_together}");
     }
@@ -396,12 +430,7 @@ mod tests {
         let mut capacity = vec![vec![0usize; 2 * n + 2]; 2 * n + 2];
         for i in 0..n {
             capacity[2 * i][2 * i + 1] = if between.contains(&i) { 1 } else { n };
-            graph
-                .of(i)
-                .iter()
-                .map(|&j| j as usize)
-                .filter(|&j| j != i)
-                .for_each(|j| capacity[2 * i + 1][2 * j] = n);
+            neighbours(graph, i).into_iter().filter(|&j| j != i).for_each(|j| capacity[2 * i + 1][2 * j] = n);
         }
         (0..between.start).for_each(|i| capacity[2 * n][2 * i] = n);
         (between.end..n).for_each(|i| capacity[2 * i + 1][2 * n + 1] = n);
@@ -449,8 +478,9 @@ mod tests {
             };
             let graph = graph(places.len(), |i, j| distance(i, j) < near);
             let between = 12..58;
-            let parts =
-                graph.separate(between.clone()).expect("the strip is longer than neighbours are apart");
+            let parts = graph
+                .separate(between.clone(), usize::MAX)
+                .expect("the strip is longer than neighbours are apart");
             check_divides(&graph, &parts);
             assert_eq!(n_between(&parts), most_paths(&graph, &between), "case {case}");
         }
@@ -471,7 +501,7 @@ mod tests {
             chains.iter().any(|chain| chain.windows(2).any(|pair| pair == [i, j] || pair == [j, i]))
         };
         let graph = graph(22, is_edge);
-        let parts = graph.separate(3..19).unwrap();
+        let parts = graph.separate(3..19, usize::MAX).unwrap();
         check_divides(&graph, &parts);
         assert_eq!((n_between(&parts), most_paths(&graph, &(3..19))), (3, 3));
     }
@@ -487,7 +517,7 @@ mod tests {
             a.abs_diff(c) < 2 && b.abs_diff(d) < 2
         };
         let graph = graph(places.len(), is_edge);
-        let parts = graph.separate(30..places.len() - 20).unwrap();
+        let parts = graph.separate(30..places.len() - 20, usize::MAX).unwrap();
         check_divides(&graph, &parts);
         assert_eq!(n_between(&parts), 3);
     }
