@@ -131,7 +131,7 @@ fn a_force_that_waves_hold_along_a_line_has_as_many_modes_as_between_faces() {
     let chosen = sized(&parse(DISCS), 1, &ModelCache::default()).unwrap().into_owned();
     for body in &chosen.run.bodies {
         let modes = body.elastic().and_then(|e| e.flexible.reduction.modes());
-        // Frequencies up to that of the rise have thousands.
+        // Frequencies up to that of the rise have more than 300.
         assert!(modes.is_some_and(|n| n <= MOST_OF_JUMPS), "{modes:?}");
     }
     assert_same("twice", &run(&chosen), &run(&doubled(&chosen)));
@@ -158,8 +158,8 @@ const ROLLER: &str = r#"
 fn a_solid_along_a_line_has_the_modes_that_its_waves_carry() {
     let chosen = sized(&parse(ROLLER), 1, &ModelCache::default()).unwrap().into_owned();
     let modes = chosen.run.bodies[0].elastic().and_then(|e| e.flexible.reduction.modes());
-    // The spectrum of the force (N.9) asks for more than 300, waves (N.11) for a tenth of them.
-    assert!(modes.is_some_and(|n| n < 100), "{modes:?}");
+    // Three times as many carry the spectrum of the force alone (N.9); half of those is between.
+    assert!(modes.is_some_and(|n| n < 60), "{modes:?}");
 }
 
 const BAR: &str = r#"

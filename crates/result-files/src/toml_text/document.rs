@@ -271,3 +271,20 @@ fn from_json(value: serde_json::Value, origin: &Origin) -> Node {
     };
     Node { value, origin: origin.clone() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_of_json_are_those_written_to_the_last_bit() {
+        let mut state = 1u64;
+        for case in 0..1000 {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            let number = (state >> 11) as f64 / (1u64 << 53) as f64 * 10f64.powi(case % 40 - 20);
+            let source = Arc::new(SourceText { name: "net.json".into(), text: format!("[{number:?}]") });
+            let Value::Array(read) = parse_json(&source).expect("JSON").value else { panic!("an array") };
+            assert_eq!(read[0].value, Value::Float(number), "{}", source.text);
+        }
+    }
+}
