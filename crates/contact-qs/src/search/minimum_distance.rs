@@ -100,8 +100,8 @@ const NEAR_TOUCH: f64 = 1e-9;
 
 /// Pair, signed gap and unit normal in the frame of the search.
 fn signed_pair(query: &Query<'_>, ws: &mut SearchWorkspace) -> Option<(Pair, f64, Vector3<f64>)> {
-    let pair = closest_pair(query, ws)?;
-    if pair.distance > NEAR_TOUCH * query.size() && is_apart(query, ws, &pair)? {
+    let (pair, is_inside) = closest_pair(query, ws)?;
+    if !is_inside && pair.distance > NEAR_TOUCH * query.size() {
         let normal = pair.direction.unwrap_or_else(Vector3::zeros);
         return Some((pair, pair.distance, normal));
     }
@@ -115,28 +115,27 @@ fn signed_pair(query: &Query<'_>, ws: &mut SearchWorkspace) -> Option<(Pair, f64
     })
 }
 
-/// Whether neither point of the nearest pair lies inside the other body.
-fn is_apart(query: &Query<'_>, ws: &mut SearchWorkspace, pair: &Pair) -> Option<bool> {
-    for (b, sign) in [(1, 1.0), (0, -1.0)] {
-        let side = &query.sides[b];
-        let jet = ws.deformed[b].jet(side, pair.sites[b].piece, pair.sites[b].s);
-        let normal = ws.deformed[b].normal(side, &pair.sites[b], &jet);
-        let cosine = pair.direction?.dot(&normal) * sign;
-        let is_outside = if cosine.abs() >= ALONG_NORMAL {
-            cosine > 0.0
-        } else {
-            let hint = Some(pair.sites[b]);
-            nearest(side, &mut ws.deformed[b], &mut ws.stack, &pair.points[1 - b], hint)?.value >= 0.0
-        };
-        if !is_outside {
-            return Some(false);
-        }
-    }
-    Some(true)
+/// Whether a point of a pair lies inside the other body. Asked is only where the cosine between the
+/// line that leaves the other body and its normal is below `most`: the nearest pair of all, with a
+/// larger one than [`ALONG_NORMAL`], lies outside.
+fn is_inside(query: &Query<'_>, ws: &mut SearchWorkspace, pair: &Pair, most: f64) -> bool {
+    let Some(direction) = pair.direction else { return false };
+    [(1, 1.0), (0, -1.0)].into_iter().any(|(b, sign)| {
+        let (side, site) = (&query.sides[b], &pair.sites[b]);
+        let jet = ws.deformed[b].jet(side, site.piece, site.s);
+        let normal = ws.deformed[b].normal(side, site, &jet);
+        let hint = Some(*site);
+        direction.dot(&normal) * sign < most
+            && nearest(side, &mut ws.deformed[b], &mut ws.stack, &pair.points[1 - b], hint)
+                .is_some_and(|near| near.value < 0.0)
+    })
 }
 
-/// Nearest pair of surface points (theory Eq. C.29).
-fn closest_pair(query: &Query<'_>, ws: &mut SearchWorkspace) -> Option<Pair> {
+/// Nearest pair of surface points (theory Eq. C.29), or the first one found of which a point lies
+/// inside the other body, with whether it does. Between overlapping bodies the distance is
+/// stationary where they lie deepest in each other: a search that comes there, as one from the last
+/// answer does, need not find the way to where the surfaces cross.
+fn closest_pair(query: &Query<'_>, ws: &mut SearchWorkspace) -> Option<(Pair, bool)> {
     let mut report = SearchReport::default();
     let mut best: Option<Pair> = None;
     let last = ws.last.filter(|sites| {
@@ -148,6 +147,7 @@ fn closest_pair(query: &Query<'_>, ws: &mut SearchWorkspace) -> Option<Pair> {
         report.n_newton += 1;
         best = Some(on_pieces(query, &ws.deformed, sites));
     }
+    let mut is_overlap = best.is_some_and(|pair| is_inside(query, ws, &pair, ALONG_NORMAL));
     let inflation = query.sides[0].inflation + query.sides[1].inflation;
     let nodes = query.sides.map(|s| s.model.nodes());
     let mut pairs = std::mem::take(&mut ws.pairs);
@@ -155,8 +155,8 @@ fn closest_pair(query: &Query<'_>, ws: &mut SearchWorkspace) -> Option<Pair> {
     pairs.push((0.0, 0, 0));
     while let Some((bound, a, b)) = pairs.pop() {
         let limit = best.map_or(f64::INFINITY, |p: Pair| p.distance - query.resolution);
-        if limit <= 0.0 {
-            break; // touching: nothing nearer can be told
+        if is_overlap || limit <= 0.0 {
+            break; // nothing nearer can be told
         }
         if bound >= limit {
             continue;
@@ -171,7 +171,10 @@ fn closest_pair(query: &Query<'_>, ws: &mut SearchWorkspace) -> Option<Pair> {
                 if let Some(start) = start_on_pieces(query, ws, [i, j], limit, direction) {
                     report.n_newton += 1;
                     let found = on_pieces(query, &ws.deformed, start);
-                    if best.is_none_or(|p| found.distance < p.distance) {
+                    let is_nearer = best.is_none_or(|p| found.distance < p.distance);
+                    let most = if is_nearer { ALONG_NORMAL } else { -ALONG_NORMAL };
+                    is_overlap = is_inside(query, ws, &found, most);
+                    if is_nearer || is_overlap {
                         best = Some(found);
                     }
                 }
@@ -204,7 +207,7 @@ fn closest_pair(query: &Query<'_>, ws: &mut SearchWorkspace) -> Option<Pair> {
     }
     ws.pairs = pairs;
     ws.report = report;
-    best.filter(|p| p.distance.is_finite())
+    best.filter(|p| p.distance.is_finite()).map(|pair| (pair, is_overlap))
 }
 
 /// Where to start on two pieces: at the nearest pair of control points. None if the pieces lie at
