@@ -9,13 +9,14 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use super::super::body_places::{BodyPlaces, GivenPlace};
 use super::super::check::Checker;
 use super::super::section::Section;
+use super::super::tables::BodyModel;
 use super::super::types::FileOfBody;
 use super::body_parts::{Context, GivenFrame, damping, elastic_model, frame, material, stiffening};
 use super::built_bodies::{Built, BuiltBodies, Moving, MovingFacts, Plane};
 use super::discretisation::{discretisation, reduction};
 use super::joints::GROUND;
 use super::known_shapes::KnownShapes;
-use super::places::{BodyFacts, part};
+use super::places::{BodyFacts, motion_in_words, part};
 use super::rigid::Rigid;
 use super::{geometry, imported, meshed, rigid};
 
@@ -43,10 +44,10 @@ fn body(
         return None;
     }
     let orientation = orientation(checker, section);
-    let is_imported = section.text("model") == Some("imported");
+    let is_imported = section.choice("model") == Some(BodyModel::Imported);
     let markers = if is_imported { Some(Vec::new()) } else { markers(checker, section) };
-    let made = match section.text("model") {
-        Some("rigid") => {
+    let made = match section.choice("model") {
+        Some(BodyModel::Rigid) => {
             let made = rigid::rigid(checker, (root, known), section, orientation, markers.as_deref());
             made.map(|rigid| match rigid {
                 Rigid::Moving(kind, places) => {
@@ -56,11 +57,16 @@ fn body(
                 Rigid::Plane(normal) => Made::Plane(Plane { point: Vector3::zeros(), normal }),
             })
         }
-        Some("imported") => imported::imported(checker, context, section, name)
+        Some(BodyModel::Imported) => imported::imported(checker, context, section, name)
             .map(|(kind, facts)| Made::Moving(kind, Box::new(facts))),
-        Some("mesh") => meshed::meshed(checker, context, section, name, markers.as_deref())
+        Some(BodyModel::Mesh) => meshed::meshed(checker, context, section, name, markers.as_deref())
             .map(|(kind, facts)| Made::Moving(kind, Box::new(facts))),
-        Some(model) => {
+        Some(
+            model @ (BodyModel::Solid
+            | BodyModel::Axisymmetric
+            | BodyModel::PlaneStrain
+            | BodyModel::PlaneStress),
+        ) => {
             let frame = frame(checker, context, section, name);
             let made = elastic(checker, context, section, (model, frame), markers.as_deref());
             made.map(|(spec, facts)| Made::Moving(BodyKind::Elastic(Box::new(spec)), Box::new(facts)))
@@ -126,7 +132,7 @@ fn markers(checker: &mut Checker, section: &Section) -> Option<Markers> {
     for (name, marker) in list {
         if own.contains(&name.as_str()) {
             let message =
-                format!("shape \"{}\" has a marker of this name already, choose another", facts.shape);
+                format!("shape \"{}\" has a marker of this name already, choose another", facts.shape_name());
             checker.fault(&marker.origin, marker.path.clone(), None, message);
             continue;
         }
@@ -185,8 +191,7 @@ pub fn leaves_model(motion: Option<RigidMotion>, key: &str, value: &[f64]) -> Op
     };
     let vector = if value.len() == 4 { &value[1..] } else { value };
     let leaves = zero.iter().any(|&i| vector[i].abs() > 0.0);
-    let model = if motion == RigidMotion::Axial { "axisymmetric" } else { "plane" };
-    leaves.then(|| format!("must be {words} for a body that is {model}"))
+    leaves.then(|| format!("must be {words} for a body that is {}", motion_in_words(motion)))
 }
 
 fn orientation(checker: &mut Checker, section: &Section) -> Option<[f64; 4]> {
@@ -210,7 +215,7 @@ fn elastic(
     checker: &mut Checker,
     context: Context<'_>,
     section: &Section,
-    (model, frame): (&str, Option<GivenFrame>),
+    (model, frame): (BodyModel, Option<GivenFrame>),
     markers: Option<&[(String, GivenPlace)]>,
 ) -> Option<(ElasticSpec, MovingFacts)> {
     let kind = elastic_model(section, model);
@@ -231,7 +236,7 @@ fn elastic(
     let basis = section.table("reduction").and_then(|r| reduction(checker, r));
     let damping = damping(checker, section);
     let geometric_stiffening = stiffening(checker, section, frame.as_ref())?;
-    if geometric_stiffening && model == "axisymmetric" {
+    if geometric_stiffening && model == BodyModel::Axisymmetric {
         let message = "has no meaning for model \"axisymmetric\", which does not turn".into();
         checker.fault_in(section, "geometric_stiffening", message);
     }
