@@ -228,17 +228,12 @@ impl Partner {
         let (model, state) = (&bodies[index], &states[index]);
         let SurfaceView { surface, tangents, outward, point } = view(model, state, site)?;
         let data = &model.data;
-        let motion = data.motion;
-        let inverse_mass = if motion == RigidMotion::Axial {
-            1.0 / data.mass
-        } else {
-            let c = data.mass_moment / data.mass;
-            let steiner = Matrix3::identity() * c.norm_squared() - c * c.transpose();
-            let axes = state.rotation.to_rotation_matrix().into_inner();
-            let central = axes * (data.inertia() - steiner * data.mass) * axes.transpose();
-            let arm = site.point - centre_of_mass(data, state);
-            inverse_effective_mass(data.mass, &central, &arm, &outward)
-        };
+        let c = data.mass_moment / data.mass;
+        let steiner = Matrix3::identity() * c.norm_squared() - c * c.transpose();
+        let axes = state.rotation.to_rotation_matrix().into_inner();
+        let central = axes * (data.inertia() - steiner * data.mass) * axes.transpose();
+        let arm = site.point - centre_of_mass(data, state);
+        let inverse_mass = inverse_effective_mass(data.motion, data.mass, &central, &arm, &outward);
         let point = model.point(&Place::Point(point)).ok()?;
         let velocity = point.velocity(state);
         let point = HertzPoint { body: Some(index), point };

@@ -437,12 +437,9 @@ impl<'a> Scene<'a> {
         let Inertia { motion, mass, centre, inertia, mobility, radiation } =
             Inertia::of(&self.spec.bodies[body].kind, self.spec.is_held(body));
         let (arm, from_centre) = (point - pose.position, point - pose.position - pose.rotation * centre);
-        let inverse_mass = if motion == RigidMotion::Axial {
-            1.0 / mass
-        } else {
-            let axes = pose.rotation.to_rotation_matrix().into_inner();
-            inverse_effective_mass(mass, &(axes * inertia * axes.transpose()), &from_centre, normal)
-        };
+        let axes = pose.rotation.to_rotation_matrix().into_inner();
+        let inertia = axes * inertia * axes.transpose();
+        let inverse_mass = inverse_effective_mass(motion, mass, &inertia, &from_centre, normal);
         let velocity = pose.velocity + (pose.rotation * pose.angular_velocity_in_body).cross(&arm);
         Partner { inverse_mass, mobility, radiation, velocity }
     }
