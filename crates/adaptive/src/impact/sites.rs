@@ -20,7 +20,7 @@ use crate::state::ImpactHistory;
 use crate::system::body::BodyModel;
 use crate::system::whole_surface::resolved_penalty;
 use crate::touch::detection::{Nearest, Search};
-use crate::touch::parts::{Touch, TouchKind};
+use crate::touch::parts::{Touch, TouchKind, TouchZone};
 use crate::touch::side::{Moved, Side, met_place};
 use crate::touch::tolerances::PARALLEL_IN_RUN;
 
@@ -136,19 +136,21 @@ impl AdaptiveContact {
         nearest: &Nearest,
         whole: Option<TouchKind>,
     ) -> ZoneSite {
+        if !whole.is_some_and(TouchKind::adds_points) {
+            return ZoneSite::WHOLE;
+        }
         let body = &bodies[self.body];
-        if whole == Some(TouchKind::Edge)
-            && let Some(meets) = self.met_place(bodies, states, nearest)
+        if let Some(meets) = self.met_place(bodies, states, nearest)
         {
             let site = zone_site(&nearest.contact, ZoneSize::Whole);
             return ZoneSite { meets: Some(meets), ..site };
         }
         let is_bent = || body.height_between_points() > MISSED_SURFACE * self.detector.size();
         let is_on_plane = matches!(self.target, Target::Plane { .. });
-        if whole == Some(TouchKind::Edge) && (!is_on_plane || is_bent()) {
-            return zone_site(&nearest.contact, ZoneSize::Whole);
+        if is_on_plane && !is_bent() {
+            return ZoneSite::WHOLE;
         }
-        ZoneSite::WHOLE
+        zone_site(&nearest.contact, ZoneSize::Whole)
     }
 
     /// The edge or corner of the target that the contact body meets at the places `nearest`, if
@@ -180,19 +182,19 @@ impl AdaptiveContact {
             None => {}
         }
         let kind = touch.kind;
-        match kind {
-            TouchKind::Smooth | TouchKind::Line => Ok(None),
-            TouchKind::BetweenPoints => {
+        match kind.zone() {
+            TouchZone::Interval => Ok(None),
+            TouchZone::Unseen => {
                 let is_rigid = self.flexible_target.is_none();
                 Err(self.without_model(ContactModelFault::BetweenPoints { is_rigid }))
             }
-            TouchKind::Flat | TouchKind::Edge if self.is_vibrating() => {
+            TouchZone::Whole if self.is_vibrating() => {
                 Err(self.without_model(ContactModelFault::NotSmooth { what: kind.parts() }))
             }
-            TouchKind::Flat | TouchKind::Edge if self.law.is_exact() => {
+            TouchZone::Whole if self.law.is_exact() => {
                 Err(self.without_model(ContactModelFault::ExactWhole { what: kind.parts() }))
             }
-            TouchKind::Flat | TouchKind::Edge => Ok(Some(kind)),
+            TouchZone::Whole => Ok(Some(kind)),
         }
     }
 
@@ -226,7 +228,7 @@ impl AdaptiveContact {
     pub fn penalty_of_modes(&self, kind: TouchKind, bodies: &[BodyModel]) -> f64 {
         let sides =
             [Some(self.body), self.flexible_target].into_iter().flatten().map(|b| flexible(&bodies[b]));
-        if kind == TouchKind::Flat { resolved_penalty(sides) } else { f64::INFINITY }
+        if kind.is_jump() { resolved_penalty(sides) } else { f64::INFINITY }
     }
 
     /// Resets `element` with the models `fine` of whole surfaces, which served an earlier impact or

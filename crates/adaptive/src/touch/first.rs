@@ -16,7 +16,7 @@ use crate::surface::{POLE, SurfacePlace};
 use crate::touch::flight::touch_in_flight;
 use crate::touch::hertz::{HertzLaw, LocalSurface};
 use crate::touch::local_surface::SurfaceView;
-use crate::touch::parts::{Touch, TouchKind};
+use crate::touch::parts::{NO_ELLIPSE, Touch, TouchKind};
 use crate::touch::side::{Moved, Side};
 use crate::touch::sites::{KnownSurface, Sites, Surfaces, nearest_sites};
 use crate::touch::tolerances::PARALLEL_AT_START;
@@ -121,11 +121,8 @@ impl<'a> FirstTouches<'a> {
             return None;
         }
         let touch = self.of(contact)?;
-        match touch.kind? {
-            TouchKind::Line => return Some(ALONG_LINE),
-            TouchKind::Flat => return Some("flat faces touch"),
-            TouchKind::Edge | TouchKind::BetweenPoints => return Some("an edge, a rim or a corner touches"),
-            TouchKind::Smooth => {}
+        if let Some(reason) = touch.kind?.no_hertz_point() {
+            return Some(reason);
         }
         let pair = Pair::new((self.spec, &self.surfaces), contact).ok()??;
         let (own, other) = pair.in_motion(&touch.poses);
@@ -140,12 +137,9 @@ impl<'a> FirstTouches<'a> {
             (Some(other), Some(site)) => view(other, site)?.surface,
             _ => LocalSurface::plane(1.0),
         };
-        HertzLaw::new(&[own_view.surface, other]).is_none().then_some(ALONG_LINE)
+        HertzLaw::new(&[own_view.surface, other]).is_none().then_some(NO_ELLIPSE)
     }
 }
-
-/// The reason for which Hertz's law does not hold where a relative curvature is zero or negative.
-const ALONG_LINE: &str = "surfaces touch along a line or lie in each other";
 
 /// The surfaces of a contact body and its target, none of a plane, with the numbers of the bodies.
 struct Pair {
