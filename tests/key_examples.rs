@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use adaptive::record::warning::WarningKind;
 use fbimpact::scenario::keys::{Choice, Key, Kind};
 use fbimpact::scenario::tables;
 use toml::{Table, Value};
@@ -110,5 +111,14 @@ fn every_kind_of_body_and_joint_stands_in_an_example() {
             // The default of a key needs no example.
             assert!(is_there || choice.name == "spatial", "no example of {key} = \"{}\"", choice.name);
         }
+    }
+}
+
+#[test]
+fn every_kind_of_warning_has_its_remedy_on_the_page_of_warnings() {
+    let page = include_str!("../docs/warnings.md");
+    for kind in WarningKind::ALL {
+        let row = format!("\n| `{}` |", kind.identifier());
+        assert!(page.contains(&row), "docs/warnings.md has no row of {kind:?}");
     }
 }

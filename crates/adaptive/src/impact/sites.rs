@@ -140,8 +140,7 @@ impl AdaptiveContact {
             return ZoneSite::WHOLE;
         }
         let body = &bodies[self.body];
-        if let Some(meets) = self.met_place(bodies, states, nearest)
-        {
+        if let Some(meets) = self.met_place(bodies, states, nearest) {
             let site = zone_site(&nearest.contact, ZoneSize::Whole);
             return ZoneSite { meets: Some(meets), ..site };
         }

@@ -50,8 +50,7 @@ fn plan(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Result<ContactPlan
     };
     check_surfaces(spec, contact)?;
     if let Some(kind) = open_touch(touches, contact, law) {
-        let without_model =
-            |fault| Err(AdaptiveError::ContactModel { contact: contact.name.clone(), fault });
+        let without_model = |fault| Err(AdaptiveError::ContactModel { contact: contact.name.clone(), fault });
         match kind.zone() {
             TouchZone::Interval => {}
             TouchZone::Whole if law.is_exact() => {
