@@ -227,6 +227,11 @@ impl AdaptiveContact {
         AdaptiveError::Contact { contact: self.name.clone(), source }
     }
 
+    /// A stored zone that does not belong to the models.
+    fn not_of_models(&self, why: String) -> AdaptiveError {
+        self.without_model(ContactModelFault::Stored(why))
+    }
+
     fn without_model(&self, fault: ContactModelFault) -> AdaptiveError {
         AdaptiveError::ContactModel { contact: self.name.clone(), fault }
     }

@@ -20,7 +20,7 @@ use crate::body::splines::refined::FineBody;
 use crate::body::whole::fine_model;
 use crate::body::zone::contact::{ContactSide, FALLBACK_PENALTY, ZoneContact};
 use crate::body::zone::{ContactZone, ZoneExtent};
-use crate::error::{AdaptiveError, ContactModelFault};
+use crate::error::AdaptiveError;
 use crate::paper::fine_modes::FineModes;
 use crate::record::ZoneSite;
 use crate::spec::unsupported::Unsupported;
@@ -75,12 +75,12 @@ impl AdaptiveContact {
     ) -> Result<Box<dyn FineModel>, AdaptiveError> {
         let (face, count) = (site.face, body.body.undeformed().n_faces());
         if face as usize >= count {
-            return Err(self.without_model(ContactModelFault::UnknownFace { face, count }));
+            return Err(self.not_of_models(format!("there is no face {face} of {count}")));
         }
         let size = body.body.size();
         let width = site.size.widths().map_or(0.0, |[first, second]| first.max(second));
         if width > WIDEST * size {
-            return Err(self.without_model(ContactModelFault::TooWide { width, size }));
+            return Err(self.not_of_models(format!("an interval {width:e} m wide on a body of {size:e} m")));
         }
         fine_model(&body.body, site, &self.law.interval)
     }
@@ -145,7 +145,9 @@ impl AdaptiveContact {
         bodies: &[BodyModel],
         (sites, offset): (&[Option<ZoneSite>; 2], f64),
     ) -> Result<RebuiltContact, AdaptiveError> {
-        let site = |k: usize| sites[k].ok_or_else(|| self.without_model(ContactModelFault::UnknownPlace));
+        let site = |k: usize| {
+            sites[k].ok_or_else(|| self.not_of_models("the place of a fine model is not known".into()))
+        };
         let on_body = super::flexible(&bodies[self.body]);
         let (mut own, residual, mut other, other_residual) = match self.flexible_target {
             None => {

@@ -319,7 +319,8 @@ pub fn build_contact(
         (ContactLaw::Surface(law), target, Some(zones)) => {
             let side = |body: usize, zone| Some(Side { body, model: flexible(body)?, zone });
             let own = side(spec.body, &zones.contact_body);
-            let own = own.ok_or_else(|| without_model(ContactModelFault::RigidBody))?;
+            let own =
+                own.ok_or_else(|| without_model(ContactModelFault::Settings("the contact body is rigid")))?;
             let other = match target {
                 Target::Plane { .. } => None,
                 Target::Body(body) => zones.target.as_ref().and_then(|zone| side(body, zone)),
@@ -332,7 +333,10 @@ pub fn build_contact(
             let size = contact.size();
             (Box::new(Active::new(contact)), 0.0, size)
         }
-        _ => return Err(without_model(ContactModelFault::LawWithoutTarget)),
+        _ => {
+            let fault = ContactModelFault::Settings("law and target do not fit each other");
+            return Err(without_model(fault));
+        }
     };
     let is_static = matches!(&spec.law, ContactLaw::Surface(law) if law.treatment == Treatment::Quasistatic);
     let model = ContactModel {
