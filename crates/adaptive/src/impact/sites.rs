@@ -113,7 +113,7 @@ impl AdaptiveContact {
         let widths = self.widths(bodies, request, predicted);
         let mut own = zone_site(&nearest.contact, ZoneSize::Interval(widths));
         let mut target = target.map(|(other, there)| {
-            let widths = self.target_widths(bodies, states, (&nearest.contact, widths), (other, there));
+            let widths = self.target_widths(bodies, states, &nearest.contact, widths, other, there);
             let widths = widths.map(without_round_off);
             zone_site(there, ZoneSize::Interval(widths))
         });
@@ -278,7 +278,7 @@ impl AdaptiveContact {
         let elements = given.elements_or(ELEMENTS);
         let of_target = self.flexible_target.unwrap_or(self.body);
         let holds = |body: usize, kept: &ZoneSite, wanted: &ZoneSite| {
-            kept_zone::holds(flexible(&bodies[body]), (kept, wanted), elements, given.target_utilisation)
+            kept_zone::holds(flexible(&bodies[body]), kept, wanted, elements, given.target_utilisation)
         };
         let own = history.zones[0].filter(|kept| wanted[0].is_some_and(|w| holds(self.body, kept, &w)))?;
         match (history.zones[1], wanted[1]) {

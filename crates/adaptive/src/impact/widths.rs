@@ -100,8 +100,10 @@ impl AdaptiveContact {
         &self,
         bodies: &[BodyModel],
         states: &[BodyState],
-        (here, widths): (&SurfaceSite, [f64; 2]),
-        (other, there): (usize, &SurfaceSite),
+        here: &SurfaceSite,
+        widths: [f64; 2],
+        other: usize,
+        there: &SurfaceSite,
     ) -> [f64; 2] {
         let tangents = |body: usize, site: &SurfaceSite| {
             let body_model = flexible(&bodies[body]);
@@ -172,7 +174,7 @@ impl AdaptiveContact {
         };
         let Some(law) = self.impact_law(bodies, &own, &other) else { return Ok(None) };
         let gap = if is_touching { 0.0 } else { nearest.gap.max(0.0) };
-        Ok(Some(PointImpact::new((own.point, other.point), normal, law, (states, gap))))
+        Ok(Some(PointImpact::new(own.point, other.point, normal, law, states, gap)))
     }
 }
 

@@ -397,9 +397,9 @@ impl<'a> Scene<'a> {
         let (own, facing) = if !has_mesh || own.outward.angle(&-facing.outward) <= FACING {
             (own, facing)
         } else {
-            let turned = self.facing((contact.body, &sites.contact_body), &-facing.outward);
+            let turned = self.facing(contact.body, &sites.contact_body, &-facing.outward);
             let own = turned.unwrap_or(own);
-            let turned = self.facing((target, &site), &-own.outward);
+            let turned = self.facing(target, &site, &-own.outward);
             (own, turned.unwrap_or(facing))
         };
         Some(Meeting {
@@ -419,7 +419,7 @@ impl<'a> Scene<'a> {
 
     /// The view of the surface at `site`, on the face that meets there whose normal is nearest to
     /// the `direction` in space.
-    fn facing(&self, (body, site): (usize, &SurfacePlace), direction: &Vector3<f64>) -> Option<SurfaceView> {
+    fn facing(&self, body: usize, site: &SurfacePlace, direction: &Vector3<f64>) -> Option<SurfaceView> {
         let surface = surface::of_body(&self.spec.bodies[body].kind)?;
         let in_body = self.poses[body].rotation.inverse_transform_vector(direction);
         let direction = surface.motion().components(in_body.as_ref());

@@ -124,7 +124,7 @@ impl Touch {
         let (own, target) = (Side::new(own), other.map(Side::new));
         let normal = touch_direction(&own, target.as_ref(), nearest);
         let (own, target) = (own.facing(&-normal), target.map(|side| side.facing(&normal)));
-        Self { nearest: *nearest, kind: kind_at((&own, target.as_ref()), nearest, &normal, parallel), normal }
+        Self { nearest: *nearest, kind: kind_at(&own, target.as_ref(), nearest, &normal, parallel), normal }
     }
 }
 
@@ -132,7 +132,8 @@ impl Touch {
 /// its target, none of a plane, along the direction `normal`. Flat faces meet as a whole if they
 /// are inclined by no more than the angle `parallel` \[rad\].
 fn kind_at(
-    (own, target): (&Side<'_>, Option<&Side<'_>>),
+    own: &Side<'_>,
+    target: Option<&Side<'_>>,
     nearest: &Nearest,
     normal: &Vector3<f64>,
     parallel: f64,
@@ -146,7 +147,7 @@ fn kind_at(
         TouchKind::Smooth
     } else if target.zip(target_point).is_some_and(|(target, point)| {
         let slack = (parallel + SAME_PLACE) * own.size().min(target.size());
-        own.holds_edge((&own_point, normal), (target, &point), slack)
+        own.holds_edge(&own_point, normal, target, &point, slack)
     }) {
         TouchKind::BetweenPoints
     } else {

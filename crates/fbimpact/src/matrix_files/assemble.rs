@@ -102,7 +102,7 @@ pub fn assemble(parts: &Parts<'_>) -> Result<(FullBody, Report), AssemblyFault> 
     let points: Vec<[f64; 3]> =
         nodes.iter().map(|n| position(*n, &"the order of unknowns")).collect::<Result<_, _>>()?;
     let matrix = |matrix: &Matrix, name: &'static str| {
-        sparse(matrix, name, (&unknowns, source_of), &numbers, parts.unit)
+        sparse(matrix, name, &unknowns, source_of, &numbers, parts.unit)
     };
     let body = AssembledBody {
         name: parts.name.to_owned(),
@@ -178,7 +178,8 @@ fn unknowns(parts: &Parts<'_>) -> (Vec<Unknown>, &'static str) {
 fn sparse(
     matrix: &Matrix,
     name: &'static str,
-    (unknowns, source_of): (&[Unknown], &'static str),
+    unknowns: &[Unknown],
+    source_of: &'static str,
     numbers: &BTreeMap<Unknown, u32>,
     unit: f64,
 ) -> Result<SparseColMat<u32, f64>, AssemblyFault> {

@@ -105,7 +105,7 @@ fn read_shape(checker: &mut Checker, body: &mut Section, directory: &Path) {
     }
     let place = geometry.path.clone();
     read_one(checker, geometry, "file of splines", |checker, units, text| {
-        let source = read_splines(checker, directory.join(text), (units, directions), &place)?;
+        let source = read_splines(checker, directory.join(text), units, directions, &place)?;
         let sha256 = source.sha256.clone();
         Ok((Checked::SplineFile { text: text.to_owned(), source: Arc::new(source) }, sha256))
     });
@@ -159,7 +159,8 @@ fn read_one(
 fn read_splines(
     checker: &mut Checker,
     path: PathBuf,
-    (units, directions): (Option<LengthUnit>, Option<usize>),
+    units: Option<LengthUnit>,
+    directions: Option<usize>,
     place: &str,
 ) -> Result<SplineSource, Option<String>> {
     let cannot = |reason: String| Some(format!("{}: {reason}", path.display()));

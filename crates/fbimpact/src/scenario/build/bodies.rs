@@ -27,13 +27,14 @@ type Markers = Vec<(String, GivenPlace)>;
 pub fn bodies(checker: &mut Checker, context: Context<'_>) -> BuiltBodies {
     let list = context.root.named("bodies").iter();
     let mut known = KnownShapes::default();
-    let built = list.map(|(name, section)| body(checker, (context, &mut known), name, section));
+    let built = list.map(|(name, section)| body(checker, context, &mut known, name, section));
     BuiltBodies::new(built.collect())
 }
 
 fn body(
     checker: &mut Checker,
-    (context, known): (Context<'_>, &mut KnownShapes),
+    context: Context<'_>,
+    known: &mut KnownShapes,
     name: &str,
     section: &Section,
 ) -> Option<Built> {
@@ -48,7 +49,7 @@ fn body(
     let markers = if is_imported { Some(Vec::new()) } else { markers(checker, section) };
     let made = match section.choice("model") {
         Some(BodyModel::Rigid) => {
-            let made = rigid::rigid(checker, (root, known), section, orientation, markers.as_deref());
+            let made = rigid::rigid(checker, root, known, section, orientation, markers.as_deref());
             made.map(|rigid| match rigid {
                 Rigid::Moving(kind, places) => {
                     let file = spline_file(section);
@@ -68,7 +69,7 @@ fn body(
             | BodyModel::PlaneStress),
         ) => {
             let frame = frame(checker, context, section, name);
-            let made = elastic(checker, context, section, (model, frame), markers.as_deref());
+            let made = elastic(checker, context, section, model, frame, markers.as_deref());
             made.map(|(spec, facts)| Made::Moving(BodyKind::Elastic(Box::new(spec)), Box::new(facts)))
         }
         None => None,
@@ -77,7 +78,7 @@ fn body(
     markers?;
     let (position, velocity) = (section.vector("position")?, section.vector("velocity")?);
     let (orientation, angular_velocity) = (orientation?, section.vector("angular_velocity")?);
-    check_motion(checker, section, made.motion(), (&velocity, &angular_velocity, &orientation));
+    check_motion(checker, section, made.motion(), &velocity, &angular_velocity, &orientation);
     Some(match made {
         Made::Plane(plane) => Built::Plane(Plane { point: position.into(), ..plane }),
         Made::Moving(kind, facts) => {
@@ -160,7 +161,9 @@ fn check_motion(
     checker: &mut Checker,
     section: &Section,
     motion: Option<RigidMotion>,
-    (velocity, angular_velocity, orientation): (&[f64; 3], &[f64; 3], &[f64; 4]),
+    velocity: &[f64; 3],
+    angular_velocity: &[f64; 3],
+    orientation: &[f64; 4],
 ) {
     let checks: [(&str, &[f64]); 3] =
         [("velocity", velocity), ("angular_velocity", angular_velocity), ("orientation", orientation)];
@@ -215,7 +218,8 @@ fn elastic(
     checker: &mut Checker,
     context: Context<'_>,
     section: &Section,
-    (model, frame): (BodyModel, Option<GivenFrame>),
+    model: BodyModel,
+    frame: Option<GivenFrame>,
     markers: Option<&[(String, GivenPlace)]>,
 ) -> Option<(ElasticSpec, MovingFacts)> {
     let kind = elastic_model(section, model);

@@ -18,14 +18,15 @@ const COMPONENTS: [&str; 6] = ["force_x", "force_y", "force_z", "moment_x", "mom
 pub fn loads(checker: &mut Checker, root: &Section, bodies: &BuiltBodies) -> Option<Vec<LoadSpec>> {
     let list = root.named("loads");
     let built: Vec<LoadSpec> =
-        list.iter().filter_map(|(name, section)| load(checker, root, (name, section), bodies)).collect();
+        list.iter().filter_map(|(name, section)| load(checker, root, name, section, bodies)).collect();
     (built.len() == list.len()).then_some(built)
 }
 
 fn load(
     checker: &mut Checker,
     root: &Section,
-    (name, section): (&str, &Section),
+    name: &str,
+    section: &Section,
     bodies: &BuiltBodies,
 ) -> Option<LoadSpec> {
     let mut components: [_; 6] = std::array::from_fn(|_| None);
