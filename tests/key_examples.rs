@@ -3,6 +3,7 @@
 
 use std::collections::BTreeSet;
 
+use adaptive::record::warning::WarningKind;
 use fbimpact::scenario::keys::{Choice, Key, Kind};
 use fbimpact::scenario::tables;
 use toml::{Table, Value};
@@ -47,9 +48,10 @@ fn look(keys: &'static [Key], given: &[&Table], path: &str, missing: &mut BTreeS
             }
             Kind::Variants { tag, variants } => {
                 for variant in *variants {
-                    let chosen = |t: &&&Table| t.get(*tag).and_then(Value::as_str) == Some(variant.name);
+                    let chosen =
+                        |t: &&&Table| t.get(*tag).and_then(Value::as_str) == Some(variant.choice.name);
                     let chosen: Vec<&Table> = tables.iter().filter(chosen).copied().collect();
-                    look(variant.keys, &chosen, &format!("{at}({})", variant.name), missing);
+                    look(variant.keys, &chosen, &format!("{at}({})", variant.choice.name), missing);
                 }
             }
             _ => {}
@@ -78,10 +80,10 @@ fn every_key_stands_in_an_example() {
     let values: Vec<Value> = scenarios.iter().cloned().map(Value::Table).collect();
     let mut all = Vec::new();
     values.iter().for_each(|value| tables_in(value, &mut all));
-    for curve in tables::CURVES {
-        let chosen = |t: &&&Table| t.get("kind").and_then(Value::as_str) == Some(curve.name);
+    for curve in tables::CurveKind::VARIANTS {
+        let chosen = |t: &&&Table| t.get("kind").and_then(Value::as_str) == Some(curve.choice.name);
         let chosen: Vec<&Table> = all.iter().filter(chosen).copied().collect();
-        look(curve.keys, &chosen, &format!("{{{}}}", curve.name), &mut missing);
+        look(curve.keys, &chosen, &format!("{{{}}}", curve.choice.name), &mut missing);
     }
     assert!(missing.is_empty(), "docs/examples.md has no example of {missing:#?}");
 }
@@ -100,7 +102,7 @@ fn every_kind_of_body_and_joint_stands_in_an_example() {
         _ => panic!("{name} is no section"),
     };
     for (name, key) in [("joints", "type"), ("bodies", "motion")] {
-        for choice in of(section(name), key).iter().filter(|c| c.supported) {
+        for choice in of(section(name), key) {
             let is_there = scenarios().iter().any(|scenario| {
                 let entries =
                     scenario.get(name).and_then(Value::as_table).into_iter().flat_map(|t| t.values());
@@ -109,5 +111,14 @@ fn every_kind_of_body_and_joint_stands_in_an_example() {
             // The default of a key needs no example.
             assert!(is_there || choice.name == "spatial", "no example of {key} = \"{}\"", choice.name);
         }
+    }
+}
+
+#[test]
+fn every_kind_of_warning_has_its_remedy_on_the_page_of_warnings() {
+    let page = include_str!("../docs/warnings.md");
+    for kind in WarningKind::ALL {
+        let row = format!("\n| `{}` |", kind.identifier());
+        assert!(page.contains(&row), "docs/warnings.md has no row of {kind:?}");
     }
 }

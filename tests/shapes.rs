@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use fbimpact::scenario;
-use fbimpact::scenario::tables::{ModelFacts, SHAPES};
+use fbimpact::scenario::keys::Named;
+use fbimpact::scenario::tables::{ModelFacts, ShapeName};
 
 #[test]
 fn folded_net_is_a_located_fault() {
@@ -51,26 +52,27 @@ fn geometry(shape: &str, model: &str) -> String {
 
 #[test]
 fn every_named_shape_is_built_with_the_markers_and_faces_of_its_table() {
-    for shape in SHAPES {
-        for ModelFacts { model, markers, faces } in shape.models {
+    for &shape in ShapeName::VALUES {
+        for ModelFacts { model, markers, faces } in shape.models() {
             if markers.is_empty() {
                 continue;
             }
+            let (name, model) = (shape.name(), model.name());
             let text = format!(
                 "[simulation]\nend_time = 1e-6\n\
                  [materials.m]\nyoungs_modulus = 1e9\npoissons_ratio = 0.3\ndensity = 1e3\n\
                  [bodies.b]\nmodel = \"{model}\"\nmaterial = \"m\"\ngeometry = {}\n{}\
                  reduction = {{ method = \"modal\", modes = 3 }}\n",
-                geometry(shape.name, model),
+                geometry(name, model),
                 if model.starts_with("plane") { "thickness = 0.01\n" } else { "" },
             );
             let scenario = scenario::parse(Path::new("t.toml"), text.as_bytes(), &[]).unwrap();
             let built = &scenario.run.bodies[0].elastic().expect("elastic").shape;
             let sorted = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect::<BTreeSet<_>>();
             let found = built.markers.keys().cloned().collect();
-            assert_eq!(sorted(markers), found, "{} as {model}", shape.name);
+            assert_eq!(sorted(markers), found, "{name} as {model}");
             let found = built.faces.keys().cloned().collect();
-            assert_eq!(sorted(faces), found, "{} as {model}", shape.name);
+            assert_eq!(sorted(faces), found, "{name} as {model}");
         }
     }
 }

@@ -323,18 +323,9 @@ pub enum RestartFault {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ContactModelFault {
-    /// Points of contact on a rigid body.
-    #[error("the contact body is rigid")]
-    RigidBody,
-    /// A law and a target that do not belong together, or a partner without a zone.
-    #[error("law and target do not fit each other")]
-    LawWithoutTarget,
-    /// Elements of an interval for a contact without refinement.
-    #[error("model \"coarse\" is not refined, leave interval.elements out or choose another model")]
-    CoarseRefined,
-    /// Elements of an interval of no width.
-    #[error("interval.elements needs interval.width")]
-    NoWidth,
+    /// Settings that do not go together, and what to change.
+    #[error("{0}")]
+    Settings(&'static str),
     /// A mesh on which the extent of the contact cannot be predicted.
     #[error(
         "Hertz's theory does not say how far it reaches on body \"{body}\": the surfaces are flat on each other, or nothing yields; give interval.width"
@@ -425,33 +416,9 @@ pub enum ContactModelFault {
         /// What touches.
         what: &'static str,
     },
-    /// A stored zone on a face that the body does not have.
-    #[error("there is no face {face} of {count}")]
-    UnknownFace {
-        /// Number of the face, from 0.
-        face: u32,
-        /// Number of faces.
-        count: usize,
-    },
-    /// A stored zone wider than its body.
-    #[error("an interval {width:e} m wide on a body of {size:e} m")]
-    TooWide {
-        /// Width \[m\].
-        width: f64,
-        /// Size of the body \[m\].
-        size: f64,
-    },
-    /// A fine model whose place is not stored.
-    #[error("the place of a fine model is not known")]
-    UnknownPlace,
-    /// Stored forces of another zone.
-    #[error("{forces} forces for {unknowns} unknowns of an interface")]
-    ForcesOfAnotherZone {
-        /// Number of forces.
-        forces: usize,
-        /// Number of unknowns of the interface.
-        unknowns: usize,
-    },
+    /// A stored zone or stored forces that do not belong to the models.
+    #[error("{0}")]
+    Stored(String),
 }
 
 impl AdaptiveError {

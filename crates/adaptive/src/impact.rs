@@ -227,6 +227,11 @@ impl AdaptiveContact {
         AdaptiveError::Contact { contact: self.name.clone(), source }
     }
 
+    /// A stored zone that does not belong to the models.
+    fn not_of_models(&self, why: String) -> AdaptiveError {
+        self.without_model(ContactModelFault::Stored(why))
+    }
+
     fn without_model(&self, fault: ContactModelFault) -> AdaptiveError {
         AdaptiveError::ContactModel { contact: self.name.clone(), fault }
     }
@@ -279,14 +284,14 @@ impl AdaptiveContact {
             _ => (self.side_on(on_own, check_cancel)?, None),
         };
         let (mut element, offset) =
-            self.element_at(&mut own, &mut other, (bodies, states), touch.nearest.gap)?;
+            self.element_at(&mut own, &mut other, bodies, states, touch.nearest.gap)?;
         let on_body =
             |body, site, side: &FineSide| ZoneOnBody { body, site, n_unknowns: side.zone.unknowns.len() };
         let mut zones = vec![on_body(self.body, site, &own)];
         zones.extend(other.as_ref().zip(target_site).map(|((body, side), site)| on_body(*body, site, side)));
         let displaced = |(points, places): (&[usize], &[ObservedPlace]), body: usize, side: &FineSide| {
             let points = if side.points.ncols() == 0 { &[] } else { points };
-            compliances((points, places), body, side.body.field().motion(), &side.points)
+            compliances(points, places, body, side.body.field().motion(), &side.points)
         };
         let mut observed = displaced((&points, &places), self.body, &own);
         let on_target = other.iter();
@@ -294,7 +299,7 @@ impl AdaptiveContact {
             on_target.flat_map(|(body, side)| displaced((&target_points, &target_places), *body, side)),
         );
         let weight = match self.is_vibrating() {
-            true => self.static_weight(&mut own, &mut other, (bodies, states))?,
+            true => self.static_weight(&mut own, &mut other, bodies, states)?,
             false => self.weight_of(element.as_mut(), states)?,
         };
         let search = match (request.search, whole) {

@@ -149,7 +149,7 @@ impl RunModel {
             .collect::<Result<_, AdaptiveError>>()?;
         let contacts = spec.contacts.iter().zip(plans.iter().zip(&zones));
         let contacts =
-            contacts.map(|(c, (plan, zones))| build_contact(c, (plan, zones.as_ref()), &bodies, &poses));
+            contacts.map(|(c, (plan, zones))| build_contact(c, plan, zones.as_ref(), &bodies, &poses));
         let contacts: Vec<BuiltContact> = contacts.collect::<Result<_, AdaptiveError>>()?;
         for (built, contact) in contacts.iter().zip(&spec.contacts) {
             built.check_start(&poses[contact.body])?;

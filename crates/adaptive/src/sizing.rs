@@ -18,17 +18,18 @@ mod spectrum;
 pub mod zone;
 pub mod mesh_touch;
 
-use crate::body::splines::ElasticBody;
+use crate::body::splines::{ElasticBody, rigid_motion};
 use crate::error::AdaptiveError;
 use crate::model::start_poses;
 use crate::record::work::{self, Work};
 use crate::spec::{Accuracy, DiscretisationSpec, ElasticSpec, ReductionSpec, RefinementSpec, RunSpec};
-use crate::store::{ModelCache, ModelKey, StoredModel};
+use crate::store::{ModelCache, StoredModel};
 use crate::touch::first::FirstTouches;
+use ffr_dynamics::body::RigidMotion;
 use iga_core::elasticity::Model;
 use impact_time::{ForceTime, TimeScale};
 use mesh::ChosenMesh;
-use mode_count::ChosenModes;
+use mode_count::{ChosenModes, ModeRange};
 use spectrum::FrequencyProblem;
 pub use spectrum::Spectrum;
 
@@ -78,10 +79,11 @@ pub fn choose(
         let _work = work::begin(format!("body \"{}\" ({} of {})", body.name, i + 1, spec.bodies.len()));
         let time = times[i].as_ref();
         if let Some(elastic) = body.kind.elastic().filter(|_| *wish != SizeRequest::default()) {
-            chosen[i] = sizes((&body.name, elastic), (*wish, accuracy), time, cache)?;
+            let candidate = Candidate::new(&body.name, elastic, *wish).with_accuracy(accuracy);
+            chosen[i] = sizes(&candidate, time, cache)?;
         }
         if let Some(meshed) = body.kind.meshed().filter(|_| wish.modes) {
-            chosen[i].modes = Some(of_mesh::modes((&body.name, meshed), accuracy, time, cache)?);
+            chosen[i].modes = Some(of_mesh::modes(&body.name, meshed, accuracy, time, cache)?);
         }
         chosen[i].warn(&body.name);
         if wish.elements {
@@ -95,22 +97,19 @@ pub fn choose(
 }
 
 fn sizes(
-    (name, elastic): (&str, &ElasticSpec),
-    (wish, accuracy): (SizeRequest, Accuracy),
+    candidate: &Candidate<'_>,
     time: Option<&ForceTime>,
     cache: &ModelCache,
 ) -> Result<ChosenSizes, AdaptiveError> {
-    let candidate = Candidate::new(name, elastic, wish).with_accuracy(accuracy);
-    let limit = time.map_or(0.0, |t| t.frequency);
-    let most = mode_count::most(elastic.flexible.reduction, accuracy, time);
-    let key: ModelKey = key::sizes_key(&candidate.spec, (wish, accuracy), (limit, most));
+    let Candidate { spec, wish, accuracy, .. } = candidate;
+    let range = ModeRange::new(candidate.motion(), spec.flexible.reduction, *accuracy, time);
     let numbers = cache.recent(
-        key,
+        key::sizes_key(spec, *wish, *accuracy, range),
         Numbers::from_stored,
-        || Numbers::compute(&candidate, wish, (limit, most), elastic.flexible.reduction),
+        || Numbers::compute(candidate, range),
         Numbers::stored,
     )?;
-    Ok(numbers.with_reason((wish, accuracy), time))
+    Ok(numbers.with_reason(candidate, time))
 }
 
 /// The choice without its reason: what is kept between runs.
@@ -123,19 +122,15 @@ struct Numbers {
 }
 
 impl Numbers {
-    fn compute(
-        candidate: &Candidate<'_>,
-        wish: SizeRequest,
-        (limit, most): (f64, usize),
-        reduction: ReductionSpec,
-    ) -> Result<Self, AdaptiveError> {
-        let given = match reduction {
+    fn compute(candidate: &Candidate<'_>, range: ModeRange) -> Result<Self, AdaptiveError> {
+        let wish = candidate.wish;
+        let given = match candidate.spec.flexible.reduction {
             ReductionSpec::Modal { modes } | ReductionSpec::CraigBampton { modes, .. } => modes,
             ReductionSpec::All => candidate.accuracy.modes(mode_count::WITHOUT_FORCES),
         };
         let mut solved = Vec::new();
         let (modes, highest) =
-            if wish.modes { mode_count::count(candidate, limit, most, &mut solved)? } else { (given, 0.0) };
+            if wish.modes { mode_count::count(candidate, range, &mut solved)? } else { (given, 0.0) };
         let (elements, error) =
             if wish.elements { mesh::mesh(candidate, modes, solved)? } else { (Vec::new(), 0.0) };
         Ok(Self { elements, error, modes, highest })
@@ -154,7 +149,8 @@ impl Numbers {
         Some(Self { elements: elements.to_vec(), error, modes: *modes, highest })
     }
 
-    fn with_reason(self, (wish, accuracy): (SizeRequest, Accuracy), time: Option<&ForceTime>) -> ChosenSizes {
+    fn with_reason(self, candidate: &Candidate<'_>, time: Option<&ForceTime>) -> ChosenSizes {
+        let (wish, accuracy) = (candidate.wish, candidate.accuracy);
         let Self { elements, error, modes, highest } = self;
         ChosenSizes {
             mesh: wish.elements.then_some(ChosenMesh { elements, error, modes, accuracy }),
@@ -189,8 +185,8 @@ impl ChosenSizes {
 pub struct Candidate<'a> {
     name: &'a str,
     spec: ElasticSpec,
-    /// Whether the elements are to be chosen.
-    chooses_elements: bool,
+    /// What is to be chosen.
+    wish: SizeRequest,
     /// Level of what is chosen.
     accuracy: Accuracy,
 }
@@ -204,13 +200,17 @@ impl<'a> Candidate<'a> {
         if wish.elements {
             spec.discretisation.elements = vec![1; mesh.degrees.len()];
         }
-        Self { name, spec, chooses_elements: wish.elements, accuracy: Accuracy::default() }
+        Self { name, spec, wish, accuracy: Accuracy::default() }
     }
 
     /// The same, with what is chosen at a level of accuracy.
     #[must_use]
     pub fn with_accuracy(self, accuracy: Accuracy) -> Self {
         Self { accuracy, ..self }
+    }
+
+    fn motion(&self) -> RigidMotion {
+        rigid_motion(&self.spec.model)
     }
 
     /// Degrees of the splines, one per direction.

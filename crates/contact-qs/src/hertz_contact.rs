@@ -167,7 +167,8 @@ impl HertzContact {
     fn push(
         &self,
         motion: Motion<'_>,
-        (points, shapes): ([&Vector3<f64>; 2], &[Vec<Vector3<f64>>; 2]),
+        points: [&Vector3<f64>; 2],
+        shapes: &[Vec<Vector3<f64>>; 2],
         force: &Vector3<f64>,
         forces: &mut [GeneralisedForce],
     ) {
@@ -198,18 +199,20 @@ impl HertzContact {
     fn press(
         &self,
         motion: Motion<'_>,
-        (touch, curved): (&Touch, &Curved),
-        (shapes, report): (&[Vec<Vector3<f64>>; 2], &mut ContactReport),
+        touch: &Touch,
+        curved: &Curved,
+        shapes: &[Vec<Vector3<f64>>; 2],
+        report: &mut ContactReport,
         forces: &mut [GeneralisedForce],
     ) {
         let approach = -touch.gap;
         let force = curved.ellipse.stiffness() * approach * approach.sqrt();
         let axes = curved.ellipse.semi_axes(force);
         let normal = touch.normal * force;
-        self.push(motion, (touch.points.each_ref(), shapes), &normal, forces);
-        let change = self.geometry.stiffness_change(motion.bodies, touch, (curved, axes, force));
+        self.push(motion, touch.points.each_ref(), shapes, &normal, forces);
+        let change = self.geometry.stiffness_change(motion.bodies, touch, curved, axes, force);
         if let Some(StiffnessChange { force, couple }) = change {
-            self.push(motion, ([&touch.points[1]; 2], shapes), &force, forces);
+            self.push(motion, [&touch.points[1]; 2], shapes, &force, forces);
             self.turn(motion, &couple, forces);
             report.force += force;
         }
@@ -265,7 +268,7 @@ impl ForceElement for HertzContact {
             None
         };
         if let Some(curved) = &curved {
-            self.press(motion, (&touch, curved), (&workspace.shapes, &mut found.report), forces);
+            self.press(motion, &touch, curved, &workspace.shapes, &mut found.report, forces);
         }
         let Some(sliding) = &self.sliding else { return Ok(()) };
         let bodies = [0, 1].map(|side| self.geometry.body(side));
@@ -274,7 +277,7 @@ impl ForceElement for HertzContact {
         if curved.is_some() {
             let SlidingFound { force, point, .. } = found.sliding;
             // The mode shapes are those of the places where the slip is measured.
-            self.push(motion, ([&point; 2], state.shapes()), &force, forces);
+            self.push(motion, [&point; 2], state.shapes(), &force, forces);
             sliding::record(&found.sliding, &mut found.report);
         }
         Ok(())

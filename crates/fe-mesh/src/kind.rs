@@ -162,7 +162,16 @@ impl ElementKind {
 
     /// Whether displacements along edges are quadratic.
     pub fn is_quadratic(self) -> bool {
-        !matches!(self, Self::Tet4 | Self::Hex8 | Self::Wedge6 | Self::Pyramid5)
+        match self {
+            Self::Tet4 | Self::Hex8 | Self::Wedge6 | Self::Pyramid5 => false,
+            Self::Tet10
+            | Self::Hex20
+            | Self::Hex27
+            | Self::Wedge15
+            | Self::Wedge18
+            | Self::Pyramid13
+            | Self::Pyramid14 => true,
+        }
     }
 
     /// The kind with the same corners and no other nodes.

@@ -177,7 +177,14 @@ impl ElementKind {
             Self::Tet4 => tetrahedron(4),
             Self::Tet10 => tetrahedron(15),
             Self::Wedge15 => wedge(7, 3),
-            _ => self.stiffness_rule(),
+            Self::Hex8
+            | Self::Hex20
+            | Self::Hex27
+            | Self::Wedge6
+            | Self::Wedge18
+            | Self::Pyramid5
+            | Self::Pyramid13
+            | Self::Pyramid14 => self.stiffness_rule(),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use crate::spline_fault::{ContainmentFault, KnotFault, LevelFault};
+use crate::spline_fault::{KnotFault, LevelFault};
 
 /// Errors of spline and geometry construction. Texts are fragments that read after "body ...: ".
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -160,7 +160,7 @@ pub enum SplineError {
         /// Where.
         parameters: [f64; 3],
     },
-    /// A space does not contain another one.
+    /// A space does not contain another one, and why.
     #[error("the finer space does not contain the coarser one: {0}")]
-    NotContained(#[from] ContainmentFault),
+    NotContained(String),
 }

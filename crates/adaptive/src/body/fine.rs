@@ -137,7 +137,8 @@ impl dyn FineModel + '_ {
     pub fn compliance_key(
         &self,
         coarse: &ReducedBody,
-        (unknowns, points): (&[usize], &[ObservedPlace]),
+        unknowns: &[usize],
+        points: &[ObservedPlace],
         has_modes: bool,
     ) -> ModelKey {
         let mut key = self.definition();

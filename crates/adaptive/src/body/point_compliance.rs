@@ -110,7 +110,8 @@ pub fn point_rows(places: &[PlaceFunctions], field: &dyn Field, residual: &Resid
 
 /// The rows of [`point_rows`] for `points`, which lie on `body` at `places`.
 pub fn compliances(
-    (points, places): (&[usize], &[ObservedPlace]),
+    points: &[usize],
+    places: &[ObservedPlace],
     body: usize,
     motion: RigidMotion,
     rows: &Mat<f64>,
@@ -161,5 +162,5 @@ pub fn of_body(
     let (points, places) = points_on(all, body, motion);
     let shown = places.iter().map(|place| PlaceFunctions::new(place, field));
     let shown: Vec<PlaceFunctions> = shown.collect::<Result<_, AdaptiveError>>()?;
-    Ok(compliances((&points, &places), body, motion, &point_rows(&shown, field, residual)))
+    Ok(compliances(&points, &places, body, motion, &point_rows(&shown, field, residual)))
 }

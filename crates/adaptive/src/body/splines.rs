@@ -130,11 +130,11 @@ impl Field for ElasticBody {
     }
 
     fn locate(&self, place: &[f64; 3]) -> Result<(usize, [f64; 3]), AdaptiveError> {
-        locate(self, (&self.spec.shape, &self.space), place)
+        locate(self, &self.spec.shape, &self.space, place)
     }
 
     fn points_of(&self, extent: &Extent) -> Result<Vec<ExtentPoint>, AdaptiveError> {
-        points_of(self, (&self.spec.shape, &self.space), extent)
+        points_of(self, &self.spec.shape, &self.space, extent)
     }
 
     fn named_place(&self, marker: &str) -> Result<[f64; 3], AdaptiveError> {

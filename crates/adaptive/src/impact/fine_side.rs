@@ -20,7 +20,7 @@ use crate::body::splines::refined::FineBody;
 use crate::body::whole::fine_model;
 use crate::body::zone::contact::{ContactSide, FALLBACK_PENALTY, ZoneContact};
 use crate::body::zone::{ContactZone, ZoneExtent};
-use crate::error::{AdaptiveError, ContactModelFault};
+use crate::error::AdaptiveError;
 use crate::paper::fine_modes::FineModes;
 use crate::record::ZoneSite;
 use crate::spec::unsupported::Unsupported;
@@ -48,7 +48,12 @@ pub struct FineSide {
 }
 
 /// A fine model of a body that is not reduced, and its contact zone.
-pub(super) type FineZone = (Box<dyn FineModel>, ContactZone);
+pub(super) struct FineZone {
+    /// The refined body.
+    pub fine: Box<dyn FineModel>,
+    /// Contact points and interface.
+    pub zone: ContactZone,
+}
 
 /// A refined contact, built again.
 pub struct RebuiltContact {
@@ -75,12 +80,12 @@ impl AdaptiveContact {
     ) -> Result<Box<dyn FineModel>, AdaptiveError> {
         let (face, count) = (site.face, body.body.undeformed().n_faces());
         if face as usize >= count {
-            return Err(self.without_model(ContactModelFault::UnknownFace { face, count }));
+            return Err(self.not_of_models(format!("there is no face {face} of {count}")));
         }
         let size = body.body.size();
         let width = site.size.widths().map_or(0.0, |[first, second]| first.max(second));
         if width > WIDEST * size {
-            return Err(self.without_model(ContactModelFault::TooWide { width, size }));
+            return Err(self.not_of_models(format!("an interval {width:e} m wide on a body of {size:e} m")));
         }
         fine_model(&body.body, site, &self.law.interval)
     }
@@ -121,8 +126,8 @@ impl AdaptiveContact {
     ) -> Result<[(FineSide, ResidualFlexibility); 2], AdaptiveError> {
         let zones = rayon::join(|| self.fine_zone(own, own_site), || self.fine_zone(other, other_site));
         let (own_zone, other_zone) = (zones.0?, zones.1?);
-        let key = |body: &FlexibleModel, (fine, zone): &FineZone| {
-            fine.compliance_key(&body.reduced, (&zone.unknowns, &[]), false)
+        let key = |body: &FlexibleModel, FineZone { fine, zone }: &FineZone| {
+            fine.compliance_key(&body.reduced, &zone.unknowns, &[], false)
         };
         let flexibilities = if key(own, &own_zone) == key(other, &other_zone) {
             let shared = flexibility(&own_zone)?;
@@ -145,7 +150,9 @@ impl AdaptiveContact {
         bodies: &[BodyModel],
         (sites, offset): (&[Option<ZoneSite>; 2], f64),
     ) -> Result<RebuiltContact, AdaptiveError> {
-        let site = |k: usize| sites[k].ok_or_else(|| self.without_model(ContactModelFault::UnknownPlace));
+        let site = |k: usize| {
+            sites[k].ok_or_else(|| self.not_of_models("the place of a fine model is not known".into()))
+        };
         let on_body = super::flexible(&bodies[self.body]);
         let (mut own, residual, mut other, other_residual) = match self.flexible_target {
             None => {
@@ -178,7 +185,7 @@ impl AdaptiveContact {
     pub(super) fn side(
         &self,
         body: &FlexibleModel,
-        (fine, zone): FineZone,
+        FineZone { fine, zone }: FineZone,
         places: &[ObservedPlace],
         modes: LowModes,
         check_cancel: &mut CancelCheck<'_>,
@@ -190,13 +197,13 @@ impl AdaptiveContact {
         let shown = places.iter().map(|place| PlaceFunctions::new(place, field));
         let shown: Vec<PlaceFunctions> = shown.collect::<Result<_, AdaptiveError>>()?;
         if modes == LowModes::Fine && !fine.is_own() {
-            return self.side_with_modes(body, (fine, zone), &shown, check_cancel);
+            return self.side_with_modes(body, FineZone { fine, zone }, &shown, check_cancel);
         }
         let points = |residual: &ResidualFlexibility| point_rows(&shown, field, residual);
         let n_rows = n_columns(places, field.motion().n_components());
         let unknowns = &zone.unknowns;
         let has_modes = self.is_vibrating() || !places.is_empty();
-        let key = fine.compliance_key(&body.reduced, (unknowns, places), has_modes);
+        let key = fine.compliance_key(&body.reduced, unknowns, places, has_modes);
         let key = ModelKey { kind: if self.is_vibrating() { "zone-modes" } else { key.kind }, ..key };
         let low = fine.low_modes(&body.reduced);
         let (answer, points) = self.cache.recent(
@@ -232,7 +239,7 @@ impl AdaptiveContact {
     fn side_with_modes(
         &self,
         body: &FlexibleModel,
-        (fine, zone): FineZone,
+        FineZone { fine, zone }: FineZone,
         shown: &[PlaceFunctions],
         check_cancel: &mut CancelCheck<'_>,
     ) -> Result<FineSide, AdaptiveError> {
@@ -294,7 +301,8 @@ impl AdaptiveContact {
     fn vibration(
         &self,
         side: &FineSide,
-        (index, body): (usize, &BodyModel),
+        index: usize,
+        body: &BodyModel,
     ) -> Result<Option<ZoneVibration>, AdaptiveError> {
         let (ZoneAnswer::Vibrating(modes), Some(elastic)) = (&side.answer, body.flexible()) else {
             return Ok(None);
@@ -337,7 +345,8 @@ impl AdaptiveContact {
         &self,
         own: &mut FineSide,
         other: &mut Option<(usize, FineSide)>,
-        (bodies, states): (&[BodyModel], &[BodyState]),
+        bodies: &[BodyModel],
+        states: &[BodyState],
         gap: f64,
     ) -> Result<(Box<dyn ActiveContact>, f64), AdaptiveError> {
         let mut element = self.element(own, other.as_ref(), bodies)?;
@@ -368,7 +377,7 @@ impl AdaptiveContact {
         }
         let mut zones = Vec::new();
         for (index, side) in [(self.body, own)].into_iter().chain(other.iter().map(|(i, side)| (*i, side))) {
-            zones.extend(self.vibration(side, (index, &bodies[index]))?);
+            zones.extend(self.vibration(side, index, &bodies[index])?);
         }
         zones.extend(self.rigid_target(bodies).map(|(body, _)| ZoneVibration {
             body,
@@ -395,7 +404,8 @@ impl AdaptiveContact {
         &self,
         own: &mut FineSide,
         other: &mut Option<(usize, FineSide)>,
-        (bodies, states): (&[BodyModel], &[BodyState]),
+        bodies: &[BodyModel],
+        states: &[BodyState],
     ) -> Result<Option<f64>, AdaptiveError> {
         let moving = own.hold();
         let moving_target = other.as_mut().map(|(_, side)| side.hold());
@@ -486,7 +496,7 @@ impl FineSide {
 }
 
 /// Flexibility of the interface of the zone.
-fn flexibility((fine, zone): &FineZone) -> Result<FreeFlexibility, AdaptiveError> {
+fn flexibility(FineZone { fine, zone }: &FineZone) -> Result<FreeFlexibility, AdaptiveError> {
     fine.flexibility(&*fine.assemble()?, &zone.unknowns)
 }
 
@@ -494,7 +504,7 @@ fn flexibility((fine, zone): &FineZone) -> Result<FreeFlexibility, AdaptiveError
 /// `flexibility`.
 fn side_with(
     body: &FlexibleModel,
-    (fine, zone): FineZone,
+    FineZone { fine, zone }: FineZone,
     flexibility: FreeFlexibility,
 ) -> Result<(FineSide, ResidualFlexibility), AdaptiveError> {
     let residual = fine.residual(flexibility, fine.low_modes(&body.reduced))?;

@@ -18,7 +18,8 @@ const ON_AXIS: f64 = 1e-12;
 /// accepted.
 pub(super) fn holds(
     body: &FlexibleModel,
-    (kept, wanted): (&ZoneSite, &ZoneSite),
+    kept: &ZoneSite,
+    wanted: &ZoneSite,
     elements: usize,
     target: f64,
 ) -> bool {
@@ -34,12 +35,12 @@ pub(super) fn holds(
     let sides = if is_from_axis { 1.0 } else { 2.0 };
     let (Some(kept), Some(wanted)) = (kept.size.widths(), wanted.size.widths()) else { return false };
     let mut directions = kept.iter().zip(&wanted).filter(|(kept, _)| **kept > 0.0);
-    directions.all(|(kept, wanted)| is_accepted(*kept, target * wanted, moved, (sides, elements), target))
+    directions.all(|(kept, wanted)| is_accepted(*kept, target * wanted, moved, sides, elements, target))
 }
 
 /// Whether contact of the width `touched`, which leads from the centre to so many `sides`, is
 /// accepted in a zone of the width `kept` whose centre lies `moved` from its own \[m\].
-fn is_accepted(kept: f64, touched: f64, moved: f64, (sides, elements): (f64, usize), target: f64) -> bool {
+fn is_accepted(kept: f64, touched: f64, moved: f64, sides: f64, elements: usize, target: f64) -> bool {
     let edge = kept / elements.max(1) as f64;
     touched / sides + moved <= kept / sides - edge && touched >= least_utilisation(target) * kept
 }
@@ -57,7 +58,7 @@ mod tests {
     #[test]
     fn zones_serve_until_contact_would_reach_their_edge_or_fill_too_little() {
         let accepted = |touched: f64, moved: f64, sides: f64| {
-            is_accepted(1.0, touched, moved, (sides, 16), TARGET_UTILISATION)
+            is_accepted(1.0, touched, moved, sides, 16, TARGET_UTILISATION)
         };
         // As laid: 70 % of the width touch; an edge element is 6.25 %.
         assert!(accepted(0.7, 0.0, 2.0) && accepted(0.7, 0.08, 2.0) && !accepted(0.7, 0.09, 2.0));

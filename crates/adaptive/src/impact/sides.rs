@@ -60,8 +60,11 @@ impl AdaptiveContact {
         check_cancel: &mut CancelCheck<'_>,
     ) -> Result<FineSide, AdaptiveError> {
         let zone = self.fine_zone(request.body, request.site)?;
-        let _work =
-            work::begin(format!("\"{}\" with {} unknowns", request.body.name(), zone.0.field().n_unknowns()));
+        let _work = work::begin(format!(
+            "\"{}\" with {} unknowns",
+            request.body.name(),
+            zone.fine.field().n_unknowns()
+        ));
         self.side(request.body, zone, request.places, request.modes, check_cancel)
     }
 
@@ -72,6 +75,6 @@ impl AdaptiveContact {
     pub(super) fn fine_zone(&self, body: &FlexibleModel, site: &ZoneSite) -> Result<FineZone, AdaptiveError> {
         let fine = self.fine_body(body, site)?;
         let zone = fine.zone(self.law.points, &self.name)?;
-        Ok((fine, zone))
+        Ok(FineZone { fine, zone })
     }
 }

@@ -20,7 +20,7 @@ use crate::state::ImpactHistory;
 use crate::system::body::BodyModel;
 use crate::system::whole_surface::resolved_penalty;
 use crate::touch::detection::{Nearest, Search};
-use crate::touch::parts::{Touch, TouchKind};
+use crate::touch::parts::{Touch, TouchKind, TouchZone};
 use crate::touch::side::{Moved, Side, met_place};
 use crate::touch::tolerances::PARALLEL_IN_RUN;
 
@@ -113,7 +113,7 @@ impl AdaptiveContact {
         let widths = self.widths(bodies, request, predicted);
         let mut own = zone_site(&nearest.contact, ZoneSize::Interval(widths));
         let mut target = target.map(|(other, there)| {
-            let widths = self.target_widths(bodies, states, (&nearest.contact, widths), (other, there));
+            let widths = self.target_widths(bodies, states, &nearest.contact, widths, other, there);
             let widths = widths.map(without_round_off);
             zone_site(there, ZoneSize::Interval(widths))
         });
@@ -136,19 +136,20 @@ impl AdaptiveContact {
         nearest: &Nearest,
         whole: Option<TouchKind>,
     ) -> ZoneSite {
+        if !whole.is_some_and(TouchKind::adds_points) {
+            return ZoneSite::WHOLE;
+        }
         let body = &bodies[self.body];
-        if whole == Some(TouchKind::Edge)
-            && let Some(meets) = self.met_place(bodies, states, nearest)
-        {
+        if let Some(meets) = self.met_place(bodies, states, nearest) {
             let site = zone_site(&nearest.contact, ZoneSize::Whole);
             return ZoneSite { meets: Some(meets), ..site };
         }
         let is_bent = || body.height_between_points() > MISSED_SURFACE * self.detector.size();
         let is_on_plane = matches!(self.target, Target::Plane { .. });
-        if whole == Some(TouchKind::Edge) && (!is_on_plane || is_bent()) {
-            return zone_site(&nearest.contact, ZoneSize::Whole);
+        if is_on_plane && !is_bent() {
+            return ZoneSite::WHOLE;
         }
-        ZoneSite::WHOLE
+        zone_site(&nearest.contact, ZoneSize::Whole)
     }
 
     /// The edge or corner of the target that the contact body meets at the places `nearest`, if
@@ -180,19 +181,19 @@ impl AdaptiveContact {
             None => {}
         }
         let kind = touch.kind;
-        match kind {
-            TouchKind::Smooth | TouchKind::Line => Ok(None),
-            TouchKind::BetweenPoints => {
+        match kind.zone() {
+            TouchZone::Interval => Ok(None),
+            TouchZone::Unseen => {
                 let is_rigid = self.flexible_target.is_none();
                 Err(self.without_model(ContactModelFault::BetweenPoints { is_rigid }))
             }
-            TouchKind::Flat | TouchKind::Edge if self.is_vibrating() => {
+            TouchZone::Whole if self.is_vibrating() => {
                 Err(self.without_model(ContactModelFault::NotSmooth { what: kind.parts() }))
             }
-            TouchKind::Flat | TouchKind::Edge if self.law.is_exact() => {
+            TouchZone::Whole if self.law.is_exact() => {
                 Err(self.without_model(ContactModelFault::ExactWhole { what: kind.parts() }))
             }
-            TouchKind::Flat | TouchKind::Edge => Ok(Some(kind)),
+            TouchZone::Whole => Ok(Some(kind)),
         }
     }
 
@@ -226,7 +227,7 @@ impl AdaptiveContact {
     pub fn penalty_of_modes(&self, kind: TouchKind, bodies: &[BodyModel]) -> f64 {
         let sides =
             [Some(self.body), self.flexible_target].into_iter().flatten().map(|b| flexible(&bodies[b]));
-        if kind == TouchKind::Flat { resolved_penalty(sides) } else { f64::INFINITY }
+        if kind.is_jump() { resolved_penalty(sides) } else { f64::INFINITY }
     }
 
     /// Resets `element` with the models `fine` of whole surfaces, which served an earlier impact or
@@ -277,7 +278,7 @@ impl AdaptiveContact {
         let elements = given.elements_or(ELEMENTS);
         let of_target = self.flexible_target.unwrap_or(self.body);
         let holds = |body: usize, kept: &ZoneSite, wanted: &ZoneSite| {
-            kept_zone::holds(flexible(&bodies[body]), (kept, wanted), elements, given.target_utilisation)
+            kept_zone::holds(flexible(&bodies[body]), kept, wanted, elements, given.target_utilisation)
         };
         let own = history.zones[0].filter(|kept| wanted[0].is_some_and(|w| holds(self.body, kept, &w)))?;
         match (history.zones[1], wanted[1]) {

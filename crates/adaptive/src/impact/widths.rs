@@ -100,8 +100,10 @@ impl AdaptiveContact {
         &self,
         bodies: &[BodyModel],
         states: &[BodyState],
-        (here, widths): (&SurfaceSite, [f64; 2]),
-        (other, there): (usize, &SurfaceSite),
+        here: &SurfaceSite,
+        widths: [f64; 2],
+        other: usize,
+        there: &SurfaceSite,
     ) -> [f64; 2] {
         let tangents = |body: usize, site: &SurfaceSite| {
             let body_model = flexible(&bodies[body]);
@@ -172,7 +174,7 @@ impl AdaptiveContact {
         };
         let Some(law) = self.impact_law(bodies, &own, &other) else { return Ok(None) };
         let gap = if is_touching { 0.0 } else { nearest.gap.max(0.0) };
-        Ok(Some(PointImpact::new((own.point, other.point), normal, law, (states, gap))))
+        Ok(Some(PointImpact::new(own.point, other.point, normal, law, states, gap)))
     }
 }
 
@@ -228,17 +230,12 @@ impl Partner {
         let (model, state) = (&bodies[index], &states[index]);
         let SurfaceView { surface, tangents, outward, point } = view(model, state, site)?;
         let data = &model.data;
-        let motion = data.motion;
-        let inverse_mass = if motion == RigidMotion::Axial {
-            1.0 / data.mass
-        } else {
-            let c = data.mass_moment / data.mass;
-            let steiner = Matrix3::identity() * c.norm_squared() - c * c.transpose();
-            let axes = state.rotation.to_rotation_matrix().into_inner();
-            let central = axes * (data.inertia() - steiner * data.mass) * axes.transpose();
-            let arm = site.point - centre_of_mass(data, state);
-            inverse_effective_mass(data.mass, &central, &arm, &outward)
-        };
+        let c = data.mass_moment / data.mass;
+        let steiner = Matrix3::identity() * c.norm_squared() - c * c.transpose();
+        let axes = state.rotation.to_rotation_matrix().into_inner();
+        let central = axes * (data.inertia() - steiner * data.mass) * axes.transpose();
+        let arm = site.point - centre_of_mass(data, state);
+        let inverse_mass = inverse_effective_mass(data.motion, data.mass, &central, &arm, &outward);
         let point = model.point(&Place::Point(point)).ok()?;
         let velocity = point.velocity(state);
         let point = HertzPoint { body: Some(index), point };

@@ -141,7 +141,7 @@ pub fn zones(
         check_line(first, contact, plan)?;
         let zone = |body: usize, site: SurfacePlace| {
             let FullModel::Flexible(full) = &full[body] else { return Err(no_surface(contact)) };
-            start_zone(first, (contact, law), (body, site), |wanted| full.zone_at_start(wanted))
+            start_zone(first, contact, law, body, site, |wanted| full.zone_at_start(wanted))
         };
         let own = zone(contact.body, sites.contact_body)?;
         let target = match (contact.target, sites.target) {
@@ -164,8 +164,10 @@ fn no_surface(contact: &ContactSpec) -> AdaptiveError {
 /// about its place `site`.
 fn start_zone<T>(
     first: &FirstTouches<'_>,
-    (contact, law): (&ContactSpec, &SurfaceLaw),
-    (body, site): (usize, SurfacePlace),
+    contact: &ContactSpec,
+    law: &SurfaceLaw,
+    body: usize,
+    site: SurfacePlace,
     make: impl FnOnce(&StartZone<'_>) -> T,
 ) -> T {
     let touch = first.of(contact);
@@ -225,9 +227,9 @@ pub fn check_mesh_zones(first: &FirstTouches<'_>, plans: &[ContactPlan]) -> Resu
         for (body, site) in [(Some(contact.body), Some(sites.contact_body)), (other, sites.target)] {
             let (Some(body), Some(site)) = (body, site) else { continue };
             if let Some(mesh) = spec.bodies[body].kind.meshed() {
-                let on = (spec.bodies[body].name.as_str(), &*MeshSurface::of(&mesh.mesh));
-                let wanted = |wanted: &StartZone<'_>| zone_on_mesh(on, wanted).map(|_| ());
-                start_zone(first, (contact, law), (body, site), wanted)?;
+                let (name, surface) = (&spec.bodies[body].name, MeshSurface::of(&mesh.mesh));
+                let wanted = |wanted: &StartZone<'_>| zone_on_mesh(name, &surface, wanted).map(|_| ());
+                start_zone(first, contact, law, body, site, wanted)?;
             }
         }
     }
@@ -300,7 +302,8 @@ fn interface_of(spec: &RunSpec, index: usize, zones: &[Option<Zones>]) -> Result
 /// [`AdaptiveError::Contact`] if its values make no contact.
 pub fn build_contact(
     spec: &ContactSpec,
-    (plan, zones): (&ContactPlan, Option<&Zones>),
+    plan: &ContactPlan,
+    zones: Option<&Zones>,
     bodies: &[BodyModel],
     poses: &[BodyState],
 ) -> Result<BuiltContact, AdaptiveError> {
@@ -319,12 +322,13 @@ pub fn build_contact(
         (ContactLaw::Surface(law), target, Some(zones)) => {
             let side = |body: usize, zone| Some(Side { body, model: flexible(body)?, zone });
             let own = side(spec.body, &zones.contact_body);
-            let own = own.ok_or_else(|| without_model(ContactModelFault::RigidBody))?;
+            let own =
+                own.ok_or_else(|| without_model(ContactModelFault::Settings("the contact body is rigid")))?;
             let other = match target {
                 Target::Plane { .. } => None,
                 Target::Body(body) => zones.target.as_ref().and_then(|zone| side(body, zone)),
             };
-            let contact = zone_contact(law, target, own, other, (bodies, poses)).map_err(fail)?;
+            let contact = zone_contact(law, target, own, other, bodies, poses).map_err(fail)?;
             (contact, zones.contact_body.widths[0], size)
         }
         (ContactLaw::Hertz(law), ..) => {
@@ -332,7 +336,10 @@ pub fn build_contact(
             let size = contact.size();
             (Box::new(Active::new(contact)), 0.0, size)
         }
-        _ => return Err(without_model(ContactModelFault::LawWithoutTarget)),
+        _ => {
+            let fault = ContactModelFault::Settings("law and target do not fit each other");
+            return Err(without_model(fault));
+        }
     };
     let is_static = matches!(&spec.law, ContactLaw::Surface(law) if law.treatment == Treatment::Quasistatic);
     let model = ContactModel {
@@ -496,7 +503,8 @@ fn zone_contact(
     target: Target,
     own: Side<'_>,
     other: Option<Side<'_>>,
-    (bodies, poses): (&[BodyModel], &[BodyState]),
+    bodies: &[BodyModel],
+    poses: &[BodyState],
 ) -> Result<Box<dyn ActiveContact>, ContactError> {
     // The factor is replaced where none is given.
     let penalty = law.penalty.unwrap_or(FALLBACK_PENALTY);

@@ -8,7 +8,7 @@ use crate::spec::unsupported::Unsupported;
 use crate::spec::{ContactLaw, ContactSpec, ElasticSpec, RunSpec, SurfaceLaw, Target, Treatment};
 use crate::surface::{self, SurfacePlace};
 use crate::touch::first::FirstTouches;
-use crate::touch::parts::TouchKind;
+use crate::touch::parts::{TouchKind, TouchZone};
 use crate::touch::sites::Sites;
 
 /// When a contact gets its model.
@@ -49,19 +49,20 @@ fn plan(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Result<ContactPlan
         }
     };
     check_surfaces(spec, contact)?;
-    match edge_touch(touches, contact, law) {
-        Some(kind @ (TouchKind::Flat | TouchKind::Edge)) if law.is_exact() => {
-            let fault = ContactModelFault::ExactWhole { what: kind.parts() };
-            return Err(AdaptiveError::ContactModel { contact: contact.name.clone(), fault });
+    if let Some(kind) = open_touch(touches, contact, law) {
+        let without_model = |fault| Err(AdaptiveError::ContactModel { contact: contact.name.clone(), fault });
+        match kind.zone() {
+            TouchZone::Interval => {}
+            TouchZone::Whole if law.is_exact() => {
+                return without_model(ContactModelFault::ExactWhole { what: kind.parts() });
+            }
+            TouchZone::Whole => return Ok(ContactPlan::AtTouch),
+            TouchZone::Unseen => {
+                let is_rigid =
+                    matches!(contact.target, Target::Body(other) if spec.bodies[other].kind.is_rigid());
+                return without_model(ContactModelFault::BetweenPoints { is_rigid });
+            }
         }
-        Some(TouchKind::Flat | TouchKind::Edge) => return Ok(ContactPlan::AtTouch),
-        Some(TouchKind::BetweenPoints) => {
-            let is_rigid =
-                matches!(contact.target, Target::Body(other) if spec.bodies[other].kind.is_rigid());
-            let (contact, fault) = (contact.name.clone(), ContactModelFault::BetweenPoints { is_rigid });
-            return Err(AdaptiveError::ContactModel { contact, fault });
-        }
-        Some(TouchKind::Smooth | TouchKind::Line) | None => {}
     }
     if law.treatment == Treatment::Adaptive {
         return Ok(ContactPlan::AtTouch);
@@ -97,12 +98,12 @@ fn plan(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Result<ContactPlan
 /// surfaces then.
 pub fn is_whole(touches: &FirstTouches<'_>, contact: &ContactSpec) -> bool {
     let ContactLaw::Surface(law) = &contact.law else { return false };
-    matches!(edge_touch(touches, contact, law), Some(TouchKind::Flat | TouchKind::Edge))
+    open_touch(touches, contact, law).is_some_and(|kind| kind.zone() == TouchZone::Whole)
 }
 
 /// What touches first in a contact whose zone nobody has given and that is quasistatic, or refined
 /// by the program.
-fn edge_touch(touches: &FirstTouches<'_>, contact: &ContactSpec, law: &SurfaceLaw) -> Option<TouchKind> {
+fn open_touch(touches: &FirstTouches<'_>, contact: &ContactSpec, law: &SurfaceLaw) -> Option<TouchKind> {
     let is_left_open = law.interval.width.is_none();
     let is_quasistatic = matches!(law.treatment, Treatment::Adaptive | Treatment::Quasistatic);
     if is_left_open && is_quasistatic { touches.kind(contact) } else { None }

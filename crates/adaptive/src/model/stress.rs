@@ -106,7 +106,8 @@ impl RunModel {
             let zone = contact.zone_model(body, &load.site)?;
             let (n, n_forces) = (zone.residual.interface().len(), load.forces.len());
             if n != n_forces {
-                let fault = ContactModelFault::ForcesOfAnotherZone { forces: n_forces, unknowns: n };
+                let fault =
+                    ContactModelFault::Stored(format!("{n_forces} forces for {n} unknowns of an interface"));
                 return Err(AdaptiveError::ContactModel { contact: contact.name.clone(), fault });
             }
             Ok(zone)

@@ -397,9 +397,9 @@ impl<'a> Scene<'a> {
         let (own, facing) = if !has_mesh || own.outward.angle(&-facing.outward) <= FACING {
             (own, facing)
         } else {
-            let turned = self.facing((contact.body, &sites.contact_body), &-facing.outward);
+            let turned = self.facing(contact.body, &sites.contact_body, &-facing.outward);
             let own = turned.unwrap_or(own);
-            let turned = self.facing((target, &site), &-own.outward);
+            let turned = self.facing(target, &site, &-own.outward);
             (own, turned.unwrap_or(facing))
         };
         Some(Meeting {
@@ -419,7 +419,7 @@ impl<'a> Scene<'a> {
 
     /// The view of the surface at `site`, on the face that meets there whose normal is nearest to
     /// the `direction` in space.
-    fn facing(&self, (body, site): (usize, &SurfacePlace), direction: &Vector3<f64>) -> Option<SurfaceView> {
+    fn facing(&self, body: usize, site: &SurfacePlace, direction: &Vector3<f64>) -> Option<SurfaceView> {
         let surface = surface::of_body(&self.spec.bodies[body].kind)?;
         let in_body = self.poses[body].rotation.inverse_transform_vector(direction);
         let direction = surface.motion().components(in_body.as_ref());
@@ -437,12 +437,9 @@ impl<'a> Scene<'a> {
         let Inertia { motion, mass, centre, inertia, mobility, radiation } =
             Inertia::of(&self.spec.bodies[body].kind, self.spec.is_held(body));
         let (arm, from_centre) = (point - pose.position, point - pose.position - pose.rotation * centre);
-        let inverse_mass = if motion == RigidMotion::Axial {
-            1.0 / mass
-        } else {
-            let axes = pose.rotation.to_rotation_matrix().into_inner();
-            inverse_effective_mass(mass, &(axes * inertia * axes.transpose()), &from_centre, normal)
-        };
+        let axes = pose.rotation.to_rotation_matrix().into_inner();
+        let inertia = axes * inertia * axes.transpose();
+        let inverse_mass = inverse_effective_mass(motion, mass, &inertia, &from_centre, normal);
         let velocity = pose.velocity + (pose.rotation * pose.angular_velocity_in_body).cross(&arm);
         Partner { inverse_mass, mobility, radiation, velocity }
     }

@@ -1,19 +1,21 @@
 //! What stored sizes of a body are made from.
 
 use super::SizeRequest;
+use super::mode_count::ModeRange;
 use crate::spec::{Accuracy, ElasticSpec, MeshedSpec, ReductionSpec};
 use crate::store::{Bytes, ModelKey, body_definition, meshed_definition};
 
 /// Key of the sizes that the program chooses for the body `candidate`, on which sizes that are to
-/// be chosen are one, up to the frequency `limit` \[Hz\] and the number `most`.
+/// be chosen are one, for modes in `range`.
 pub fn sizes_key(
     candidate: &ElasticSpec,
-    (wish, accuracy): (SizeRequest, Accuracy),
-    (limit, most): (f64, usize),
+    wish: SizeRequest,
+    accuracy: Accuracy,
+    range: ModeRange,
 ) -> ModelKey {
     let SizeRequest { elements, modes } = wish;
     let mut key = Bytes(body_definition(candidate));
-    key.add(&(elements, modes, limit, most));
+    key.add(&(elements, modes, range.limit, range.most));
     match candidate.flexible.reduction {
         ReductionSpec::Modal { modes: n } => key.add(&(0, if modes { 0 } else { n })),
         ReductionSpec::CraigBampton { modes: n, fixed_interface_modes } => {
@@ -25,11 +27,10 @@ pub fn sizes_key(
     ModelKey { kind: "sizes", definition: key.0 }
 }
 
-/// Key of the number of modes that the program chooses for the mesh `spec`, up to the frequency
-/// `limit` \[Hz\] and the number `most`.
-pub fn mesh_key(spec: &MeshedSpec, accuracy: Accuracy, (limit, most): (f64, usize)) -> ModelKey {
+/// Key of the number of modes in `range` that the program chooses for the mesh `spec`.
+pub fn mesh_key(spec: &MeshedSpec, accuracy: Accuracy, range: ModeRange) -> ModelKey {
     let mut key = Bytes(meshed_definition(spec));
-    key.add(&(limit, most));
+    key.add(&(range.limit, range.most));
     add_level(&mut key, accuracy);
     ModelKey { kind: "modes chosen for a mesh", definition: key.0 }
 }

@@ -109,7 +109,7 @@ pub fn mesh(
             errors = check.errors(&elements, Known::OnThisMesh)?;
         }
         let error = errors.iter().sum::<f64>();
-        let next = refined(&elements, &errors, check.share(), (&check.groups, &check.rates));
+        let next = refined(&elements, &errors, check.share(), &check.groups, &check.rates);
         let most = if error > PROMISED { 2 * MOST_UNKNOWNS } else { MOST_UNKNOWNS };
         let is_last = round == ROUNDS || !check.is_feasible(&next, most);
         tracing::debug!(?elements, ?errors, "mesh checked");
@@ -272,7 +272,8 @@ fn refined(
     elements: &[usize],
     errors: &[f64],
     share: f64,
-    (groups, rates): (&[Vec<usize>], &[f64]),
+    groups: &[Vec<usize>],
+    rates: &[f64],
 ) -> Vec<usize> {
     let mut next = elements.to_vec();
     for ((group, error), rate) in
@@ -295,14 +296,14 @@ mod tests {
         // 64 times its share with rate 2 p = 6: twice the elements.
         let share = AIM * TOLERANCE / 2.0;
         let (apart, together) = ([vec![0], vec![1]], [vec![0, 1]]);
-        assert_eq!(refined(&[4, 10], &[0.5 * share, 64.0 * share], share, (&apart, &[6.0, 6.0])), [4, 20]);
-        assert_eq!(refined(&[4, 10], &[1.1 * share, 1e9], share, (&apart, &[6.0, 6.0])), [5, 20]);
+        assert_eq!(refined(&[4, 10], &[0.5 * share, 64.0 * share], share, &apart, &[6.0, 6.0]), [4, 20]);
+        assert_eq!(refined(&[4, 10], &[1.1 * share, 1e9], share, &apart, &[6.0, 6.0]), [5, 20]);
         assert_eq!(
-            refined(&[4, 4], &[128.0 * AIM * TOLERANCE / 2.0], AIM * TOLERANCE, (&together, &[6.0])),
+            refined(&[4, 4], &[128.0 * AIM * TOLERANCE / 2.0], AIM * TOLERANCE, &together, &[6.0]),
             [8, 8]
         );
         // Errors seen to fall in proportion to the size: as many times the elements.
-        assert_eq!(refined(&[4, 10], &[1.5 * share, 0.0], share, (&apart, &[1.0, 6.0])), [6, 10]);
+        assert_eq!(refined(&[4, 10], &[1.5 * share, 0.0], share, &apart, &[1.0, 6.0]), [6, 10]);
     }
 
     #[test]

@@ -9,7 +9,6 @@ use super::impact_time::ForceTime;
 use super::mesh::CHECKED;
 use super::spectrum::{FrequencyProblem, Known};
 use super::{Candidate, Spectrum};
-use crate::body::splines::rigid_motion;
 use crate::error::AdaptiveError;
 use crate::sizing::mesh::first_elements::first_elements;
 use crate::spec::{Accuracy, ReductionSpec};
@@ -57,26 +56,56 @@ impl fmt::Display for ChosenModes {
     }
 }
 
-/// Number of modes of `candidate` up to the frequency `limit` \[Hz\], between the least and `most`,
-/// and the frequency of the last. What was solved for goes to `solved`.
+/// How many modes of a body may be chosen, and up to where.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ModeRange {
+    /// Frequency up to which modes are wanted \[Hz\]; zero where no force acts.
+    pub limit: f64,
+    /// Least number of them.
+    pub least: usize,
+    /// Most of them.
+    pub most: usize,
+}
+
+impl ModeRange {
+    /// That of a body with the motions `motion` that is reduced by `reduction`, with the fastest
+    /// force on it.
+    pub fn new(
+        motion: RigidMotion,
+        reduction: ReductionSpec,
+        accuracy: Accuracy,
+        time: Option<&ForceTime>,
+    ) -> Self {
+        let limit = time.map_or(0.0, |t| t.frequency);
+        let least = accuracy.modes(if limit > 0.0 { least(motion) } else { WITHOUT_FORCES });
+        let is_jump = time.is_some_and(|t| t.scale.is_jump());
+        let most = if is_jump { accuracy.modes(MOST_OF_JUMPS) } else { MOST };
+        let most = match reduction {
+            ReductionSpec::CraigBampton { fixed_interface_modes: Some(n), .. } => n.min(most),
+            _ => most,
+        };
+        Self { limit, least, most }
+    }
+}
+
+/// Number of modes of `candidate` in `range`, and the frequency of the last. What was solved for
+/// goes to `solved`.
 ///
 /// # Errors
 /// [`AdaptiveError`] naming the body.
 pub fn count(
     candidate: &Candidate<'_>,
-    limit: f64,
-    most: usize,
+    range: ModeRange,
     solved: &mut Vec<Spectrum>,
 ) -> Result<(usize, f64), AdaptiveError> {
-    let motion = rigid_motion(&candidate.spec.model);
-    let least = candidate.accuracy.modes(if limit > 0.0 { least(motion) } else { WITHOUT_FORCES });
+    let (motion, ModeRange { limit, least, most }) = (candidate.motion(), range);
     let (mut wanted, mut resolved) = (least, least.min(CHECKED));
     // The last of the lowest frequencies and its number.
     let mut last = None;
     // Whether more modes than are ever taken are known to follow it.
     let mut is_followed = false;
     loop {
-        let elements = if candidate.chooses_elements {
+        let elements = if candidate.wish.elements {
             first_elements(&candidate.spec, resolved)
         } else {
             candidate.spec.discretisation.elements.clone()
@@ -88,20 +117,20 @@ pub fn count(
             return Ok((most, problem.nth(most, known)?));
         }
         // The check of the mesh asks for the lowest ones anyway.
-        if wanted == least && (candidate.chooses_elements || limit <= 0.0) {
+        if wanted == least && (candidate.wish.elements || limit <= 0.0) {
             let lowest = problem.lowest(least + GROUP)?;
             let found = Known { first: 0, frequencies: lowest.frequencies.clone() };
             let reaches = found.below(limit) <= least || lowest.is_complete;
             last = found.frequencies.last().map(|last| (*last, found.frequencies.len()));
             solved.push(Spectrum { elements, ..lowest });
             if reaches {
-                return Ok(chosen_from(&found, limit, (least, most), motion));
+                return Ok(chosen_from(&found, range, motion));
             }
         }
         let found = problem.next_to(limit, GROUP)?;
         let below = found.below(limit);
-        if below <= wanted || wanted >= most || !candidate.chooses_elements {
-            return chosen_on(&problem, &found, limit, (least, most), last);
+        if below <= wanted || wanted >= most || !candidate.wish.elements {
+            return chosen_on(&problem, &found, range, last);
         }
         is_followed = below >= most;
         wanted = (below + below / 4).max(wanted + least).min(most);
@@ -119,45 +148,30 @@ pub fn count(
 pub fn chosen_on(
     problem: &FrequencyProblem<'_>,
     found: &Known,
-    limit: f64,
-    (least, most): (usize, usize),
+    range: ModeRange,
     known: Option<(f64, usize)>,
 ) -> Result<(usize, f64), AdaptiveError> {
+    let ModeRange { limit, least, most } = range;
     let (motion, below) = (problem.motion(), found.below(limit));
     if below >= most.max(least) {
         return Ok((most, problem.nth(most, known.unwrap_or((limit, below)))?));
     }
     let wanted = below.max(least);
     if (found.first + 1..=found.first + found.frequencies.len()).contains(&wanted) {
-        return Ok(chosen_from(found, limit, (least, most), motion));
+        return Ok(chosen_from(found, range, motion));
     }
     // A few modes more show whether the count cuts through a group.
     let frequencies = problem.lowest(wanted + GROUP)?.frequencies;
-    Ok(chosen_from(&Known { first: 0, frequencies }, limit, (least, most), motion))
+    Ok(chosen_from(&Known { first: 0, frequencies }, range, motion))
 }
 
-/// Number of frequencies up to `limit` \[Hz\], of which those next to it are `known`, between
-/// `least` and `most` and without cutting a group, and the last of them \[Hz\].
-pub fn chosen_from(
-    known: &Known,
-    limit: f64,
-    (least, most): (usize, usize),
-    motion: RigidMotion,
-) -> (usize, f64) {
-    let Known { first, frequencies } = known;
+/// Number of frequencies in `range`, of which those next to its limit are `known`, without cutting
+/// a group, and the last of them \[Hz\].
+pub fn chosen_from(known: &Known, range: ModeRange, motion: RigidMotion) -> (usize, f64) {
+    let (Known { first, frequencies }, ModeRange { limit, least, most }) = (known, range);
     let n = known.below(limit).max(least).min(most).min(first + frequencies.len());
     let n = (first + whole_group(frequencies, n.saturating_sub(*first), motion)).min(most);
     (n, frequencies.get(n.saturating_sub(first + 1)).copied().unwrap_or(0.0))
-}
-
-/// Most modes of a body that is reduced by `reduction`, with the fastest force on it.
-pub fn most(reduction: ReductionSpec, accuracy: Accuracy, time: Option<&ForceTime>) -> usize {
-    let is_jump = time.is_some_and(|t| t.scale.is_jump());
-    let most = if is_jump { accuracy.modes(MOST_OF_JUMPS) } else { MOST };
-    match reduction {
-        ReductionSpec::CraigBampton { fixed_interface_modes: Some(n), .. } => n.min(most),
-        _ => most,
-    }
 }
 
 /// Modes beyond those wanted, as many as the largest group of equal frequencies of low modes of a
@@ -190,7 +204,7 @@ mod tests {
         let all = [1.0, 2.0, 2.0, 2.0, 3.0, 4.0, 5.0];
         let of = |first: usize, limit: f64| {
             let known = Known { first, frequencies: all[first..].to_vec() };
-            chosen_from(&known, limit, (1, 6), RigidMotion::Spatial)
+            chosen_from(&known, ModeRange { limit, least: 1, most: 6 }, RigidMotion::Spatial)
         };
         for (first, limit, expected) in
             [(1, 2.0, (4, 2.0)), (2, 2.5, (4, 2.0)), (4, 3.5, (5, 3.0)), (5, 9.0, (6, 4.0))]

@@ -2,7 +2,7 @@
 
 use super::impact_time::ForceTime;
 use super::key::mesh_key;
-use super::mode_count::{ChosenModes, GROUP, WITHOUT_FORCES, chosen_on, least, most};
+use super::mode_count::{ChosenModes, GROUP, ModeRange, chosen_on};
 use super::spectrum::{FrequencyProblem, Known};
 use crate::body::mesh::MeshedBody;
 use crate::error::AdaptiveError;
@@ -17,40 +17,34 @@ use ffr_dynamics::body::RigidMotion;
 /// # Errors
 /// [`AdaptiveError`] naming the body.
 pub fn modes(
-    (name, spec): (&str, &MeshedSpec),
+    name: &str,
+    spec: &MeshedSpec,
     accuracy: Accuracy,
     time: Option<&ForceTime>,
     cache: &ModelCache,
 ) -> Result<ChosenModes, AdaptiveError> {
-    let limit = time.map_or(0.0, |t| t.frequency);
-    let most = most(spec.flexible.reduction, accuracy, time);
+    let range = ModeRange::new(RigidMotion::Spatial, spec.flexible.reduction, accuracy, time);
     let (modes, highest) = cache.recent(
-        mesh_key(spec, accuracy, (limit, most)),
+        mesh_key(spec, accuracy, range),
         |stored| match (&stored.counts[..], &stored.values[..]) {
             ([modes], [highest]) => Some((usize::try_from(*modes).ok()?, *highest)),
             _ => None,
         },
-        || count((name, spec), accuracy, (limit, most)),
+        || count(name, spec, range),
         |(modes, highest)| StoredModel { counts: vec![*modes as u64], values: vec![*highest] },
     )?;
     Ok(ChosenModes { modes, highest, time: time.cloned() })
 }
 
 /// The number, and the frequency of the last \[Hz\].
-fn count(
-    (name, spec): (&str, &MeshedSpec),
-    accuracy: Accuracy,
-    (limit, most): (f64, usize),
-) -> Result<(usize, f64), AdaptiveError> {
-    let motion = RigidMotion::Spatial;
-    let least = accuracy.modes(if limit > 0.0 { least(motion) } else { WITHOUT_FORCES });
+fn count(name: &str, spec: &MeshedSpec, range: ModeRange) -> Result<(usize, f64), AdaptiveError> {
     let _work = work::begin(format!("modes of a mesh with {} unknowns", 3 * spec.mesh.nodes().len()));
     let body = MeshedBody::build(name, spec.clone())?.assembled;
     let problem = FrequencyProblem::new(name, &body)?;
-    let found = if limit > 0.0 {
-        problem.next_to(limit, GROUP)?
+    let found = if range.limit > 0.0 {
+        problem.next_to(range.limit, GROUP)?
     } else {
-        Known { first: 0, frequencies: problem.lowest(least + GROUP)?.frequencies }
+        Known { first: 0, frequencies: problem.lowest(range.least + GROUP)?.frequencies }
     };
-    chosen_on(&problem, &found, limit, (least, most), None)
+    chosen_on(&problem, &found, range, None)
 }

@@ -16,7 +16,7 @@ use crate::surface::{POLE, SurfacePlace};
 use crate::touch::flight::touch_in_flight;
 use crate::touch::hertz::{HertzLaw, LocalSurface};
 use crate::touch::local_surface::SurfaceView;
-use crate::touch::parts::{Touch, TouchKind};
+use crate::touch::parts::{NO_ELLIPSE, Touch, TouchKind};
 use crate::touch::side::{Moved, Side};
 use crate::touch::sites::{KnownSurface, Sites, Surfaces, nearest_sites};
 use crate::touch::tolerances::PARALLEL_AT_START;
@@ -39,7 +39,7 @@ pub struct FirstTouches<'a> {
     pub spec: &'a RunSpec,
     /// Motions of the bodies at the start.
     pub poses: &'a [BodyState],
-    surfaces: Surfaces,
+    surfaces: Surfaces<'a>,
     known: RefCell<HashMap<String, Found>>,
 }
 
@@ -49,13 +49,13 @@ type Found = Option<Result<Rc<FirstTouch>, ContactError>>;
 impl<'a> FirstTouches<'a> {
     /// Those of the contacts of `spec` with the motions `poses` at the start.
     pub fn new(spec: &'a RunSpec, poses: &'a [BodyState]) -> Self {
-        Self { spec, poses, surfaces: Surfaces::default(), known: RefCell::default() }
+        Self { spec, poses, surfaces: Surfaces::new(&spec.bodies), known: RefCell::default() }
     }
 
     /// The same touches of the same bodies and contacts, whose sizes alone are those of `spec` now.
     #[must_use]
     pub fn with_sizes(self, spec: &'a RunSpec) -> Self {
-        Self { spec, ..self }
+        Self { spec, surfaces: self.surfaces.with_bodies(&spec.bodies), ..self }
     }
 
     /// Where the bodies of `contact` are nearest at the start; `None` if one of them has no
@@ -64,7 +64,7 @@ impl<'a> FirstTouches<'a> {
     /// # Errors
     /// [`ContactError`] if these places cannot be found.
     pub fn at_start(&self, contact: &ContactSpec) -> Option<Result<Sites, ContactError>> {
-        let pair = Pair::new((self.spec, &self.surfaces), contact).transpose()?;
+        let pair = Pair::new(&self.surfaces, contact).transpose()?;
         Some(pair.and_then(|pair| nearest_sites(contact, &pair.own, pair.target.as_ref(), self.poses)))
     }
 
@@ -92,11 +92,11 @@ impl<'a> FirstTouches<'a> {
     }
 
     fn look(&self, contact: &ContactSpec) -> Found {
-        let pair = match Pair::new((self.spec, &self.surfaces), contact) {
+        let pair = match Pair::new(&self.surfaces, contact) {
             Ok(pair) => pair?,
             Err(error) => return Some(Err(error)),
         };
-        let flight = touch_in_flight((self.spec, &self.surfaces), contact, self.poses);
+        let flight = touch_in_flight(self.spec, &self.surfaces, contact, self.poses);
         let Some((poses, nearest)) = flight else {
             let sites = nearest_sites(contact, &pair.own, pair.target.as_ref(), self.poses);
             let at_start = |sites| Rc::new(FirstTouch { poses: self.poses.to_vec(), sites, kind: None });
@@ -121,13 +121,10 @@ impl<'a> FirstTouches<'a> {
             return None;
         }
         let touch = self.of(contact)?;
-        match touch.kind? {
-            TouchKind::Line => return Some(ALONG_LINE),
-            TouchKind::Flat => return Some("flat faces touch"),
-            TouchKind::Edge | TouchKind::BetweenPoints => return Some("an edge, a rim or a corner touches"),
-            TouchKind::Smooth => {}
+        if let Some(reason) = touch.kind?.no_hertz_point() {
+            return Some(reason);
         }
-        let pair = Pair::new((self.spec, &self.surfaces), contact).ok()??;
+        let pair = Pair::new(&self.surfaces, contact).ok()??;
         let (own, other) = pair.in_motion(&touch.poses);
         let view = |(surface, pose): Moved<'_>, place: &SurfacePlace| {
             SurfaceView::new(surface, 1.0, &pose.rotation, place)
@@ -140,12 +137,9 @@ impl<'a> FirstTouches<'a> {
             (Some(other), Some(site)) => view(other, site)?.surface,
             _ => LocalSurface::plane(1.0),
         };
-        HertzLaw::new(&[own_view.surface, other]).is_none().then_some(ALONG_LINE)
+        HertzLaw::new(&[own_view.surface, other]).is_none().then_some(NO_ELLIPSE)
     }
 }
-
-/// The reason for which Hertz's law does not hold where a relative curvature is zero or negative.
-const ALONG_LINE: &str = "surfaces touch along a line or lie in each other";
 
 /// The surfaces of a contact body and its target, none of a plane, with the numbers of the bodies.
 struct Pair {
@@ -158,15 +152,11 @@ impl Pair {
     ///
     /// # Errors
     /// [`ContactError`] if a surface cannot be searched.
-    fn new(
-        (spec, surfaces): (&RunSpec, &Surfaces),
-        contact: &ContactSpec,
-    ) -> Result<Option<Self>, ContactError> {
-        let of = |body: usize| surfaces.of(&spec.bodies[body]);
-        let Some(own) = of(contact.body)? else { return Ok(None) };
+    fn new(surfaces: &Surfaces<'_>, contact: &ContactSpec) -> Result<Option<Self>, ContactError> {
+        let Some(own) = surfaces.of(contact.body)? else { return Ok(None) };
         let target = match contact.target {
             Target::Plane { .. } => None,
-            Target::Body(other) => match of(other)? {
+            Target::Body(other) => match surfaces.of(other)? {
                 Some(target) => Some((other, target)),
                 None => return Ok(None),
             },

@@ -20,7 +20,8 @@ const LOOKS_BACK: usize = 10;
 /// start. `None` for bodies that move on joints or under loads, that have no surface, or that do
 /// not meet before the end of the run.
 pub(super) fn touch_in_flight(
-    (spec, surfaces): (&RunSpec, &Surfaces),
+    spec: &RunSpec,
+    surfaces: &Surfaces<'_>,
     contact: &ContactSpec,
     poses: &[BodyState],
 ) -> Option<(Vec<BodyState>, Nearest)> {
@@ -29,7 +30,7 @@ pub(super) fn touch_in_flight(
     if bodies.any(|body| !is_free(spec, body) && !spec.is_held(body)) {
         return None;
     }
-    Flight::new((spec, surfaces), contact, poses)?.touch(spec.settings.end_time)
+    Flight::new(spec, surfaces, contact, poses)?.touch(spec.settings.end_time)
 }
 
 /// Whether nothing but gravity and contacts acts on body `body`.
@@ -55,11 +56,12 @@ struct Flight<'a> {
 
 impl<'a> Flight<'a> {
     fn new(
-        (spec, surfaces): (&RunSpec, &Surfaces),
+        spec: &RunSpec,
+        surfaces: &Surfaces<'_>,
         contact: &ContactSpec,
         poses: &'a [BodyState],
     ) -> Option<Self> {
-        let model = |body: usize| Some(surfaces.of(&spec.bodies[body]).ok()??.model);
+        let model = |body: usize| Some(surfaces.of(body).ok()??.model);
         let own = model(contact.body)?;
         let size = own.radius();
         let (target, other) = match contact.target {

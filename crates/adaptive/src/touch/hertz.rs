@@ -6,6 +6,7 @@
 use std::f64::consts::PI;
 
 use contact_qs::law::HertzEllipse;
+use ffr_dynamics::body::RigidMotion;
 use nalgebra::{Matrix3, Vector3};
 
 use crate::touch::tolerances::{FLAT, NO_CURVATURE, STRAIGHT};
@@ -59,15 +60,20 @@ pub fn contact_modulus(materials: &[(f64, f64)]) -> f64 {
     1.0 / materials.iter().map(|(young, poisson)| (1.0 - poisson * poisson) / young).sum::<f64>()
 }
 
-/// Inverse effective mass `1/m + (r × n)ᵀ I⁻¹ (r × n)` of a free rigid body against a push along
-/// `normal` at `arm` from its centre of mass (theory Eq. A.23) [1/kg]. Zero for bodies that cannot
-/// move; a singular inertia counts as no rotation.
+/// Inverse effective mass `1/m + (r × n)ᵀ I⁻¹ (r × n)` of a free rigid body with the motions
+/// `motion` against a push along `normal` at `arm` from its centre of mass (theory Eq. A.23)
+/// [1/kg]; `inertia` is about that, in space. Zero for bodies that cannot move; a singular inertia
+/// counts as no rotation, and axisymmetric bodies do not turn.
 pub fn inverse_effective_mass(
+    motion: RigidMotion,
     mass: f64,
     inertia: &Matrix3<f64>,
     arm: &Vector3<f64>,
     normal: &Vector3<f64>,
 ) -> f64 {
+    if motion == RigidMotion::Axial {
+        return 1.0 / mass;
+    }
     let lever = arm.cross(normal);
     let rotation = inertia.try_inverse().map_or(0.0, |inverse| lever.dot(&(inverse * lever)));
     1.0 / mass + rotation
@@ -501,8 +507,8 @@ mod tests {
     fn a_push_off_centre_meets_less_mass() {
         let inertia = Matrix3::identity() * 0.4 * 2.0 * 0.01; // sphere of 2 kg and radius 0.1 m
         let arm = Vector3::new(0.1, 0.0, 0.0);
-        let central = inverse_effective_mass(2.0, &inertia, &arm, &Vector3::x());
-        let tangential = inverse_effective_mass(2.0, &inertia, &arm, &Vector3::y());
+        let central = inverse_effective_mass(RigidMotion::Spatial, 2.0, &inertia, &arm, &Vector3::x());
+        let tangential = inverse_effective_mass(RigidMotion::Spatial, 2.0, &inertia, &arm, &Vector3::y());
         assert_relative_eq!(central, 0.5, max_relative = 1e-14);
         assert_relative_eq!(tangential, 3.5 / 2.0, max_relative = 1e-14); // (1 + 5/2)/m
     }

@@ -152,10 +152,10 @@ pub fn check_undeformed(spec: &RunSpec, poses: &[BodyState]) -> Result<(), Adapt
         ContactLaw::Surface(_) => true,
         ContactLaw::Hertz(law) => law.spheres(c.target).is_none(),
     };
-    let surfaces = Surfaces::default();
+    let surfaces = Surfaces::new(&spec.bodies);
     let contacts = spec.contacts.iter().filter(is_of_surfaces);
     for contact in contacts.filter(|_| !spec.settings.static_start) {
-        if let Some(overlap) = of_undeformed((spec, &surfaces), contact, poses)? {
+        if let Some(overlap) = of_undeformed(spec, &surfaces, contact, poses)? {
             return Err(overlap);
         }
     }
@@ -164,17 +164,18 @@ pub fn check_undeformed(spec: &RunSpec, poses: &[BodyState]) -> Result<(), Adapt
 
 /// The error for the overlap of a contact, if it has one that is not allowed.
 fn of_undeformed(
-    (spec, surfaces): (&RunSpec, &Surfaces),
+    spec: &RunSpec,
+    surfaces: &Surfaces<'_>,
     contact: &ContactSpec,
     poses: &[BodyState],
 ) -> Result<Option<AdaptiveError>, AdaptiveError> {
     let fail = |source| AdaptiveError::Contact { contact: contact.name.clone(), source };
     let body = &spec.bodies[contact.body];
-    let model = |body| surfaces.of(body).map_err(fail).map(|known| known.map(|known| known.model));
-    let Some(own) = model(body)? else { return Ok(None) };
+    let model = |body: usize| surfaces.of(body).map_err(fail).map(|known| known.map(|known| known.model));
+    let Some(own) = model(contact.body)? else { return Ok(None) };
     let target = match contact.target {
         Target::Plane { point, normal } => DetectorTarget::plane(point, normal),
-        Target::Body(other) => match model(&spec.bodies[other])? {
+        Target::Body(other) => match model(other)? {
             Some(there) if are_apart([&own, &there], [contact.body, other].map(|i| &poses[i])) => {
                 return Ok(None);
             }

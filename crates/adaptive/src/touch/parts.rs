@@ -25,17 +25,55 @@ pub enum TouchKind {
     BetweenPoints,
 }
 
+/// What a contact has as its zone where two bodies touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TouchZone {
+    /// An interval of its surfaces about the nearest places.
+    Interval,
+    /// The whole surfaces.
+    Whole,
+    /// None: no contact points stand there.
+    Unseen,
+}
+
+/// The reason for which Hertz's law does not hold where a relative curvature is zero or negative.
+pub const NO_ELLIPSE: &str = "surfaces touch along a line or lie in each other";
+
+// Every property of a touch is a match over all kinds.
 impl TouchKind {
+    /// What a contact whose zone nobody has given has as its zone.
+    pub fn zone(self) -> TouchZone {
+        match self {
+            Self::Smooth | Self::Line => TouchZone::Interval,
+            Self::Flat | Self::Edge => TouchZone::Whole,
+            Self::BetweenPoints => TouchZone::Unseen,
+        }
+    }
+
+    /// Whether zones that are whole surfaces have contact points of their own about the nearest
+    /// places, beside those of the elements.
+    pub fn adds_points(self) -> bool {
+        match self {
+            Self::Edge => true,
+            Self::Smooth | Self::Line | Self::Flat | Self::BetweenPoints => false,
+        }
+    }
+
+    /// Whether the force jumps as soon as the bodies touch.
+    pub fn is_jump(self) -> bool {
+        match self {
+            Self::Flat => true,
+            Self::Smooth | Self::Line | Self::Edge | Self::BetweenPoints => false,
+        }
+    }
+
     /// Whether the pressure has a limit when elements shrink; under edges, rims and corners it has
     /// none.
     pub fn bounds_pressure(self) -> bool {
-        matches!(self, Self::Smooth | Self::Line | Self::Flat)
-    }
-
-    /// Whether the contact may have an interval of its surfaces as its zone; otherwise its zones
-    /// are the whole surfaces.
-    pub fn is_smooth(self) -> bool {
-        matches!(self, Self::Smooth | Self::Line)
+        match self {
+            Self::Smooth | Self::Line | Self::Flat => true,
+            Self::Edge | Self::BetweenPoints => false,
+        }
     }
 
     /// The parts that touch, in words that follow "touch with".
@@ -44,6 +82,16 @@ impl TouchKind {
             Self::Smooth | Self::Line => "smooth faces",
             Self::Flat => "flat faces",
             Self::Edge | Self::BetweenPoints => "an edge or a corner",
+        }
+    }
+
+    /// Why Hertz's law of points does not hold; none of smooth faces, whose curvatures decide.
+    pub fn no_hertz_point(self) -> Option<&'static str> {
+        match self {
+            Self::Smooth => None,
+            Self::Line => Some(NO_ELLIPSE),
+            Self::Flat => Some("flat faces touch"),
+            Self::Edge | Self::BetweenPoints => Some("an edge, a rim or a corner touches"),
         }
     }
 }
@@ -76,7 +124,7 @@ impl Touch {
         let (own, target) = (Side::new(own), other.map(Side::new));
         let normal = touch_direction(&own, target.as_ref(), nearest);
         let (own, target) = (own.facing(&-normal), target.map(|side| side.facing(&normal)));
-        Self { nearest: *nearest, kind: kind_at((&own, target.as_ref()), nearest, &normal, parallel), normal }
+        Self { nearest: *nearest, kind: kind_at(&own, target.as_ref(), nearest, &normal, parallel), normal }
     }
 }
 
@@ -84,7 +132,8 @@ impl Touch {
 /// its target, none of a plane, along the direction `normal`. Flat faces meet as a whole if they
 /// are inclined by no more than the angle `parallel` \[rad\].
 fn kind_at(
-    (own, target): (&Side<'_>, Option<&Side<'_>>),
+    own: &Side<'_>,
+    target: Option<&Side<'_>>,
     nearest: &Nearest,
     normal: &Vector3<f64>,
     parallel: f64,
@@ -98,7 +147,7 @@ fn kind_at(
         TouchKind::Smooth
     } else if target.zip(target_point).is_some_and(|(target, point)| {
         let slack = (parallel + SAME_PLACE) * own.size().min(target.size());
-        own.holds_edge((&own_point, normal), (target, &point), slack)
+        own.holds_edge(&own_point, normal, target, &point, slack)
     }) {
         TouchKind::BetweenPoints
     } else {

@@ -41,10 +41,12 @@ pub struct PointImpact {
 impl PointImpact {
     /// A contact whose surfaces have the given gap in the motion `bodies`.
     pub fn new(
-        (contact, target): (HertzPoint, HertzPoint),
+        contact: HertzPoint,
+        target: HertzPoint,
         normal: Vector3<f64>,
         law: ImpactLaw,
-        (bodies, gap): (&[BodyState], f64),
+        bodies: &[BodyState],
+        gap: f64,
     ) -> Self {
         let mut impact = Self { contact, target, normal, offset: 0.0, law };
         impact.offset = impact.gap(bodies) - gap;

@@ -128,8 +128,10 @@ impl<'a> Side<'a> {
     /// of the bodies' size.
     pub fn holds_edge(
         &self,
-        (point, normal): (&[f64; 3], &Vector3<f64>),
-        (target, there): (&Self, &[f64; 3]),
+        point: &[f64; 3],
+        normal: &Vector3<f64>,
+        target: &Self,
+        there: &[f64; 3],
         slack: f64,
     ) -> bool {
         if self.surface.motion() != RigidMotion::Spatial {

@@ -34,14 +34,25 @@ type OfShape = Vec<(RigidMotion, KnownSurface)>;
 
 /// Surfaces of undeformed bodies, one for all that share a shape or a mesh, by where that lies in
 /// memory.
-#[derive(Default)]
-pub(crate) struct Surfaces {
+pub(crate) struct Surfaces<'a> {
+    bodies: &'a [BodySpec],
     known: RefCell<HashMap<usize, OfShape>>,
 }
 
-impl Surfaces {
-    /// The surface of `body`; none of a body that has no surface to touch.
-    pub fn of(&self, body: &BodySpec) -> Result<Option<KnownSurface>, ContactError> {
+impl<'a> Surfaces<'a> {
+    /// Those of `bodies`, of which none is known yet.
+    pub fn new(bodies: &'a [BodySpec]) -> Self {
+        Self { bodies, known: RefCell::default() }
+    }
+
+    /// The same of bodies with the same shapes and meshes.
+    pub fn with_bodies(self, bodies: &'a [BodySpec]) -> Self {
+        Self { bodies, ..self }
+    }
+
+    /// The surface of body `body`; none of a body that has no surface to touch.
+    pub fn of(&self, body: usize) -> Result<Option<KnownSurface>, ContactError> {
+        let body = &self.bodies[body];
         let Some(address) = surface::address(&body.kind) else { return Ok(None) };
         let motion = body.kind.motion();
         let mut known = self.known.borrow_mut();

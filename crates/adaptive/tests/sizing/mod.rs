@@ -3,6 +3,7 @@
 //! Solids are set against polynomials over the whole body ([`ritz`]) and against Lamb's ball, plane and axisymmetric shapes against
 //! finer meshes. Each prints a row: body, elements, unknowns, time of the choice, the program's estimate, error.
 
+use adaptive::sizing::mode_count::ModeRange;
 use adaptive::sizing::{Candidate, SizeRequest, mesh, mode_count};
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, ReductionSpec};
 use iga_core::SplineError;
@@ -128,14 +129,15 @@ fn modes_are_counted_as_if_all_were_known() {
         assert_eq!(n, expected);
         assert!((highest / all[n - 1] - 1.0).abs() < 1e-5, "{n}: {highest} and {}", all[n - 1]);
     };
+    let up_to = |limit: f64, most: usize| ModeRange { limit, least: 20, most };
     for n in [25, 60, 110] {
         let limit = 0.5 * (all[n - 1] + all[n]);
-        same(mode_count::count(&candidate, limit, 300, &mut Vec::new()).unwrap(), n);
-        same(mode_count::count(&candidate, 3.0 * limit, n, &mut Vec::new()).unwrap(), n);
+        same(mode_count::count(&candidate, up_to(limit, 300), &mut Vec::new()).unwrap(), n);
+        same(mode_count::count(&candidate, up_to(3.0 * limit, n), &mut Vec::new()).unwrap(), n);
     }
     // With elements of the program's own, the mesh is another one, on which the shortest waves are right to a per cent.
     let candidate = Candidate::new("plate", &plate, SizeRequest { elements: true, modes: true });
-    let (n, highest) = mode_count::count(&candidate, all[119], 80, &mut Vec::new()).unwrap();
+    let (n, highest) = mode_count::count(&candidate, up_to(all[119], 80), &mut Vec::new()).unwrap();
     assert!(n == 80 && (highest / all[79] - 1.0).abs() < 0.01, "{n}: {highest} and {}", all[79]);
 }
 

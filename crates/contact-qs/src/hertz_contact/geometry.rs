@@ -195,7 +195,7 @@ impl Geometry {
         let at = |surface: &Surface, place: &Site, sign: f64| {
             let shape =
                 surface.model.local_shape(place).ok_or_else(|| no_point("a place without curvature"))?;
-            shape_in_space(&shape, (surface, &motion.bodies[surface.body]), touch, sign)
+            shape_in_space(&shape, surface, &motion.bodies[surface.body], touch, sign)
                 .ok_or_else(|| no_point("an edge, a rim or a place beside the axis"))
         };
         let mine = at(own, &places[0], -1.0)?;
@@ -218,7 +218,9 @@ impl Geometry {
         &self,
         bodies: &[BodyState],
         touch: &Touch,
-        (curved, semi_axes, force): (&Curved, [f64; 2], f64),
+        curved: &Curved,
+        semi_axes: [f64; 2],
+        force: f64,
     ) -> Option<StiffnessChange> {
         let (Self::Surfaces { own, target, .. }, Some(places), Some(bending)) =
             (self, &touch.places, &curved.bending)
@@ -246,7 +248,8 @@ impl Geometry {
 /// `None` beside the axis of an axisymmetric body, and where an edge is nearest.
 fn shape_in_space(
     shape: &LocalShape,
-    (surface, state): (&Surface, &BodyState),
+    surface: &Surface,
+    state: &BodyState,
     touch: &Touch,
     sign: f64,
 ) -> Option<Matrix3<f64>> {

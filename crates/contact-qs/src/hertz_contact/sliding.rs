@@ -228,7 +228,7 @@ impl Sliding {
             found.next.tangents_in_target
         };
         let along = |v: &Vector3<f64>| used.each_ref().map(|t| t.dot(v));
-        let force = self.springs(pressed, &frames, [along(&slip), along(&rate)], (reference, found));
+        let force = self.springs(pressed, &frames, [along(&slip), along(&rate)], reference, found);
         found.force = frames[1].in_space(&(used[0] * force[0] + used[1] * force[1]));
         found.is_known = true;
     }
@@ -256,7 +256,8 @@ impl Sliding {
         pressed: &Pressed<'_>,
         frames: &[Frame<'_>; 2],
         [slip, slip_rate]: [[f64; 2]; 2],
-        (reference, found): (&Reference, &mut SlidingFound),
+        reference: &Reference,
+        found: &mut SlidingFound,
     ) -> [f64; 2] {
         (found.energy, found.work, found.is_sliding) = (0.0, SlidingWork::default(), false);
         found.next.stretches.fill([0.0; 2]);

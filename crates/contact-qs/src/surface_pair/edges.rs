@@ -38,9 +38,9 @@ fn edges(surface: &TargetSurface) -> Vec<[[bool; 2]; 2]> {
     for (face, ends) in found.iter_mut().enumerate() {
         for (a, both) in ends.iter_mut().enumerate().take(surface.n_parameters) {
             for (upper, is_edge) in both.iter_mut().enumerate() {
-                let places = SHARES.map(|share| place(surface, face, (a, upper), share));
+                let places = SHARES.map(|share| place(surface, face, a, upper, share));
                 let n = if surface.n_parameters == 1 { 1 } else { places.len() };
-                *is_edge = places[..n].iter().any(|p| is_sharp(displaced, (p, a), &samples, &mut functions));
+                *is_edge = places[..n].iter().any(|p| is_sharp(displaced, p, a, &samples, &mut functions));
             }
         }
     }
@@ -48,7 +48,7 @@ fn edges(surface: &TargetSurface) -> Vec<[[bool; 2]; 2]> {
 }
 
 /// The place at `share` of the end of direction `a` of a face.
-fn place(surface: &TargetSurface, face: usize, (a, upper): (usize, usize), share: f64) -> SurfacePlace {
+fn place(surface: &TargetSurface, face: usize, a: usize, upper: usize, share: f64) -> SurfacePlace {
     let grid = &surface.faces[face];
     let mut xi = [0, 1].map(|d| {
         let [low, high] = grid.range(d);
@@ -61,7 +61,8 @@ fn place(surface: &TargetSurface, face: usize, (a, upper): (usize, usize), share
 /// Whether no face goes on smoothly at `place`, which is an end of direction `a` of its own.
 fn is_sharp(
     displaced: Displaced<'_>,
-    (place, a): (&SurfacePlace, usize),
+    place: &SurfacePlace,
+    a: usize,
     samples: &Samples,
     functions: &mut Functions,
 ) -> bool {

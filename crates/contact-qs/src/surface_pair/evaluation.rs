@@ -308,7 +308,7 @@ impl SurfacePair {
             let facing = self.facing.get(i).map(|normal| relative.transform_vector(normal));
             if from.is_none() || !displaced.may_stand(&found, facing.as_ref()) {
                 samples.update_once(displaced, is_sampled);
-                return displaced.on_all_faces((point, facing.as_ref()), samples, functions);
+                return displaced.on_all_faces(point, facing.as_ref(), samples, functions);
             }
         } else if found.is_beyond && self.surface.is_joined() {
             // Another face may be nearer, or go on from there.

@@ -25,7 +25,8 @@ impl Displaced<'_> {
     /// face; without one it is open.
     pub fn on_all_faces(
         &self,
-        (point, facing): (&[f64; 3], Facing<'_>),
+        point: &[f64; 3],
+        facing: Facing<'_>,
         samples: &Samples,
         functions: &mut Functions,
     ) -> Projection {
@@ -142,7 +143,7 @@ mod tests {
             for height in [-0.01, 1.01] {
                 let mut point = [0.3, 0.4, 0.45];
                 point[direction] = height;
-                let found = displaced.on_all_faces((&point, None), &samples, &mut functions);
+                let found = displaced.on_all_faces(&point, None, &samples, &mut functions);
                 let jet = displaced.jet_of(found.element, &functions);
                 // Sums of four terms of order one.
                 assert!((found.gap - 0.01).abs() < 1e-14, "{found:?}");

@@ -70,8 +70,8 @@ impl Node {
         check_type(&dataset, &path, "floating-point numbers", is_number)?;
         let values = hdf5_integrity::rows::<f64>(&dataset)?;
         if let Some(at) = values.iter().position(|v| !v.is_finite()) {
-            let (index, value) = (multi_index(at, &found), values[at]);
-            return Err(BodyFault::NotFinite { path, index, value });
+            let found = format!("{} at position {:?}", values[at], multi_index(at, &found));
+            return Err(BodyFault::Numbers { path, found, allowed: "all numbers must be finite".into() });
         }
         Ok(Some((values, found)))
     }
@@ -100,7 +100,7 @@ impl Node {
         let last = last.min(u32::MAX as usize) as i64;
         let values = hdf5_integrity::rows::<i64>(&dataset)?;
         if let Some(position) = values.iter().position(|v| *v < 0 || *v > last) {
-            return Err(BodyFault::Index { path, position, value: values[position], last });
+            return Err(BodyFault::index(path, position, values[position], last));
         }
         Ok(values.into_iter().map(|v| v as u32).collect())
     }
@@ -210,7 +210,7 @@ fn check_type(
         Ok(descriptor) => descriptor.to_string(),
         Err(_) => "a type that this program does not know".into(),
     };
-    Err(BodyFault::Type { path: path.into(), expected, found })
+    Err(BodyFault::Numbers { path: path.into(), found, allowed: format!("expected {expected}") })
 }
 
 fn text(shape: &[Extent]) -> String {

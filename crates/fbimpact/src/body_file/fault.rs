@@ -63,37 +63,15 @@ pub enum BodyFault {
         /// The shape found.
         found: Vec<usize>,
     },
-    /// A dataset has the wrong type.
-    #[error("dataset {path} holds {found}, expected {expected}")]
-    Type {
+    /// A dataset holds numbers of the wrong type, or a number that it must not hold.
+    #[error("dataset {path} holds {found}, {allowed}")]
+    Numbers {
         /// Its path.
         path: String,
-        /// The type asked for.
-        expected: &'static str,
-        /// The type found.
+        /// The type, or the number and where it stands.
         found: String,
-    },
-    /// A number is NaN or infinite.
-    #[error("dataset {path} holds {value} at position {index:?}, all numbers must be finite")]
-    NotFinite {
-        /// Its path.
-        path: String,
-        /// Where.
-        index: Vec<usize>,
-        /// The number.
-        value: f64,
-    },
-    /// An index is negative or too large.
-    #[error("dataset {path} holds the index {value} at position {position}, possible are 0 to {last}")]
-    Index {
-        /// Its path.
-        path: String,
-        /// Where, counted along the stored numbers.
-        position: usize,
-        /// The index.
-        value: i64,
-        /// The largest index possible.
-        last: i64,
+        /// What it may hold, in a sentence of its own.
+        allowed: String,
     },
     /// A name that HDF5 cannot hold.
     #[error("the name \"{name}\" cannot be stored: it is empty, has a slash or is a dot")]
@@ -112,6 +90,15 @@ pub enum BodyFault {
     /// The library failed.
     #[error("HDF5: {}", error_text::of_hdf5(.0))]
     Hdf5(#[from] hdf5::Error),
+}
+
+impl BodyFault {
+    /// An index in the dataset `path` that is negative or larger than `last`; its position is
+    /// counted along the stored numbers.
+    pub(super) fn index(path: String, position: usize, value: i64, last: i64) -> Self {
+        let found = format!("the index {value} at position {position}");
+        Self::Numbers { path, found, allowed: format!("possible are 0 to {last}") }
+    }
 }
 
 impl From<BodyFileError> for AppError {

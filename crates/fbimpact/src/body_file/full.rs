@@ -109,12 +109,8 @@ fn matrix(node: &Node, name: &str, numbers: &[u32]) -> Result<SparseColMat<u32, 
     if triangle == Triangle::Lower
         && let Some(k) = (0..rows.len()).find(|k| rows[*k] < columns[*k])
     {
-        return Err(BodyFault::Index {
-            path: node.child("rows"),
-            position: k,
-            value: i64::from(rows[k]),
-            last: i64::from(columns[k]) - 1,
-        });
+        let last = i64::from(columns[k]) - 1;
+        return Err(BodyFault::index(node.child("rows"), k, i64::from(rows[k]), last));
     }
     symmetric_matrix(name, n, entries, triangle).map_err(|e| node.fault(e))
 }

@@ -136,7 +136,7 @@ impl Runs<'_> {
             threads: (self.n_threads / at_once).max(1),
         };
         let jobs = variants.iter().map(|v| self.job(v)).collect::<Result<Vec<_>, AppError>>()?;
-        execute(&setting, &jobs, (at_once, has_base), &|| self.stop.is_asked())
+        execute(&setting, &jobs, at_once, has_base, &|| self.stop.is_asked())
     }
 
     /// The run of `variant`. A variant that is no valid scenario fails when it is run.

@@ -28,7 +28,8 @@ pub fn resume(
     output: &Path,
     arguments: &RunArguments,
     n_threads: usize,
-    (stop, bar): (&Stop, ProgressBar),
+    stop: &Stop,
+    bar: ProgressBar,
 ) -> Result<(), AppError> {
     let target = linked(&target(output))?;
     check_unfinished(&target)?;

@@ -24,8 +24,8 @@ pub fn run(arguments: &RunArguments, bar: ProgressBar) -> Result<(), AppError> {
         ffr_dynamics::reduction::memory::limit((1e9 * gigabytes) as u64);
     }
     match (&arguments.resume, &arguments.scenario) {
-        (Some(output), _) => super::resume::resume(output, arguments, n_threads, (&stop, bar)),
-        (None, Some(path)) => run_scenario(path, arguments, n_threads, (&stop, bar)),
+        (Some(output), _) => super::resume::resume(output, arguments, n_threads, &stop, bar),
+        (None, Some(path)) => run_scenario(path, arguments, n_threads, &stop, bar),
         // The command line asks for one of them.
         (None, None) => Err(CommandFault::request("name a scenario, or a result with --resume").into()),
     }
@@ -35,7 +35,8 @@ fn run_scenario(
     path: &Path,
     arguments: &RunArguments,
     n_threads: usize,
-    (stop, bar): (&Stop, ProgressBar),
+    stop: &Stop,
+    bar: ProgressBar,
 ) -> Result<(), AppError> {
     let scenario = scenario::read(path, &arguments.set.set)?;
     let target = match &arguments.output {

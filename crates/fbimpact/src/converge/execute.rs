@@ -27,7 +27,8 @@ const PAUSE: Duration = Duration::from_millis(10);
 pub fn execute(
     setting: &Setting,
     jobs: &[Job],
-    (at_once, is_first_needed): (usize, bool),
+    at_once: usize,
+    is_first_needed: bool,
     stop: &dyn Fn() -> bool,
 ) -> Result<Vec<Outcome>, AppError> {
     let mut queue = Queue {

@@ -1,6 +1,7 @@
 //! A body from matrices, nodes and the order of unknowns, in SI units.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Display;
 
 use faer::sparse::SparseColMat;
 use ffr_dynamics::DynamicsError;
@@ -50,82 +51,33 @@ pub struct Report {
 /// Why no body comes of it.
 #[derive(Debug, thiserror::Error)]
 pub enum AssemblyFault {
-    /// A row that is not among the unknowns.
-    #[error(
-        "{matrix}: row {row} is beyond the {n} unknowns {source_of}; give the order of unknowns with --dof-map"
-    )]
-    Row {
-        /// "stiffness" or "mass".
-        matrix: &'static str,
-        /// The row, from 1.
-        row: u64,
-        /// Number of unknowns.
-        n: usize,
-        /// Where they are from.
-        source_of: &'static str,
-    },
-    /// Another number of rows than unknowns.
-    #[error("{matrix}: {rows} rows, and {n} unknowns {source_of}; give the order of unknowns with --dof-map")]
-    Rows {
-        /// "stiffness" or "mass".
-        matrix: &'static str,
-        /// Rows of the file.
-        rows: u64,
-        /// Number of unknowns.
-        n: usize,
-        /// Where they are from.
-        source_of: &'static str,
-    },
-    /// A node without position.
-    #[error("{user} names node {node}, which the list of nodes does not have")]
-    Node {
-        /// The entry of the file that names it.
-        user: String,
-        /// The node.
-        node: u64,
-    },
-    /// A node of a marker without unknowns.
-    #[error("marker \"{marker}\" names node {node}, which has no unknown in the matrices")]
-    NoUnknown {
-        /// Name of the marker.
-        marker: String,
-        /// The node.
-        node: u64,
-    },
-    /// Nodes that make no marker.
-    #[error("marker \"{marker}\": {source}")]
-    Marker {
-        /// Name of the marker.
-        marker: String,
-        /// What is wrong.
-        source: DynamicsError,
-    },
-    /// Supports in the matrices.
-    #[error(
-        "{source}; {count} of {n_nodes} nodes have no displacement along {axes}, the first is node {node}: CalculiX leaves supported degrees of freedom \
-         out. Write the matrices without supports (*BOUNDARY), and hold the body by joints of the scenario"
-    )]
-    Supported {
-        /// What is wrong.
-        source: Box<DynamicsError>,
-        /// Nodes that lack an unknown.
-        count: usize,
-        /// Nodes of the list.
-        n_nodes: usize,
-        /// The first of them.
-        node: u64,
-        /// What it lacks.
-        axes: String,
-    },
-    /// More than indices can name.
-    #[error("{n} unknowns, at most 4294967295 are possible")]
-    TooMany {
-        /// How many.
-        n: usize,
-    },
+    /// Matrices, unknowns, nodes and markers that do not go together: what is wrong, and what to
+    /// change.
+    #[error("{0}")]
+    Parts(String),
     /// Numbers that make no body.
     #[error(transparent)]
     Numbers(#[from] DynamicsError),
+}
+
+impl AssemblyFault {
+    /// A row or a number of rows of `matrix` that the `n` unknowns `source_of` some data do not
+    /// have.
+    fn rows(matrix: &str, what: impl Display, n: usize, source_of: &str) -> Self {
+        Self::Parts(format!(
+            "{matrix}: {what} {n} unknowns {source_of}; give the order of unknowns with --dof-map"
+        ))
+    }
+
+    /// A node without position that `user` names.
+    fn node(user: impl Display, node: u64) -> Self {
+        Self::Parts(format!("{user} names node {node}, which the list of nodes does not have"))
+    }
+
+    /// What is wrong with the marker called `name`.
+    fn marker(name: &str, what: impl Display) -> Self {
+        Self::Parts(format!("marker \"{name}\"{what}"))
+    }
 }
 
 /// Makes the body, with its checks: symmetry (1e-6), no force against rigid motions, positive mass.
@@ -135,21 +87,22 @@ pub enum AssemblyFault {
 pub fn assemble(parts: &Parts<'_>) -> Result<(FullBody, Report), AssemblyFault> {
     let (unknowns, source_of) = unknowns(parts);
     if u32::try_from(unknowns.len()).is_err() {
-        return Err(AssemblyFault::TooMany { n: unknowns.len() });
+        let n = unknowns.len();
+        return Err(AssemblyFault::Parts(format!("{n} unknowns, at most 4294967295 are possible")));
     }
     // Sorted by node, then component, as bodies have them.
     let sorted: BTreeSet<Unknown> = unknowns.iter().copied().collect();
     let numbers: BTreeMap<Unknown, u32> = sorted.iter().zip(0..).map(|(u, i)| (*u, i)).collect();
     let nodes: BTreeSet<u64> = sorted.iter().map(|u| u.node).collect();
     let places: BTreeMap<u64, u32> = nodes.iter().zip(0..).map(|(n, i)| (*n, i)).collect();
-    let position = |node: u64, user: &str| match parts.nodes.get(&node) {
+    let position = |node: u64, user: &dyn Display| match parts.nodes.get(&node) {
         Some(x) => Ok(x.map(|c| parts.unit * c)),
-        None => Err(AssemblyFault::Node { user: user.to_owned(), node }),
+        None => Err(AssemblyFault::node(user, node)),
     };
     let points: Vec<[f64; 3]> =
-        nodes.iter().map(|n| position(*n, "the order of unknowns")).collect::<Result<_, _>>()?;
+        nodes.iter().map(|n| position(*n, &"the order of unknowns")).collect::<Result<_, _>>()?;
     let matrix = |matrix: &Matrix, name: &'static str| {
-        sparse(matrix, name, (&unknowns, source_of), &numbers, parts.unit)
+        sparse(matrix, name, &unknowns, source_of, &numbers, parts.unit)
     };
     let body = AssembledBody {
         name: parts.name.to_owned(),
@@ -166,14 +119,15 @@ pub fn assemble(parts: &Parts<'_>) -> Result<(FullBody, Report), AssemblyFault> 
             Some(place) => Ok(*place),
             None => {
                 position(*node, &format!("marker \"{name}\""))?;
-                Err(AssemblyFault::NoUnknown { marker: name.clone(), node: *node })
+                let what = format!(" names node {node}, which has no unknown in the matrices");
+                Err(AssemblyFault::marker(name, what))
             }
         };
         let own: Vec<u32> = own.iter().map(find).collect::<Result<_, _>>()?;
         let sum = own.iter().map(|n| Vector3::from(body.nodes[*n as usize])).sum::<Vector3<f64>>();
         let centre = sum / own.len().max(1) as f64;
         let weights = MarkerWeights::of_nodes(&body, centre, UnitQuaternion::identity(), &own)
-            .map_err(|source| AssemblyFault::Marker { marker: name.clone(), source })?;
+            .map_err(|source| AssemblyFault::marker(name, format_args!(": {source}")))?;
         markers.push((name.clone(), weights));
     }
     let rigid = RigidModes::new(&body).map_err(|source| refused(parts, &sorted, source))?;
@@ -194,8 +148,11 @@ fn refused(parts: &Parts<'_>, unknowns: &BTreeSet<Unknown>, source: DynamicsErro
     let Some(&node) = lacking.next() else { return source.into() };
     let axes = ["x", "y", "z"].into_iter().zip(0..).filter(|(_, c)| lacks(node, *c));
     let axes = axes.map(|(axis, _)| axis).collect::<Vec<_>>().join(", ");
-    let source = Box::new(source);
-    AssemblyFault::Supported { source, count: 1 + lacking.count(), n_nodes: parts.nodes.len(), node, axes }
+    let (count, n_nodes) = (1 + lacking.count(), parts.nodes.len());
+    AssemblyFault::Parts(format!(
+        "{source}; {count} of {n_nodes} nodes have no displacement along {axes}, the first is node {node}: CalculiX leaves supported degrees of \
+         freedom out. Write the matrices without supports (*BOUNDARY), and hold the body by joints of the scenario"
+    ))
 }
 
 /// The unknowns in the order of rows, and where they are from.
@@ -221,20 +178,21 @@ fn unknowns(parts: &Parts<'_>) -> (Vec<Unknown>, &'static str) {
 fn sparse(
     matrix: &Matrix,
     name: &'static str,
-    (unknowns, source_of): (&[Unknown], &'static str),
+    unknowns: &[Unknown],
+    source_of: &'static str,
     numbers: &BTreeMap<Unknown, u32>,
     unit: f64,
 ) -> Result<SparseColMat<u32, f64>, AssemblyFault> {
     let n = unknowns.len();
     if let Some(rows) = matrix.n_rows.filter(|rows| usize::try_from(*rows).ok() != Some(n)) {
-        return Err(AssemblyFault::Rows { matrix: name, rows, n, source_of });
+        return Err(AssemblyFault::rows(name, format_args!("{rows} rows, and"), n, source_of));
     }
     let find = |row: &Row| match row {
-        Row::Number(row) => usize::try_from(row - 1)
-            .ok()
-            .and_then(|i| unknowns.get(i))
-            .copied()
-            .ok_or(AssemblyFault::Row { matrix: name, row: *row, n, source_of }),
+        Row::Number(row) => {
+            usize::try_from(row - 1).ok().and_then(|i| unknowns.get(i)).copied().ok_or_else(|| {
+                AssemblyFault::rows(name, format_args!("row {row} is beyond the"), n, source_of)
+            })
+        }
         Row::Unknown { node, component } => Ok(Unknown { node: *node, component: *component }),
     };
     // Energies are u K u: a displacement in the file's unit is 1/unit of one in metres, forces in
@@ -244,10 +202,8 @@ fn sparse(
     for (i, j, value) in &matrix.entries {
         let (a, b) = (find(i)?, find(j)?);
         let number = |u: Unknown| {
-            numbers
-                .get(&u)
-                .copied()
-                .ok_or(AssemblyFault::Node { user: format!("the {name} matrix"), node: u.node })
+            let found = numbers.get(&u).copied();
+            found.ok_or_else(|| AssemblyFault::node(format_args!("the {name} matrix"), u.node))
         };
         entries.push((number(a)?, number(b)?, unit * factor(a) * factor(b) * value));
     }

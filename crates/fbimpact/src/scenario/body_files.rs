@@ -14,7 +14,7 @@ use super::check::Checker;
 use super::hex;
 use super::section::{Checked, Item, Section};
 use super::spline_nets;
-use super::tables::NURBS_FILE;
+use super::tables::{BodyModel, LengthUnit, NURBS_FILE, ShapeName};
 use crate::body_file;
 
 /// Largest file with control nets: 64 MiB are a million control points.
@@ -37,16 +37,23 @@ pub fn read_all(checker: &mut Checker, root: &mut Section, directory: &Path) {
     let Some(Checked::Named(bodies)) = bodies.map(|item| &mut item.value) else { return };
     let mut known = Known::default();
     for (_, body) in bodies.iter_mut() {
-        match body.text("model") {
-            Some("imported") => {
+        match body.choice("model") {
+            Some(BodyModel::Imported) => {
                 read_one(checker, body, "body file", |_, _, path| known.body(directory, path).map_err(Some));
             }
-            Some("mesh") => {
+            Some(BodyModel::Mesh) => {
                 read_one(checker, body, "mesh", |_, units, path| {
                     known.mesh(directory, path, units).map_err(Some)
                 });
             }
-            _ => read_shape(checker, body, directory),
+            Some(
+                BodyModel::Solid
+                | BodyModel::Axisymmetric
+                | BodyModel::PlaneStrain
+                | BodyModel::PlaneStress
+                | BodyModel::Rigid,
+            )
+            | None => read_shape(checker, body, directory),
         }
     }
 }
@@ -70,11 +77,11 @@ impl Known {
         &mut self,
         directory: &Path,
         text: &str,
-        units: Option<&str>,
+        units: Option<LengthUnit>,
     ) -> Result<(Checked, String), String> {
         let path = directory.join(text);
         // Without a unit, which is a fault of its own, the mesh is read to find others.
-        let units = units.unwrap_or("m");
+        let units = units.unwrap_or(LengthUnit::Metre);
         let source = match self.meshes.iter().find(|source| source.path == path && source.units == units) {
             Some(source) => Arc::clone(source),
             None => {
@@ -93,12 +100,12 @@ fn read_shape(checker: &mut Checker, body: &mut Section, directory: &Path) {
     let directions = spline_nets::directions(body);
     let geometry = body.items.iter_mut().find(|item| item.name == "geometry");
     let Some(Checked::Table(geometry)) = geometry.map(|item| &mut item.value) else { return };
-    if geometry.text("shape") != Some("nurbs") || geometry.item("file").is_none() {
+    if geometry.choice("shape") != Some(ShapeName::Nurbs) || geometry.item("file").is_none() {
         return;
     }
     let place = geometry.path.clone();
     read_one(checker, geometry, "file of splines", |checker, units, text| {
-        let source = read_splines(checker, directory.join(text), (units, directions), &place)?;
+        let source = read_splines(checker, directory.join(text), units, directions, &place)?;
         let sha256 = source.sha256.clone();
         Ok((Checked::SplineFile { text: text.to_owned(), source: Arc::new(source) }, sha256))
     });
@@ -110,7 +117,7 @@ fn read_one(
     checker: &mut Checker,
     body: &mut Section,
     what: &str,
-    mut read: impl FnMut(&mut Checker, Option<&str>, &str) -> Result<(Checked, String), Option<String>>,
+    mut read: impl FnMut(&mut Checker, Option<LengthUnit>, &str) -> Result<(Checked, String), Option<String>>,
 ) {
     let Some(position) = body.items.iter().position(|item| item.name == "file") else {
         let message = format!("required key is missing: the path of a {what}");
@@ -118,7 +125,7 @@ fn read_one(
         return;
     };
     let Some(text) = body.text("file").map(str::to_owned) else { return };
-    let (value, sha256) = match read(checker, body.text("units"), &text) {
+    let (value, sha256) = match read(checker, body.choice("units"), &text) {
         Ok(found) => found,
         Err(message) => {
             message.into_iter().for_each(|message| checker.fault_in(body, "file", message));
@@ -152,7 +159,8 @@ fn read_one(
 fn read_splines(
     checker: &mut Checker,
     path: PathBuf,
-    (units, directions): (Option<&str>, Option<usize>),
+    units: Option<LengthUnit>,
+    directions: Option<usize>,
     place: &str,
 ) -> Result<SplineSource, Option<String>> {
     let cannot = |reason: String| Some(format!("{}: {reason}", path.display()));
@@ -169,7 +177,7 @@ fn read_splines(
         let units = units.ok_or_else(|| {
             cannot("does not say its unit of length; give \"units\" beside the file: m, cm, mm or in".into())
         })?;
-        let unit = length(units);
+        let unit = units.length();
         let file = iga_core::files::read(&bytes, unit).map_err(|e| cannot(e.to_string()))?;
         file.notes.iter().for_each(|note| tracing::warn!("{}: {note}", path.display()));
         if let Some(found) =
@@ -220,26 +228,16 @@ fn read_tables(
     spline_nets::patches(checker, &net, directions).ok_or(None)
 }
 
-/// Length of a unit that a scenario names \[m\].
-pub fn length(units: &str) -> f64 {
-    match units {
-        "cm" => 1e-2,
-        "mm" => 1e-3,
-        "in" => 0.0254,
-        _ => 1.0,
-    }
-}
-
 /// Reads the mesh `path`; what is doubtful about it is logged as a warning.
-fn read_mesh(path: PathBuf, units: &str) -> Result<MeshSource, String> {
+fn read_mesh(path: PathBuf, units: LengthUnit) -> Result<MeshSource, String> {
     let cannot = |reason: String| format!("{}: {reason}", path.display());
     let bytes = plain_file::read(&path).map_err(|e| cannot(format!("cannot be read: {e}")))?;
     let sha256 = hex(&Sha256::digest(&bytes));
-    let mesh = fe_mesh::read::read(&bytes, length(units)).map_err(|e| cannot(e.to_string()))?;
+    let mesh = fe_mesh::read::read(&bytes, units.length()).map_err(|e| cannot(e.to_string()))?;
     for note in mesh.notes() {
         tracing::warn!("{}: {note}", path.display());
     }
-    Ok(MeshSource { path, sha256, units: units.to_owned(), mesh: Arc::new(mesh) })
+    Ok(MeshSource { path, sha256, units, mesh: Arc::new(mesh) })
 }
 
 /// Reads the body file `path`.

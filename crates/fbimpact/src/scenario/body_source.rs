@@ -6,6 +6,7 @@ use std::sync::Arc;
 use fe_mesh::Mesh;
 use iga_core::nurbs::{FaceId, Patch};
 
+use super::tables::LengthUnit;
 use crate::body_file::BodyFile;
 
 /// A body file that has been read.
@@ -27,7 +28,7 @@ pub struct MeshSource {
     /// SHA-256 of the file.
     pub sha256: String,
     /// Unit of length that the scenario gives it.
-    pub units: String,
+    pub units: LengthUnit,
     /// What is in it, in metres.
     pub mesh: Arc<Mesh>,
 }

@@ -386,7 +386,7 @@ impl Checker {
         path: &str,
         origin: &Origin,
     ) -> Checked {
-        let known = || variants.iter().map(|v| v.name);
+        let known = || variants.iter().map(|v| v.choice.name);
         let full = join(path, tag);
         let Some(entry) = entries.iter().find(|e| e.key == tag) else {
             self.fault(origin, full, None, format!("required key is missing: {}", names(known())));
@@ -396,10 +396,10 @@ impl Checker {
             self.wrong(&entry.node, &full, &format!("must be {}", names(known())));
             return Checked::Invalid;
         };
-        let Some(variant) = variants.iter().find(|v| v.name == name) else {
+        let Some(variant) = variants.iter().find(|v| v.choice.name == name) else {
             self.fault(&entry.node.origin, full, Some(entry.node.shown()), format!("unknown {tag}"));
             if let Some(fault) = self.faults.last_mut() {
-                fault.suggestion = meant(name, variants.iter().map(|v| (v.name, v.elsewhere)));
+                fault.suggestion = meant(name, variants.iter().map(|v| (v.choice.name, v.choice.elsewhere)));
                 fault.known = format!("known are {}", names(known()));
             }
             return Checked::Invalid;
@@ -414,20 +414,13 @@ impl Checker {
     }
 
     fn choice(&mut self, choices: &[Choice], word: &str, node: &Node, path: &str) -> Option<Checked> {
-        let supported = || choices.iter().filter(|c| c.supported).map(|c| c.name);
-        match choices.iter().find(|c| c.name == word) {
-            Some(c) if c.supported => return Some(Checked::Text(word.to_owned())),
-            Some(_) => {
-                let message = format!("not supported yet, choose {}", names(supported()));
-                self.fault(&node.origin, path.to_owned(), Some(node.shown()), message);
-            }
-            None => {
-                let message = format!("must be {}", names(supported()));
-                self.fault(&node.origin, path.to_owned(), Some(node.shown()), message);
-                if let Some(fault) = self.faults.last_mut() {
-                    fault.suggestion = meant(word, choices.iter().map(|c| (c.name, c.elsewhere)));
-                }
-            }
+        if choices.iter().any(|c| c.name == word) {
+            return Some(Checked::Text(word.to_owned()));
+        }
+        let message = format!("must be {}", names(choices.iter().map(|c| c.name)));
+        self.fault(&node.origin, path.to_owned(), Some(node.shown()), message);
+        if let Some(fault) = self.faults.last_mut() {
+            fault.suggestion = meant(word, choices.iter().map(|c| (c.name, c.elsewhere)));
         }
         None
     }

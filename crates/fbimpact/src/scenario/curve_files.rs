@@ -8,6 +8,7 @@ use result_files::plain_file;
 
 use super::check::Checker;
 use super::section::{Checked, Item, Section};
+use super::tables::CurveKind;
 
 /// Largest file: 64 MiB are a million instants.
 const MOST: u64 = 64 << 20;
@@ -17,7 +18,7 @@ const KEYS: [&str; 3] = ["file", "time_column", "value_column"];
 
 /// Reads the files of all tables over time below `section`; files are sought in `directory`.
 pub fn read_all(checker: &mut Checker, section: &mut Section, directory: &Path) {
-    let is_table = section.text("kind") == Some("table") && section.item("file").is_some();
+    let is_table = section.choice("kind") == Some(CurveKind::Table) && section.item("file").is_some();
     // Both a file and lists: the conditions of the keys tell.
     if is_table && !section.given("times") && !section.given("values") {
         read_one(checker, section, directory);

@@ -240,28 +240,20 @@ pub struct Choice {
     pub name: &'static str,
     /// What it means.
     pub doc: &'static str,
-    /// Whether this version can run it; a name that is known but not supported gets its own
-    /// message.
-    pub supported: bool,
     /// What other programs call it, to lead on those who know them.
     pub elsewhere: &'static [&'static str],
 }
 
 impl Choice {
-    /// A value that this version can run.
+    /// A value that other programs call the same, or nothing.
     pub const fn new(name: &'static str, doc: &'static str) -> Self {
-        Self { name, doc, supported: true, elsewhere: &[] }
+        Self { name, doc, elsewhere: &[] }
     }
 
     /// The same with the words of other programs for it.
     #[must_use]
     pub const fn elsewhere(self, words: &'static [&'static str]) -> Self {
         Self { elsewhere: words, ..self }
-    }
-
-    /// A value that the format knows and this version cannot run.
-    pub const fn later(name: &'static str) -> Self {
-        Self { name, doc: "not supported yet", supported: false, elsewhere: &[] }
     }
 }
 
@@ -299,6 +291,24 @@ macro_rules! name_values {
     };
 }
 pub(crate) use name_values;
+
+/// The same of an enumeration whose values decide on the other keys of their table.
+macro_rules! name_variants {
+    ($kind:ty { $($value:ident: $name:literal, $doc:expr $(, elsewhere $words:expr)?, keys $keys:expr;)* }) => {
+        $crate::scenario::keys::name_values!($kind { $($value: $name, $doc $(, elsewhere $words)?;)* });
+
+        impl $kind {
+            /// The values with their keys.
+            pub const VARIANTS: &'static [$crate::scenario::keys::Variant] = &[$(
+                $crate::scenario::keys::Variant {
+                    choice: $crate::scenario::keys::Choice::new($name, $doc)$(.elsewhere(&$words))?,
+                    keys: $keys,
+                }
+            ),*];
+        }
+    };
+}
+pub(crate) use name_variants;
 
 /// Type of a key.
 #[derive(Debug)]
@@ -369,11 +379,7 @@ pub enum Kind {
 #[derive(Debug)]
 pub struct Variant {
     /// Value of the tag.
-    pub name: &'static str,
-    /// What other programs call it.
-    pub elsewhere: &'static [&'static str],
-    /// One sentence.
-    pub doc: &'static str,
+    pub choice: Choice,
     /// The other keys.
     pub keys: &'static [Key],
 }
@@ -399,7 +405,7 @@ impl Kind {
             Self::Counts(min, max) => {
                 format!("an integer >= {min} and <= {max}, or a list of 2 or 3 such integers")
             }
-            Self::Choice(choices) => names(choices.iter().filter(|c| c.supported).map(|c| c.name)),
+            Self::Choice(choices) => names(choices.iter().map(|c| c.name)),
             Self::Choices(choices) => format!("a list of some of {}", names(choices.iter().map(|c| c.name))),
             Self::Vector(n, range) => format!("a list of {n} numbers {}{unit}", range.words()),
             Self::Rotation => "a rotation vector of 3 numbers or a quaternion [w, x, y, z]".into(),
@@ -414,11 +420,9 @@ impl Kind {
             Self::Place(range) => {
                 format!("a marker's name or a list of 2 or 3 coordinates {}{unit}", range.words())
             }
-            Self::ChoiceOrNumber(choices, range) => format!(
-                "{} or a number {}{unit}",
-                names(choices.iter().filter(|c| c.supported).map(|c| c.name)),
-                range.words()
-            ),
+            Self::ChoiceOrNumber(choices, range) => {
+                format!("{} or a number {}{unit}", names(choices.iter().map(|c| c.name)), range.words())
+            }
             Self::Table(_) | Self::Variants { .. } => "a table".into(),
             Self::Named(_) => "a table of named tables".into(),
             Self::NameLists => "a table of named lists of strings".into(),

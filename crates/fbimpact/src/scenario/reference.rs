@@ -2,9 +2,9 @@
 
 use std::fmt::Write as _;
 
-use super::keys::{Choice, Key, Kind};
+use super::keys::{Choice, Key, Kind, Named, Variant};
 use super::standard_materials::{STANDARD_MATERIALS, StandardMaterial};
-use super::tables::{CURVES, SCENARIO, ShapeFacts};
+use super::tables::{CurveKind, SCENARIO, ShapeName};
 use super::units;
 
 /// Text before the tables.
@@ -70,9 +70,9 @@ fn curves(out: &mut String) {
          `motion = {{ kind = \"spin-up\", rate = 6.0, duration = 15.0 }}`. The key `kind` decides on the others. \
          Values have the unit of the key that they are given for, `U`."
     );
-    for variant in CURVES {
-        let _ = writeln!(out, "\n### `kind = \"{}\"`\n\n{}\n", variant.name, variant.doc);
-        rows(variant.keys, out);
+    for Variant { choice, keys } in CurveKind::VARIANTS {
+        let _ = writeln!(out, "\n### `kind = \"{}\"`\n\n{}\n", choice.name, choice.doc);
+        rows(keys, out);
     }
 }
 
@@ -90,12 +90,12 @@ fn section(keys: &[Key], path: &str, out: &mut String) {
             Kind::Variants { tag, variants } => {
                 let _ =
                     writeln!(out, "\n## `[{name}]`\n\n{} The key `{tag}` decides on the others.", key.doc);
-                for variant in *variants {
-                    let _ = writeln!(out, "\n### `{tag} = \"{}\"`\n\n{}", variant.name, variant.doc);
-                    shape(variant.name, out);
-                    if !variant.keys.is_empty() {
+                for Variant { choice, keys } in *variants {
+                    let _ = writeln!(out, "\n### `{tag} = \"{}\"`\n\n{}", choice.name, choice.doc);
+                    shape(choice.name, out);
+                    if !keys.is_empty() {
                         out.push('\n');
-                        rows(variant.keys, out);
+                        rows(keys, out);
                     }
                 }
             }
@@ -108,12 +108,12 @@ fn section(keys: &[Key], path: &str, out: &mut String) {
 fn shape(name: &str, out: &mut String) {
     let code = |list: &[&str]| list.iter().map(|m| format!("`{m}`")).collect::<Vec<_>>().join(", ");
     out.push('\n');
-    for facts in ShapeFacts::find(name).map_or(&[][..], |s| s.models) {
+    for facts in ShapeName::named(name).map_or(&[][..], ShapeName::models) {
         let part = |what: &str, names: &[&str]| {
             if names.is_empty() { String::new() } else { format!("; {what} {}", code(names)) }
         };
         let (markers, faces) = (part("markers", facts.markers), part("faces", facts.faces));
-        let _ = writeln!(out, "- model `{}`{markers}{faces}", facts.model);
+        let _ = writeln!(out, "- model `{}`{markers}{faces}", facts.model.name());
     }
 }
 
@@ -200,15 +200,6 @@ fn row(key: &Key, out: &mut String) {
 }
 
 fn list(choices: &[Choice]) -> String {
-    let shown: Vec<String> = choices
-        .iter()
-        .map(|c| {
-            format!(
-                "`\"{}\"`{}",
-                c.name,
-                if c.supported { format!(": {}", c.doc) } else { " (not yet)".into() }
-            )
-        })
-        .collect();
+    let shown: Vec<String> = choices.iter().map(|c| format!("`\"{}\"`: {}", c.name, c.doc)).collect();
     shown.join("; ")
 }

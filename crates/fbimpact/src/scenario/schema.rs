@@ -34,7 +34,10 @@ fn object(keys: &[Key], tag: Option<(&str, &Variant)>) -> Value {
     let mut properties = Map::new();
     let mut required: Vec<&str> = Vec::new();
     if let Some((tag, variant)) = tag {
-        properties.insert(tag.to_owned(), json!({ "const": variant.name, "description": variant.doc }));
+        properties.insert(
+            tag.to_owned(),
+            json!({ "const": variant.choice.name, "description": variant.choice.doc }),
+        );
         required.push(tag);
     }
     for key in keys {
@@ -211,8 +214,8 @@ fn kind(kind: &Kind) -> Value {
 }
 
 fn names(choices: &[Choice]) -> Value {
-    let supported: Vec<&str> = choices.iter().filter(|c| c.supported).map(|c| c.name).collect();
-    json!({ "type": "string", "enum": supported })
+    let names: Vec<&str> = choices.iter().map(|c| c.name).collect();
+    json!({ "type": "string", "enum": names })
 }
 
 fn integer(min: u64, max: u64) -> Value {

@@ -8,13 +8,13 @@ use iga_core::nurbs::{Patch, joining};
 use super::body_source::GivenPatches;
 use super::check::Checker;
 use super::section::Section;
+use super::tables::BodyModel;
 
 /// Parametric directions of the shape of a body; none if what they follow from is at fault.
 pub fn directions(body: &Section) -> Option<usize> {
-    Some(match body.text("model")? {
-        "solid" => 3,
-        "rigid" if body.choice::<RigidMotion>("motion")? == RigidMotion::Spatial => 3,
-        _ => 2,
+    Some(match body.choice("model")? {
+        BodyModel::Rigid if body.choice::<RigidMotion>("motion")? != RigidMotion::Spatial => 2,
+        model => BodyModel::dimension(model),
     })
 }
 

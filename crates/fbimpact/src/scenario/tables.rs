@@ -2,6 +2,7 @@
 //! texts stand.
 
 mod files;
+mod models;
 mod gear_tooth;
 mod shapes;
 mod discretisation;
@@ -16,8 +17,11 @@ mod simulation;
 pub use bodies::FrameKind;
 pub use contacts::{Constraint, ContactModel, Search, Solver};
 pub use discretisation::ReductionMethod;
-pub use shapes::{ModelFacts, SHAPES, ShapeFacts};
-pub use time_curves::{CURVES, Interpolation};
+pub use files::LengthUnit;
+pub use joints::JointType;
+pub use models::BodyModel;
+pub use shapes::{ModelFacts, ShapeName};
+pub use time_curves::{CurveKind, Interpolation};
 
 use super::keys::{Key, Kind, Named, Need, name_values};
 use adaptive::spec::Accuracy;

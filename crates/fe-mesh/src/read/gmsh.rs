@@ -37,19 +37,28 @@ fn order(kind: ElementKind) -> Option<&'static [usize]> {
     }
 }
 
-fn element_type(number: i32) -> Result<Type, (String, &'static str)> {
-    Ok(match number {
-        4 => Type::Solid(ElementKind::Tet4),
-        5 => Type::Solid(ElementKind::Hex8),
-        6 => Type::Solid(ElementKind::Wedge6),
-        11 => Type::Solid(ElementKind::Tet10),
-        12 => Type::Solid(ElementKind::Hex27),
-        13 => Type::Solid(ElementKind::Wedge18),
-        17 => Type::Solid(ElementKind::Hex20),
-        18 => Type::Solid(ElementKind::Wedge15),
-        7 => Type::Solid(ElementKind::Pyramid5),
-        14 => Type::Solid(ElementKind::Pyramid14),
-        19 => Type::Solid(ElementKind::Pyramid13),
+/// Number of an element type in Gmsh.
+fn number(kind: ElementKind) -> i32 {
+    match kind {
+        ElementKind::Tet4 => 4,
+        ElementKind::Tet10 => 11,
+        ElementKind::Hex8 => 5,
+        ElementKind::Hex20 => 17,
+        ElementKind::Hex27 => 12,
+        ElementKind::Wedge6 => 6,
+        ElementKind::Wedge15 => 18,
+        ElementKind::Wedge18 => 13,
+        ElementKind::Pyramid5 => 7,
+        ElementKind::Pyramid13 => 19,
+        ElementKind::Pyramid14 => 14,
+    }
+}
+
+fn element_type(of_file: i32) -> Result<Type, (String, &'static str)> {
+    if let Some(kind) = ElementKind::ALL.into_iter().find(|kind| number(*kind) == of_file) {
+        return Ok(Type::Solid(kind));
+    }
+    Ok(match of_file {
         2 => Type::Side(3, 3),
         3 => Type::Side(4, 4),
         9 => Type::Side(3, 6),
@@ -58,7 +67,7 @@ fn element_type(number: i32) -> Result<Type, (String, &'static str)> {
         15 => Type::Small(1),
         1 => Type::Small(2),
         8 => Type::Small(3),
-        _ => return Err((format!("type {number} of Gmsh"), ORDER)),
+        _ => return Err((format!("type {of_file} of Gmsh"), ORDER)),
     })
 }
 

@@ -29,14 +29,20 @@ pub enum Method {
 impl Method {
     /// Whether it damps what it does not resolve.
     pub fn is_dissipative(self) -> bool {
-        matches!(self, Self::TrBdf2 | Self::Esdirk4)
+        match self {
+            Self::TrBdf2 | Self::Esdirk4 => true,
+            Self::DormandPrince | Self::Gauss => false,
+        }
     }
 
     /// Error allowed in a step, as a share of the motion's velocity, unless another is wanted: with
     /// the explicit method one at which its energy drift cannot be seen, with the implicit ones
     /// more. Gauss collocation keeps the energy by itself; low orders need many steps for less.
     pub fn default_tolerance(self) -> f64 {
-        if self == Self::DormandPrince { 1e-8 } else { 1e-5 }
+        match self {
+            Self::DormandPrince => 1e-8,
+            Self::TrBdf2 | Self::Esdirk4 | Self::Gauss => 1e-5,
+        }
     }
 }
 

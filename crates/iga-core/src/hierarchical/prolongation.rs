@@ -9,7 +9,7 @@ use super::two_scale::TwoScale;
 use crate::SplineError;
 use crate::nurbs::jet::diagonal;
 use crate::space::{Space, SplineSpace};
-use crate::spline_fault::{ContainmentFault, LevelFault};
+use crate::spline_fault::LevelFault;
 
 /// Difference of control points (relative to the body) and of weights above which the geometries
 /// are not the same: round-off of nets with twelve good digits.
@@ -109,9 +109,9 @@ impl Prolongation {
             let sum: f64 = self.row(i).1.iter().sum();
             let apart = (0..3).map(|c| (x[c] - y[c]).powi(2)).sum::<f64>().sqrt();
             if !((sum - 1.0).abs() <= SAME_GEOMETRY && apart <= SAME_GEOMETRY * size) {
-                return Err(
-                    ContainmentFault::Geometry { control_point: i, distance: apart, weight: sum }.into()
-                );
+                return Err(SplineError::NotContained(format!(
+                    "the geometries differ, control point {i} lies {apart:.3e} m off and its weight is {sum} times the other one"
+                )));
             }
         }
         Ok(())
@@ -144,7 +144,10 @@ fn places(fine: &HierarchicalSpace) -> Result<Vec<Place>, SplineError> {
     }
     let found = places.into_iter().enumerate().map(|(f, place)| {
         let (level, index) = fine.level_and_index(f as u32);
-        place.ok_or(ContainmentFault::NoElement { index, level }.into())
+        place.ok_or_else(|| {
+            let fault = format!("function {index:?} of level {level} has no element of its level");
+            SplineError::NotContained(fault)
+        })
     });
     found.collect()
 }
@@ -163,7 +166,7 @@ impl Relations<'_> {
         let make = || from.iter().zip(to).map(|(a, b)| TwoScale::between(a, b)).collect();
         match self.known.entry([patch, coarse, fine]).or_insert_with(make) {
             Ok(list) => Ok(list),
-            Err(fault) => Err(ContainmentFault::Levels(fault.clone()).into()),
+            Err(fault) => Err(SplineError::NotContained(format!("refinement levels do not fit: {fault}"))),
         }
     }
 
@@ -172,23 +175,27 @@ impl Relations<'_> {
     fn check_regions(&mut self) -> Result<(), SplineError> {
         let (coarse, fine) = (self.coarse, self.fine);
         if coarse.dimension() != fine.dimension() {
-            let fault = ContainmentFault::Directions { coarse: coarse.dimension(), fine: fine.dimension() };
-            return Err(fault.into());
+            let fault = format!("{} directions in {}", coarse.dimension(), fine.dimension());
+            return Err(SplineError::NotContained(fault));
         }
         if coarse.n_patches() != fine.n_patches() {
-            let fault = ContainmentFault::Patches { coarse: coarse.n_patches(), fine: fine.n_patches() };
-            return Err(fault.into());
+            let fault =
+                format!("it has {} patches, the coarser one {}", fine.n_patches(), coarse.n_patches());
+            return Err(SplineError::NotContained(fault));
         }
         for patch in 0..coarse.n_patches() {
             let fine_levels = fine.basis(patch).hierarchy().levels();
             for (k, level) in coarse.basis(patch).hierarchy().levels().iter().enumerate() {
                 let Some(m) = (0..fine_levels.len()).find(|&m| self.get(patch, k, m).is_ok()) else {
-                    return Err(ContainmentFault::MissingLevel { level: k }.into());
+                    let fault = format!("no level has the knots of level {k} of the coarser space");
+                    return Err(SplineError::NotContained(fault));
                 };
                 for b in level.region() {
                     if !covers(fine_levels[m].region(), &same_box(level, b, &fine_levels[m])) {
-                        let (lower, upper) = (b.lower, b.upper);
-                        return Err(ContainmentFault::Region { fine_level: m, level: k, lower, upper }.into());
+                        return Err(SplineError::NotContained(format!(
+                            "level {m} does not reach over elements {:?} up to {:?} of level {k} of the coarser space",
+                            b.lower, b.upper
+                        )));
                     }
                 }
             }

@@ -172,12 +172,12 @@ impl FineElements {
             smooth,
         };
         fine.check_rigid_parts()?;
-        fine.check_size((longest * (-levels).exp2(), elements))?;
+        fine.check_size(longest * (-levels).exp2(), elements)?;
         Ok(fine)
     }
 
     /// Refuses what no memory holds, with elements of the size `element`, so many of them `across`.
-    fn check_size(&self, (element, across): (f64, usize)) -> Result<(), AdaptiveError> {
+    fn check_size(&self, element: f64, across: usize) -> Result<(), AdaptiveError> {
         let (unknowns, interface) = (self.n_unknowns() as f64, self.contact_zone()?.unknowns.len() as f64);
         let gigabytes = gigabytes(N_COMPONENTS, unknowns, interface);
         let most = most_gigabytes();

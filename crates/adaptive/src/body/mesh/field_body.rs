@@ -103,7 +103,7 @@ impl FieldBody for MeshedBody {
     }
 
     fn zone_at_start(&self, request: &StartZone<'_>) -> Result<ContactZone, AdaptiveError> {
-        zone_on_mesh((&self.name, &self.surface), request)
+        zone_on_mesh(&self.name, &self.surface, request)
     }
 
     fn refined(

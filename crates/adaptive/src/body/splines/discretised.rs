@@ -36,7 +36,8 @@ impl Discretised<'_> {
 /// cheaper one to search.
 pub fn locate(
     field: &dyn Field,
-    (shape, space): (&Shape, &dyn SplineSpace),
+    shape: &Shape,
+    space: &dyn SplineSpace,
     place: &[f64; 3],
 ) -> Result<(usize, [f64; 3]), AdaptiveError> {
     let (patch, xi) = shape.locate(place).map_err(|source| field.geometry_fault(source))?;
@@ -46,7 +47,8 @@ pub fn locate(
 /// [`Field::points_of`] of the same.
 pub fn points_of(
     field: &dyn Field,
-    (shape, space): (&Shape, &dyn SplineSpace),
+    shape: &Shape,
+    space: &dyn SplineSpace,
     extent: &Extent,
 ) -> Result<Vec<ExtentPoint>, AdaptiveError> {
     extent.points(shape, space, field.model()).map_err(|source| field.geometry_fault(source))

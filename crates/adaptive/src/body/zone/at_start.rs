@@ -75,11 +75,16 @@ struct Interval {
 pub fn wanted_refinement(request: &ZoneRequest<'_>) -> Result<Option<RefinementSpec>, AdaptiveError> {
     let interval = &request.law.interval;
     let Some(elements) = interval.elements else { return Ok(None) };
-    let fail = |fault| AdaptiveError::ContactModel { contact: request.contact.to_owned(), fault };
+    let fail = |settings| {
+        let fault = ContactModelFault::Settings(settings);
+        AdaptiveError::ContactModel { contact: request.contact.to_owned(), fault }
+    };
     if request.law.treatment == Treatment::Coarse {
-        return Err(fail(ContactModelFault::CoarseRefined));
+        return Err(fail(
+            "model \"coarse\" is not refined, leave interval.elements out or choose another model",
+        ));
     }
-    let width = interval.width.ok_or_else(|| fail(ContactModelFault::NoWidth))?;
+    let width = interval.width.ok_or_else(|| fail("interval.elements needs interval.width"))?;
     Ok(Some(RefinementSpec { centre: request.site.point, width, elements, ratio: DEFAULT_RATIO }))
 }
 

@@ -25,7 +25,8 @@ const LINEAR: f64 = 4.0;
 /// [`AdaptiveError::ContactModel`] if no width is known, or if sides are longer across a line than its contact needs; [`AdaptiveError::Mesh`] for a side
 /// without area.
 pub fn zone_on_mesh(
-    (name, surface): (&str, &MeshSurface),
+    name: &str,
+    surface: &MeshSurface,
     StartZone { request, width, line }: &StartZone<'_>,
 ) -> Result<ContactZone, AdaptiveError> {
     let ZoneRequest { contact, law, site } = *request;
@@ -33,7 +34,7 @@ pub fn zone_on_mesh(
     let is_coarse = law.treatment == Treatment::Coarse;
     if let Some(line) = line().filter(|_| !is_coarse) {
         let site = surface.turned_to(&site, &line.outward);
-        check_line((name, surface), contact, &site, &line)?;
+        check_line(name, surface, contact, &site, &line)?;
         let width = law.interval.width.unwrap_or(line.width);
         return ContactZone::along_line(surface, &site, &line.across, 0.5 * width).map_err(mesh_fault);
     }
@@ -52,7 +53,8 @@ pub fn zone_on_mesh(
 
 /// Refuses a line of which the sides of a mesh are too long.
 fn check_line(
-    (name, surface): (&str, &MeshSurface),
+    name: &str,
+    surface: &MeshSurface,
     contact: &str,
     site: &SurfacePlace,
     line: &LineOnBody,

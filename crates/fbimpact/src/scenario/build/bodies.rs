@@ -9,13 +9,14 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use super::super::body_places::{BodyPlaces, GivenPlace};
 use super::super::check::Checker;
 use super::super::section::Section;
+use super::super::tables::BodyModel;
 use super::super::types::FileOfBody;
 use super::body_parts::{Context, GivenFrame, damping, elastic_model, frame, material, stiffening};
 use super::built_bodies::{Built, BuiltBodies, Moving, MovingFacts, Plane};
 use super::discretisation::{discretisation, reduction};
 use super::joints::GROUND;
 use super::known_shapes::KnownShapes;
-use super::places::{BodyFacts, part};
+use super::places::{BodyFacts, motion_in_words, part};
 use super::rigid::Rigid;
 use super::{geometry, imported, meshed, rigid};
 
@@ -26,13 +27,14 @@ type Markers = Vec<(String, GivenPlace)>;
 pub fn bodies(checker: &mut Checker, context: Context<'_>) -> BuiltBodies {
     let list = context.root.named("bodies").iter();
     let mut known = KnownShapes::default();
-    let built = list.map(|(name, section)| body(checker, (context, &mut known), name, section));
+    let built = list.map(|(name, section)| body(checker, context, &mut known, name, section));
     BuiltBodies::new(built.collect())
 }
 
 fn body(
     checker: &mut Checker,
-    (context, known): (Context<'_>, &mut KnownShapes),
+    context: Context<'_>,
+    known: &mut KnownShapes,
     name: &str,
     section: &Section,
 ) -> Option<Built> {
@@ -43,11 +45,11 @@ fn body(
         return None;
     }
     let orientation = orientation(checker, section);
-    let is_imported = section.text("model") == Some("imported");
+    let is_imported = section.choice("model") == Some(BodyModel::Imported);
     let markers = if is_imported { Some(Vec::new()) } else { markers(checker, section) };
-    let made = match section.text("model") {
-        Some("rigid") => {
-            let made = rigid::rigid(checker, (root, known), section, orientation, markers.as_deref());
+    let made = match section.choice("model") {
+        Some(BodyModel::Rigid) => {
+            let made = rigid::rigid(checker, root, known, section, orientation, markers.as_deref());
             made.map(|rigid| match rigid {
                 Rigid::Moving(kind, places) => {
                     let file = spline_file(section);
@@ -56,13 +58,18 @@ fn body(
                 Rigid::Plane(normal) => Made::Plane(Plane { point: Vector3::zeros(), normal }),
             })
         }
-        Some("imported") => imported::imported(checker, context, section, name)
+        Some(BodyModel::Imported) => imported::imported(checker, context, section, name)
             .map(|(kind, facts)| Made::Moving(kind, Box::new(facts))),
-        Some("mesh") => meshed::meshed(checker, context, section, name, markers.as_deref())
+        Some(BodyModel::Mesh) => meshed::meshed(checker, context, section, name, markers.as_deref())
             .map(|(kind, facts)| Made::Moving(kind, Box::new(facts))),
-        Some(model) => {
+        Some(
+            model @ (BodyModel::Solid
+            | BodyModel::Axisymmetric
+            | BodyModel::PlaneStrain
+            | BodyModel::PlaneStress),
+        ) => {
             let frame = frame(checker, context, section, name);
-            let made = elastic(checker, context, section, (model, frame), markers.as_deref());
+            let made = elastic(checker, context, section, model, frame, markers.as_deref());
             made.map(|(spec, facts)| Made::Moving(BodyKind::Elastic(Box::new(spec)), Box::new(facts)))
         }
         None => None,
@@ -71,7 +78,7 @@ fn body(
     markers?;
     let (position, velocity) = (section.vector("position")?, section.vector("velocity")?);
     let (orientation, angular_velocity) = (orientation?, section.vector("angular_velocity")?);
-    check_motion(checker, section, made.motion(), (&velocity, &angular_velocity, &orientation));
+    check_motion(checker, section, made.motion(), &velocity, &angular_velocity, &orientation);
     Some(match made {
         Made::Plane(plane) => Built::Plane(Plane { point: position.into(), ..plane }),
         Made::Moving(kind, facts) => {
@@ -126,7 +133,7 @@ fn markers(checker: &mut Checker, section: &Section) -> Option<Markers> {
     for (name, marker) in list {
         if own.contains(&name.as_str()) {
             let message =
-                format!("shape \"{}\" has a marker of this name already, choose another", facts.shape);
+                format!("shape \"{}\" has a marker of this name already, choose another", facts.shape_name());
             checker.fault(&marker.origin, marker.path.clone(), None, message);
             continue;
         }
@@ -154,7 +161,9 @@ fn check_motion(
     checker: &mut Checker,
     section: &Section,
     motion: Option<RigidMotion>,
-    (velocity, angular_velocity, orientation): (&[f64; 3], &[f64; 3], &[f64; 4]),
+    velocity: &[f64; 3],
+    angular_velocity: &[f64; 3],
+    orientation: &[f64; 4],
 ) {
     let checks: [(&str, &[f64]); 3] =
         [("velocity", velocity), ("angular_velocity", angular_velocity), ("orientation", orientation)];
@@ -185,8 +194,7 @@ pub fn leaves_model(motion: Option<RigidMotion>, key: &str, value: &[f64]) -> Op
     };
     let vector = if value.len() == 4 { &value[1..] } else { value };
     let leaves = zero.iter().any(|&i| vector[i].abs() > 0.0);
-    let model = if motion == RigidMotion::Axial { "axisymmetric" } else { "plane" };
-    leaves.then(|| format!("must be {words} for a body that is {model}"))
+    leaves.then(|| format!("must be {words} for a body that is {}", motion_in_words(motion)))
 }
 
 fn orientation(checker: &mut Checker, section: &Section) -> Option<[f64; 4]> {
@@ -210,7 +218,8 @@ fn elastic(
     checker: &mut Checker,
     context: Context<'_>,
     section: &Section,
-    (model, frame): (&str, Option<GivenFrame>),
+    model: BodyModel,
+    frame: Option<GivenFrame>,
     markers: Option<&[(String, GivenPlace)]>,
 ) -> Option<(ElasticSpec, MovingFacts)> {
     let kind = elastic_model(section, model);
@@ -231,7 +240,7 @@ fn elastic(
     let basis = section.table("reduction").and_then(|r| reduction(checker, r));
     let damping = damping(checker, section);
     let geometric_stiffening = stiffening(checker, section, frame.as_ref())?;
-    if geometric_stiffening && model == "axisymmetric" {
+    if geometric_stiffening && model == BodyModel::Axisymmetric {
         let message = "has no meaning for model \"axisymmetric\", which does not turn".into();
         checker.fault_in(section, "geometric_stiffening", message);
     }

@@ -8,7 +8,7 @@ use super::super::body_places::{BodyPlaces, GivenPlace};
 use super::super::check::Checker;
 use super::super::section::Section;
 use super::super::standard_materials::STANDARD_MATERIALS;
-use super::super::tables::FrameKind;
+use super::super::tables::{BodyModel, FrameKind};
 use super::joints::inboard_joint;
 use super::places::{BodyFacts, one_of};
 
@@ -92,14 +92,16 @@ pub fn damping(checker: &mut Checker, section: &Section) -> Option<DampingSpec> 
     Some(DampingSpec::Rayleigh { frequencies, ratio: table.number("ratio")? })
 }
 
-/// What the components of a shape's points mean, with the thickness of a plane model.
-pub fn elastic_model(section: &Section, model: &str) -> Option<Model> {
+/// What the components of a shape's points mean, with the thickness of a plane model; none of
+/// models that are not those of a shape.
+pub fn elastic_model(section: &Section, model: BodyModel) -> Option<Model> {
     let thickness = section.number("thickness")?;
     Some(match model {
-        "axisymmetric" => Model::Axisymmetric,
-        "plane-strain" => Model::PlaneStrain { thickness },
-        "plane-stress" => Model::PlaneStress { thickness },
-        _ => Model::Solid,
+        BodyModel::Solid => Model::Solid,
+        BodyModel::Axisymmetric => Model::Axisymmetric,
+        BodyModel::PlaneStrain => Model::PlaneStrain { thickness },
+        BodyModel::PlaneStress => Model::PlaneStress { thickness },
+        BodyModel::Imported | BodyModel::Mesh | BodyModel::Rigid => return None,
     })
 }
 

@@ -2,13 +2,14 @@
 //! without meaning.
 
 use adaptive::spec::contact::{DivisionRule, LowModes, TransferMethod};
+use ffr_dynamics::body::RigidMotion;
 
 use super::super::check::Checker;
 use super::super::keys::Named;
 use super::super::section::Section;
-use super::super::tables::{ContactModel, ReductionMethod, Search, Solver};
+use super::super::tables::{ContactModel, ReductionMethod, Search, ShapeName, Solver};
 use super::contact_facts::ContactFacts;
-use super::places::BodyFacts;
+use super::places::{BodyFacts, motion_in_words};
 
 /// Reports bodies that Hertz's law knows nothing of.
 pub fn check_hertz(checker: &mut Checker, root: &Section, section: &Section) {
@@ -22,11 +23,11 @@ pub fn check_hertz(checker: &mut Checker, root: &Section, section: &Section) {
             Some(
                 "must have a shape with model \"hertz\", a mesh has no curvature of its own; choose model = \"adaptive\"",
             )
-        } else if body.shape.is_empty() || body.file.is_some() {
+        } else if body.shape.is_none() || body.file.is_some() {
             Some("has no surface to touch; Hertz's law needs a body with \"geometry\"")
-        } else if body.shape == "box" {
+        } else if body.shape == Some(ShapeName::Box) {
             Some("has flat faces alone, of which Hertz's law knows nothing; choose model = \"adaptive\"")
-        } else if body.motion() == "plane" {
+        } else if body.motion() == RigidMotion::Planar {
             Some(
                 "must be spatial or axisymmetric with model \"hertz\": bodies of plane models touch along a line, choose model = \"adaptive\"",
             )
@@ -39,11 +40,11 @@ pub fn check_hertz(checker: &mut Checker, root: &Section, section: &Section) {
     }
     let (Some(contact), Some(target)) = (contact, target) else { return };
     if !target.is_plane() && contact.motion() != target.motion() {
-        let message =
-            format!("must be {} as the contact body is, it is {}", contact.motion(), target.motion());
+        let [contact, target] = [contact, target].map(|body| motion_in_words(body.motion()));
+        let message = format!("must be {contact} as the contact body is, it is {target}");
         checker.fault_in(section, "target_body", message);
     }
-    if contact.motion() == "axisymmetric" && section.number("friction").is_some_and(|f| f > 0.0) {
+    if contact.motion() == RigidMotion::Axial && section.number("friction").is_some_and(|f| f > 0.0) {
         let message = "has no effect with model \"hertz\" between bodies that move along one axis".into();
         checker.fault_in(section, "friction", message);
     }
@@ -74,7 +75,7 @@ pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
         let message = format!("must be a flexible body, for it carries the contact points; {remedy}");
         checker.fault_in(section, "contact_body", message);
     }
-    if target.is_some_and(|body| body.is_rigid && body.shape.is_empty()) {
+    if target.is_some_and(|body| body.is_rigid && body.shape.is_none()) {
         let message = "has no surface to touch, for it has a mass but no shape; give it \"geometry\" and \"material\" in their place";
         checker.fault_in(section, "target_body", message.into());
     }
@@ -94,28 +95,20 @@ pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
     if !contact.is_rigid && !target.is_rigid && contact.components != target.components {
         let message = format!(
             "must have model \"{}\" as the contact body has, it is \"{}\"",
-            contact.components, target.components
+            contact.components.name(),
+            target.components.name()
         );
         checker.fault_in(section, "target_body", message);
     }
     if !contact.is_rigid && target.is_rigid && !target.is_plane() && contact.motion() != target.motion() {
         let message = format!(
             "must have motion = \"{}\", for it meets a body with model \"{}\"",
-            motion_of(contact.components),
-            contact.components
+            contact.motion().name(),
+            contact.components.name()
         );
         checker.fault_in(section, "target_body", message);
     }
     check_normal(checker, &contact, &target);
-}
-
-/// Motion of rigid bodies that a body with model `model` can touch.
-fn motion_of(model: &str) -> &'static str {
-    match model {
-        "axisymmetric" => "axial",
-        "plane-strain" | "plane-stress" => "planar",
-        _ => "spatial",
-    }
 }
 
 /// Reports a plane whose normal leaves the space of the contact body's model.
@@ -123,16 +116,17 @@ fn check_normal(checker: &mut Checker, contact: &BodyFacts<'_>, target: &BodyFac
     if !target.is_plane() {
         return;
     }
-    let (model, plane) = (contact.components, target.section);
+    let plane = target.section;
     let Some(normal) = plane.vector::<3>("normal") else { return };
     let size = normal.iter().fold(0.0_f64, |a, x| a.max(x.abs()));
     let leaves = |components: &[usize]| components.iter().any(|&i| normal[i].abs() > 1e-12 * size);
-    let (at_fault, words) = match model {
-        "axisymmetric" => (leaves(&[0, 1]), "along z"),
-        "plane-strain" | "plane-stress" => (leaves(&[2]), "in the plane (x, y)"),
-        _ => (false, ""),
+    let (at_fault, words) = match contact.motion() {
+        RigidMotion::Axial => (leaves(&[0, 1]), "along z"),
+        RigidMotion::Planar => (leaves(&[2]), "in the plane (x, y)"),
+        RigidMotion::Spatial => (false, ""),
     };
     if at_fault {
+        let model = contact.components.name();
         let message = format!("must be {words}, for it meets a body with model \"{model}\"");
         checker.fault_in(plane, "normal", message);
     }

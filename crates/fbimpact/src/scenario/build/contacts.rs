@@ -15,7 +15,7 @@ use contact_qs::quasistatic::Method;
 
 use super::super::check::Checker;
 use super::super::section::Section;
-use super::super::tables::{ContactModel, Search, Solver};
+use super::super::tables::{BodyModel, ContactModel, Search, ShapeName, Solver};
 use super::accuracy::{accuracy, peak_tolerance};
 use super::body_parts::solid;
 use super::built_bodies::BuiltBodies;
@@ -102,7 +102,7 @@ fn hertz(root: &Section, section: &Section) -> Option<ContactLaw> {
 /// sphere.
 fn partner(root: &Section, body: &BodyFacts<'_>) -> Option<HertzPartner> {
     let solid = solid(root, body.section)?;
-    if body.shape != "sphere" || body.components != "solid" {
+    if body.shape != Some(ShapeName::Sphere) || body.components != BodyModel::Solid {
         return Some(HertzPartner::Surface(solid));
     }
     let radius = body.section.table("geometry")?.number("radius")?;

@@ -5,7 +5,7 @@ use adaptive::spec::time_curve::{CubicSpline, Piecewise, PiecewiseForm};
 
 use super::super::check::Checker;
 use super::super::section::{Checked, Section};
-use super::super::tables::Interpolation;
+use super::super::tables::{CurveKind, Interpolation};
 
 /// Longest polynomial; more terms lose all digits long before the end of a run.
 const MAX_COEFFICIENTS: usize = 16;
@@ -21,9 +21,9 @@ pub fn curve(checker: &mut Checker, section: &Section, key: &str) -> Option<Opti
 }
 
 fn form(checker: &mut Checker, table: &Section) -> Option<TimeCurve> {
-    Some(match table.text("kind")? {
-        "constant" => TimeCurve::constant(table.number("value")?),
-        "polynomial" => {
+    Some(match table.choice("kind")? {
+        CurveKind::Constant => TimeCurve::constant(table.number("value")?),
+        CurveKind::Polynomial => {
             let coefficients = table.numbers("coefficients")?.to_vec();
             if coefficients.len() > MAX_COEFFICIENTS {
                 let message =
@@ -33,14 +33,16 @@ fn form(checker: &mut Checker, table: &Section) -> Option<TimeCurve> {
             }
             TimeCurve::Polynomial { coefficients }
         }
-        "harmonic" => TimeCurve::Harmonic {
+        CurveKind::Harmonic => TimeCurve::Harmonic {
             amplitude: table.number("amplitude")?,
             frequency: table.number("frequency")?,
             phase: table.number("phase")?,
             offset: table.number("offset")?,
         },
-        "spin-up" => TimeCurve::SpinUp { rate: table.number("rate")?, duration: table.number("duration")? },
-        _ => points(checker, table)?,
+        CurveKind::SpinUp => {
+            TimeCurve::SpinUp { rate: table.number("rate")?, duration: table.number("duration")? }
+        }
+        CurveKind::Table => points(checker, table)?,
     })
 }
 

@@ -9,7 +9,7 @@ use super::super::check::Checker;
 use super::super::section::Section;
 use super::super::spline_nets::per_direction;
 use super::super::tables::ReductionMethod;
-use super::places::{BodyFacts, dimension, marker_or_point, single};
+use super::places::{BodyFacts, marker_or_point, single};
 
 /// Elements per direction in the specification of a body for which the program still has to choose
 /// them.
@@ -34,7 +34,7 @@ pub fn discretisation(
     body: &BodyFacts<'_>,
     places: Option<&BodyPlaces>,
 ) -> Option<(DiscretisationSpec, bool)> {
-    let directions = dimension(body.components);
+    let directions = body.components.dimension();
     let degree = per_direction(checker, section, "degree", directions);
     let elements = per_direction(checker, section, "elements", directions);
     if elements.is_none() && section.item("elements").is_some() {

@@ -10,25 +10,23 @@ use iga_core::nurbs::primitives::{axisymmetric, plane, profile, solid, sphere};
 use iga_core::nurbs::{FaceId, Shape};
 
 use super::super::check::Checker;
-use super::super::keys::names;
+use super::super::keys::{Named, names};
 use super::super::section::Section;
 use super::super::spline_nets;
-use super::super::tables::{SHAPES, ShapeFacts};
-use super::places::dimension;
+use super::super::tables::{BodyModel, ShapeName};
 
 /// Reports a shape that does not go with the model.
-pub fn check_model(checker: &mut Checker, body: &Section, model: &str, shape: &str) -> Option<()> {
-    let facts = ShapeFacts::find(shape)?;
-    if facts.fits(model) {
+fn check_model(checker: &mut Checker, body: &Section, model: BodyModel, shape: ShapeName) -> Option<()> {
+    if shape.fits(model) {
         return Some(());
     }
-    let fitting = names(SHAPES.iter().filter(|s| s.fits(model)).map(|s| s.name));
-    let models = names(facts.models.iter().map(|m| m.model));
+    let fitting = names(ShapeName::VALUES.iter().filter(|s| s.fits(model)).map(|s| s.name()));
+    let models = names(shape.models().iter().map(|m| m.model.name()));
     let message = match body.text("motion") {
-        Some(motion) if body.text("model") == Some("rigid") => {
+        Some(motion) if body.choice("model") == Some(BodyModel::Rigid) => {
             format!("does not go with motion \"{motion}\" of a rigid body: choose {fitting}")
         }
-        _ => format!("does not go with model \"{model}\": choose {fitting}, or model {models}"),
+        _ => format!("does not go with model \"{}\": choose {fitting}, or model {models}", model.name()),
     };
     checker.fault_in(body.table("geometry")?, "shape", message);
     None
@@ -36,33 +34,35 @@ pub fn check_model(checker: &mut Checker, body: &Section, model: &str, shape: &s
 
 /// The exact shape of a body whose points have the components of `model`; `degree` decides on the
 /// net of a ball where none is named.
-pub fn shape(checker: &mut Checker, body: &Section, model: &str, degree: usize) -> Option<Shape> {
+pub fn shape(checker: &mut Checker, body: &Section, model: BodyModel, degree: usize) -> Option<Shape> {
     let section = body.table("geometry")?;
-    let name = section.text("shape")?;
+    let name = section.choice("shape")?;
     let fits = check_model(checker, body, model, name);
-    let built = match name {
-        "nurbs" => {
-            let own = nurbs(checker, section, model).filter(|_| fits.is_some())?;
-            return cut(checker, body, section, own);
-        }
-        "plate-with-hole" if is_missing(checker, section, model, "thickness") => return None,
-        "gear-tooth" if is_missing(checker, section, model, "width") => return None,
-        _ => match model {
-            "axisymmetric" => meridian(section, name)?,
-            "solid" => solid(section, name, degree)?,
-            _ => plane(section, name)?,
-        },
+    if name == ShapeName::Nurbs {
+        let own = nurbs(checker, section, model).filter(|_| fits.is_some())?;
+        return cut(checker, body, section, own);
+    }
+    if name == ShapeName::PlateWithHole && is_missing(checker, section, model, "thickness")
+        || name == ShapeName::GearTooth && is_missing(checker, section, model, "width")
+    {
+        return None;
+    }
+    let built = match model {
+        BodyModel::Solid => solid(section, name, degree)?,
+        BodyModel::Axisymmetric => meridian(section, name)?,
+        BodyModel::PlaneStrain | BodyModel::PlaneStress => plane(section, name)?,
+        BodyModel::Imported | BodyModel::Mesh | BodyModel::Rigid => return None,
     };
     fits?;
     let shape = built.map_err(|error| report(checker, section, &error)).ok()?;
     // Of other shapes nets are turned, or regular where they can be touched.
-    if name == "tube-sector" { cut(checker, body, section, shape) } else { Some(shape) }
+    if name == ShapeName::TubeSector { cut(checker, body, section, shape) } else { Some(shape) }
 }
 
 /// Reports the key of solid and spatial rigid bodies of a shape that is plane as well if it is not
 /// there.
-fn is_missing(checker: &mut Checker, section: &Section, model: &str, key: &str) -> bool {
-    let is_missing = model == "solid" && section.item(key).is_none();
+fn is_missing(checker: &mut Checker, section: &Section, model: BodyModel, key: &str) -> bool {
+    let is_missing = model == BodyModel::Solid && section.item(key).is_none();
     if is_missing {
         let message =
             format!("required key is missing: solid and spatial rigid bodies of this shape have a {key}");
@@ -85,66 +85,83 @@ type Built = Result<Shape, SplineError>;
 
 /// Shapes with points in `(x, y, z)`; `None` where a key is at fault already, or the shape has no
 /// such form.
-fn solid(section: &Section, name: &str, degree: usize) -> Option<Built> {
+fn solid(section: &Section, name: ShapeName, degree: usize) -> Option<Built> {
     let number = |key: &str| section.number(key);
-    if let Some(round) = round(section, name) {
-        return Some(round?.solid());
-    }
     Some(match name {
-        "sphere" => sphere::sphere(number("radius")?, net(section)?.unwrap_or(SphereNet::for_degree(degree))),
-        "ellipsoid" => sphere::ellipsoid(section.vector("semi_axes")?),
-        "cylinder" => solid::cylinder(number("radius")?, number("length")?),
-        "hollow-cylinder" => {
+        ShapeName::Sphere => {
+            sphere::sphere(number("radius")?, net(section)?.unwrap_or(SphereNet::for_degree(degree)))
+        }
+        ShapeName::Ellipsoid => sphere::ellipsoid(section.vector("semi_axes")?),
+        ShapeName::Cylinder => solid::cylinder(number("radius")?, number("length")?),
+        ShapeName::HollowCylinder => {
             solid::hollow_cylinder(number("inner_radius")?, number("outer_radius")?, number("length")?)
         }
-        "tube-sector" => profile::tube_sector(
+        ShapeName::TubeSector => profile::tube_sector(
             number("inner_radius")?,
             number("outer_radius")?,
             number("length")?,
             number("angle")?,
         ),
-        "torus" => round::torus(number("radius")?, number("tube_radius")?),
-        "box" => solid::cuboid(section.vector("size")?),
-        "rounded-box" => rounded_box(section.vector("size")?, number("fillet_radius")?),
-        "plate-with-hole" => profile::solid_plate_with_hole(
+        ShapeName::Torus => round::torus(number("radius")?, number("tube_radius")?),
+        ShapeName::Box => solid::cuboid(section.vector("size")?),
+        ShapeName::RoundedBox => rounded_box(section.vector("size")?, number("fillet_radius")?),
+        ShapeName::PlateWithHole => profile::solid_plate_with_hole(
             section.vector("size")?,
             number("hole_radius")?,
             number("thickness")?,
         ),
-        "gear-tooth" => gear_tooth(section)?.solid(number("width")?),
-        "l-beam" => {
+        ShapeName::GearTooth => gear_tooth(section)?.solid(number("width")?),
+        ShapeName::LBeam => {
             profile::l_beam(number("width")?, number("height")?, number("thickness")?, number("length")?)
         }
-        "t-beam" => profile::t_beam(
+        ShapeName::TBeam => profile::t_beam(
             number("width")?,
             number("height")?,
             number("flange_thickness")?,
             number("web_thickness")?,
             number("length")?,
         ),
-        _ => return None,
+        ShapeName::Cone => cone(section)?.solid(),
+        ShapeName::Capsule => capsule(section)?.solid(),
+        ShapeName::RoundedCylinder => rounded_cylinder(section)?.solid(),
+        ShapeName::Rod
+        | ShapeName::RodSphericalEnd
+        | ShapeName::Rectangle
+        | ShapeName::Disc
+        | ShapeName::Nurbs
+        | ShapeName::Plane => return None,
     })
 }
 
 /// Meridian halves of shapes, in `(r, z)`.
-fn meridian(section: &Section, name: &str) -> Option<Built> {
+fn meridian(section: &Section, name: ShapeName) -> Option<Built> {
     let number = |key: &str| section.number(key);
-    if let Some(round) = round(section, name) {
-        return Some(round?.axisymmetric());
-    }
     Some(match name {
-        "sphere" => {
+        ShapeName::Sphere => {
             net(section)?; // reports a wrong value
             axisymmetric::sphere(number("radius")?)
         }
-        "ellipsoid" => spheroid(section.vector("semi_axes")?),
-        "rod" | "cylinder" => axisymmetric::rod(number("radius")?, number("length")?),
-        "rod-spherical-end" => axisymmetric::rod_spherical_end(number("radius")?, number("length")?),
-        "hollow-cylinder" => {
+        ShapeName::Ellipsoid => spheroid(section.vector("semi_axes")?),
+        ShapeName::Rod | ShapeName::Cylinder => axisymmetric::rod(number("radius")?, number("length")?),
+        ShapeName::RodSphericalEnd => axisymmetric::rod_spherical_end(number("radius")?, number("length")?),
+        ShapeName::HollowCylinder => {
             axisymmetric::hollow_cylinder(number("inner_radius")?, number("outer_radius")?, number("length")?)
         }
-        "torus" => round::axisymmetric_torus(number("radius")?, number("tube_radius")?),
-        _ => return None,
+        ShapeName::Torus => round::axisymmetric_torus(number("radius")?, number("tube_radius")?),
+        ShapeName::Cone => cone(section)?.axisymmetric(),
+        ShapeName::Capsule => capsule(section)?.axisymmetric(),
+        ShapeName::RoundedCylinder => rounded_cylinder(section)?.axisymmetric(),
+        ShapeName::TubeSector
+        | ShapeName::RoundedBox
+        | ShapeName::PlateWithHole
+        | ShapeName::LBeam
+        | ShapeName::TBeam
+        | ShapeName::GearTooth
+        | ShapeName::Box
+        | ShapeName::Rectangle
+        | ShapeName::Disc
+        | ShapeName::Nurbs
+        | ShapeName::Plane => return None,
     })
 }
 
@@ -159,18 +176,34 @@ fn spheroid([x, y, z]: [f64; 3]) -> Built {
 }
 
 /// Plane shapes, in `(x, y)`.
-fn plane(section: &Section, name: &str) -> Option<Built> {
+fn plane(section: &Section, name: ShapeName) -> Option<Built> {
     Some(match name {
-        "rectangle" => {
+        ShapeName::Rectangle => {
             let [width, height] = section.vector("size")?;
             plane::rectangle(width, height)
         }
-        "disc" => plane::disc(section.number("radius")?),
-        "plate-with-hole" => {
+        ShapeName::Disc => plane::disc(section.number("radius")?),
+        ShapeName::PlateWithHole => {
             profile::plate_with_hole(section.vector("size")?, section.number("hole_radius")?)
         }
-        "gear-tooth" => gear_tooth(section)?.plane(),
-        _ => return None,
+        ShapeName::GearTooth => gear_tooth(section)?.plane(),
+        ShapeName::Sphere
+        | ShapeName::Ellipsoid
+        | ShapeName::Rod
+        | ShapeName::RodSphericalEnd
+        | ShapeName::Cylinder
+        | ShapeName::HollowCylinder
+        | ShapeName::TubeSector
+        | ShapeName::Cone
+        | ShapeName::Capsule
+        | ShapeName::RoundedCylinder
+        | ShapeName::Torus
+        | ShapeName::RoundedBox
+        | ShapeName::LBeam
+        | ShapeName::TBeam
+        | ShapeName::Box
+        | ShapeName::Nurbs
+        | ShapeName::Plane => return None,
     })
 }
 
@@ -191,28 +224,30 @@ fn gear_tooth(section: &Section) -> Option<GearTooth> {
     })
 }
 
-/// The shape called `name` if it is one of those that are solid or axisymmetric alike, `Some(None)`
-/// where a key is at fault.
-fn round(section: &Section, name: &str) -> Option<Option<Round>> {
-    let radius = || Some((section.number("radius")?, section.number("length")?));
-    // A key that is not given, or `Some(None)` for one at fault.
-    let given = |key: &str| section.item(key).map(|_| section.number(key));
-    match name {
-        "cone" => {
-            Some(
-                radius()
-                    .zip(section.number("end_radius"))
-                    .map(|((radius, length), end_radius)| Round::Cone { radius, end_radius, length }),
-            )
-        }
-        "capsule" => Some(radius().map(|(radius, length)| Round::Capsule { radius, length })),
-        "rounded-cylinder" => Some(radius().and_then(|(radius, length)| {
-            let crown_radius = given("crown_radius").map_or(Some(None), |value| value.map(Some))?;
-            let fillet_radius = given("fillet_radius").map_or(Some(None), |value| value.map(Some))?;
-            Some(Round::RoundedCylinder { radius, length, crown_radius, fillet_radius })
-        })),
-        _ => None,
-    }
+/// A truncated cone; like other bodies of revolution `None` where a key is at fault.
+fn cone(section: &Section) -> Option<Round> {
+    Some(Round::Cone {
+        radius: section.number("radius")?,
+        end_radius: section.number("end_radius")?,
+        length: section.number("length")?,
+    })
+}
+
+fn capsule(section: &Section) -> Option<Round> {
+    Some(Round::Capsule { radius: section.number("radius")?, length: section.number("length")? })
+}
+
+fn rounded_cylinder(section: &Section) -> Option<Round> {
+    let given = |key: &str| match section.item(key) {
+        Some(_) => section.number(key).map(Some),
+        None => Some(None),
+    };
+    Some(Round::RoundedCylinder {
+        radius: section.number("radius")?,
+        length: section.number("length")?,
+        crown_radius: given("crown_radius")?,
+        fillet_radius: given("fillet_radius")?,
+    })
 }
 
 /// The net of a ball, `Some(None)` if it is left to the program.
@@ -234,12 +269,12 @@ fn cut(checker: &mut Checker, body: &Section, section: &Section, own: Shape) -> 
 }
 
 /// The shape of patches of one's own, which joined are a body.
-fn nurbs(checker: &mut Checker, section: &Section, model: &str) -> Option<Shape> {
+fn nurbs(checker: &mut Checker, section: &Section, model: BodyModel) -> Option<Shape> {
     let (given, key) = match section.item("file") {
         Some(_) => (section.spline_file()?.given.clone(), "file"),
         None => {
             let key = if section.item("patches").is_some() { "patches" } else { "control_points" };
-            (spline_nets::patches(checker, section, dimension(model))?, key)
+            (spline_nets::patches(checker, section, model.dimension())?, key)
         }
     };
     let joined = join(&given.patches, &given.joined);

@@ -12,6 +12,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::super::body_places::BodyPlaces;
 use super::super::check::Checker;
 use super::super::section::Section;
+use super::super::tables::JointType;
 use super::built_bodies::BuiltBodies;
 use super::places::{BodyFacts, body_index, held};
 use tree::Link;
@@ -54,7 +55,7 @@ fn joint<'a>(
     section: &Section,
     bodies: &BuiltBodies,
 ) -> Option<BuiltJoint<'a>> {
-    let kind = section.text("type").and_then(|name| kind(checker, section, name));
+    let kind = section.choice("type").and_then(|of| kind(checker, section, of));
     let mut side = |key: &str, can_be_ground: bool| {
         section.table(key).and_then(|side| attachment(checker, root, side, can_be_ground, bodies))
     };
@@ -113,14 +114,19 @@ fn in_marker(kind: JointKind, mut velocities: Vec<f64>, rotation: &UnitQuaternio
     velocities
 }
 
-fn kind(checker: &mut Checker, section: &Section, name: &str) -> Option<JointKind> {
-    use JointKind::{Axial, Cylindrical, Fixed, Free, Planar, Prismatic, Revolute, Spherical, Universal};
-    if name == "generic" {
-        return generic(checker, section);
-    }
-    [Fixed, Revolute, Prismatic, Cylindrical, Universal, Spherical, Planar, Free, Axial]
-        .into_iter()
-        .find(|kind| kind.name() == name)
+fn kind(checker: &mut Checker, section: &Section, of: JointType) -> Option<JointKind> {
+    Some(match of {
+        JointType::Fixed => JointKind::Fixed,
+        JointType::Revolute => JointKind::Revolute,
+        JointType::Prismatic => JointKind::Prismatic,
+        JointType::Cylindrical => JointKind::Cylindrical,
+        JointType::Universal => JointKind::Universal,
+        JointType::Spherical => JointKind::Spherical,
+        JointType::Planar => JointKind::Planar,
+        JointType::Free => JointKind::Free,
+        JointType::Axial => JointKind::Axial,
+        JointType::Generic => generic(checker, section)?,
+    })
 }
 
 /// The joint that holds the directions of key `locked`.

@@ -1,6 +1,7 @@
 //! Loads: bodies that exist and move, components that the model has.
 
 use adaptive::spec::{Attachment, LoadSpec};
+use ffr_dynamics::body::RigidMotion;
 use nalgebra::UnitQuaternion;
 
 use super::super::body_places::BodyPlaces;
@@ -8,7 +9,7 @@ use super::super::check::Checker;
 use super::super::section::Section;
 use super::built_bodies::BuiltBodies;
 use super::curves::curve;
-use super::places::{BodyFacts, body_index, held};
+use super::places::{BodyFacts, body_index, held, motion_in_words};
 
 /// Keys of the components, in the order of [`LoadSpec::components`].
 const COMPONENTS: [&str; 6] = ["force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z"];
@@ -17,14 +18,15 @@ const COMPONENTS: [&str; 6] = ["force_x", "force_y", "force_z", "moment_x", "mom
 pub fn loads(checker: &mut Checker, root: &Section, bodies: &BuiltBodies) -> Option<Vec<LoadSpec>> {
     let list = root.named("loads");
     let built: Vec<LoadSpec> =
-        list.iter().filter_map(|(name, section)| load(checker, root, (name, section), bodies)).collect();
+        list.iter().filter_map(|(name, section)| load(checker, root, name, section, bodies)).collect();
     (built.len() == list.len()).then_some(built)
 }
 
 fn load(
     checker: &mut Checker,
     root: &Section,
-    (name, section): (&str, &Section),
+    name: &str,
+    section: &Section,
     bodies: &BuiltBodies,
 ) -> Option<LoadSpec> {
     let mut components: [_; 6] = std::array::from_fn(|_| None);
@@ -45,12 +47,12 @@ fn load(
     let at = held(checker, section, &facts)?;
     // Components along which the model does not move.
     let missing: &[usize] = match facts.motion() {
-        "axisymmetric" => &[0, 1, 3, 4, 5],
-        "plane" => &[2, 3, 4],
-        _ => &[],
+        RigidMotion::Axial => &[0, 1, 3, 4, 5],
+        RigidMotion::Planar => &[2, 3, 4],
+        RigidMotion::Spatial => &[],
     };
     for &i in missing.iter().filter(|&&i| components[i].is_some()) {
-        let message = format!("a body that is {} cannot move so", facts.motion());
+        let message = format!("a body that is {} cannot move so", motion_in_words(facts.motion()));
         checker.fault_in(section, COMPONENTS[i], message);
     }
     let place = bodies.place(checker, section, body, &at, BodyPlaces::held)?;

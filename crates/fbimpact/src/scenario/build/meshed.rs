@@ -8,7 +8,6 @@ use adaptive::spec::{BodyKind, ByGroup, FlexibleSpec, MeshedSpec};
 use fe_mesh::Mesh;
 use iga_core::elasticity::Material;
 
-use super::super::body_files::length;
 use super::super::body_places::{BodyPlaces, GivenPlace};
 use super::super::check::Checker;
 use super::super::section::Section;
@@ -53,7 +52,7 @@ pub fn meshed(
         ..FlexibleSpec::new(reduction)
     };
     let spec = MeshedSpec { mesh, material, groups, mass_rule, flexible };
-    let unit = length(&source.units);
+    let unit = source.units.length();
     let file = FileOfBody { path: source.path.clone(), sha256: source.sha256.clone(), unit };
     let wish = SizeRequest { elements: false, modes: wants_modes };
     Some((BodyKind::Meshed(Box::new(spec)), MovingFacts { places, wish, file: Some(file), follows_joint }))

@@ -31,10 +31,10 @@ pub fn output(
 ) -> Option<Output> {
     let (points, lines) = (section.named("points"), section.named("stress"));
     let built_points: Vec<PointSpec> =
-        points.iter().filter_map(|(name, request)| point(checker, root, (name, request), bodies)).collect();
+        points.iter().filter_map(|(name, request)| point(checker, root, name, request, bodies)).collect();
     let stress: Vec<StressSpec> = lines
         .iter()
-        .filter_map(|(name, request)| stress(checker, root, (name, request), bodies, end_time))
+        .filter_map(|(name, request)| stress(checker, root, name, request, bodies, end_time))
         .collect();
     let compression = section.choice("compression")?;
     let is_complete = built_points.len() == points.len() && stress.len() == lines.len();
@@ -44,7 +44,8 @@ pub fn output(
 fn point(
     checker: &mut Checker,
     root: &Section,
-    (name, section): (&str, &Section),
+    name: &str,
+    section: &Section,
     bodies: &BuiltBodies,
 ) -> Option<PointSpec> {
     let body = body_index(checker, root, section, "body")?;
@@ -75,7 +76,8 @@ fn point(
 fn stress(
     checker: &mut Checker,
     root: &Section,
-    (name, section): (&str, &Section),
+    name: &str,
+    section: &Section,
     bodies: &BuiltBodies,
     end_time: Option<f64>,
 ) -> Option<StressSpec> {

@@ -7,10 +7,10 @@ use ffr_dynamics::body::RigidMotion;
 use super::super::body_places::GivenPlace;
 use super::super::body_source::{BodySource, MeshSource};
 use super::super::check::Checker;
-use super::super::keys::names;
+use super::super::keys::{Named, names};
 use super::super::section::{Checked, Section};
 use super::super::spline_nets::{self, padded};
-use super::super::tables::{ModelFacts, ShapeFacts};
+use super::super::tables::{BodyModel, ModelFacts, ShapeName};
 
 /// What other tables need to know about a body.
 #[derive(Debug, Clone, Copy)]
@@ -19,10 +19,10 @@ pub struct BodyFacts<'a> {
     pub section: &'a Section,
     /// Whether it is rigid.
     pub is_rigid: bool,
-    /// The model whose components its points have; "rigid" for a plane, which has none.
-    pub components: &'a str,
-    /// Name of its shape; empty for a rigid body without one.
-    pub shape: &'a str,
+    /// The model whose components its points have; that of rigid bodies for a plane, which has none.
+    pub components: BodyModel,
+    /// Its shape; bodies from files and rigid bodies with a given mass have none.
+    pub shape: Option<ShapeName>,
     /// Its body file, if it is from one.
     pub file: Option<&'a BodySource>,
     /// Its mesh, if it is of finite elements.
@@ -34,30 +34,40 @@ pub struct BodyFacts<'a> {
 impl<'a> BodyFacts<'a> {
     /// Facts of the body in `section`, unless what they follow from is at fault.
     pub fn of(section: &'a Section) -> Option<Self> {
-        let model = section.text("model")?;
+        let model = section.choice("model")?;
         let shape = match section.item("geometry") {
-            Some(_) => section.table("geometry")?.text("shape")?,
-            None => "",
+            Some(_) => Some(section.table("geometry")?.choice("shape")?),
+            None => None,
         };
         let file = section.body_file().map(AsRef::as_ref);
         let mesh = section.mesh_file().map(AsRef::as_ref);
         let of_motion = |motion: RigidMotion| match motion {
-            RigidMotion::Planar => "plane-strain",
-            RigidMotion::Axial => "axisymmetric",
-            RigidMotion::Spatial => "solid",
+            RigidMotion::Planar => BodyModel::PlaneStrain,
+            RigidMotion::Axial => BodyModel::Axisymmetric,
+            RigidMotion::Spatial => BodyModel::Solid,
         };
-        let components = match (model, shape) {
-            ("imported", _) => of_motion(file?.body.motion()),
-            ("mesh", _) => "solid",
-            ("rigid", "plane") => "rigid",
-            ("rigid", _) => of_motion(section.choice("motion")?),
-            _ => model,
+        let components = match model {
+            BodyModel::Solid | BodyModel::Axisymmetric | BodyModel::PlaneStrain | BodyModel::PlaneStress => {
+                model
+            }
+            BodyModel::Imported => of_motion(file?.body.motion()),
+            BodyModel::Mesh => BodyModel::Solid,
+            BodyModel::Rigid if shape == Some(ShapeName::Plane) => BodyModel::Rigid,
+            BodyModel::Rigid => of_motion(section.choice("motion")?),
         };
         // A mesh that cannot be read is a fault already.
-        if model == "mesh" && mesh.is_none() {
+        if model == BodyModel::Mesh && mesh.is_none() {
             return None;
         }
-        Some(Self { section, is_rigid: model == "rigid", components, shape, file, mesh, has_points: false })
+        Some(Self {
+            section,
+            is_rigid: model == BodyModel::Rigid,
+            components,
+            shape,
+            file,
+            mesh,
+            has_points: false,
+        })
     }
 
     /// Facts of the body called `name`, as far as they are known.
@@ -72,16 +82,23 @@ impl<'a> BodyFacts<'a> {
 
     /// Whether it is an unbounded plane.
     pub fn is_plane(&self) -> bool {
-        self.shape == "plane"
+        self.shape == Some(ShapeName::Plane)
     }
 
-    /// How it moves, in words.
-    pub fn motion(&self) -> &'static str {
+    /// How it moves.
+    pub fn motion(&self) -> RigidMotion {
         match self.components {
-            "axisymmetric" => "axisymmetric",
-            "plane-strain" | "plane-stress" => "plane",
-            _ => "spatial",
+            BodyModel::Axisymmetric => RigidMotion::Axial,
+            BodyModel::PlaneStrain | BodyModel::PlaneStress => RigidMotion::Planar,
+            BodyModel::Solid | BodyModel::Imported | BodyModel::Mesh | BodyModel::Rigid => {
+                RigidMotion::Spatial
+            }
         }
+    }
+
+    /// Name of its shape; empty where it has none.
+    pub fn shape_name(&self) -> &'static str {
+        self.shape.map_or("", ShapeName::name)
     }
 
     /// Names of the markers of its shape.
@@ -94,8 +111,8 @@ impl<'a> BodyFacts<'a> {
         if let Some(source) = self.mesh {
             return source.mesh.face_names().map(str::to_owned).collect();
         }
-        if let ("nurbs", Some(geometry)) = (self.shape, self.section.table("geometry")) {
-            return spline_nets::face_names(geometry, dimension(self.components));
+        if let (Some(ShapeName::Nurbs), Some(geometry)) = (self.shape, self.section.table("geometry")) {
+            return spline_nets::face_names(geometry, self.components.dimension());
         }
         self.in_model().map_or(Vec::new(), |facts| facts.faces.iter().map(|f| (*f).to_owned()).collect())
     }
@@ -104,12 +121,12 @@ impl<'a> BodyFacts<'a> {
     fn holder(&self) -> String {
         match self.mesh {
             Some(source) => source.path.display().to_string(),
-            None => format!("shape \"{}\"", self.shape),
+            None => format!("shape \"{}\"", self.shape_name()),
         }
     }
 
     fn in_model(&self) -> Option<&'static ModelFacts> {
-        ShapeFacts::find(self.shape)?.in_model(self.components)
+        self.shape?.in_model(self.components)
     }
 
     /// Whether a joint or load on it needs a part of it: a point of an elastic continuum carries no
@@ -221,13 +238,12 @@ pub fn part(checker: &mut Checker, section: &Section, key: &str, body: &BodyFact
         None => None,
     };
     let coupling = match section.item("coupling") {
-        Some(_) => Some(section.text("coupling")?),
-        None => None,
+        Some(_) => section.choice("coupling")?,
+        None => Coupling::Average,
     };
     if key == "point" && radius.is_none() {
         return place(checker, section, key, body);
     }
-    let coupling = if coupling == Some("rigid") { Coupling::Rigid } else { Coupling::Average };
     let extent = match radius {
         Some(radius) => {
             let GivenPlace::Point(point) = place(checker, section, key, body)? else { return None };
@@ -320,10 +336,10 @@ pub fn place(
                     format!("marker of {}", file.path.display())
                 } else if let Some(mesh) = body.mesh {
                     format!("marker or face of {}", mesh.path.display())
-                } else if body.shape.is_empty() {
-                    "marker of the body".to_owned()
+                } else if let Some(shape) = body.shape {
+                    format!("marker of shape \"{}\"", shape.name())
                 } else {
-                    format!("marker of shape \"{}\"", body.shape)
+                    "marker of the body".to_owned()
                 };
                 checker.unknown_name(section, key, &what, &known);
                 return None;
@@ -349,7 +365,7 @@ pub fn point(
     x: &[f64],
     body: &BodyFacts<'_>,
 ) -> Option<[f64; 3]> {
-    let dimension = dimension(body.components);
+    let dimension = body.components.dimension();
     if x.len() != dimension {
         let model = if body.is_rigid { "motion" } else { "model" };
         let name = body.section.text(model)?;
@@ -360,7 +376,11 @@ pub fn point(
     Some(padded(x))
 }
 
-/// Number of coordinates and parametric directions of a model.
-pub fn dimension(model: &str) -> usize {
-    if matches!(model, "solid" | "rigid") { 3 } else { 2 }
+/// How a body moves, in words.
+pub fn motion_in_words(motion: RigidMotion) -> &'static str {
+    match motion {
+        RigidMotion::Spatial => "spatial",
+        RigidMotion::Planar => "plane",
+        RigidMotion::Axial => "axisymmetric",
+    }
 }

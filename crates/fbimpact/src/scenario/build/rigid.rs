@@ -35,7 +35,8 @@ pub enum Rigid {
 /// A rigid body with the markers that the user has added.
 pub fn rigid(
     checker: &mut Checker,
-    (root, known): (&Section, &mut KnownShapes),
+    root: &Section,
+    known: &mut KnownShapes,
     section: &Section,
     orientation: Option<[f64; 4]>,
     markers: Option<&[(String, GivenPlace)]>,
@@ -46,7 +47,7 @@ pub fn rigid(
     }
     let motion = section.choice("motion")?;
     let (spec, shape) = if section.item("geometry").is_some() {
-        let (spec, shape) = from_shape(checker, (root, known), section, &facts, motion)?;
+        let (spec, shape) = from_shape(checker, root, known, section, &facts, motion)?;
         (spec, Some(shape))
     } else {
         (given(checker, section, motion)?, None)
@@ -80,7 +81,8 @@ fn plane(
 
 fn from_shape(
     checker: &mut Checker,
-    (root, known): (&Section, &mut KnownShapes),
+    root: &Section,
+    known: &mut KnownShapes,
     section: &Section,
     facts: &BodyFacts<'_>,
     motion: RigidMotion,

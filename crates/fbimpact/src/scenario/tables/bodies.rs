@@ -1,10 +1,12 @@
 //! Keys of `[materials.NAME]` and `[bodies.NAME]`.
 
-use super::super::keys::{Bound, Choice, Condition, Fact, Key, Kind, Named, Need, Range, Test, name_values};
+use super::super::keys::{Bound, Condition, Fact, Key, Kind, Named, Need, Range, Test, name_values};
 use super::discretisation::{DISCRETISATION, REDUCTION};
-use super::files::{FILE_SHA256, UNITS};
+use super::files::{FILE_SHA256, LengthUnit};
+use super::models::BodyModel;
 use super::ranges::{COORDINATE, LENGTH, RATE};
-use super::shapes::GEOMETRIES;
+use super::shapes::ShapeName;
+use adaptive::spec::Coupling;
 use fe_mesh::rules::MassRule;
 use ffr_dynamics::body::RigidMotion;
 
@@ -21,31 +23,6 @@ pub const MATERIAL: &[Key] = &[
         "Poisson's ratio.",
     ),
     Key::new("density", Kind::Number(Range::positive(1e9)), "kg/m³", Need::Required, "Density."),
-];
-
-const MODELS: &[Choice] = &[
-    Choice::new("solid", "three-dimensional, in (x, y, z)").elsewhere(&[
-        "3d",
-        "flexible",
-        "elastic",
-        "volume",
-        "continuum",
-        "beam",
-        "shell",
-        "plate",
-        "truss",
-    ]),
-    Choice::new("axisymmetric", "rotationally symmetric about z, in (r, z); moves along z only")
-        .elsewhere(&["axi", "rotational", "2d-axisymmetric"]),
-    Choice::new("plane-strain", "plane strain in (x, y)"),
-    Choice::new("plane-stress", "plane stress in (x, y)"),
-    Choice::new("imported", "from the body file `file`, reduced or to be reduced (docs/body-file.md)"),
-    Choice::new(
-        "mesh",
-        "of finite elements, from the mesh `file` of Gmsh, Abaqus or CalculiX (docs/own_part.md)",
-    )
-    .elsewhere(&["fem", "fe", "finite-element", "finite-elements"]),
-    Choice::new("rigid", "rigid; with the shape `plane` also at rest"),
 ];
 
 /// What the reference frame of a body follows.
@@ -118,7 +95,7 @@ const FREE: &[Condition] =
 
 /// `[bodies.NAME]`.
 pub const BODY: &[Key] = &[
-    Key::new("model", Kind::Choice(MODELS), "", Need::Default("\"solid\""), "Kinematics of the body."),
+    Key::new("model", Kind::Choice(BodyModel::CHOICES), "", Need::Default("\"solid\""), "Kinematics of the body."),
     Key::new(
         "material",
         Kind::Name,
@@ -141,7 +118,7 @@ pub const BODY: &[Key] = &[
     FILE_SHA256.when(&[FROM_FILE]),
     Key::new(
         "units",
-        Kind::Choice(UNITS),
+        Kind::Choice(LengthUnit::CHOICES),
         "",
         Need::Optional("must be given"),
         "Unit of length of the mesh; files do not say it.",
@@ -207,7 +184,7 @@ pub const BODY: &[Key] = &[
         )]),
     Key::new(
         "geometry",
-        Kind::Variants { tag: "shape", variants: GEOMETRIES },
+        Kind::Variants { tag: "shape", variants: ShapeName::VARIANTS },
         "",
         Need::Optional("only `imported` and `mesh` bodies and `rigid` ones with `mass` have none"),
         "Shape in the body's own frame.",
@@ -361,17 +338,17 @@ pub(super) const FACE: Key = Key::new(
 /// How a part of a body is held.
 pub(super) const COUPLING: Key = Key::new(
     "coupling",
-    Kind::Choice(COUPLINGS),
+    Kind::Choice(Coupling::CHOICES),
     "",
     Need::Optional("`average`"),
     "How the part of the body is joined to what holds it.",
 )
 .when(&[BESIDE_PART]);
 
-const COUPLINGS: &[Choice] = &[
-    Choice::new("average", "distributing (RBE3): motion averaged over the part, force spread over it"),
-    Choice::new("rigid", "kinematic (RBE2): the part moves like a rigid body, also stiffened by that"),
-];
+name_values!(Coupling {
+    Average: "average", "distributing (RBE3): motion averaged over the part, force spread over it";
+    Rigid: "rigid", "kinematic (RBE2): the part moves like a rigid body, also stiffened by that";
+});
 
 /// Damping ratios.
 const RATIO: Range = Range { min: Bound::Closed(0.0), max: Bound::Closed(1e3) };

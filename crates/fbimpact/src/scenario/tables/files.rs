@@ -1,6 +1,6 @@
 //! The keys of files that a body is made from.
 
-use super::super::keys::{Choice, Key, Kind, Need};
+use super::super::keys::{Key, Kind, Need, name_values};
 
 /// The contents that a file must have.
 pub(super) const FILE_SHA256: Key = Key::new(
@@ -12,9 +12,33 @@ pub(super) const FILE_SHA256: Key = Key::new(
 );
 
 /// Units of length, for files that do not say theirs.
-pub(super) const UNITS: &[Choice] = &[
-    Choice::new("m", "metres"),
-    Choice::new("cm", "centimetres"),
-    Choice::new("mm", "millimetres"),
-    Choice::new("in", "inches"),
-];
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LengthUnit {
+    /// Metres.
+    Metre,
+    /// Centimetres.
+    Centimetre,
+    /// Millimetres.
+    Millimetre,
+    /// Inches.
+    Inch,
+}
+
+name_values!(LengthUnit {
+    Metre: "m", "metres";
+    Centimetre: "cm", "centimetres";
+    Millimetre: "mm", "millimetres";
+    Inch: "in", "inches";
+});
+
+impl LengthUnit {
+    /// Its length \[m\].
+    pub fn length(self) -> f64 {
+        match self {
+            Self::Metre => 1.0,
+            Self::Centimetre => 1e-2,
+            Self::Millimetre => 1e-3,
+            Self::Inch => 0.0254,
+        }
+    }
+}

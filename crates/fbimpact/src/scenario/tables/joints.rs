@@ -1,51 +1,54 @@
 //! Keys of `[joints.NAME]` and `[loads.NAME]`.
 
-use super::super::keys::{Bound, Choice, Condition, Key, Kind, Need, Range, Test};
+use super::super::keys::{Bound, Choice, Condition, Key, Kind, Named, Need, Range, Test, name_values};
 use super::bodies::{BESIDE_PART, BESIDE_POINT, COUPLING, FACE, RADIUS};
 use super::ranges::{COORDINATE, RATE};
 use super::time_curves::curve;
 
-const TYPES: &[Choice] = &[
-    Choice::new("fixed", "no relative motion")
-        .elsewhere(&["weld", "rigid", "lock", "locked", "clamp", "bracket", "tie", "bonded"]),
-    Choice::new("revolute", "angle about `axis`").elsewhere(&[
-        "hinge",
-        "pin",
-        "pivot",
-        "rotational",
-        "rotary",
-        "bearing",
-    ]),
-    Choice::new("prismatic", "displacement along `axis`").elsewhere(&[
-        "slider",
-        "slide",
-        "translational",
-        "translation",
-        "rail",
-        "linear",
-        "guide",
-    ]),
-    Choice::new("cylindrical", "displacement along `axis` and angle about it")
-        .elsewhere(&["sleeve", "piston"]),
-    Choice::new("universal", "angle about `axis` of the parent, then about `second_axis` of the child")
-        .elsewhere(&["cardan", "hooke"]),
-    Choice::new("spherical", "rotation about a point").elsewhere(&[
-        "ball",
-        "ball-joint",
-        "socket",
-        "ball-and-socket",
-    ]),
-    Choice::new("planar", "two displacements across `axis` and the angle about it").elsewhere(&["plane"]),
-    Choice::new("free", "three displacements and a rotation").elsewhere(&[
-        "floating",
-        "6dof",
-        "freejoint",
-        "bushing",
-    ]),
-    Choice::new("axial", "displacement along z, for axisymmetric bodies"),
-    Choice::new("generic", "displacements along and rotations about the axes that `locked` leaves free")
-        .elsewhere(&["6dof-spring", "custom"]),
-];
+/// Type of a joint; a generic one holds what it is told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JointType {
+    /// No relative motion.
+    Fixed,
+    /// Hinge.
+    Revolute,
+    /// Slider.
+    Prismatic,
+    /// Sleeve.
+    Cylindrical,
+    /// Cardan joint.
+    Universal,
+    /// Ball joint.
+    Spherical,
+    /// Plane on plane.
+    Planar,
+    /// All motions.
+    Free,
+    /// Slider along z of axisymmetric bodies.
+    Axial,
+    /// By its free directions.
+    Generic,
+}
+
+name_values!(JointType {
+    Fixed: "fixed", "no relative motion",
+        elsewhere ["weld", "rigid", "lock", "locked", "clamp", "bracket", "tie", "bonded"];
+    Revolute: "revolute", "angle about `axis`",
+        elsewhere ["hinge", "pin", "pivot", "rotational", "rotary", "bearing"];
+    Prismatic: "prismatic", "displacement along `axis`",
+        elsewhere ["slider", "slide", "translational", "translation", "rail", "linear", "guide"];
+    Cylindrical: "cylindrical", "displacement along `axis` and angle about it", elsewhere ["sleeve", "piston"];
+    Universal: "universal", "angle about `axis` of the parent, then about `second_axis` of the child",
+        elsewhere ["cardan", "hooke"];
+    Spherical: "spherical", "rotation about a point",
+        elsewhere ["ball", "ball-joint", "socket", "ball-and-socket"];
+    Planar: "planar", "two displacements across `axis` and the angle about it", elsewhere ["plane"];
+    Free: "free", "three displacements and a rotation",
+        elsewhere ["floating", "6dof", "freejoint", "bushing"];
+    Axial: "axial", "displacement along z, for axisymmetric bodies";
+    Generic: "generic", "displacements along and rotations about the axes that `locked` leaves free",
+        elsewhere ["6dof-spring", "custom"];
+});
 
 /// Directions of a joint.
 const DIRECTIONS: &[Choice] = &[
@@ -126,7 +129,7 @@ const JOINT_COORDINATE: Range = Range::within(1e6);
 pub(super) const JOINT: &[Key] = &[
     Key::new(
         "type",
-        Kind::Choice(TYPES),
+        Kind::Choice(JointType::CHOICES),
         "",
         Need::Required,
         "Type. Where there are several coordinates they stand in the order given here.",

@@ -1,8 +1,9 @@
 //! Shapes: their keys, the models that they go with, their markers.
 
-use super::super::keys::{Condition, Key, Kind, Named, Need, Test, Variant, name_values};
-use super::files::{FILE_SHA256, UNITS};
+use super::super::keys::{Condition, Key, Kind, Named, Need, Test, name_values, name_variants};
+use super::files::{FILE_SHA256, LengthUnit};
 use super::gear_tooth;
+use super::models::BodyModel;
 use super::ranges::{COORDINATE, LENGTH, MAX_DEGREE, TURN};
 use iga_core::nurbs::primitives::SphereNet;
 
@@ -96,7 +97,7 @@ const NURBS: &[Key] = &[
     FILE_SHA256.when(WITH_FILE),
     Key::new(
         "units",
-        Kind::Choice(UNITS),
+        Kind::Choice(LengthUnit::CHOICES),
         "",
         Need::Optional("must be given for files of G+Smo and MFEM"),
         "Unit of length of a file of G+Smo or MFEM, which do not say it.",
@@ -124,54 +125,78 @@ const INLINE: &[Condition] = &[Condition::new("without \"file\"", Test::Without(
 const SINGLE: &[Condition] = &[INLINE[0], Condition::new("without \"patches\"", Test::Without("patches"))];
 
 /// Shapes by name.
-pub(super) const GEOMETRIES: &[Variant] = &[
-    Variant {
-        name: "sphere",
-        elsewhere: &["ball"],
-        doc: "Ball about the origin; an axisymmetric one is a half-disc.",
-        keys: &[RADIUS, NET],
-    },
-    Variant {
-        name: "ellipsoid",
-        elsewhere: &["spheroid"],
-        doc: "Ellipsoid about the origin; an axisymmetric one is half an ellipse, with the first two semi-axes alike.",
-        keys: &[Key::new(
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ShapeName {
+    /// Ball.
+    Sphere,
+    /// Ellipsoid.
+    Ellipsoid,
+    /// Rod with flat ends.
+    Rod,
+    /// Rod with a hemispherical lower end.
+    RodSphericalEnd,
+    /// Solid cylinder.
+    Cylinder,
+    /// Tube.
+    HollowCylinder,
+    /// Part of a tube.
+    TubeSector,
+    /// Truncated cone.
+    Cone,
+    /// Cylinder with hemispheres on both ends.
+    Capsule,
+    /// Cylinder with a crowned or filleted face.
+    RoundedCylinder,
+    /// Torus.
+    Torus,
+    /// Cuboid with rounded edges.
+    RoundedBox,
+    /// Rectangular plate with a round hole.
+    PlateWithHole,
+    /// Beam with the section of an L.
+    LBeam,
+    /// Beam with the section of a T.
+    TBeam,
+    /// Tooth of a spur gear.
+    GearTooth,
+    /// Cuboid.
+    Box,
+    /// Rectangle.
+    Rectangle,
+    /// Disc.
+    Disc,
+    /// Patches of one's own.
+    Nurbs,
+    /// Unbounded rigid plane.
+    Plane,
+}
+
+name_variants!(ShapeName {
+    Sphere: "sphere", "Ball about the origin; an axisymmetric one is a half-disc.",
+        elsewhere ["ball"],
+        keys &[RADIUS, NET];
+    Ellipsoid: "ellipsoid", "Ellipsoid about the origin; an axisymmetric one is half an ellipse, with the first two semi-axes alike.",
+        elsewhere ["spheroid"],
+        keys &[Key::new(
             "semi_axes",
             Kind::Vector(3, LENGTH),
             "m",
             Need::Required,
             "Semi-axes along x, y and z.",
-        )],
-    },
-    Variant {
-        name: "rod",
-        elsewhere: &[],
-        doc: "Rod along z with flat ends, from z = 0.",
-        keys: &[RADIUS, ROD_LENGTH],
-    },
-    Variant {
-        name: "rod-spherical-end",
-        elsewhere: &[],
-        doc: "Rod along z with a hemispherical lower end, whose pole is the origin.",
-        keys: &[RADIUS, ROD_LENGTH],
-    },
-    Variant {
-        name: "cylinder",
-        elsewhere: &["shaft"],
-        doc: "Solid cylinder along z, from z = 0; an axisymmetric one is the shape `rod`.",
-        keys: &[RADIUS, ROD_LENGTH],
-    },
-    Variant {
-        name: "hollow-cylinder",
-        elsewhere: &["tube", "pipe", "ring", "annulus", "sleeve"],
-        doc: "Tube along z, from z = 0.",
-        keys: &[INNER_RADIUS, OUTER_RADIUS, ROD_LENGTH],
-    },
-    Variant {
-        name: "tube-sector",
-        elsewhere: &["sector", "partial-tube", "shell-segment", "curved-beam", "arch"],
-        doc: "Part of a tube along z, from z = 0, half its angle on either side of the x axis.",
-        keys: &[
+        )];
+    Rod: "rod", "Rod along z with flat ends, from z = 0.",
+        keys &[RADIUS, ROD_LENGTH];
+    RodSphericalEnd: "rod-spherical-end", "Rod along z with a hemispherical lower end, whose pole is the origin.",
+        keys &[RADIUS, ROD_LENGTH];
+    Cylinder: "cylinder", "Solid cylinder along z, from z = 0; an axisymmetric one is the shape `rod`.",
+        elsewhere ["shaft"],
+        keys &[RADIUS, ROD_LENGTH];
+    HollowCylinder: "hollow-cylinder", "Tube along z, from z = 0.",
+        elsewhere ["tube", "pipe", "ring", "annulus", "sleeve"],
+        keys &[INNER_RADIUS, OUTER_RADIUS, ROD_LENGTH];
+    TubeSector: "tube-sector", "Part of a tube along z, from z = 0, half its angle on either side of the x axis.",
+        elsewhere ["sector", "partial-tube", "shell-segment", "curved-beam", "arch"],
+        keys &[
             INNER_RADIUS,
             OUTER_RADIUS,
             ROD_LENGTH,
@@ -182,31 +207,22 @@ pub(super) const GEOMETRIES: &[Variant] = &[
                 Need::Required,
                 "Angle from the face `first` to the face `last`.",
             ),
-        ],
-    },
-    Variant {
-        name: "cone",
-        elsewhere: &["truncated-cone", "frustum", "conical"],
-        doc: "Truncated cone along z, from z = 0. Regular throughout, so that its jacket can be touched anywhere; of a pointed one give the \
+        ];
+    Cone: "cone", "Truncated cone along z, from z = 0. Regular throughout, so that its jacket can be touched anywhere; of a pointed one give the \
               radius of its tip.",
-        keys: &[
+        elsewhere ["truncated-cone", "frustum", "conical"],
+        keys &[
             Key::new("radius", Kind::Number(LENGTH), "m", Need::Required, "Radius at z = 0."),
             Key::new("end_radius", Kind::Number(LENGTH), "m", Need::Required, "Radius at z = `length`."),
             ROD_LENGTH,
-        ],
-    },
-    Variant {
-        name: "capsule",
-        elsewhere: &["spherocylinder", "stadium", "pill"],
-        doc: "Cylinder with hemispheres on both ends along z, from z = 0. Longer than twice its radius.",
-        keys: &[RADIUS, ROD_LENGTH],
-    },
-    Variant {
-        name: "rounded-cylinder",
-        elsewhere: &["hammer", "piston", "punch", "drill-bit", "crowned-cylinder"],
-        doc: "Cylinder along z whose striking face, at z = 0, may be crowned and have a fillet at its edge; the other end is flat. The pole of \
+        ];
+    Capsule: "capsule", "Cylinder with hemispheres on both ends along z, from z = 0. Longer than twice its radius.",
+        elsewhere ["spherocylinder", "stadium", "pill"],
+        keys &[RADIUS, ROD_LENGTH];
+    RoundedCylinder: "rounded-cylinder", "Cylinder along z whose striking face, at z = 0, may be crowned and have a fillet at its edge; the other end is flat. The pole of \
               the face is the origin.",
-        keys: &[
+        elsewhere ["hammer", "piston", "punch", "drill-bit", "crowned-cylinder"],
+        keys &[
             RADIUS,
             ROD_LENGTH,
             Key::new(
@@ -223,13 +239,10 @@ pub(super) const GEOMETRIES: &[Variant] = &[
                 Need::Optional("there is an edge"),
                 "Radius of the fillet between face and jacket, below `radius`.",
             ),
-        ],
-    },
-    Variant {
-        name: "torus",
-        elsewhere: &["donut", "doughnut", "o-ring"],
-        doc: "Torus about the z axis and the origin.",
-        keys: &[
+        ];
+    Torus: "torus", "Torus about the z axis and the origin.",
+        elsewhere ["donut", "doughnut", "o-ring"],
+        keys &[
             Key::new(
                 "radius",
                 Kind::Number(LENGTH),
@@ -244,13 +257,10 @@ pub(super) const GEOMETRIES: &[Variant] = &[
                 Need::Required,
                 "Radius of the sections, below `radius`.",
             ),
-        ],
-    },
-    Variant {
-        name: "rounded-box",
-        elsewhere: &["filleted-box", "rounded-cuboid"],
-        doc: "Cuboid about the origin with rounded edges and corners, of degree 4.",
-        keys: &[
+        ];
+    RoundedBox: "rounded-box", "Cuboid about the origin with rounded edges and corners, of degree 4.",
+        elsewhere ["filleted-box", "rounded-cuboid"],
+        keys &[
             Key::new(
                 "size",
                 Kind::Vector(3, LENGTH),
@@ -265,13 +275,10 @@ pub(super) const GEOMETRIES: &[Variant] = &[
                 Need::Required,
                 "Radius of edges and corners, below half of each size.",
             ),
-        ],
-    },
-    Variant {
-        name: "plate-with-hole",
-        elsewhere: &["perforated-plate", "holed-plate", "plate-hole"],
-        doc: "Rectangular plate about the origin in the x-y plane with a round hole in its middle.",
-        keys: &[
+        ];
+    PlateWithHole: "plate-with-hole", "Rectangular plate about the origin in the x-y plane with a round hole in its middle.",
+        elsewhere ["perforated-plate", "holed-plate", "plate-hole"],
+        keys &[
             Key::new("size", Kind::Vector(2, LENGTH), "m", Need::Required, "Sizes along x and y."),
             Key::new(
                 "hole_radius",
@@ -288,13 +295,10 @@ pub(super) const GEOMETRIES: &[Variant] = &[
                 "Thickness along z.",
             )
             .when(&[SPATIAL.remark("a plane body has its own key \"thickness\"")]),
-        ],
-    },
-    Variant {
-        name: "l-beam",
-        elsewhere: &["angle-profile", "l-profile", "l-section"],
-        doc: "Beam along z, from z = 0, with the section of an L: a flange along x and a web along y, whose outer edge is the z axis.",
-        keys: &[
+        ];
+    LBeam: "l-beam", "Beam along z, from z = 0, with the section of an L: a flange along x and a web along y, whose outer edge is the z axis.",
+        elsewhere ["angle-profile", "l-profile", "l-section"],
+        keys &[
             WIDTH,
             HEIGHT,
             Key::new(
@@ -305,13 +309,10 @@ pub(super) const GEOMETRIES: &[Variant] = &[
                 "Thickness of both, below `width` and `height`.",
             ),
             ROD_LENGTH,
-        ],
-    },
-    Variant {
-        name: "t-beam",
-        elsewhere: &["t-profile", "t-section", "tee"],
-        doc: "Beam along z, from z = 0, with the section of a T: a flange along x, whose upper face is y = 0, and a web under its middle.",
-        keys: &[
+        ];
+    TBeam: "t-beam", "Beam along z, from z = 0, with the section of a T: a flange along x, whose upper face is y = 0, and a web under its middle.",
+        elsewhere ["t-profile", "t-section", "tee"],
+        keys &[
             WIDTH,
             HEIGHT,
             Key::new(
@@ -329,50 +330,27 @@ pub(super) const GEOMETRIES: &[Variant] = &[
                 "Thickness of the web, below `width`.",
             ),
             ROD_LENGTH,
-        ],
-    },
-    Variant {
-        name: "gear-tooth",
-        elsewhere: &["tooth", "spur-gear", "involute", "gear"],
-        doc: "Tooth of a spur gear about the z axis, symmetric about the x axis, with the sector of the rim under it. Its flanks follow involutes to a \
+        ];
+    GearTooth: "gear-tooth", "Tooth of a spur gear about the z axis, symmetric about the x axis, with the sector of the rim under it. Its flanks follow involutes to a \
               millionth of the module; they begin at a roll angle of 0.05 rad or at the root circle and are straight below, without a fillet.",
-        keys: GEAR_TOOTH,
-    },
-    Variant {
-        name: "box",
-        elsewhere: &["beam", "bar", "cuboid", "block", "brick", "plate", "beam3d", "prism"],
-        doc: "Cuboid about the origin; of plane models \"rectangle\".",
-        keys: &[Key::new("size", Kind::Vector(3, LENGTH), "m", Need::Required, "Edges along x, y and z.")],
-    },
-    Variant {
-        name: "rectangle",
-        elsewhere: &["strip", "quad", "square", "beam2d"],
-        doc: "Rectangle about the origin.",
-        keys: &[Key::new("size", Kind::Vector(2, LENGTH), "m", Need::Required, "Edges along x and y.")],
-    },
-    Variant { name: "disc", elsewhere: &["disk", "circle"], doc: "Disc about the origin.", keys: &[RADIUS] },
-    Variant {
-        name: "nurbs",
-        elsewhere: &["spline", "b-spline", "iga", "brep"],
-        doc: "Patches of one's own, given by their control nets, inline or from a file.",
-        keys: NURBS,
-    },
-    Variant {
-        name: "plane",
-        elsewhere: &["floor", "ground", "wall", "half-space", "halfspace"],
-        doc: "Unbounded rigid plane through the body's position, at rest.",
-        keys: &[],
-    },
-];
-
-/// What the key tables cannot say about a shape.
-#[derive(Debug)]
-pub struct ShapeFacts {
-    /// Name.
-    pub name: &'static str,
-    /// Models that it goes with, and what has a name there.
-    pub models: &'static [ModelFacts],
-}
+        elsewhere ["tooth", "spur-gear", "involute", "gear"],
+        keys GEAR_TOOTH;
+    Box: "box", "Cuboid about the origin; of plane models \"rectangle\".",
+        elsewhere ["beam", "bar", "cuboid", "block", "brick", "plate", "beam3d", "prism"],
+        keys &[Key::new("size", Kind::Vector(3, LENGTH), "m", Need::Required, "Edges along x, y and z.")];
+    Rectangle: "rectangle", "Rectangle about the origin.",
+        elsewhere ["strip", "quad", "square", "beam2d"],
+        keys &[Key::new("size", Kind::Vector(2, LENGTH), "m", Need::Required, "Edges along x and y.")];
+    Disc: "disc", "Disc about the origin.",
+        elsewhere ["disk", "circle"],
+        keys &[RADIUS];
+    Nurbs: "nurbs", "Patches of one's own, given by their control nets, inline or from a file.",
+        elsewhere ["spline", "b-spline", "iga", "brep"],
+        keys NURBS;
+    Plane: "plane", "Unbounded rigid plane through the body's position, at rest.",
+        elsewhere ["floor", "ground", "wall", "half-space", "halfspace"],
+        keys &[];
+});
 
 /// A model that a shape goes with, and what of the shape has a name in it.
 ///
@@ -380,33 +358,16 @@ pub struct ShapeFacts {
 /// `plane-strain` or `axisymmetric`.
 #[derive(Debug, Clone, Copy)]
 pub struct ModelFacts {
-    /// Name of the model.
-    pub model: &'static str,
+    /// The model.
+    pub model: BodyModel,
     /// Names of points.
     pub markers: &'static [&'static str],
     /// Names of faces. A free patch has those of them that bound it.
     pub faces: &'static [&'static str],
 }
 
-impl ShapeFacts {
-    /// The facts of the shape called `name`.
-    pub fn find(name: &str) -> Option<&'static Self> {
-        SHAPES.iter().find(|s| s.name == name)
-    }
-
-    /// Whether the shape goes with `model`.
-    pub fn fits(&self, model: &str) -> bool {
-        self.in_model(model).is_some()
-    }
-
-    /// What has a name in `model`, if the shape goes with it.
-    pub fn in_model(&self, model: &str) -> Option<&'static ModelFacts> {
-        self.models.iter().find(|facts| facts.model == model)
-    }
-}
-
 const fn named(
-    model: &'static str,
+    model: BodyModel,
     markers: &'static [&'static str],
     faces: &'static [&'static str],
 ) -> ModelFacts {
@@ -446,70 +407,72 @@ const RIM: &[&str] = &["rim"];
 const PATCH_FACES: &[&str] = &["xi-", "xi+", "eta-", "eta+", "zeta-", "zeta+"];
 const PATCH_EDGES: &[&str] = &["xi-", "xi+", "eta-", "eta+"];
 
-/// Bodies of revolution that are solid or axisymmetric.
-const ROUND: &[ModelFacts] = &[named("solid", CYLINDER, ROD_FACES), named("axisymmetric", ROD, ROD_FACES)];
+impl ShapeName {
+    /// Models that the shape goes with, and what has a name there; markers and faces are those of
+    /// `iga_core::nurbs::primitives`.
+    pub fn models(self) -> &'static [ModelFacts] {
+        use BodyModel::{Axisymmetric, PlaneStrain, PlaneStress, Rigid, Solid};
+        match self {
+            Self::Sphere | Self::Ellipsoid => {
+                const { &[named(Solid, BALL, SURFACE), named(Axisymmetric, HALF_DISC, SURFACE)] }
+            }
+            Self::Rod | Self::RodSphericalEnd => const { &[named(Axisymmetric, ROD, ROD_FACES)] },
+            Self::Cylinder | Self::Cone | Self::Capsule | Self::RoundedCylinder => {
+                const { &[named(Solid, CYLINDER, ROD_FACES), named(Axisymmetric, ROD, ROD_FACES)] }
+            }
+            Self::HollowCylinder => {
+                const { &[named(Solid, CYLINDER, TUBE_FACES), named(Axisymmetric, ROD, TUBE_FACES)] }
+            }
+            Self::TubeSector => const { &[named(Solid, SECTOR, SECTOR_FACES)] },
+            Self::Torus => {
+                const { &[named(Solid, TORUS, SURFACE), named(Axisymmetric, TORUS_SECTION, SURFACE)] }
+            }
+            Self::PlateWithHole => {
+                const {
+                    &[
+                        named(Solid, PLATE, PLATE_FACES),
+                        named(PlaneStrain, PLANE_PLATE, PLATE_EDGES),
+                        named(PlaneStress, PLANE_PLATE, PLATE_EDGES),
+                    ]
+                }
+            }
+            Self::LBeam => const { &[named(Solid, BEAM, L_FACES)] },
+            Self::TBeam => const { &[named(Solid, BEAM, T_FACES)] },
+            Self::GearTooth => {
+                const {
+                    &[
+                        named(Solid, TOOTH, TOOTH_FACES),
+                        named(PlaneStrain, TOOTH, TOOTH_EDGES),
+                        named(PlaneStress, TOOTH, TOOTH_EDGES),
+                    ]
+                }
+            }
+            Self::Box | Self::RoundedBox => const { &[named(Solid, CYLINDER, BOX_FACES)] },
+            Self::Rectangle => {
+                const { &[named(PlaneStrain, RECTANGLE, EDGES), named(PlaneStress, RECTANGLE, EDGES)] }
+            }
+            Self::Disc => const { &[named(PlaneStrain, DISC, RIM), named(PlaneStress, DISC, RIM)] },
+            Self::Nurbs => {
+                const {
+                    &[
+                        named(Solid, &[], PATCH_FACES),
+                        named(Axisymmetric, &[], PATCH_EDGES),
+                        named(PlaneStrain, &[], PATCH_EDGES),
+                        named(PlaneStress, &[], PATCH_EDGES),
+                    ]
+                }
+            }
+            Self::Plane => const { &[named(Rigid, &[], &[])] },
+        }
+    }
 
-/// Facts of every shape; markers and faces are those of `iga_core::nurbs::primitives`.
-pub const SHAPES: &[ShapeFacts] = &[
-    ShapeFacts {
-        name: "sphere",
-        models: &[named("solid", BALL, SURFACE), named("axisymmetric", HALF_DISC, SURFACE)],
-    },
-    ShapeFacts {
-        name: "ellipsoid",
-        models: &[named("solid", BALL, SURFACE), named("axisymmetric", HALF_DISC, SURFACE)],
-    },
-    ShapeFacts { name: "rod", models: &[named("axisymmetric", ROD, ROD_FACES)] },
-    ShapeFacts { name: "rod-spherical-end", models: &[named("axisymmetric", ROD, ROD_FACES)] },
-    ShapeFacts { name: "cylinder", models: ROUND },
-    ShapeFacts {
-        name: "hollow-cylinder",
-        models: &[named("solid", CYLINDER, TUBE_FACES), named("axisymmetric", ROD, TUBE_FACES)],
-    },
-    ShapeFacts { name: "tube-sector", models: &[named("solid", SECTOR, SECTOR_FACES)] },
-    ShapeFacts { name: "cone", models: ROUND },
-    ShapeFacts { name: "capsule", models: ROUND },
-    ShapeFacts { name: "rounded-cylinder", models: ROUND },
-    ShapeFacts {
-        name: "torus",
-        models: &[named("solid", TORUS, SURFACE), named("axisymmetric", TORUS_SECTION, SURFACE)],
-    },
-    ShapeFacts { name: "rounded-box", models: &[named("solid", CYLINDER, BOX_FACES)] },
-    ShapeFacts {
-        name: "plate-with-hole",
-        models: &[
-            named("solid", PLATE, PLATE_FACES),
-            named("plane-strain", PLANE_PLATE, PLATE_EDGES),
-            named("plane-stress", PLANE_PLATE, PLATE_EDGES),
-        ],
-    },
-    ShapeFacts { name: "l-beam", models: &[named("solid", BEAM, L_FACES)] },
-    ShapeFacts { name: "t-beam", models: &[named("solid", BEAM, T_FACES)] },
-    ShapeFacts {
-        name: "gear-tooth",
-        models: &[
-            named("solid", TOOTH, TOOTH_FACES),
-            named("plane-strain", TOOTH, TOOTH_EDGES),
-            named("plane-stress", TOOTH, TOOTH_EDGES),
-        ],
-    },
-    ShapeFacts { name: "box", models: &[named("solid", CYLINDER, BOX_FACES)] },
-    ShapeFacts {
-        name: "rectangle",
-        models: &[named("plane-strain", RECTANGLE, EDGES), named("plane-stress", RECTANGLE, EDGES)],
-    },
-    ShapeFacts {
-        name: "disc",
-        models: &[named("plane-strain", DISC, RIM), named("plane-stress", DISC, RIM)],
-    },
-    ShapeFacts {
-        name: "nurbs",
-        models: &[
-            named("solid", &[], PATCH_FACES),
-            named("axisymmetric", &[], PATCH_EDGES),
-            named("plane-strain", &[], PATCH_EDGES),
-            named("plane-stress", &[], PATCH_EDGES),
-        ],
-    },
-    ShapeFacts { name: "plane", models: &[named("rigid", &[], &[])] },
-];
+    /// Whether the shape goes with `model`.
+    pub fn fits(self, model: BodyModel) -> bool {
+        self.in_model(model).is_some()
+    }
+
+    /// What has a name in `model`, if the shape goes with it.
+    pub fn in_model(self, model: BodyModel) -> Option<&'static ModelFacts> {
+        self.models().iter().find(|facts| facts.model == model)
+    }
+}

@@ -1,6 +1,6 @@
 //! Quantities over time: the forms that a drive, a prescribed motion or a load can have.
 
-use super::super::keys::{Bound, Condition, Key, Kind, Named, Need, Range, Test, Variant, name_values};
+use super::super::keys::{Bound, Condition, Key, Kind, Named, Need, Range, Test, name_values, name_variants};
 
 /// Values; far beyond any force in N or angle in rad.
 pub(super) const VALUE: Range = Range::within(1e12);
@@ -9,7 +9,7 @@ const TIME: Range = Range::within(1e6);
 
 /// A key for a quantity over time.
 pub(super) const fn curve(name: &'static str, unit: &'static str, doc: &'static str) -> Key {
-    let kind = Kind::NumberOrVariants { range: VALUE, tag: "kind", variants: CURVES };
+    let kind = Kind::NumberOrVariants { range: VALUE, tag: "kind", variants: CurveKind::VARIANTS };
     Key::new(name, kind, unit, Need::Optional("none"), doc)
 }
 
@@ -18,7 +18,6 @@ const WITHOUT_FILE: Condition = Condition::new("without `file`", Test::Without("
 /// Numbers stand in a file.
 const WITH_FILE: Condition = Condition::new("with `file`", Test::With("file"));
 
-/// How values between the points of a table are found.
 /// What runs through the points of a curve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Interpolation {
@@ -37,30 +36,36 @@ name_values!(Interpolation {
 });
 
 /// Forms of a quantity over time.
-pub const CURVES: &[Variant] = &[
-    Variant {
-        name: "constant",
-        elsewhere: &["const"],
-        doc: "The same at all times.",
-        keys: &[Key::new("value", Kind::Number(VALUE), "U", Need::Required, "Value.")],
-    },
-    Variant {
-        name: "polynomial",
-        elsewhere: &["linear", "quadratic"],
-        doc: "`c₀ + c₁ t + c₂ t² + …`.",
-        keys: &[Key::new(
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CurveKind {
+    /// The same at all times.
+    Constant,
+    /// Polynomial.
+    Polynomial,
+    /// Sine.
+    Harmonic,
+    /// From rest to a constant rate.
+    SpinUp,
+    /// Through points.
+    Table,
+}
+
+name_variants!(CurveKind {
+    Constant: "constant", "The same at all times.",
+        elsewhere ["const"],
+        keys &[Key::new("value", Kind::Number(VALUE), "U", Need::Required, "Value.")];
+    Polynomial: "polynomial", "`c₀ + c₁ t + c₂ t² + …`.",
+        elsewhere ["linear", "quadratic"],
+        keys &[Key::new(
             "coefficients",
             Kind::Numbers(VALUE),
             "U/s^k",
             Need::Required,
             "Coefficients, the constant first; at most 16.",
-        )],
-    },
-    Variant {
-        name: "harmonic",
-        elsewhere: &["sine", "sin", "cosine", "sinusoidal", "periodic"],
-        doc: "`offset + amplitude sin(2π frequency t + phase)`.",
-        keys: &[
+        )];
+    Harmonic: "harmonic", "`offset + amplitude sin(2π frequency t + phase)`.",
+        elsewhere ["sine", "sin", "cosine", "sinusoidal", "periodic"],
+        keys &[
             Key::new("amplitude", Kind::Number(VALUE), "U", Need::Required, "Amplitude."),
             Key::new(
                 "frequency",
@@ -77,14 +82,11 @@ pub const CURVES: &[Variant] = &[
                 "Phase at time zero.",
             ),
             Key::new("offset", Kind::Number(VALUE), "U", Need::Default("0.0"), "Mean value."),
-        ],
-    },
-    Variant {
-        name: "spin-up",
-        elsewhere: &["ramp", "smooth-step", "smoothstep"],
-        doc: "From rest to a constant rate, reached smoothly: \
+        ];
+    SpinUp: "spin-up", "From rest to a constant rate, reached smoothly: \
               `rate/T (t²/2 + (T/2π)² (cos(2πt/T) - 1))` up to `T = duration`, then `rate (t - T/2)`.",
-        keys: &[
+        elsewhere ["ramp", "smooth-step", "smoothstep"],
+        keys &[
             Key::new("rate", Kind::Number(VALUE), "U/s", Need::Required, "Final rate."),
             Key::new(
                 "duration",
@@ -93,14 +95,11 @@ pub const CURVES: &[Variant] = &[
                 Need::Required,
                 "Time at which it is reached.",
             ),
-        ],
-    },
-    Variant {
-        name: "table",
-        elsewhere: &["tabular", "curve", "points", "interpolation", "pwl"],
-        doc: "Through points: a natural cubic spline, which goes on with a constant rate outside them, or a periodic one; or lines or steps, \
+        ];
+    Table: "table", "Through points: a natural cubic spline, which goes on with a constant rate outside them, or a periodic one; or lines or steps, \
               which keep their value outside.",
-        keys: &[
+        elsewhere ["tabular", "curve", "points", "interpolation", "pwl"],
+        keys &[
             Key::new(
                 "times",
                 Kind::Numbers(TIME),
@@ -155,6 +154,5 @@ pub const CURVES: &[Variant] = &[
                 Need::Default("false"),
                 "Whether the values repeat with the time from the first to the last one, which must have the same value.",
             ),
-        ],
-    },
-];
+        ];
+});

@@ -51,21 +51,31 @@ pub(super) enum Type {
     Other,
 }
 
+/// Name of an element type in Abaqus and CalculiX; none where they have no such element.
+fn name_of(kind: ElementKind) -> Option<&'static str> {
+    match kind {
+        ElementKind::Tet4 => Some("C3D4"),
+        ElementKind::Tet10 => Some("C3D10"),
+        ElementKind::Hex8 => Some("C3D8"),
+        ElementKind::Hex20 => Some("C3D20"),
+        ElementKind::Hex27 => Some("C3D27"),
+        ElementKind::Wedge6 => Some("C3D6"),
+        ElementKind::Wedge15 => Some("C3D15"),
+        ElementKind::Pyramid5 => Some("C3D5"),
+        ElementKind::Pyramid13 => Some("C3D13"),
+        ElementKind::Wedge18 | ElementKind::Pyramid14 => None,
+    }
+}
+
 /// What an element type of a file is; `None` if nothing is known of it.
 pub(super) fn element_type(name: &str) -> Option<Type> {
     // Letters behind the number of nodes choose an integration or a mixed formulation; the
     // displacement element is computed.
     let bare = name.trim_end_matches(|c: char| c.is_ascii_alphabetic());
+    if let Some(kind) = ElementKind::ALL.into_iter().find(|kind| name_of(*kind) == Some(bare)) {
+        return Some(Type::Solid(kind));
+    }
     Some(match bare {
-        "C3D4" => Type::Solid(ElementKind::Tet4),
-        "C3D10" => Type::Solid(ElementKind::Tet10),
-        "C3D8" => Type::Solid(ElementKind::Hex8),
-        "C3D20" => Type::Solid(ElementKind::Hex20),
-        "C3D27" => Type::Solid(ElementKind::Hex27),
-        "C3D6" => Type::Solid(ElementKind::Wedge6),
-        "C3D15" => Type::Solid(ElementKind::Wedge15),
-        "C3D5" => Type::Solid(ElementKind::Pyramid5),
-        "C3D13" => Type::Solid(ElementKind::Pyramid13),
         "S3" | "CPS3" | "CPE3" | "CAX3" | "M3D3" | "SFM3D3" => Type::Side(3, 3),
         "S4" | "CPS4" | "CPE4" | "CAX4" | "M3D4" | "SFM3D4" => Type::Side(4, 4),
         "S6" | "STRI65" | "CPS6" | "CPE6" | "CAX6" | "M3D6" | "SFM3D6" => Type::Side(3, 6),

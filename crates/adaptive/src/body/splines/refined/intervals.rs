@@ -75,7 +75,7 @@ pub(super) fn fine_intervals(
     elements: usize,
 ) -> Vec<FineInterval> {
     if let (Some(spread), [one]) = (&plan.spread, wanted) {
-        return vec![spread_interval(coarse, space, one, (spread, plan), elements)];
+        return vec![spread_interval(coarse, space, one, spread, plan, elements)];
     }
     let surroundings = (coarse.shape.patches.len() > 1).then(|| Surroundings::new(coarse));
     let make = |(w, region): (&WantedInterval, &super::Region)| {
@@ -108,7 +108,8 @@ fn spread_interval(
     coarse: &ElasticBody,
     space: &HierarchicalSpace,
     wanted: &WantedInterval,
-    (spread, plan): (&Spread, &RefinementPlan),
+    spread: &Spread,
+    plan: &RefinementPlan,
     elements: usize,
 ) -> FineInterval {
     let n = wanted.face.directions().count();

@@ -60,7 +60,9 @@ pub(super) fn fail(coarse: &ElasticBody, source: SubdivisionError) -> AdaptiveEr
 pub(super) fn check_resolved(
     coarse: &ElasticBody,
     knots: &KnotVector,
-    (width, spacing, speed): (f64, f64, f64),
+    width: f64,
+    spacing: f64,
+    speed: f64,
 ) -> Result<(), AdaptiveError> {
     let (first, last) = knots.domain();
     let round_off = f64::EPSILON * (first.abs().max(last.abs()) * speed).max(coarse.size());

@@ -69,7 +69,7 @@ fn lattice_plan(
     let (mut lattices, mut size) = ([none; 3], f64::INFINITY);
     for ((d, width), speed) in wanted.face.directions().zip(wanted.widths).zip(speeds(patch, wanted)) {
         let (Some(span), knots) = (&mut spans[d], &patch.knots()[d]) else { continue };
-        check_resolved(coarse, knots, (width, (span[1] - span[0]) / settings.elements as f64, speed))?;
+        check_resolved(coarse, knots, width, (span[1] - span[0]) / settings.elements as f64, speed)?;
         (lattices[d], *span) = DirectionLattice::along(knots, *span, settings.elements);
         size = size.min(lattices[d].spacing * speed);
     }

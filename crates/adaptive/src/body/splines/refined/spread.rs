@@ -251,7 +251,7 @@ impl<'a> Surroundings<'a> {
         }
         let mut found = None;
         for _ in 0..ROUNDS {
-            let bounds = samples(patch, (face, nearest), &window, frame)?;
+            let bounds = samples(patch, face, nearest, &window, frame)?;
             // Within a cell of the samples there may be more of it.
             let mut next = bounds;
             let mut is_cut = false;
@@ -281,7 +281,8 @@ impl<'a> Surroundings<'a> {
 /// nearest to its middle.
 fn samples(
     patch: &Patch,
-    (face, nearest): (&Face, &[f64; 3]),
+    face: &Face,
+    nearest: &[f64; 3],
     window: &ParameterBox,
     frame: &ZoneFrame,
 ) -> Option<ParameterBox> {

@@ -49,7 +49,7 @@ pub(super) fn spread_plan(
         let leader = (need.patch, need.direction);
         let knots = &patches[need.patch].knots()[need.direction];
         let width = need.spacing * need.speed * settings.elements as f64;
-        check_resolved(coarse, knots, (width, need.spacing, need.speed))?;
+        check_resolved(coarse, knots, width, need.spacing, need.speed)?;
         if needs[..i].iter().any(|other| is_linked((other.patch, other.direction), leader)) {
             continue;
         }

@@ -1,11 +1,12 @@
 //! Axes of joints, and whether they suit the models of the bodies.
 
+use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::joints::{FreeDirections, JointKind};
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::super::super::check::Checker;
 use super::super::super::section::Section;
-use super::super::places::BodyFacts;
+use super::super::places::{BodyFacts, motion_in_words};
 
 /// Deviation of unit vectors that ten digits of a typed axis leave.
 const ALIGNMENT: f64 = 1e-9;
@@ -26,7 +27,14 @@ pub fn axes(checker: &mut Checker, section: &Section, kind: JointKind) -> Option
             }
             Some(UnitQuaternion::identity())
         }
-        _ => about_axis(checker, section),
+        JointKind::Revolute
+        | JointKind::Prismatic
+        | JointKind::Cylindrical
+        | JointKind::Spherical
+        | JointKind::Planar
+        | JointKind::Free
+        | JointKind::Axial
+        | JointKind::Generic(_) => about_axis(checker, section),
     }
 }
 
@@ -99,21 +107,28 @@ pub fn check_models(
     if let Some(parent) = parent.filter(|p| *p != child) {
         let side = section.table("parent")?;
         let message = format!(
-            "is {parent}, the child is {child}: only bodies of one kind, or a body and ground, are joined"
+            "is {}, the child is {}: only bodies of one kind, or a body and ground, are joined",
+            motion_in_words(parent),
+            motion_in_words(child)
         );
         checker.fault_in(side, "body", message);
         return None;
     }
     let kinds: &[JointKind] = match child {
-        "axisymmetric" => &[JointKind::Fixed, JointKind::Axial],
-        "plane" => &[JointKind::Fixed, JointKind::Revolute, JointKind::Prismatic, JointKind::Planar],
-        _ => return Some(()),
+        RigidMotion::Axial => &[JointKind::Fixed, JointKind::Axial],
+        RigidMotion::Planar => {
+            &[JointKind::Fixed, JointKind::Revolute, JointKind::Prismatic, JointKind::Planar]
+        }
+        RigidMotion::Spatial => return Some(()),
     };
     // Displacements in the plane and a rotation about its normal.
     let lies_in_plane = match kind {
-        JointKind::Generic(FreeDirections([_, _, z, rx, ry, _])) => child == "plane" && !(z || rx || ry),
+        JointKind::Generic(FreeDirections([_, _, z, rx, ry, _])) => {
+            child == RigidMotion::Planar && !(z || rx || ry)
+        }
         _ => false,
     };
+    let child = motion_in_words(child);
     if !kinds.contains(&kind) && !lies_in_plane {
         let known: Vec<String> = kinds.iter().map(|k| format!("\"{}\"", k.name())).collect();
         let message = format!("does not go with bodies that are {child}, choose {}", known.join(" or "));
