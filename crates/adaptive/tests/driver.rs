@@ -1,6 +1,6 @@
 //! Phases, events and records of a run, on a coarse aluminium ball between rigid planes.
 
-use crate::impacts::{Trace, explicit, law, spec, try_run};
+use crate::impacts::{ALUMINIUM, Trace, contact, explicit, law, spec, sphere, try_run};
 use adaptive::AdaptiveError;
 use adaptive::record::PhaseKind;
 use adaptive::run::recording::Recording;
@@ -106,6 +106,32 @@ fn run_that_ends_in_contact_records_the_impact_so_far() {
     // Half an impact: the bodies have not parted.
     assert!(impact.separation_velocity.is_nan() && impact.restitution.is_nan(), "{impact:?}");
     assert!((trace.trials[0].stop - end).abs() < 1e-15);
+}
+
+#[test]
+fn an_impact_in_the_last_instant_is_not_begun() {
+    // Contact points of the run, and a zone that the program would make.
+    let lasting = |end: f64| ball(10e-6, SPEED, end);
+    let refined = |end: f64| RunSpec {
+        settings: explicit(end),
+        ..spec(
+            vec![sphere("ball", RADIUS, ALUMINIUM, (RADIUS + 10e-6, -SPEED))],
+            vec![contact("floor", 0, Target::Plane { point: Vector3::zeros(), normal: Vector3::z() })],
+            end,
+        )
+    };
+    let cases: [&dyn Fn(f64) -> RunSpec; 2] = [&lasting, &refined];
+    for of in cases {
+        // The ball arrives at 0.1 ms; rounding of its place moves that by 2e-17 s and more.
+        for end in [1e-4 * (1.0 - 1e-15), 1e-4, 1e-4 * (1.0 + 1e-15)] {
+            let trace = finished(&of(end));
+            assert_eq!(trace.kinds(), [PhaseKind::Free], "{end:e}");
+            assert!(trace.impacts.is_empty() && trace.warnings.is_empty(), "{:?}", trace.warnings);
+            assert!((trace.last().bodies[0].position[2] - RADIUS).abs() < 1e-14);
+        }
+        let trace = finished(&of(1e-4 + 1e-9));
+        assert_eq!((trace.kinds().len(), trace.impacts.len()), (2, 1));
+    }
 }
 
 #[test]

@@ -351,7 +351,9 @@ impl<'a> Driver<'a> {
         self.begin_watch();
         while self.integrator.time() < end && !self.is_at_rest() {
             let step = self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
-            let closing = self.first_closing(step)?;
+            // An impact that begins in the last instant has nothing to be resolved.
+            let last = end - EVENT_TOLERANCE * self.impact_step;
+            let closing = self.first_closing(step)?.filter(|time| *time < last);
             if let Some(time) = closing {
                 self.repeat_until(step.start, time)?;
                 if self.run.last_output < time {
