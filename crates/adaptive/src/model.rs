@@ -194,7 +194,7 @@ impl RunModel {
         for (i, body) in self.bodies.iter().enumerate() {
             let Some(flexible) = body.flexible() else { continue };
             let Some(residual) = &flexible.reduced.residual else { continue };
-            all.extend(of_body(&self.observed.points, (i, flexible.body.as_field()), residual)?);
+            all.extend(of_body(&self.observed.points, (i, flexible.body.as_ref()), residual)?);
         }
         Ok(all)
     }

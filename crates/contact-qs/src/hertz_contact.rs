@@ -21,7 +21,7 @@ use crate::plane::Plane;
 use crate::search::{SearchWorkspace, SurfaceModel};
 use crate::solver_fault::SolverFault;
 use crate::sphere::{Sphere, check_solid, hertz_pair};
-use geometry::{Curved, Geometry, Touch};
+use geometry::{Curved, Geometry, Target, Touch};
 use moment::StiffnessChange;
 use sliding::{Sliding, SlidingFound, SlidingState};
 
@@ -82,7 +82,7 @@ impl HertzContact {
         check_solid(solid)?;
         let solids = [sphere.solid, solid];
         let pair = hertz_pair(solids, [sphere.radius, f64::INFINITY])?;
-        Ok(Self { geometry: Geometry::spheres(sphere, Err(plane), pair)?, solids, sliding: None })
+        Ok(Self { geometry: Geometry::spheres(sphere, Target::Plane(plane), pair)?, solids, sliding: None })
     }
 
     /// Contact of `sphere`, on the contact body, with the sphere `target`.
@@ -97,7 +97,7 @@ impl HertzContact {
         }
         let solids = [sphere.solid, target.solid];
         let pair = hertz_pair(solids, [sphere.radius, target.radius])?;
-        Ok(Self { geometry: Geometry::spheres(sphere, Ok(target), pair)?, solids, sliding: None })
+        Ok(Self { geometry: Geometry::spheres(sphere, Target::Body(target), pair)?, solids, sliding: None })
     }
 
     /// Contact of the surfaces of two bodies of `solids`, the contact body's first, which are

@@ -37,9 +37,6 @@ pub struct LongestElement {
 /// A flexible body with its matrices. What a new kind of elements has to say is required; what
 /// follows from it is provided.
 pub trait FieldBody: Field {
-    /// Itself as a field.
-    fn as_field(&self) -> &dyn Field;
-
     /// Matrices.
     fn assembled(&self) -> &AssembledBody;
 
@@ -174,7 +171,7 @@ pub trait FieldBody: Field {
         let shapes = frame.shifted_shapes(assembled, reduced.basis.shapes.as_ref()).map_err(fail)?;
         reduced.data = reduced.data.in_tangent_frame(&frame).map_err(fail)?;
         if *is_stiffened {
-            let stiffening = geometric_stiffening(self.as_field(), assembled, shapes.as_ref(), &support)?;
+            let stiffening = geometric_stiffening(self, assembled, shapes.as_ref(), &support)?;
             reduced.data = reduced.data.with_geometric_stiffening(&stiffening).map_err(fail)?;
         }
         reduced.framed = Some(shapes);

@@ -47,7 +47,7 @@ pub fn fine_model(
 
 impl FineModel for WholeBody {
     fn field(&self) -> &dyn Field {
-        self.body.as_field()
+        self.body.as_ref()
     }
 
     fn zone(&self, _rule: PointRule, contact: &str) -> Result<ContactZone, AdaptiveError> {

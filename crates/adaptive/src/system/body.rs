@@ -92,7 +92,7 @@ impl FlexibleModel {
     pub fn in_use(&self) -> (&dyn Field, MatRef<'_, f64>) {
         match &self.fine {
             Some(state) => (state.fine.mesh.as_ref(), state.modes.reduced.shapes()),
-            None => (self.body.as_field(), self.reduced.shapes()),
+            None => (self.body.as_ref(), self.reduced.shapes()),
         }
     }
 
@@ -224,7 +224,7 @@ impl BodyModel {
         match &self.form {
             BodyForm::Flexible(flexible) => {
                 let shapes = flexible.reduced.basis.shapes.as_ref();
-                Some(Box::new(FieldModes { field: flexible.body.as_field(), shapes }))
+                Some(Box::new(FieldModes { field: flexible.body.as_ref(), shapes }))
             }
             BodyForm::Imported(imported) => Some(Box::new(imported.as_ref())),
             BodyForm::Rigid(_) => None,

@@ -27,9 +27,28 @@ const LONG: f64 = 0.25;
 #[derive(Debug, Clone)]
 pub(super) enum Geometry {
     /// A sphere and a sphere or a plane.
-    Spheres { sphere: Sphere, target: Result<Sphere, Plane>, pair: HertzPair, ellipse: HertzEllipse },
+    Spheres { sphere: Sphere, target: Target<Sphere>, pair: HertzPair, ellipse: HertzEllipse },
     /// Any surfaces, or a surface and a plane.
-    Surfaces { own: Surface, target: Result<Surface, Plane>, compliance: f64 },
+    Surfaces { own: Surface, target: Target<Surface>, compliance: f64 },
+}
+
+/// What the contact body meets.
+#[derive(Debug, Clone)]
+pub(super) enum Target<T> {
+    /// Another body.
+    Body(T),
+    /// A half space.
+    Plane(Plane),
+}
+
+impl<T> Target<T> {
+    /// The body; none of a plane.
+    fn body(&self) -> Option<&T> {
+        match self {
+            Self::Body(body) => Some(body),
+            Self::Plane(_) => None,
+        }
+    }
 }
 
 /// A body with its surface.
@@ -69,11 +88,7 @@ pub(super) struct Curved {
 }
 
 impl Geometry {
-    pub fn spheres(
-        sphere: Sphere,
-        target: Result<Sphere, Plane>,
-        pair: HertzPair,
-    ) -> Result<Self, ContactError> {
+    pub fn spheres(sphere: Sphere, target: Target<Sphere>, pair: HertzPair) -> Result<Self, ContactError> {
         let curvature = 1.0 / pair.radius;
         let ellipse =
             HertzEllipse::new(curvature, curvature, 1.0 / pair.modulus).ok_or(ContactError::RigidPair)?;
@@ -83,21 +98,21 @@ impl Geometry {
     pub fn surfaces(bodies: [usize; 2], [own, target]: [Arc<SurfaceModel>; 2], compliance: f64) -> Self {
         Self::Surfaces {
             own: Surface { body: bodies[0], model: own },
-            target: Ok(Surface { body: bodies[1], model: target }),
+            target: Target::Body(Surface { body: bodies[1], model: target }),
             compliance,
         }
     }
 
     pub fn on_plane(body: usize, model: Arc<SurfaceModel>, plane: Plane, compliance: f64) -> Self {
-        Self::Surfaces { own: Surface { body, model }, target: Err(plane), compliance }
+        Self::Surfaces { own: Surface { body, model }, target: Target::Plane(plane), compliance }
     }
 
     pub fn kind(&self) -> &'static str {
         match self {
-            Self::Spheres { target: Ok(_), .. } => "sphere-sphere",
-            Self::Spheres { target: Err(_), .. } => "sphere-plane",
-            Self::Surfaces { target: Ok(_), .. } => "surface-surface",
-            Self::Surfaces { target: Err(_), .. } => "surface-plane",
+            Self::Spheres { target: Target::Body(_), .. } => "sphere-sphere",
+            Self::Spheres { target: Target::Plane(_), .. } => "sphere-plane",
+            Self::Surfaces { target: Target::Body(_), .. } => "surface-surface",
+            Self::Surfaces { target: Target::Plane(_), .. } => "surface-plane",
         }
     }
 
@@ -112,9 +127,9 @@ impl Geometry {
     pub fn body(&self, side: usize) -> Option<usize> {
         match (self, side) {
             (Self::Spheres { sphere, .. }, 0) => Some(sphere.body),
-            (Self::Spheres { target, .. }, _) => target.as_ref().ok().map(|sphere| sphere.body),
+            (Self::Spheres { target, .. }, _) => target.body().map(|sphere| sphere.body),
             (Self::Surfaces { own, .. }, 0) => Some(own.body),
-            (Self::Surfaces { target, .. }, _) => target.as_ref().ok().map(|surface| surface.body),
+            (Self::Surfaces { target, .. }, _) => target.body().map(|surface| surface.body),
         }
     }
 
@@ -122,11 +137,11 @@ impl Geometry {
     pub fn size(&self) -> f64 {
         match self {
             Self::Spheres { sphere, target, .. } => {
-                2.0 * target.as_ref().map_or(sphere.radius, |other| other.radius.min(sphere.radius))
+                2.0 * target.body().map_or(sphere.radius, |other| other.radius.min(sphere.radius))
             }
             Self::Surfaces { own, target, .. } => {
                 let size = own.model.size();
-                target.as_ref().map_or(size, |other| other.model.size().min(size))
+                target.body().map_or(size, |other| other.model.size().min(size))
             }
         }
     }
@@ -135,12 +150,12 @@ impl Geometry {
     pub fn shapes(&self) -> [Vec<Vector3<f64>>; 2] {
         match self {
             Self::Spheres { sphere, target, .. } => {
-                let other = target.as_ref().map_or_else(|_| Vec::new(), |other| other.centre.shapes.clone());
+                let other = target.body().map_or_else(Vec::new, |other| other.centre.shapes.clone());
                 [sphere.centre.shapes.clone(), other]
             }
             Self::Surfaces { own, target, .. } => {
                 let zeros = |surface: &Surface| vec![Vector3::zeros(); surface.model.n_modes()];
-                [zeros(own), target.as_ref().map_or_else(|_| Vec::new(), zeros)]
+                [zeros(own), target.body().map_or_else(Vec::new, zeros)]
             }
         }
     }
@@ -150,7 +165,7 @@ impl Geometry {
     pub fn shapes_at(&self, touch: &Touch, shapes: &mut [Vec<Vector3<f64>>; 2]) {
         let (Self::Surfaces { own, target, .. }, Some(places)) = (self, &touch.places) else { return };
         own.model.shapes_at(&places[0], &mut shapes[0]);
-        if let Ok(target) = target {
+        if let Target::Body(target) = target {
             target.model.shapes_at(&places[1], &mut shapes[1]);
         }
     }
@@ -159,14 +174,14 @@ impl Geometry {
     pub fn touch(&self, bodies: &[BodyState], search: &mut SearchWorkspace) -> Result<Touch, ContactError> {
         match self {
             Self::Spheres { sphere, target, .. } => Ok(of_spheres(sphere, target, bodies)),
-            Self::Surfaces { own, target: Err(plane), .. } => {
+            Self::Surfaces { own, target: Target::Plane(plane), .. } => {
                 let found = plane_distance(&own.model, &bodies[own.body], plane, search)?;
                 let normal = plane.normal.into_inner();
                 let point = found.site.point;
                 let points = [point, point - normal * found.gap];
                 Ok(Touch { gap: found.gap, normal, points, places: Some([found.place; 2]) })
             }
-            Self::Surfaces { own, target: Ok(other), .. } => {
+            Self::Surfaces { own, target: Target::Body(other), .. } => {
                 let (models, states) =
                     ([&*own.model, &*other.model], [&bodies[own.body], &bodies[other.body]]);
                 let found = match followed_overlap(models, states, search)? {
@@ -200,8 +215,8 @@ impl Geometry {
         };
         let mine = at(own, &places[0], -1.0)?;
         let theirs = match target {
-            Ok(surface) => at(surface, &places[1], 1.0)?,
-            Err(_) => Matrix3::zeros(),
+            Target::Body(surface) => at(surface, &places[1], 1.0)?,
+            Target::Plane(_) => Matrix3::zeros(),
         };
         let (small, large, axes) = principal(&(mine + theirs), &touch.normal);
         let ellipse = HertzEllipse::new(small, large, compliance)
@@ -236,10 +251,8 @@ impl Geometry {
             let turn = bodies[surface.body].rotation.to_rotation_matrix().into_inner();
             turn * surface.model.bending_slope(place, &(turn.transpose() * spread * turn))
         };
-        let slopes = [
-            slope(own, &places[0]),
-            target.as_ref().map_or_else(|_| Vector3::zeros(), |t| slope(t, &places[1])),
-        ];
+        let slopes =
+            [slope(own, &places[0]), target.body().map_or_else(Vector3::zeros, |t| slope(t, &places[1]))];
         stiffness_change(&Bent { normal: touch.normal, spread, bending, slopes, axes: curved.axes }, force)
     }
 }
@@ -266,16 +279,16 @@ fn shape_in_space(
     Some(turn * shape.bending * turn.transpose())
 }
 
-fn of_spheres(sphere: &Sphere, target: &Result<Sphere, Plane>, bodies: &[BodyState]) -> Touch {
+fn of_spheres(sphere: &Sphere, target: &Target<Sphere>, bodies: &[BodyState]) -> Touch {
     let centre = sphere.centre.position(&bodies[sphere.body]);
     match target {
-        Err(plane) => {
+        Target::Plane(plane) => {
             let normal = plane.normal.into_inner();
             let gap = (centre - plane.point).dot(&normal) - sphere.radius;
             let point = centre - normal * sphere.radius;
             Touch { gap, normal, points: [point, point - normal * gap], places: None }
         }
-        Ok(other) => {
+        Target::Body(other) => {
             let to = other.centre.position(&bodies[other.body]);
             let line = centre - to;
             let distance = line.norm();

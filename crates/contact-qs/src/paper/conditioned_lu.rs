@@ -81,7 +81,7 @@ impl ConditionedLu {
         if rcond.is_finite() { rcond } else { 0.0 }
     }
 
-    /// Replaces `x` by `J⁻¹ x`.
+    /// Replaces the columns of `x`, at most `BUNDLE`, by `J⁻¹` times them.
     pub fn solve(&mut self, x: &mut [f64]) {
         let n = self.n;
         if n == 0 {
@@ -89,15 +89,10 @@ impl ConditionedLu {
         }
         let factors = MatRef::from_column_major_slice(&self.factors, n, n);
         let permutation = PermRef::new_checked(&self.permutation, &self.inverse, n);
-        let rhs = MatMut::from_column_major_slice_mut(x, n, 1);
-        lu::solve::solve_in_place(
-            factors,
-            factors,
-            permutation,
-            rhs,
-            Par::Seq,
-            MemStack::new(&mut self.memory),
-        );
+        let width = x.len() / n;
+        let rhs = MatMut::from_column_major_slice_mut(x, n, width);
+        let stack = MemStack::new(&mut self.memory);
+        lu::solve::solve_in_place(factors, factors, permutation, rhs, Par::Seq, stack);
     }
 
     /// Replaces `inverse`, column by column, by `J⁻¹`.
@@ -109,14 +104,7 @@ impl ConditionedLu {
             return;
         }
         // In bundles, which need no more room than what is there.
-        for columns in inverse.chunks_mut(n * BUNDLE.min(n)) {
-            let factors = MatRef::from_column_major_slice(&self.factors, n, n);
-            let permutation = PermRef::new_checked(&self.permutation, &self.inverse, n);
-            let width = columns.len() / n;
-            let rhs = MatMut::from_column_major_slice_mut(columns, n, width);
-            let stack = MemStack::new(&mut self.memory);
-            lu::solve::solve_in_place(factors, factors, permutation, rhs, Par::Seq, stack);
-        }
+        inverse.chunks_mut(n * BUNDLE.min(n)).for_each(|columns| self.solve(columns));
     }
 
     /// Replaces the probe by `J⁻ᵀ` times it.

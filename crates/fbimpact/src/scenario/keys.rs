@@ -41,7 +41,7 @@ impl Key {
         need: Need,
         doc: &'static str,
     ) -> Self {
-        Self { name, kind, unit, need, doc, degrees: true, when: &[] }
+        Self { degrees: true, ..Self::new(name, kind, unit, need, doc) }
     }
 }
 

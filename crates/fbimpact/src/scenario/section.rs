@@ -135,7 +135,26 @@ impl Checked {
     }
 }
 
+/// What is given and cannot be used; the fault has been reported.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AtFault;
+
 impl Section {
+    /// What `read` makes of the key `name`; none if the key is not there.
+    ///
+    /// # Errors
+    /// [`AtFault`] if it makes nothing of it.
+    pub fn optional<T>(
+        &self,
+        name: &str,
+        read: impl FnOnce(&Self, &str) -> Option<T>,
+    ) -> Result<Option<T>, AtFault> {
+        match self.item(name) {
+            Some(_) => read(self, name).map(Some).ok_or(AtFault),
+            None => Ok(None),
+        }
+    }
+
     /// The item `name`, if it was given or has a default.
     pub fn item(&self, name: &str) -> Option<&Item> {
         self.items.iter().find(|i| i.name == name)

@@ -179,7 +179,7 @@ impl Bodies {
             displacement: flexible.body.drawn_values(&displacement),
             rate: flexible.body.drawn_values(&rate),
             mesh: None,
-            elements: Some(flexible.body.as_field()),
+            elements: Some(flexible.body.as_ref()),
         }
     }
 

@@ -25,10 +25,6 @@ use crate::store::{Bytes, meshed_definition};
 use crate::surface::Surface;
 
 impl FieldBody for MeshedBody {
-    fn as_field(&self) -> &dyn Field {
-        self
-    }
-
     fn assembled(&self) -> &AssembledBody {
         &self.assembled
     }

@@ -24,7 +24,7 @@ use crate::spec::unsupported::Unsupported;
 /// [`AdaptiveError::Unsupported`] for an axisymmetric body, which does not turn; [`AdaptiveError::Reduction`] if sizes do not
 /// fit or the marker does not follow rigid motions; [`AdaptiveError::Geometry`].
 pub fn geometric_stiffening(
-    field: &dyn Field,
+    field: &(impl Field + ?Sized),
     assembled: &AssembledBody,
     shapes: MatRef<'_, f64>,
     support: &MarkerWeights,

@@ -29,10 +29,6 @@ use crate::store::{Bytes, body_definition};
 use crate::surface::Surface;
 
 impl FieldBody for ElasticBody {
-    fn as_field(&self) -> &dyn Field {
-        self
-    }
-
     fn assembled(&self) -> &AssembledBody {
         &self.assembled
     }

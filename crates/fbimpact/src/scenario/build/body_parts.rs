@@ -6,7 +6,7 @@ use iga_core::elasticity::{Material, Model};
 
 use super::super::body_places::{BodyPlaces, GivenPlace};
 use super::super::check::Checker;
-use super::super::section::Section;
+use super::super::section::{AtFault, Section};
 use super::super::standard_materials::STANDARD_MATERIALS;
 use super::super::tables::{BodyModel, FrameKind};
 use super::joints::inboard_joint;
@@ -45,7 +45,7 @@ pub fn frame(
         return Some(GivenFrame::Buckens);
     }
     let facts = BodyFacts::of(section)?;
-    if let Some(at) = one_of(checker, section, ["frame_marker", "frame_point"], &facts)? {
+    if let Some(at) = one_of(checker, section, ["frame_marker", "frame_point"], &facts).ok()? {
         return Some(GivenFrame::Tangent(at));
     }
     if inboard_joint.is_some() {
@@ -112,18 +112,23 @@ pub fn material(checker: &mut Checker, root: &Section, section: &Section) -> Opt
         checker.fault(&section.origin, section.path_of("material"), None, message);
         return None;
     }
-    optional_material(checker, root, section)?
+    named_material(checker, root, section)
 }
 
-/// The material of a body, `Some(None)` if it names none.
+/// The material of a body; none if it names none.
+///
+/// # Errors
+/// [`AtFault`].
 pub fn optional_material(
     checker: &mut Checker,
     root: &Section,
     section: &Section,
-) -> Option<Option<Material>> {
-    if section.item("material").is_none() {
-        return Some(None);
-    }
+) -> Result<Option<Material>, AtFault> {
+    section.optional("material", |section, _| named_material(checker, root, section))
+}
+
+/// The material that a body names.
+fn named_material(checker: &mut Checker, root: &Section, section: &Section) -> Option<Material> {
     let list = root.named("materials");
     let name = section.text("material")?;
     if root.place_of("materials", name).is_none() {
@@ -134,7 +139,7 @@ pub fn optional_material(
     }
     let [young, poisson, density] = constants(root, section)?;
     let material = Material::new(young, poisson, density);
-    material.map_err(|error| checker.fault_in(section, "material", error.to_string())).ok().map(Some)
+    material.map_err(|error| checker.fault_in(section, "material", error.to_string())).ok()
 }
 
 /// The elastic constants of a body's material; none if it names none, or one at fault.

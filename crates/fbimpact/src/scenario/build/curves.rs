@@ -4,20 +4,22 @@ use adaptive::spec::TimeCurve;
 use adaptive::spec::time_curve::{CubicSpline, Piecewise, PiecewiseForm};
 
 use super::super::check::Checker;
-use super::super::section::{Checked, Section};
+use super::super::section::{AtFault, Checked, Section};
 use super::super::tables::{CurveKind, Interpolation};
 
 /// Longest polynomial; more terms lose all digits long before the end of a run.
 const MAX_COEFFICIENTS: usize = 16;
 
-/// The quantity of key `key`, `Some(None)` if it is not given.
-pub fn curve(checker: &mut Checker, section: &Section, key: &str) -> Option<Option<TimeCurve>> {
-    let Some(item) = section.item(key) else { return Some(None) };
-    match &item.value {
-        Checked::Number(value) => Some(Some(TimeCurve::constant(*value))),
-        Checked::Table(table) => form(checker, table).map(Some),
+/// The quantity of key `key`; none if it is not given.
+///
+/// # Errors
+/// [`AtFault`].
+pub fn curve(checker: &mut Checker, section: &Section, key: &str) -> Result<Option<TimeCurve>, AtFault> {
+    section.optional(key, |section, key| match &section.item(key)?.value {
+        Checked::Number(value) => Some(TimeCurve::constant(*value)),
+        Checked::Table(table) => form(checker, table),
         _ => None,
-    }
+    })
 }
 
 fn form(checker: &mut Checker, table: &Section) -> Option<TimeCurve> {

@@ -127,19 +127,13 @@ pub fn reduction(checker: &mut Checker, section: &Section) -> Option<Basis> {
     if method == ReductionMethod::All {
         return Some(Basis { spec: ReductionSpec::All, static_answers: false, wants_modes: false });
     }
-    let given = match section.item("modes") {
-        Some(_) => Some(section.integer("modes")?),
-        None => None,
-    };
+    let given = section.optional("modes", Section::integer).ok()?;
     let (modes, wants_modes) = (given.unwrap_or(WITHOUT_FORCES), given.is_none());
     let static_answers = section.boolean("static_answers")?;
     if method == ReductionMethod::Modal {
         return Some(Basis { spec: ReductionSpec::Modal { modes }, static_answers, wants_modes });
     }
-    let fixed_interface_modes = match section.item("fixed_interface_modes") {
-        Some(_) => Some(section.integer("fixed_interface_modes")?),
-        None => None,
-    };
+    let fixed_interface_modes = section.optional("fixed_interface_modes", Section::integer).ok()?;
     if let (Some(modes), Some(fixed)) = (given, fixed_interface_modes)
         && fixed < modes
     {

@@ -11,7 +11,7 @@ use iga_core::nurbs::{FaceId, Shape};
 
 use super::super::check::Checker;
 use super::super::keys::{Named, names};
-use super::super::section::Section;
+use super::super::section::{AtFault, Section};
 use super::super::spline_nets;
 use super::super::tables::{BodyModel, ShapeName};
 
@@ -89,7 +89,7 @@ fn solid(section: &Section, name: ShapeName, degree: usize) -> Option<Built> {
     let number = |key: &str| section.number(key);
     Some(match name {
         ShapeName::Sphere => {
-            sphere::sphere(number("radius")?, net(section)?.unwrap_or(SphereNet::for_degree(degree)))
+            sphere::sphere(number("radius")?, net(section).ok()?.unwrap_or(SphereNet::for_degree(degree)))
         }
         ShapeName::Ellipsoid => sphere::ellipsoid(section.vector("semi_axes")?),
         ShapeName::Cylinder => solid::cylinder(number("radius")?, number("length")?),
@@ -138,7 +138,7 @@ fn meridian(section: &Section, name: ShapeName) -> Option<Built> {
     let number = |key: &str| section.number(key);
     Some(match name {
         ShapeName::Sphere => {
-            net(section)?; // reports a wrong value
+            net(section).ok()?; // a wrong value is at fault all the same
             axisymmetric::sphere(number("radius")?)
         }
         ShapeName::Ellipsoid => spheroid(section.vector("semi_axes")?),
@@ -210,9 +210,8 @@ fn plane(section: &Section, name: ShapeName) -> Option<Built> {
 /// A tooth, `None` where a key is at fault.
 fn gear_tooth(section: &Section) -> Option<GearTooth> {
     let module = section.number("module")?;
-    let given = |key: &str, otherwise: f64| match section.item(key) {
-        Some(_) => section.number(key),
-        None => Some(otherwise),
+    let given = |key: &str, otherwise: f64| {
+        section.optional(key, Section::number).ok().map(|given| given.unwrap_or(otherwise))
     };
     Some(GearTooth {
         module,
@@ -238,10 +237,7 @@ fn capsule(section: &Section) -> Option<Round> {
 }
 
 fn rounded_cylinder(section: &Section) -> Option<Round> {
-    let given = |key: &str| match section.item(key) {
-        Some(_) => section.number(key).map(Some),
-        None => Some(None),
-    };
+    let given = |key: &str| section.optional(key, Section::number).ok();
     Some(Round::RoundedCylinder {
         radius: section.number("radius")?,
         length: section.number("length")?,
@@ -250,12 +246,9 @@ fn rounded_cylinder(section: &Section) -> Option<Round> {
     })
 }
 
-/// The net of a ball, `Some(None)` if it is left to the program.
-fn net(section: &Section) -> Option<Option<SphereNet>> {
-    if section.item("net").is_none() {
-        return Some(None);
-    }
-    Some(Some(section.choice("net")?))
+/// The net of a ball; none if it is left to the program.
+fn net(section: &Section) -> Result<Option<SphereNet>, AtFault> {
+    section.optional("net", Section::choice)
 }
 
 /// The shape with its patches cut along lines of lower continuity, which are faces between patches

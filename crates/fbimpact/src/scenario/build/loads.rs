@@ -6,7 +6,7 @@ use nalgebra::UnitQuaternion;
 
 use super::super::body_places::BodyPlaces;
 use super::super::check::Checker;
-use super::super::section::Section;
+use super::super::section::{AtFault, Section};
 use super::built_bodies::BuiltBodies;
 use super::curves::curve;
 use super::places::{BodyFacts, body_index, held, motion_in_words};
@@ -33,8 +33,8 @@ fn load(
     let mut is_complete = true;
     for (slot, key) in components.iter_mut().zip(COMPONENTS) {
         match curve(checker, section, key) {
-            Some(found) => *slot = found,
-            None => is_complete = false,
+            Ok(found) => *slot = found,
+            Err(AtFault) => is_complete = false,
         }
     }
     if is_complete && components.iter().all(Option::is_none) {

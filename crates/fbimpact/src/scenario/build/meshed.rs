@@ -73,10 +73,10 @@ fn materials(
             checker.fault(&group.origin, group.path.clone(), None, fault.to_string());
             continue;
         }
-        let material = optional_material(checker, context.root, group).flatten();
+        let material = optional_material(checker, context.root, group).ok().flatten();
         groups.extend(material.map(|m| (name.clone(), m)));
     }
-    let own = own?;
+    let own = own.ok()?;
     if groups.len() != list.len() {
         return None;
     }

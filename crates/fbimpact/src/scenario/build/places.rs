@@ -8,7 +8,7 @@ use super::super::body_places::GivenPlace;
 use super::super::body_source::{BodySource, MeshSource};
 use super::super::check::Checker;
 use super::super::keys::{Named, names};
-use super::super::section::{Checked, Section};
+use super::super::section::{AtFault, Checked, Section};
 use super::super::spline_nets::{self, padded};
 use super::super::tables::{BodyModel, ModelFacts, ShapeName};
 
@@ -35,10 +35,7 @@ impl<'a> BodyFacts<'a> {
     /// Facts of the body in `section`, unless what they follow from is at fault.
     pub fn of(section: &'a Section) -> Option<Self> {
         let model = section.choice("model")?;
-        let shape = match section.item("geometry") {
-            Some(_) => Some(section.table("geometry")?.choice("shape")?),
-            None => None,
-        };
+        let shape = section.optional("geometry", |body, key| body.table(key)?.choice("shape")).ok()?;
         let file = section.body_file().map(AsRef::as_ref);
         let mesh = section.mesh_file().map(AsRef::as_ref);
         let of_motion = |motion: RigidMotion| match motion {
@@ -174,7 +171,7 @@ pub fn marker_or_point(checker: &mut Checker, section: &Section, body: &BodyFact
         checker.fault(&section.origin, section.path_of("marker"), None, message);
         return None;
     }
-    one_of(checker, section, ["marker", "point"], body)?
+    one_of(checker, section, ["marker", "point"], body).ok()?
 }
 
 /// The place that joints and loads take hold of: a marker, a face, or a point, of flexible bodies
@@ -233,14 +230,8 @@ fn can_be_held(
 /// The point or part of the body that the keys `point` or `face` with `radius` and `coupling` give;
 /// `key` is the one of the first two that is there.
 pub fn part(checker: &mut Checker, section: &Section, key: &str, body: &BodyFacts<'_>) -> Option<GivenPlace> {
-    let radius = match section.item("radius") {
-        Some(_) => Some(section.number("radius")?),
-        None => None,
-    };
-    let coupling = match section.item("coupling") {
-        Some(_) => section.choice("coupling")?,
-        None => Coupling::Average,
-    };
+    let radius = section.optional("radius", Section::number).ok()?;
+    let coupling = section.optional("coupling", Section::choice).ok()?.unwrap_or(Coupling::Average);
     if key == "point" && radius.is_none() {
         return place(checker, section, key, body);
     }
@@ -298,23 +289,23 @@ pub fn single(
     Some(at)
 }
 
-/// The place that one of two keys gives, `Some(None)` if there is neither.
+/// The place that one of two keys gives; none if there is neither.
+///
+/// # Errors
+/// [`AtFault`].
 pub fn one_of(
     checker: &mut Checker,
     section: &Section,
     [marker, point]: [&'static str; 2],
     body: &BodyFacts<'_>,
-) -> Option<Option<GivenPlace>> {
-    match (section.item(marker), section.item(point)) {
-        (Some(_), Some(_)) => {
-            let message = format!("either \"{marker}\" or \"{point}\" can be given, not both");
-            checker.fault_in(section, point, message);
-            None
-        }
-        (None, None) => Some(None),
-        (Some(_), None) => place(checker, section, marker, body).map(Some),
-        (None, Some(_)) => place(checker, section, point, body).map(Some),
+) -> Result<Option<GivenPlace>, AtFault> {
+    if section.item(marker).is_some() && section.item(point).is_some() {
+        let message = format!("either \"{marker}\" or \"{point}\" can be given, not both");
+        checker.fault_in(section, point, message);
+        return Err(AtFault);
     }
+    let key = if section.item(marker).is_some() { marker } else { point };
+    section.optional(key, |section, key| place(checker, section, key, body))
 }
 
 /// The marker or point of key `key` on a body.

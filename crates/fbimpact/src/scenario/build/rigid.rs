@@ -64,7 +64,7 @@ fn plane(
     section: &Section,
     orientation: Option<[f64; 4]>,
 ) -> Option<Rigid> {
-    optional_material(checker, root, section)?;
+    optional_material(checker, root, section).ok()?;
     if section.item("normal").is_none() {
         let [w, i, j, k] = orientation?;
         let q = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
@@ -117,10 +117,7 @@ fn given(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Optio
         checker.fault(&section.origin, section.path_of("geometry"), None, message);
         return None;
     }
-    let centre = match section.item("centre_of_mass") {
-        Some(_) => section.vector("centre_of_mass")?,
-        None => [0.0; 3],
-    };
+    let centre = section.optional("centre_of_mass", Section::vector).ok()?.unwrap_or([0.0; 3]);
     let inertia = inertia(checker, section, motion);
     Some(RigidSpec {
         motion,

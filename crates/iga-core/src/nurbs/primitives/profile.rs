@@ -2,6 +2,7 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
 
+use super::solid::tube;
 use super::{FIRST, NamedFaces, SECOND, THIRD, hollow, joined, positive, shape};
 use crate::SplineError;
 use crate::knots::KnotVector;
@@ -35,19 +36,7 @@ pub fn tube_sector(
             [phi.cos() / weight, phi.sin() / weight, weight]
         })
         .collect();
-    let (mut points, mut weights) = (Vec::new(), Vec::new());
-    for z in [0.0, l] {
-        for [x, y, w] in &arcs {
-            for r in [a, b] {
-                points.push([r * x, r * y, z]);
-                weights.push(*w);
-            }
-        }
-    }
-    let around = (0..=n_arcs).flat_map(|i| [i as f64 / n_arcs as f64; 2]);
-    let around: Vec<f64> = std::iter::once(0.0).chain(around).chain([1.0]).collect();
-    let knots = vec![KnotVector::uniform(1, 1)?, KnotVector::new(2, around)?, KnotVector::uniform(1, 1)?];
-    let patch = Patch::new(knots, points, weights)?;
+    let patch = tube(&arcs, [a, b], l)?;
     let faces: NamedFaces<'_> = &[
         ("z-", THIRD[0]),
         ("z+", THIRD[1]),

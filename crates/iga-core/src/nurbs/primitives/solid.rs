@@ -90,18 +90,7 @@ pub fn hollow_cylinder(inner_radius: f64, outer_radius: f64, length: f64) -> Res
         [1.0, -1.0, S],
         [1.0, 0.0, 1.0],
     ];
-    let (mut points, mut weights) = (Vec::new(), Vec::new());
-    for z in [0.0, l] {
-        for [x, y, w] in CIRCLE {
-            for r in [a, b] {
-                points.push([r * x, r * y, z]);
-                weights.push(w);
-            }
-        }
-    }
-    let around = vec![0.0, 0.0, 0.0, 0.25, 0.25, 0.5, 0.5, 0.75, 0.75, 1.0, 1.0, 1.0];
-    let knots = vec![KnotVector::uniform(1, 1)?, KnotVector::new(2, around)?, KnotVector::uniform(1, 1)?];
-    let patch = Patch::new(knots, points, weights)?;
+    let patch = tube(&CIRCLE, [a, b], l)?;
     let faces: NamedFaces<'_> = &[
         ("z-", THIRD[0]),
         ("z+", THIRD[1]),
@@ -114,6 +103,26 @@ pub fn hollow_cylinder(inner_radius: f64, outer_radius: f64, length: f64) -> Res
     // The middles of the four arcs.
     let middles = [[S, S, 0.0], [-S, S, 0.0], [-S, -S, 0.0], [S, -S, 0.0]];
     Ok(Shape { symmetry: Some(Symmetry::about_z(&middles)), ..shape })
+}
+
+/// The patch between two radii, `0 <= z <= length`, over arcs of at most a quarter about the z axis
+/// that follow each other: `x`, `y` and weight of their ends and of the points between, at the
+/// radius one. Directions: outwards, around, along.
+pub(super) fn tube(arcs: &[[f64; 3]], radii: [f64; 2], length: f64) -> Result<Patch, SplineError> {
+    let (mut points, mut weights) = (Vec::new(), Vec::new());
+    for z in [0.0, length] {
+        for [x, y, w] in arcs {
+            for r in radii {
+                points.push([r * x, r * y, z]);
+                weights.push(*w);
+            }
+        }
+    }
+    let n_arcs = arcs.len() / 2;
+    let around = (0..=n_arcs).flat_map(|i| [i as f64 / n_arcs as f64; 2]);
+    let around: Vec<f64> = std::iter::once(0.0).chain(around).chain([1.0]).collect();
+    let knots = vec![KnotVector::uniform(1, 1)?, KnotVector::new(2, around)?, KnotVector::uniform(1, 1)?];
+    Patch::new(knots, points, weights)
 }
 
 pub(super) fn cylinder_markers(x: f64, r: f64, l: f64) -> [(&'static str, [f64; 3]); 9] {

@@ -47,7 +47,7 @@ pub fn coordinates(
     let (stiffness, rest, damping) = (stiffness?, rest?, damping?);
     let friction = friction(checker, section, kind)?;
     let stops = stops(checker, section, kind)?;
-    let bearing = bearing(checker, section, kind)?;
+    let bearing = section.optional("bearing", |joint, key| bearing(checker, joint.table(key)?, kind)).ok()?;
     check_stops(checker, section, positions.as_deref()?, &stops)?;
     check_rotation(checker, section, kind, &stiffness, &rest)?;
     let (drives, motions) = (drives?, motions?);
@@ -132,14 +132,9 @@ fn friction(checker: &mut Checker, section: &Section, kind: JointKind) -> Option
 }
 
 /// Friction by the load of the joint; what is not given is held without.
-fn bearing(checker: &mut Checker, section: &Section, kind: JointKind) -> Option<Option<Bearing>> {
-    if section.item("bearing").is_some_and(|i| matches!(i.value, Checked::Invalid)) {
-        return None;
-    }
-    let Some(table) = section.table("bearing") else { return Some(None) };
-    let or = |key: &str, none: f64| {
-        if table.item(key).is_some() { table.number(key) } else { Some(none) }
-    };
+fn bearing(checker: &mut Checker, table: &Section, kind: JointKind) -> Option<Bearing> {
+    let or =
+        |key: &str, none: f64| table.optional(key, Section::number).ok().map(|given| given.unwrap_or(none));
     // Of other kinds the table itself is a fault.
     let turns = matches!(kind, JointKind::Revolute | JointKind::Cylindrical | JointKind::Spherical);
     if table.item("radius").is_none() && turns {
@@ -147,13 +142,13 @@ fn bearing(checker: &mut Checker, section: &Section, kind: JointKind) -> Option<
         checker.fault(&table.origin, table.path_of("radius"), None, message);
         return None;
     }
-    Some(Some(Bearing {
+    Some(Bearing {
         coefficient: table.number("friction")?,
         radius: or("radius", 0.0)?,
         length: or("length", f64::INFINITY)?,
         collar: or("collar", 0.0)?,
         velocity: table.number("velocity")?,
-    }))
+    })
 }
 
 /// Faults coordinates that are beyond an end of their travel at the start: the stop would throw the
@@ -380,7 +375,7 @@ fn curves(
     let mut curves = vec![None; n];
     if section.given(single) {
         check_curve_units(checker, section, single, kind, 0)?;
-        curves[0] = curve(checker, section, single)?;
+        curves[0] = curve(checker, section, single).ok()?;
     }
     let entries = section.tables(list);
     if section.item(list).is_some_and(|i| matches!(i.value, Checked::Invalid)) {
@@ -389,7 +384,7 @@ fn curves(
     for entry in entries {
         let k = coordinate_number(checker, entry, kind)?;
         check_curve_units(checker, entry, "curve", kind, k)?;
-        let found = curve(checker, entry, "curve")?;
+        let found = curve(checker, entry, "curve").ok()?;
         if curves[k].is_some() {
             checker.fault_in(entry, "coordinate", format!("coordinate {k} has a \"{single}\" already"));
             return None;
