@@ -242,16 +242,6 @@ impl StandardInputData {
         self.block(&self.position_shape, j)
     }
 
-    /// `∫ ρ φ_i φ_jᵀ` (C6).
-    pub fn shape_shape_integral(&self, i: usize, j: usize) -> Matrix3<f64> {
-        let n_c = self.motion.n_components();
-        let size = n_c * n_c * self.n_modes();
-        if self.shape_shape.is_empty() {
-            return Matrix3::zeros();
-        }
-        self.block(&self.shape_shape[i * size..(i + 1) * size], j)
-    }
-
     /// Row `j` of `C_r` at rest, `∫ ρ X × φ_j`; zero in a Buckens frame.
     pub fn coupling_rotation_at_rest(&self, j: usize) -> Vector3<f64> {
         axial(&self.position_shape_integral(j))

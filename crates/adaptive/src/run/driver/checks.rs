@@ -44,7 +44,7 @@ impl Driver<'_> {
         };
         Springs {
             too_soft: self.overlap(i).filter(|overlap| !is_minor && overlap.is_too_much()),
-            are_between_flat_faces: whole == Some(TouchKind::Flat),
+            are_between_flat_faces: whole.is_some_and(TouchKind::is_jump),
             beyond_modes: whole.and_then(beyond).unwrap_or(0.0),
         }
     }

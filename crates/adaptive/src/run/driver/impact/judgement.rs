@@ -275,10 +275,8 @@ impl Driver<'_> {
             return None;
         }
         let (share, time) = self.slots[i].monitor.overlap_share(TOUCHING * facts.size)?;
-        let pressing = match self.slots[i].fine().and_then(|fine| fine.whole) {
-            Some(TouchKind::Flat) => Pressing::of_flat_faces(time, facts.round_trip),
-            _ => Pressing::Body,
-        };
+        let is_jump = self.slots[i].fine().and_then(|fine| fine.whole).is_some_and(TouchKind::is_jump);
+        let pressing = if is_jump { Pressing::of_flat_faces(time, facts.round_trip) } else { Pressing::Body };
         Some(Overlap { share, pressing })
     }
 

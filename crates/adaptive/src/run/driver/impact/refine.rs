@@ -20,7 +20,6 @@ use crate::record::{TransferDirection, ZoneSize};
 use crate::state::observer::Stage;
 use crate::state::simulation::RunContact;
 use crate::touch::detection::InactiveContact;
-use crate::touch::parts::TouchKind;
 
 /// Relative error a step of a preview, which only sizes an interval.
 const PREVIEW_TOLERANCE: f64 = 1e-6;
@@ -196,7 +195,7 @@ impl Driver<'_> {
         self.replace_contact(i, element)?;
         self.building = None;
         self.run.n_refined += 1;
-        if fine.whole == Some(TouchKind::Edge) {
+        if fine.whole.is_some_and(|kind| !kind.bounds_pressure()) {
             let contact = &self.model.contacts[i];
             let found = edge_touch((&contact.name, t), &self.model.bodies[contact.body]);
             self.warn(found.map(|warning| (i, warning)).into_iter().collect())?;
