@@ -1,5 +1,5 @@
 //! Overlapping bodies: the deepest surface point of either body in the other (theory Eqs. C.30,
-//! C.31, C.31a).
+//! C.31).
 
 use ffr_dynamics::body::RigidMotion;
 use iga_core::nurbs::box_newton::{Sample, minimize};
@@ -160,7 +160,7 @@ fn best_sample(
 
 /// Whether a point of a piece of body `b` may lie deeper in the other body than `known`: a ray from
 /// a point at the depth `d`, along any unit vector, stays in the other body for `d` at least, and
-/// then leaves it through a piece that lies so much higher (theory Eq. C.31a).
+/// then leaves it through a piece that lies so much higher (theory, behind Eq. C.31).
 fn can_be_deeper(query: &Query<'_>, ws: &mut SearchWorkspace, b: usize, piece: u32, known: &Nearest) -> bool {
     let (own, other) = (&query.sides[b], &query.sides[1 - b]);
     if own.model.motion() == RigidMotion::Axial {
