@@ -11,7 +11,7 @@ use iga_core::nurbs::{FaceId, Shape};
 
 use super::super::check::Checker;
 use super::super::keys::{Named, names};
-use super::super::section::{AtFault, Section};
+use super::super::section::Section;
 use super::super::spline_nets;
 use super::super::tables::{BodyModel, ShapeName};
 
@@ -47,13 +47,7 @@ pub fn shape(checker: &mut Checker, body: &Section, model: BodyModel, degree: us
     {
         return None;
     }
-    let built = match model {
-        BodyModel::Solid => solid(section, name, degree)?,
-        BodyModel::Axisymmetric => meridian(section, name)?,
-        BodyModel::PlaneStrain | BodyModel::PlaneStress => plane(section, name)?,
-        BodyModel::Imported | BodyModel::Mesh | BodyModel::Rigid => return None,
-    };
-    fits?;
+    let built = form(section, name, model, degree)?;
     let shape = built.map_err(|error| report(checker, section, &error)).ok()?;
     // Of other shapes nets are turned, or regular where they can be touched.
     if name == ShapeName::TubeSector { cut(checker, body, section, shape) } else { Some(shape) }
@@ -83,18 +77,31 @@ fn report(checker: &mut Checker, section: &Section, error: &SplineError) {
 
 type Built = Result<Shape, SplineError>;
 
-/// Shapes with points in `(x, y, z)`; `None` where a key is at fault already, or the shape has no
-/// such form.
-fn solid(section: &Section, name: ShapeName, degree: usize) -> Option<Built> {
+/// The shape in the components of `model`: a solid, half a meridian in `(r, z)` or plane; `None`
+/// where a key is at fault already, or [`ShapeName::fits`] says that it has no such form.
+fn form(section: &Section, name: ShapeName, model: BodyModel, degree: usize) -> Option<Built> {
     let number = |key: &str| section.number(key);
+    let is_solid = model == BodyModel::Solid;
+    if !name.fits(model) {
+        return None;
+    }
     Some(match name {
         ShapeName::Sphere => {
-            sphere::sphere(number("radius")?, net(section).ok()?.unwrap_or(SphereNet::for_degree(degree)))
+            let net = section.optional("net", Section::choice).ok()?; // wrong in any form
+            if is_solid {
+                sphere::sphere(number("radius")?, net.unwrap_or(SphereNet::for_degree(degree)))
+            } else {
+                axisymmetric::sphere(number("radius")?)
+            }
         }
-        ShapeName::Ellipsoid => sphere::ellipsoid(section.vector("semi_axes")?),
-        ShapeName::Cylinder => solid::cylinder(number("radius")?, number("length")?),
+        ShapeName::Ellipsoid if is_solid => sphere::ellipsoid(section.vector("semi_axes")?),
+        ShapeName::Ellipsoid => spheroid(section.vector("semi_axes")?),
+        ShapeName::Cylinder if is_solid => solid::cylinder(number("radius")?, number("length")?),
+        ShapeName::Rod | ShapeName::Cylinder => axisymmetric::rod(number("radius")?, number("length")?),
+        ShapeName::RodSphericalEnd => axisymmetric::rod_spherical_end(number("radius")?, number("length")?),
         ShapeName::HollowCylinder => {
-            solid::hollow_cylinder(number("inner_radius")?, number("outer_radius")?, number("length")?)
+            let hollow = if is_solid { solid::hollow_cylinder } else { axisymmetric::hollow_cylinder };
+            hollow(number("inner_radius")?, number("outer_radius")?, number("length")?)
         }
         ShapeName::TubeSector => profile::tube_sector(
             number("inner_radius")?,
@@ -102,15 +109,30 @@ fn solid(section: &Section, name: ShapeName, degree: usize) -> Option<Built> {
             number("length")?,
             number("angle")?,
         ),
-        ShapeName::Torus => round::torus(number("radius")?, number("tube_radius")?),
+        ShapeName::Torus => {
+            let torus = if is_solid { round::torus } else { round::axisymmetric_torus };
+            torus(number("radius")?, number("tube_radius")?)
+        }
+        ShapeName::Cone => revolved(&cone(section)?, is_solid),
+        ShapeName::Capsule => revolved(&capsule(section)?, is_solid),
+        ShapeName::RoundedCylinder => revolved(&rounded_cylinder(section)?, is_solid),
         ShapeName::Box => solid::cuboid(section.vector("size")?),
         ShapeName::RoundedBox => rounded_box(section.vector("size")?, number("fillet_radius")?),
-        ShapeName::PlateWithHole => profile::solid_plate_with_hole(
-            section.vector("size")?,
-            number("hole_radius")?,
-            number("thickness")?,
-        ),
-        ShapeName::GearTooth => gear_tooth(section)?.solid(number("width")?),
+        ShapeName::Rectangle => {
+            let [width, height] = section.vector("size")?;
+            plane::rectangle(width, height)
+        }
+        ShapeName::Disc => plane::disc(number("radius")?),
+        ShapeName::PlateWithHole => {
+            let (size, hole) = (section.vector("size")?, number("hole_radius")?);
+            if is_solid {
+                profile::solid_plate_with_hole(size, hole, number("thickness")?)
+            } else {
+                profile::plate_with_hole(size, hole)
+            }
+        }
+        ShapeName::GearTooth if is_solid => gear_tooth(section)?.solid(number("width")?),
+        ShapeName::GearTooth => gear_tooth(section)?.plane(),
         ShapeName::LBeam => {
             profile::l_beam(number("width")?, number("height")?, number("thickness")?, number("length")?)
         }
@@ -121,48 +143,14 @@ fn solid(section: &Section, name: ShapeName, degree: usize) -> Option<Built> {
             number("web_thickness")?,
             number("length")?,
         ),
-        ShapeName::Cone => cone(section)?.solid(),
-        ShapeName::Capsule => capsule(section)?.solid(),
-        ShapeName::RoundedCylinder => rounded_cylinder(section)?.solid(),
-        ShapeName::Rod
-        | ShapeName::RodSphericalEnd
-        | ShapeName::Rectangle
-        | ShapeName::Disc
-        | ShapeName::Nurbs
-        | ShapeName::Plane => return None,
+        // Nets are of any model and are read elsewhere; planes are of rigid bodies alone.
+        ShapeName::Nurbs | ShapeName::Plane => return None,
     })
 }
 
-/// Meridian halves of shapes, in `(r, z)`.
-fn meridian(section: &Section, name: ShapeName) -> Option<Built> {
-    let number = |key: &str| section.number(key);
-    Some(match name {
-        ShapeName::Sphere => {
-            net(section).ok()?; // a wrong value is at fault all the same
-            axisymmetric::sphere(number("radius")?)
-        }
-        ShapeName::Ellipsoid => spheroid(section.vector("semi_axes")?),
-        ShapeName::Rod | ShapeName::Cylinder => axisymmetric::rod(number("radius")?, number("length")?),
-        ShapeName::RodSphericalEnd => axisymmetric::rod_spherical_end(number("radius")?, number("length")?),
-        ShapeName::HollowCylinder => {
-            axisymmetric::hollow_cylinder(number("inner_radius")?, number("outer_radius")?, number("length")?)
-        }
-        ShapeName::Torus => round::axisymmetric_torus(number("radius")?, number("tube_radius")?),
-        ShapeName::Cone => cone(section)?.axisymmetric(),
-        ShapeName::Capsule => capsule(section)?.axisymmetric(),
-        ShapeName::RoundedCylinder => rounded_cylinder(section)?.axisymmetric(),
-        ShapeName::TubeSector
-        | ShapeName::RoundedBox
-        | ShapeName::PlateWithHole
-        | ShapeName::LBeam
-        | ShapeName::TBeam
-        | ShapeName::GearTooth
-        | ShapeName::Box
-        | ShapeName::Rectangle
-        | ShapeName::Disc
-        | ShapeName::Nurbs
-        | ShapeName::Plane => return None,
-    })
+/// A body of revolution, as a solid or as half its meridian.
+fn revolved(round: &Round, is_solid: bool) -> Built {
+    if is_solid { round.solid() } else { round.axisymmetric() }
 }
 
 /// Meridian half of an ellipsoid, which is one of revolution about z.
@@ -173,38 +161,6 @@ fn spheroid([x, y, z]: [f64; 3]) -> Built {
     }
     let reason = "the first two must be equal for a body that is axisymmetric about z";
     Err(SplineError::Dimension { name: "semi_axes", value: y, reason })
-}
-
-/// Plane shapes, in `(x, y)`.
-fn plane(section: &Section, name: ShapeName) -> Option<Built> {
-    Some(match name {
-        ShapeName::Rectangle => {
-            let [width, height] = section.vector("size")?;
-            plane::rectangle(width, height)
-        }
-        ShapeName::Disc => plane::disc(section.number("radius")?),
-        ShapeName::PlateWithHole => {
-            profile::plate_with_hole(section.vector("size")?, section.number("hole_radius")?)
-        }
-        ShapeName::GearTooth => gear_tooth(section)?.plane(),
-        ShapeName::Sphere
-        | ShapeName::Ellipsoid
-        | ShapeName::Rod
-        | ShapeName::RodSphericalEnd
-        | ShapeName::Cylinder
-        | ShapeName::HollowCylinder
-        | ShapeName::TubeSector
-        | ShapeName::Cone
-        | ShapeName::Capsule
-        | ShapeName::RoundedCylinder
-        | ShapeName::Torus
-        | ShapeName::RoundedBox
-        | ShapeName::LBeam
-        | ShapeName::TBeam
-        | ShapeName::Box
-        | ShapeName::Nurbs
-        | ShapeName::Plane => return None,
-    })
 }
 
 /// A tooth, `None` where a key is at fault.
@@ -244,11 +200,6 @@ fn rounded_cylinder(section: &Section) -> Option<Round> {
         crown_radius: given("crown_radius")?,
         fillet_radius: given("fillet_radius")?,
     })
-}
-
-/// The net of a ball; none if it is left to the program.
-fn net(section: &Section) -> Result<Option<SphereNet>, AtFault> {
-    section.optional("net", Section::choice)
 }
 
 /// The shape with its patches cut along lines of lower continuity, which are faces between patches
