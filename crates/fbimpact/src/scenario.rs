@@ -95,10 +95,19 @@ pub fn parse(path: &Path, bytes: &[u8], overrides: &[Override]) -> Result<Scenar
     let directory = path.parent().unwrap_or(Path::new("."));
     body_files::read_all(&mut checker, &mut root, directory);
     curve_files::read_all(&mut checker, &mut root, directory);
-    conditions::check(&mut checker, conditions::Scope::of(&root));
-    let resolved = if checker.faults.is_empty() { resolved::write(&root) } else { String::new() };
+    // Of a copy, for what these two ask for is not used yet.
+    let copy = root.clone();
+    conditions::check(&mut checker, conditions::Scope::of(&copy));
+    let resolved = if checker.faults.is_empty() { resolved::write(&copy) } else { String::new() };
     let source = Source { path: path.to_owned(), sha256: hex(&Sha256::digest(bytes)), resolved };
-    match build::scenario(&mut checker, &root, source) {
+    let scenario = build::scenario(&mut checker, &root, source);
+    if scenario.is_some() {
+        for (section, key) in root.unasked() {
+            let message = "nothing that the scenario describes depends on it: take it out".to_owned();
+            checker.fault_in(section, key, message);
+        }
+    }
+    match scenario {
         Some(scenario) if checker.faults.is_empty() => Ok(scenario),
         _ => {
             debug_assert!(!checker.faults.is_empty(), "a scenario that is not built has a fault");

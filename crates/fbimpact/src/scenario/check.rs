@@ -2,6 +2,7 @@
 //! every fault.
 
 use std::borrow::Cow;
+use std::cell::Cell;
 
 use result_files::toml_text::document::{Entry, Node, Origin, Value, parse_value};
 use result_files::toml_text::fault::{Fault, meant, nearest};
@@ -407,9 +408,19 @@ impl Checker {
         let mut section = self.section(variant.keys, entries, path, origin, Some(tag));
         let (value, origin, shown) =
             (Checked::Text(name.clone()), entry.node.origin.clone(), entry.node.shown());
-        section
-            .items
-            .insert(0, Item { name: tag, when: &[], value, origin, shown, units: Vec::new(), given: true });
+        section.items.insert(
+            0,
+            Item {
+                name: tag,
+                when: &[],
+                value,
+                origin,
+                shown,
+                units: Vec::new(),
+                given: true,
+                asked: Cell::default(),
+            },
+        );
         Checked::Table(section)
     }
 
@@ -550,6 +561,7 @@ fn invalid(key: &Key, origin: &Origin) -> Item {
         shown: String::new(),
         units: Vec::new(),
         given: false,
+        asked: Cell::default(),
     }
 }
 

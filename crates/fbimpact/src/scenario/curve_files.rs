@@ -1,6 +1,7 @@
 //! Quantities over time from text files: columns of numbers take the place of the lists of a table,
 //! so that the resolved scenario holds them.
 
+use std::cell::Cell;
 use std::io::Read;
 use std::path::Path;
 
@@ -55,7 +56,16 @@ fn read_one(checker: &mut Checker, section: &mut Section, directory: &Path) {
         let shown = "the file".to_owned();
         section.items.insert(
             at.min(section.items.len()),
-            Item { name, when: &[], value, origin: origin.clone(), shown, units: Vec::new(), given: true },
+            Item {
+                name,
+                when: &[],
+                value,
+                origin: origin.clone(),
+                shown,
+                units: Vec::new(),
+                given: true,
+                asked: Cell::default(),
+            },
         );
     }
 }

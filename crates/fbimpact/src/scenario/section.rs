@@ -1,6 +1,7 @@
 //! A table after the check against its keys: defaults filled in, every value of the right type or
 //! marked as invalid.
 
+use std::cell::Cell;
 use std::collections::HashMap;
 use std::ops::{Deref, DerefMut};
 use std::sync::Arc;
@@ -39,6 +40,8 @@ pub struct Item {
     pub units: Vec<(usize, &'static str)>,
     /// Whether the user gave it.
     pub given: bool,
+    /// Whether it was asked for.
+    pub asked: Cell<bool>,
 }
 
 /// Named tables in the order of the file, found by name as fast among thousands as among two.
@@ -157,7 +160,15 @@ impl Section {
 
     /// The item `name`, if it was given or has a default.
     pub fn item(&self, name: &str) -> Option<&Item> {
-        self.items.iter().find(|i| i.name == name)
+        self.items.iter().find(|i| i.name == name).inspect(|i| i.asked.set(true))
+    }
+
+    /// Keys that the user gave and nobody asked for, with their tables.
+    pub fn unasked(&self) -> Vec<(&Self, &'static str)> {
+        let (asked, unasked): (Vec<_>, Vec<_>) = self.items.iter().partition(|item| item.asked.get());
+        let own = unasked.into_iter().filter(|item| item.given).map(|item| (self, item.name));
+        let inner = asked.into_iter().flat_map(|item| item.value.subtables()).flat_map(|(_, t)| t.unasked());
+        own.chain(inner).collect()
     }
 
     /// Whether the user gave `name`, valid or not.
@@ -321,4 +332,53 @@ impl Section {
 /// `path.name`, or `name` at the top level.
 pub fn join(path: &str, name: &str) -> String {
     if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use result_files::toml_text::document::{self, SourceText, Value};
+
+    use super::super::check::Checker;
+    use super::super::keys::{Key, Kind, Need, Range};
+
+    const fn number(name: &'static str, need: Need) -> Key {
+        Key::new(name, Kind::Number(Range::within(9.0)), "m", need, "")
+    }
+    const INNER: &[Key] = &[number("d", Need::Required), number("e", Need::Required)];
+    const KEYS: &[Key] = &[
+        number("a", Need::Required),
+        number("b", Need::Required),
+        number("c", Need::Default("3.0")),
+        Key::new("inner", Kind::Table(INNER), "", Need::Required, ""),
+        Key::new("each", Kind::Named(INNER), "", Need::Required, ""),
+    ];
+
+    #[test]
+    fn given_keys_that_nobody_asks_for_are_told() {
+        let text = "a = 1.0\nb = 2.0\ninner = { d = 1.0, e = 2.0 }\neach.x = { d = 1.0, e = 2.0 }\n";
+        let source = Arc::new(SourceText { name: "s.toml".to_owned(), text: text.to_owned() });
+        let document = document::parse_toml(&source).unwrap();
+        let Value::Table(entries) = &document.value else { unreachable!("a TOML document is a table") };
+        let mut checker = Checker::default();
+        let section = checker.section(KEYS, entries, "", &document.origin, None);
+        assert!(checker.faults.is_empty());
+
+        let told = || section.unasked().iter().map(|(table, key)| table.path_of(key)).collect::<Vec<_>>();
+        assert_eq!(
+            told(),
+            ["a", "b", "inner", "each"],
+            "of a table that nobody asks for its keys are not told"
+        );
+        section.number("b").unwrap();
+        section.table("inner").unwrap().number("d").unwrap();
+        let x = &section.named("each")[0].1;
+        assert_eq!(told(), ["a", "inner.e", "each.x.d", "each.x.e"]);
+        x.number("d").unwrap();
+        x.number("e").unwrap();
+        section.number("a").unwrap();
+        section.table("inner").unwrap().number("e").unwrap();
+        assert_eq!(told(), [""; 0], "nobody gave c");
+    }
 }
