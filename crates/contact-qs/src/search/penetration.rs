@@ -1,11 +1,10 @@
 //! Overlapping bodies: the deepest surface point of either body in the other (theory Eqs. C.30,
 //! C.31).
 
-use ffr_dynamics::body::RigidMotion;
 use iga_core::nurbs::box_newton::{Sample, minimize};
 use nalgebra::Vector3;
 
-use super::boxes::{Node, NodeKind};
+use super::boxes::NodeKind;
 use super::deformed::Site;
 use super::query::{Pair, Query, SearchWorkspace, separation};
 use super::signed_distance::{Nearest, along_piece, curvature, nearest, pieces_at, site_on_piece};
@@ -13,8 +12,7 @@ use super::signed_distance::{Nearest, along_piece, curvature, nearest, pieces_at
 /// The most negative signed distance of a point of one surface from the other body: pair, gap and
 /// unit normal towards the first body. `None` if no point lies inside.
 ///
-/// Every piece that may cross the other surface, and may lie deeper than what is known, is sampled
-/// and searched from its best sample; from the deepest result on each body the descent goes on
+/// Every piece that may cross the other surface is sampled and searched from its best sample; from the deepest result on each body the descent goes on
 /// across the borders of pieces, into those that lie wholly inside. Where an overlap has several
 /// deepest places, this finds one of them; separate overlaps are told apart if they lie on
 /// different pieces.
@@ -43,9 +41,6 @@ pub(super) fn deepest(
         ws.chosen.extend((0..query.sides[b].model.n_pieces() as u32).filter(|&k| ws.marks[b][k as usize]));
         for at in 0..ws.chosen.len() {
             let piece = ws.chosen[at];
-            if own.is_some_and(|known| !can_be_deeper(query, ws, b, piece, &known.near)) {
-                continue;
-            }
             if let Some(start) = best_sample(query, ws, b, piece, hint) {
                 keep(&mut own, descend(query, ws, b, start, hint));
             }
@@ -156,51 +151,6 @@ fn best_sample(
         }
     }
     best.map(|(_, site)| site)
-}
-
-/// Whether a point of a piece of body `b` may lie deeper in the other body than `known`: a ray from
-/// a point at the depth `d`, along any unit vector, stays in the other body for `d` at least, and
-/// then leaves it through a piece that lies so much higher (theory, behind Eq. C.31).
-fn can_be_deeper(query: &Query<'_>, ws: &mut SearchWorkspace, b: usize, piece: u32, known: &Nearest) -> bool {
-    let (own, other) = (&query.sides[b], &query.sides[1 - b]);
-    if own.model.motion() == RigidMotion::Axial {
-        return true; // rays leave the half plane of the model through the axis
-    }
-    let SearchWorkspace { deformed: [first, second], stack, .. } = ws;
-    let (mine, theirs) = if b == 0 { (first, second) } else { (second, first) };
-    mine.load(own, piece);
-    let points = mine.points(&own.model.pieces()[piece as usize]);
-    let (n, centre) = (known.direction, mine.bounds(piece).centre);
-    let aside = |n: &Vector3<f64>, v: Vector3<f64>| (v - n * n.dot(&v)).norm();
-    let radius = points.iter().map(|p| aside(&n, p - centre)).fold(0.0, f64::max) + query.resolution;
-    let lowest = points.iter().map(|p| n.dot(&(p - centre))).fold(f64::INFINITY, f64::min);
-    let height = lowest + (-known.value).max(0.0) + query.resolution;
-    let (centre_there, n_there) =
-        (other.in_body(&centre), other.placement.map_or(n, |placement| placement.rotation.tr_mul(&n)));
-    stack.clear();
-    stack.push((0.0, 0));
-    while let Some((_, node)) = stack.pop() {
-        let Node { bounds, kind, .. } = &other.model.nodes()[node as usize];
-        let way = bounds.centre - centre_there;
-        let top = n_there.dot(&way) + n_there.abs().dot(&bounds.half) + other.inflation;
-        if top <= height || aside(&n_there, way) > radius + bounds.half.norm() + other.inflation {
-            continue;
-        }
-        match *kind {
-            NodeKind::Children(children) => stack.extend(children.map(|c| (0.0, c))),
-            NodeKind::Piece(above) => {
-                theirs.load(other, above);
-                let bounds = theirs.bounds(above);
-                let points = theirs.points(&other.model.pieces()[above as usize]);
-                if points.iter().any(|q| n.dot(&(q - centre)) > height)
-                    && aside(&n, bounds.centre - centre) <= radius + bounds.half.norm()
-                {
-                    return true;
-                }
-            }
-        }
-    }
-    false
 }
 
 /// Marks the pieces of both bodies whose hulls may meet a piece of the other.
