@@ -8,7 +8,7 @@ use contact_qs::Sphere;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::system::Multibody;
-use ffr_dynamics::system::gear::Gear;
+use ffr_dynamics::system::model::gear::Gear;
 
 use crate::body::point_compliance::{PointCompliance, of_body};
 use crate::body::{FullModel, Workshop};

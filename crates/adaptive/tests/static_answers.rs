@@ -119,7 +119,7 @@ fn clamped_frequency(elements: [usize; 3], n: usize, has_answers: bool) -> f64 {
     let n = basis.n_modes();
     let mass = data.modal_mass.to_matrix(n);
     let scaled = faer::Mat::from_fn(n, n, |i, j| mass[(i, j)] / (basis.omega[i] * basis.omega[j]));
-    let (values, _) = ffr_dynamics::reduction::dense::symmetric_eigen(scaled.as_ref()).unwrap();
+    let (values, _) = ffr_dynamics::reduction::blocks::dense::symmetric_eigen(scaled.as_ref()).unwrap();
     1.0 / (values[n - 1].sqrt() * TAU)
 }
 

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use contact_qs::search::{TouchSettings, first_touch};
 use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, Statistics, Step, StepSettings};
-use ffr_dynamics::system::stops::StopSite;
+use ffr_dynamics::system::model::stops::StopSite;
 
 use crate::checks::linearity::LinearLimits;
 use crate::checks::motion::MotionLimits;

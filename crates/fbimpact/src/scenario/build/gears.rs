@@ -1,7 +1,7 @@
 //! Gears: joints with coordinates, ratios that do not contradict each other.
 
 use adaptive::spec::{GearSpec, JointSpec};
-use ffr_dynamics::system::gear::{GearJoint, check};
+use ffr_dynamics::system::model::gear::{GearJoint, check};
 
 use super::super::check::Checker;
 use super::super::section::Section;
