@@ -1,7 +1,7 @@
 //! The displacement field of a body, coarse or fine, of whatever elements: its points, markers and
 //! parts, strain and stress.
 
-use contact_qs::points::DofLookup;
+use contact_qs::zone::points::DofLookup;
 use faer::sparse::SparseColMat;
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::{AssembledBody, Dof, RigidMotion};

@@ -5,7 +5,7 @@ pub mod field_body;
 
 use std::sync::Arc;
 
-use contact_qs::points::DofLookup;
+use contact_qs::zone::points::DofLookup;
 use faer::sparse::SparseColMat;
 use fe_mesh::fault::MeshFault;
 use fe_mesh::{Mesh, MeshSpace};

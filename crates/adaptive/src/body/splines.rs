@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use contact_qs::points::DofLookup;
+use contact_qs::zone::points::DofLookup;
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix};
 use iga_core::SplineError;
 use iga_core::assembly::assemble;

@@ -7,8 +7,8 @@
 
 use std::sync::Arc;
 
-use contact_qs::points::{PressureMean, SurfacePoint};
 use contact_qs::surface_pair::TargetFace;
+use contact_qs::zone::points::{PressureMean, SurfacePoint};
 use contact_qs::{ContactError, PiecewiseSurface};
 use iga_core::elasticity::Model;
 use iga_core::nurbs::jet::{diagonal, difference, norm};

@@ -4,8 +4,8 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, OnceLock};
 
-use contact_qs::points::DofLookup;
 use contact_qs::search::{SearchWorkspace, SurfaceModel, plane_distance};
+use contact_qs::zone::points::DofLookup;
 use contact_qs::{ContactError, PieceEdge, PiecewiseSurface, Plane, SurfacePiece};
 use faer::Mat;
 use fe_mesh::Mesh;

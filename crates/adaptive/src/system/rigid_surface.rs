@@ -2,8 +2,8 @@
 //! coordinates.
 
 use contact_qs::ContactError;
-use contact_qs::points::DofLookup;
 use contact_qs::surface_pair::TargetFace;
+use contact_qs::zone::points::DofLookup;
 use faer::Mat;
 use iga_core::elasticity::Model;
 use iga_core::nurbs::Shape;

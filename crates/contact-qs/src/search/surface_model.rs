@@ -17,7 +17,7 @@ use super::bezier::Homogeneous;
 use super::boxes::{Bounds, Leaf, Node, tree};
 use crate::ContactError;
 use crate::piecewise::{PiecewiseSurface, bilinear};
-use crate::points::DofLookup;
+use crate::zone::points::DofLookup;
 
 /// Pieces are halved until their control points are as near to the chord, relative to the piece's
 /// size: a circular arc then turns by less than 30 degrees.

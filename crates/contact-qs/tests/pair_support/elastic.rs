@@ -6,7 +6,7 @@
 )]
 
 use contact_qs::law::hertz::Solid;
-use contact_qs::points::{DofLookup, InterfaceCompliance, SurfacePoint};
+use contact_qs::zone::points::{DofLookup, InterfaceCompliance, SurfacePoint};
 use contact_qs::{ContactSubmodel, TargetFace, TargetSurface, contact_submodel};
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion};
 use ffr_dynamics::reduction::compliance::ResidualFlexibility;

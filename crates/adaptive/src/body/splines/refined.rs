@@ -10,7 +10,7 @@
 use std::sync::Arc;
 
 use contact_qs::ContactError;
-use contact_qs::points::DofLookup;
+use contact_qs::zone::points::DofLookup;
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion};
 use ffr_dynamics::reduction::compliance::{BodyTurn, ResidualFlexibility};

@@ -10,8 +10,8 @@ use adaptive::spec::{
 };
 use contact_qs::law::penalty::DEFAULT_STIFFNESS_RATIO;
 use contact_qs::law::{Friction, Solid};
-use contact_qs::paper::broyden::BroydenSettings;
 use contact_qs::quasistatic::Method;
+use contact_qs::quasistatic::broyden::BroydenSettings;
 
 use super::super::check::Checker;
 use super::super::section::Section;

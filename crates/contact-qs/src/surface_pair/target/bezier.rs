@@ -7,13 +7,13 @@ use iga_core::knots::MAX_DEGREE;
 use nalgebra::DMatrix;
 
 /// Longest list of Bernstein polynomials per direction.
-pub(super) const MAX_ORDER: usize = MAX_DEGREE + 1;
+pub(in crate::surface_pair) const MAX_ORDER: usize = MAX_DEGREE + 1;
 
 /// Values, first and second derivatives of the Bernstein polynomials of one degree.
-pub(super) type Table = [[f64; MAX_ORDER]; 3];
+pub(in crate::surface_pair) type Table = [[f64; MAX_ORDER]; 3];
 
 /// Bernstein polynomials of degree `p` at `t` in `[0, 1]`.
-pub(super) fn values(p: usize, t: f64, out: &mut [f64; MAX_ORDER]) {
+pub(in crate::surface_pair) fn values(p: usize, t: f64, out: &mut [f64; MAX_ORDER]) {
     out[0] = 1.0;
     (1..=p).for_each(|d| step(d, t, out));
 }
@@ -31,7 +31,7 @@ fn step(d: usize, t: f64, out: &mut [f64; MAX_ORDER]) {
 
 /// Bernstein polynomials of degree `p` with two derivatives for `t` at `t` in `[0, 1]`; entries
 /// beyond `p` are not touched.
-pub(super) fn table(p: usize, t: f64, table: &mut Table) {
+pub(in crate::surface_pair) fn table(p: usize, t: f64, table: &mut Table) {
     let mut lower = [0.0; MAX_ORDER];
     if p >= 2 {
         let mut once = [0.0; MAX_ORDER];
@@ -62,7 +62,7 @@ fn raise(p: usize, lower: &[f64; MAX_ORDER], out: &mut [f64; MAX_ORDER]) {
 }
 
 /// Place of sample `i` of the fit of degree `p`, ends included.
-pub(super) fn sample(p: usize, i: usize) -> f64 {
+pub(in crate::surface_pair) fn sample(p: usize, i: usize) -> f64 {
     if p == 0 { 0.5 } else { i as f64 / p as f64 }
 }
 

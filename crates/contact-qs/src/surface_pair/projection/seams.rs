@@ -4,8 +4,8 @@
 use iga_core::nurbs::SAME_PLACE;
 use iga_core::nurbs::jet::{difference, dot, norm};
 
-use super::projection::{Displaced, Functions, Projection, Samples, SurfacePlace};
-use super::target::{FaceElement, TargetSurface};
+use super::{Displaced, Functions, Projection, Samples, SurfacePlace};
+use crate::surface_pair::target::{FaceElement, TargetSurface};
 
 /// Part of an element beside a seam in which normals go over from one face to the other: those of
 /// the elements differ by what the elements err, so that a part of one is as good; a point on a
@@ -14,7 +14,11 @@ const BAND: f64 = 0.1;
 
 impl TargetSurface {
     /// Distance of a place in `element` from the nearest end of its face, in elements.
-    pub(super) fn distance_to_end(&self, place: &SurfacePlace, element: &FaceElement) -> f64 {
+    pub(in crate::surface_pair) fn distance_to_end(
+        &self,
+        place: &SurfacePlace,
+        element: &FaceElement,
+    ) -> f64 {
         let grid = &self.faces[place.face as usize];
         let ends = (0..self.n_parameters).flat_map(|a| grid.range(a).map(move |end| (a, end)));
         let share =
@@ -130,8 +134,8 @@ impl Displaced<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::target::TargetFace;
     use super::*;
+    use crate::surface_pair::target::TargetFace;
     use ffr_dynamics::body::RigidMotion;
     use iga_core::knots::KnotVector;
     use iga_core::nurbs::{FaceId, Patch};

@@ -3,8 +3,8 @@
 
 use iga_core::nurbs::jet::{difference, norm};
 
-use super::projection::{Displaced, Functions, Projection, Samples, SurfacePlace};
-use crate::submodel::is_turned_to;
+use super::{Displaced, Functions, Projection, Samples, SurfacePlace};
+use crate::zone::submodel::is_turned_to;
 
 /// Outward normal of a point's own face in the target's components; none of points that any surface
 /// can press.
@@ -112,8 +112,8 @@ fn is_less(distance: f64, best: &Option<(f64, Projection)>) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::super::target::{TargetFace, TargetSurface};
     use super::*;
+    use crate::surface_pair::target::{TargetFace, TargetSurface};
     use ffr_dynamics::body::RigidMotion;
     use iga_core::knots::KnotVector;
     use iga_core::nurbs::{FaceId, Patch};

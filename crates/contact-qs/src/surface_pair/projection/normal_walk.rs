@@ -11,7 +11,7 @@ const MAX_STEPS: usize = 80;
 const CONVERGED: f64 = 1e-11;
 /// Parameters that lie outside of a piece by no more than this count as inside, so that points on
 /// an edge stay where they are.
-pub(super) const SLACK: f64 = 1e-9;
+pub(in crate::surface_pair) const SLACK: f64 = 1e-9;
 /// Longest step \[pieces\]: polynomials tell nothing far beyond their piece.
 const LONGEST: f64 = 1.0;
 

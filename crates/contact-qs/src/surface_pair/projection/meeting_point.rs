@@ -5,9 +5,9 @@
 use ffr_dynamics::data_error::DataError;
 use iga_core::nurbs::jet::{difference, dot, norm};
 
-use super::SurfacePair;
-use super::projection::{Displaced, Functions, Projection, SurfacePlace};
+use super::{Displaced, Functions, Projection, SurfacePlace};
 use crate::ContactError;
+use crate::surface_pair::SurfacePair;
 
 /// Distance from the place within which points meet the plane, as a share of the target's size;
 /// further away curved edges have left the plane.
@@ -21,7 +21,7 @@ const UNIT: f64 = 1e-9;
 pub struct MeetingPoint {
     /// Indices of the points, which stand in one place.
     pub points: Vec<usize>,
-    /// The place on the target, its face counted as they were given to [`super::TargetSurface`].
+    /// The place on the target, its face counted as they were given to [`crate::surface_pair::TargetSurface`].
     pub place: SurfacePlace,
     /// Unit normal towards the contact body, in the components of the target's model.
     pub normal: [f64; 3],
@@ -30,7 +30,7 @@ pub struct MeetingPoint {
 impl MeetingPoint {
     /// Projection of the point `x` on the plane through the displaced place, whose functions are
     /// left in `functions`; none of a point that has slid too far from it.
-    pub(super) fn project(
+    pub(in crate::surface_pair) fn project(
         &self,
         displaced: Displaced<'_>,
         x: &[f64; 3],
@@ -76,7 +76,7 @@ impl SurfacePair {
 
     /// Projection of the point `i` at `x` on the plane that it meets; none of one that meets the
     /// surface.
-    pub(super) fn on_meeting_plane(
+    pub(in crate::surface_pair) fn on_meeting_plane(
         &self,
         i: usize,
         x: &[f64; 3],

@@ -38,14 +38,17 @@
 //! `h_j = eps^(1/4) P / max_i |Φ_ij|` (Eq. C.13). With `eps^(1/2)` the round-off of the quotient,
 //! 1e-8 of the largest entry, would hide any singularity from the test `rcond < 1e-10`.
 
+pub mod conditioned_lu;
+mod sherman_morrison;
+
 use crate::solver_fault::SolverFault;
 use faer::Mat;
 use ffr_dynamics::error::{EvaluationFailure, FailureKind};
 
-use super::conditioned_lu::ConditionedLu;
-use super::sherman_morrison::ShermanMorrisonInverse;
 use crate::quasistatic::SolveReport;
 use crate::quasistatic::problem::{add_product, depth};
+use conditioned_lu::ConditionedLu;
+use sherman_morrison::ShermanMorrisonInverse;
 
 /// Updates of an inverse after which it is made anew: each adds round-off of some `n eps` of it.
 const MAX_UPDATES: usize = 50;

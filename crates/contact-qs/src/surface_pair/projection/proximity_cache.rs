@@ -13,7 +13,7 @@ const FEW: usize = 16;
 /// combinations with weights whose absolute values have the sum `spread` at most. So a point that
 /// was `g` away is open as long as `g > |x - x₀| + max_A |y_A - y_A⁰|`.
 #[derive(Debug, Clone)]
-pub(super) struct ProximityCache {
+pub(in crate::surface_pair) struct ProximityCache {
     /// Gaps as last found \[m\].
     pub gaps: Vec<f64>,
     /// Where the points were then, in the target's frame.

@@ -10,7 +10,7 @@ use ffr_dynamics::body::{Dof, RigidMotion};
 use ffr_dynamics::data_error::{DataError, check_square};
 
 use crate::ContactError;
-use crate::submodel::{ContactSubmodel, SparseRows};
+use crate::zone::submodel::{ContactSubmodel, SparseRows};
 
 /// Round-off allowance of a sum of shape functions, which is 1.
 const UNITY_TOLERANCE: f64 = 1e-10;

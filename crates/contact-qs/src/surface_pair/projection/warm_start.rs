@@ -1,11 +1,11 @@
 //! Where the evaluations of a surface pair start.
 
-use super::projection::SurfacePlace;
+use super::SurfacePlace;
 use super::proximity_cache::ProximityCache;
 
 /// Results of an evaluation from which the next one starts its iterations.
 #[derive(Debug, Clone)]
-pub(super) struct WarmStart {
+pub(in crate::surface_pair) struct WarmStart {
     pub forces: Vec<f64>,
     /// Quasistatic displacements of the contact body's points, components in turn.
     pub body: Vec<f64>,

@@ -9,7 +9,7 @@ const IS_ONE: f64 = 1e-9;
 
 /// How the normals at the nodes follow from the places of the nodes.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Smoothing {
+pub(in crate::surface_pair) struct Smoothing {
     /// The neighbours of each piece over its four edges.
     pub neighbours: Vec<[Option<PieceEdge>; 4]>,
     corners: Vec<Corner>,

@@ -4,8 +4,8 @@ use ffr_dynamics::body::RigidMotion;
 use iga_core::nurbs::SAME_PLACE;
 use iga_core::nurbs::jet::{difference, dot, norm};
 
-use super::projection::{Displaced, Functions, Projection, Samples, SurfacePlace};
-use super::target::TargetSurface;
+use super::{Displaced, Functions, Projection, Samples, SurfacePlace};
+use crate::surface_pair::target::TargetSurface;
 
 /// Cosine of the angle between normals above which two faces go on smoothly: 8 degrees, for faces
 /// that only approximate one, as for the kinds of touches (Eq. C.61).
