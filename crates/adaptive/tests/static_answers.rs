@@ -24,10 +24,11 @@ use ffr_dynamics::kinematics::MarkerWeights;
 use ffr_dynamics::reduction::{ElasticProblem, ReducedBasis, TakenLoads, with_static_answers};
 use ffr_dynamics::system::JointKind;
 use iga_core::elasticity::{Material, Model};
+use iga_core::nurbs::Face;
 use iga_core::nurbs::FaceId;
 use iga_core::nurbs::primitives::{plane, solid};
 use iga_core::space::Space;
-use iga_core::surface::{Face, gauss_points};
+use iga_core::surface::gauss_points;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// Aluminium bar \[m\].

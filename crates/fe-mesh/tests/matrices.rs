@@ -5,7 +5,7 @@ use faer::sparse::SparseColMat;
 use fe_mesh::raw::RawMesh;
 use fe_mesh::rules::MassRule;
 use fe_mesh::{ElementKind, Mesh, MeshSpace};
-use iga_core::assembly::{AssembledMatrices, assemble};
+use iga_core::elasticity::assembly::{AssembledMatrices, assemble};
 use iga_core::elasticity::kinematics::PointState;
 use iga_core::elasticity::{Material, MaterialField, Model};
 

@@ -10,8 +10,8 @@ use fe_mesh::rules::MassRule;
 use fe_mesh::shape::Functions;
 use fe_mesh::surface::Surface;
 use fe_mesh::{ElementKind, Mesh, MeshSpace};
-use iga_core::assembly::{AssembledMatrices, assemble};
 use iga_core::elasticity::Model;
+use iga_core::elasticity::assembly::{AssembledMatrices, assemble};
 use iga_core::extent::measure;
 
 const PYRAMIDS: [ElementKind; 3] = [ElementKind::Pyramid5, ElementKind::Pyramid13, ElementKind::Pyramid14];

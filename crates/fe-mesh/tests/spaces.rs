@@ -8,17 +8,17 @@ use fe_mesh::rules::MassRule;
 use fe_mesh::shape::Functions;
 use fe_mesh::{ElementKind, Mesh, MeshSpace};
 use iga_core::ParameterBox;
-use iga_core::assembly::assemble;
+use iga_core::elasticity::assembly::assemble;
 use iga_core::elasticity::kinematics::PointState;
+use iga_core::elasticity::mass_properties::MassProperties;
+use iga_core::elasticity::recovery::RecoveryWorkspace;
 use iga_core::elasticity::{MaterialField, Model};
 use iga_core::hierarchical::{HierarchicalSpace, PatchTies, SubdomainHierarchy};
-use iga_core::knots::KnotVector;
-use iga_core::mass_properties::MassProperties;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::patch::PointBasis;
-use iga_core::recovery::RecoveryWorkspace;
 use iga_core::space::{GridBasis, Integrand, PatchSpace, Space};
-use iga_core::tensor;
+use iga_core::splines::knots::KnotVector;
+use iga_core::splines::tensor;
 
 /// Rows of the map from the unit cube to the body.
 const MAP: [[f64; 3]; 3] = [[1.1, 0.2, 0.0], [0.0, 0.9, -0.1], [0.15, 0.0, 1.0]];

@@ -9,9 +9,9 @@ use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::kinematics::{Marker, MarkerWeights};
 use iga_core::SplineError;
 use iga_core::elasticity::kinematics::PointState;
+use iga_core::elasticity::recovery::RecoveryWorkspace;
 use iga_core::elasticity::{Material, MaterialField, Model};
 use iga_core::extent::{Extent, ExtentPoint};
-use iga_core::recovery::RecoveryWorkspace;
 use iga_core::space::Space;
 use nalgebra::{UnitQuaternion, Vector3};
 

@@ -11,7 +11,7 @@ use fe_mesh::fault::MeshFault;
 use fe_mesh::{Mesh, MeshSpace};
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion};
 use iga_core::SplineError;
-use iga_core::assembly::assemble;
+use iga_core::elasticity::assembly::assemble;
 use iga_core::elasticity::kinematics::PointState;
 use iga_core::elasticity::{ElementMaterials, Material, MaterialField, Model};
 use iga_core::extent::{Extent, ExtentPoint};

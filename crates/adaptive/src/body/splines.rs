@@ -5,7 +5,7 @@ use std::sync::Arc;
 use contact_qs::zone::points::DofLookup;
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix};
 use iga_core::SplineError;
-use iga_core::assembly::assemble;
+use iga_core::elasticity::assembly::assemble;
 use iga_core::elasticity::{MaterialField, Model};
 use iga_core::extent::{Extent, ExtentPoint};
 use iga_core::nurbs::local::RefinementWindow;

@@ -14,9 +14,9 @@ use std::fmt;
 
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
+use iga_core::elasticity::mass_properties::MassProperties;
 use iga_core::elasticity::{Material, MaterialField, Model};
-use iga_core::mass_properties::MassProperties;
-use iga_core::nurbs::lengths::lengths;
+use iga_core::nurbs::shape::lengths::lengths;
 use nalgebra::{Matrix3, Vector3};
 
 use super::extent::extent;

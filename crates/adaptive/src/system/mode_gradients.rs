@@ -4,7 +4,7 @@ use contact_qs::zone::points::DofLookup;
 use faer::MatRef;
 use iga_core::SplineError;
 use iga_core::elasticity::kinematics::PointState;
-use iga_core::recovery::RecoveryWorkspace;
+use iga_core::elasticity::recovery::RecoveryWorkspace;
 use iga_core::space::{GridBasis, Integrand};
 use nalgebra::{Matrix3, Vector3};
 

@@ -8,9 +8,10 @@
 use faer::MatRef;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::data_error::DataError;
+use iga_core::nurbs::Face;
 use iga_core::nurbs::{FaceId, Patch};
 use iga_core::space::{PatchSpace, Space};
-use iga_core::surface::{ElementSide, Extraction, Face};
+use iga_core::surface::{ElementSide, Extraction};
 use nalgebra::Vector3;
 
 use super::bezier::Homogeneous;

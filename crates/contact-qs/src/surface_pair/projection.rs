@@ -11,8 +11,8 @@ mod whole_surface;
 use std::ops::Range;
 
 use ffr_dynamics::body::RigidMotion;
-use iga_core::nurbs::box_newton::{Sample, minimize};
 use iga_core::nurbs::jet::{cross, difference, dot, norm};
+use iga_core::nurbs::locate::box_newton::{Sample, minimize};
 
 use super::target::TargetSurface;
 use super::target::bezier::{self, MAX_ORDER, Table};

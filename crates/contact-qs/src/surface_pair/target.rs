@@ -14,11 +14,12 @@ use faer::{Mat, MatRef};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::data_error::{DataError, check_square};
 use iga_core::ParameterBox;
+use iga_core::nurbs::Face;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::jet::diagonal;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::space::Space;
-use iga_core::surface::{ElementSide, Face};
+use iga_core::surface::ElementSide;
 
 use crate::ContactError;
 use crate::piecewise::{PiecewiseSurface, SurfacePiece};

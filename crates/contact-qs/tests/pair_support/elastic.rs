@@ -12,7 +12,7 @@ use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion};
 use ffr_dynamics::reduction::compliance::ResidualFlexibility;
 use ffr_dynamics::reduction::modal::ReducedBasis;
 use ffr_dynamics::reduction::problem::ElasticProblem;
-use iga_core::assembly::assemble;
+use iga_core::elasticity::assembly::assemble;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::{RefinementWindow, Shape};
 use iga_core::space::{PatchSpace, Space};

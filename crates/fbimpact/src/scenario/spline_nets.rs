@@ -2,8 +2,8 @@
 //! before it is built.
 
 use ffr_dynamics::body::RigidMotion;
-use iga_core::knots::KnotVector;
 use iga_core::nurbs::{Patch, joining};
+use iga_core::splines::knots::KnotVector;
 
 use super::body_source::GivenPatches;
 use super::check::Checker;

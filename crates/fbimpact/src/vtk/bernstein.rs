@@ -1,7 +1,7 @@
 //! Bernstein polynomials at the equally spaced points of a cell.
 
 use faer::Mat;
-use iga_core::bernstein;
+use iga_core::splines::bernstein;
 
 /// Values of the Bernstein polynomials of degree `degree` at `points + 1` equally spaced points, a
 /// row for each point.
@@ -32,7 +32,7 @@ pub fn extrapolation(points: usize, inset: f64) -> Mat<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use iga_core::bernstein::apply;
+    use iga_core::splines::bernstein::apply;
 
     #[test]
     fn extrapolation_is_exact_for_polynomials_of_its_degree() {

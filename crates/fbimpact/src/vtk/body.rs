@@ -3,13 +3,13 @@
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
 use iga_core::SplineError;
-use iga_core::bernstein::apply;
+use iga_core::elasticity::recovery::RecoveryWorkspace;
 use iga_core::elasticity::{Material, Model};
-use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::patch::PointBasis;
-use iga_core::recovery::RecoveryWorkspace;
 use iga_core::space::Space;
+use iga_core::splines::bernstein::apply;
+use iga_core::splines::knots::KnotVector;
 
 use rayon::prelude::*;
 

@@ -7,8 +7,8 @@ use fe_mesh::kind::{ElementKind, Form};
 use fe_mesh::raw::{Elements, FaceSource, RawMesh};
 use fe_mesh::rules::MassRule;
 use fe_mesh::{Mesh, MeshSpace};
+use iga_core::elasticity::mass_properties::MassProperties;
 use iga_core::elasticity::{Material, Model};
-use iga_core::mass_properties::MassProperties;
 
 /// Steel.
 pub fn steel() -> Material {

@@ -18,7 +18,7 @@ use ffr_dynamics::reduction::modal::ReducedBasis;
 use ffr_dynamics::reduction::problem::ElasticProblem;
 use ffr_dynamics::reduction::static_answers::{TakenLoads, with_static_answers};
 use iga_core::ParameterBox;
-use iga_core::assembly::{assemble, unknowns};
+use iga_core::elasticity::assembly::{assemble, unknowns};
 use iga_core::elasticity::{Material, MaterialField, Model};
 use iga_core::extent::{Extent, ExtentPoint};
 use iga_core::hierarchical::{HierarchicalSpace, Prolongation};

@@ -137,10 +137,10 @@ mod tests {
     use super::*;
     use crate::surface_pair::target::TargetFace;
     use ffr_dynamics::body::RigidMotion;
-    use iga_core::knots::KnotVector;
+    use iga_core::nurbs::Face;
     use iga_core::nurbs::{FaceId, Patch};
     use iga_core::space::PatchSpace;
-    use iga_core::surface::Face;
+    use iga_core::splines::knots::KnotVector;
 
     /// Slope of the tops on both sides of the valley.
     const SLOPE: f64 = 0.1;

@@ -115,10 +115,10 @@ mod tests {
     use super::*;
     use crate::surface_pair::target::{TargetFace, TargetSurface};
     use ffr_dynamics::body::RigidMotion;
-    use iga_core::knots::KnotVector;
+    use iga_core::nurbs::Face;
     use iga_core::nurbs::{FaceId, Patch};
     use iga_core::space::PatchSpace;
-    use iga_core::surface::Face;
+    use iga_core::splines::knots::KnotVector;
 
     /// All six faces of a cube of unit length.
     fn cube() -> TargetSurface {

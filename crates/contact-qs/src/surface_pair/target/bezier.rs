@@ -1,9 +1,9 @@
 //! Bernstein polynomials of one element of a target, and the fit of functions to them.
 //!
-//! [`iga_core::bernstein`] has the same to round-off. Projections and the deformation of the zone are iterated to a tolerance of 1e-8,
+//! [`iga_core::splines::bernstein`] has the same to round-off. Projections and the deformation of the zone are iterated to a tolerance of 1e-8,
 //! so that other round-off here moves results (docs/decisions/0024-searches-for-closest-points.md).
 
-use iga_core::knots::MAX_DEGREE;
+use iga_core::splines::knots::MAX_DEGREE;
 use nalgebra::DMatrix;
 
 /// Longest list of Bernstein polynomials per direction.

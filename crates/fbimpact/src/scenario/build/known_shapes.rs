@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use iga_core::SplineError;
 use iga_core::elasticity::Model;
-use iga_core::mass_properties::MassProperties;
+use iga_core::elasticity::mass_properties::MassProperties;
 use iga_core::nurbs::Shape;
 
 /// Shapes with their integrals, by the hash of their control points.

@@ -3,20 +3,20 @@
 
 use std::collections::HashMap;
 
-use super::basis::HierarchicalBasis;
-use super::neighbours::Neighbours;
-use super::ties::PatchTies;
-use super::two_scale::TwoScale;
 use crate::SplineError;
+use crate::hierarchical::basis::HierarchicalBasis;
+use crate::hierarchical::neighbours::Neighbours;
+use crate::hierarchical::ties::PatchTies;
+use crate::hierarchical::two_scale::TwoScale;
 use crate::nurbs::Patch;
 
 /// One patch of a space.
 #[derive(Debug, Clone)]
 pub(super) struct Part {
     /// Active functions and regions, before tying.
-    pub(super) basis: HierarchicalBasis,
+    pub(in crate::hierarchical) basis: HierarchicalBasis,
     /// Seams and collapsed edges.
-    pub(super) ties: PatchTies,
+    pub(in crate::hierarchical) ties: PatchTies,
     /// Number of its first active function among those of all patches.
     pub(super) first_active: u32,
     /// Number of its first element.
@@ -25,7 +25,7 @@ pub(super) struct Part {
 
 impl Part {
     /// The parts of a space, in the order of its patches.
-    pub(super) fn all(bases: Vec<HierarchicalBasis>, ties: &[PatchTies]) -> Vec<Self> {
+    pub(in crate::hierarchical) fn all(bases: Vec<HierarchicalBasis>, ties: &[PatchTies]) -> Vec<Self> {
         let (mut parts, mut first_active, mut first_element) = (Vec::new(), 0, 0);
         for (basis, ties) in bases.into_iter().zip(ties) {
             let (n_functions, n_leaves) = (basis.n_functions() as u32, basis.hierarchy().n_leaves());
@@ -40,13 +40,13 @@ impl Part {
 #[derive(Debug, Clone)]
 pub(super) struct Numbering {
     /// Function of the space for every active function.
-    pub(super) functions: Vec<u32>,
+    pub(in crate::hierarchical) functions: Vec<u32>,
     /// Weight of every active function.
-    pub(super) weights: Vec<f64>,
+    pub(in crate::hierarchical) weights: Vec<f64>,
     /// First active function of every function of the space.
     pub(super) representatives: Vec<u32>,
     /// Control point of every function of the space \[m\].
-    pub(super) control_points: Vec<[f64; 3]>,
+    pub(in crate::hierarchical) control_points: Vec<[f64; 3]>,
 }
 
 impl Numbering {
@@ -145,10 +145,10 @@ fn net_of_active(patch: &Patch, basis: &HierarchicalBasis) -> Result<(Vec<[f64; 
             patch.knots().iter().zip(level.knots()).map(|(c, f)| TwoScale::between(c, f)).collect();
         let (relations, own) = (relations?, level.net_size());
         for &flat in basis.active_on_level(l) {
-            let index = crate::tensor::multi_index(&own, flat);
+            let index = crate::splines::tensor::multi_index(&own, flat);
             let mut sum = [0.0; 4];
             for_each_coarse(&relations, &index, |coarse, share| {
-                let a = crate::tensor::flat_index(&sizes, &coarse[..sizes.len()]);
+                let a = crate::splines::tensor::flat_index(&sizes, &coarse[..sizes.len()]);
                 let (w, x) = (share * patch.weights()[a], patch.control_points()[a]);
                 for (s, v) in sum.iter_mut().zip([w * x[0], w * x[1], w * x[2], w]) {
                     *s += v;

@@ -8,7 +8,7 @@
 
 use crate::SplineError;
 use crate::elasticity::Model;
-use crate::mapping::PointMap;
+use crate::elasticity::mapping::PointMap;
 use crate::nurbs::patch::PointBasis;
 use crate::nurbs::{Patch, Shape};
 use crate::quadrature::{GaussRule, MAX_GAUSS};

@@ -1,8 +1,8 @@
 //! Directions of patches that shared faces turn into one another: what divides one of them divides
 //! all (theory section S.3).
 
-use super::Patch;
-use super::interface::{COINCIDENT, FaceId, FaceNet, coinciding_pairs};
+use super::{COINCIDENT, FaceId, FaceNet, coinciding_pairs};
+use crate::nurbs::Patch;
 
 /// A direction of a patch as one of several that are divided together.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
-use super::domain::Leaf;
 use super::numbering::{Numbering, Part};
-use super::truncation::{ElementOperator, OperatorBuilder, Truncation};
+use crate::hierarchical::domain::Leaf;
+use crate::hierarchical::truncation::{ElementOperator, OperatorBuilder, Truncation};
 use crate::space::Rows;
 
 /// Elements that one task works on; the result does not depend on it.

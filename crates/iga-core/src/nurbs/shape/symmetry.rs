@@ -2,7 +2,7 @@
 //! changing the body. An ellipsoid is a stretched ball: what turns the ball leaves it as it is too,
 //! as a linear map that keeps volumes, not lengths (theory Eq. A.16).
 
-use super::jet::{cross, dot, norm};
+use crate::nurbs::jet::{cross, dot, norm};
 
 /// Angle between a point and the nearest regular direction up to which the parametrisation serves
 /// as it is: singular lines are 45° away from these directions.

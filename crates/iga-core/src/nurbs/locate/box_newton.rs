@@ -6,7 +6,7 @@
 
 use std::array::from_fn;
 
-use super::jet::{difference, dot, norm};
+use crate::nurbs::jet::{difference, dot, norm};
 
 /// Objective at a point, with derivatives.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,6 +1,6 @@
 //! Lengths of a shape along its parameters.
 
-use super::{Patch, Shape};
+use crate::nurbs::{Patch, Shape};
 
 /// Places across a patch, per direction, at which parameter lines are measured; both ends are among
 /// them, for on singular nets the longest lines lie on the surface.

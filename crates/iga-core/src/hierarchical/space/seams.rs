@@ -1,10 +1,10 @@
 //! Check that the functions agree on both sides of seams and shared faces and around collapsed
 //! edges (theory sections H.5, H.8).
 
-use super::neighbours::SharedFace;
-use super::space::HierarchicalSpace;
-use super::ties::CollapsedSet;
+use super::HierarchicalSpace;
 use crate::SplineError;
+use crate::hierarchical::neighbours::SharedFace;
+use crate::hierarchical::ties::CollapsedSet;
 use crate::nurbs::patch::PointBasis;
 use crate::space::{Space, SplineSpace};
 

@@ -2,8 +2,8 @@
 
 use crate::SplineError;
 use crate::elasticity::kinematics::PointState;
+use crate::elasticity::mapping::PointMap;
 use crate::elasticity::{Material, Model};
-use crate::mapping::PointMap;
 use crate::space::{GridBasis, Space};
 
 /// Step towards the middle of the element, in parts of its size, by which a point on a singular

@@ -1,6 +1,6 @@
 //! B-spline basis functions and their derivatives in one direction (theory Eq. S.1, S.2).
 
-use crate::knots::{KnotVector, MAX_DEGREE};
+use crate::splines::knots::{KnotVector, MAX_DEGREE};
 
 const W: usize = MAX_DEGREE + 1;
 

@@ -4,7 +4,7 @@
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 
-use crate::knots::MAX_DEGREE;
+use crate::splines::knots::MAX_DEGREE;
 
 /// Longest list of Bernstein polynomials of one degree.
 pub const MAX_ORDER: usize = MAX_DEGREE + 1;

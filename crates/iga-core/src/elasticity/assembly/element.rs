@@ -4,8 +4,8 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 
 use crate::SplineError;
+use crate::elasticity::mapping::PointMap;
 use crate::elasticity::{Material, Model};
-use crate::mapping::PointMap;
 use crate::space::{GridBasis, Integrand, Space};
 
 /// Columns of a Gram product that are computed at once; rows above such a block are left out.

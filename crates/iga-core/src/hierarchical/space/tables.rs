@@ -1,8 +1,8 @@
 //! B-splines of an element of a level at a point, as products of one table for each direction.
 
-use crate::bspline::basis_derivatives;
-use crate::knots::{KnotVector, MAX_DEGREE};
 use crate::nurbs::patch::{PointBasis, SECOND_DERIVATIVES};
+use crate::splines::basis::basis_derivatives;
+use crate::splines::knots::{KnotVector, MAX_DEGREE};
 
 const ROW: usize = 3 * (MAX_DEGREE + 1);
 

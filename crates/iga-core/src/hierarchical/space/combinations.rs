@@ -3,16 +3,16 @@
 
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 
-use super::IndexBox;
-use super::domain::{Leaf, Level};
 use super::tables::{evaluate_level, scale};
-use crate::knots::KnotVector;
+use crate::hierarchical::IndexBox;
+use crate::hierarchical::domain::{Leaf, Level};
 use crate::nurbs::patch::{PointBasis, make_rational};
 use crate::space::{
     Combination, Element, GridBasis, Integrand, LocalWeights, Rows, Space, SplineSpace, evaluate_tensor,
     tabulate_box,
 };
-use crate::tensor;
+use crate::splines::knots::KnotVector;
+use crate::splines::tensor;
 
 /// Elements of one level of a patch with its B-splines: `Q_m = v_m N_m / W`.
 struct LevelSpace<'a> {
