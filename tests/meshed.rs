@@ -158,7 +158,7 @@ fn frequencies_of_a_bar_converge_with_the_fourth_power_of_the_element() {
 }
 
 /// The mesh with nodes in one place made one.
-fn merged(mut raw: fe_mesh::raw::RawMesh) -> fe_mesh::raw::RawMesh {
+fn merged(mut raw: fe_mesh::mesh::raw::RawMesh) -> fe_mesh::mesh::raw::RawMesh {
     let mut places = std::collections::HashMap::new();
     let key = |p: &[f64; 3]| p.map(|x| (1e6 * x).round() as i64);
     let first: Vec<u32> =

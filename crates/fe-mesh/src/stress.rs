@@ -8,8 +8,8 @@ use iga_core::elasticity::recovery::RecoveryWorkspace;
 use iga_core::elasticity::{MaterialField, Model};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::kind::ElementKind;
-use crate::shape::Functions;
+use crate::element::kind::ElementKind;
+use crate::element::shape::Functions;
 use crate::space::MeshSpace;
 
 impl MeshSpace {

@@ -5,8 +5,8 @@ use std::path::Path;
 use crate::blocks::steel;
 use faer::sparse::SparseColMat;
 use fe_mesh::MeshSpace;
+use fe_mesh::element::rules::MassRule;
 use fe_mesh::read::read;
-use fe_mesh::rules::MassRule;
 use iga_core::elasticity::Model;
 use iga_core::elasticity::assembly::assemble;
 

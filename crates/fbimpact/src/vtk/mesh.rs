@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use fe_mesh::rules::MassRule;
+use fe_mesh::element::rules::MassRule;
 use fe_mesh::{ElementKind, Mesh, MeshSpace};
 use ffr_dynamics::body::RigidMotion;
 use iga_core::SplineError;

@@ -3,9 +3,9 @@
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-use fe_mesh::kind::{ElementKind, Form};
-use fe_mesh::raw::{Elements, FaceSource, RawMesh};
-use fe_mesh::rules::MassRule;
+use fe_mesh::element::kind::{ElementKind, Form};
+use fe_mesh::element::rules::MassRule;
+use fe_mesh::mesh::raw::{Elements, FaceSource, RawMesh};
 use fe_mesh::{Mesh, MeshSpace};
 use iga_core::elasticity::mass_properties::MassProperties;
 use iga_core::elasticity::{Material, Model};

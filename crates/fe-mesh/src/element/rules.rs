@@ -31,7 +31,7 @@
 //! ([`MassRule::AsStiffness`]). The order is the same, but the matrix of a mesh of few elements is
 //! singular: 4 points per tetrahedron do not determine ten functions.
 
-use crate::kind::{ElementKind, SideKind};
+use crate::element::kind::{ElementKind, SideKind};
 
 /// A point with its weight.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -228,7 +228,7 @@ fn square(n: usize) -> Vec<RulePoint<2>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::kind::Form;
+    use crate::element::kind::Form;
 
     fn factorial(n: usize) -> f64 {
         (1..=n).map(|k| k as f64).product()

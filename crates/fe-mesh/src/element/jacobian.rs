@@ -1,7 +1,7 @@
 //! The map of an element from its parameters to space.
 
-use crate::kind::ElementKind;
-use crate::shape::Functions;
+use crate::element::kind::ElementKind;
+use crate::element::shape::Functions;
 
 /// Position of the point with the function values `values`.
 pub fn position(values: &[f64], places: &[[f64; 3]]) -> [f64; 3] {

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
 use crate::fault::MeshFault;
-use crate::raw::{Elements, NO_NODE};
+use crate::mesh::raw::{Elements, NO_NODE};
 
 /// A side of an element.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -1,9 +1,9 @@
 //! Checks of a mesh: what makes no body is an error, what is doubtful a note.
 
+use crate::element::jacobian::{PointOf, minus, norm};
+use crate::element::kind::ElementKind;
 use crate::fault::MeshFault;
-use crate::jacobian::{PointOf, minus, norm};
-use crate::kind::ElementKind;
-use crate::raw::{Elements, NO_NODE};
+use crate::mesh::raw::{Elements, NO_NODE};
 
 /// Numbers that a note lists.
 const LISTED: usize = 5;

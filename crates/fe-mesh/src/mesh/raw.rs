@@ -1,6 +1,6 @@
 //! A mesh as a file has it: numbers of the file resolved, nothing checked.
 
-use crate::kind::ElementKind;
+use crate::element::kind::ElementKind;
 
 /// Solid elements, one after the other.
 #[derive(Debug, Clone, PartialEq, Default)]

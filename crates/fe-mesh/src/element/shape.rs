@@ -12,7 +12,7 @@
 //! have a limit at the apex for each direction from which it is approached; there they are those
 //! along the axis.
 
-use crate::kind::{ElementKind, SideKind};
+use crate::element::kind::{ElementKind, SideKind};
 
 /// Values and derivatives of the functions of an element at one point, by node.
 #[derive(Debug, Clone, Default, PartialEq)]

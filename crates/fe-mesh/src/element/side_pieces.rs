@@ -5,8 +5,8 @@
 //! unit square to such a piece, functions of degree `p` in the parameters of the side have the
 //! degree `p` in each direction of the square, so that nothing is lost.
 
-use crate::kind::SideKind;
-use crate::shape::Functions;
+use crate::element::kind::SideKind;
+use crate::element::shape::Functions;
 
 /// A quadrilateral of a side: the unit square under a bilinear map.
 #[derive(Debug, Clone, Copy, PartialEq)]
