@@ -6,6 +6,7 @@ use std::path::Path;
 use adaptive::store::ModelCache;
 use fbimpact::replay::states::States;
 use fbimpact::{body_file, scenario, simulate};
+use result_files::collect;
 use result_files::compare::{Rules, compare};
 use result_files::expression::evaluate::evaluate;
 use result_files::expression::parse::parse;
@@ -15,7 +16,7 @@ use result_files::plot::figures::Kind;
 use result_files::plot::render;
 use result_files::plot::theme::Page;
 use result_files::stored::Stored;
-use result_files::{collect, summary, thin};
+use result_files::stored::{summary, thin};
 
 /// A source of choices.
 pub struct Bytes<'a>(&'a [u8]);

@@ -38,9 +38,9 @@ use std::io::Write;
 use std::path::Path;
 
 use indicatif::ProgressBar;
-use result_files::file_fault::FileFault;
-use result_files::shown_text::shown;
-use result_files::whole_file;
+use result_files::file::fault::FileFault;
+use result_files::file::whole_file;
+use result_files::words::shown::shown;
 
 use crate::error::{AppError, CommandFault};
 use crate::scenario::Scenario;

@@ -7,9 +7,9 @@ use std::process::ExitCode;
 use adaptive::AdaptiveError;
 use result_files::error::ResultError;
 use result_files::expression::fault::ExpressionFault;
-use result_files::file_fault::{Access, FileError, FileFault};
-use result_files::percent::percent;
+use result_files::file::fault::{Access, FileError, FileFault};
 use result_files::toml_text::fault::Faults;
+use result_files::words::percent::percent;
 
 use crate::scenario::OverrideFault;
 use crate::scenario::body_places::PlaceError;

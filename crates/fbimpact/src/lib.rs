@@ -36,7 +36,7 @@ use error::AppError;
 /// Parses the command line, does what it says and returns the exit code. Never ends the process
 /// itself: HDF5 files must be closed first.
 pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    result_files::hdf5_integrity::forbid();
+    result_files::file::hdf5_integrity::forbid();
     let matches = cli::tree::command().try_get_matches_from(arguments);
     let cli = match matches.and_then(|mut found| Cli::from_arg_matches_mut(&mut found)) {
         Ok(cli) => cli,
@@ -145,5 +145,6 @@ fn report(error: &AppError) {
         matches!(error, AppError::Scenario(_) | AppError::Differs { .. } | AppError::Unconverged { .. });
     let prefix = if is_plain { "" } else { "error: " };
     // Nothing can be done when standard error is closed.
-    let _ = writeln!(std::io::stderr(), "{prefix}{}", result_files::shown_text::message(&error.to_string()));
+    let _ =
+        writeln!(std::io::stderr(), "{prefix}{}", result_files::words::shown::message(&error.to_string()));
 }

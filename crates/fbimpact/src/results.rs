@@ -1,6 +1,6 @@
 //! The result file as a run writes it; what a finished one holds is known to `result-files`.
 //!
-//! Layout: `docs/results.md`. [`Recorder`] writes while a run goes on, [`result_files::summary`]
+//! Layout: `docs/results.md`. [`Recorder`] writes while a run goes on, [`result_files::stored::summary`]
 //! reads a finished file.
 //!
 //! What stands between a run and the weak points of HDF5, and the test that fails without it:

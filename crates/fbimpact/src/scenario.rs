@@ -28,8 +28,8 @@ use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
-use result_files::file_fault::Access;
-use result_files::plain_file;
+use result_files::file::fault::Access;
+use result_files::file::plain_file;
 use result_files::toml_text::document::{self, Origin, SourceText, Value};
 use sha2::{Digest, Sha256};
 

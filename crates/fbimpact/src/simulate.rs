@@ -13,7 +13,7 @@ use adaptive::state::observer::{Observer, Stage};
 use adaptive::store::ModelCache;
 use adaptive::system::body::BodyModel;
 use ffr_dynamics::system::SystemModes;
-use result_files::chosen_sizes;
+use result_files::stored::chosen_sizes;
 
 use crate::error::AppError;
 use crate::one_body;

@@ -12,7 +12,7 @@ use adaptive::sizing::mode_count::WITHOUT_FORCES;
 use adaptive::sizing::{ChosenSizes, SizeRequest, choose};
 use adaptive::spec::{Accuracy, BodySpec, ImportedSpec, RefinementSpec};
 use adaptive::store::ModelCache;
-use result_files::chosen_sizes::MARK;
+use result_files::stored::chosen_sizes::MARK;
 
 use crate::error::AppError;
 use crate::scenario::Scenario;
@@ -98,7 +98,7 @@ fn insert(text: &mut String, header: &str, line: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use result_files::chosen_sizes::{Note, notes};
+    use result_files::stored::chosen_sizes::{Note, notes};
 
     #[test]
     fn chosen_lines_go_to_their_table_and_are_found_again() {

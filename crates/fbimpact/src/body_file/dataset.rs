@@ -5,7 +5,7 @@ use hdf5::types::{TypeDescriptor, VarLenAscii, VarLenUnicode};
 use hdf5::{Dataset, Group, H5Type, Location};
 use nalgebra::Vector3;
 use ndarray::ArrayD;
-use result_files::hdf5_integrity;
+use result_files::file::hdf5_integrity;
 
 use super::fault::BodyFault;
 

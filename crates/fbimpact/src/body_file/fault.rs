@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use ffr_dynamics::DynamicsError;
-use result_files::error_text;
-use result_files::file_fault::FileFault;
-use result_files::hdf5_integrity::OpenFault;
+use result_files::file::error_text;
+use result_files::file::fault::FileFault;
+use result_files::file::hdf5_integrity::OpenFault;
 use thiserror::Error;
 
 use crate::error::AppError;

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use ffr_dynamics::body::RigidMotion;
-use result_files::hdf5_integrity;
+use result_files::file::hdf5_integrity;
 
 use super::dataset::Node;
 use super::fault::{BodyFault, BodyFileError};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::interchange::{FullBody, ReducedModel};
-use result_files::whole_file;
+use result_files::file::whole_file;
 
 use super::dataset::Node;
 use super::fault::{BodyFault, BodyFileError};

@@ -1,6 +1,6 @@
 //! `fbimpact cache`: what is in the folder of models, and removing it.
 
-use result_files::file_fault::Access;
+use result_files::file::fault::Access;
 
 use crate::cache::{Contents, Folder};
 use crate::cli::CacheAction;

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use result_files::collect::{Run, Table, csv, find, gather, hdf5};
 use result_files::expression::named::NamedExpression;
-use result_files::file_fault::Access;
-use result_files::{error_text, whole_file};
+use result_files::file::fault::Access;
+use result_files::file::{error_text, whole_file};
 
 use super::check_folder;
 use crate::error::{AppError, CommandFault};

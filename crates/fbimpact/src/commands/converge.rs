@@ -7,8 +7,8 @@ use result_files::converge::outcome::Outcome;
 use result_files::converge::report::{self, Study};
 use result_files::converge::variant::{Parameter, Variant};
 use result_files::converge::verdict::{Compared, Variants, dominant, judge, significant};
-use result_files::file_fault::Access;
-use result_files::whole_file;
+use result_files::file::fault::Access;
+use result_files::file::whole_file;
 
 use super::stop::Stop;
 use super::{print, threads};

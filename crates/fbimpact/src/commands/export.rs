@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use result_files::file_fault::{Access, FileFault};
-use result_files::whole_file;
+use result_files::file::fault::{Access, FileFault};
+use result_files::file::whole_file;
 
 use super::{check_folder, print, threads};
 use crate::cache;

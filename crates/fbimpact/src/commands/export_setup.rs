@@ -1,8 +1,8 @@
 //! `fbimpact export SCENARIO.toml`: what a scenario describes, before any run, for ParaView.
 
 use adaptive::model::Arrangement;
-use result_files::file_fault::Access;
-use result_files::whole_file;
+use result_files::file::fault::Access;
+use result_files::file::whole_file;
 
 use super::export::{folder_of, write_grid, write_script};
 use super::{check_distinct, threads};

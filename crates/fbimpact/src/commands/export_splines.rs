@@ -1,8 +1,8 @@
 //! `fbimpact export-body --nurbs`: the exact shape of a body as splines for another program.
 
 use iga_core::files::{write_gismo, write_mfem};
-use result_files::file_fault::Access;
-use result_files::whole_file;
+use result_files::file::fault::Access;
+use result_files::file::whole_file;
 
 use super::{BodyExport, body_index, check_distinct, check_folder, no_full_model, print};
 use crate::cli::SplineFormat;

@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use result_files::file_fault::{Access, FileFault};
-use result_files::plain_file;
+use result_files::file::fault::{Access, FileFault};
+use result_files::file::plain_file;
 
 use super::{check_folder, print, threads};
 use crate::body_file;

@@ -3,11 +3,11 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use result_files::reactions::PeakReaction;
-use result_files::shown_text::short;
-use result_files::summary::{self, Summary};
+use result_files::stored::reactions::PeakReaction;
+use result_files::stored::summary::{self, Summary};
 use result_files::tables::{ImpactRow, PhaseRow, TrialRow};
-use result_files::text::{Shown, heading, table, with_unit};
+use result_files::words::shown::short;
+use result_files::words::table::{Shown, heading, table, with_unit};
 
 use super::{print, ratio};
 use crate::error::AppError;

@@ -6,7 +6,7 @@ use std::path::Path;
 use adaptive::model::start_poses;
 use adaptive::sizing::mesh_touch::{GROWTH, MeshTouch, touches, usual_length};
 use adaptive::touch::first::FirstTouches;
-use result_files::file_fault::Access;
+use result_files::file::fault::Access;
 
 use super::{body_index, check_distinct, check_folder, print};
 use crate::error::{AppError, CommandFault};

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use result_files::file_fault::Access;
-use result_files::whole_file;
+use result_files::file::fault::Access;
+use result_files::file::whole_file;
 
 use crate::cli::Template;
 use crate::error::{AppError, CommandFault};

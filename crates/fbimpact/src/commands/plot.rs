@@ -4,15 +4,16 @@ use std::path::{Path, PathBuf};
 
 use adaptive::adaptivity::interval::least_utilisation;
 use result_files::error::ResultError;
-use result_files::file_fault::{Access, FileFault};
+use result_files::file::fault::{Access, FileFault};
+use result_files::file::whole_file;
 use result_files::plot::data::ResultData;
+use result_files::plot::drawing::{pdf, raster};
 use result_files::plot::figure::Figure;
 use result_files::plot::figures::Kind;
 use result_files::plot::labels::{LONGEST, Labels, by_values};
 use result_files::plot::theme::{Page, STYLES};
-use result_files::plot::{PlotError, pdf, raster, render};
-use result_files::scenario_values::Values;
-use result_files::whole_file;
+use result_files::plot::{PlotError, render};
+use result_files::stored::scenario_values::Values;
 
 use super::print;
 use crate::cli::PlotArguments;

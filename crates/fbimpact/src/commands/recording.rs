@@ -11,7 +11,7 @@ use adaptive::record::{
 use adaptive::state::RunState;
 use adaptive::state::observer::{Continue, Observer, Stage};
 use indicatif::ProgressBar;
-use result_files::file_fault::FileFault;
+use result_files::file::fault::FileFault;
 
 use super::stop::{Held, Stop};
 use crate::error::AppError;

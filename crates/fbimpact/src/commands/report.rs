@@ -4,10 +4,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use result_files::error::ResultError;
-use result_files::file_fault::{Access, FileFault};
-use result_files::open::{open, scenario_text};
-use result_files::summary::{self, Summary};
-use result_files::whole_file;
+use result_files::file::fault::{Access, FileFault};
+use result_files::file::whole_file;
+use result_files::stored::open::{open, scenario_text};
+use result_files::stored::summary::{self, Summary};
 use serde_json::Value;
 
 use super::plot::labelled;

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use indicatif::ProgressBar;
-use result_files::file_fault::FileFault;
-use result_files::open::{attribute, open};
+use result_files::file::fault::FileFault;
+use result_files::stored::open::{attribute, open};
 
 use super::begin::begin;
 use super::recording::finish;

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use clap::CommandFactory;
-use result_files::file_fault::{Access, FileFault};
-use result_files::whole_file;
+use result_files::file::fault::{Access, FileFault};
+use result_files::file::whole_file;
 
 use super::{check_folder, completion_files, manual, print};
 use crate::cli::Cli;

@@ -10,7 +10,7 @@ use std::thread::Thread;
 use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
-use result_files::file_fault::FileFault;
+use result_files::file::fault::FileFault;
 
 use super::signals::{self, Request};
 use crate::allocation;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use result_files::stored::Stored;
-use result_files::thin as copy;
+use result_files::stored::thin as copy;
 
 use crate::error::{AppError, CommandFault};
 use crate::results::{OutputFile, Status};

@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use ffr_dynamics::system::force::BodyState;
 use hdf5::{File, Group, Result};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
-use result_files::file_fault::FileFault;
-use result_files::hdf5_integrity;
-use result_files::open::{open, scenario_text};
-use result_files::pressure_series::PressureSeries;
+use result_files::file::fault::FileFault;
+use result_files::file::hdf5_integrity;
+use result_files::stored::open::{open, scenario_text};
+use result_files::stored::pressure_series::PressureSeries;
 use result_files::tables::{ImpactRow, PhaseRow, TransferRow};
 
 use super::zones::Span;

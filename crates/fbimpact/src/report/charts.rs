@@ -2,14 +2,14 @@
 
 use std::collections::HashMap;
 
-use result_files::file_fault::FileFault;
-use result_files::plot::axis::Scale;
+use result_files::file::fault::FileFault;
+use result_files::plot::curve::thin::thinned;
 use result_files::plot::data::ResultData;
 use result_files::plot::figure::{Entry, Figure, Panel, Shade, Sign};
 use result_files::plot::figures::Kind;
 use result_files::plot::render;
+use result_files::plot::render::axis::Scale;
 use result_files::plot::theme::{Page, style};
-use result_files::plot::thin::thinned;
 use serde_json::{Value, json};
 
 use super::encode::{Array, Blob};

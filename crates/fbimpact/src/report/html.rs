@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use result_files::shown_text::shown;
+use result_files::words::shown::shown;
 use serde_json::{Map, Value};
 
 /// `text` as it stands between tags and in attributes: nothing in it is obeyed.

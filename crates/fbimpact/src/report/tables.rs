@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use result_files::summary::Summary;
+use result_files::stored::summary::Summary;
 use result_files::tables::{ImpactRow, PhaseRow, TableRow, TrialRow};
 use serde_json::{Map, Value, json};
 
@@ -246,7 +246,7 @@ fn reactions(told: &Told<'_>, out: &mut String) {
         column(&moment, "largest moment at a stored state", "peak_moment"),
         column("at [s]", "when", "peak_moment_time"),
     ];
-    let row = |r: &result_files::reactions::PeakReaction| {
+    let row = |r: &result_files::stored::reactions::PeakReaction| {
         let mut row = map(&r.json());
         row.insert("joint".into(), r.joint.clone().into());
         row

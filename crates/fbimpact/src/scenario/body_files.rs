@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use result_files::plain_file;
+use result_files::file::plain_file;
 use result_files::toml_text::document::{Origin, SourceText, Value, parse_json, parse_toml};
 use sha2::{Digest, Sha256};
 

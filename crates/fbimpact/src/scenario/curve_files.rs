@@ -4,7 +4,7 @@
 use std::io::Read;
 use std::path::Path;
 
-use result_files::plain_file;
+use result_files::file::plain_file;
 
 use super::check::Checker;
 use super::section::{Checked, Item, Section};
@@ -75,7 +75,7 @@ impl Fault {
 
 fn text(path: &Path) -> Result<String, Fault> {
     let fail = |e: std::io::Error| {
-        Fault::of_file(format_args!(" cannot be read: {}", result_files::error_text::of_io(&e)))
+        Fault::of_file(format_args!(" cannot be read: {}", result_files::file::error_text::of_io(&e)))
     };
     let file = plain_file::open(path).map_err(fail)?;
     let mut bytes = Vec::new();

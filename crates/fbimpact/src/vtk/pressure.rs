@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
 use ffr_dynamics::body::RigidMotion;
-use result_files::pressure_series::PressureSeries;
+use result_files::stored::pressure_series::PressureSeries;
 
 use super::assemble::{View, placed};
 use super::bodies::{Bodies, Drawn};

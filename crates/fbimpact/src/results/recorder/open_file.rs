@@ -9,8 +9,8 @@ use hdf5::plist::file_access::{
 };
 use hdf5::types::VarLenUnicode;
 use result_files::dataset::{Table, describe, text_attribute, unicode, write_text};
-use result_files::file_fault::{Access, FileFault};
-use result_files::open::{FORMAT, FORMAT_VERSION};
+use result_files::file::fault::{Access, FileFault};
+use result_files::stored::open::{FORMAT, FORMAT_VERSION};
 use result_files::tables::{self, ImpactRow, PhaseRow, TransferRow, TrialRow};
 
 use super::super::columns::{Column, Stage, TIMINGS};

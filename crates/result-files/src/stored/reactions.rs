@@ -3,7 +3,7 @@
 use hdf5::{File, Result};
 use serde_json::{Value, json};
 
-use crate::hdf5_integrity;
+use crate::file::hdf5_integrity;
 
 /// Largest force and moment that a joint transmitted at a stored instant.
 #[derive(Debug, Clone, Default, PartialEq)]

@@ -6,8 +6,8 @@ use std::fmt;
 use std::io;
 use std::path::PathBuf;
 
-use crate::error_text::{of_hdf5, of_io};
-use crate::hdf5_integrity::OpenFault;
+use crate::file::error_text::{of_hdf5, of_io};
+use crate::file::hdf5_integrity::OpenFault;
 
 /// A file, or folder, that cannot be read or written.
 #[derive(Debug, thiserror::Error)]

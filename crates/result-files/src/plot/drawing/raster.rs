@@ -2,9 +2,9 @@
 
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 
-use super::PlotError;
-use super::drawing::tree;
-use super::theme::PNG_SCALE;
+use super::tree;
+use crate::plot::PlotError;
+use crate::plot::theme::PNG_SCALE;
 
 /// The PNG of a drawing, on white.
 ///

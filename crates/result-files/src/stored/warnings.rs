@@ -5,7 +5,7 @@ use hdf5::types::VarLenUnicode;
 use hdf5::{File, Result};
 use serde_json::{Value, json};
 
-use crate::hdf5_integrity;
+use crate::file::hdf5_integrity;
 
 /// Lines of `/warnings`; none in files of earlier versions.
 ///

@@ -6,12 +6,12 @@ use plotters::element::{Circle, PathElement, Rectangle};
 use plotters::prelude::{Cartesian2d, Ranged};
 use plotters::style::Color;
 
-use super::PlotError;
 use super::axis::Scale;
 use super::colours::colour;
-use super::figure::Panel;
 use super::text::{Area, draw_error, text_style};
-use super::theme::{INK, TEXT, style, units};
+use crate::plot::PlotError;
+use crate::plot::figure::Panel;
+use crate::plot::theme::{INK, TEXT, style, units};
 
 /// Smallest radius \[px\].
 const SMALLEST: f64 = 1.6;

@@ -5,15 +5,15 @@ use std::path::Path;
 use hdf5::{File, H5Type, Result};
 use serde_json::{Value, json};
 
-use crate::chosen_sizes::{self, Note};
 use crate::error::ResultError;
-use crate::file_fault::FileFault;
-use crate::hdf5_integrity;
-use crate::open::{attribute, open, scenario_text};
-use crate::reactions::{self, PeakReaction};
-use crate::stages::STAGES;
+use crate::file::fault::FileFault;
+use crate::file::hdf5_integrity;
+use crate::stored::chosen_sizes::{self, Note};
+use crate::stored::open::{attribute, open, scenario_text};
+use crate::stored::reactions::{self, PeakReaction};
+use crate::stored::stages::STAGES;
+use crate::stored::warnings;
 use crate::tables::{ImpactRow, PhaseRow, TableRow, TransferRow, TrialRow};
-use crate::warnings;
 
 /// The gist of a result file.
 #[derive(Debug, Clone, PartialEq)]

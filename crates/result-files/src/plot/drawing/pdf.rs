@@ -7,8 +7,8 @@ use miniz_oxide::deflate::compress_to_vec_zlib;
 use resvg::tiny_skia::{PathSegment, Point, Transform};
 use resvg::usvg::{FillRule, Group, LineCap, LineJoin, Node, Opacity, Paint, Path, Stroke};
 
-use super::PlotError;
-use super::drawing::tree;
+use super::tree;
+use crate::plot::PlotError;
 
 /// Points of print a pixel of 1/96 inch.
 const POINTS: f32 = 0.75;

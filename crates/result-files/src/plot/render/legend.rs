@@ -3,10 +3,10 @@
 use plotters::element::{Circle, PathElement, Rectangle};
 use plotters::style::{Color, ShapeStyle};
 
-use super::PlotError;
-use super::figure::{Entry, Shade, Sign};
 use super::text::{Area, broken, draw_error, text_style};
-use super::theme::{FREE, GRID, IMPACT, INK, LIMIT, LINE, TEXT, style, units};
+use crate::plot::PlotError;
+use crate::plot::figure::{Entry, Shade, Sign};
+use crate::plot::theme::{FREE, GRID, IMPACT, INK, LIMIT, LINE, TEXT, style, units};
 
 /// Width of a sign \[px\].
 const SIGN: f64 = 30.0;

@@ -6,9 +6,9 @@ use hdf5::File;
 use hdf5::types::VarLenUnicode;
 
 use crate::error::ResultError;
-use crate::file_fault::Access;
-use crate::hdf5_integrity;
-use crate::plain_file;
+use crate::file::fault::Access;
+use crate::file::hdf5_integrity;
+use crate::file::plain_file;
 
 /// Value of the root attribute `format`.
 pub const FORMAT: &str = "fbimpact";

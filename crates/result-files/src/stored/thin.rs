@@ -8,10 +8,10 @@ use ndarray::ArrayD;
 
 use crate::dataset::{text_attribute, unicode, write_text};
 use crate::error::ResultError;
-use crate::file_fault::FileFault;
+use crate::file::fault::FileFault;
+use crate::file::whole_file;
 use crate::stored::{Entry, Kind, Stored};
 use crate::tables::{self, ImpactRow};
-use crate::whole_file;
 
 /// Root attributes that are copied.
 const ATTRIBUTES: [&str; 6] = ["format", "program_version", "created", "title", "status", "message"];

@@ -7,8 +7,8 @@ use plotters::coord::Shift;
 use plotters::drawing::{DrawingArea, DrawingAreaErrorKind};
 use plotters::style::{FontStyle, IntoFont, TextStyle, register_font};
 
-use super::PlotError;
-use super::theme::{FONT, FONT_DATA, INK, TEXT_FACTOR, units};
+use crate::plot::PlotError;
+use crate::plot::theme::{FONT, FONT_DATA, INK, TEXT_FACTOR, units};
 
 /// Whether the font could be read.
 pub static FONT_READY: LazyLock<bool> =

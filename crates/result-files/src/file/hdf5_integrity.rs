@@ -16,7 +16,7 @@ use std::path::Path;
 
 use hdf5::File;
 
-use crate::{error_text, plain_file};
+use crate::file::{error_text, plain_file};
 
 /// Opens `path` for reading without a lock, so that a run may still be writing it.
 ///

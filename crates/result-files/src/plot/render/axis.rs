@@ -2,9 +2,9 @@
 
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 
-use super::figure::Axis;
-use super::ticks::{self, Tick};
-use super::units::{exponent, prefixed};
+use crate::plot::figure::Axis;
+use crate::plot::ticks::units::{exponent, prefixed};
+use crate::plot::ticks::{self, Tick};
 
 /// Part of the largest value below which the range is shown relative to an offset.
 const SMALL_RANGE: f64 = 2e-3;

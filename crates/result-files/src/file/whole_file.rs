@@ -3,7 +3,7 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::file_fault::{Access, FileFault};
+use crate::file::fault::{Access, FileFault};
 
 /// What is wrong with an output that is no file.
 pub const DEVICE: &str = "is a device or pipe, name a file with -o";

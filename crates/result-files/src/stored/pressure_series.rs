@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use hdf5::{File, Result};
 
-use crate::hdf5_integrity;
+use crate::file::hdf5_integrity;
 
 /// Declaration of a dataset: name, unit, one sentence.
 type Declaration = (&'static str, &'static str, &'static str);

@@ -1,7 +1,7 @@
 //! Global heaps, where HDF5 keeps texts. HDF5 2.2 reads one whose free space has size zero for ever
 //! (`H5HG__cache_heap_deserialize` then stays where it is).
 
-use crate::plain_file;
+use crate::file::plain_file;
 use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
