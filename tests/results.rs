@@ -11,8 +11,8 @@ use adaptive::record::{
     TrialRecord,
 };
 use adaptive::state::observer::{Continue, Observer};
-use fbimpact::commands::recording::{Simulation, record};
-use fbimpact::commands::stop::Stop;
+use fbimpact::commands::run::recording::{Simulation, record};
+use fbimpact::commands::run::stop::Stop;
 use fbimpact::error::AppError;
 use fbimpact::results::{OutputFile, Recorder};
 use fbimpact::scenario::{self, Scenario};

@@ -15,16 +15,16 @@
 //! | `hdf5_integrity`: lengths of texts | the same | `damaged`: `text_longer_...` |
 //! | `hdf5_integrity::heaps` | reading never ends | `damaged`: `heap_of_texts_...` |
 
+pub mod stress;
+mod disk_space;
 mod series;
 pub mod pressure;
 pub mod columns;
-pub mod stress;
-mod file;
-mod disk_space;
 pub mod fault;
 pub mod rows;
 pub mod journal;
 mod recorder;
+mod file;
 pub mod reference;
 
 pub use file::{OutputFile, linked, part_path, restart_path};

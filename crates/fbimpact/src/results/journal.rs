@@ -18,7 +18,7 @@ use result_files::file::plain_file;
 use result_files::file::whole_file;
 use serde::{Deserialize, Serialize};
 
-use crate::provenance;
+use crate::process::provenance;
 use crate::scenario::Scenario;
 
 /// First bytes of the file; the last one is the version of the format.

@@ -21,7 +21,7 @@ use super::super::pressure::Pressures;
 use super::super::rows;
 use super::super::series::ROWS;
 use super::{Recorded, WARNINGS};
-use crate::provenance;
+use crate::process::provenance;
 use crate::scenario::Scenario;
 
 /// Handles of an open file.

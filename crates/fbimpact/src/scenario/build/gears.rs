@@ -4,8 +4,8 @@ use adaptive::spec::{GearSpec, JointSpec};
 use ffr_dynamics::system::model::gear::{GearJoint, check};
 
 use super::super::check::Checker;
+use super::super::keys::units;
 use super::super::section::Section;
-use super::super::units;
 
 /// The gears that are free of faults; `joints` are those of the tree.
 pub fn gears(checker: &mut Checker, root: &Section, joints: &[JointSpec]) -> Vec<GearSpec> {
