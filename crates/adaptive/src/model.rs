@@ -27,13 +27,13 @@ use crate::touch::first::FirstTouches;
 use crate::touch::overlap::check_undeformed;
 
 mod arrangement;
-mod contacts;
-mod cost;
 mod default_penalty;
-mod fine_modes;
 mod held_damping;
 mod plan;
+mod contacts;
+mod fine_modes;
 mod resolution;
+mod cost;
 mod stress;
 
 pub use crate::system::joints::coordinate_names;

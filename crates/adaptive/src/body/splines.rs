@@ -18,9 +18,9 @@ use crate::spec::{DiscretisationSpec, ElasticSpec, RefinementSpec};
 use crate::surface::SplineSurface;
 
 mod discretised;
-pub mod field_body;
-pub mod refined;
 pub mod rotated_net;
+pub mod refined;
+pub mod field_body;
 
 pub use crate::spec::body::rigid_motion;
 pub use discretised::Discretised;

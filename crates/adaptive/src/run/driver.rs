@@ -44,9 +44,9 @@ const WITHIN_A_STEP: f64 = 2.0;
 /// touches are located to a billionth of a step.
 const NEAR: f64 = 1e-9;
 
-mod checks;
 mod contact_slot;
 mod impact;
+mod checks;
 mod monitor;
 mod output;
 mod rest;

@@ -26,8 +26,8 @@ use crate::sizing::impact_time::rise::{TouchLine, Touching, length_along, line_t
 use crate::spec::{BodyKind, ContactLaw, ContactSpec, HertzSphere, Place, RunSpec, Target};
 use crate::surface::{self, SurfacePlace};
 use crate::touch::first::{FirstTouch, FirstTouches};
+use crate::touch::hertz::local_surface::{SurfaceView, plane_compliance};
 use crate::touch::hertz::{LocalSurface, across_line, inverse_effective_mass};
-use crate::touch::local_surface::{SurfaceView, plane_compliance};
 use crate::touch::sites::Sites;
 use crate::touch::tolerances::{FACING, SHORTEST_LINE};
 

@@ -39,15 +39,15 @@ use crate::body::zone::ContactZone;
 use crate::error::AdaptiveError;
 use crate::spec::{DivisionRule, ElasticSpec, FlexibleSpec, LowModes, PointRule};
 
-mod across;
-mod intervals;
 mod key;
 mod levels;
+mod across;
 mod measures;
+mod spread;
+mod intervals;
+mod spread_plan;
 mod plan;
 mod size;
-mod spread;
-mod spread_plan;
 
 pub use intervals::{FineInterval, IntervalPart};
 use intervals::{fine_intervals, finest_knots};

@@ -12,8 +12,8 @@ use nalgebra::Vector3;
 
 use crate::surface::{ALONG_LINE, Foot, StraightLine, Surface, SurfacePlace};
 use crate::touch::detection::Nearest;
-use crate::touch::local_surface::SurfaceView;
-use crate::touch::side::{Moved, Side, touch_direction};
+use crate::touch::hertz::local_surface::SurfaceView;
+use crate::touch::parts::side::{Moved, Side, touch_direction};
 use crate::touch::tolerances::{ACROSS_LINE, FLAT, SHORTEST_LINE};
 
 /// Halvings of a line in the search for the end of a body over it.
