@@ -10,7 +10,7 @@ use adaptive::body::reduced::Interface;
 use adaptive::body::reduced::geometric_stiffening;
 use adaptive::body::splines::ElasticBody;
 use adaptive::spec::{DampingSpec, DiscretisationSpec, ElasticSpec, Place, ReductionSpec};
-use fbimpact::body_file::{BodyFile, read, write_full, write_reduced};
+use fbimpact::interchange::body_file::{BodyFile, read, write_full, write_reduced};
 use ffr_dynamics::body::{ModalDamping, RigidMotion};
 use ffr_dynamics::interchange::{BodyFrame, FullBody, ReducedModel, ReducedParts};
 use hdf5::types::VarLenUnicode;

@@ -256,13 +256,17 @@ fn exported_bodies_can_be_read_again() {
         let arguments =
             [&["export-body", path.to_str().expect("UTF-8"), "--body", "ball", "-o", target], &set[..], more];
         let (code, out, err) = output(&arguments.concat());
-        let read = fbimpact::body_file::read(&file);
+        let read = fbimpact::interchange::body_file::read(&file);
         std::fs::remove_file(&file).ok();
         assert_eq!(code, 0, "{err}");
         assert!(out.contains("ball"), "{out}");
         match read.expect("a body file") {
-            fbimpact::body_file::BodyFile::Reduced(body) => assert!(i == 0 && !body.frequencies().is_empty()),
-            fbimpact::body_file::BodyFile::Full(body) => assert!(i == 1 && body.body().name == "ball"),
+            fbimpact::interchange::body_file::BodyFile::Reduced(body) => {
+                assert!(i == 0 && !body.frequencies().is_empty())
+            }
+            fbimpact::interchange::body_file::BodyFile::Full(body) => {
+                assert!(i == 1 && body.body().name == "ball")
+            }
         }
     }
 }
@@ -281,9 +285,9 @@ fn points_on_singular_lines_of_a_ball_are_exported() {
         let arguments = ["export-body", paths[0], "--body", "ball", "-o", paths[1]];
         let (code, _, err) = output(&[&arguments[..], more].concat());
         assert_eq!(code, 0, "{more:?}: {err}");
-        let points = match fbimpact::body_file::read(&file).expect("a body file") {
-            fbimpact::body_file::BodyFile::Reduced(body) => body.to_parts().points.len(),
-            fbimpact::body_file::BodyFile::Full(body) => body.points().len(),
+        let points = match fbimpact::interchange::body_file::read(&file).expect("a body file") {
+            fbimpact::interchange::body_file::BodyFile::Reduced(body) => body.to_parts().points.len(),
+            fbimpact::interchange::body_file::BodyFile::Full(body) => body.points().len(),
         };
         // Centre, top and bottom, and four around: "back" lies on a singular line.
         assert_eq!(points, 7, "{more:?}");

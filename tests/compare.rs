@@ -153,7 +153,7 @@ fn missing_and_changed_datasets_are_differences_and_extra_ones_are_named() {
             attribute.write_scalar(&unit).expect("written");
         })
     };
-    let n = result_files::summary::read(&a).expect("a result").n_samples;
+    let n = result_files::stored::summary::read(&a).expect("a result").n_samples;
     for (file, what) in [
         (replaced("narrow", n, 2), "linear: shape is "),
         (replaced("short", n - 1, 3), "linear: "),

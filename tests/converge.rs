@@ -214,7 +214,7 @@ fn too_few_modes_are_named_and_what_mattered_is_run_together() {
     let few = "bodies.rod.reduction.modes=1";
     let run = ["run", "case.toml", "-q", "-o", "alone.h5", "--set", few, "--set", set];
     assert_eq!(folder.fbimpact(&run).0, 0);
-    let info = result_files::summary::read(&folder.at().join("alone.h5")).expect("a result");
+    let info = result_files::stored::summary::read(&folder.at().join("alone.h5")).expect("a result");
     assert_eq!(info.bodies, [("rod".to_owned(), 2)]);
     let peak = variant(&report, "modes")["impacts"][0]["peak_force"]["value"].as_f64().expect("a number");
     assert_eq!(info.impacts[0].peak_force.to_bits(), peak.to_bits(), "the same run");
@@ -319,7 +319,7 @@ fn interrupted_study_keeps_its_runs_and_goes_on_with_them() {
     assert_eq!(child.wait().expect("it ends").code(), Some(130));
     for name in ["base", "tolerance"] {
         let result = folder.at().join(format!("study/{name}.h5"));
-        let summary = result_files::summary::read(&result).expect("a result");
+        let summary = result_files::stored::summary::read(&result).expect("a result");
         assert_eq!(
             summary.attribute("status"),
             "interrupted",

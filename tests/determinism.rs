@@ -45,7 +45,7 @@ interval = { elements = 6 }
 
 /// Every dataset of a result with its contents, one per line, floating-point numbers by their bits; times of the machine left out.
 fn contents(path: &Path) -> Vec<String> {
-    let file = result_files::hdf5_integrity::open(path).expect("readable");
+    let file = result_files::file::hdf5_integrity::open(path).expect("readable");
     let mut lines = Vec::new();
     collect(&file, &mut lines);
     lines.sort();
@@ -144,7 +144,8 @@ fn solid_balls_give_the_same_file_again_on_any_threads_and_with_kept_models() {
     {
         assert!(first.iter().any(|line| line.starts_with(&format!("{name} "))), "{name}");
     }
-    let file = result_files::hdf5_integrity::open(&runs.directory.path().join("first.h5")).expect("readable");
+    let file =
+        result_files::file::hdf5_integrity::open(&runs.directory.path().join("first.h5")).expect("readable");
     let sliding: Vec<f64> =
         file.dataset("contacts/impact/sliding_points").and_then(|d| d.read_raw()).expect("numbers");
     assert!(sliding.iter().any(|n| *n > 0.0));

@@ -67,7 +67,7 @@ fn is_of_contact(file: &Path) -> bool {
 
 /// Stored instants and normal forces of a contact.
 fn stored_forces(result: &Path, contact: &str) -> (Vec<f64>, Vec<f64>) {
-    let file = result_files::hdf5_integrity::open(result).expect("a result");
+    let file = result_files::file::hdf5_integrity::open(result).expect("a result");
     let read = |name: &str| file.dataset(name).and_then(|d| d.read_raw()).expect("a series");
     (read("time"), read(&format!("contacts/{contact}/normal_force")))
 }
@@ -89,7 +89,7 @@ fn series_holds_every_body_at_every_chosen_time() {
 #[test]
 fn material_points_move_as_in_the_result() {
     let (folder, _) = export(&RESULTS.pair, &["--bodies", "rod", "--times", "2e-4:2.5e-4:2.5e-5"]);
-    let file = result_files::hdf5_integrity::open(&RESULTS.pair).expect("a result");
+    let file = result_files::file::hdf5_integrity::open(&RESULTS.pair).expect("a result");
     let times: Vec<f64> = file.dataset("time").and_then(|d| d.read_raw()).expect("times");
     let end: Vec<f64> =
         file.dataset("points/right_end/position").and_then(|d| d.read_raw()).expect("positions");

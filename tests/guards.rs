@@ -7,8 +7,8 @@ use crate::support::fbimpact;
 use crate::writers::{Form, gmsh};
 use fe_mesh::ElementKind;
 use iga_core::files::write_gismo;
-use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
+use iga_core::splines::knots::KnotVector;
 use std::path::Path;
 
 /// The bar of 0.3 × 0.03 × 0.01 m, a kind of body each, and its ends.

@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use crate::support::fbimpact;
 use crate::support::scenarios::run;
 use crate::support::swings::period;
-use fbimpact::body_file::{BodyFile, read};
+use fbimpact::interchange::body_file::{BodyFile, read};
 use fbimpact::simulate::modes;
 
 /// A bar of 40 mm × 10 mm × 10 mm by `scripts/matrices_calculix.py`.

@@ -9,8 +9,9 @@ use adaptive::record::Sample;
 use adaptive::spec::ImportedSpec;
 use adaptive::spec::{BodyKind, DampingSpec, FrameSpec, Place, ReductionSpec};
 use assert_cmd::Command;
-use fbimpact::body_file::{BodyFile, read, write_reduced};
-use fbimpact::scenario::{self, Fault, Scenario};
+use fbimpact::commands::scenario_file;
+use fbimpact::interchange::body_file::{BodyFile, read, write_reduced};
+use fbimpact::scenario::{Fault, Scenario};
 use fbimpact::simulate::modes;
 use ffr_dynamics::interchange::ReducedModel;
 
@@ -213,7 +214,7 @@ fn reduced_files_take_no_reduction() {
 
 #[test]
 fn modes_of_imported_bodies_are_those_of_the_body_that_was_written() {
-    let original = modes(&scenario::read(&pendulum_file(), &[]).unwrap(), None, 1).unwrap();
+    let original = modes(&scenario_file::read(&pendulum_file(), &[]).unwrap(), None, 1).unwrap();
     let full = REDUCED.replace("reduced.h5", "full.h5");
     let full = valid(&full, &["bodies.rod.reduction={method=\"modal\",modes=19}"]);
     // The reduced file has the static answers to the hinge of the scenario that it comes from; here the rod flies.

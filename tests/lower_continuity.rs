@@ -6,8 +6,8 @@
 use crate::support::scenarios::{self, run};
 use adaptive::run::recording::Recording;
 use iga_core::files::write_gismo;
-use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
+use iga_core::splines::knots::KnotVector;
 use std::path::Path;
 
 /// Difference of peak forces over the places of a circle: the meshes of a circle of rational arcs are not the same at every angle, and eight elements across a

@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 use crate::support::bar::{ALUMINIUM, CLAMP, CLAMPED_BRICKS, HINGE, HINGED_BRICKS, OTHER_HINGE};
 use crate::support::scenarios::{run, system_frequencies};
 use crate::writers::{Form, gmsh};
-use fbimpact::scenario::{self, Fault, Scenario};
+use fbimpact::commands::scenario_file;
+use fbimpact::scenario::{Fault, Scenario};
 use fbimpact::simulate::modes;
 use fe_mesh::ElementKind;
 
@@ -158,7 +159,7 @@ fn frequencies_of_a_bar_converge_with_the_fourth_power_of_the_element() {
 }
 
 /// The mesh with nodes in one place made one.
-fn merged(mut raw: fe_mesh::raw::RawMesh) -> fe_mesh::raw::RawMesh {
+fn merged(mut raw: fe_mesh::mesh::raw::RawMesh) -> fe_mesh::mesh::raw::RawMesh {
     let mut places = std::collections::HashMap::new();
     let key = |p: &[f64; 3]| p.map(|x| (1e6 * x).round() as i64);
     let first: Vec<u32> =
@@ -386,7 +387,7 @@ fn the_connecting_rod_turns_and_is_shown() {
     let scenario = scenario.to_str().unwrap();
     finished(&["check", scenario], place.path());
     finished(&["run", "-q", scenario, "-o", "rod.h5"], place.path());
-    let recording = run(&scenario::read(Path::new(scenario), &[]).unwrap());
+    let recording = run(&scenario_file::read(Path::new(scenario), &[]).unwrap());
     // x = r cos a + sqrt(l² - r² sin² a): 100 mm at the start, 60 mm at the other dead centre; the rod yields less than 10 µm under the load.
     let x = |s: &adaptive::record::Sample| s.points[0].position[0];
     let ends =

@@ -320,7 +320,7 @@ fn a_result_says_what_it_leaves_out() {
     let (code, complaint, info) = run(folder.path(), scenario, &[]);
     assert_eq!(code, 0, "{complaint}");
     assert!(!identifiers(&info.expect("a result")).contains(&"sparse-output"));
-    let file = result_files::hdf5_integrity::open(&folder.path().join("s.h5")).expect("an HDF5 file");
+    let file = result_files::file::hdf5_integrity::open(&folder.path().join("s.h5")).expect("an HDF5 file");
     let times = file.dataset("time").and_then(|d| d.read_1d::<f64>()).expect("numbers");
     let phases = file.dataset("phase").and_then(|d| d.read_1d::<u32>()).expect("numbers");
     // Free, impact, free.

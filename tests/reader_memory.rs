@@ -7,11 +7,11 @@ use std::fmt::Write as _;
 use std::process::Command;
 
 use crate::writers::{Form, gmsh, inp};
-use fbimpact::matrix_files::{read_map, read_matrix, read_nodes};
+use fbimpact::interchange::matrix_files::{read_map, read_matrix, read_nodes};
 use fe_mesh::ElementKind;
 use iga_core::files::{write_gismo, write_mfem};
-use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
+use iga_core::splines::knots::KnotVector;
 
 /// A line of the process's status \[bytes\].
 fn status(key: &str) -> usize {

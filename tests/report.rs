@@ -5,11 +5,11 @@ use std::process::Command;
 use std::sync::LazyLock;
 
 use adaptive::store::ModelCache;
-use fbimpact::replay::states::{Pose, States};
-use fbimpact::report::surface::Surface;
-use fbimpact::vtk::assemble::View;
-use fbimpact::vtk::bodies::Bodies;
-use fbimpact::vtk::body::Cells;
+use fbimpact::postprocessing::replay::states::{Pose, States};
+use fbimpact::postprocessing::report::surface::Surface;
+use fbimpact::postprocessing::vtk::bodies::Bodies;
+use fbimpact::postprocessing::vtk::bodies::assemble::View;
+use fbimpact::postprocessing::vtk::bodies::splines::Cells;
 use iga_core::elasticity::kinematics::von_mises;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use serde_json::Value;

@@ -11,8 +11,8 @@ use adaptive::record::{
     TrialRecord,
 };
 use adaptive::state::observer::{Continue, Observer};
-use fbimpact::commands::recording::{Simulation, record};
-use fbimpact::commands::stop::Stop;
+use fbimpact::commands::run::recording::{Simulation, record};
+use fbimpact::commands::run::stop::Stop;
 use fbimpact::error::AppError;
 use fbimpact::results::{OutputFile, Recorder};
 use fbimpact::scenario::{self, Scenario};
@@ -21,7 +21,7 @@ use ffr_dynamics::DynamicsError;
 use ffr_dynamics::error::{IntegrationFault, Rejection};
 use hdf5::types::VarLenUnicode;
 use indicatif::ProgressBar;
-use result_files::summary;
+use result_files::stored::summary;
 
 /// More than two write buffers, and not a multiple of one.
 const ROWS: u32 = 600;
@@ -175,7 +175,7 @@ fn status(path: &Path) -> String {
 fn everything_written_is_read_back() {
     let (_directory, path) = directory();
     runs(&path, false, false, complete).expect("the run is complete");
-    let file = result_files::hdf5_integrity::open(&path).expect("readable");
+    let file = result_files::file::hdf5_integrity::open(&path).expect("readable");
     let time = file.dataset("time").expect("there").read_raw::<f64>().expect("numbers");
     assert_eq!(time.len(), ROWS as usize);
     let last = sample(ROWS - 1);
@@ -258,7 +258,7 @@ fn summary_holds_what_was_recorded() {
 fn every_numeric_dataset_has_unit_description_and_time_axis() {
     let (_directory, path) = directory();
     runs(&path, false, false, complete).expect("the run is complete");
-    let file = result_files::hdf5_integrity::open(&path).expect("readable");
+    let file = result_files::file::hdf5_integrity::open(&path).expect("readable");
     let mut seen = 0;
     visit(&file, &mut |dataset| {
         let name = dataset.name();
@@ -287,7 +287,7 @@ fn every_numeric_dataset_has_unit_description_and_time_axis() {
 fn every_point_is_stored_once_and_the_lists_are_as_long_as_their_counts_say() {
     let (_directory, path) = directory();
     runs(&path, false, false, complete).expect("the run is complete");
-    let file = result_files::hdf5_integrity::open(&path).expect("readable");
+    let file = result_files::file::hdf5_integrity::open(&path).expect("readable");
     let count: Vec<u32> =
         file.dataset("contacts/impact/pressure_points").and_then(|d| d.read_raw()).expect("u32");
     let point: Vec<u32> = file.dataset("pressure/impact/point").and_then(|d| d.read_raw()).expect("u32");
@@ -328,7 +328,7 @@ fn visit(group: &hdf5::Group, action: &mut dyn FnMut(&hdf5::Dataset)) {
 fn resolved_scenario_in_the_file_reads_back() {
     let (_directory, path) = directory();
     runs(&path, false, false, complete).expect("the run is complete");
-    let file = result_files::hdf5_integrity::open(&path).expect("readable");
+    let file = result_files::file::hdf5_integrity::open(&path).expect("readable");
     let text: VarLenUnicode = file.dataset("scenario").expect("there").read_scalar().expect("text");
     let again = scenario::parse(Path::new("again.toml"), text.as_str().as_bytes(), &[]).expect("valid");
     assert_eq!(again.run, scenario_with(&[]).run);
@@ -344,7 +344,7 @@ fn compressed_and_plain_files_hold_the_same() {
     let scenario = scenario_with(&["output.compression=gzip"]);
     record(&scenario, output, 1, (&stop, ProgressBar::hidden(), Instant::now()), complete).expect("complete");
     let read = |path: &Path| {
-        let file = result_files::hdf5_integrity::open(path).expect("readable");
+        let file = result_files::file::hdf5_integrity::open(path).expect("readable");
         let dataset = file.dataset("bodies/ball/elastic_coordinates").expect("there");
         (dataset.read_raw::<f64>().expect("numbers"), dataset.filters().len())
     };
@@ -449,7 +449,7 @@ fn every_dataset_of_a_result_is_in_the_reference() {
         command.args(["run", "-q", "--set", set, "--force", "-o"]).arg(&path).arg(&scenario);
         assert!(command.status().expect("the program starts").success());
         let mut names = Vec::new();
-        let file = result_files::hdf5_integrity::open(&path).expect("readable");
+        let file = result_files::file::hdf5_integrity::open(&path).expect("readable");
         list(&file, "", &mut names);
         assert!(names.len() > 30);
         for name in names {

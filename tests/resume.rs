@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use result_files::stored::summary::{self, Summary};
 use result_files::stored::{Kind, Stored};
-use result_files::summary::{self, Summary};
 
 use fbimpact::results::OutputFile;
 

@@ -11,9 +11,9 @@ use adaptive::sizing::mode_count::MOST_OF_JUMPS;
 use adaptive::spec::{BodyKind, ReductionSpec};
 use adaptive::store::ModelCache;
 use fbimpact::scenario::Scenario;
+use fbimpact::simulate::sizing::sized;
 use fbimpact::simulate::{modes, simulate};
-use fbimpact::sizing::sized;
-use result_files::chosen_sizes::notes;
+use result_files::stored::chosen_sizes::notes;
 
 fn parse(text: &str) -> Scenario {
     scenarios::valid(Path::new("scenarios"), text, &[])

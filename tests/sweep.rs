@@ -114,7 +114,7 @@ fn sweep_survives_failed_runs_skips_finished_ones_and_can_be_extended() {
     assert_eq!(peaks.len(), 3);
     // F ~ v^1.2 (Hertz): 22.3, 51.3 and 118 N.
     assert!(peaks.iter().any(|p| (p - 118.0).abs() < 1.0), "{peaks:?}");
-    let table = result_files::hdf5_integrity::open(&at.join("out/table.h5")).expect("a table");
+    let table = result_files::file::hdf5_integrity::open(&at.join("out/table.h5")).expect("a table");
     let peak = table.dataset("runs/impact[1].peak_force").expect("a column");
     assert_eq!(peak.read_raw::<f64>().expect("numbers").iter().filter(|p| p.is_finite()).count(), 3);
 
@@ -190,7 +190,7 @@ fn rows_of_a_sweep_are_in_the_order_given_and_vectors_come_back_as_numbers() {
     assert_eq!(csv.column("set.bodies.ball.velocity[1]"), ["0", "0", "0", "1"]);
     assert!(!csv.names.contains(&"set.bodies.ball.velocity[0]".to_owned()), "{:?}", csv.names);
     assert_eq!(csv.column("set.bodies.ball.velocity")[1], "[0, 0, -0.15]");
-    let table = result_files::hdf5_integrity::open(&at.join("out/table.h5")).expect("a table");
+    let table = result_files::file::hdf5_integrity::open(&at.join("out/table.h5")).expect("a table");
     let column = table.dataset("runs/set.bodies.ball.velocity[2]").expect("a column");
     assert_eq!(column.read_raw::<f64>().expect("numbers"), [-0.2, -0.15, -0.1, -0.1]);
     let (code, _, err) = output(&script, at, &[&scenario(), "out", "bodies.ball.velocity=[0,0]..[1,1,1]/2"]);
@@ -208,7 +208,7 @@ fn new_scenario_runs_and_is_never_overwritten() {
     assert!(at.join("fbimpact.schema.json").is_file());
     let (code, _, err) = fbimpact(at, &["run", "mine.toml", "-o", "mine.h5"]);
     assert_eq!(code, 0, "{err}");
-    let impacts = result_files::summary::read(&at.join("mine.h5")).expect("a result").impacts;
+    let impacts = result_files::stored::summary::read(&at.join("mine.h5")).expect("a result").impacts;
     assert_eq!(impacts.len(), 1);
     // Hertz for a steel ball of 10 mm at 0.2 m/s on a rigid plane: 5/4 m v^2 / depth = 335 N; the ball is a little softer or stiffer.
     assert!((impacts[0].peak_force / hertz() - 1.0).abs() < 0.02, "{} N", impacts[0].peak_force);

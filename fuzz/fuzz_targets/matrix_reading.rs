@@ -5,7 +5,7 @@
 mod bodies;
 mod memory;
 
-use fbimpact::matrix_files::{read_map, read_matrix, read_nodes};
+use fbimpact::interchange::matrix_files::{read_map, read_matrix, read_nodes};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     if let Ok(text) = std::str::from_utf8(bytes) {

@@ -4,8 +4,10 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use adaptive::store::ModelCache;
-use fbimpact::replay::states::States;
-use fbimpact::{body_file, scenario, simulate};
+use fbimpact::interchange::body_file;
+use fbimpact::postprocessing::replay::states::States;
+use fbimpact::{scenario, simulate};
+use result_files::collect;
 use result_files::compare::{Rules, compare};
 use result_files::expression::evaluate::evaluate;
 use result_files::expression::parse::parse;
@@ -15,7 +17,7 @@ use result_files::plot::figures::Kind;
 use result_files::plot::render;
 use result_files::plot::theme::Page;
 use result_files::stored::Stored;
-use result_files::{collect, summary, thin};
+use result_files::stored::{summary, thin};
 
 /// A source of choices.
 pub struct Bytes<'a>(&'a [u8]);
@@ -283,7 +285,7 @@ pub fn matrix_reading(bytes: &[u8]) {
 
 /// Bytes as a matrix, an order of unknowns and nodes, and as each of them among others that are sound.
 pub fn matrices(bytes: &[u8], (rows, map, nodes): (&[u8], &[u8], &[u8])) {
-    use fbimpact::matrix_files::{Parts, assemble, read_map, read_matrix, read_nodes};
+    use fbimpact::interchange::matrix_files::{Parts, assemble, read_map, read_matrix, read_nodes};
     let text = String::from_utf8_lossy(bytes);
     let given = (read_matrix(&text, None).ok(), read_map(&text).ok(), read_nodes(&text).ok());
     drop(read_matrix(&text, Some("kaax")));

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use adaptive::model::RunModel;
 use adaptive::record::{ImpactRecord, Sample};
 use adaptive::run::recording::Recording;
+use fbimpact::commands::scenario_file;
 use fbimpact::scenario::{self, Scenario};
 use fbimpact::simulate::simulate;
 
@@ -71,7 +72,7 @@ impl Trace {
 pub fn shipped(name: &str, set: &[&str]) -> Scenario {
     let path = root().join("scenarios").join(name).with_extension("toml");
     let set: Vec<_> = set.iter().map(|s| s.parse().expect("valid --set")).collect();
-    scenario::read(&path, &set).unwrap_or_else(|e| panic!("{e}"))
+    scenario_file::read(&path, &set).unwrap_or_else(|e| panic!("{e}"))
 }
 
 /// The shipped scenario `name` without the keys of mesh and modes, which the program then chooses, with changes.

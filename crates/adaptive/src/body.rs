@@ -5,16 +5,16 @@
 //! [`splines`] and [`mesh`] say what splines and finite elements have to say; nothing outside them, and `Workshop`, which builds bodies, asks which of
 //! the two a body is. Knows no other body, no motion and no time.
 
+pub mod gauge;
+pub mod loads;
+pub mod part_motion;
 pub mod field;
 pub mod reduced;
+pub mod point_compliance;
 pub mod fine;
 pub mod field_body;
 pub mod whole;
-pub mod gauge;
-pub mod loads;
 pub mod mesh;
-pub mod part_motion;
-pub mod point_compliance;
 pub mod splines;
 pub mod zone;
 

@@ -6,6 +6,6 @@ pub mod contact_strain;
 pub mod linearity;
 pub mod motion;
 pub mod resolution;
-pub mod start;
 pub mod watch;
+pub mod start;
 pub mod units;

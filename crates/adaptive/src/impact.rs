@@ -35,12 +35,12 @@ use crate::system::body::{BodyModel, FlexibleModel};
 use crate::touch::detection::{Detector, DetectorTarget, Nearest, Search};
 use crate::touch::parts::{Touch, TouchKind};
 
-mod fine_side;
 mod kept_zone;
-mod sides;
-mod sites;
 mod widths;
+mod sites;
 mod zone_model;
+mod fine_side;
+mod sides;
 pub mod local_deformation;
 pub mod stress;
 

@@ -8,7 +8,7 @@ use contact_qs::Sphere;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::system::Multibody;
-use ffr_dynamics::system::gear::Gear;
+use ffr_dynamics::system::model::gear::Gear;
 
 use crate::body::point_compliance::{PointCompliance, of_body};
 use crate::body::{FullModel, Workshop};
@@ -27,13 +27,13 @@ use crate::touch::first::FirstTouches;
 use crate::touch::overlap::check_undeformed;
 
 mod arrangement;
-mod contacts;
-mod cost;
 mod default_penalty;
-mod fine_modes;
 mod held_damping;
 mod plan;
+mod contacts;
+mod fine_modes;
 mod resolution;
+mod cost;
 mod stress;
 
 pub use crate::system::joints::coordinate_names;

@@ -3,5 +3,5 @@
 //! [`crate::spec::TransferSpec`]; what asks for it stands in ARCHITECTURE.md. Knows bodies and
 //! their fine models.
 
-pub mod fine_modes;
 pub mod transfer;
+pub mod fine_modes;

@@ -9,12 +9,12 @@
 
 mod extent;
 mod held_place;
-mod key;
 pub mod impact_time;
+mod spectrum;
 pub mod mesh;
 pub mod mode_count;
+mod key;
 mod of_mesh;
-mod spectrum;
 pub mod zone;
 pub mod mesh_touch;
 

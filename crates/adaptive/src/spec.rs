@@ -4,14 +4,14 @@
 //! Knows shapes, meshes and materials as data; knows no matrices, and no file format.
 
 pub mod accuracy;
+pub mod reduction;
 pub mod body;
 pub mod contact;
 pub mod imported;
 pub mod kind;
-pub mod joint;
-pub mod reduction;
 pub mod resolution;
 pub mod time_curve;
+pub mod joint;
 pub mod unsupported;
 
 use ffr_dynamics::integration::Method as IntegrationMethod;

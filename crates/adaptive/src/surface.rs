@@ -16,8 +16,8 @@ use nalgebra::Vector3;
 use crate::spec::BodyKind;
 
 mod of_mesh;
-mod of_splines;
 pub mod turned_net;
+mod of_splines;
 pub mod smooth_fit;
 
 pub use of_mesh::MeshSurface;

@@ -2,10 +2,10 @@
 //! [`body::BodyModel`]; joined to a multibody system by markers, joints and loads ([`joints`]), and
 //! where it starts ([`start`]). Knows no contacts.
 
-pub mod joints;
-pub mod start;
-pub mod body;
 pub mod imported;
 pub mod mode_gradients;
 pub mod rigid_surface;
+pub mod body;
+pub mod joints;
+pub mod start;
 pub(crate) mod whole_surface;

@@ -9,8 +9,8 @@ use adaptive::spec::{
     ContactLaw, ContactSpec, IntervalSpec, PenaltySearch, RunSpec, StressInstant, StressSpec, SurfaceLaw,
     Target,
 };
-use contact_qs::paper::BroydenSettings;
 use contact_qs::quasistatic::Method;
+use contact_qs::quasistatic::broyden::BroydenSettings;
 use iga_core::nurbs::primitives::axisymmetric;
 
 const RADIUS: f64 = 10e-3; // m

@@ -16,7 +16,7 @@ use adaptive::spec::{
     ReductionSpec, SurfaceLaw, Target, Treatment,
 };
 use approx::assert_relative_eq;
-use contact_qs::points::{DofLookup, SurfacePoint};
+use contact_qs::zone::points::{DofLookup, SurfacePoint};
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use iga_core::space::Space;

@@ -12,7 +12,7 @@ use adaptive::body::reduced::Interface;
 use adaptive::spec::{FlexibleSpec, MeshedSpec, ReductionSpec};
 use adaptive::surface::smooth_fit::SmoothFit;
 use adaptive::surface::{MeshSurface, Surface, SurfacePlace};
-use fe_mesh::rules::MassRule;
+use fe_mesh::element::rules::MassRule;
 use fe_mesh::{ElementKind, Mesh};
 use ffr_dynamics::reduction::problem::ElasticProblem;
 use iga_core::elasticity::Material;

@@ -12,9 +12,9 @@ use adaptive::body::splines::refined::{FineBody, FineMesh, FineSettings};
 use adaptive::spec::{DivisionRule, LowModes, PointRule};
 use approx::assert_relative_eq;
 use faer::Mat;
-use iga_core::knots::KnotVector;
 use iga_core::nurbs::joining::join;
 use iga_core::nurbs::{Patch, Shape};
+use iga_core::splines::knots::KnotVector;
 
 /// Half the edge of the block \[m\].
 const HALF: f64 = 0.01;

@@ -3,8 +3,8 @@
 use crate::impacts::{ALUMINIUM, STEEL, Trace, body, contact, finished, law, spec, sphere};
 use adaptive::record::{TransferDirection, TrialOutcome};
 use adaptive::spec::{ContactLaw, ContactSpec, PenaltySearch, RunSpec, SurfaceLaw, Target};
-use contact_qs::paper::BroydenSettings;
 use contact_qs::quasistatic::Method;
+use contact_qs::quasistatic::broyden::BroydenSettings;
 use iga_core::nurbs::primitives::axisymmetric;
 
 const RADIUS: f64 = 10e-3; // m

@@ -24,10 +24,11 @@ use ffr_dynamics::kinematics::MarkerWeights;
 use ffr_dynamics::reduction::{ElasticProblem, ReducedBasis, TakenLoads, with_static_answers};
 use ffr_dynamics::system::JointKind;
 use iga_core::elasticity::{Material, Model};
+use iga_core::nurbs::Face;
 use iga_core::nurbs::FaceId;
 use iga_core::nurbs::primitives::{plane, solid};
 use iga_core::space::Space;
-use iga_core::surface::{Face, gauss_points};
+use iga_core::surface::gauss_points;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// Aluminium bar \[m\].
@@ -119,7 +120,7 @@ fn clamped_frequency(elements: [usize; 3], n: usize, has_answers: bool) -> f64 {
     let n = basis.n_modes();
     let mass = data.modal_mass.to_matrix(n);
     let scaled = faer::Mat::from_fn(n, n, |i, j| mass[(i, j)] / (basis.omega[i] * basis.omega[j]));
-    let (values, _) = ffr_dynamics::reduction::dense::symmetric_eigen(scaled.as_ref()).unwrap();
+    let (values, _) = ffr_dynamics::reduction::blocks::dense::symmetric_eigen(scaled.as_ref()).unwrap();
     1.0 / (values[n - 1].sqrt() * TAU)
 }
 

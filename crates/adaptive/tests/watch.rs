@@ -15,7 +15,7 @@ use adaptive::spec::{
 use adaptive::state::simulation::RunContact;
 use adaptive::touch::detection::InactiveContact;
 use contact_qs::law::Solid;
-use fe_mesh::rules::MassRule;
+use fe_mesh::element::rules::MassRule;
 use fe_mesh::{ElementKind, Mesh};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::Active;

@@ -1,8 +1,8 @@
 //! Time of one contact evaluation with 20, 100 and 400 points.
 
-use contact_qs::paper::BroydenSettings;
 use contact_qs::quasistatic::Method;
-use contact_qs::submodel::SparseRows;
+use contact_qs::quasistatic::broyden::BroydenSettings;
+use contact_qs::zone::submodel::SparseRows;
 use contact_qs::{ActiveContact, ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;

@@ -1,9 +1,10 @@
 //! Hertz contact of two bodies with smooth surfaces, or of one and a plane, as a force element
 //! (docs/theory.md Eqs. C.79 to C.90).
 
-mod geometry;
 mod levels;
 mod moment;
+pub(super) mod sphere;
+mod geometry;
 mod sliding;
 
 use ffr_dynamics::error::EvaluationFailure;
@@ -20,10 +21,10 @@ use crate::law::{Friction, HertzPair, Solid};
 use crate::plane::Plane;
 use crate::search::{SearchWorkspace, SurfaceModel};
 use crate::solver_fault::SolverFault;
-use crate::sphere::{Sphere, check_solid, hertz_pair};
 use geometry::{Curved, Geometry, Target, Touch};
 use moment::StiffnessChange;
 use sliding::{Sliding, SlidingFound, SlidingState};
+use sphere::{Sphere, check_solid, hertz_pair};
 
 /// Hertz contact: a force along the common normal of the closest places, which derives from a
 /// potential, with Coulomb's friction on the contact ellipse. Forces and couples on the two bodies

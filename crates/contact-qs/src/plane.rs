@@ -22,10 +22,10 @@ pub use crate::contact_element::ContactReport;
 use crate::contact_element::{ContactElement, ContactFindings};
 use crate::law::{Friction, penalty};
 use crate::quasistatic::{Method, PointState, Quasistatic, ZoneSolver};
-use crate::submodel::ContactSubmodel;
+use crate::zone::submodel::ContactSubmodel;
 
-mod evaluation;
 mod friction;
+mod evaluation;
 
 use friction::PlaneFriction;
 

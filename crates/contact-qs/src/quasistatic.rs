@@ -2,11 +2,13 @@
 
 pub mod problem;
 pub mod active_set;
-pub(crate) mod point_solver;
-pub mod solver;
 pub(crate) mod tangential;
 pub(crate) mod sliding_work;
 mod relaxation;
+pub mod broyden;
+pub(crate) mod point_solver;
+pub mod modal_basis;
+pub mod solver;
 pub(crate) mod stick_slip;
 
 pub use active_set::{ActiveSet, SolveReport};

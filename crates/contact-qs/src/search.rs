@@ -13,8 +13,8 @@
 mod bezier;
 mod boxes;
 mod surface_model;
-mod local_shape;
 mod deformed;
+mod local_shape;
 mod signed_distance;
 mod query;
 mod penetration;

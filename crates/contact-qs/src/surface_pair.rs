@@ -28,33 +28,24 @@ use crate::ContactError;
 use crate::contact_element::{ContactElement, ContactFindings, ContactReport};
 use crate::law::{Friction, penalty};
 use crate::quasistatic::Method;
-use crate::submodel::{ContactSubmodel, SparseRows};
+use crate::zone::submodel::{ContactSubmodel, SparseRows};
 
-mod bezier;
-mod edges;
-mod evaluation;
-mod friction;
 mod relative_pose;
-mod normal_walk;
-mod smoothing;
+mod target;
 mod projection;
 mod contact_jacobian;
-mod meeting_point;
-mod seams;
+mod friction;
 mod search;
 mod solver;
 mod state;
-mod target;
-mod warm_start;
-mod whole_surface;
-mod proximity_cache;
+mod evaluation;
 
 use friction::PairFriction;
 use solver::{Compliances, PairBodies};
 use state::Work;
 
-pub use meeting_point::MeetingPoint;
 pub use projection::SurfacePlace;
+pub use projection::meeting_point::MeetingPoint;
 pub use state::{PairFound, PairState, PairWorkspace};
 pub use target::{TargetFace, TargetSurface};
 

@@ -1,8 +1,9 @@
 //! Algorithm 1 of [A]: agreement with the active set, error codes, carried state.
 
 use crate::common::{Random, parabola, surface_compliance};
-use contact_qs::paper::broyden::ModalProblem;
-use contact_qs::paper::{Broyden, BroydenSettings, ModalBasis};
+use contact_qs::quasistatic::broyden::ModalProblem;
+use contact_qs::quasistatic::broyden::{Broyden, BroydenSettings};
+use contact_qs::quasistatic::modal_basis::ModalBasis;
 use contact_qs::quasistatic::{ActiveSet, Problem, SolveReport};
 use faer::Mat;
 use ffr_dynamics::error::EvaluationFailure;

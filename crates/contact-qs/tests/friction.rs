@@ -1,9 +1,9 @@
 //! Friction in the plane contact: Coulomb's law at every point, the balance of power, history.
 
 use crate::common::Random;
-use contact_qs::paper::BroydenSettings;
+use contact_qs::quasistatic::broyden::BroydenSettings;
 use contact_qs::quasistatic::{Method, PointState};
-use contact_qs::submodel::SparseRows;
+use contact_qs::zone::submodel::SparseRows;
 use contact_qs::{
     ActiveContact, ContactError, ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings,
 };

@@ -1,8 +1,8 @@
 //! The surface pair: action and reaction, momenta, gradient of its potential, state.
 
 use crate::pair_support::*;
-use contact_qs::paper::BroydenSettings;
 use contact_qs::quasistatic::Method;
+use contact_qs::quasistatic::broyden::BroydenSettings;
 use contact_qs::{ActiveContact, ContactError, Friction, SurfacePair, SurfacePairSettings, TargetSurface};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::FailureKind;

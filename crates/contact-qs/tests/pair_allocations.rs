@@ -2,8 +2,8 @@
 
 use crate::counting::allocations;
 use crate::pair_support::{N_MODES, forces, random_bodies, random_pair};
-use contact_qs::paper::BroydenSettings;
 use contact_qs::quasistatic::Method;
+use contact_qs::quasistatic::broyden::BroydenSettings;
 use contact_qs::{ActiveContact, Friction};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::{Active, ActiveForce, Motion};

@@ -4,8 +4,8 @@ use crate::hertz_impact::HertzImpact;
 use crate::pair_support::elastic::{ALUMINIUM, ElasticSphere, STEEL};
 use crate::pair_support::highest;
 use contact_qs::law::hertz::{HertzPair, Solid};
-use contact_qs::paper::BroydenSettings;
 use contact_qs::quasistatic::Method;
+use contact_qs::quasistatic::broyden::BroydenSettings;
 use contact_qs::{
     ActiveContact, Plane, PlaneContact, PlaneContactSettings, SurfacePair, SurfacePairSettings,
 };

@@ -1,9 +1,9 @@
 //! The plane contact: gradient of its potential, resultants, reports, state.
 
 use crate::common::Random;
-use contact_qs::paper::BroydenSettings;
 use contact_qs::quasistatic::Method;
-use contact_qs::submodel::SparseRows;
+use contact_qs::quasistatic::broyden::BroydenSettings;
+use contact_qs::zone::submodel::SparseRows;
 use contact_qs::{ActiveContact, ContactError, ContactSubmodel, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;

@@ -7,7 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use result_files::expression::named::{NamedExpression, column};
 
 use crate::cache::{CacheSettings, DEFAULT_LIMIT};
-use crate::provenance;
+use crate::process::provenance;
 use crate::scenario::Override;
 
 pub mod examples;

@@ -1,46 +1,21 @@
 //! The commands. Each returns its result or an [`AppError`]; only [`crate::main_with`] maps that to
 //! an exit code.
 
-mod begin;
-pub mod cache;
-pub mod check;
-pub mod collect;
-pub mod compare;
-mod completion_files;
-pub mod converge;
-mod cost;
-mod digits;
-pub mod export;
-pub mod export_body;
-pub mod export_setup;
-pub mod export_splines;
-pub mod import_body;
-pub mod info;
-mod joints;
-mod manual;
-pub mod mesh_size;
-pub mod metric;
-pub mod modes;
-pub mod new;
-pub mod plot;
-pub mod probe;
-pub mod recording;
-pub mod report;
-mod resume;
+pub mod scenario_file;
+pub mod prepare;
 pub mod run;
-pub mod shell;
-mod signals;
-pub mod stop;
-pub mod system_modes;
-pub mod thin;
+pub mod converge;
+pub mod results;
+pub mod bodies;
+pub mod program;
 
 use std::io::Write;
 use std::path::Path;
 
 use indicatif::ProgressBar;
-use result_files::file_fault::FileFault;
-use result_files::shown_text::shown;
-use result_files::whole_file;
+use result_files::file::fault::FileFault;
+use result_files::file::whole_file;
+use result_files::words::shown::shown;
 
 use crate::error::{AppError, CommandFault};
 use crate::scenario::Scenario;

@@ -7,10 +7,11 @@ use std::process::ExitCode;
 use adaptive::AdaptiveError;
 use result_files::error::ResultError;
 use result_files::expression::fault::ExpressionFault;
-use result_files::file_fault::{Access, FileError, FileFault};
-use result_files::percent::percent;
+use result_files::file::fault::{Access, FileError, FileFault};
 use result_files::toml_text::fault::Faults;
+use result_files::words::percent::percent;
 
+use crate::interchange::body_file::BodyFileError;
 use crate::scenario::OverrideFault;
 use crate::scenario::body_places::PlaceError;
 
@@ -192,6 +193,12 @@ impl CommandFault {
     /// A result that would be written over itself.
     pub fn output_is_input(output: &Path) -> Self {
         Self::argument("-o", output.display().to_string(), "is the result itself")
+    }
+}
+
+impl From<BodyFileError> for AppError {
+    fn from(error: BodyFileError) -> Self {
+        Self::io(error.path, FileFault::contents(error.fault))
     }
 }
 

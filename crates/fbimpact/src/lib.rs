@@ -1,22 +1,14 @@
 //! The fbimpact program as a library: command line, scenario, run, results.
 
-pub mod allocation;
-pub mod error;
-pub mod provenance;
+pub mod process;
+pub mod cache;
+pub mod interchange;
 pub mod scenario;
-pub mod thread_pool;
-pub mod sizing;
-mod one_body;
+pub mod error;
 pub mod simulate;
 pub mod results;
-pub mod body_file;
-pub mod matrix_files;
-pub mod cache;
 pub mod converge;
-pub mod replay;
-pub mod vtk;
-pub mod probe;
-pub mod report;
+pub mod postprocessing;
 pub mod cli;
 pub mod progress;
 pub mod commands;
@@ -30,13 +22,13 @@ use clap::FromArgMatches;
 
 use cli::{Cli, Command, Page};
 use commands::Means;
-use commands::check::CostFormat;
+use commands::prepare::check::CostFormat;
 use error::AppError;
 
 /// Parses the command line, does what it says and returns the exit code. Never ends the process
 /// itself: HDF5 files must be closed first.
 pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
-    result_files::hdf5_integrity::forbid();
+    result_files::file::hdf5_integrity::forbid();
     let matches = cli::tree::command().try_get_matches_from(arguments);
     let cli = match matches.and_then(|mut found| Cli::from_arg_matches_mut(&mut found)) {
         Ok(cli) => cli,
@@ -73,11 +65,11 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
                 (true, false) => CostFormat::Table,
                 (true, true) => CostFormat::Json,
             };
-            commands::check::check(&scenarios, &set.set, format, Means { threads, bar: &bar })
+            commands::prepare::check::check(&scenarios, &set.set, format, Means { threads, bar: &bar })
         }
         Command::Modes { scenario, system: true, is_static, json, threads, cache, set, .. } => {
             let form = (is_static, json);
-            commands::system_modes::system_modes(
+            commands::prepare::system_modes::system_modes(
                 &scenario,
                 &set.set,
                 form,
@@ -85,7 +77,7 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
                 &cache,
             )
         }
-        Command::Modes { scenario, body, json, threads, cache, set, .. } => commands::modes::modes(
+        Command::Modes { scenario, body, json, threads, cache, set, .. } => commands::prepare::modes::modes(
             &scenario,
             &set.set,
             body.as_deref(),
@@ -93,49 +85,53 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
             Means { threads, bar: &bar },
             &cache,
         ),
-        Command::Cache { action } => commands::cache::cache(&action),
+        Command::Cache { action } => commands::program::cache::cache(&action),
         Command::MeshSize { scenario, body, output, set } => {
-            let asked = commands::mesh_size::MeshSize {
+            let asked = commands::prepare::mesh_size::MeshSize {
                 scenario: &scenario,
                 body: body.as_deref(),
                 output: output.as_deref(),
             };
-            commands::mesh_size::mesh_size(&asked, &set.set)
+            commands::prepare::mesh_size::mesh_size(&asked, &set.set)
         }
         Command::ExportBody { scenario, body, output, nurbs: Some(format), units, set, .. } => {
             let export = commands::BodyExport { scenario: &scenario, body: &body, output: &output };
             let form = (format, units.metres());
-            commands::export_splines::export_splines(&export, form, &set.set)
+            commands::bodies::splines::export_splines(&export, form, &set.set)
         }
         Command::ExportBody { scenario, body, output, full, threads, set, .. } => {
             let export = commands::BodyExport { scenario: &scenario, body: &body, output: &output };
-            commands::export_body::export_body(&export, full, &set.set, Means { threads, bar: &bar })
+            commands::bodies::export::export_body(&export, full, &set.set, Means { threads, bar: &bar })
         }
-        Command::ImportBody(arguments) => commands::import_body::import_body(&arguments),
-        Command::Info { file, json } => commands::info::info(&file, json),
-        Command::Compare(arguments) => commands::compare::compare(&arguments),
-        Command::Thin { file, output, rows, force } => commands::thin::thin(&file, &output, rows, force),
-        Command::Plot(arguments) => commands::plot::plot(&arguments),
+        Command::ImportBody(arguments) => commands::bodies::import::import_body(&arguments),
+        Command::Info { file, json } => commands::results::info::info(&file, json),
+        Command::Compare(arguments) => commands::results::compare::compare(&arguments),
+        Command::Thin { file, output, rows, force } => {
+            commands::results::thin::thin(&file, &output, rows, force)
+        }
+        Command::Plot(arguments) => commands::results::plot::plot(&arguments),
         Command::Export(arguments) if arguments.is_of_scenario() => {
-            commands::export_setup::export_setup(&arguments)
+            commands::results::export::setup::export_setup(&arguments)
         }
-        Command::Export(arguments) => commands::export::export(&arguments),
-        Command::Report(arguments) => commands::report::write_report(&arguments),
-        Command::Probe(arguments) => commands::probe::probe(&arguments),
-        Command::Schema => commands::print(&scenario::schema::text()),
-        Command::Reference { page: Page::Scenario } => commands::print(&scenario::reference::markdown()),
+        Command::Export(arguments) => commands::results::export::export(&arguments),
+        Command::Report(arguments) => commands::results::report::write_report(&arguments),
+        Command::Probe(arguments) => commands::results::probe::probe(&arguments),
+        Command::Schema => commands::print(&scenario::written::schema::text()),
+        Command::Reference { page: Page::Scenario } => {
+            commands::print(&scenario::written::reference::markdown())
+        }
         Command::Reference { page: Page::Results } => commands::print(&results::reference::markdown()),
         Command::Reference { page: Page::Expressions } => {
             commands::print(&result_files::expression::function::markdown())
         }
         Command::Collect { runs, output, column, long } => {
-            commands::collect::collect(&runs, &output, &column, long)
+            commands::results::collect::collect(&runs, &output, &column, long)
         }
-        Command::Metric { file, expressions } => commands::metric::metric(&file, &expressions),
-        Command::New { name, template, force } => commands::new::new(&name, template, force),
-        Command::Completions { shell } => commands::shell::completions(shell),
-        Command::Man { all: Some(folder), .. } => commands::shell::manuals(&folder),
-        Command::Man { command, all: None } => commands::shell::manual(&command),
+        Command::Metric { file, expressions } => commands::results::metric::metric(&file, &expressions),
+        Command::New { name, template, force } => commands::prepare::new::new(&name, template, force),
+        Command::Completions { shell } => commands::program::shell::completions(shell),
+        Command::Man { all: Some(folder), .. } => commands::program::shell::manuals(&folder),
+        Command::Man { command, all: None } => commands::program::shell::manual(&command),
     }
 }
 
@@ -145,5 +141,6 @@ fn report(error: &AppError) {
         matches!(error, AppError::Scenario(_) | AppError::Differs { .. } | AppError::Unconverged { .. });
     let prefix = if is_plain { "" } else { "error: " };
     // Nothing can be done when standard error is closed.
-    let _ = writeln!(std::io::stderr(), "{prefix}{}", result_files::shown_text::message(&error.to_string()));
+    let _ =
+        writeln!(std::io::stderr(), "{prefix}{}", result_files::words::shown::message(&error.to_string()));
 }

@@ -1,9 +1,10 @@
 //! Thin entry point: parse, call, map to an exit code.
 
 #[global_allocator]
-static ALLOCATOR: fbimpact::allocation::EndingAllocator = fbimpact::allocation::EndingAllocator;
+static ALLOCATOR: fbimpact::process::allocation::EndingAllocator =
+    fbimpact::process::allocation::EndingAllocator;
 
 fn main() -> std::process::ExitCode {
-    fbimpact::allocation::prepare();
+    fbimpact::process::allocation::prepare();
     fbimpact::main_with(std::env::args_os())
 }

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use adaptive::record::PhaseKind;
 use adaptive::record::work;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use result_files::shown_text::{message, short};
+use result_files::words::shown::{message, short};
 use tracing_subscriber::filter::{LevelFilter, Targets};
 use tracing_subscriber::fmt::MakeWriter;
 use tracing_subscriber::layer::SubscriberExt;

@@ -1,6 +1,6 @@
 //! The result file as a run writes it; what a finished one holds is known to `result-files`.
 //!
-//! Layout: `docs/results.md`. [`Recorder`] writes while a run goes on, [`result_files::summary`]
+//! Layout: `docs/results.md`. [`Recorder`] writes while a run goes on, [`result_files::stored::summary`]
 //! reads a finished file.
 //!
 //! What stands between a run and the weak points of HDF5, and the test that fails without it:
@@ -15,16 +15,16 @@
 //! | `hdf5_integrity`: lengths of texts | the same | `damaged`: `text_longer_...` |
 //! | `hdf5_integrity::heaps` | reading never ends | `damaged`: `heap_of_texts_...` |
 
+pub mod stress;
+mod disk_space;
 mod series;
 pub mod pressure;
 pub mod columns;
-pub mod stress;
-mod file;
-mod disk_space;
 pub mod fault;
 pub mod rows;
 pub mod journal;
 mod recorder;
+mod file;
 pub mod reference;
 
 pub use file::{OutputFile, linked, part_path, restart_path};

@@ -1,70 +1,34 @@
 //! The scenario file: from TOML text to a validated [`Scenario`], with every fault located.
 //!
 //! One set of key tables ([`tables`]) declares every key. The reader (`check`), the JSON schema
-//! ([`mod@schema`]), the reference page ([`mod@reference`]) and the check of conditions under which
+//! ([`mod@written::schema`]), the reference page ([`mod@written::reference`]) and the check of conditions under which
 //! keys have a meaning (`conditions`) follow from it; `build` adds the checks of values that
 //! involve several keys.
 
-pub mod types;
 pub mod body_places;
-pub mod overrides;
+pub mod types;
 pub mod keys;
 pub mod tables;
+mod body_source;
 pub mod section;
 mod check;
-mod body_files;
-mod curve_files;
-mod body_source;
-mod spline_nets;
-mod standard_materials;
-mod units;
+pub mod changes;
+mod files;
 mod build;
 mod conditions;
-mod resolved;
-pub mod schema;
-pub mod reference;
+pub mod written;
 
-use std::io::Read;
 use std::path::Path;
 use std::sync::Arc;
 
-use result_files::file_fault::Access;
-use result_files::plain_file;
 use result_files::toml_text::document::{self, Origin, SourceText, Value};
 use sha2::{Digest, Sha256};
 
-use crate::error::AppError;
 use check::Checker;
 
-pub use overrides::{Override, OverrideFault};
+pub use changes::overrides::{Override, OverrideFault};
 pub use result_files::toml_text::fault::{Fault, Faults};
 pub use types::{Compression, FileBody, FileOfBody, Scenario, Source};
-
-/// Reads and validates the scenario file `path` with `overrides` applied.
-///
-/// # Errors
-/// [`AppError::Io`] if the file cannot be read, [`AppError::Scenario`] with all faults otherwise.
-pub fn read(path: &Path, overrides: &[Override]) -> Result<Scenario, AppError> {
-    let bytes = plain_file::read(path).map_err(|e| AppError::system(path, Access::Read, e))?;
-    Ok(parse(path, &bytes, overrides)?)
-}
-
-/// Name of standard input in messages.
-const STANDARD_INPUT: &str = "standard input";
-
-/// Reads and validates a scenario from standard input if `path` is `-`, else as [`read`]. Files
-/// that it names are sought in the working directory.
-///
-/// # Errors
-/// As [`read`].
-pub fn read_or_input(path: &Path, overrides: &[Override]) -> Result<Scenario, AppError> {
-    if path != Path::new("-") {
-        return read(path, overrides);
-    }
-    let (name, mut bytes) = (Path::new(STANDARD_INPUT), Vec::new());
-    std::io::stdin().lock().read_to_end(&mut bytes).map_err(|e| AppError::system(name, Access::Read, e))?;
-    Ok(parse(name, &bytes, overrides)?)
-}
 
 /// Validates a scenario given as text; `path` is for messages, and files are sought in its
 /// directory.
@@ -89,16 +53,16 @@ pub fn parse(path: &Path, bytes: &[u8], overrides: &[Override]) -> Result<Scenar
             checker.faults.push(*fault);
         }
     }
-    standard_materials::fill(&mut document);
+    changes::standard_materials::fill(&mut document);
     let Value::Table(entries) = &document.value else { unreachable!("a TOML document is a table") };
     let mut root = checker.section(tables::SCENARIO, entries, "", &document.origin, None);
     let directory = path.parent().unwrap_or(Path::new("."));
-    body_files::read_all(&mut checker, &mut root, directory);
-    curve_files::read_all(&mut checker, &mut root, directory);
+    files::bodies::read_all(&mut checker, &mut root, directory);
+    files::curves::read_all(&mut checker, &mut root, directory);
     // Of a copy, for what these two ask for is not used yet.
     let copy = root.clone();
     conditions::check(&mut checker, conditions::Scope::of(&copy));
-    let resolved = if checker.faults.is_empty() { resolved::write(&copy) } else { String::new() };
+    let resolved = if checker.faults.is_empty() { written::resolved::write(&copy) } else { String::new() };
     let source = Source { path: path.to_owned(), sha256: hex(&Sha256::digest(bytes)), resolved };
     let scenario = build::scenario(&mut checker, &root, source);
     if scenario.is_some() {

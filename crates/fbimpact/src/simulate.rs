@@ -1,5 +1,9 @@
 //! The seam between the program and the models: from a validated scenario to a finished run.
 
+mod one_body;
+pub mod thread_pool;
+pub mod sizing;
+
 use std::collections::BTreeMap;
 use std::time::Instant;
 
@@ -13,13 +17,13 @@ use adaptive::state::observer::{Observer, Stage};
 use adaptive::store::ModelCache;
 use adaptive::system::body::BodyModel;
 use ffr_dynamics::system::SystemModes;
-use result_files::chosen_sizes;
+use result_files::stored::chosen_sizes;
 
 use crate::error::AppError;
-use crate::one_body;
+
 use crate::scenario::Scenario;
-use crate::sizing::sized;
-use crate::thread_pool::thread_pool;
+use sizing::sized;
+use thread_pool::thread_pool;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,12 +2,12 @@
 
 use std::cmp::Ordering;
 
-use crate::boundary::Face;
+use crate::element::jacobian::{PointOf, cross, derivatives, dot, inverse, minus, norm, position};
+use crate::element::kind::{ElementKind, Form, SideKind};
+use crate::element::shape::Functions;
 use crate::fault::MeshFault;
-use crate::jacobian::{PointOf, cross, derivatives, dot, inverse, minus, norm, position};
-use crate::kind::{ElementKind, Form, SideKind};
 use crate::mesh::Mesh;
-use crate::shape::Functions;
+use crate::mesh::boundary::Face;
 
 /// Iterations of Newton's method; elements that are not folded need fewer than ten.
 const MAX_STEPS: usize = 30;

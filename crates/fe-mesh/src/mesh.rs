@@ -1,10 +1,14 @@
-//! A checked mesh in metres.
+//! A checked mesh in metres, from a mesh as a file has it.
 
-use crate::boundary::{ByCorners, Face, boundary, key};
-use crate::check;
+pub mod raw;
+pub mod boundary;
+pub mod check;
+
+use boundary::{ByCorners, Face, boundary, key};
+
+use crate::element::kind::SideKind;
 use crate::fault::{MeshError, MeshFault};
-use crate::kind::SideKind;
-use crate::raw::{Element, Elements, FaceSource, NO_NODE, RawMesh};
+use raw::{Element, Elements, FaceSource, NO_NODE, RawMesh};
 
 /// Names that a message lists before it ends.
 const LISTED: usize = 20;

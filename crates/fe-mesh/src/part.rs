@@ -3,12 +3,12 @@
 
 use std::cmp::Ordering;
 
-use crate::boundary::Face;
+use crate::element::jacobian::{PointOf, determinant, dot, inverse, minus, norm};
+use crate::element::kind::{ElementKind, SideKind};
 use crate::fault::MeshFault;
-use crate::jacobian::{PointOf, determinant, dot, inverse, minus, norm};
-use crate::kind::{ElementKind, SideKind};
 use crate::locate::{OnSurface, SidePoint, bounds, parameters};
 use crate::mesh::Mesh;
+use crate::mesh::boundary::Face;
 use iga_core::elasticity::Model;
 use iga_core::extent::ExtentPoint;
 use iga_core::extent::around::{Found, Nearest, Surroundings, around};
@@ -87,7 +87,7 @@ impl Mesh {
             let places = nodes.iter().map(|&n| self.nodes()[n as usize]).collect();
             Some(Near::new(face, kind, places)).filter(|near| near.is_within(point, 2.0 * radius))
         };
-        let element = |(e, element): (usize, crate::raw::Element<'_>)| {
+        let element = |(e, element): (usize, crate::mesh::raw::Element<'_>)| {
             let places = element.nodes.iter().map(|&n| self.nodes()[n as usize]).collect();
             Some(Near::new(e, element.kind, places)).filter(|near| near.is_within(point, radius))
         };

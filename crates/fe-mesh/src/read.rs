@@ -1,15 +1,15 @@
 //! Readers of mesh files. Counts that a file claims are not trusted: memory grows with what is
 //! there.
 
-mod gmsh;
-mod inp;
 mod labels;
 mod numbers;
 mod skipped;
+mod gmsh;
+mod inp;
 
 use crate::fault::{MeshError, Place, ReadFault};
 use crate::mesh::Mesh;
-use crate::raw::RawMesh;
+use crate::mesh::raw::RawMesh;
 
 /// Reads a mesh from the bytes of a file, whose format shows in its beginning; `unit`: length of
 /// the file's unit \[m\].

@@ -7,20 +7,20 @@
 //! level at most. Pyramids stay whole.
 
 mod cell;
+mod names;
 mod division;
 mod hanging;
-mod names;
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use iga_core::space::Rows;
 
-use crate::boundary::Face;
+use crate::element::shape::Functions;
 use crate::fault::MeshFault;
 use crate::mesh::Mesh;
-use crate::raw::Elements;
-use crate::shape::Functions;
+use crate::mesh::boundary::Face;
+use crate::mesh::raw::Elements;
 
 use cell::Cell;
 pub use division::CellBall;

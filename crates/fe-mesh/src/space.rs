@@ -6,17 +6,17 @@ use iga_core::elasticity::{ElementMaterials, Material};
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::space::{Cell, Element, GridBasis, Integrand, Rows, Space};
 
+use crate::element::kind::{ElementKind, Form};
+use crate::element::rules::{MassRule, RulePoint};
+use crate::element::shape::Functions;
 use crate::fault::MeshFault;
-use crate::kind::{ElementKind, Form};
 use crate::mesh::Mesh;
 use crate::refined::RefinedMesh;
-use crate::rules::{MassRule, RulePoint};
-use crate::shape::Functions;
 
 /// The displacements of a mesh: functions of its nodes, of a divided one those of its free nodes
 /// (theory Eq. C.71).
 ///
-/// All elements are plain displacement elements with the rules of [`crate::rules`]: hex8 has
+/// All elements are plain displacement elements with the rules of [`crate::element::rules`]: hex8 has
 /// neither a mean dilatation nor incompatible modes.
 pub struct MeshSpace {
     mesh: Arc<Mesh>,

@@ -4,12 +4,12 @@ use std::collections::BTreeMap;
 
 use iga_core::SplineError;
 use iga_core::elasticity::kinematics::PointState;
+use iga_core::elasticity::recovery::RecoveryWorkspace;
 use iga_core::elasticity::{MaterialField, Model};
-use iga_core::recovery::RecoveryWorkspace;
 use nalgebra::{Matrix3, Vector3};
 
-use crate::kind::ElementKind;
-use crate::shape::Functions;
+use crate::element::kind::ElementKind;
+use crate::element::shape::Functions;
 use crate::space::MeshSpace;
 
 impl MeshSpace {

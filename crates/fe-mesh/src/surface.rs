@@ -2,9 +2,9 @@
 
 use std::collections::{HashMap, VecDeque};
 
+use crate::element::jacobian::{dot, minus, norm};
+use crate::element::kind::SideKind;
 use crate::fault::MeshFault;
-use crate::jacobian::{dot, minus, norm};
-use crate::kind::SideKind;
 use crate::locate::SidePoint;
 use crate::mesh::Mesh;
 
@@ -61,7 +61,7 @@ fn middle(kind: SideKind, edge: usize) -> [f64; 2] {
 impl Surface {
     /// The surface of `mesh`.
     pub fn new(mesh: &Mesh) -> Self {
-        let side = |&face: &crate::boundary::Face| {
+        let side = |&face: &crate::mesh::boundary::Face| {
             let (kind, nodes) = mesh.face(face);
             SurfaceSide { kind, nodes, neighbours: [None; 4] }
         };

@@ -5,10 +5,10 @@ use std::path::Path;
 use crate::blocks::steel;
 use faer::sparse::SparseColMat;
 use fe_mesh::MeshSpace;
+use fe_mesh::element::rules::MassRule;
 use fe_mesh::read::read;
-use fe_mesh::rules::MassRule;
-use iga_core::assembly::assemble;
 use iga_core::elasticity::Model;
+use iga_core::elasticity::assembly::assemble;
 
 fn entry(matrix: &SparseColMat<u32, f64>, row: usize, column: usize) -> f64 {
     let range = matrix.symbolic().col_range(column);

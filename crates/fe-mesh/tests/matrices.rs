@@ -2,10 +2,10 @@
 
 use crate::blocks::{block, integrals, mixed, shaken, steel, volume};
 use faer::sparse::SparseColMat;
-use fe_mesh::raw::RawMesh;
-use fe_mesh::rules::MassRule;
+use fe_mesh::element::rules::MassRule;
+use fe_mesh::mesh::raw::RawMesh;
 use fe_mesh::{ElementKind, Mesh, MeshSpace};
-use iga_core::assembly::{AssembledMatrices, assemble};
+use iga_core::elasticity::assembly::{AssembledMatrices, assemble};
 use iga_core::elasticity::kinematics::PointState;
 use iga_core::elasticity::{Material, MaterialField, Model};
 
@@ -38,7 +38,7 @@ fn straightened(mut raw: RawMesh) -> RawMesh {
         let kind = element.kind;
         let parameters = kind.node_parameters();
         for (k, xi) in parameters.iter().enumerate().skip(kind.n_corners()) {
-            let mut functions = fe_mesh::shape::Functions::default();
+            let mut functions = fe_mesh::element::shape::Functions::default();
             kind.linear().functions(xi, &mut functions);
             let place = (0..3).map(|d| {
                 functions

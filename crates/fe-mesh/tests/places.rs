@@ -1,8 +1,8 @@
 //! Faces, discs, balls and points of a mesh, and the checks of it.
 
 use crate::blocks::{block, shaken};
-use fe_mesh::raw::{FaceSource, RawMesh};
-use fe_mesh::rules::MassRule;
+use fe_mesh::element::rules::MassRule;
+use fe_mesh::mesh::raw::{FaceSource, RawMesh};
 use fe_mesh::{ElementKind, Mesh, MeshSpace};
 use iga_core::extent::{centroid, measure};
 use iga_core::space::Space;
@@ -40,7 +40,7 @@ fn faces_have_their_area_centre_and_outward_normal() {
 fn points_are_found_in_their_elements() {
     for kind in ElementKind::ALL {
         let mesh = mesh(kind);
-        let mut functions = fe_mesh::shape::Functions::default();
+        let mut functions = fe_mesh::element::shape::Functions::default();
         for point in [[0.3, 0.41, 0.77], [0.05, 0.9, 0.5], [1.0, 0.25, 0.6], [0.0, 0.0, 0.0]] {
             let (e, xi) = mesh.locate(&point).expect("inside");
             let element = mesh.elements().get(e);
@@ -65,7 +65,7 @@ fn points_are_found_in_their_elements() {
 fn points_at_the_apex_of_pyramids_are_found() {
     for kind in [ElementKind::Pyramid5, ElementKind::Pyramid13, ElementKind::Pyramid14] {
         let mesh = Mesh::new(block(kind, [1, 2, 1], |x| shaken(x, 0.05)), 1.0).expect("a mesh");
-        let mut functions = fe_mesh::shape::Functions::default();
+        let mut functions = fe_mesh::element::shape::Functions::default();
         for n in 0..200u32 {
             let apex = mesh.elements().get(if n % 2 == 0 { 0 } else { 6 }).nodes[4];
             // From nothing to a tenth of an element, in directions that hold no pattern.
@@ -146,7 +146,7 @@ fn what_makes_no_body_is_named() {
     nodes[shared] = raw.nodes.len() as u32;
     raw.nodes.push([0.5, 0.5, 0.0]);
     raw.node_labels.push(99);
-    let mut elements = fe_mesh::raw::Elements::default();
+    let mut elements = fe_mesh::mesh::raw::Elements::default();
     elements.push(ElementKind::Hex20, 1, raw.elements.get(0).nodes.iter().copied());
     elements.push(ElementKind::Hex20, 2, nodes.into_iter());
     raw.elements = elements;

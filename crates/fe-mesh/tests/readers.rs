@@ -4,7 +4,7 @@ use crate::blocks::{block, mixed, shaken};
 use crate::damage::mutated;
 use crate::writers::{Form, gmsh, inp};
 use fe_mesh::fault::MeshError;
-use fe_mesh::raw::{FaceSource, RawMesh};
+use fe_mesh::mesh::raw::{FaceSource, RawMesh};
 use fe_mesh::read::{raw, read};
 use fe_mesh::{ElementKind, Mesh};
 use iga_core::extent::measure;

@@ -3,15 +3,15 @@
 use crate::balls::Ball;
 use crate::blocks::{block, divisible, shaken, steel, volume};
 use faer::sparse::SparseColMat;
+use fe_mesh::element::kind::Form;
+use fe_mesh::element::rules::MassRule;
+use fe_mesh::element::shape::Functions;
 use fe_mesh::fault::MeshFault;
-use fe_mesh::kind::Form;
 use fe_mesh::refined::{CellBall, RefinedMesh};
-use fe_mesh::rules::MassRule;
-use fe_mesh::shape::Functions;
 use fe_mesh::surface::Surface;
 use fe_mesh::{ElementKind, Mesh, MeshSpace};
-use iga_core::assembly::{AssembledMatrices, assemble};
 use iga_core::elasticity::Model;
+use iga_core::elasticity::assembly::{AssembledMatrices, assemble};
 use iga_core::extent::measure;
 
 const PYRAMIDS: [ElementKind; 3] = [ElementKind::Pyramid5, ElementKind::Pyramid13, ElementKind::Pyramid14];
@@ -139,7 +139,7 @@ fn displacements_are_continuous_over_hanging_sides_and_hold_those_of_the_mesh_be
             let found: f64 = list.iter().map(|(m, w)| w * free[*m as usize]).sum();
             let mut places = Vec::new();
             refined.mesh().places(element.nodes, &mut places);
-            let point = fe_mesh::jacobian::position(&functions.values, &places);
+            let point = fe_mesh::element::jacobian::position(&functions.values, &places);
             let (e, xi) = mesh.locate(&point).unwrap();
             let of = mesh.elements().get(e);
             of.kind.functions(&xi, &mut functions);
@@ -202,7 +202,7 @@ fn check_seams(kind: ElementKind, refined: &RefinedMesh) {
             xi = [0, 1, 2].map(|d| 0.63 * xi[d] + 0.37 * towards[d]);
             element.kind.functions(&xi, &mut functions);
             fine.places(element.nodes, &mut places);
-            let point = fe_mesh::jacobian::position(&functions.values, &places);
+            let point = fe_mesh::element::jacobian::position(&functions.values, &places);
             let own = at(element.nodes, &functions.values);
             for (other, (low, high)) in fine.elements().iter().zip(&boxes) {
                 if (0..3).any(|d| point[d] < low[d] || point[d] > high[d]) {

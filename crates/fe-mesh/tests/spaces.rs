@@ -3,22 +3,22 @@
 use crate::blocks::{block, divisible, steel};
 use faer::sparse::SparseColMat;
 use faer::{Mat, Side};
+use fe_mesh::element::rules::MassRule;
+use fe_mesh::element::shape::Functions;
 use fe_mesh::refined::{CellBall, RefinedMesh};
-use fe_mesh::rules::MassRule;
-use fe_mesh::shape::Functions;
 use fe_mesh::{ElementKind, Mesh, MeshSpace};
 use iga_core::ParameterBox;
-use iga_core::assembly::assemble;
+use iga_core::elasticity::assembly::assemble;
 use iga_core::elasticity::kinematics::PointState;
+use iga_core::elasticity::mass_properties::MassProperties;
+use iga_core::elasticity::recovery::RecoveryWorkspace;
 use iga_core::elasticity::{MaterialField, Model};
 use iga_core::hierarchical::{HierarchicalSpace, PatchTies, SubdomainHierarchy};
-use iga_core::knots::KnotVector;
-use iga_core::mass_properties::MassProperties;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::patch::PointBasis;
-use iga_core::recovery::RecoveryWorkspace;
 use iga_core::space::{GridBasis, Integrand, PatchSpace, Space};
-use iga_core::tensor;
+use iga_core::splines::knots::KnotVector;
+use iga_core::splines::tensor;
 
 /// Rows of the map from the unit cube to the body.
 const MAP: [[f64; 3]; 3] = [[1.1, 0.2, 0.0], [0.0, 0.9, -0.1], [0.15, 0.0, 1.0]];
@@ -80,7 +80,7 @@ fn place_in(mesh: &Mesh, e: usize, xi: &[f64; 3]) -> [f64; 3] {
     let (mut functions, mut places) = (Functions::default(), Vec::new());
     element.kind.functions(xi, &mut functions);
     mesh.places(element.nodes, &mut places);
-    fe_mesh::jacobian::position(&functions.values, &places)
+    fe_mesh::element::jacobian::position(&functions.values, &places)
 }
 
 fn times_matrix(matrix: &SparseColMat<u32, f64>, x: &[f64]) -> Vec<f64> {
@@ -171,7 +171,7 @@ fn stiffness_has_six_free_motions_and_mass_is_that_of_the_body() {
 /// Volume of the body: the determinant of its map.
 fn volume() -> f64 {
     let [a, b, c] = MAP;
-    fe_mesh::jacobian::determinant(&[a, b, c])
+    fe_mesh::element::jacobian::determinant(&[a, b, c])
 }
 
 #[test]
@@ -198,7 +198,7 @@ fn moments_are_those_of_the_block() {
 #[test]
 fn a_linear_field_has_one_stress_and_no_force_inside() {
     let expected = PointState::new(&Model::Solid, &steel(), &GRADIENT, 0.0);
-    let inverse = fe_mesh::jacobian::inverse(&MAP, volume());
+    let inverse = fe_mesh::element::jacobian::inverse(&MAP, volume());
     for_each_space(&|name, space, _| {
         let u: Vec<f64> = space.control_points().iter().flat_map(|x| times(&GRADIENT, x)).collect();
         let (mut work, mut rule) = (RecoveryWorkspace::default(), GridBasis::default());

@@ -1,10 +1,10 @@
 //! Stress and strain at points of meshes, by units of the nodes' displacements.
 
 use crate::blocks::{block, shaken, steel};
-use fe_mesh::kind::ElementKind;
+use fe_mesh::element::kind::ElementKind;
+use fe_mesh::element::rules::MassRule;
+use fe_mesh::element::shape::Functions;
 use fe_mesh::mesh::Mesh;
-use fe_mesh::rules::MassRule;
-use fe_mesh::shape::Functions;
 use fe_mesh::space::MeshSpace;
 use iga_core::elasticity::kinematics::PointState;
 use iga_core::elasticity::{Material, MaterialField, Model};
@@ -82,7 +82,7 @@ fn stress_by_units_is_that_of_the_nodes_interpolated() {
 #[test]
 fn elements_of_other_materials_have_no_part_in_it() {
     let raw = block(ElementKind::Hex8, [2, 1, 1], |x| x);
-    let raw = fe_mesh::raw::RawMesh { volumes: vec![("soft".into(), vec![1])], ..raw };
+    let raw = fe_mesh::mesh::raw::RawMesh { volumes: vec![("soft".into(), vec![1])], ..raw };
     let mesh = Mesh::new(raw, 1.0).expect("a mesh");
     let soft = Material::new(13e9, 0.3, 1000.0).expect("constants");
     let materials = mesh.materials(&[("soft", soft)], Some(steel())).expect("materials");

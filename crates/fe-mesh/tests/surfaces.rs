@@ -4,16 +4,16 @@ use crate::blocks;
 use std::f64::consts::PI;
 
 use crate::balls::Ball;
+use fe_mesh::element::jacobian::norm;
 use fe_mesh::fault::{MeshError, MeshFault};
-use fe_mesh::jacobian::norm;
 use fe_mesh::locate::SidePoint;
-use fe_mesh::raw::RawMesh;
+use fe_mesh::mesh::raw::RawMesh;
 use fe_mesh::surface::Surface;
 use fe_mesh::{ElementKind, Mesh, SideKind};
 
 const BALL: Ball = Ball { radius: 1.0, across: [6, 4], layers: 2, growth: [1.2, 1.3] };
 
-fn area(mesh: &Mesh, rule: impl Fn(SideKind) -> Vec<fe_mesh::rules::RulePoint<2>>) -> f64 {
+fn area(mesh: &Mesh, rule: impl Fn(SideKind) -> Vec<fe_mesh::element::rules::RulePoint<2>>) -> f64 {
     let (mut at, mut places, mut sum) = (SidePoint::default(), Vec::new(), 0.0);
     for side in Surface::new(mesh).sides() {
         mesh.places(&side.nodes, &mut places);
@@ -80,7 +80,7 @@ fn areas_of_contact_points_sum_to_the_surface() {
 }
 
 /// Nodal forces `Σ w N_A` of a pressure of one along z at the points of `rule` on the sides of group "z+".
-fn forces(mesh: &Mesh, rule: impl Fn(SideKind) -> Vec<fe_mesh::rules::RulePoint<2>>) -> Vec<f64> {
+fn forces(mesh: &Mesh, rule: impl Fn(SideKind) -> Vec<fe_mesh::element::rules::RulePoint<2>>) -> Vec<f64> {
     let (mut at, mut places) = (SidePoint::default(), Vec::new());
     let mut forces = vec![0.0; mesh.nodes().len()];
     for &face in mesh.face_group("z+").expect("a group") {

@@ -13,8 +13,8 @@ pub mod body;
 pub mod reduction;
 pub mod kinematics;
 pub mod interchange;
-pub mod system;
 pub mod integration;
+pub mod system;
 pub mod invariants;
 
 pub use error::DynamicsError;

@@ -64,7 +64,7 @@ fn check(matrix: &Sparse, order: Vec<u32>, n_last: usize) {
 
     let x = Mat::from_fn(n, 11, |i, j| ((3 * i + 5 * j) % 7) as f64 - 3.0);
     let mut b = Mat::zeros(n, 11);
-    ffr_dynamics::reduction::product::symmetric_product(matrix.as_ref(), x.as_ref(), b.as_mut());
+    ffr_dynamics::reduction::blocks::product::symmetric_product(matrix.as_ref(), x.as_ref(), b.as_mut());
     sparse.solve_in_place(b.as_mut());
     assert!((&b - &x).norm_max() < 1e-7);
 }

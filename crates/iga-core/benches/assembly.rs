@@ -7,7 +7,7 @@
 mod bodies;
 
 use divan::{Bencher, black_box};
-use iga_core::assembly::assemble;
+use iga_core::elasticity::assembly::assemble;
 use iga_core::elasticity::{Material, Model};
 use iga_core::space::PatchSpace;
 

@@ -1,11 +1,11 @@
 //! Basis evaluation, refinement and closest points.
 
 use divan::{Bencher, black_box};
-use iga_core::bspline::basis_derivatives;
-use iga_core::knots::KnotVector;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::primitives::{SphereNet, axisymmetric, solid, sphere};
 use iga_core::nurbs::{Patch, Prolongation};
+use iga_core::splines::basis::basis_derivatives;
+use iga_core::splines::knots::KnotVector;
 use iga_core::surface::BodySurface;
 
 fn main() {

@@ -2,11 +2,11 @@
 
 use divan::Bencher;
 use iga_core::hierarchical::{HierarchicalSpace, IndexBox, Prolongation, SubdomainHierarchy};
-use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::space::Space;
-use iga_core::tensor;
+use iga_core::splines::knots::KnotVector;
+use iga_core::splines::tensor;
 
 fn main() {
     let (patch, hierarchy) = case();

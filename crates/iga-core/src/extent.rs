@@ -12,7 +12,7 @@ mod splines;
 
 use crate::SplineError;
 use crate::elasticity::Model;
-use crate::mapping::PointMap;
+use crate::elasticity::mapping::PointMap;
 use crate::nurbs::Shape;
 use crate::nurbs::jet::norm;
 use crate::space::{Cell, GridBasis, PatchSpace, Space, SplineSpace};

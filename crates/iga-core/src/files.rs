@@ -4,17 +4,17 @@
 //! there. Lengths are in the file's unit, which neither format says.
 
 mod fault;
-mod gismo;
-mod mfem;
-mod mfem_topology;
 mod words;
+mod gismo;
+mod mfem_topology;
+mod mfem;
 
 pub use fault::{ReadError, ReadFault};
 pub use gismo::write as write_gismo;
 pub use mfem::write as write_mfem;
 
-use crate::knots::KnotVector;
 use crate::nurbs::{FaceId, Patch};
+use crate::splines::knots::KnotVector;
 
 /// Patches as they stand in a file.
 #[derive(Debug, Clone, PartialEq)]

@@ -12,17 +12,12 @@
 pub mod index_box;
 pub mod two_scale;
 pub mod domain;
-pub mod basis;
-pub mod truncation;
 pub mod ties;
 pub mod neighbours;
+pub mod basis;
+pub mod truncation;
 pub mod growth;
-mod numbering;
-mod extraction;
-mod tables;
-mod combinations;
 pub mod space;
-mod seams;
 pub mod prolongation;
 
 pub use basis::HierarchicalBasis;

@@ -17,24 +17,15 @@
 
 pub mod spline_fault;
 pub mod error;
-pub mod join_fault;
-pub mod knots;
-pub mod bspline;
-pub mod bernstein;
-pub mod tensor;
-pub mod parameter_box;
-pub mod nurbs;
 pub mod quadrature;
+pub mod splines;
+pub mod nurbs;
 pub mod space;
 pub mod hierarchical;
-pub mod mapping;
 pub mod surface;
-pub mod extent;
 pub mod elasticity;
-pub mod mass_properties;
-pub mod assembly;
-pub mod recovery;
+pub mod extent;
 pub mod files;
 
 pub use error::SplineError;
-pub use parameter_box::ParameterBox;
+pub use splines::parameter_box::ParameterBox;

@@ -12,10 +12,10 @@
 //! Functions reproduce the geometry: `Σ_A R_A P_A` is the place of the point, `Σ_A R_A = 1`.
 
 mod combination;
-mod patches;
 mod rows;
 mod tensor_basis;
 mod tie;
+mod patches;
 
 pub use combination::Combination;
 pub use patches::PatchSpace;

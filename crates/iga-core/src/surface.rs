@@ -1,12 +1,11 @@
-//! Surfaces of bodies: outer faces, normals, curvatures, areas, collocation points, closest points.
+//! Surfaces of bodies: collocation points with their areas, functions on faces, closest points.
 //!
-//! Faces are found from the geometry alone: what collapses, lies on the axis, or touches another
-//! face is not outside. Where basis functions matter, they come from a [`crate::space::Space`], so
+//! Outer faces ([`crate::nurbs::face`]) are found from the geometry alone: what collapses, lies on
+//! the axis, or touches another face is not outside. Where basis functions matter, they come from a [`crate::space::Space`], so
 //! that every kind of space serves (theory section S.5).
 
-pub mod face;
-pub mod collocation;
 pub mod extraction;
+pub mod collocation;
 pub mod closest_point;
 
 pub use closest_point::{BodySurface, FacePoint};
@@ -14,4 +13,3 @@ pub use collocation::{
     CollocationPoint, gauss_points, greville_points, lobatto_points, lobatto_towards, tributary_areas,
 };
 pub use extraction::{ElementSide, Extraction};
-pub use face::{Face, SurfacePoint};

@@ -6,13 +6,13 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use crate::measures::{Measures, integral, measures};
 use iga_core::SplineError;
+use iga_core::nurbs::Face;
 use iga_core::nurbs::joining::join;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::primitives::profile;
 use iga_core::nurbs::primitives::round::{self, Round};
 use iga_core::nurbs::primitives::rounded_box::rounded_box;
 use iga_core::nurbs::{FaceId, Shape};
-use iga_core::surface::Face;
 
 /// Measures of a body of revolution from the arcs of its meridian, each `(from, to, angle ↦ (r, z))`, run through upwards.
 type Arc = (f64, f64, Box<dyn Fn(f64) -> [f64; 2]>);

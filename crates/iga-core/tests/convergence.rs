@@ -7,10 +7,10 @@ use std::f64::consts::PI;
 use faer::Side;
 use faer::linalg::solvers::Solve;
 use faer::sparse::{SparseColMat, Triplet};
-use iga_core::assembly::{AssembledMatrices, assemble};
+use iga_core::elasticity::assembly::{AssembledMatrices, assemble};
 use iga_core::elasticity::kinematics::PointState;
+use iga_core::elasticity::mapping::PointMap;
 use iga_core::elasticity::{Material, Model};
-use iga_core::mapping::PointMap;
 use iga_core::nurbs::Patch;
 use iga_core::quadrature::GaussRule;
 use iga_core::space::{GridBasis, PatchSpace, Space};
@@ -48,7 +48,7 @@ fn integrate(
             let (values, first) = (basis.values_at(q), basis.first_at(q));
             let map = PointMap::new(d, &nodes, values, first);
             let inverse = map.inverse();
-            let index = iga_core::tensor::multi_index(&[rule.len(); 3][..d], q);
+            let index = iga_core::splines::tensor::multi_index(&[rule.len(); 3][..d], q);
             let mut weight = map.determinant * model.measure(&map.position);
             for (k, &i) in index.iter().enumerate().take(d) {
                 weight *= 0.5 * (element.upper[k] - element.lower[k]) * rule.weights[i];
@@ -107,7 +107,7 @@ impl Restricted {
 
 fn is_on_boundary(patch: &Patch, node: u32) -> bool {
     let sizes = patch.net_size();
-    let index = iga_core::tensor::multi_index(&sizes, node as usize);
+    let index = iga_core::splines::tensor::multi_index(&sizes, node as usize);
     sizes.iter().zip(index).any(|(&n, i)| i == 0 || i + 1 == n)
 }
 

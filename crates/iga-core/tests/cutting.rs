@@ -1,12 +1,12 @@
 //! Patches cut along lines of lower continuity and where they close on themselves: the same body in more patches, whose faces are those of before.
 
 use iga_core::elasticity::Model;
-use iga_core::knots::KnotVector;
-use iga_core::mass_properties::MassProperties;
+use iga_core::elasticity::mass_properties::MassProperties;
+use iga_core::nurbs::Face;
 use iga_core::nurbs::joining::join;
 use iga_core::nurbs::primitives::{SphereNet, plane, profile, solid, sphere};
 use iga_core::nurbs::{FaceId, Patch, Shape};
-use iga_core::surface::Face;
+use iga_core::splines::knots::KnotVector;
 
 fn cut(shape: &Shape) -> Shape {
     let joined = join(&shape.patches, &[]).expect("a body").shape;

@@ -2,12 +2,12 @@
 
 use crate::bodies;
 use crate::bodies::{at_unknowns, dot, largest, linear_field, multiply, noise};
-use iga_core::assembly::assemble;
+use iga_core::elasticity::assembly::assemble;
+use iga_core::elasticity::mapping::PointMap;
+use iga_core::elasticity::recovery::RecoveryWorkspace;
 use iga_core::elasticity::{Material, Model};
-use iga_core::mapping::PointMap;
 use iga_core::nurbs::Patch;
 use iga_core::quadrature::GaussRule;
-use iga_core::recovery::RecoveryWorkspace;
 use iga_core::space::{GridBasis, PatchSpace, Space, SplineSpace};
 
 const THICKNESS: f64 = 0.02;
@@ -87,7 +87,7 @@ fn linear_field_forces(model: &Model, space: &PatchSpace) -> (f64, f64) {
     let force = multiply(&matrices.stiffness, &u);
     let sizes = patch.net_size();
     let is_inside = |node: u32| {
-        let index = iga_core::tensor::multi_index(&sizes, node as usize);
+        let index = iga_core::splines::tensor::multi_index(&sizes, node as usize);
         sizes.iter().zip(index).all(|(&n, i)| i > 0 && i + 1 < n)
     };
     let (mut inside, mut outside) = (0.0f64, 0.0f64);
@@ -219,7 +219,7 @@ fn strain_energy(space: &PatchSpace, model: &Model, u: &[f64]) -> f64 {
         space.active_functions(e, &mut active);
         let nodes: Vec<_> = active.iter().map(|&a| space.control_points()[a as usize]).collect();
         for q in 0..counts.iter().product() {
-            let index = iga_core::tensor::multi_index(&counts, q);
+            let index = iga_core::splines::tensor::multi_index(&counts, q);
             let (mut xi, mut weight) = ([0.0; 3], 1.0);
             for d in 0..space.dimension() {
                 let rule = GaussRule::new(counts[d]);

@@ -1,8 +1,8 @@
 //! Rational basis functions against identities and differences.
 
-use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::patch::{PointBasis, SECOND_DERIVATIVES};
+use iga_core::splines::knots::KnotVector;
 
 fn patch(dimension: usize) -> Patch {
     let all = [

@@ -3,8 +3,8 @@
 
 use crate::damage::mutated;
 use iga_core::elasticity::Model;
+use iga_core::elasticity::mass_properties::MassProperties;
 use iga_core::files::{SplineFile, read, write_gismo, write_mfem};
-use iga_core::mass_properties::MassProperties;
 use iga_core::nurbs::joining::join;
 use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, solid, sphere};
 use iga_core::nurbs::{FaceId, Patch, Shape};

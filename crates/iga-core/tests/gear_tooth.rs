@@ -5,11 +5,11 @@ use std::f64::consts::{FRAC_PI_4, PI};
 
 use crate::measures::{Measures, integral, measures};
 use iga_core::SplineError;
+use iga_core::nurbs::Face;
 use iga_core::nurbs::joining::join;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::primitives::gear_tooth::GearTooth;
 use iga_core::nurbs::{FaceId, Shape};
-use iga_core::surface::Face;
 
 /// Deviation of the flank from the involute that the documents state, over the module.
 const DEVIATION: f64 = 1e-6;

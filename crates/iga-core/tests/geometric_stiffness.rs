@@ -2,7 +2,7 @@
 
 use crate::bodies;
 use crate::bodies::{dot, largest, linear_field, multiply, noise};
-use iga_core::assembly::{assemble, geometric_stiffness};
+use iga_core::elasticity::assembly::{assemble, geometric_stiffness};
 use iga_core::elasticity::kinematics::PointState;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::Patch;

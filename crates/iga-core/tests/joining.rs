@@ -1,14 +1,14 @@
 //! Bodies of patches given one by one: any order, sense and range of parameters gives the same body, and what does not fit is named.
 
-use iga_core::assembly::assemble;
+use iga_core::elasticity::assembly::assemble;
+use iga_core::elasticity::mass_properties::MassProperties;
 use iga_core::elasticity::{Material, Model};
-use iga_core::join_fault::JoinFault;
-use iga_core::knots::KnotVector;
-use iga_core::mass_properties::MassProperties;
+use iga_core::nurbs::joining::fault::JoinFault;
 use iga_core::nurbs::joining::{Joined, join};
 use iga_core::nurbs::primitives::{SphereNet, solid, sphere};
 use iga_core::nurbs::{FaceId, Patch};
 use iga_core::space::{PatchSpace, Space};
+use iga_core::splines::knots::KnotVector;
 
 /// A box between two corners.
 fn cuboid(lower: [f64; 3], upper: [f64; 3]) -> Patch {

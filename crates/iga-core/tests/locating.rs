@@ -180,7 +180,7 @@ fn windows_in_metres_give_elements_of_the_wanted_size() {
     };
     let fine = refine_near(coarse, &[4, 3], &[12, 12], &[window]).unwrap();
     assert_eq!((fine.knots()[0].degree(), fine.knots()[1].degree()), (4, 3));
-    assert!(fine.knots().iter().all(iga_core::knots::KnotVector::is_smooth));
+    assert!(fine.knots().iter().all(iga_core::splines::knots::KnotVector::is_smooth));
     // Sixteen equal elements to 0.4 mm: 25 um each near the pole, where the arc is almost straight.
     let breaks = fine.knots()[0].breaks();
     let first = fine.point(&[breaks[1], 0.0, 0.0]);

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use iga_core::elasticity::Model;
-use iga_core::mass_properties::MassProperties;
+use iga_core::elasticity::mass_properties::MassProperties;
 use iga_core::nurbs::Shape;
 use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, solid, sphere};
 

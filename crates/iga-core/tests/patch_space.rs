@@ -2,13 +2,13 @@
 
 use crate::bodies;
 use crate::bodies::noise;
-use iga_core::assembly::assemble;
+use iga_core::elasticity::assembly::assemble;
 use iga_core::elasticity::{Material, Model};
-use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::interface::FaceId;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::space::{Element, GridBasis, Integrand, PatchSpace, Space, SplineSpace, tabulate_spline};
+use iga_core::splines::knots::KnotVector;
 
 /// Half disc in `(r, z)` with both ends of the arc collapsed onto the axis: polar coordinates, centre collapsed too.
 fn polar_half_disc() -> Patch {

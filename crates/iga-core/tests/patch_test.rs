@@ -2,17 +2,17 @@
 
 use crate::bodies::{at_unknowns, largest, linear_field, multiply, noise};
 use crate::gear_tooth;
-use iga_core::assembly::assemble;
+use iga_core::elasticity::assembly::assemble;
 use iga_core::elasticity::kinematics::PointState;
+use iga_core::elasticity::recovery::RecoveryWorkspace;
 use iga_core::elasticity::{Material, Model};
-use iga_core::knots::KnotVector;
+use iga_core::nurbs::Face;
 use iga_core::nurbs::Shape;
 use iga_core::nurbs::primitives::round::{self, Round};
 use iga_core::nurbs::primitives::rounded_box::rounded_box;
 use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, profile, solid, sphere};
-use iga_core::recovery::RecoveryWorkspace;
 use iga_core::space::{PatchSpace, Space, SplineSpace};
-use iga_core::surface::Face;
+use iga_core::splines::knots::KnotVector;
 
 const YOUNG: f64 = 72.8e9;
 const THICKNESS: f64 = 0.02;
@@ -122,7 +122,7 @@ fn on_surface(space: &PatchSpace, is_axisymmetric: bool) -> Vec<bool> {
         let id = face.id;
         let sizes = space.patches()[id.patch].net_size();
         for (local, &function) in space.functions(id.patch).iter().enumerate() {
-            let index = iga_core::tensor::multi_index(&sizes, local)[id.direction];
+            let index = iga_core::splines::tensor::multi_index(&sizes, local)[id.direction];
             let end = if id.upper { sizes[id.direction] - 1 } else { 0 };
             is_outer[function as usize] |= index == end;
         }

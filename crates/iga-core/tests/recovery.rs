@@ -3,9 +3,9 @@
 use crate::bodies;
 use crate::bodies::{linear_field, noise};
 use iga_core::elasticity::kinematics::PointState;
+use iga_core::elasticity::recovery::RecoveryWorkspace;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::Patch;
-use iga_core::recovery::RecoveryWorkspace;
 use iga_core::space::{PatchSpace, Space, SplineSpace};
 
 fn steel() -> Material {

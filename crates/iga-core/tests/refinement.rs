@@ -1,8 +1,8 @@
 //! Refinement changes the space, never the geometry.
 
 use iga_core::SplineError;
-use iga_core::knots::KnotVector;
 use iga_core::nurbs::{Grading, Patch, Prolongation, Window};
+use iga_core::splines::knots::KnotVector;
 use proptest::prelude::*;
 
 // A point is a quotient of two sums of at most (p + 1)^3 products, before and after refinement.

@@ -3,12 +3,12 @@
 use std::f64::consts::PI;
 
 use iga_core::SplineError;
-use iga_core::knots::KnotVector;
+use iga_core::nurbs::Face;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, solid, sphere};
 use iga_core::nurbs::shape::singular_sets;
 use iga_core::nurbs::{Patch, Shape};
-use iga_core::surface::Face;
+use iga_core::splines::knots::KnotVector;
 
 /// Gauss-Legendre rule with `n` points on [0, 1], by Newton on the Legendre polynomial.
 fn gauss(n: usize) -> Vec<(f64, f64)> {

@@ -2,12 +2,13 @@
 
 use std::f64::consts::PI;
 
+use iga_core::nurbs::Face;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, solid, sphere};
 use iga_core::nurbs::{RefinementWindow, Shape};
 use iga_core::space::{PatchSpace, Space};
 use iga_core::surface::{
-    BodySurface, CollocationPoint, Face, gauss_points, greville_points, lobatto_points, tributary_areas,
+    BodySurface, CollocationPoint, gauss_points, greville_points, lobatto_points, tributary_areas,
 };
 
 const R: f64 = 0.01;

@@ -11,8 +11,8 @@ mod align;
 mod finding;
 mod datasets;
 mod features;
-mod report;
 mod judge;
+mod report;
 
 pub use finding::{Deviation, Finding};
 pub use judge::{Comparison, compare};

@@ -1,10 +1,10 @@
 //! Datasets with units and descriptions, texts, and tables that grow.
 
+pub mod scales;
+
 use hdf5::types::VarLenUnicode;
 use hdf5::{Dataset, Error, Group, H5Type, Location, Result};
 use ndarray::{ArrayView1, s};
-
-use crate::scales;
 
 /// `text` as an HDF5 string; NUL bytes, which HDF5 strings cannot hold, are left out.
 pub fn unicode(text: &str) -> Result<VarLenUnicode> {

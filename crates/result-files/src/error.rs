@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::file_fault::{Access, FileError, FileFault};
+use crate::file::fault::{Access, FileError, FileFault};
 use crate::toml_text::fault::Faults;
 
 /// Everything that ends work on result files.

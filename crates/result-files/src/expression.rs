@@ -17,9 +17,9 @@
 
 pub mod fault;
 pub mod token;
-pub mod parse;
 pub mod value;
 pub mod function;
+pub mod parse;
 pub mod source;
 pub mod evaluate;
 pub mod named;

@@ -6,31 +6,15 @@
 //! a result holds. What builds models again from that text (`vtk`, `probe`, bodies in motion) is in
 //! `fbimpact` (docs/decisions/0058).
 
-pub mod percent;
-pub mod shown_text;
-pub mod error_text;
-pub mod plain_file;
-pub mod hdf5_integrity;
-pub mod file_fault;
-pub mod whole_file;
 pub mod toml_text;
-pub mod error;
-pub mod scales;
 pub mod dataset;
-pub mod open;
 pub mod tables;
-pub mod stages;
-pub mod chosen_sizes;
+pub mod file;
+pub mod error;
 pub mod stored;
-pub mod pressure_series;
-pub mod reactions;
-pub mod warnings;
-pub mod summary;
-pub mod text;
-pub mod thin;
-pub mod scenario_values;
 pub mod expression;
 pub mod compare;
 pub mod collect;
-pub mod converge;
 pub mod plot;
+pub mod words;
+pub mod converge;

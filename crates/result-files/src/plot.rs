@@ -6,23 +6,13 @@
 
 pub mod labels;
 pub mod data;
-pub mod units;
 pub mod ticks;
-pub mod spectrum;
-pub mod thin;
 pub mod figure;
-mod envelope;
-pub mod figures;
 pub mod theme;
-pub mod axis;
-mod text;
-mod legend;
-mod colours;
-mod dots;
+pub mod drawing;
+pub mod curve;
+pub mod figures;
 pub mod render;
-mod drawing;
-pub mod raster;
-pub mod pdf;
 
 /// What can go wrong while drawing; files are the caller's.
 #[derive(Debug, thiserror::Error)]

@@ -1,4 +1,15 @@
-//! A stored result as a list of datasets: what `compare`, `thin` and `collect` read.
+//! A stored result: how it is opened, what it tells of its run, and the list of its datasets that
+//! `compare`, `thin` and `collect` read.
+
+pub mod chosen_sizes;
+pub mod open;
+pub mod pressure_series;
+pub mod reactions;
+pub mod scenario_values;
+pub mod stages;
+pub mod thin;
+pub mod warnings;
+pub mod summary;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -7,9 +18,9 @@ use hdf5::types::{TypeDescriptor, VarLenUnicode};
 use hdf5::{Dataset, File, Group};
 
 use crate::error::ResultError;
-use crate::file_fault::FileFault;
-use crate::hdf5_integrity;
-use crate::open;
+use crate::file::fault::FileFault;
+use crate::file::hdf5_integrity;
+
 use crate::tables::ImpactRow;
 
 /// Groups whose datasets have one row a stored instant.

@@ -8,7 +8,7 @@
 //! its own. Works on parameters; what the levels do to a space is
 //! [`crate::body::splines::refined`]'s part.
 
-use iga_core::knots::KnotVector;
+use iga_core::splines::knots::KnotVector;
 
 /// Distance of a lattice point from a knot, as a share of the spacing, below which the knot serves
 /// in its place.

@@ -1,6 +1,6 @@
 //! A contact interval as it is asked for.
 
-use iga_core::surface::Face;
+use iga_core::nurbs::Face;
 
 /// A contact interval as it is asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,7 @@
 //! The displacement field of a body, coarse or fine, of whatever elements: its points, markers and
 //! parts, strain and stress.
 
-use contact_qs::points::DofLookup;
+use contact_qs::zone::points::DofLookup;
 use faer::sparse::SparseColMat;
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::{AssembledBody, Dof, RigidMotion};
@@ -9,9 +9,9 @@ use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::kinematics::{Marker, MarkerWeights};
 use iga_core::SplineError;
 use iga_core::elasticity::kinematics::PointState;
+use iga_core::elasticity::recovery::RecoveryWorkspace;
 use iga_core::elasticity::{Material, MaterialField, Model};
 use iga_core::extent::{Extent, ExtentPoint};
-use iga_core::recovery::RecoveryWorkspace;
 use iga_core::space::Space;
 use nalgebra::{UnitQuaternion, Vector3};
 

@@ -1,7 +1,7 @@
 //! Strain and stress at a point of a body, as sums over the displacements of its unknowns
 //! (docs/theory.md Eq. Q.7).
 
-use contact_qs::points::DofLookup;
+use contact_qs::zone::points::DofLookup;
 use faer::{Mat, MatMut, MatRef};
 use iga_core::elasticity::kinematics::PointState;
 

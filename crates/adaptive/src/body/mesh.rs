@@ -5,13 +5,13 @@ pub mod field_body;
 
 use std::sync::Arc;
 
-use contact_qs::points::DofLookup;
+use contact_qs::zone::points::DofLookup;
 use faer::sparse::SparseColMat;
 use fe_mesh::fault::MeshFault;
 use fe_mesh::{Mesh, MeshSpace};
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion};
 use iga_core::SplineError;
-use iga_core::assembly::assemble;
+use iga_core::elasticity::assembly::assemble;
 use iga_core::elasticity::kinematics::PointState;
 use iga_core::elasticity::{ElementMaterials, Material, MaterialField, Model};
 use iga_core::extent::{Extent, ExtentPoint};

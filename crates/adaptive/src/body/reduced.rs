@@ -16,9 +16,9 @@ use crate::body::loads::MarkerLoads;
 use crate::store::{StoredModel, matrix, matrix_values};
 
 mod key;
-mod reduction;
 mod stiffening;
 pub(crate) mod damping;
+mod reduction;
 
 pub use key::modes_key;
 pub(crate) use reduction::ReductionInput;

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use contact_qs::points::DofLookup;
+use contact_qs::zone::points::DofLookup;
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix};
 use iga_core::SplineError;
-use iga_core::assembly::assemble;
+use iga_core::elasticity::assembly::assemble;
 use iga_core::elasticity::{MaterialField, Model};
 use iga_core::extent::{Extent, ExtentPoint};
 use iga_core::nurbs::local::RefinementWindow;
@@ -18,9 +18,9 @@ use crate::spec::{DiscretisationSpec, ElasticSpec, RefinementSpec};
 use crate::surface::SplineSurface;
 
 mod discretised;
-pub mod field_body;
-pub mod refined;
 pub mod rotated_net;
+pub mod refined;
+pub mod field_body;
 
 pub use crate::spec::body::rigid_motion;
 pub use discretised::Discretised;

@@ -7,13 +7,14 @@
 
 use std::sync::Arc;
 
-use contact_qs::points::{PressureMean, SurfacePoint};
 use contact_qs::surface_pair::TargetFace;
+use contact_qs::zone::points::{PressureMean, SurfacePoint};
 use contact_qs::{ContactError, PiecewiseSurface};
 use iga_core::elasticity::Model;
+use iga_core::nurbs::Face;
 use iga_core::nurbs::jet::{diagonal, difference, norm};
 use iga_core::nurbs::{FaceId, SAME_PLACE};
-use iga_core::surface::{BodySurface, CollocationPoint, Face, gauss_points, greville_points, lobatto_points};
+use iga_core::surface::{BodySurface, CollocationPoint, gauss_points, greville_points, lobatto_points};
 
 use crate::body::splines::Discretised;
 use crate::record::TargetPlace;

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use contact_qs::points::InterfaceCompliance;
+use contact_qs::zone::points::InterfaceCompliance;
 use contact_qs::{ActiveContact, ZoneVibration};
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::{AssembledBody, ModalDamping};

@@ -20,8 +20,8 @@ use crate::state::ImpactHistory;
 use crate::system::body::BodyModel;
 use crate::system::whole_surface::resolved_penalty;
 use crate::touch::detection::{Nearest, Search};
+use crate::touch::parts::side::{Moved, Side, met_place};
 use crate::touch::parts::{Touch, TouchKind, TouchZone};
-use crate::touch::side::{Moved, Side, met_place};
 use crate::touch::tolerances::PARALLEL_IN_RUN;
 
 /// Where the zones of a contact lie.

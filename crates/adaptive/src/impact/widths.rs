@@ -14,12 +14,12 @@ use crate::error::AdaptiveError;
 use crate::spec::{Place, Target};
 use crate::system::body::{BodyModel, FlexibleModel};
 use crate::touch::detection::{Nearest, Search};
+use crate::touch::hertz::local_surface::{SurfaceView, plane_compliance};
+use crate::touch::hertz::preview::{HertzPoint, PointImpact};
 use crate::touch::hertz::{
     HertzLaw, HertzPrediction, ImpactLaw, LineLaw, LocalSurface, StraightLine, half_extents, hertz_impact,
     interval_width, inverse_effective_mass, widths_along,
 };
-use crate::touch::local_surface::{SurfaceView, plane_compliance};
-use crate::touch::preview::{HertzPoint, PointImpact};
 
 /// Width of a first interval that cannot be predicted (flat on flat), as a share of the body's
 /// size.

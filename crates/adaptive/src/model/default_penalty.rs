@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use contact_qs::law::penalty;
-use contact_qs::points::{InterfaceCompliance, contact_submodel};
+use contact_qs::zone::points::{InterfaceCompliance, contact_submodel};
 use contact_qs::{ActiveContact, ContactError};
 use ffr_dynamics::system::force::{BodyState, Motion};
 use nalgebra::Vector3;
@@ -15,7 +15,7 @@ use crate::body::zone::ContactZone;
 use crate::body::zone::contact::ContactSide;
 use crate::spec::{SurfaceLaw, Treatment};
 use crate::system::body::FlexibleModel;
-use crate::touch::local_surface::plane_compliance;
+use crate::touch::hertz::local_surface::plane_compliance;
 
 /// The zone that a contact has from the start on one of its bodies.
 #[derive(Clone, Copy)]

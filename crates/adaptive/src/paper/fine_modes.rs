@@ -6,7 +6,7 @@
 //! is built on the coarse mesh sees the body's modes through the map back to coarse coordinates.
 
 use ffr_dynamics::body::StandardInputData;
-use ffr_dynamics::reduction::dense;
+use ffr_dynamics::reduction::blocks::dense;
 use ffr_dynamics::reduction::modal::ReducedBasis;
 use nalgebra::UnitQuaternion;
 

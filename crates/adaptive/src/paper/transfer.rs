@@ -9,7 +9,7 @@ use faer::linalg::solvers::SolveLstsq;
 use faer::{Mat, MatRef};
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::AssembledBody;
-use ffr_dynamics::reduction::dense;
+use ffr_dynamics::reduction::blocks::dense;
 use ffr_dynamics::reduction::modal::ReducedBasis;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::quadrature::GaussRule;

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use contact_qs::search::{TouchSettings, first_touch};
 use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, Statistics, Step, StepSettings};
-use ffr_dynamics::system::stops::StopSite;
+use ffr_dynamics::system::model::stops::StopSite;
 
 use crate::checks::linearity::LinearLimits;
 use crate::checks::motion::MotionLimits;
@@ -44,9 +44,9 @@ const WITHIN_A_STEP: f64 = 2.0;
 /// touches are located to a billionth of a step.
 const NEAR: f64 = 1e-9;
 
-mod checks;
 mod contact_slot;
 mod impact;
+mod checks;
 mod monitor;
 mod output;
 mod rest;

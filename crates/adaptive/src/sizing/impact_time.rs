@@ -14,9 +14,9 @@ use std::fmt;
 
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
+use iga_core::elasticity::mass_properties::MassProperties;
 use iga_core::elasticity::{Material, MaterialField, Model};
-use iga_core::mass_properties::MassProperties;
-use iga_core::nurbs::lengths::lengths;
+use iga_core::nurbs::shape::lengths::lengths;
 use nalgebra::{Matrix3, Vector3};
 
 use super::extent::extent;
@@ -26,8 +26,8 @@ use crate::sizing::impact_time::rise::{TouchLine, Touching, length_along, line_t
 use crate::spec::{BodyKind, ContactLaw, ContactSpec, HertzSphere, Place, RunSpec, Target};
 use crate::surface::{self, SurfacePlace};
 use crate::touch::first::{FirstTouch, FirstTouches};
+use crate::touch::hertz::local_surface::{SurfaceView, plane_compliance};
 use crate::touch::hertz::{LocalSurface, across_line, inverse_effective_mass};
-use crate::touch::local_surface::{SurfaceView, plane_compliance};
 use crate::touch::sites::Sites;
 use crate::touch::tolerances::{FACING, SHORTEST_LINE};
 

@@ -6,8 +6,8 @@
 //! the error that the direction makes, and the sum over directions that of the mesh (Eqs. N.5,
 //! N.6).
 
-pub(crate) mod first_elements;
 pub mod proportions;
+pub(crate) mod first_elements;
 
 use std::fmt;
 

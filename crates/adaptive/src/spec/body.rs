@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::reduction::{DampingSpec, ReductionSpec};
 use fe_mesh::Mesh;
-use fe_mesh::rules::MassRule;
+use fe_mesh::element::rules::MassRule;
 use ffr_dynamics::body::RigidMotion;
 use iga_core::SplineError;
 use iga_core::elasticity::{Material, Model};

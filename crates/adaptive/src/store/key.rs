@@ -6,7 +6,7 @@
 //! have a number, so that no two definitions have the same bytes.
 
 use faer::{ColRef, Mat};
-use fe_mesh::rules::MassRule;
+use fe_mesh::element::rules::MassRule;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::Shape;
 use serde::Serialize;

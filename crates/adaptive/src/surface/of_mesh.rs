@@ -4,13 +4,13 @@
 use std::collections::{HashMap, HashSet};
 use std::sync::{Arc, OnceLock};
 
-use contact_qs::points::DofLookup;
 use contact_qs::search::{SearchWorkspace, SurfaceModel, plane_distance};
+use contact_qs::zone::points::DofLookup;
 use contact_qs::{ContactError, PieceEdge, PiecewiseSurface, Plane, SurfacePiece};
 use faer::Mat;
 use fe_mesh::Mesh;
+use fe_mesh::element::side_pieces::SidePiece;
 use fe_mesh::locate::{SidePoint, SurfaceSearch};
-use fe_mesh::side_pieces::SidePiece;
 use fe_mesh::surface::{CREASE, Neighbour, Surface as Sides, SurfaceSide};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;

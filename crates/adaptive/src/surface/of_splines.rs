@@ -6,10 +6,11 @@ use contact_qs::ContactError;
 use contact_qs::search::SurfaceModel;
 use ffr_dynamics::body::RigidMotion;
 use iga_core::elasticity::Model;
-use iga_core::nurbs::lengths::lengths;
+use iga_core::nurbs::Face;
 use iga_core::nurbs::patch::PointBasis;
+use iga_core::nurbs::shape::lengths::lengths;
 use iga_core::nurbs::{FaceId, Patch, SAME_PLACE, Shape};
-use iga_core::surface::{BodySurface, Face, FacePoint};
+use iga_core::surface::{BodySurface, FacePoint};
 use nalgebra::Vector3;
 
 use super::turned_net::regular_view;

@@ -2,11 +2,11 @@
 //! that it is regular at a place.
 
 use iga_core::SplineError;
+use iga_core::nurbs::Face;
 use iga_core::nurbs::jet::norm;
 use iga_core::nurbs::patch::PointBasis;
-use iga_core::nurbs::symmetry::{angle_about, product, rotation_about};
+use iga_core::nurbs::shape::symmetry::{angle_about, product, rotation_about};
 use iga_core::nurbs::{PatchSearch, Shape};
-use iga_core::surface::Face;
 
 /// The shape with its net turned so that it is regular at `place` of `face`, with that place on it;
 /// `None` if the net is regular there already, or the shape has no symmetry.

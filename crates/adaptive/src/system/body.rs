@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use contact_qs::ContactError;
-use contact_qs::points::DofLookup;
 use contact_qs::search::SurfaceModel;
+use contact_qs::zone::points::DofLookup;
 use faer::MatRef;
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 

@@ -1,10 +1,10 @@
 //! Gradients and stresses of the modes of a body at points all over it (docs/theory.md Eq. P.13).
 
-use contact_qs::points::DofLookup;
+use contact_qs::zone::points::DofLookup;
 use faer::MatRef;
 use iga_core::SplineError;
 use iga_core::elasticity::kinematics::PointState;
-use iga_core::recovery::RecoveryWorkspace;
+use iga_core::elasticity::recovery::RecoveryWorkspace;
 use iga_core::space::{GridBasis, Integrand};
 use nalgebra::{Matrix3, Vector3};
 

@@ -2,14 +2,14 @@
 //! coordinates.
 
 use contact_qs::ContactError;
-use contact_qs::points::DofLookup;
 use contact_qs::surface_pair::TargetFace;
+use contact_qs::zone::points::DofLookup;
 use faer::Mat;
 use iga_core::elasticity::Model;
+use iga_core::nurbs::Face;
 use iga_core::nurbs::Shape;
 use iga_core::nurbs::jet::diagonal;
 use iga_core::space::{PatchSpace, Space};
-use iga_core::surface::Face;
 use std::sync::Arc;
 
 use crate::body::splines::Discretised;

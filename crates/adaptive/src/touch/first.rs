@@ -14,10 +14,10 @@ use nalgebra::Vector3;
 use crate::spec::{ContactSpec, HertzSpec, RunSpec, Target};
 use crate::surface::{POLE, SurfacePlace};
 use crate::touch::flight::touch_in_flight;
+use crate::touch::hertz::local_surface::SurfaceView;
 use crate::touch::hertz::{HertzLaw, LocalSurface};
-use crate::touch::local_surface::SurfaceView;
+use crate::touch::parts::side::{Moved, Side};
 use crate::touch::parts::{NO_ELLIPSE, Touch, TouchKind};
-use crate::touch::side::{Moved, Side};
 use crate::touch::sites::{KnownSurface, Sites, Surfaces, nearest_sites};
 use crate::touch::tolerances::PARALLEL_AT_START;
 

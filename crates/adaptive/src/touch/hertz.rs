@@ -3,6 +3,9 @@
 //! The width is that of Hertz's contact at the peak of an impact of two masses. It only starts a
 //! search: bodies that are no half spaces, or waves, make it inexact.
 
+pub mod local_surface;
+pub mod preview;
+
 use std::f64::consts::PI;
 
 use contact_qs::law::HertzEllipse;

@@ -1,12 +1,15 @@
 //! Which parts of two bodies touch, at given motions: smooth faces, a line of them, flat faces,
 //! edges (docs/theory.md Eqs. C.60, C.61).
 
+pub(crate) mod side;
+mod line;
+
 use iga_core::nurbs::SAME_PLACE;
 use nalgebra::Vector3;
 
 use crate::touch::detection::Nearest;
-use crate::touch::line::middle_of_line;
-use crate::touch::side::{Moved, Side, touch_direction};
+use line::middle_of_line;
+use side::{Moved, Side, touch_direction};
 
 /// Which parts of two surfaces touch first: smooth faces, flat faces, edges or lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

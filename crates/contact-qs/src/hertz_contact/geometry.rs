@@ -7,13 +7,13 @@ use std::sync::Arc;
 
 use super::moment::{Bent, StiffnessChange, stiffness_change};
 use crate::ContactError;
+use crate::hertz_contact::sphere::Sphere;
 use crate::law::{HertzEllipse, HertzPair};
 use crate::plane::Plane;
 use crate::search::{
     LocalShape, SearchWorkspace, Site, SurfaceModel, followed_overlap, minimum_distance, plane_distance,
 };
 use crate::solver_fault::SolverFault;
-use crate::sphere::Sphere;
 
 /// Cosine of the angle between the normal of a surface and the line to the other body below which
 /// an edge is nearest: 8 degrees, for faces that only approximate a smooth surface.

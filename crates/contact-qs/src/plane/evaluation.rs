@@ -15,7 +15,7 @@ use crate::law::penalty;
 use crate::quasistatic::problem::dot;
 use crate::quasistatic::sliding_work::SlidingWork;
 use crate::quasistatic::{Problem, SolveReport};
-use crate::submodel::{OPEN, is_turned_to};
+use crate::zone::submodel::{OPEN, is_turned_to};
 
 /// Distance from the plane, over the size of the body, that no quasistatic displacement comes near:
 /// strains are small.

@@ -5,7 +5,7 @@ use ffr_dynamics::error::EvaluationFailure;
 
 use super::active_set::{ActiveSet, SolveReport};
 use super::problem::Problem;
-use crate::paper::broyden::{Broyden, BroydenSettings, ModalProblem};
+use crate::quasistatic::broyden::{Broyden, BroydenSettings, ModalProblem};
 
 /// Which solver finds the point forces.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -9,8 +9,8 @@ use super::active_set::SolveReport;
 use super::point_solver::{Method, PointSolver};
 use super::problem::{add_product, dot};
 use crate::ContactError;
-use crate::paper::BroydenSettings;
-use crate::paper::ModalBasis;
+use crate::quasistatic::broyden::BroydenSettings;
+use crate::quasistatic::modal_basis::ModalBasis;
 
 /// Compliance of a contact zone, with its modes where Algorithm 1 shall solve it.
 ///
@@ -152,7 +152,7 @@ impl ZoneSolver {
     /// compliance `springs` [m/N].
     ///
     /// # Errors
-    /// [`EvaluationFailure`] of [`super::ActiveSet::solve`] and [`crate::paper::Broyden::solve`].
+    /// [`EvaluationFailure`] of [`super::ActiveSet::solve`] and [`crate::quasistatic::broyden::Broyden::solve`].
     pub fn solve(
         &mut self,
         springs: &[f64],

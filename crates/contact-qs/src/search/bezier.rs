@@ -3,7 +3,7 @@
 //! A curve is a piece whose second degree is zero, so that one code serves plane, axisymmetric and
 //! solid models.
 
-use iga_core::bernstein::table;
+use iga_core::splines::bernstein::table;
 use nalgebra::Vector3;
 
 /// Homogeneous point `(w x, w y, w z, w)`.

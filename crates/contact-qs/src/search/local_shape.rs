@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::bezier::{PieceJet, jet};
 use super::deformed::Site;
 use super::surface_model::{Piece, SurfaceModel};
-use iga_core::bernstein::table;
+use iga_core::splines::bernstein::table;
 
 /// Sine of the angle between the tangents, and ratio of their lengths to those in the middle of the
 /// piece, below which the net is singular.

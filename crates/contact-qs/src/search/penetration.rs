@@ -1,7 +1,7 @@
 //! Overlapping bodies: the deepest surface point of either body in the other (theory Eqs. C.30,
 //! C.31).
 
-use iga_core::nurbs::box_newton::{Sample, minimize};
+use iga_core::nurbs::locate::box_newton::{Sample, minimize};
 use nalgebra::Vector3;
 
 use super::boxes::NodeKind;

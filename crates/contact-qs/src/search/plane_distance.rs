@@ -2,7 +2,7 @@
 
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::force::BodyState;
-use iga_core::nurbs::box_newton::{Sample, minimize};
+use iga_core::nurbs::locate::box_newton::{Sample, minimize};
 use nalgebra::Vector3;
 
 use super::boxes::NodeKind;

@@ -1,7 +1,7 @@
 //! Signed distance of a point from the surface of a body (theory Eqs. C.29, C.31): positive
 //! outside.
 
-use iga_core::nurbs::box_newton::{Sample, minimize};
+use iga_core::nurbs::locate::box_newton::{Sample, minimize};
 use nalgebra::{Matrix3, Vector3};
 
 use super::bezier::PieceJet;

@@ -8,16 +8,17 @@
 use faer::MatRef;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::data_error::DataError;
+use iga_core::nurbs::Face;
 use iga_core::nurbs::{FaceId, Patch};
 use iga_core::space::{PatchSpace, Space};
-use iga_core::surface::{ElementSide, Extraction, Face};
+use iga_core::surface::{ElementSide, Extraction};
 use nalgebra::Vector3;
 
 use super::bezier::Homogeneous;
 use super::boxes::{Bounds, Leaf, Node, tree};
 use crate::ContactError;
 use crate::piecewise::{PiecewiseSurface, bilinear};
-use crate::points::DofLookup;
+use crate::zone::points::DofLookup;
 
 /// Pieces are halved until their control points are as near to the chord, relative to the piece's
 /// size: a circular arc then turns by less than 30 degrees.

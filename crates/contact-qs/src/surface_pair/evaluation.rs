@@ -8,17 +8,17 @@ use nalgebra::Vector3;
 
 use super::SurfacePair;
 use super::friction::move_back;
-use super::normal_walk::SLACK;
+use super::projection::normal_walk::SLACK;
+use super::projection::warm_start::WarmStart;
 use super::projection::{Displaced, Functions, Projection, Samples, SurfacePlace};
 use super::relative_pose::{RelativePose, resultant};
 use super::state::{Buffers, PairFound, PairState, Work};
-use super::warm_start::WarmStart;
 use crate::contact_element::ContactReport;
 use crate::law::penalty;
 use crate::quasistatic::SolveReport;
 use crate::quasistatic::problem::{add_product, dot};
 use crate::quasistatic::stick_slip::NormalSolver;
-use crate::submodel::OPEN;
+use crate::zone::submodel::OPEN;
 
 /// Limit of the passes of projection and solution. Each pass reduces the error to about the ratio
 /// of contact radius to body radius, a few per cent.
@@ -226,7 +226,7 @@ impl SurfacePair {
 
     /// Projects the displaced points on the displaced target; gaps, normals and functions there.
     /// Points that are open for certain are left as they are
-    /// ([`super::proximity_cache::ProximityCache`]).
+    /// ([`super::projection::proximity_cache::ProximityCache`]).
     fn project(
         &self,
         t: f64,

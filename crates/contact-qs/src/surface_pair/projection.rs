@@ -1,14 +1,22 @@
 //! Closest points on a displaced target surface (docs/theory.md Eqs. C.38, C.39).
 
+mod edges;
+pub(super) mod meeting_point;
+pub(super) mod normal_walk;
+pub(super) mod proximity_cache;
+mod seams;
+pub(super) mod warm_start;
+mod whole_surface;
+
 use std::ops::Range;
 
 use ffr_dynamics::body::RigidMotion;
-use iga_core::nurbs::box_newton::{Sample, minimize};
 use iga_core::nurbs::jet::{cross, difference, dot, norm};
+use iga_core::nurbs::locate::box_newton::{Sample, minimize};
 
-use super::bezier::{self, MAX_ORDER, Table};
-use super::normal_walk::{Foot, NormalJet, foot};
 use super::target::TargetSurface;
+use super::target::bezier::{self, MAX_ORDER, Table};
+use normal_walk::{Foot, NormalJet, foot};
 
 /// Newton steps from a known start before the safeguarded search takes over.
 const MAX_STEPS: usize = 6;

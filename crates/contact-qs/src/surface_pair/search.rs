@@ -3,11 +3,11 @@
 use ffr_dynamics::system::force::BodyState;
 
 use super::SurfacePair;
-use super::normal_walk::SLACK;
+use super::projection::normal_walk::SLACK;
+use super::projection::warm_start::WarmStart;
 use super::projection::{Displaced, Functions, Samples};
 use super::relative_pose::RelativePose;
 use super::target::TargetSurface;
-use super::warm_start::WarmStart;
 
 /// Buffers of a search.
 pub(super) struct SearchBuffers {

@@ -4,12 +4,12 @@ use ffr_dynamics::system::force::BodyState;
 
 use super::contact_jacobian::ContactJacobian;
 use super::friction::PairFriction;
+use super::projection::proximity_cache::ProximityCache;
+use super::projection::warm_start::WarmStart;
 use super::projection::{Functions, Projection, Samples, SurfacePlace};
-use super::proximity_cache::ProximityCache;
 use super::search::SearchBuffers;
 use super::solver::PairZone;
 use super::target::TargetSurface;
-use super::warm_start::WarmStart;
 use crate::contact_element::ContactReport;
 use crate::quasistatic::PointState;
 

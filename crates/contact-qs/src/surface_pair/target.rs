@@ -5,23 +5,26 @@
 //! `N_A`: their Bernstein coefficients are found once (Eq. C.37), so that an evaluation needs
 //! neither space nor patch.
 
+pub(super) mod bezier;
+mod smoothing;
+
 use std::collections::BTreeMap;
 
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::data_error::{DataError, check_square};
 use iga_core::ParameterBox;
+use iga_core::nurbs::Face;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::jet::diagonal;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::space::Space;
-use iga_core::surface::{ElementSide, Face};
+use iga_core::surface::ElementSide;
 
-use super::bezier;
-use super::smoothing::Smoothing;
 use crate::ContactError;
 use crate::piecewise::{PiecewiseSurface, SurfacePiece};
-use crate::points::{DofLookup, InterfaceCompliance};
+use crate::zone::points::{DofLookup, InterfaceCompliance};
+use smoothing::Smoothing;
 
 /// Depth below a face from which it presses points, over the least extent of the body.
 const DEPTH: f64 = 0.25;

@@ -7,8 +7,8 @@
 
 use std::f64::consts::PI;
 
-use contact_qs::points::{DofLookup, InterfaceCompliance, SurfacePoint};
 use contact_qs::quasistatic::Method;
+use contact_qs::zone::points::{DofLookup, InterfaceCompliance, SurfacePoint};
 use contact_qs::{
     ContactSubmodel, SurfacePair, SurfacePairSettings, TargetFace, TargetSurface, contact_submodel,
 };

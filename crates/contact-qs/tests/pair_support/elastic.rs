@@ -6,13 +6,13 @@
 )]
 
 use contact_qs::law::hertz::Solid;
-use contact_qs::points::{DofLookup, InterfaceCompliance, SurfacePoint};
+use contact_qs::zone::points::{DofLookup, InterfaceCompliance, SurfacePoint};
 use contact_qs::{ContactSubmodel, TargetFace, TargetSurface, contact_submodel};
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion};
 use ffr_dynamics::reduction::compliance::ResidualFlexibility;
 use ffr_dynamics::reduction::modal::ReducedBasis;
 use ffr_dynamics::reduction::problem::ElasticProblem;
-use iga_core::assembly::assemble;
+use iga_core::elasticity::assembly::assemble;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::{RefinementWindow, Shape};
 use iga_core::space::{PatchSpace, Space};

@@ -8,19 +8,20 @@
 pub mod caps;
 pub mod elastic;
 
-use contact_qs::points::{DofLookup, InterfaceCompliance, PressureMean, SurfacePoint};
 use contact_qs::quasistatic::Method;
-use contact_qs::submodel::SparseRows;
+use contact_qs::zone::points::{DofLookup, InterfaceCompliance, PressureMean, SurfacePoint};
+use contact_qs::zone::submodel::SparseRows;
 use contact_qs::{ContactSubmodel, SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
 use faer::Mat;
 use ffr_dynamics::body::{Dof, RigidMotion};
 use ffr_dynamics::system::{Active, ActiveForce, BodyState, ForceElement, GeneralisedForce, Motion};
+use iga_core::nurbs::Face;
 use iga_core::nurbs::Shape;
 use iga_core::nurbs::local::parameter_at_distance;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::primitives::{axisymmetric, plane, sphere};
 use iga_core::space::{PatchSpace, Space};
-use iga_core::surface::{BodySurface, Face, FacePoint, greville_points};
+use iga_core::surface::{BodySurface, FacePoint, greville_points};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::common::Random;

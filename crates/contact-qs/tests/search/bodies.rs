@@ -6,11 +6,11 @@ use contact_qs::{DofLookup, SurfaceModel};
 use faer::Mat;
 use ffr_dynamics::body::{Dof, RigidMotion};
 use ffr_dynamics::system::force::BodyState;
-use iga_core::knots::KnotVector;
+use iga_core::nurbs::Face;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::{Patch, Shape};
 use iga_core::space::{PatchSpace, Space};
-use iga_core::surface::Face;
+use iga_core::splines::knots::KnotVector;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::common::Random;

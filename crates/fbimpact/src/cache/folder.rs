@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
 
-use result_files::plain_file;
+use result_files::file::plain_file;
 
 use super::Name;
 

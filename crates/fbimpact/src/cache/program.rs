@@ -6,7 +6,7 @@ use std::time::UNIX_EPOCH;
 use sha2::{Digest, Sha256};
 
 use super::Name;
-use crate::provenance;
+use crate::process::provenance;
 
 /// Hash of the program and of what its arithmetic depends on.
 ///

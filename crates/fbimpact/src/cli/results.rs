@@ -9,8 +9,8 @@ use result_files::plot::labels::Labels;
 use result_files::plot::theme::WIDTH;
 
 use super::{CacheArguments, SetArguments, tolerance};
-use crate::probe::places::{Coordinates, Line};
-use crate::vtk::times::Times;
+use crate::postprocessing::probe::places::{Coordinates, Line};
+use crate::postprocessing::vtk::times::Times;
 
 /// Arguments of `plot`.
 #[derive(Debug, Args)]

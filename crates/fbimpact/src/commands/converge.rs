@@ -7,18 +7,19 @@ use result_files::converge::outcome::Outcome;
 use result_files::converge::report::{self, Study};
 use result_files::converge::variant::{Parameter, Variant};
 use result_files::converge::verdict::{Compared, Variants, dominant, judge, significant};
-use result_files::file_fault::Access;
-use result_files::whole_file;
+use result_files::file::fault::Access;
+use result_files::file::whole_file;
 
-use super::stop::Stop;
+use super::run::stop::Stop;
 use super::{print, threads};
 use crate::cache;
 use crate::cli::{CacheArguments, ConvergeArguments};
+use crate::commands::scenario_file;
 use crate::converge::execute::{Job, RunSetting, execute, prepare};
 use crate::converge::plan::{BASE, Plan};
 use crate::converge::sizes::sizes;
 use crate::error::{AppError, CommandFault};
-use crate::scenario::{self, Override};
+use crate::scenario::Override;
 
 /// Runs the scenario and its variants, compares them and judges.
 ///
@@ -28,7 +29,7 @@ use crate::scenario::{self, Override};
 pub fn converge(arguments: &ConvergeArguments) -> Result<(), AppError> {
     let stop = Stop::listen(false);
     let n_threads = threads(arguments.threads)?;
-    let scenario = scenario::read(&arguments.scenario, &arguments.set.set)?;
+    let scenario = scenario_file::read(&arguments.scenario, &arguments.set.set)?;
     let spec = &scenario.run;
     let subjects = adaptive::model::subjects(spec).map_err(AppError::model)?;
     let plan = Plan::new(&scenario, subjects);
@@ -144,7 +145,7 @@ impl Runs<'_> {
         let own = variant.set.iter().map(|s| s.parse().map_err(|fault| CommandFault::Override(fault).into()));
         let own = own.collect::<Result<Vec<Override>, AppError>>()?;
         let all: Vec<Override> = self.arguments.set.set.iter().cloned().chain(own).collect();
-        let resolved = match scenario::read(&self.arguments.scenario, &all) {
+        let resolved = match scenario_file::read(&self.arguments.scenario, &all) {
             Ok(scenario) => scenario.source.resolved,
             Err(AppError::Scenario(_)) => String::new(),
             Err(error) => return Err(error),

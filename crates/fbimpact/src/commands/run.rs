@@ -1,17 +1,22 @@
 //! `fbimpact run`: simulates a scenario and writes the result file.
 
+pub mod stop;
+pub mod recording;
+mod begin;
+mod resume;
+
 use std::path::{Path, PathBuf};
 
 use indicatif::ProgressBar;
 
-use super::begin::begin;
-use super::check::tell_units;
-use super::stop::Stop;
+use super::prepare::check::tell_units;
 use super::{check_distinct, threads};
 use crate::cli::RunArguments;
+use crate::commands::scenario_file;
 use crate::error::{AppError, CommandFault};
 use crate::results::OutputFile;
-use crate::scenario;
+use begin::begin;
+use stop::Stop;
 
 /// Runs a scenario file.
 ///
@@ -21,10 +26,10 @@ pub fn run(arguments: &RunArguments, bar: ProgressBar) -> Result<(), AppError> {
     let stop = Stop::listen(arguments.until_eof);
     let n_threads = threads(arguments.threads)?;
     if let Some(gigabytes) = arguments.memory {
-        ffr_dynamics::reduction::memory::limit((1e9 * gigabytes) as u64);
+        ffr_dynamics::reduction::factor::memory::limit((1e9 * gigabytes) as u64);
     }
     match (&arguments.resume, &arguments.scenario) {
-        (Some(output), _) => super::resume::resume(output, arguments, n_threads, &stop, bar),
+        (Some(output), _) => resume::resume(output, arguments, n_threads, &stop, bar),
         (None, Some(path)) => run_scenario(path, arguments, n_threads, &stop, bar),
         // The command line asks for one of them.
         (None, None) => Err(CommandFault::request("name a scenario, or a result with --resume").into()),
@@ -38,7 +43,7 @@ fn run_scenario(
     stop: &Stop,
     bar: ProgressBar,
 ) -> Result<(), AppError> {
-    let scenario = scenario::read(path, &arguments.set.set)?;
+    let scenario = scenario_file::read(path, &arguments.set.set)?;
     let target = match &arguments.output {
         Some(target) => target.clone(),
         None => default_output(path),

@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use result_files::converge::outcome::Outcome;
-use result_files::file_fault::Access;
+use result_files::file::fault::Access;
 
 use super::job::{Running, Setting};
 use crate::error::AppError;

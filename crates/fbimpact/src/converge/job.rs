@@ -7,10 +7,10 @@ use std::time::Instant;
 
 use result_files::converge::outcome::Outcome;
 use result_files::converge::report;
-use result_files::file_fault::Access;
-use result_files::plain_file;
+use result_files::file::fault::Access;
+use result_files::file::plain_file;
+use result_files::file::whole_file;
 use result_files::stored::Stored;
-use result_files::whole_file;
 
 use crate::error::AppError;
 use crate::results::journal::{Entries, Entry};

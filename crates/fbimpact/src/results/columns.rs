@@ -4,9 +4,9 @@
 use adaptive::record::{Sample, Timings};
 use hdf5::{Dataset, Group, H5Type, Result};
 use result_files::dataset::describe;
-use result_files::pressure_series as pressure;
-use result_files::scales;
-use result_files::stages::STAGES;
+use result_files::dataset::scales;
+use result_files::stored::pressure_series as pressure;
+use result_files::stored::stages::STAGES;
 
 use super::series::Series;
 use crate::scenario::Compression;

@@ -2,8 +2,8 @@
 
 use std::io;
 
-use result_files::error_text::{of_hdf5, of_io};
-use result_files::file_fault::FileError;
+use result_files::file::error_text::{of_hdf5, of_io};
+use result_files::file::fault::FileError;
 
 /// Why results cannot be written while a run goes on.
 #[derive(Debug, thiserror::Error)]

@@ -7,10 +7,10 @@
 use std::fs::{File, OpenOptions, TryLockError};
 use std::path::{Path, PathBuf};
 
-use result_files::file_fault::Access;
-use result_files::hdf5_integrity;
-use result_files::open::FORMAT;
-use result_files::whole_file;
+use result_files::file::fault::Access;
+use result_files::file::hdf5_integrity;
+use result_files::file::whole_file;
+use result_files::stored::open::FORMAT;
 
 use crate::error::AppError;
 

@@ -13,12 +13,12 @@ use std::path::{Path, PathBuf};
 use adaptive::record::warning::Warning;
 use adaptive::record::{ImpactRecord, PhaseRecord, PressurePoint, TransferRecord, TrialRecord};
 use adaptive::state::RunState;
-use result_files::file_fault::{Access, FileError, FileFault};
-use result_files::plain_file;
-use result_files::whole_file;
+use result_files::file::fault::{Access, FileError, FileFault};
+use result_files::file::plain_file;
+use result_files::file::whole_file;
 use serde::{Deserialize, Serialize};
 
-use crate::provenance;
+use crate::process::provenance;
 use crate::scenario::Scenario;
 
 /// First bytes of the file; the last one is the version of the format.

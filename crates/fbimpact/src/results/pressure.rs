@@ -6,8 +6,8 @@ use std::collections::HashMap;
 use adaptive::record::PressurePoint;
 use hdf5::{Dataset, Group, Result};
 use result_files::dataset::describe;
-use result_files::pressure_series::{AREA, POINT, POSITION, PRESSURE};
-use result_files::scales;
+use result_files::dataset::scales;
+use result_files::stored::pressure_series::{AREA, POINT, POSITION, PRESSURE};
 
 use super::series::Series;
 use crate::scenario::Compression;

@@ -11,7 +11,7 @@ use adaptive::record::{
 use adaptive::spec::BodySpec;
 use iga_core::elasticity::Model;
 use result_files::dataset::text_attribute;
-use result_files::file_fault::FileFault;
+use result_files::file::fault::FileFault;
 
 use super::fault::RecordingFault;
 use super::journal::{Entry, Restart};

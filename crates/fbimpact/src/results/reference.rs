@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use adaptive::record::warning::WarningKind;
-use result_files::pressure_series::{AREA, POINT, POSITION, PRESSURE};
+use result_files::stored::pressure_series::{AREA, POINT, POSITION, PRESSURE};
 use result_files::tables::{ImpactRow, PhaseRow, TableColumn, TableRow, TransferRow, TrialRow};
 
 use super::columns::{self, Axis, Declaration, Stage, TIMINGS};

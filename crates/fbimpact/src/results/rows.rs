@@ -117,8 +117,8 @@ fn met(row: &TransferRow) -> Option<TargetPlace> {
 mod tests {
     use adaptive::record::TrialOutcome;
     use adaptive::record::warning::{Warning, WarningKind};
+    use result_files::stored::warnings;
     use result_files::tables::ACCEPTED;
-    use result_files::warnings;
 
     #[test]
     fn an_accepted_trial_is_called_as_readers_expect() {

@@ -4,8 +4,8 @@ use adaptive::record::StressRecord;
 use hdf5::{Dataset, File, Group, Result};
 use iga_core::elasticity::Model;
 use ndarray::{ArrayView1, ArrayView2};
+use result_files::dataset::scales;
 use result_files::dataset::{component_scale, describe};
-use result_files::scales;
 
 /// Names of the six components of stress and strain in the axes of a body.
 pub fn tensor_labels(is_axisymmetric: bool) -> [&'static str; 6] {

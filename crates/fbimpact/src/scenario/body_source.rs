@@ -7,7 +7,7 @@ use fe_mesh::Mesh;
 use iga_core::nurbs::{FaceId, Patch};
 
 use super::tables::LengthUnit;
-use crate::body_file::BodyFile;
+use crate::interchange::body_file::BodyFile;
 
 /// A body file that has been read.
 #[derive(Debug)]

@@ -7,18 +7,9 @@ mod curves;
 mod built_bodies;
 mod joints;
 mod gears;
-mod geometry;
-mod discretisation;
-mod known_shapes;
-mod rigid;
-mod imported;
-mod meshed;
 mod bodies;
-mod body_parts;
 mod loads;
-mod contact_facts;
 mod contacts;
-mod contact_checks;
 mod output;
 mod resolution;
 mod settings;
@@ -35,14 +26,14 @@ use built_bodies::BuiltBodies;
 use joints::BuiltJoint;
 
 pub use accuracy::peak_tolerance;
-pub use contact_facts::ContactFacts;
+pub use contacts::facts::ContactFacts;
 pub use joints::inboard_joint;
 
 /// Builds the scenario; `None` if there are faults.
 pub fn scenario(checker: &mut Checker, root: &Section, source: Source) -> Option<Scenario> {
     let names = || root.named("bodies").iter().map(|(name, _)| name.as_str());
     let n_before = checker.faults.len();
-    let mut bodies = bodies::bodies(checker, body_parts::Context { root });
+    let mut bodies = bodies::bodies(checker, bodies::parts::Context { root });
     let n_of_bodies = checker.faults.len() - n_before;
     let joints = joints::joints(checker, root, &bodies);
     // Of faults in one line those of joints come first.

@@ -7,9 +7,9 @@ use std::cell::Cell;
 use result_files::toml_text::document::{Entry, Node, Origin, Value, parse_value};
 use result_files::toml_text::fault::{Fault, meant, nearest};
 
+use super::keys::units;
 use super::keys::{Choice, Key, Kind, Need, Range, Variant, names};
 use super::section::{Checked, Item, NamedSections, Section, join};
-use super::units;
 
 /// A degree \[rad\].
 const DEGREE: f64 = std::f64::consts::PI / 180.0;

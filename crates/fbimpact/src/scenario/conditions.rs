@@ -6,7 +6,7 @@ use super::check::Checker;
 use super::keys::{Condition, Fact, Test};
 use super::section::{Checked, Item, Section};
 use super::tables::Search;
-use crate::body_file::BodyFile;
+use crate::interchange::body_file::BodyFile;
 
 /// A table in its surroundings.
 #[derive(Debug, Clone, Copy)]

@@ -1,6 +1,8 @@
 //! The language in which the key tables are written: one declaration a key, from which the reader,
 //! the JSON schema and the reference page `docs/scenario.md` all follow.
 
+pub(super) mod units;
+
 /// One key of a table.
 #[derive(Debug)]
 pub struct Key {

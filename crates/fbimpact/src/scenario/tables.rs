@@ -3,11 +3,11 @@
 
 mod files;
 mod models;
+mod ranges;
 mod gear_tooth;
 mod shapes;
 mod discretisation;
 mod bodies;
-mod ranges;
 mod time_curves;
 mod joints;
 mod contacts;

@@ -16,7 +16,7 @@ pub struct Scenario {
     /// What is simulated. Of sizes that the program has yet to choose it has some that do.
     pub run: RunSpec,
     /// Sizes that the program has yet to choose, one entry per body of the run (see
-    /// [`crate::sizing`]).
+    /// [`crate::simulate::sizing`]).
     pub wishes: Vec<SizeRequest>,
     /// Bodies in the order of the file, planes at rest among them.
     pub bodies: Vec<FileBody>,

@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use super::labels::Labels;
 use super::numbers::{Encoding, Numbers};
 use super::skipped::Skipped;
+use crate::element::kind::ElementKind;
 use crate::fault::{MeshError, ReadFault};
-use crate::kind::ElementKind;
-use crate::raw::{FaceSource, NO_NODE, RawMesh};
+use crate::mesh::raw::{FaceSource, NO_NODE, RawMesh};
 
 /// What an element type of Gmsh is here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

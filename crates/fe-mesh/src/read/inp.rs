@@ -1,7 +1,7 @@
 //! Input files of Abaqus and CalculiX: flat, or with one part and one instance of it.
 
-mod axes;
 mod card;
+mod axes;
 
 use std::collections::{HashMap, HashSet};
 
@@ -9,9 +9,9 @@ use self::axes::Axes;
 use self::card::{Card, Type, element_type};
 use super::labels::Labels;
 use super::skipped::Skipped;
+use crate::element::kind::ElementKind;
 use crate::fault::{MeshError, Place, ReadFault};
-use crate::kind::ElementKind;
-use crate::raw::{FaceSource, NO_NODE, RawMesh};
+use crate::mesh::raw::{FaceSource, NO_NODE, RawMesh};
 
 /// Cards whose data say nothing of the mesh, left out without a word.
 const SILENT: &[&str] = &["HEADING", "PREPRINT", "RESTART"];

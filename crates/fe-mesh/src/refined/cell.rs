@@ -1,8 +1,8 @@
 //! Pieces of elements: boxes, tetrahedra and wedges of the element's parameters, halved along every
 //! edge.
 
-use crate::kind::{ElementKind, Form};
-use crate::shape::Functions;
+use crate::element::kind::{ElementKind, Form};
+use crate::element::shape::Functions;
 
 /// Most corners of a cell.
 const MOST_CORNERS: usize = 8;
@@ -113,7 +113,7 @@ impl Cell {
         if kind.form() == Form::Tetrahedron {
             let c = &self.corners;
             let edge = |k: usize| [0, 1, 2].map(|d| c[k][d] - c[0][d]);
-            if crate::jacobian::determinant(&[edge(1), edge(2), edge(3)]) < 0.0 {
+            if crate::element::jacobian::determinant(&[edge(1), edge(2), edge(3)]) < 0.0 {
                 self.corners.swap(2, 3);
             }
         }

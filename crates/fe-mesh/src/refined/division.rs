@@ -5,11 +5,11 @@ use std::collections::HashSet;
 
 use super::cell::{Cell, Seams};
 use super::names::{MOST_LEVELS, Name, name};
+use crate::element::jacobian::{minus, norm, position};
+use crate::element::kind::ElementKind;
+use crate::element::shape::Functions;
 use crate::fault::MeshFault;
-use crate::jacobian::{minus, norm, position};
-use crate::kind::ElementKind;
 use crate::mesh::Mesh;
-use crate::shape::Functions;
 
 /// Where a cell lies.
 #[derive(Debug, Clone, Copy, PartialEq)]

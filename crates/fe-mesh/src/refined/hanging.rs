@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::cell::{Cell, Seams};
 use super::names::{Numbers, name};
-use crate::kind::ElementKind;
+use crate::element::kind::ElementKind;
+use crate::element::shape::Functions;
 use crate::mesh::Mesh;
-use crate::shape::Functions;
 
 /// Values of functions below which they are round-off of zero.
 const ZERO: f64 = 1e-14;

@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use crate::kind::ElementKind;
-use crate::raw::Element;
-use crate::shape::Functions;
+use crate::element::kind::ElementKind;
+use crate::element::shape::Functions;
+use crate::mesh::raw::Element;
 
 /// Levels up to which weights of corners are exact: products of three multiples of a power of two.
 pub const MOST_LEVELS: u8 = 16;

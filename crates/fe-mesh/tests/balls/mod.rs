@@ -5,8 +5,8 @@
 
 use std::collections::{HashMap, HashSet};
 
-use fe_mesh::kind::ElementKind;
-use fe_mesh::raw::{Elements, RawMesh};
+use fe_mesh::element::kind::ElementKind;
+use fe_mesh::mesh::raw::{Elements, RawMesh};
 
 /// How a ball is divided.
 #[derive(Debug, Clone, Copy)]

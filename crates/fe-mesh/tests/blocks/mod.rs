@@ -3,12 +3,12 @@
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
-use fe_mesh::kind::{ElementKind, Form};
-use fe_mesh::raw::{Elements, FaceSource, RawMesh};
-use fe_mesh::rules::MassRule;
+use fe_mesh::element::kind::{ElementKind, Form};
+use fe_mesh::element::rules::MassRule;
+use fe_mesh::mesh::raw::{Elements, FaceSource, RawMesh};
 use fe_mesh::{Mesh, MeshSpace};
+use iga_core::elasticity::mass_properties::MassProperties;
 use iga_core::elasticity::{Material, Model};
-use iga_core::mass_properties::MassProperties;
 
 /// Steel.
 pub fn steel() -> Material {

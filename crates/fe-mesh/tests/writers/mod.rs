@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use fe_mesh::kind::ElementKind;
-use fe_mesh::raw::{Element, FaceSource, RawMesh};
+use fe_mesh::element::kind::ElementKind;
+use fe_mesh::mesh::raw::{Element, FaceSource, RawMesh};
 
 /// Version and encoding of a Gmsh file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,13 +2,13 @@
 
 use super::dense_output::DenseOutput;
 use super::dormand_prince::{self, DormandPrince};
-use super::esdirk::{self, Esdirk};
-use super::gauss::{self, Gauss};
+use super::implicit::esdirk::{self, Esdirk};
+use super::implicit::gauss::{self, Gauss};
+use super::implicit::tableau::{ESDIRK4, TR_BDF2};
 use super::one_step::{OneStepMethod, advance};
 use super::step_control::{Statistics, StepSettings};
 use super::stepping::{Step, Stepping};
 use super::system::OdeSystem;
-use super::tableau::{ESDIRK4, TR_BDF2};
 use crate::error::{DynamicsError, EvaluationFailure};
 
 /// Integration method.

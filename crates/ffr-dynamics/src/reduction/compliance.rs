@@ -4,11 +4,13 @@
 //! together. [`ResidualFlexibility`] takes the inverse of the trailing Cholesky block and removes
 //! the rigid and low-frequency parts, without any high-frequency mode.
 
+pub mod residual_modes;
+
 use std::sync::Arc;
 
 use faer::{Mat, MatMut, MatRef};
 
-use super::dense;
+use super::blocks::dense;
 use super::factor::CholeskyFactor;
 use super::modal::{LowModes, ReducedBasis};
 use super::problem::ElasticProblem;
@@ -206,7 +208,7 @@ impl ResidualFlexibility {
     }
 
     /// The low-frequency modes that are taken out, n x n_low.
-    pub(super) fn low_modes(&self) -> MatRef<'_, f64> {
+    fn low_modes(&self) -> MatRef<'_, f64> {
         self.low.shapes.as_ref()
     }
 

@@ -9,9 +9,9 @@ use std::sync::Arc;
 
 use faer::{Mat, MatRef};
 
-use super::dense;
+use super::blocks::dense;
 use super::eigen::elastic_modes_dense;
-use super::eigen_modes::neighbouring_counts;
+use super::eigen::modes::neighbouring_counts;
 use super::modal::ReducedBasis;
 use super::pencil::Pencil;
 use super::problem::ElasticProblem;

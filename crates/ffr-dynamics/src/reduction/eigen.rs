@@ -1,13 +1,18 @@
 //! The lowest elastic modes, or all of them, every result checked by an inertia count (Eqs. R.7,
 //! R.11 to R.16).
 
+pub mod modes;
+pub mod lanczos;
+pub mod neighbours;
+mod search;
+
 use faer::{Mat, MatRef};
 
-use super::dense;
-use super::eigen_modes::EigenModes;
+use super::blocks::dense;
 use super::problem::{ElasticProblem, SOLVE_COLUMNS};
-use super::search::{CANDIDATES, Goal, Search, capacity};
 use crate::DynamicsError;
+use modes::EigenModes;
+use search::{CANDIDATES, Goal, Search, capacity};
 
 /// Models up to this size are solved by the dense path, which is then as fast.
 const DENSE_SIZE: usize = 400;

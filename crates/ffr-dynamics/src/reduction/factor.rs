@@ -2,21 +2,32 @@
 //!
 //! Supernodal, on the threads of the current rayon pool, with the same bits for any number of them.
 
+mod entry;
+mod entry_positions;
+mod layout;
+pub mod memory;
+pub(super) mod numeric;
+mod panel_solve;
+mod quotient;
+mod supernodes;
+mod tree_solve;
+pub(super) mod single_precision;
+
 use std::sync::Arc;
 
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Mat, MatMut};
 
-use super::entry::Entry;
-use super::entry_positions::EntryPositions;
-use super::layout::Layout;
-use super::memory::{self, Shortage};
-use super::numeric::{self, Kind};
-use super::quotient::Quotient;
-use super::supernodes::Supernodes;
-use super::tree_solve::TreeSolve;
 use crate::DynamicsError;
 use crate::data_error::DataError;
+use entry::Entry;
+use entry_positions::EntryPositions;
+use layout::Layout;
+use memory::Shortage;
+use numeric::Kind;
+use quotient::Quotient;
+use supernodes::Supernodes;
+use tree_solve::TreeSolve;
 
 const WIDTH: usize = <f64 as Entry>::WIDTH;
 
@@ -104,11 +115,7 @@ impl SymbolicFactor {
 
     /// Entries of the factor of a matrix with the analysed pattern; the error is the position of
     /// the pivot that fails.
-    pub(super) fn factorise(
-        &self,
-        matrix: SparseColMatRef<'_, u32, f64>,
-        kind: Kind,
-    ) -> Result<Vec<f64>, usize> {
+    fn factorise(&self, matrix: SparseColMatRef<'_, u32, f64>, kind: Kind) -> Result<Vec<f64>, usize> {
         let values = matrix.val();
         assert_eq!(values.len(), self.positions.len(), "the matrix has another pattern than was analysed");
         numeric::factorise(&self.layout, &self.positions, |number, _, _| values[number], kind)

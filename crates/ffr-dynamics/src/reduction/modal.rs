@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use faer::Mat;
 
-use super::eigen_modes::{EigenModes, neighbouring_counts};
+use super::eigen::modes::{EigenModes, neighbouring_counts};
 use super::problem::ElasticProblem;
 use super::rigid::RigidModes;
 use crate::DynamicsError;

@@ -9,11 +9,13 @@
 //! along breadth-first levels, so that any graph gets an order. Cost O(nnz log n), but for the
 //! search of small separators, whose cost grows with their size, too.
 
+mod separator;
+
 use faer::sparse::SymbolicSparseColMatRef;
 use rayon::prelude::*;
 
-use super::separator::{Part, SortedGraph};
 use crate::body::Dof;
+use separator::{Part, SortedGraph};
 
 /// Sets of at most this many nodes are not cut any further.
 const LEAF: usize = 32;

@@ -5,19 +5,21 @@
 //! diagonal entry, so that the same analysis serves `K` supported, `K` with a clamped interface,
 //! and every `K - mu M` (Eq. R.3).
 
+pub mod inertia;
+
 use std::borrow::Cow;
 use std::sync::Arc;
 
 use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMat};
 
+use super::factor::numeric::Kind;
+use super::factor::single_precision::SinglePrecisionFactor;
 use super::factor::{CholeskyFactor, SymbolicFactor};
-use super::inertia::{Inertia, SINGLE_FROM, ShiftedFactor};
-use super::numeric::Kind;
 use super::ordering::elimination_order;
-use super::single_precision::SinglePrecisionFactor;
 use crate::DynamicsError;
 use crate::body::{AssembledBody, MassMatrix};
 use crate::data_error::{DataError, EntryFault};
+use inertia::{Inertia, SINGLE_FROM, ShiftedFactor};
 
 const STIFFNESS: &str = "the supported stiffness matrix";
 

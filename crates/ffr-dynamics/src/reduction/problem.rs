@@ -8,16 +8,18 @@
 //!
 //! is the exact inverse of `K` on the motions that are mass-orthogonal to the rigid modes `R`.
 
+mod point_support;
+
 use std::sync::Arc;
 
 use faer::{Mat, MatMut, MatRef};
 
-use super::dense;
+use super::blocks::dense;
+use super::blocks::random::Random;
 use super::factor::CholeskyFactor;
+use super::factor::single_precision::SinglePrecisionFactor;
 use super::pencil::{Pencil, check_unknowns};
-use super::random::Random;
 use super::rigid::RigidModes;
-use super::single_precision::SinglePrecisionFactor;
 use crate::DynamicsError;
 use crate::data_error::DataError;
 

@@ -6,7 +6,7 @@
 
 use faer::{Mat, MatRef};
 
-use super::dense;
+use super::blocks::dense;
 use crate::DynamicsError;
 use crate::body::{AssembledBody, RigidMotion};
 use crate::data_error::DataError;

@@ -7,11 +7,11 @@
 
 use faer::{Mat, MatRef};
 
-use super::dense;
+use super::blocks::dense;
+use super::compliance::residual_modes::PencilModes;
 use super::eigen::elastic_modes_dense;
 use super::modal::ReducedBasis;
 use super::problem::{ElasticProblem, SOLVE_COLUMNS};
-use super::residual_modes::PencilModes;
 use crate::DynamicsError;
 use crate::data_error::DataError;
 

@@ -3,12 +3,12 @@
 
 use std::ops::DerefMut;
 
-use super::active::ActiveForce;
-use super::constraint_rows::Owner;
+use super::force::active::ActiveForce;
+use super::loops::rows::Owner;
 use super::multibody::Multibody;
-use super::small_motion::SmallMotion;
-use super::tree_solver::FactorisedTree;
-use super::workspace::Workspace;
+use super::multibody::workspace::Workspace;
+use super::tree::solver::FactorisedTree;
+use super::vibration::small_motion::SmallMotion;
 use crate::error::DynamicsError;
 use crate::joint_fault::{GearFault, JointFault};
 

@@ -2,11 +2,11 @@
 
 use std::ops::DerefMut;
 
-use super::active::ActiveForce;
+use super::force::active::ActiveForce;
 use super::model::MultibodyModel;
 use super::multibody::Multibody;
-use super::tree_solver::{Answer, FactorisedTree, Impedance, TreeFactors};
-use super::workspace::Workspace;
+use super::multibody::workspace::Workspace;
+use super::tree::solver::{Answer, FactorisedTree, Impedance, TreeFactors};
 use crate::error::{DynamicsError, EvaluationFailure, StaticStartFault};
 use crate::integration::OdeSystem;
 

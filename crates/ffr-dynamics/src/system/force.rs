@@ -5,6 +5,8 @@
 //! which whoever evaluates it owns, saves and restores; its workspace is buffers alone, and what an
 //! evaluation finds goes to a place of its own.
 
+pub mod active;
+
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::error::EvaluationFailure;

@@ -4,20 +4,25 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 
-use super::deformation::DeformationMaps;
-use super::gear::{Gear, GearJoint, resolve as resolve_gears};
+use super::free_body::deformation::DeformationMaps;
+use super::free_body::uncoupled_modes::UncoupledModes;
 use super::joints::bearing::JointBearing;
 use super::joints::forces::check;
 use super::joints::{CoordinateForce, JointKind, TimeFunction};
-use super::specification::{BodySpec, SystemSpec};
-use super::tree::{Parent, order_from_ground};
-use super::uncoupled_modes::UncoupledModes;
 use crate::body::StandardInputData;
 use crate::data_error::DataError;
 use crate::error::DynamicsError;
 use crate::kinematics::Marker;
+use gear::{Gear, GearJoint, resolve as resolve_gears};
+use specification::{BodySpec, SystemSpec};
+use tree_order::{Parent, order_from_ground};
 
+mod breaks;
+pub mod specification;
 mod resolution;
+pub mod gear;
+pub mod stops;
+pub mod tree_order;
 
 pub(super) use resolution::check_damping;
 use resolution::{NamedBodies, check_names, check_suits_model, loop_joint, resolve_loads, tree_joints};

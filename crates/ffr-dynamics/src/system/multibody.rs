@@ -3,22 +3,24 @@
 //! Bodies form a tree, so that the equations are ordinary ones without drift; loop-closing joints
 //! add constraints.
 
+pub mod error_scale;
+pub(super) mod free_vibration;
+pub(super) mod workspace;
+mod derivative;
+
 use std::ops::DerefMut;
 
 use faer::c64;
 use nalgebra::Vector3;
 
-use super::active::ActiveForce;
-use super::error_scale::ErrorScale;
+use super::force::active::ActiveForce;
 use super::force::{BodyState, GeneralisedForce, Motion};
-use super::free_vibration::oscillators;
+use super::free_body::uncoupled_modes::UncoupledModes;
 use super::joints::forces::joint_energy;
+use super::model::specification::SystemSpec;
 use super::model::{JointCoordinates, MultibodyModel, TreeBody, check_damping};
-use super::specification::SystemSpec;
-use super::stage_solver::StageSolver;
-use super::tree_error::TreeNorm;
-use super::uncoupled_modes::UncoupledModes;
-use super::workspace::{Powers, Workspace};
+use super::tree::error::TreeNorm;
+use super::tree::stage_solver::StageSolver;
 use crate::body::ModalDamping;
 use crate::data_error::DataError;
 use crate::error::{DynamicsError, EvaluationFailure};
@@ -27,6 +29,9 @@ use crate::invariants::{Invariants, centre_of_mass};
 use crate::joint_fault::JointFault;
 use crate::kinematics::Marker;
 use crate::kinematics::rotation::renormalise;
+use error_scale::ErrorScale;
+use free_vibration::oscillators;
+use workspace::{Powers, Workspace};
 
 /// A multibody system under force elements, as a system of ordinary differential equations.
 ///

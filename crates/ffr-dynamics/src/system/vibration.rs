@@ -1,17 +1,21 @@
 //! Eigenfrequencies of a joined system about a pose at rest (docs/theory.md Eq. M.55 to M.59).
 
+mod dead_load;
+pub(super) mod small_motion;
+pub mod held_damping;
+
 use std::ops::DerefMut;
 
 use faer::{Mat, MatRef};
 
-use super::active::ActiveForce;
+use super::force::active::ActiveForce;
 use super::model::MultibodyModel;
 use super::multibody::Multibody;
-use super::small_motion::{REDUNDANT, SmallMotion};
-use super::tree_kinematics::update;
-use super::workspace::Workspace;
+use super::multibody::workspace::Workspace;
+use super::tree::kinematics::update;
 use crate::error::DynamicsError;
-use crate::reduction::dense;
+use crate::reduction::blocks::dense;
+use small_motion::{REDUNDANT, SmallMotion};
 
 /// Share of the stiffness other than that of the modes that differences leave undecided: a hundred
 /// times their round-off.
@@ -141,7 +145,7 @@ fn power(model: &MultibodyModel, workspace: &Workspace, rates: &[f64]) -> f64 {
 
 /// The eigenproblem in coordinates in which the mass matrix is the identity and the constraints
 /// hold.
-pub(super) struct Problem<'a> {
+struct Problem<'a> {
     small: &'a SmallMotion,
     /// Symmetric part of the stiffness other than that of modes.
     stiffness: Mat<f64>,

@@ -3,12 +3,12 @@
 use super::ExtentPoint;
 use crate::SplineError;
 use crate::elasticity::Model;
+use crate::nurbs::Face;
 use crate::nurbs::Shape;
 use crate::nurbs::interface::FaceId;
 use crate::nurbs::patch::PointBasis;
 use crate::quadrature::GaussRule;
 use crate::space::SplineSpace;
-use crate::surface::Face;
 
 /// Gauss points of the elements of `space` on the face called `name`: `count` of an element per
 /// direction, in `parts` parts.

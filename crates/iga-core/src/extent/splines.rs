@@ -3,12 +3,13 @@
 use super::around::{Found, Nearest, Surroundings};
 use crate::SplineError;
 use crate::elasticity::Model;
-use crate::nurbs::box_newton::{Sample, minimize};
+use crate::nurbs::Face;
 use crate::nurbs::jet::{diagonal, difference, dot, norm};
+use crate::nurbs::locate::box_newton::{Sample, minimize};
 use crate::nurbs::patch::PointBasis;
 use crate::nurbs::{PatchSearch, Shape};
 use crate::space::SplineSpace;
-use crate::surface::{BodySurface, Face};
+use crate::surface::BodySurface;
 
 /// Steepest part of the surface that a disc covers: cosine of the angle between the normals, some
 /// 78°.

@@ -8,8 +8,8 @@ use roxmltree::{Document, Node, ParsingOptions};
 use super::fault::{ReadError, ReadFault};
 use super::words::Words;
 use super::{SplineFile, in_unit, net_size};
-use crate::knots::KnotVector;
 use crate::nurbs::{FaceId, Patch};
+use crate::splines::knots::KnotVector;
 
 /// Bytes of a file for each node of the tree that it may make: a node takes some eighty bytes.
 const BYTES_A_NODE: usize = 20;
@@ -372,8 +372,8 @@ pub fn write(patches: &[Patch], unit: f64) -> String {
 }
 
 fn multi_patch(patches: &[Patch], out: &mut String) {
+    use crate::nurbs::Face;
     use crate::nurbs::interface::{COINCIDENT, FaceNet, coinciding_pairs};
-    use crate::surface::Face;
     let n = patches.len();
     let mut faces = FaceId::all(patches);
     faces.retain(|&id| !Face::new(patches, id, false).is_collapsed(&patches[id.patch]));

@@ -7,10 +7,10 @@ use super::fault::{ReadError, ReadFault};
 use super::mfem_topology::{Topology, corners};
 use super::words::Words;
 use super::{SplineFile, in_unit, net_size};
-use crate::knots::KnotVector;
 use crate::nurbs::interface::{COINCIDENT, FaceNet, coinciding_pairs};
 use crate::nurbs::{FaceId, Patch};
-use crate::tensor;
+use crate::splines::knots::KnotVector;
+use crate::splines::tensor;
 
 /// Reads all patches.
 pub fn read(text: &str) -> Result<SplineFile, ReadError> {
@@ -246,7 +246,7 @@ pub fn write(patches: &[Patch], unit: f64) -> String {
 }
 
 fn outer_faces(patches: &[Patch]) -> Vec<FaceId> {
-    crate::surface::Face::outer(patches, false).iter().map(|face| face.id).collect()
+    crate::nurbs::Face::outer(patches, false).iter().map(|face| face.id).collect()
 }
 
 /// Vertices of each patch in MFEM's order: corners of shared faces are one. A patch keeps corners

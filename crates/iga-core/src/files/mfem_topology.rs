@@ -9,9 +9,9 @@ use std::collections::BTreeMap;
 
 use super::fault::{ReadError, ReadFault};
 use super::words::Words;
-use crate::knots::KnotVector;
 use crate::nurbs::FaceId;
-use crate::tensor;
+use crate::splines::knots::KnotVector;
+use crate::splines::tensor;
 
 /// Names of the directions of a patch.
 const DIRECTIONS: [&str; 3] = ["xi", "eta", "zeta"];

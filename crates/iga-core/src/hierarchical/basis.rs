@@ -4,7 +4,7 @@ use super::domain::SubdomainHierarchy;
 use super::index_box::{IndexBox, covers};
 use super::neighbours::{self, Neighbours};
 use super::ties::PatchTies;
-use crate::tensor;
+use crate::splines::tensor;
 
 /// The active functions of one level.
 #[derive(Debug, Clone)]
@@ -124,7 +124,7 @@ impl HierarchicalBasis {
         // Levels without functions share their first number with the next one, which is the later
         // one.
         let l = &self.levels[level];
-        (level, crate::tensor::multi_index(&l.sizes, l.flat[(f - l.first) as usize]))
+        (level, crate::splines::tensor::multi_index(&l.sizes, l.flat[(f - l.first) as usize]))
     }
 
     /// Calls `found(position, function)` for every active function of `level` in a box of net

@@ -3,8 +3,8 @@
 use super::index_box::{IndexBox, covers, difference, disjoint};
 use super::two_scale::TwoScale;
 use crate::SplineError;
-use crate::knots::KnotVector;
 use crate::spline_fault::LevelFault;
+use crate::splines::knots::KnotVector;
 
 /// One level: its knots, its region and how it continues into the next level.
 #[derive(Debug, Clone)]

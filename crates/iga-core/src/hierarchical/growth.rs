@@ -8,9 +8,9 @@ use super::index_box::IndexBox;
 use super::neighbours::{Neighbours, SharedFace};
 use super::ties::PatchTies;
 use crate::SplineError;
-use crate::knots::KnotVector;
-use crate::parameter_box::ParameterBox;
 use crate::spline_fault::LevelFault;
+use crate::splines::knots::KnotVector;
+use crate::splines::parameter_box::ParameterBox;
 
 /// Distance from a knot, relative to the element, within which an end of a region counts as lying
 /// on it.

@@ -1,16 +1,17 @@
 //! The rational truncated hierarchical space of one or more patches behind the trait [`Space`]
 //! (theory Eq. H.6, H.7).
 
+mod numbering;
+mod extraction;
+mod seams;
+mod tables;
+mod combinations;
+
 use super::basis::HierarchicalBasis;
-use super::combinations::of_level;
 use super::domain::{Leaf, Level, SubdomainHierarchy};
-use super::extraction::extraction;
 use super::neighbours::Neighbours;
-use super::numbering::{Numbering, Part, first_of_groups};
-use super::tables::{evaluate_level, scale};
 use super::ties::PatchTies;
 use crate::SplineError;
-use crate::knots::KnotVector;
 use crate::nurbs::Patch;
 use crate::nurbs::interface::FaceId;
 use crate::nurbs::jet::dot;
@@ -19,7 +20,12 @@ use crate::space::{
     Cell, Combination, Element, GridBasis, Integrand, PatchSpace, Rows, Space, SplineSpace, tabulate_spline,
 };
 use crate::spline_fault::LevelFault;
-use crate::tensor;
+use crate::splines::knots::KnotVector;
+use crate::splines::tensor;
+use combinations::of_level;
+use extraction::extraction;
+use numbering::{Numbering, Part, first_of_groups};
+use tables::{evaluate_level, scale};
 
 /// Functions `R_i = w_i T_i / W` with truncated hierarchical B-splines `T_i` and the weight
 /// function `W` of their patch, continuous across faces that patches share (H.9).
@@ -153,7 +159,7 @@ impl HierarchicalSpace {
     }
 
     /// Elements of a patch.
-    pub(super) fn elements_of(&self, patch: usize) -> std::ops::Range<usize> {
+    fn elements_of(&self, patch: usize) -> std::ops::Range<usize> {
         let Part { basis, first_element, .. } = &self.parts[patch];
         *first_element..first_element + basis.hierarchy().n_leaves()
     }

@@ -8,7 +8,7 @@
 use crate::nurbs::Patch;
 use crate::nurbs::interface::FaceId;
 use crate::nurbs::jet::{diagonal, difference, norm};
-use crate::tensor;
+use crate::splines::tensor;
 
 /// Distance below which control points coincide, relative to the size of the net (round-off of
 /// exact nets).

@@ -8,7 +8,7 @@
 
 use super::basis::HierarchicalBasis;
 use super::domain::Leaf;
-use crate::knots::MAX_DEGREE;
+use crate::splines::knots::MAX_DEGREE;
 
 const W: usize = MAX_DEGREE + 1;
 

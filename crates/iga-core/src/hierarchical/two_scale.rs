@@ -1,7 +1,7 @@
 //! Two-scale relation: coarse B-splines as combinations of finer ones (theory Eq. H.1).
 
-use crate::knots::{KnotVector, MAX_DEGREE};
 use crate::spline_fault::LevelFault;
+use crate::splines::knots::{KnotVector, MAX_DEGREE};
 
 const W: usize = MAX_DEGREE + 1;
 
@@ -112,7 +112,7 @@ fn blend(lower: &Row, upper: &Row, a: f64) -> Row {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bspline::basis_derivatives;
+    use crate::splines::basis::basis_derivatives;
 
     fn split(k: &KnotVector, parts: usize) -> KnotVector {
         let mut knots = k.knots().to_vec();

@@ -4,13 +4,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::interface::linked::{Linked, linked_directions};
 use super::interface::{COINCIDENT, FaceId, FaceNet, coinciding_pairs};
-use super::linked::{Linked, linked_directions};
 use super::shape::SingularSet;
 use super::{Patch, Shape};
 use crate::SplineError;
-use crate::knots::KnotVector;
-use crate::tensor;
+use crate::splines::knots::KnotVector;
+use crate::splines::tensor;
 
 /// Where the directions of a class are cut.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

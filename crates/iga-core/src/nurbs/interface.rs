@@ -1,8 +1,10 @@
 //! Faces of patches and which of them coincide: interfaces between patches and closed seams.
 
+pub mod linked;
+
 use super::Patch;
 use super::jet::{diagonal, difference, norm};
-use crate::tensor;
+use crate::splines::tensor;
 
 /// A face of a patch (an edge in two dimensions): one parameter held at an end of its range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]

@@ -6,6 +6,7 @@
 //! weights agree; files carry six digits or more, so what agrees to [`WELD`] is made equal.
 //! Everything else that touches is a fault: there displacements would tear.
 
+pub mod fault;
 mod compare;
 mod meeting;
 mod welding;
@@ -15,8 +16,8 @@ use std::collections::BTreeSet;
 use super::interface::{FaceId, FaceNet, Way, coinciding_pairs};
 use super::patch::PointBasis;
 use super::{Patch, Shape};
-use crate::join_fault::JoinFault;
-use crate::surface::Face;
+use crate::nurbs::Face;
+use fault::JoinFault;
 
 /// Distance below which control points are one, as a share of the size of the smaller patch: six
 /// digits are what text files of single precision carry.

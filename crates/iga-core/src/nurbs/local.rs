@@ -1,16 +1,18 @@
 //! From a coarse exact patch to the wanted degrees and elements, finer near points named in metres.
 
+pub mod grading;
+
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::grading::{Grading, Window};
+use super::interface::linked::{Linked, linked_directions};
 use super::interface::{COINCIDENT, FaceId, FaceNet, coinciding_pairs};
 use super::jet::norm;
-use super::linked::{Linked, linked_directions};
 use super::locate::locate;
 use super::patch::PointBasis;
 use super::{Patch, Shape};
 use crate::SplineError;
-use crate::knots::{KnotVector, MAX_DEGREE};
+use crate::splines::knots::{KnotVector, MAX_DEGREE};
+use grading::{Grading, Window};
 
 /// A region of finer elements around a physical point, in the metric of the body.
 #[derive(Debug, Clone, Copy, PartialEq)]

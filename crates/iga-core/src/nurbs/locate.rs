@@ -6,14 +6,16 @@
 //! patch, until no element can hold anything better (theory section S.6). With all directions free
 //! the nearest point is the inverse of the geometry map.
 
-use super::box_newton::{Sample, minimize};
+pub mod box_newton;
+
 use super::jet::{cross, diagonal, difference, dot, norm};
 use super::patch::PointBasis;
 use super::{Jet, Patch, Prolongation, Shape};
 use crate::SplineError;
-use crate::bspline::basis_derivatives;
-use crate::knots::{KnotVector, MAX_DEGREE};
-use crate::tensor;
+use crate::splines::basis::basis_derivatives;
+use crate::splines::knots::{KnotVector, MAX_DEGREE};
+use crate::splines::tensor;
+use box_newton::{Sample, minimize};
 
 /// A point of a patch.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,10 +1,10 @@
 //! A tensor-product NURBS patch (theory Eq. S.4, S.5): knot vectors, control points and weights.
 
 use crate::SplineError;
-use crate::bspline::basis_derivatives;
-use crate::knots::{KnotVector, MAX_DEGREE};
 use crate::spline_fault::KnotFault;
-use crate::tensor;
+use crate::splines::basis::basis_derivatives;
+use crate::splines::knots::{KnotVector, MAX_DEGREE};
+use crate::splines::tensor;
 
 /// A NURBS patch with 1, 2 or 3 parametric directions in space.
 #[derive(Debug, Clone, PartialEq)]

@@ -7,13 +7,13 @@
 
 pub mod axisymmetric;
 mod cover;
-pub mod gear_tooth;
 pub mod plane;
-pub mod profile;
-pub mod round;
-pub mod rounded_box;
 pub mod solid;
+pub mod profile;
+pub mod gear_tooth;
+pub mod round;
 pub mod sphere;
+pub mod rounded_box;
 
 pub use sphere::SphereNet;
 
@@ -21,7 +21,7 @@ use super::interface::FaceId;
 use super::shape::SingularSet;
 use super::{Patch, Shape};
 use crate::SplineError;
-use crate::knots::KnotVector;
+use crate::splines::knots::KnotVector;
 
 /// `1/√2`, the middle weight of a quarter circle as a quadratic arc.
 const S: f64 = std::f64::consts::FRAC_1_SQRT_2;

@@ -12,8 +12,8 @@
 
 use super::Patch;
 use crate::SplineError;
-use crate::knots::{KnotVector, MAX_DEGREE};
 use crate::spline_fault::KnotFault;
+use crate::splines::knots::{KnotVector, MAX_DEGREE};
 
 /// The matrix that takes spline coefficients on a coarse knot vector to those on a finer one:
 /// `p + 1` entries per row, none negative, each row summing to one.

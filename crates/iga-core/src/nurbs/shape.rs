@@ -1,14 +1,17 @@
 //! A body's exact geometry: patches, named points, singular lines.
 
+pub mod lengths;
+pub mod symmetry;
+
 use std::collections::BTreeMap;
 
 use super::Patch;
 use super::interface::FaceId;
 use super::jet::dot;
 use super::patch::PointBasis;
-use super::symmetry::Symmetry;
 use crate::SplineError;
-use crate::surface::Face;
+use crate::nurbs::Face;
+use symmetry::Symmetry;
 
 /// Where a parametrisation is singular: all parameter points of `patch` whose fixed parameters
 /// agree.

@@ -4,12 +4,12 @@ use super::tensor_basis::{LocalWeights, evaluate_tensor};
 use super::tie::coincident;
 use super::{Cell, Element, GridBasis, Integrand, Rows, Space, SplineSpace, tabulate_spline};
 use crate::SplineError;
-use crate::knots::KnotVector;
 use crate::nurbs::Patch;
 use crate::nurbs::interface::FaceId;
 use crate::nurbs::jet::diagonal;
 use crate::nurbs::patch::PointBasis;
-use crate::tensor;
+use crate::splines::knots::KnotVector;
+use crate::splines::tensor;
 
 /// NURBS patches whose coincident boundary control points are one function each.
 ///

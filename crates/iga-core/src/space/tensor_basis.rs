@@ -1,9 +1,9 @@
 //! Rational functions of an element on a tensor grid, from tables of one direction each.
 
 use super::GridBasis;
-use crate::bspline::basis_derivatives;
-use crate::knots::{KnotVector, MAX_DEGREE};
 use crate::quadrature::MAX_GAUSS;
+use crate::splines::basis::basis_derivatives;
+use crate::splines::knots::{KnotVector, MAX_DEGREE};
 
 /// Values and first derivatives of the one-dimensional functions at one grid coordinate.
 const ROW: usize = 2 * (MAX_DEGREE + 1);

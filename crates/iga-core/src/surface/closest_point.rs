@@ -1,7 +1,7 @@
 //! Closest and lowest points of a body's surface.
 
-use super::face::Face;
 use crate::nurbs::Patch;
+use crate::nurbs::face::Face;
 use crate::nurbs::locate::{Located, PatchSearch};
 use crate::nurbs::patch::PointBasis;
 

@@ -4,8 +4,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::extraction::ElementSide;
-use super::face::Face;
 use crate::nurbs::Patch;
+use crate::nurbs::face::Face;
 use crate::nurbs::interface::FaceId;
 use crate::nurbs::jet::{dot, norm};
 use crate::nurbs::patch::PointBasis;

@@ -1,12 +1,12 @@
 //! Bézier extraction of faces: the functions of a space on a part of an element's side as Bernstein
 //! polynomials (theory Eqs. C.27, C.37).
 
-use super::face::Face;
-use crate::bernstein::{Interpolation, apply};
-use crate::knots::MAX_DEGREE;
 use crate::nurbs::Patch;
+use crate::nurbs::face::Face;
 use crate::nurbs::patch::PointBasis;
 use crate::space::Space;
+use crate::splines::bernstein::{Interpolation, apply};
+use crate::splines::knots::MAX_DEGREE;
 
 /// Finds the Bernstein coefficients of the functions of a space on faces.
 ///

@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "each test file uses some of the helpers; a failure fails the test")]
 
 use faer::sparse::SparseColMat;
-use iga_core::bspline::basis_derivatives;
-use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
+use iga_core::splines::basis::basis_derivatives;
+use iga_core::splines::knots::KnotVector;
 use nalgebra::DMatrix;
 
 /// The same geometry with other knot vectors, whose spaces must contain the old one: interpolation of the homogeneous

@@ -2,7 +2,7 @@
 
 use faer::sparse::SparseColMat;
 use iga_core::ParameterBox;
-use iga_core::assembly::assemble;
+use iga_core::elasticity::assembly::assemble;
 use iga_core::elasticity::{ElementMaterials, Material, Model};
 use iga_core::hierarchical::{HierarchicalSpace, PatchTies, SubdomainHierarchy};
 use iga_core::nurbs::Patch;

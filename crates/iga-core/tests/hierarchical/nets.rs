@@ -2,11 +2,11 @@
 
 use iga_core::ParameterBox;
 use iga_core::hierarchical::{PatchTies, SubdomainHierarchy, TwoScale};
-use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::space::{Element, SplineSpace};
-use iga_core::tensor;
+use iga_core::splines::knots::KnotVector;
+use iga_core::splines::tensor;
 
 /// Adds a level with elements split into `parts` around each of `regions`, grown by the degree so that the functions there really
 /// are refined. Called level after level with the same regions the levels are nested.

@@ -2,15 +2,15 @@
 
 use iga_core::ParameterBox;
 use iga_core::SplineError;
-use iga_core::assembly::assemble;
+use iga_core::elasticity::assembly::assemble;
 use iga_core::elasticity::{Material, Model};
 use iga_core::hierarchical::{
     HierarchicalSpace, IndexBox, Neighbours, PatchTies, Prolongation, SubdomainHierarchy, elements_around,
 };
+use iga_core::nurbs::Face;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::primitives::sphere::{SphereNet, sphere};
 use iga_core::space::{PatchSpace, Space, SplineSpace};
-use iga_core::surface::Face;
 
 use faer::sparse::SparseColMat;
 

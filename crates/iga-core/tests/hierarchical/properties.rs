@@ -5,10 +5,10 @@ use iga_core::hierarchical::truncation::{OperatorBuilder, Truncation};
 use iga_core::hierarchical::{
     HierarchicalBasis, HierarchicalSpace, IndexBox, Prolongation, SubdomainHierarchy,
 };
-use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::space::{Space, SplineSpace};
+use iga_core::splines::knots::KnotVector;
 use nalgebra::DMatrix;
 
 use super::nets::{PLACES, identity_patch, inside, unit_patch};
@@ -108,14 +108,14 @@ fn collocation(basis: &HierarchicalBasis, kind: Truncation) -> DMatrix<f64> {
         let level = &basis.hierarchy().levels()[leaf.level];
         let patch = identity_patch(level.knots().to_vec());
         let sizes: Vec<usize> = patch.element_counts();
-        let e = iga_core::tensor::flat_index(&sizes, &leaf.index[..dimension]);
+        let e = iga_core::splines::tensor::flat_index(&sizes, &leaf.index[..dimension]);
         let mut builder = OperatorBuilder::default();
         let operator = builder.build(basis, &leaf, kind);
         let n = patch.n_active();
         let (lower, upper) = patch.element(e);
         let orders: Vec<usize> = level.knots().iter().map(|k| k.degree() + 1).collect();
         for q in 0..n {
-            let k = iga_core::tensor::multi_index(&orders, q);
+            let k = iga_core::splines::tensor::multi_index(&orders, q);
             let xi = std::array::from_fn(|d| {
                 let s = orders.get(d).map_or(0.0, |&m| (k[d] as f64 + 0.5) / m as f64);
                 lower[d] + s * (upper[d] - lower[d])

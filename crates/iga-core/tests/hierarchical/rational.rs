@@ -134,7 +134,7 @@ fn one_level_is_the_plain_patch() {
     // Anchors are the net indices.
     let sizes = patch.net_size();
     for (f, anchor) in space.anchors().iter().enumerate() {
-        let index = iga_core::tensor::multi_index(&sizes, f);
+        let index = iga_core::splines::tensor::multi_index(&sizes, f);
         assert!((0..3).all(|d| (anchor[d] - index[d] as f64).abs() < 1e-12));
     }
 }

@@ -2,10 +2,10 @@
 
 use std::collections::HashMap;
 
-use iga_core::bspline::basis_derivatives;
 use iga_core::hierarchical::truncation::{OperatorBuilder, Truncation};
 use iga_core::hierarchical::{HierarchicalBasis, IndexBox, SubdomainHierarchy};
-use iga_core::knots::KnotVector;
+use iga_core::splines::basis::basis_derivatives;
+use iga_core::splines::knots::KnotVector;
 
 /// The file gives fifteen decimals.
 const VALUE_TOL: f64 = 2e-15;

@@ -2,9 +2,9 @@
 
 use std::f64::consts::{PI, TAU};
 
+use iga_core::nurbs::Face;
 use iga_core::nurbs::Shape;
 use iga_core::nurbs::patch::PointBasis;
-use iga_core::surface::Face;
 
 /// Gauss-Legendre rule with `n` points on [0, 1], by Newton on the Legendre polynomial.
 fn gauss(n: usize) -> Vec<(f64, f64)> {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hdf5::types::VarLenUnicode;
 
-use crate::hdf5_integrity;
+use crate::file::hdf5_integrity;
 
 /// Value of the root attribute `format` of a table.
 pub const TABLE_FORMAT: &str = "fbimpact-table";

@@ -11,14 +11,14 @@ use crate::error::ResultError;
 use crate::expression::fault::ExpressionFault;
 use crate::expression::named::{Cell, NamedExpression};
 use crate::expression::source::Source;
-use crate::file_fault::Access;
-use crate::plain_file;
-use crate::reactions::PeakReaction;
-use crate::scenario_values::{self, Values};
+use crate::file::fault::Access;
+use crate::file::plain_file;
 use crate::stored::Stored;
-use crate::summary;
+use crate::stored::reactions::PeakReaction;
+use crate::stored::scenario_values::{self, Values};
+use crate::stored::summary;
+use crate::stored::warnings;
 use crate::tables::ImpactRow;
-use crate::warnings;
 
 /// What is left of a run.
 #[derive(Debug, Clone, Default)]

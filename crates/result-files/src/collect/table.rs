@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use super::runs::Run;
 use crate::expression::named::Cell;
-use crate::reactions::PeakReaction;
+use crate::stored::reactions::PeakReaction;
 use crate::tables::ImpactRow;
 
 /// Cells of a column.

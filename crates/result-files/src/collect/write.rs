@@ -9,7 +9,7 @@ use ndarray::ArrayView1;
 use super::format::TABLE_FORMAT;
 use super::table::{Column, Table, Values};
 use crate::dataset::unicode;
-use crate::whole_file;
+use crate::file::whole_file;
 
 /// The table as CSV (RFC 4180): a line of names, then one per row; what is not there is empty.
 pub fn csv(table: &Table) -> String {

@@ -7,7 +7,7 @@ use super::features;
 use super::finding::{Deviation, Finding};
 use super::tolerance::Rules;
 use crate::error::ResultError;
-use crate::scenario_values::{Change, changes, read};
+use crate::stored::scenario_values::{Change, changes, read};
 use crate::stored::{Kind, Stored};
 
 /// End times may differ by this part of the time span: rounding.

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use super::glob::matches;
 use crate::error::ResultError;
-use crate::file_fault::Access;
-use crate::plain_file;
+use crate::file::fault::Access;
+use crate::file::plain_file;
 use crate::toml_text::document::{Entry, Node, Origin, SourceText, Value, parse_toml};
 use crate::toml_text::fault::{Fault, Faults, nearest};
 

@@ -3,7 +3,7 @@
 use super::difference::{Difference, Largest, Quantity};
 use super::outcome::Outcome;
 use super::variant::{Parameter, Variant};
-use crate::percent::percent;
+use crate::words::percent::percent;
 
 /// Share of the tolerance below which a parameter does not matter: five such changes together are
 /// half of it.

@@ -8,7 +8,7 @@ use serde_json::Value as Json;
 use super::fault::FaultAt;
 use super::parse::{Step, Taken};
 use super::value::Value;
-use crate::hdf5_integrity;
+use crate::file::hdf5_integrity;
 use crate::stored::{Kind, Stored};
 use crate::tables::{ImpactRow, PhaseRow, TableColumn, TableRow, TransferRow, TrialRow};
 
@@ -155,7 +155,7 @@ impl<'a> Source<'a> {
 
     fn table<T: TableRow>(&self) -> Result<Place, String> {
         let read = self.stored.file().dataset(T::NAME).and_then(|d| hdf5_integrity::rows::<T>(&d));
-        let rows = read.map_err(|e| crate::error_text::of_hdf5(&e))?;
+        let rows = read.map_err(|e| crate::file::error_text::of_hdf5(&e))?;
         Ok(Place::Table(rows.iter().map(TableRow::json).collect(), T::COLUMNS))
     }
 

@@ -6,11 +6,11 @@ use hdf5::types::VarLenUnicode;
 use hdf5::{File, Group, Result};
 
 use crate::error::ResultError;
-use crate::file_fault::FileFault;
-use crate::hdf5_integrity;
-use crate::open::{attribute, open, scenario_text};
-use crate::pressure_series::PressureSeries;
-use crate::scenario_values::{self, Values};
+use crate::file::fault::FileFault;
+use crate::file::hdf5_integrity;
+use crate::stored::open::{attribute, open, scenario_text};
+use crate::stored::pressure_series::PressureSeries;
+use crate::stored::scenario_values::{self, Values};
 use crate::tables::{ImpactRow, PhaseRow, TrialRow};
 
 /// A motion in space: x, y, z over time.

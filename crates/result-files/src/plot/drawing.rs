@@ -1,5 +1,8 @@
 //! A drawing with its text laid out: what pixels and PDF are made from.
 
+pub mod pdf;
+pub mod raster;
+
 use std::sync::{Arc, LazyLock};
 
 use resvg::usvg::{self, fontdb};
@@ -19,7 +22,7 @@ static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {
 ///
 /// # Errors
 /// [`PlotError::Convert`] if it is no SVG.
-pub fn tree(svg: &str) -> Result<usvg::Tree, PlotError> {
+fn tree(svg: &str) -> Result<usvg::Tree, PlotError> {
     let options = usvg::Options { fontdb: FONTS.clone(), ..usvg::Options::default() };
     usvg::Tree::from_str(svg, &options).map_err(|e| PlotError::Convert(e.to_string()))
 }

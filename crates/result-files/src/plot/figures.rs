@@ -9,9 +9,9 @@ mod spectra;
 mod stress_lines;
 mod trials;
 
+use super::curve::thin::thinned;
 use super::data::ResultData;
 use super::figure::{Axis, Curve, Entry, Figure, Shade, Sign};
-use super::thin::thinned;
 
 /// Parts of a curve that are told apart: two per pixel.
 const COLUMNS: usize = 1400;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::scenario_values::Values;
+use crate::stored::scenario_values::Values;
 
 /// How results are told apart.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
@@ -62,7 +62,7 @@ fn short<'a>(key: &'a str, keys: &[&str]) -> &'a str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario_values::read;
+    use crate::stored::scenario_values::read;
 
     fn labels(texts: &[&str]) -> Vec<String> {
         let names: Vec<String> = (0..texts.len()).map(|i| format!("run-{i}")).collect();

@@ -1,5 +1,11 @@
 //! Draws a figure as SVG.
 
+pub mod axis;
+mod colours;
+mod text;
+mod dots;
+mod legend;
+
 use plotters::backend::SVGBackend;
 use plotters::chart::{ChartBuilder, ChartContext, LabelAreaPosition};
 use plotters::drawing::IntoDrawingArea;
@@ -8,16 +14,16 @@ use plotters::prelude::{Cartesian2d, Ranged};
 use plotters::style::{Color, TRANSPARENT, WHITE};
 
 use super::PlotError;
-use super::axis::Scale;
-use super::dots;
-use super::envelope::{Piece, pieces};
+use axis::Scale;
+
+use super::curve::envelope::{Piece, pieces};
 use super::figure::{Figure, Panel, Shade};
-use super::legend;
-use super::text::{Area, FONT_READY, broken, draw_error, text_style, width as width_of};
+
 use super::theme::{
     FREE, GRID, IMPACT, INK, LIMIT, LINE, PANEL_HEIGHT, Page, SMALL_PANEL_HEIGHT, TEXT, TITLE, UNITS, style,
     tint, units, with_dashes,
 };
+use text::{Area, FONT_READY, broken, draw_error, text_style, width as width_of};
 
 /// Length of division marks, and distance of labels from them \[px\].
 const TICK: f64 = 4.0;

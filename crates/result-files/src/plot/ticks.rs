@@ -1,6 +1,8 @@
 //! Where axes are divided, and what stands there.
 
-use super::units::superscript;
+pub mod units;
+
+use units::superscript;
 
 /// A division of an axis: where, and its label.
 pub type Tick = (f64, String);

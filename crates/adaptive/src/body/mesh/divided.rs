@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use contact_qs::ContactError;
-use contact_qs::points::DofLookup;
+use contact_qs::zone::points::DofLookup;
 use faer::{Mat, MatRef};
 use fe_mesh::fault::MeshFault;
 use fe_mesh::refined::{CellBall, RefinedMesh};

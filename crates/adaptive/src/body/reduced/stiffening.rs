@@ -10,7 +10,7 @@ use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::{AssembledBody, GeometricStiffening, ReferenceLoad, RigidMotion};
 use ffr_dynamics::kinematics::MarkerWeights;
 use ffr_dynamics::reduction::ElasticProblem;
-use iga_core::assembly::geometric_stiffness;
+use iga_core::elasticity::assembly::geometric_stiffness;
 
 use crate::body::field::Field;
 use crate::error::AdaptiveError;

@@ -1,6 +1,6 @@
 //! Splines as contact zones on faces see them, and how fields of splines find points and parts.
 
-use contact_qs::points::DofLookup;
+use contact_qs::zone::points::DofLookup;
 use ffr_dynamics::body::RigidMotion;
 use iga_core::elasticity::Model;
 use iga_core::extent::{Extent, ExtentPoint};

@@ -10,9 +10,9 @@ use faer::{Mat, MatRef};
 use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::reduction::BodyTurn;
 use iga_core::elasticity::{Material, Model};
-use iga_core::nurbs::lengths::lengths;
+use iga_core::nurbs::Face;
+use iga_core::nurbs::shape::lengths::lengths;
 use iga_core::nurbs::{FaceId, Patch};
-use iga_core::surface::Face;
 
 use crate::adaptivity::interval::IntervalGrid;
 use crate::adaptivity::wanted_interval::WantedInterval;

@@ -10,7 +10,7 @@
 use std::sync::Arc;
 
 use contact_qs::ContactError;
-use contact_qs::points::DofLookup;
+use contact_qs::zone::points::DofLookup;
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion};
 use ffr_dynamics::reduction::compliance::{BodyTurn, ResidualFlexibility};
@@ -18,7 +18,7 @@ use ffr_dynamics::reduction::modal::ReducedBasis;
 use ffr_dynamics::reduction::problem::ElasticProblem;
 use ffr_dynamics::reduction::static_answers::{TakenLoads, with_static_answers};
 use iga_core::ParameterBox;
-use iga_core::assembly::{assemble, unknowns};
+use iga_core::elasticity::assembly::{assemble, unknowns};
 use iga_core::elasticity::{Material, MaterialField, Model};
 use iga_core::extent::{Extent, ExtentPoint};
 use iga_core::hierarchical::{HierarchicalSpace, Prolongation};
@@ -39,15 +39,15 @@ use crate::body::zone::ContactZone;
 use crate::error::AdaptiveError;
 use crate::spec::{DivisionRule, ElasticSpec, FlexibleSpec, LowModes, PointRule};
 
-mod across;
-mod intervals;
 mod key;
 mod levels;
+mod across;
 mod measures;
+mod spread;
+mod intervals;
+mod spread_plan;
 mod plan;
 mod size;
-mod spread;
-mod spread_plan;
 
 pub use intervals::{FineInterval, IntervalPart};
 use intervals::{fine_intervals, finest_knots};

@@ -13,13 +13,13 @@ use faer::{Mat, MatMut, MatRef, Side};
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::{AssembledBody, Dof};
 use ffr_dynamics::error::MatrixFault;
+use iga_core::nurbs::Face;
 use iga_core::nurbs::jet::{dot, norm};
 use iga_core::nurbs::patch::PointBasis;
-use iga_core::nurbs::symmetry::{angle_about, product, rotation_about};
+use iga_core::nurbs::shape::symmetry::{angle_about, product, rotation_about};
 use iga_core::nurbs::{PatchSearch, Shape};
 use iga_core::quadrature::GaussRule;
 use iga_core::space::Space;
-use iga_core::surface::Face;
 use rayon::prelude::*;
 
 use crate::adaptivity::wanted_interval::WantedInterval;

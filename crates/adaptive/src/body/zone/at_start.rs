@@ -5,9 +5,10 @@ use contact_qs::ContactError;
 use contact_qs::surface_pair::TargetFace;
 use iga_core::ParameterBox;
 use iga_core::elasticity::Model;
+use iga_core::nurbs::Face;
 use iga_core::nurbs::interface::FaceId;
 use iga_core::nurbs::local::parameter_at_distance;
-use iga_core::surface::{CollocationPoint, Face};
+use iga_core::surface::CollocationPoint;
 use nalgebra::Vector3;
 
 use crate::body::splines::ElasticBody;

@@ -1,8 +1,8 @@
 //! The force element of a contact zone: its points on a plane, or on the surface of another body's
 //! zone.
 
-use contact_qs::points::{DofLookup, InterfaceCompliance, contact_submodel};
 use contact_qs::surface_pair::{MeetingPoint, SurfacePair, SurfacePairSettings, SurfacePlace, TargetSurface};
+use contact_qs::zone::points::{DofLookup, InterfaceCompliance, contact_submodel};
 use contact_qs::{
     ActiveContact, ContactError, ContactSubmodel, Plane, PlaneContact, PlaneContactSettings,
     VibratingContact, ZoneVibration,

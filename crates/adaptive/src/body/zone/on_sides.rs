@@ -3,10 +3,10 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use contact_qs::points::{PressureMean, SurfacePoint};
+use contact_qs::zone::points::{PressureMean, SurfacePoint};
 use fe_mesh::SideKind;
+use fe_mesh::element::shape::Functions;
 use fe_mesh::fault::MeshFault;
-use fe_mesh::shape::Functions;
 use fe_mesh::surface::SurfaceSide;
 use nalgebra::Vector3;
 

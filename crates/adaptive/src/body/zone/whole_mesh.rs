@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use contact_qs::SurfacePiece;
-use contact_qs::points::{PressureMean, SurfacePoint};
+use contact_qs::zone::points::{PressureMean, SurfacePoint};
 use fe_mesh::SideKind;
 use fe_mesh::fault::MeshFault;
 use iga_core::nurbs::SAME_PLACE;

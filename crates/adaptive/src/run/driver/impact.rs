@@ -2,10 +2,10 @@
 //! acceptable (\[A\] Fig. 2, Algorithm 3).
 
 pub(crate) mod balance;
-pub(crate) mod judgement;
 pub(crate) mod refine;
-pub(crate) mod trial;
 pub(crate) mod trial_reason;
+pub(crate) mod judgement;
+pub(crate) mod trial;
 
 use super::Driver;
 use crate::adaptivity::interval::IntervalAssessment;

@@ -10,7 +10,7 @@
 use std::time::Instant;
 
 use ffr_dynamics::integration::{Integrator, Method, OdeSystem, StepSettings};
-use ffr_dynamics::system::error_scale::ErrorScale;
+use ffr_dynamics::system::multibody::error_scale::ErrorScale;
 
 use super::{Driver, crossing_search};
 use crate::error::{AdaptiveError, RestartFault};

@@ -5,8 +5,8 @@
 
 use std::f64::consts::PI;
 
+use iga_core::nurbs::Face;
 use iga_core::nurbs::Shape;
-use iga_core::surface::Face;
 
 use crate::touch::hertz::{HertzLaw, LineLaw, LocalSurface, hertz_impact, line_impact};
 

@@ -4,7 +4,7 @@
 use std::f64::consts::{PI, TAU};
 
 use iga_core::elasticity::Model;
-use iga_core::nurbs::lengths::lengths;
+use iga_core::nurbs::shape::lengths::lengths;
 
 use super::proportions::{groups, half_wave, is_closed, longest, shortest};
 use crate::spec::ElasticSpec;

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use iga_core::nurbs::lengths::longest_line;
-use iga_core::nurbs::linked::linked_directions;
+use iga_core::nurbs::interface::linked::linked_directions;
+use iga_core::nurbs::shape::lengths::longest_line;
 use iga_core::nurbs::{Patch, Shape};
 
 /// Distance of the ends of a closed line over its length that is round-off.

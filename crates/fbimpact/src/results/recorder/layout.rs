@@ -4,8 +4,8 @@
 use adaptive::record::{JointLayout, NameAndUnit, PointLayout, RunLayout};
 use hdf5::{Dataset, Group, Result};
 use ndarray::ArrayView1;
+use result_files::dataset::scales;
 use result_files::dataset::{component_scale, describe, text_attribute};
-use result_files::scales;
 
 use super::super::columns::{self, Axes, Axis, Column, Declaration};
 use super::super::disk_space::BYTES_OF_DATASET;

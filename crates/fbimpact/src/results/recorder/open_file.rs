@@ -9,8 +9,8 @@ use hdf5::plist::file_access::{
 };
 use hdf5::types::VarLenUnicode;
 use result_files::dataset::{Table, describe, text_attribute, unicode, write_text};
-use result_files::file_fault::{Access, FileFault};
-use result_files::open::{FORMAT, FORMAT_VERSION};
+use result_files::file::fault::{Access, FileFault};
+use result_files::stored::open::{FORMAT, FORMAT_VERSION};
 use result_files::tables::{self, ImpactRow, PhaseRow, TransferRow, TrialRow};
 
 use super::super::columns::{Column, Stage, TIMINGS};
@@ -21,7 +21,7 @@ use super::super::pressure::Pressures;
 use super::super::rows;
 use super::super::series::ROWS;
 use super::{Recorded, WARNINGS};
-use crate::provenance;
+use crate::process::provenance;
 use crate::scenario::Scenario;
 
 /// Handles of an open file.

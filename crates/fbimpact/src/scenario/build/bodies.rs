@@ -1,6 +1,14 @@
 //! Bodies: which keys go with which model, materials by name, initial states that the model can
 //! take.
 
+pub(super) mod parts;
+mod discretisation;
+mod geometry;
+mod imported;
+mod known_shapes;
+mod meshed;
+mod rigid;
+
 use adaptive::sizing::SizeRequest;
 use adaptive::spec::{BodyKind, BodySpec, ElasticSpec, FlexibleSpec, InitialMotion};
 use ffr_dynamics::body::RigidMotion;
@@ -11,14 +19,13 @@ use super::super::check::Checker;
 use super::super::section::Section;
 use super::super::tables::BodyModel;
 use super::super::types::FileOfBody;
-use super::body_parts::{Context, GivenFrame, damping, elastic_model, frame, material, stiffening};
 use super::built_bodies::{Built, BuiltBodies, Moving, MovingFacts, Plane};
-use super::discretisation::{discretisation, reduction};
 use super::joints::GROUND;
-use super::known_shapes::KnownShapes;
 use super::places::{BodyFacts, motion_in_words, part};
-use super::rigid::Rigid;
-use super::{geometry, imported, meshed, rigid};
+use discretisation::{discretisation, reduction};
+use known_shapes::KnownShapes;
+use parts::{Context, GivenFrame, damping, elastic_model, frame, material, stiffening};
+use rigid::Rigid;
 
 /// Markers that the user has added, by name.
 type Markers = Vec<(String, GivenPlace)>;

@@ -1,5 +1,8 @@
 //! Contacts: pairs of bodies that exist, and settings that go together.
 
+pub(super) mod facts;
+mod checks;
+
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
@@ -10,18 +13,18 @@ use adaptive::spec::{
 };
 use contact_qs::law::penalty::DEFAULT_STIFFNESS_RATIO;
 use contact_qs::law::{Friction, Solid};
-use contact_qs::paper::broyden::BroydenSettings;
 use contact_qs::quasistatic::Method;
+use contact_qs::quasistatic::broyden::BroydenSettings;
 
 use super::super::check::Checker;
 use super::super::section::Section;
 use super::super::tables::{BodyModel, ContactModel, Search, ShapeName, Solver};
 use super::accuracy::{accuracy, peak_tolerance};
-use super::body_parts::solid;
+use super::bodies::parts::solid;
 use super::built_bodies::BuiltBodies;
-use super::contact_checks::{check_bodies, check_hertz, check_settings};
-use super::contact_facts::ContactFacts;
 use super::places::{BodyFacts, body_index};
+use checks::{check_bodies, check_hertz, check_settings};
+use facts::ContactFacts;
 
 /// All contacts; `None` if one of them, or one of its bodies, is at fault.
 pub fn contacts(checker: &mut Checker, root: &Section, bodies: &BuiltBodies) -> Option<Vec<ContactSpec>> {

@@ -1,11 +1,11 @@
 //! Gears: joints with coordinates, ratios that do not contradict each other.
 
 use adaptive::spec::{GearSpec, JointSpec};
-use ffr_dynamics::system::gear::{GearJoint, check};
+use ffr_dynamics::system::model::gear::{GearJoint, check};
 
 use super::super::check::Checker;
+use super::super::keys::units;
 use super::super::section::Section;
-use super::super::units;
 
 /// The gears that are free of faults; `joints` are those of the tree.
 pub fn gears(checker: &mut Checker, root: &Section, joints: &[JointSpec]) -> Vec<GearSpec> {

@@ -7,9 +7,9 @@ use ffr_dynamics::body::RigidMotion;
 use super::super::body_places::GivenPlace;
 use super::super::body_source::{BodySource, MeshSource};
 use super::super::check::Checker;
+use super::super::files::spline_nets::{self, padded};
 use super::super::keys::{Named, names};
 use super::super::section::{AtFault, Checked, Section};
-use super::super::spline_nets::{self, padded};
 use super::super::tables::{BodyModel, ModelFacts, ShapeName};
 
 /// What other tables need to know about a body.

@@ -2,7 +2,7 @@
 
 use adaptive::spec::resolution::shortening;
 use adaptive::spec::{Accuracy, PhaseSettings, RestSettings, RunSettings};
-use ffr_dynamics::system::error_scale::ErrorScale;
+use ffr_dynamics::system::multibody::error_scale::ErrorScale;
 
 use super::super::section::Section;
 

@@ -7,7 +7,7 @@ use super::models::BodyModel;
 use super::ranges::{COORDINATE, LENGTH, RATE};
 use super::shapes::ShapeName;
 use adaptive::spec::Coupling;
-use fe_mesh::rules::MassRule;
+use fe_mesh::element::rules::MassRule;
 use ffr_dynamics::body::RigidMotion;
 
 /// `[materials.NAME]`.

@@ -2,8 +2,8 @@
 
 use super::card::Card;
 use super::{expected, fail};
+use crate::element::jacobian::{minus, norm};
 use crate::fault::{MeshError, ReadFault};
-use crate::jacobian::{minus, norm};
 
 /// Share of the length of an axis by which it may lean out of a plane: digits of a file.
 const LEANING: f64 = 1e-6;

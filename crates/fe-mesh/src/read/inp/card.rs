@@ -1,6 +1,6 @@
 //! Cards of an input file, and the element types that they name.
 
-use crate::kind::ElementKind;
+use crate::element::kind::ElementKind;
 
 /// Parameters of cards that say something of the mesh; a file may have any number of others.
 const PARAMETERS: &[&str] = &["TYPE", "ELSET", "NSET", "NAME", "GENERATE", "SYSTEM", "INPUT", "FILE"];

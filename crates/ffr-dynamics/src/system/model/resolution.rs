@@ -4,10 +4,10 @@ use std::collections::HashMap;
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-use super::super::equations::active_directions;
+use super::super::free_body::equations::active_directions;
 use super::super::joints::JointKind;
 use super::super::joints::bearing::bearing_of;
-use super::super::specification::{Attachment, BodySpec, GROUND, JointSpec, SystemSpec};
+use super::super::model::specification::{Attachment, BodySpec, GROUND, JointSpec, SystemSpec};
 use super::{Load, LoopJoint, Site, TreeJoint};
 use crate::body::{ModalDamping, RigidMotion, StandardInputData};
 use crate::data_error::DataError;

@@ -1,11 +1,11 @@
 //! What two faces that lie on one another differ in.
 
 use super::{DIRECTIONS, WELD};
-use crate::join_fault::Difference;
-use crate::knots::KnotVector;
 use crate::nurbs::Patch;
 use crate::nurbs::interface::{FaceId, FaceNet, Way};
 use crate::nurbs::jet::{difference as minus, norm};
+use crate::nurbs::joining::fault::Difference;
+use crate::splines::knots::KnotVector;
 
 /// What makes two faces, of which the first lies on the second in the way `way`, no single spline.
 pub fn splines(patches: &[Patch], faces: [FaceId; 2], way: Way) -> Option<Difference> {

@@ -1,12 +1,12 @@
 //! Patches that touch where they are not joined.
 
 use super::{Parts, WELD, compare};
-use crate::join_fault::JoinFault;
 use crate::nurbs::interface::{FaceNet, Way, coinciding_pairs};
 use crate::nurbs::jet::{diagonal, difference, dot, norm};
+use crate::nurbs::joining::fault::JoinFault;
 use crate::nurbs::patch::PointBasis;
+use crate::nurbs::{Face, SurfacePoint};
 use crate::nurbs::{Patch, PatchSearch};
-use crate::surface::{Face, SurfacePoint};
 
 /// Slits narrower than this share of the size of the smaller patch are a slip.
 const SLIT: f64 = 1e-4;

@@ -6,11 +6,11 @@ use std::collections::BTreeMap;
 use super::compare::entries;
 use super::{Parts, WELD};
 use crate::SplineError;
-use crate::join_fault::{Difference, JoinFault};
 use crate::nurbs::Patch;
 use crate::nurbs::interface::FaceNet;
+use crate::nurbs::interface::linked::linked_directions;
 use crate::nurbs::jet::{diagonal, difference, norm};
-use crate::nurbs::linked::linked_directions;
+use crate::nurbs::joining::fault::{Difference, JoinFault};
 
 /// Share of the size of the body up to which a difference is round-off and not worth a note.
 const ROUND_OFF: f64 = 1e-12;

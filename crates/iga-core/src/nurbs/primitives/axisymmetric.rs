@@ -2,8 +2,8 @@
 
 use super::{FIRST, NamedFaces, S, SECOND, bezier, hollow, positive, shape, singular};
 use crate::SplineError;
-use crate::knots::KnotVector;
 use crate::nurbs::{Patch, Shape};
+use crate::splines::knots::KnotVector;
 
 /// Sphere: half-disc from the 3 x 2 net of \[B\] Eqs. (35), (36), centred at the origin.
 ///

@@ -5,8 +5,8 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 use super::profile::{across, extruded};
 use super::{joined, positive};
 use crate::SplineError;
-use crate::knots::KnotVector;
 use crate::nurbs::{FaceId, Patch, Shape};
+use crate::splines::knots::KnotVector;
 
 /// Roll angle \[rad\] at which the involute begins if the root circle does not cut it higher up:
 /// 1/800 of the base radius above the base circle, where its curvature is infinite. Below it the

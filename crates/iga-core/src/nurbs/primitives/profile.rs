@@ -5,8 +5,8 @@ use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2, TAU};
 use super::solid::tube;
 use super::{FIRST, NamedFaces, SECOND, THIRD, hollow, joined, positive, shape};
 use crate::SplineError;
-use crate::knots::KnotVector;
 use crate::nurbs::{FaceId, Patch, Shape};
+use crate::splines::knots::KnotVector;
 
 /// Part of a hollow cylinder about the z axis, `0 <= z <= length`, over the angle `angle` \[rad\],
 /// below a full turn, half of it on either side of the x axis. Directions: outwards, around (arcs

@@ -10,9 +10,9 @@ use std::f64::consts::FRAC_PI_2;
 use super::cover::{Cover, CoverNet, Division, Homogeneous, quarter, revolved};
 use super::{joined, positive};
 use crate::SplineError;
-use crate::knots::KnotVector;
 use crate::nurbs::shape::SingularSet;
 use crate::nurbs::{FaceId, Patch, Shape};
+use crate::splines::knots::KnotVector;
 
 /// A body of revolution.
 #[derive(Debug, Clone, Copy, PartialEq)]

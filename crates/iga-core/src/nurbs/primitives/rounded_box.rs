@@ -10,8 +10,8 @@ use std::f64::consts::FRAC_PI_4;
 use super::sphere::{SphereNet, sphere};
 use super::{joined, positive};
 use crate::SplineError;
-use crate::knots::KnotVector;
 use crate::nurbs::{FaceId, Patch, Shape};
+use crate::splines::knots::KnotVector;
 
 /// Degree of the pieces along the surface.
 const DEGREE: usize = 4;

@@ -5,8 +5,8 @@ use super::{
     unit_disc,
 };
 use crate::SplineError;
-use crate::knots::KnotVector;
 use crate::nurbs::{Patch, Shape, Symmetry};
+use crate::splines::knots::KnotVector;
 
 /// Box with edges along the axes, centred at the origin.
 ///

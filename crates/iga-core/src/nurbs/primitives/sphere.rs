@@ -6,11 +6,11 @@
 
 use super::{positive, shape, singular, unit_disc};
 use crate::SplineError;
-use crate::knots::KnotVector;
+use crate::nurbs::Face;
 use crate::nurbs::shape::SingularSet;
-use crate::nurbs::symmetry::Symmetry;
+use crate::nurbs::shape::symmetry::Symmetry;
 use crate::nurbs::{Patch, Shape};
-use crate::surface::Face;
+use crate::splines::knots::KnotVector;
 
 /// Nets of the solid sphere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

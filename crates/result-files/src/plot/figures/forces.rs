@@ -112,8 +112,8 @@ pub fn time(t: f64) -> String {
     if t == 0.0 {
         return "0 s".into();
     }
-    let power = crate::plot::units::exponent(t.abs(), "s");
-    format!("{:.3} {}", t * 10f64.powi(-power), crate::plot::units::prefixed("s", power))
+    let power = crate::plot::ticks::units::exponent(t.abs(), "s");
+    format!("{:.3} {}", t * 10f64.powi(-power), crate::plot::ticks::units::prefixed("s", power))
 }
 
 fn force<'a>(file: &'a ResultData, contact: &str) -> Option<&'a [f64]> {

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::{curve, labels, names, title};
 use crate::plot::data::ResultData;
 use crate::plot::figure::{Axis, Dot, Figure, Panel, entries};
-use crate::pressure_series::PressureSeries;
+use crate::stored::pressure_series::PressureSeries;
 
 /// Part of the largest extent below which points lie on a line.
 const NARROW: f64 = 1e-2;

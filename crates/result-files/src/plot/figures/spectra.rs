@@ -1,10 +1,10 @@
 //! Spectra of the points that the scenario names.
 
 use super::{labels, names, title};
+use crate::plot::curve::spectrum::{Spectrum, spectrum};
+use crate::plot::curve::thin::thinned;
 use crate::plot::data::ResultData;
 use crate::plot::figure::{Axis, Curve, Figure, Panel, entries};
-use crate::plot::spectrum::{Spectrum, spectrum};
-use crate::plot::thin::thinned;
 
 /// Part of the largest amplitude below which a line is round-off.
 const FLOOR: f64 = 1e-8;

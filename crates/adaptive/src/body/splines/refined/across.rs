@@ -3,8 +3,8 @@
 
 use iga_core::hierarchical::{Neighbours, PatchTies, SharedFace};
 use iga_core::nurbs::Patch;
+use iga_core::nurbs::interface::linked::Linked;
 use iga_core::nurbs::jet::norm;
-use iga_core::nurbs::linked::Linked;
 use iga_core::nurbs::patch::PointBasis;
 
 use super::LinkedLattice;

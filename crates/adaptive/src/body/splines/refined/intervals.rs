@@ -5,10 +5,10 @@ use contact_qs::surface_pair::TargetFace;
 use iga_core::ParameterBox;
 use iga_core::elasticity::Model;
 use iga_core::hierarchical::HierarchicalSpace;
-use iga_core::knots::KnotVector;
+use iga_core::nurbs::Face;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::jet::norm;
-use iga_core::surface::Face;
+use iga_core::splines::knots::KnotVector;
 use nalgebra::Vector3;
 
 use super::spread::{Spread, Surroundings, ZoneFrame};

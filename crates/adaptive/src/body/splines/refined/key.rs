@@ -1,7 +1,7 @@
 //! What the matrices of a fine model are made from.
 
+use iga_core::nurbs::Face;
 use iga_core::nurbs::interface::FaceId;
-use iga_core::surface::Face;
 
 use super::FineSettings;
 use crate::adaptivity::wanted_interval::WantedInterval;

@@ -3,9 +3,9 @@
 use iga_core::ParameterBox;
 use iga_core::SplineError;
 use iga_core::hierarchical::{IndexBox, Neighbours, PatchTies, SubdomainHierarchy, elements_around};
-use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
-use iga_core::nurbs::linked::{Linked, linked_directions};
+use iga_core::nurbs::interface::linked::{Linked, linked_directions};
+use iga_core::splines::knots::KnotVector;
 
 use super::{Division, FineSettings, LinkedLattice, RefinementPlan, Region};
 use crate::adaptivity::lattice::DirectionLattice;

@@ -2,11 +2,11 @@
 //! (theory section A.2).
 
 use iga_core::elasticity::Model;
-use iga_core::knots::KnotVector;
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::jet::norm;
 use iga_core::nurbs::local::parameter_at_distance;
 use iga_core::nurbs::patch::PointBasis;
+use iga_core::splines::knots::KnotVector;
 
 use super::WantedInterval;
 use crate::adaptivity::subdivision::SubdivisionError;

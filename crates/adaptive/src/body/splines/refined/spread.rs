@@ -4,10 +4,11 @@
 use iga_core::ParameterBox;
 use iga_core::elasticity::Model;
 use iga_core::hierarchical::{Neighbours, PatchTies};
+use iga_core::nurbs::Face;
 use iga_core::nurbs::jet::norm;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::{FaceId, Patch};
-use iga_core::surface::{BodySurface, Face};
+use iga_core::surface::BodySurface;
 use nalgebra::Vector3;
 
 use super::measures::reach;

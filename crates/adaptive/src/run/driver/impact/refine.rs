@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use ffr_dynamics::integration::{Integrator, Step, StepSettings};
 use ffr_dynamics::system::Active;
-use ffr_dynamics::system::error_scale::ErrorScale;
+use ffr_dynamics::system::multibody::error_scale::ErrorScale;
 
 use crate::run::driver::contact_slot::ContactPhase;
 use crate::run::driver::impact::Start;

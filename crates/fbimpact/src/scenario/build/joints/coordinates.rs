@@ -5,8 +5,8 @@ use ffr_dynamics::system::joints::{Bearing, Friction, JointKind, Stop};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::super::super::check::Checker;
+use super::super::super::keys::units;
 use super::super::super::section::{Checked, Section};
-use super::super::super::units;
 use super::super::curves::curve;
 
 /// Velocity of the transition of friction: of a displacement [m/s].

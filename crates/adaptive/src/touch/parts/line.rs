@@ -1,0 +1,157 @@
+//! Touches along a whole straight line of a curved face, such as that of a cylinder that lies on a
+//! plane (docs/theory.md Eqs. C.66, C.67).
+//!
+//! The search for the nearest places finds any place of such a line, often its end, where an edge
+//! seems to touch. The interval of the contact lies about the middle of the line and is as long as
+//! the face.
+
+use contact_qs::search::SurfaceSite;
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::system::force::BodyState;
+use nalgebra::Vector3;
+
+use crate::surface::{ALONG_LINE, Foot, StraightLine, Surface, SurfacePlace};
+use crate::touch::detection::Nearest;
+use crate::touch::hertz::local_surface::SurfaceView;
+use crate::touch::parts::side::{Moved, Side, touch_direction};
+use crate::touch::tolerances::{ACROSS_LINE, FLAT, SHORTEST_LINE};
+
+/// Halvings of a line in the search for the end of a body over it.
+const HALVINGS: usize = 30;
+
+/// The touch `nearest` of a contact body and a target, surfaces with their motions (a plane without
+/// the latter), at the middle of the straight line of a face of either along which they touch;
+/// `None` if they do not. Lines may be inclined by the angle `parallel` \[rad\].
+pub fn middle_of_line(
+    own: Moved<'_>,
+    other: Option<Moved<'_>>,
+    nearest: &Nearest,
+    parallel: f64,
+) -> Option<Nearest> {
+    if own.0.motion() != RigidMotion::Spatial {
+        return None;
+    }
+    let (side, target) = (Side::new(own), other.map(Side::new));
+    let normal = touch_direction(&side, target.as_ref(), nearest);
+    let touch = LineTouch { size: side.size(), slack: parallel * side.size(), gap: nearest.gap.abs() };
+    if let Some((contact, there)) = touch.along((own, &nearest.contact), other, &-normal) {
+        return Some(Nearest { contact, target: there.or(nearest.target), ..*nearest });
+    }
+    let (target, contact) = touch.over((other?, nearest.target.as_ref()?), own, &normal)?;
+    Some(Nearest { contact, target: Some(target), ..*nearest })
+}
+
+/// Lengths by which a line of touch is recognised.
+struct LineTouch {
+    /// Size of the contact body \[m\].
+    size: f64,
+    /// Largest deviation of the line from the surface that it touches \[m\].
+    slack: f64,
+    /// Distance of the bodies \[m\].
+    gap: f64,
+}
+
+impl LineTouch {
+    /// The middle of a straight line of the surface `first` through the place `here` along which it
+    /// touches `second` (a plane without one) in the direction `outward` of space, and the place of
+    /// that which is nearest to it.
+    fn along(
+        &self,
+        ((first, pose), here): (Moved<'_>, &SurfaceSite),
+        second: Option<Moved<'_>>,
+        outward: &Vector3<f64>,
+    ) -> Option<(SurfaceSite, Option<SurfaceSite>)> {
+        let place = first.place(here.face, &here.xi);
+        let (start, in_body) = (Vector3::from(place.point), pose.rotation.inverse_transform_vector(outward));
+        for line in first.lines_through(&place.point) {
+            let is_touched = line.points.iter().all(|p| (p - start).dot(&in_body).abs() <= self.slack);
+            let view = is_touched.then(|| SurfaceView::new(first, 1.0, &pose.rotation, &line.middle));
+            let Some(view) = view.flatten().filter(|view| (view.outward - outward).norm() <= ACROSS_LINE)
+            else {
+                continue;
+            };
+            let middle = in_space(&line, pose);
+            let Some((surface, at)) = second else {
+                return self.is_curved(&view).then_some((middle, None));
+            };
+            let on_second =
+                |point: &Vector3<f64>| nearest_on(surface, at, &(pose.position + pose.rotation * point));
+            let is_along = |point: &Vector3<f64>| {
+                on_second(point).is_some_and(|foot| (foot.distance - self.gap).abs() <= self.slack)
+            };
+            if line.points.iter().all(is_along) {
+                let there = on_second(&line.points[ALONG_LINE.len() / 2])?.place;
+                let facing = SurfaceView::new(surface, 1.0, &at.rotation, &there)?;
+                let is_line = self.is_curved(&view) || self.is_curved(&facing);
+                return is_line.then(|| (middle, Some(site(&there, at))));
+            }
+        }
+        None
+    }
+
+    /// The middle of the part of a straight line of the surface `first` through the place `here`
+    /// that lies over `second` in the direction `outward` of space, where that may end before the
+    /// line does, and the place of `second` there.
+    fn over(
+        &self,
+        ((first, pose), here): (Moved<'_>, &SurfaceSite),
+        (second, at): Moved<'_>,
+        outward: &Vector3<f64>,
+    ) -> Option<(SurfaceSite, SurfaceSite)> {
+        let place = first.place(here.face, &here.xi);
+        let start = Vector3::from(place.point);
+        let on_second =
+            |point: &Vector3<f64>| nearest_on(second, at, &(pose.position + pose.rotation * point));
+        let is_over = |point: &Vector3<f64>| {
+            on_second(point).is_some_and(|foot| (foot.distance - self.gap).abs() <= self.slack)
+        };
+        for line in first.lines_through(&place.point) {
+            let ends = [line.points[0], line.points[ALONG_LINE.len() - 1]].map(|end| {
+                let [mut inside, mut outside] = if is_over(&end) { [1.0; 2] } else { [0.0, 1.0] };
+                for _ in 0..HALVINGS {
+                    let middle = 0.5 * (inside + outside);
+                    if is_over(&(start + middle * (end - start))) {
+                        inside = middle
+                    } else {
+                        outside = middle
+                    }
+                }
+                start + inside * (end - start)
+            });
+            let points = ALONG_LINE.map(|share| ends[0] + share * (ends[1] - ends[0]));
+            if (ends[1] - ends[0]).norm() <= SHORTEST_LINE * self.size || !points.iter().all(is_over) {
+                continue;
+            }
+            let middle = first.nearest(&points[ALONG_LINE.len() / 2].into())?.place;
+            let middle = first.turned_to(&middle, &pose.rotation.inverse_transform_vector(outward));
+            let view = SurfaceView::new(first, 1.0, &pose.rotation, &middle)?;
+            if (view.outward - outward).norm() <= ACROSS_LINE && self.is_curved(&view) {
+                let there = on_second(&Vector3::from(middle.point))?.place;
+                let there = second.turned_to(&there, &at.rotation.inverse_transform_vector(&-outward));
+                return Some((site(&middle, pose), site(&there, at)));
+            }
+        }
+        None
+    }
+
+    fn is_curved(&self, view: &SurfaceView) -> bool {
+        view.surface.curvatures.iter().any(|c| c.abs() * self.size > FLAT)
+    }
+}
+
+/// A place of a body in the motion `pose` as a search finds it.
+fn site(place: &SurfacePlace, pose: &BodyState) -> SurfaceSite {
+    let point = pose.position + pose.rotation * Vector3::from(place.point);
+    SurfaceSite { face: place.face, xi: place.xi, point }
+}
+
+/// The middle of a line of a body in the motion `pose`.
+fn in_space(line: &StraightLine, pose: &BodyState) -> SurfaceSite {
+    let point = pose.position + pose.rotation * line.points[ALONG_LINE.len() / 2];
+    SurfaceSite { point, ..site(&line.middle, pose) }
+}
+
+/// The place of a surface in the motion `pose` that is nearest to a point of space.
+fn nearest_on(surface: &dyn Surface, pose: &BodyState, point: &Vector3<f64>) -> Option<Foot> {
+    surface.nearest(&pose.rotation.inverse_transform_vector(&(point - pose.position)).into())
+}

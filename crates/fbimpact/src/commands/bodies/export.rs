@@ -1,0 +1,121 @@
+//! `fbimpact export-body`: a body of a scenario as a body file.
+
+use adaptive::AdaptiveError;
+use adaptive::body::built;
+use adaptive::body::loads::MarkerLoads;
+use adaptive::body::reduced::Interface;
+use adaptive::spec::{Area, BodySpec, FlexibleSpec, Place};
+use adaptive::store::ModelCache;
+use ffr_dynamics::interchange::{BodyFrame, FullBody, ReducedModel, ReducedParts};
+use ffr_dynamics::kinematics::MarkerWeights;
+use nalgebra::UnitQuaternion;
+
+use crate::cache::{self, CacheSettings};
+use crate::commands::scenario_file;
+use crate::commands::{
+    BodyExport, Means, body_index, check_distinct, check_folder, no_full_model, print, threads,
+};
+use crate::error::AppError;
+use crate::interchange::body_file;
+use crate::progress::while_building;
+use crate::scenario::Override;
+use crate::simulate::sizing::sized;
+
+/// Writes the body with its faces and its markers that have an extent as markers, reduced to its
+/// free modes and the static answers to its joints and loads in a Buckens frame, or with unreduced
+/// matrices (`is_full`), and with its named points for output.
+///
+/// # Errors
+/// [`AppError::Command`] for a body that there is not and for a rigid body, [`AppError::Model`] if it cannot be built, [`AppError::Io`] for the file, also if
+/// it is one that the scenario reads.
+pub fn export_body(
+    export: &BodyExport<'_>,
+    is_full: bool,
+    overrides: &[Override],
+    means: Means<'_>,
+) -> Result<(), AppError> {
+    let n_threads = threads(means.threads)?;
+    let scenario = scenario_file::read(export.scenario, overrides)?;
+    check_distinct(&scenario, export.output)?;
+    check_folder(export.output)?;
+    let index = body_index(export.body, scenario.run.bodies.iter().map(|b| &b.name))?;
+    let places = Places { areas: scenario.areas(export.body), points: scenario.points(export.body) };
+    let text = while_building(means.bar, || {
+        let scenario = sized(&scenario, n_threads, &cache::open(&CacheSettings::of_environment()))?;
+        let loads = MarkerLoads::on_body(&scenario.run, index);
+        write((export, is_full), &scenario.run.bodies[index], loads, &places)
+    });
+    print(&text?)
+}
+
+/// Named places of a body.
+struct Places {
+    /// Parts that can be held.
+    areas: Vec<(String, Area)>,
+    /// Points, in the components of its model \[m\].
+    points: Vec<(String, [f64; 3])>,
+}
+
+fn write(
+    (export, is_full): (&BodyExport<'_>, bool),
+    spec: &BodySpec,
+    loads: Vec<MarkerLoads>,
+    Places { areas, points }: &Places,
+) -> Result<String, AppError> {
+    let Some(body) = built(&spec.name, &spec.kind).map_err(AppError::model)? else {
+        let is_rigid = spec.kind.is_rigid();
+        let what = if is_rigid { "rigid" } else { "from a file already" };
+        return Err(no_full_model(&spec.name, what));
+    };
+    let markers = markers(body.as_ref(), areas)?;
+    let (name, path) = (export.body, export.output.display());
+    let unfit = |source| AppError::model(AdaptiveError::Reduction { body: name.to_owned(), source });
+    if is_full {
+        let n = body.n_unknowns();
+        let points = points
+            .iter()
+            .map(|(name, place)| Ok((name.clone(), body.point_weights(place).map_err(AppError::model)?)));
+        let points = points.collect::<Result<Vec<_>, AppError>>()?;
+        let full = FullBody::new(body.assembled().clone(), markers)
+            .and_then(|full| full.with_points(points))
+            .map_err(unfit)?;
+        body_file::write_full(export.output, &full)?;
+        return Ok(format!("{path}: {name}, {n} degrees of freedom, {} markers\n", full.markers().len()));
+    }
+    let loads =
+        if spec.kind.flexible().is_some_and(FlexibleSpec::has_static_answers) { loads } else { Vec::new() };
+    let interface = Interface { loads, ..Interface::default() };
+    let reduced = body.reduce_in_mean_axes(&interface, &ModelCache::default()).map_err(AppError::model)?;
+    let shapes = reduced.basis.shapes.as_ref();
+    let markers =
+        markers.iter().map(|(name, weights)| weights.marker(name, shapes)).collect::<Result<Vec<_>, _>>();
+    let markers = markers.map_err(|e| AppError::model(AdaptiveError::Model(e)))?;
+    let points = points.iter().map(|(name, place)| {
+        let point = body.flexible_point(&Place::Point(*place), shapes).map_err(AppError::model)?;
+        Ok((name.clone(), point))
+    });
+    let points = points.collect::<Result<_, AppError>>()?;
+    let reduced = ReducedModel::new(ReducedParts {
+        name: name.to_string(),
+        frame: BodyFrame::Buckens,
+        data: reduced.data.to_parts(),
+        frequencies: reduced.basis.omega.iter().map(|w| w / std::f64::consts::TAU).collect(),
+        markers,
+        points,
+    })
+    .map_err(unfit)?;
+    body_file::write_reduced(export.output, &reduced)?;
+    let (modes, markers) = (reduced.frequencies().len(), reduced.markers().len());
+    Ok(format!("{path}: {name}, {modes} modes, {markers} markers\n"))
+}
+
+/// The parts of the body that can be held, with the axes of the body.
+fn markers(
+    body: &dyn adaptive::body::field_body::FieldBody,
+    areas: &[(String, Area)],
+) -> Result<Vec<(String, MarkerWeights)>, AppError> {
+    let weights = |area: &Area| {
+        body.marker_weights(&Place::Area(area.clone()), UnitQuaternion::identity()).map_err(AppError::model)
+    };
+    areas.iter().map(|(name, area)| Ok((name.clone(), weights(area)?))).collect()
+}

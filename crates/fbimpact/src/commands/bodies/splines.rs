@@ -1,0 +1,39 @@
+//! `fbimpact export-body --nurbs`: the exact shape of a body as splines for another program.
+
+use iga_core::files::{write_gismo, write_mfem};
+use result_files::file::fault::Access;
+use result_files::file::whole_file;
+
+use crate::cli::SplineFormat;
+use crate::commands::scenario_file;
+use crate::commands::{BodyExport, body_index, check_distinct, check_folder, no_full_model, print};
+use crate::error::AppError;
+use crate::scenario::Override;
+
+/// Writes the patches of the body's shape in `format`, in the components of its model, lengths in
+/// units of `unit` \[m\].
+///
+/// # Errors
+/// [`AppError::Command`] for a body that there is not and for a body without a shape, [`AppError::Io`] for the file, also if it is one that the
+/// scenario reads.
+pub fn export_splines(
+    export: &BodyExport<'_>,
+    (format, unit): (SplineFormat, f64),
+    overrides: &[Override],
+) -> Result<(), AppError> {
+    let scenario = scenario_file::read(export.scenario, overrides)?;
+    check_distinct(&scenario, export.output)?;
+    check_folder(export.output)?;
+    let index = body_index(export.body, scenario.bodies.iter().map(|b| &b.name))?;
+    let Some((shape, _)) = scenario.bodies[index].places.shape() else {
+        return Err(no_full_model(export.body, "a plane, from a file of another kind, or without a shape"));
+    };
+    let text = match format {
+        SplineFormat::Gismo => write_gismo(&shape.patches, unit),
+        SplineFormat::Mfem => write_mfem(&shape.patches, unit),
+    };
+    let written = whole_file::write(export.output, text.as_bytes());
+    written.map_err(|e| AppError::system(export.output, Access::Write, e))?;
+    let (n, points) = (shape.patches.len(), shape.patches.iter().map(|p| p.n_functions()).sum::<usize>());
+    print(&format!("{}: {}, {n} patches, {points} control points\n", export.output.display(), export.body))
+}

@@ -1,0 +1,153 @@
+//! `fbimpact info`: the gist of a result file.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use result_files::stored::reactions::PeakReaction;
+use result_files::stored::summary::{self, Summary};
+use result_files::tables::{ImpactRow, PhaseRow, TrialRow};
+use result_files::words::shown::short;
+use result_files::words::table::{Shown, heading, table, with_unit};
+
+use crate::commands::{print, ratio};
+use crate::error::AppError;
+use crate::results::columns;
+
+/// Prints the summary of a result file.
+///
+/// # Errors
+/// [`AppError::Io`] if the file cannot be read.
+pub fn info(file: &Path, json: bool) -> Result<(), AppError> {
+    let summary = summary::read(file)?;
+    let text = if json { format!("{:#}\n", summary.json()) } else { for_people(&summary) };
+    print(&text)
+}
+
+/// The summary for people. Writing to a string cannot fail.
+fn for_people(s: &Summary) -> String {
+    let mut out = String::new();
+    for (name, value) in s.attributes.iter().filter(|(_, value)| !value.is_empty()) {
+        let _ = writeln!(out, "{name:<16} {}", short(value));
+    }
+    if s.resumptions > 0 {
+        let times = if s.resumptions == 1 { "once".to_owned() } else { format!("{} times", s.resumptions) };
+        let _ = writeln!(out, "{:<16} resumed {times}, timings are those since", "interruptions");
+    }
+    let end = s.end.map_or_else(|| "-".to_owned(), |t| format!("{t:.9e} s"));
+    let _ = writeln!(out, "{:<16} {} up to t = {end}", "samples", s.n_samples);
+    let drift = s.energy_drift.map_or_else(|| "-".to_owned(), |d| format!("{d:.3e}"));
+    let _ = writeln!(out, "{:<16} {drift}", "energy drift");
+    if let Some(removed) = s.numerical_damping.filter(|removed| removed.abs() > 0.0) {
+        let _ =
+            writeln!(out, "{:<16} {removed:.3e} of the largest energy, by the integrator", "numerical loss");
+    }
+    if let Some(jump) = s.largest_jump {
+        let _ = writeln!(
+            out,
+            "{:<16} {jump:.3e} at most in {} changes of the model",
+            "energy jump",
+            s.transfers.len()
+        );
+    }
+    for line in &s.warnings {
+        let _ = writeln!(out, "{:<16} {line}", "warning");
+    }
+    bodies(s, &mut out);
+    table(&s.phases, &phases(), &mut out);
+    table(&s.impacts, &impacts(), &mut out);
+    table(&s.reactions, &reactions(), &mut out);
+    table(&s.trials, &trials(), &mut out);
+    if !s.timings.is_empty() {
+        out.push('\n');
+    }
+    for (name, seconds) in &s.timings {
+        let models = match (name.as_str(), s.fine_models) {
+            ("reduction", Some(1)) => "   1 fine model built".to_owned(),
+            ("reduction", Some(n)) => format!("   {n} fine models built"),
+            _ => String::new(),
+        };
+        let _ = writeln!(out, "{name:<16} {seconds:>10.4} s{models}");
+    }
+    out
+}
+
+/// Bodies, and what the program chose for them.
+fn bodies(s: &Summary, out: &mut String) {
+    for (name, n) in &s.bodies {
+        let _ = writeln!(out, "{:<16} {name}: {n} elastic coordinates", "body");
+        for note in s.chosen.iter().filter(|note| note.body == *name) {
+            let _ = writeln!(out, "{:<16} {name}: {}", "", note.text);
+        }
+    }
+}
+
+fn phases() -> [Shown<PhaseRow>; 7] {
+    let heading = heading::<PhaseRow>;
+    [
+        Shown::text("phase", 8, |_, p| p.kind.as_str().to_owned()),
+        Shown::number(heading("start", "start"), 14, |_, p| format!("{:.6e}", p.start)),
+        Shown::number(heading("end", "end"), 14, |_, p| format!("{:.6e}", p.end)),
+        Shown::number("steps", 9, |_, p| p.steps.to_string()),
+        Shown::number("rejected", 9, |_, p| p.rejected.to_string()),
+        Shown::number("evaluations", 12, |_, p| p.evaluations.to_string()),
+        Shown::number(heading("wall_time", "wall"), 10, |_, p| format!("{:.3}", p.wall_time)),
+    ]
+}
+
+fn impacts() -> [Shown<ImpactRow>; 8] {
+    let heading = heading::<ImpactRow>;
+    [
+        Shown::text("impact", 7, |n, _| (n + 1).to_string()),
+        Shown::text("contact", 12, |_, i| i.contact.as_str().to_owned()),
+        Shown::number(heading("start", "start"), 14, |_, i| format!("{:.6e}", i.start)),
+        Shown::number(heading("end", "duration"), 13, |_, i| format!("{:.5e}", i.end - i.start)),
+        Shown::number(heading("peak_force", "peak"), 12, |_, i| format!("{:.5}", i.peak_force)),
+        Shown::number(heading("peak_time", "peak at"), 14, |_, i| format!("{:.6e}", i.peak_time)),
+        Shown::number(heading("impulse", "impulse"), 13, |_, i| format!("{:.6e}", i.impulse)),
+        Shown::number("restitution", 12, |_, i| ratio(i.restitution)),
+    ]
+}
+
+fn reactions() -> [Shown<PeakReaction>; 5] {
+    let [force, moment] = &columns::REACTION;
+    [
+        Shown::text("joint", 16, |_, r| r.joint.clone()),
+        Shown::number(with_unit("peak", force.unit), 14, |_, r| format!("{:.6}", r.force)),
+        Shown::number(with_unit("at", columns::TIME.unit), 14, |_, r| format!("{:.6e}", r.force_time)),
+        Shown::number(with_unit("peak", moment.unit), 16, |_, r| format!("{:.6e}", r.moment)),
+        Shown::number(with_unit("at", columns::TIME.unit), 14, |_, r| format!("{:.6e}", r.moment_time)),
+    ]
+}
+
+/// What is shown where there is nothing.
+const NOTHING: &str = "-";
+
+fn trials() -> [Shown<TrialRow>; 12] {
+    let heading = heading::<TrialRow>;
+    [
+        Shown::text("impact", 7, |_, t| (t.impact + 1).to_string()),
+        Shown::number("trial", 6, |_, t| t.number.to_string()),
+        Shown::number(heading("stop", "stop"), 12, |_, t| format!("{:.5e}", t.stop)),
+        Shown::number(heading("interval_widths", "width"), 19, |_, t| {
+            by_direction(t, &t.interval_widths, |w| if w > 0.0 { format!("{w:.2e}") } else { NOTHING.into() })
+        }),
+        Shown::number("used [%]", 9, |_, t| by_direction(t, &t.utilisation, |u| format!("{:.0}", 100.0 * u))),
+        Shown::number("penalty", 10, |_, t| match t.penalty_end.is_nan() {
+            // A trial that ended before there was a model.
+            true => NOTHING.into(),
+            false => format!("{:.3e}", t.penalty_end),
+        }),
+        Shown::number("dofs", 9, |_, t| t.dofs.to_string()),
+        Shown::number("steps", 7, |_, t| t.steps.to_string()),
+        Shown::number(heading("peak_force", "peak"), 11, |_, t| format!("{:.5}", t.peak_force)),
+        Shown::number(heading("wall_time", "wall"), 9, |_, t| format!("{:.3}", t.wall_time)),
+        Shown::text("outcome", 9, |_, t| t.outcome.as_str().to_owned()),
+        Shown::text("reason", 0, |_, t| t.reason.as_str().to_owned()),
+    ]
+}
+
+/// A value per direction in which the interval of the trial has a width.
+fn by_direction(row: &TrialRow, values: &[f64; 2], show: fn(f64) -> String) -> String {
+    let directions = if row.interval_widths[1] > 0.0 { 2 } else { 1 };
+    values.iter().take(directions).map(|x| show(*x)).collect::<Vec<_>>().join(" x ")
+}

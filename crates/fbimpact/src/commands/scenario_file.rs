@@ -1,0 +1,36 @@
+//! The scenario file that a command names, or standard input.
+
+use std::io::Read;
+use std::path::Path;
+
+use result_files::file::fault::Access;
+use result_files::file::plain_file;
+
+use crate::error::AppError;
+use crate::scenario::{self, Override, Scenario};
+
+/// Reads and validates the scenario file `path` with `overrides` applied.
+///
+/// # Errors
+/// [`AppError::Io`] if the file cannot be read, [`AppError::Scenario`] with all faults otherwise.
+pub fn read(path: &Path, overrides: &[Override]) -> Result<Scenario, AppError> {
+    let bytes = plain_file::read(path).map_err(|e| AppError::system(path, Access::Read, e))?;
+    Ok(scenario::parse(path, &bytes, overrides)?)
+}
+
+/// Name of standard input in messages.
+const STANDARD_INPUT: &str = "standard input";
+
+/// Reads and validates a scenario from standard input if `path` is `-`, else as [`read`]. Files
+/// that it names are sought in the working directory.
+///
+/// # Errors
+/// As [`read`].
+pub fn read_or_input(path: &Path, overrides: &[Override]) -> Result<Scenario, AppError> {
+    if path != Path::new("-") {
+        return read(path, overrides);
+    }
+    let (name, mut bytes) = (Path::new(STANDARD_INPUT), Vec::new());
+    std::io::stdin().lock().read_to_end(&mut bytes).map_err(|e| AppError::system(name, Access::Read, e))?;
+    Ok(scenario::parse(name, &bytes, overrides)?)
+}

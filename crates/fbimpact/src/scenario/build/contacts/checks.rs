@@ -1,0 +1,247 @@
+//! Faults of contacts that involve several keys: bodies that cannot take their part, settings
+//! without meaning.
+
+use adaptive::spec::contact::{DivisionRule, LowModes, TransferMethod};
+use ffr_dynamics::body::RigidMotion;
+
+use super::facts::ContactFacts;
+use crate::scenario::build::places::{BodyFacts, motion_in_words};
+use crate::scenario::check::Checker;
+use crate::scenario::keys::Named;
+use crate::scenario::section::Section;
+use crate::scenario::tables::{ContactModel, ReductionMethod, Search, ShapeName, Solver};
+
+/// Reports bodies that Hertz's law knows nothing of.
+pub fn check_hertz(checker: &mut Checker, root: &Section, section: &Section) {
+    let facts = |key| section.text(key).and_then(|name| BodyFacts::find(root, name));
+    let (contact, target) = (facts("contact_body"), facts("target_body"));
+    for (key, body) in [("contact_body", &contact), ("target_body", &target)] {
+        let Some(body) = body else { continue };
+        let fault = if body.is_plane() {
+            (key == "contact_body").then_some("must be a body, exchange contact_body and target_body")
+        } else if body.mesh.is_some() {
+            Some(
+                "must have a shape with model \"hertz\", a mesh has no curvature of its own; choose model = \"adaptive\"",
+            )
+        } else if body.shape.is_none() || body.file.is_some() {
+            Some("has no surface to touch; Hertz's law needs a body with \"geometry\"")
+        } else if body.shape == Some(ShapeName::Box) {
+            Some("has flat faces alone, of which Hertz's law knows nothing; choose model = \"adaptive\"")
+        } else if body.motion() == RigidMotion::Planar {
+            Some(
+                "must be spatial or axisymmetric with model \"hertz\": bodies of plane models touch along a line, choose model = \"adaptive\"",
+            )
+        } else {
+            None
+        };
+        if let Some(message) = fault {
+            checker.fault_in(section, key, message.into());
+        }
+    }
+    let (Some(contact), Some(target)) = (contact, target) else { return };
+    if !target.is_plane() && contact.motion() != target.motion() {
+        let [contact, target] = [contact, target].map(|body| motion_in_words(body.motion()));
+        let message = format!("must be {contact} as the contact body is, it is {target}");
+        checker.fault_in(section, "target_body", message);
+    }
+    if contact.motion() == RigidMotion::Axial && section.number("friction").is_some_and(|f| f > 0.0) {
+        let message = "has no effect with model \"hertz\" between bodies that move along one axis".into();
+        checker.fault_in(section, "friction", message);
+    }
+    check_normal(checker, &contact, &target);
+}
+
+/// Reports bodies that cannot take their part in the contact.
+pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
+    let facts = |key| section.text(key).and_then(|name| BodyFacts::find(root, name));
+    let (contact, target) = (facts("contact_body"), facts("target_body"));
+    let mut is_imported = false;
+    for (key, body) in [("contact_body", contact), ("target_body", target)] {
+        if body.is_some_and(|b| b.file.is_some()) {
+            let message = "must be a body with a shape, one from a file has no surface to touch";
+            checker.fault_in(section, key, message.into());
+            is_imported = true;
+        }
+    }
+    if is_imported {
+        return;
+    }
+    if contact.is_some_and(|body| body.is_rigid) {
+        let remedy = if target.is_some_and(|body| body.is_rigid) {
+            "contact of two rigid bodies goes with model \"hertz\" only"
+        } else {
+            "exchange contact_body and target_body"
+        };
+        let message = format!("must be a flexible body, for it carries the contact points; {remedy}");
+        checker.fault_in(section, "contact_body", message);
+    }
+    if target.is_some_and(|body| body.is_rigid && body.shape.is_none()) {
+        let message = "has no surface to touch, for it has a mass but no shape; give it \"geometry\" and \"material\" in their place";
+        checker.fault_in(section, "target_body", message.into());
+    }
+    let method = contact.and_then(|b| b.section.table("reduction")?.choice::<ReductionMethod>("method"));
+    if let Some(model @ (ContactModel::Quasistatic | ContactModel::Massless | ContactModel::Damped)) =
+        section.choice("model")
+        && method.is_some_and(|m| m != ReductionMethod::CraigBampton)
+    {
+        let message = format!(
+            "\"{}\" needs a contact body with reduction method \"craig-bampton\", \
+             \"modal\" and \"all\" go with \"adaptive\", \"dynamic\" and \"coarse\"",
+            model.name()
+        );
+        checker.fault_in(section, "model", message);
+    }
+    let (Some(contact), Some(target)) = (contact, target) else { return };
+    if !contact.is_rigid && !target.is_rigid && contact.components != target.components {
+        let message = format!(
+            "must have model \"{}\" as the contact body has, it is \"{}\"",
+            contact.components.name(),
+            target.components.name()
+        );
+        checker.fault_in(section, "target_body", message);
+    }
+    if !contact.is_rigid && target.is_rigid && !target.is_plane() && contact.motion() != target.motion() {
+        let message = format!(
+            "must have motion = \"{}\", for it meets a body with model \"{}\"",
+            contact.motion().name(),
+            contact.components.name()
+        );
+        checker.fault_in(section, "target_body", message);
+    }
+    check_normal(checker, &contact, &target);
+}
+
+/// Reports a plane whose normal leaves the space of the contact body's model.
+fn check_normal(checker: &mut Checker, contact: &BodyFacts<'_>, target: &BodyFacts<'_>) {
+    if !target.is_plane() {
+        return;
+    }
+    let plane = target.section;
+    let Some(normal) = plane.vector::<3>("normal") else { return };
+    let size = normal.iter().fold(0.0_f64, |a, x| a.max(x.abs()));
+    let leaves = |components: &[usize]| components.iter().any(|&i| normal[i].abs() > 1e-12 * size);
+    let (at_fault, words) = match contact.motion() {
+        RigidMotion::Axial => (leaves(&[0, 1]), "along z"),
+        RigidMotion::Planar => (leaves(&[2]), "in the plane (x, y)"),
+        RigidMotion::Spatial => (false, ""),
+    };
+    if at_fault {
+        let model = contact.components.name();
+        let message = format!("must be {words}, for it meets a body with model \"{model}\"");
+        checker.fault_in(plane, "normal", message);
+    }
+}
+
+/// Reports settings that exclude each other.
+pub fn check_settings(checker: &mut Checker, section: &Section, facts: &ContactFacts) {
+    check_solver(checker, section, facts);
+    if let Some(penalty) = section.table("penalty") {
+        check_penalty(checker, section, penalty, facts);
+    }
+    if let Some(interval) = section.table("interval") {
+        check_interval(checker, interval, facts);
+    }
+    check_transfer(checker, section, facts);
+}
+
+fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts) {
+    let has_state =
+        matches!(facts.model, ContactModel::Adaptive | ContactModel::Quasistatic | ContactModel::Massless);
+    let is_broyden = section.choice("solver") == Some(Solver::Broyden);
+    if is_broyden && !has_state {
+        let message = format!(
+            "has no effect with model \"{}\", where no quasistatic state is solved for",
+            facts.model.name()
+        );
+        checker.fault_in(section, "solver", message);
+    }
+    if is_broyden && section.number("friction").is_some_and(|f| f > 0.0) {
+        let message = "must be \"active-set\" with friction, Algorithm 1 knows normal forces alone".into();
+        checker.fault_in(section, "solver", message);
+    }
+    if !facts.is_exact {
+        return;
+    }
+    let law =
+        if facts.model == ContactModel::Massless { "model \"massless\"" } else { "constraint \"exact\"" };
+    if !has_state {
+        let message = "must be \"adaptive\" or \"quasistatic\" with constraint \"exact\"".into();
+        checker.fault_in(section, "model", message);
+    }
+    if facts.has_mesh && facts.model == ContactModel::Massless {
+        let message = "must be \"quasistatic\" or another model with a penalty factor where a body has model \"mesh\": corners of its sides have no \
+                       area of their own, so that contact is watched at more points than the boundary has unknowns";
+        checker.fault_in(section, "model", message.into());
+        return;
+    }
+    if facts.has_mesh {
+        let message = "must be \"penalty\" where a body has model \"mesh\": corners of its sides have no area of their own, so that \
+                       contact is watched at more points than the constraint has unknowns for";
+        checker.fault_in(section, "constraint", message.into());
+        return;
+    }
+    for (key, needed) in [("points", "greville"), ("solver", "active-set")] {
+        if section.text(key).is_some_and(|value| value != needed) {
+            let message = format!("must be \"{needed}\" with {law}");
+            checker.fault_in(section, key, message);
+        }
+    }
+}
+
+fn check_transfer(checker: &mut Checker, section: &Section, facts: &ContactFacts) {
+    let has_own = section.choice("modes") == Some(LowModes::Fine);
+    if has_own && !facts.is_refined() {
+        let message = format!(
+            "must be \"prolonged\" with model \"{}\" here, whose bodies keep one model; \"adaptive\" has fine models",
+            facts.model.name()
+        );
+        checker.fault_in(section, "modes", message);
+    } else if has_own && facts.has_mesh {
+        let message = "must be \"prolonged\" with a body of model \"mesh\"".into();
+        checker.fault_in(section, "modes", message);
+    }
+    if section.choice("transfer") == Some(TransferMethod::Printed) && !has_own {
+        let message = "\"printed\" has a meaning with modes = \"own\" only".into();
+        checker.fault_in(section, "transfer", message);
+    }
+}
+
+fn check_penalty(checker: &mut Checker, section: &Section, penalty: &Section, facts: &ContactFacts) {
+    if facts.model == ContactModel::Massless {
+        return; // the whole table is without a meaning
+    }
+    if matches!(facts.search, None | Some(Search::Fixed)) {
+        return;
+    }
+    if facts.model != ContactModel::Adaptive {
+        let message = format!(
+            "must be \"fixed\" with model \"{}\", searches are made with \"adaptive\" only",
+            facts.model.name()
+        );
+        checker.fault_in(penalty, "search", message);
+    }
+    if facts.is_exact {
+        let message = "has no meaning with constraint \"exact\", which has no penalty factor".into();
+        checker.fault_in(penalty, "search", message);
+    }
+    if facts.search == Some(Search::UntilError) && section.choice("solver") == Some(Solver::ActiveSet) {
+        let message =
+            "must not be \"until-error\", for the active-set solver never fails; choose solver = \"broyden\"";
+        checker.fault_in(penalty, "search", message.into());
+    }
+}
+
+fn check_interval(checker: &mut Checker, interval: &Section, facts: &ContactFacts) {
+    if interval.given("elements")
+        && !interval.given("width")
+        && !facts.is_refined()
+        && facts.model != ContactModel::Coarse
+    {
+        checker.fault_in(interval, "elements", "needs \"width\" beside it".into());
+    }
+    if facts.has_mesh && interval.choice("division") == Some(DivisionRule::Printed) {
+        let message =
+            "\"printed\" is for bodies of splines, elements of a mesh are halved; leave it out".into();
+        checker.fault_in(interval, "division", message);
+    }
+}

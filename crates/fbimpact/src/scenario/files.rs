@@ -1,0 +1,5 @@
+//! What a scenario takes from files, and control nets that stand in their place.
+
+pub(super) mod curves;
+pub(super) mod spline_nets;
+pub(super) mod bodies;

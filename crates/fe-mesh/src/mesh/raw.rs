@@ -1,0 +1,93 @@
+//! A mesh as a file has it: numbers of the file resolved, nothing checked.
+
+use crate::element::kind::ElementKind;
+
+/// Solid elements, one after the other.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Elements {
+    kinds: Vec<ElementKind>,
+    labels: Vec<u64>,
+    starts: Vec<u32>,
+    nodes: Vec<u32>,
+}
+
+/// One element.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Element<'a> {
+    /// Its kind.
+    pub kind: ElementKind,
+    /// Its number in the file.
+    pub label: u64,
+    /// Its nodes, counted from 0.
+    pub nodes: &'a [u32],
+}
+
+impl Elements {
+    /// Adds an element with the nodes of its kind.
+    pub fn push(&mut self, kind: ElementKind, label: u64, nodes: impl Iterator<Item = u32>) {
+        self.starts.push(self.nodes.len() as u32);
+        self.nodes.extend(nodes);
+        self.kinds.push(kind);
+        self.labels.push(label);
+    }
+
+    /// Number of elements.
+    pub fn len(&self) -> usize {
+        self.kinds.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.kinds.is_empty()
+    }
+
+    /// Element `e`.
+    ///
+    /// # Panics
+    /// If there is none.
+    pub fn get(&self, e: usize) -> Element<'_> {
+        let (kind, first) = (self.kinds[e], self.starts[e] as usize);
+        Element { kind, label: self.labels[e], nodes: &self.nodes[first..first + kind.n_nodes()] }
+    }
+
+    /// All elements.
+    pub fn iter(&self) -> impl Iterator<Item = Element<'_>> {
+        (0..self.len()).map(|e| self.get(e))
+    }
+
+    /// Gives nodes other numbers.
+    pub fn renumber(&mut self, numbers: &[u32]) {
+        self.nodes.iter_mut().for_each(|n| *n = numbers[*n as usize]);
+    }
+}
+
+/// How a file names a part of the surface.
+#[derive(Debug, Clone, PartialEq)]
+pub enum FaceSource {
+    /// By surface elements: their corners, [`NO_NODE`] in the fourth place of triangles.
+    Corners(Vec<[u32; 4]>),
+    /// By elements and numbers of their sides.
+    Sides(Vec<(u32, u8)>),
+    /// By nodes: sides all of whose nodes are in the set.
+    Nodes(Vec<u32>),
+}
+
+/// No fourth corner.
+pub const NO_NODE: u32 = u32::MAX;
+
+/// A mesh as a file has it, in the file's unit of length.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RawMesh {
+    /// Positions.
+    pub nodes: Vec<[f64; 3]>,
+    /// Numbers of the nodes in the file.
+    pub node_labels: Vec<u64>,
+    /// Solid elements.
+    pub elements: Elements,
+    /// Groups of elements by name.
+    pub volumes: Vec<(String, Vec<u32>)>,
+    /// Groups of faces by name.
+    pub faces: Vec<(String, FaceSource)>,
+    /// What was left out, with its place.
+    pub notes: Vec<String>,
+}

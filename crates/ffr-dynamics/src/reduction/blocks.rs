@@ -1,0 +1,5 @@
+//! Blocks of vectors: dense products and solves, products with sparse matrices, start vectors.
+
+pub mod dense;
+pub mod product;
+pub(super) mod random;

@@ -1,0 +1,115 @@
+//! Files that are written in whole or not at all.
+
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use crate::file::fault::{Access, FileFault};
+
+/// What is wrong with an output that is no file.
+pub const DEVICE: &str = "is a device or pipe, name a file with -o";
+
+/// Flushes and closes `file`, so that a full disk is an error and not a broken file.
+///
+/// # Errors
+/// Those of the library.
+pub fn close(file: hdf5::File) -> hdf5::Result<()> {
+    file.flush()?;
+    file.close()
+}
+
+/// Writes `bytes` to `path` in whole or not at all: aside first, under a name of this process.
+///
+/// # Errors
+/// Those of the file system; an earlier file then stays as it was.
+pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
+    replace(path, |part| std::fs::File::create(part)?.write_all(bytes))
+}
+
+/// Has `write` write a file aside, and gives it its name if that succeeds.
+///
+/// # Errors
+/// Those of `write` and of the file system; an earlier file then stays as it was.
+pub fn replace<E: From<io::Error>>(path: &Path, write: impl FnOnce(&Path) -> Result<(), E>) -> Result<(), E> {
+    let part = aside(path);
+    let written = write(&part).and_then(|()| std::fs::rename(&part, path).map_err(E::from));
+    if written.is_err() {
+        // What cannot be written may not be there to be removed.
+        let _ = std::fs::remove_file(&part);
+    }
+    written
+}
+
+/// Whether [`replace`] can write `path`, asked before the work: what refuses there, refuses here.
+///
+/// # Errors
+/// What is wrong with the name, its folder or what stands there.
+pub fn check(path: &Path) -> Result<(), FileFault> {
+    let name = path.file_name().filter(|name| {
+        // `out/` and `out/.` are folders even if they do not exist.
+        path.as_os_str().as_encoded_bytes().ends_with(name.as_encoded_bytes())
+    });
+    if name.is_none() || path.is_dir() {
+        return Err("is a directory, name a file with -o".into());
+    }
+    let directory = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !directory.is_dir() {
+        let directory = directory.display();
+        return Err(format!("directory {directory} does not exist, create it or choose another one").into());
+    }
+    // Links are followed, or replaced: what counts is where they lead.
+    if path.exists() && !path.is_file() {
+        return Err(DEVICE.into());
+    }
+    let fail = |e| FileFault::system(Access::Write, e);
+    let probe = aside(path);
+    std::fs::File::create(&probe).map_err(fail)?;
+    std::fs::remove_file(&probe).map_err(fail)?;
+    if is_kept(path, directory) {
+        return Err(fail(io::ErrorKind::PermissionDenied.into()));
+    }
+    Ok(())
+}
+
+/// Whether the file `path` may not be replaced because it is somebody else's in a folder where each
+/// keeps their own, as /tmp.
+#[cfg(unix)]
+fn is_kept(path: &Path, directory: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt;
+    const STICKY: u32 = 0o1000;
+    let (Ok(file), Ok(directory)) = (path.symlink_metadata(), directory.metadata()) else { return false };
+    let user = nix::unistd::geteuid().as_raw();
+    directory.mode() & STICKY != 0 && ![file.uid(), directory.uid(), 0].contains(&user)
+}
+
+#[cfg(not(unix))]
+fn is_kept(_: &Path, _: &Path) -> bool {
+    false
+}
+
+/// A name next to `path` that no other process uses.
+fn aside(path: &Path) -> PathBuf {
+    let mut name = path.file_name().unwrap_or_default().to_owned();
+    name.push(format!(".{}.tmp", std::process::id()));
+    path.with_file_name(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::ErrorKind;
+
+    use super::*;
+
+    #[test]
+    fn failed_write_leaves_the_earlier_file_alone() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("table.csv");
+        super::write(&path, b"old").expect("written");
+        let failed: io::Result<()> = replace(&path, |part| {
+            std::fs::write(part, "ne")?;
+            Err(io::Error::from(ErrorKind::StorageFull))
+        });
+        assert!(failed.is_err());
+        assert_eq!(std::fs::read(&path).expect("readable"), b"old");
+        assert_eq!(std::fs::read_dir(folder.path()).expect("readable").count(), 1);
+    }
+}
