@@ -214,7 +214,11 @@ const PENALTY: &[Key] = &[
         "N/m³",
         Need::Optional("predicted from the compliance of the model"),
         "Penalty factor: pressure per penetration. A search starts from it.",
-    ),
+    )
+    .when(&[Condition::new(
+        "with constraint \"penalty\"",
+        Test::Around(&Test::NoneOf("constraint", &["exact"])),
+    )]),
     Key::new(
         "tolerance",
         Kind::Number(Range { min: Bound::Open(0.0), max: Bound::Open(1.0) }),
