@@ -6,8 +6,8 @@ use contact_qs::zone::points::InterfaceCompliance;
 use contact_qs::{ActiveContact, ZoneVibration};
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::{AssembledBody, ModalDamping};
+use ffr_dynamics::force::{BodyState, Motion};
 use ffr_dynamics::reduction::{FreeFlexibility, ResidualFlexibility, ResidualModes};
-use ffr_dynamics::system::force::{BodyState, Motion};
 use nalgebra::Vector3;
 
 use super::zone_model::ZoneModel;

@@ -3,7 +3,7 @@
 //! flat faces, edges or corners (docs/theory.md section C.9).
 
 use contact_qs::ActiveContact;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 
 use super::widths::PredictedWidths;
 use super::{
