@@ -18,8 +18,8 @@ use crate::adaptivity::interval::{
     assess,
 };
 use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy};
+use crate::body::fine::refined::FineBody;
 use crate::body::point_compliance::{ObservedPlace, PointCompliance, compliances, points_on};
-use crate::body::splines::refined::FineBody;
 use crate::body::zone::contact::FALLBACK_PENALTY;
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::paper::fine_modes::FineModes;

@@ -2,7 +2,7 @@
 //! Figs. 5, 6; theory section A.2).
 //!
 //! Works on the breaks of one parametric direction at a time; neither geometry nor functions are
-//! needed. What the levels do to a space is [`crate::body::splines::refined`]'s part.
+//! needed. What the levels do to a space is [`crate::body::fine::refined`]'s part.
 
 use ffr_dynamics::memory::gigabytes as gb;
 use thiserror::Error;

@@ -11,7 +11,7 @@ use super::{
     zone_site,
 };
 use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy};
-use crate::body::splines::refined::ELEMENTS;
+use crate::body::fine::refined::ELEMENTS;
 use crate::body::zone::contact::FALLBACK_PENALTY;
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::record::{TargetPlace, ZoneSite, ZoneSize};
