@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Checks the layers of the workspace: no crate names one above it, no modules of a crate name each other in a circle, and no file of
-tests is left out of the test executable of its crate.
+"""Checks the layers of the workspace: no crate names one above it, no modules of a crate name each other in a circle, no room has more
+than a dozen modules, and no file of tests is left out of the test executable of its crate.
 
 A file and those of its own folder are one room: `foo.rs` may use what is in `foo/`, and a file in `foo/` what `foo.rs`
 declares; no circle leads out of a room and back, over another file of it either. What a module re-exports counts as named where it is declared. Only code counts, not documentation and unit tests.
 
-The rooms of `adaptive` and `result-files` stand in their `lib.rs` in the order of their layers: a file names rooms that stand before its own, and no other.
+Modules stand in the order of their layers, rooms in `lib.rs` as well as files in `foo.rs`: what is in one of them names those before it, and no other
+of the same room.
 
 Usage: scripts/check_layers.py [--list]
 """
@@ -19,8 +20,10 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 LAYERS = ["ffr_dynamics", "iga_core", "fe_mesh", "contact_qs", "adaptive", "result_files", "fbimpact"]
 # Which of those before it a crate does not name.
 STRANGERS = {"iga_core": {"ffr_dynamics"}, "result_files": {"ffr_dynamics", "iga_core", "fe_mesh", "contact_qs", "adaptive"}}
-# Crates whose `lib.rs` lists its rooms lowest first.
-WITH_ROOMS = {"adaptive", "result_files"}
+# Modules of a room at most: more are not seen at a glance.
+MOST = 12
+# Rooms with more, and why.
+CROWDED = {("adaptive",): "the table of its `lib.rs` is the map of a run, and no two of its rooms know one thing"}
 PATH = re.compile(r"\b(crate|super|self)((?:::super)*)((?:::\w+)+)?(::\{)?")
 
 
@@ -31,11 +34,13 @@ def code(text):
 
 
 def modules(source):
-    """Module path of every file: `foo/bar.rs`, `foo/mod.rs` -> ("foo", "bar"), ("foo",)."""
+    """Module path of every file but `main.rs`: `foo/bar.rs`, `foo/mod.rs` -> ("foo", "bar"), ("foo",)."""
     found = {}
     for file in sorted(source.rglob("*.rs")):
         parts = list(file.relative_to(source).with_suffix("").parts)
-        if parts[-1] in ("mod", "lib", "main"):
+        if parts == ["main"]:
+            continue
+        if parts[-1] in ("mod", "lib"):
             parts.pop()
         found[tuple(parts)] = code(file.read_text())
     return found
@@ -148,9 +153,8 @@ def circles(edges):
     return out
 
 
-def circles_of(crate):
+def circles_of(known):
     """Circles among the files of a crate, and who names whom."""
-    known = modules(ROOT / "crates" / crate.replace("_", "-") / "src")
     exported = exports(known)
     edges = {}
     for module, text in known.items():
@@ -161,14 +165,40 @@ def circles_of(crate):
     return [circle for circle in circles(edges) if not is_room(circle)], edges
 
 
-def arrows_up(crate, edges):
-    """Files that name a room that stands behind their own in `lib.rs`."""
-    lib = (ROOT / "crates" / crate.replace("_", "-") / "src/lib.rs").read_text()
-    level = {name: i for i, name in enumerate(re.findall(r"^(?:pub )?mod (\w+);", code(lib), re.M))}
-    for module, targets in sorted(edges.items()):
-        for target in sorted(targets):
-            if level[target[0]] > level[module[0]]:
-                yield f"{crate}: {'::'.join(module)} names {'::'.join(target)}, of a room above its own"
+def source(crate, module):
+    """The file of a module of a crate."""
+    folder = ROOT / "crates" / crate.replace("_", "-") / "src"
+    return folder.joinpath(*module).with_suffix(".rs") if module else folder / "lib.rs"
+
+
+def rooms(known):
+    """Modules with modules of their own, and the names of these in the order of their declaration."""
+    for room in sorted({module[:-1] for module in known if module}):
+        names = re.findall(r"^(?:pub(?:\([^)]*\))? )?mod (\w+);", known[room], re.M)
+        yield room, [name for name in names if (*room, name) in known]
+
+
+def crowded(crate, known):
+    """Rooms with more modules than are seen at a glance."""
+    for room, names in rooms(known):
+        if len(names) > MOST and (crate, *room) not in CROWDED:
+            yield (
+                f"{source(crate, room).relative_to(ROOT)}: {len(names)} modules, {MOST} at most: put those that know one thing into a"
+                " room of their own, a file `foo.rs` beside its folder `foo/` whose first line says what it knows"
+            )
+
+
+def arrows_up(crate, known, edges):
+    """Files that name what stands behind their own module, or behind a room that they are in, where it is declared."""
+    for room, names in rooms(known):
+        n, level = len(room), {name: i for i, name in enumerate(names)}
+        for module, targets in sorted(edges.items()):
+            for target in sorted(targets):
+                if module[:n] != room or target[:n] != room or min(len(module), len(target)) == n:
+                    continue
+                if level[target[n]] > level[module[n]]:
+                    where = source(crate, room).relative_to(ROOT)
+                    yield f"{crate}: {'::'.join(module)} names {'::'.join(target)}, {where} has `{target[n]}` behind `{module[n]}`"
 
 
 def is_room(circle):
@@ -190,12 +220,13 @@ def main():
     faults = list(tests_left_out())
     for level, crate in enumerate(LAYERS):
         above = set(LAYERS[level + 1 :]) | STRANGERS.get(crate, set())
-        for module, text in modules(ROOT / "crates" / crate.replace("_", "-") / "src").items():
+        known = modules(ROOT / "crates" / crate.replace("_", "-") / "src")
+        for module, text in known.items():
             for name in sorted(above):
                 if re.search(rf"\b{name}::", text):
                     faults.append(f"{crate}: {'::'.join(module)} names the crate {name}")
-        found, edges = circles_of(crate)
-        faults += arrows_up(crate, edges) if crate in WITH_ROOMS else []
+        found, edges = circles_of(known)
+        faults += [*crowded(crate, known), *arrows_up(crate, known, edges)]
         for circle in found:
             faults.append(f"{crate}: circle of " + ", ".join("::".join(m) for m in circle))
             if "--list" in sys.argv:
@@ -203,7 +234,7 @@ def main():
                     for b in circle:
                         if b in edges.get(a, ()):
                             faults.append(f"    {'::'.join(a)} -> {'::'.join(b)}")
-    print("\n".join(faults) or "layers: no arrow upwards, no circle, no test left out")
+    print("\n".join(faults) or "layers: no arrow upwards, no circle, no crowd, no test left out")
     sys.exit(1 if faults else 0)
 
 

@@ -2,8 +2,10 @@
 //! what they are reduced for ([`field_body::FieldBody`], [`reduced`]), finer models of it about a
 //! contact ([`fine::FineModel`]), and the parts of its surface that may touch ([`zone`]).
 //!
-//! [`splines`] and [`mesh`] say what splines and finite elements have to say; nothing outside them, and `Workshop`, which builds bodies, asks which of
-//! the two a body is. Knows no other body, no motion and no time.
+//! [`splines`] and [`mesh`] say what splines and finite elements have to say, [`fine::refined`] and
+//! [`fine::divided`] how either is made finer, [`field_body`] what both are asked; nothing outside
+//! these, and `Workshop`, which builds bodies, asks which of the two a body is. Knows no other body,
+//! no motion and no time.
 
 pub mod gauge;
 pub mod loads;
@@ -11,12 +13,12 @@ pub mod part_motion;
 pub mod field;
 pub mod reduced;
 pub mod point_compliance;
-pub mod fine;
-pub mod field_body;
-pub mod whole;
 pub mod mesh;
 pub mod splines;
 pub mod zone;
+pub mod fine;
+pub mod field_body;
+pub mod whole;
 
 use std::sync::Arc;
 

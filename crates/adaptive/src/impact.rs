@@ -11,15 +11,15 @@ use std::sync::Arc;
 use contact_qs::law::penalty;
 use contact_qs::search::{SurfaceModel, SurfaceSite};
 use contact_qs::{ActiveContact, ContactError, PressureRecovery};
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 
 use crate::adaptivity::interval::{
     ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalGrid, IntervalSettings, Verdict,
     assess,
 };
 use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy};
+use crate::body::fine::refined::FineBody;
 use crate::body::point_compliance::{ObservedPlace, PointCompliance, compliances, points_on};
-use crate::body::splines::refined::FineBody;
 use crate::body::zone::contact::FALLBACK_PENALTY;
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::paper::fine_modes::FineModes;

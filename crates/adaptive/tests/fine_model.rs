@@ -8,8 +8,8 @@ use std::collections::BTreeMap;
 use crate::bodies::{block, rod, sphere, wanted_at};
 use crate::oracles::modal_compliance;
 use adaptive::adaptivity::interval::IntervalEnd;
+use adaptive::body::fine::refined::{FineBody, FineMesh, FineSettings};
 use adaptive::body::splines::ElasticBody;
-use adaptive::body::splines::refined::{FineBody, FineMesh, FineSettings};
 use adaptive::body::zone::ContactZone;
 use adaptive::spec::{
     BodyKind, ContactLaw, DiscretisationSpec, ElasticSpec, IntervalSpec, LowModes, PenaltySearch, PointRule,

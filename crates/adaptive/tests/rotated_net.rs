@@ -2,8 +2,8 @@
 
 use crate::bodies::{ball, wanted_at};
 use adaptive::body::field_body::FieldBody;
+use adaptive::body::fine::refined::{FineMesh, FineSettings};
 use adaptive::body::splines::ElasticBody;
-use adaptive::body::splines::refined::{FineMesh, FineSettings};
 use adaptive::body::splines::rotated_net::{NetRotation, RotatedNet};
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, PointRule, ReductionSpec};
 use faer::Mat;

@@ -6,10 +6,10 @@ use std::sync::{Arc, Mutex};
 
 use crate::bodies::{block, sphere, wanted_at};
 use crate::impacts::{STEEL, contact, law, spec};
+use adaptive::body::fine::refined::FineSettings;
+use adaptive::body::fine::refined::zone_definition;
 use adaptive::body::reduced::modes_key;
 use adaptive::body::reduced::{Interface, InterfaceModes};
-use adaptive::body::splines::refined::FineSettings;
-use adaptive::body::splines::refined::zone_definition;
 use adaptive::model::RunModel;
 use adaptive::run::driver::run;
 use adaptive::run::recording::Recording;

@@ -2,7 +2,7 @@
 
 use crate::bodies::{rod, sphere, wanted_at};
 use adaptive::body::field_body::FieldBody;
-use adaptive::body::splines::refined::{FineBody, FineSettings};
+use adaptive::body::fine::refined::{FineBody, FineSettings};
 use adaptive::paper::transfer::StateTransfer;
 use adaptive::spec::LowModes;
 use adaptive::spec::PointRule;

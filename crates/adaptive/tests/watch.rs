@@ -18,7 +18,7 @@ use contact_qs::law::Solid;
 use fe_mesh::element::rules::MassRule;
 use fe_mesh::{ElementKind, Mesh};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::Active;
+use ffr_dynamics::force::active::Active;
 use iga_core::elasticity::Material;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use std::sync::Arc;

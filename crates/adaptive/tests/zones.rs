@@ -3,8 +3,8 @@
 use crate::bodies;
 use crate::bodies::wanted_at;
 use crate::impacts::{STEEL, Solid, Trace, ball, contact, disc, finished, spec, sphere, try_run};
+use adaptive::body::fine::refined::{Division, FineMesh, FineSettings};
 use adaptive::body::splines::ElasticBody;
-use adaptive::body::splines::refined::{Division, FineMesh, FineSettings};
 use adaptive::spec::DivisionRule;
 use adaptive::spec::{
     BodyKind, BodySpec, ContactLaw, DiscretisationSpec, ElasticSpec, InitialMotion, PenaltySearch,

@@ -11,7 +11,8 @@ mod pair_support;
 
 use contact_qs::quasistatic::Method;
 use contact_qs::{ActiveContact, SurfacePair, SurfacePairSettings};
-use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};
+use ffr_dynamics::force::active::{Active, ActiveForce};
+use ffr_dynamics::force::{BodyState, GeneralisedForce, Motion};
 use pair_support::elastic::{ALUMINIUM, ElasticSphere, STEEL};
 
 const N_MODES: usize = 20;

@@ -10,7 +10,8 @@ mod common;
 mod pair_support;
 
 use contact_qs::{ActiveContact, Friction, SurfacePair};
-use ffr_dynamics::system::{Active, ActiveForce, GeneralisedForce, Motion};
+use ffr_dynamics::force::active::{Active, ActiveForce};
+use ffr_dynamics::force::{GeneralisedForce, Motion};
 use pair_support::caps::{self, N_MODES, RADIUS};
 
 const WIDTH: f64 = 1.5e-4;

@@ -2,7 +2,7 @@
 
 use contact_qs::{SearchWorkspace, SurfaceModel, minimum_distance};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use iga_core::nurbs::Shape;
 use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, solid, sphere};
 use nalgebra::{UnitQuaternion, Vector3};

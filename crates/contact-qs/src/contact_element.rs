@@ -3,8 +3,8 @@
 //! [`ContactElement`] is what a contact is, its state and workspace handed in; [`ActiveContact`] is what a driver holds.
 
 use ffr_dynamics::error::EvaluationFailure;
-use ffr_dynamics::system::force::active::{Active, ActiveForce, ActiveParts};
-use ffr_dynamics::system::force::{Findings, ForceElement, ForceEnergies, Motion};
+use ffr_dynamics::force::active::{Active, ActiveForce, ActiveParts};
+use ffr_dynamics::force::{Findings, ForceElement, ForceEnergies, Motion};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::ContactError;

@@ -8,9 +8,7 @@ mod geometry;
 mod sliding;
 
 use ffr_dynamics::error::EvaluationFailure;
-use ffr_dynamics::system::force::{
-    BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion,
-};
+use ffr_dynamics::force::{BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 use std::sync::Arc;

@@ -11,9 +11,7 @@
 
 use crate::solver_fault::SolverFault;
 use ffr_dynamics::error::EvaluationFailure;
-use ffr_dynamics::system::force::{
-    BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion,
-};
+use ffr_dynamics::force::{BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion};
 use iga_core::nurbs::jet::diagonal;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 

@@ -18,9 +18,7 @@ use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::data_error::DataError;
 use ffr_dynamics::error::EvaluationFailure;
-use ffr_dynamics::system::force::{
-    BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion,
-};
+use ffr_dynamics::force::{BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion};
 use iga_core::nurbs::jet::{diagonal, difference, norm};
 use nalgebra::Vector3;
 

@@ -8,9 +8,7 @@
 
 use ffr_dynamics::data_error::DataError;
 use ffr_dynamics::error::EvaluationFailure;
-use ffr_dynamics::system::force::{
-    BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion,
-};
+use ffr_dynamics::force::{BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::ContactError;

@@ -8,7 +8,8 @@ use contact_qs::zone::submodel::SparseRows;
 use contact_qs::{ActiveContact, ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};
+use ffr_dynamics::force::active::{Active, ActiveForce};
+use ffr_dynamics::force::{BodyState, GeneralisedForce, Motion};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Evaluations that are counted.

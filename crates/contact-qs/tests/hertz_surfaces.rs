@@ -7,9 +7,11 @@ use crate::hertz_impact::HertzImpact;
 use contact_qs::law::Solid;
 use contact_qs::{ActiveContact, HertzContact, Plane, Sphere, SurfaceModel};
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
+use ffr_dynamics::force::active::{Active, ActiveForce};
+use ffr_dynamics::force::{BodyState, GeneralisedForce, Motion};
 use ffr_dynamics::integration::{Integrator, StepSettings};
 use ffr_dynamics::kinematics::FlexiblePoint;
-use ffr_dynamics::system::{Active, ActiveForce, BodyState, ErrorScale, GeneralisedForce, Motion, Multibody};
+use ffr_dynamics::system::{ErrorScale, Multibody};
 use iga_core::nurbs::primitives::sphere::ellipsoid;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 

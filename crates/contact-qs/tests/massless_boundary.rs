@@ -7,7 +7,8 @@ use contact_qs::zone::submodel::SparseRows;
 use contact_qs::{ContactSubmodel, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};
+use ffr_dynamics::force::active::{Active, ActiveForce};
+use ffr_dynamics::force::{BodyState, GeneralisedForce, Motion};
 use nalgebra::{DMatrix, DVector, SymmetricEigen, UnitQuaternion, Vector3};
 
 /// Points on the boundary, free modes.

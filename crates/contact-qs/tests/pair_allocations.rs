@@ -6,7 +6,8 @@ use contact_qs::quasistatic::Method;
 use contact_qs::quasistatic::broyden::BroydenSettings;
 use contact_qs::{ActiveContact, Friction};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::{Active, ActiveForce, Motion};
+use ffr_dynamics::force::Motion;
+use ffr_dynamics::force::active::{Active, ActiveForce};
 
 #[test]
 fn evaluations_of_pairs_do_not_allocate() {

@@ -5,7 +5,8 @@ use crate::pair_support::*;
 use contact_qs::quasistatic::{Method, PointState};
 use contact_qs::{ActiveContact, Friction, SurfacePair};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::{Active, ActiveForce, BodyState, Motion};
+use ffr_dynamics::force::active::{Active, ActiveForce};
+use ffr_dynamics::force::{BodyState, Motion};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// A pair with friction and its bodies, touching, with random velocities.

@@ -10,7 +10,8 @@ use contact_qs::{
     ActiveContact, Plane, PlaneContact, PlaneContactSettings, SurfacePair, SurfacePairSettings,
 };
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};
+use ffr_dynamics::force::active::{Active, ActiveForce};
+use ffr_dynamics::force::{BodyState, GeneralisedForce, Motion};
 use nalgebra::Vector3;
 
 const N_MODES: usize = 6;

@@ -6,8 +6,10 @@ use crate::pair_support::caps::{RADIUS, caps_with};
 use contact_qs::quasistatic::PointState;
 use contact_qs::{ActiveContact, Friction, SurfacePair};
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
+use ffr_dynamics::force::BodyState;
+use ffr_dynamics::force::active::{Active, ActiveForce};
 use ffr_dynamics::integration::{Integrator, StepSettings};
-use ffr_dynamics::system::{Active, ActiveForce, BodyState, ErrorScale, Multibody};
+use ffr_dynamics::system::{ErrorScale, Multibody};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 const MASS: f64 = 0.0329;

@@ -3,7 +3,8 @@
 use crate::common::Random;
 use crate::pair_support::caps::{N_MODES, RADIUS, caps, pressed};
 use contact_qs::{ActiveContact, SurfacePair};
-use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};
+use ffr_dynamics::force::active::{Active, ActiveForce};
+use ffr_dynamics::force::{BodyState, GeneralisedForce, Motion};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const WIDTH: f64 = 1.5e-4;

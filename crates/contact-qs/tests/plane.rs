@@ -8,7 +8,8 @@ use contact_qs::{ActiveContact, ContactError, ContactSubmodel, Plane, PlaneConta
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::FailureKind;
-use ffr_dynamics::system::{Active, ActiveForce, BodyState, GeneralisedForce, Motion};
+use ffr_dynamics::force::active::{Active, ActiveForce};
+use ffr_dynamics::force::{BodyState, GeneralisedForce, Motion};
 use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 
 const N_POINTS: usize = 6;

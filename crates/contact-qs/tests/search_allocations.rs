@@ -4,7 +4,7 @@ use crate::counting::allocations;
 use contact_qs::search::plane_distance;
 use contact_qs::{Plane, SearchWorkspace, SurfaceModel, minimum_distance};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use iga_core::nurbs::primitives::{SphereNet, solid, sphere};
 use nalgebra::Vector3;
 

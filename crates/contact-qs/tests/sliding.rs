@@ -9,8 +9,10 @@ use contact_qs::zone::submodel::SparseRows;
 use contact_qs::{ActiveContact, ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
+use ffr_dynamics::force::active::{Active, ActiveForce};
+use ffr_dynamics::force::{BodyState, GeneralisedForce, Motion};
 use ffr_dynamics::integration::{Integrator, StepSettings};
-use ffr_dynamics::system::{Active, ActiveForce, BodyState, ErrorScale, GeneralisedForce, Motion, Multibody};
+use ffr_dynamics::system::{ErrorScale, Multibody};
 use nalgebra::{Matrix3, Vector3};
 
 /// The disc of \[B\] section 7, a metre thick.

@@ -6,9 +6,11 @@ use contact_qs::law::Solid;
 use contact_qs::{ActiveContact, ContactError, HertzContact, Plane, Sphere};
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::error::FailureKind;
+use ffr_dynamics::force::active::{Active, ActiveForce};
+use ffr_dynamics::force::{BodyState, GeneralisedForce, Motion};
 use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, StepSettings};
 use ffr_dynamics::kinematics::FlexiblePoint;
-use ffr_dynamics::system::{Active, ActiveForce, BodyState, ErrorScale, GeneralisedForce, Motion, Multibody};
+use ffr_dynamics::system::{ErrorScale, Multibody};
 use nalgebra::{Matrix3, UnitQuaternion, UnitVector3, Vector3};
 
 const STEEL: Solid = Solid { young: 2.1e11, poisson: 0.3 };

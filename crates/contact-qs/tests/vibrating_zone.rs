@@ -4,7 +4,8 @@ use crate::pair_support::{N_MODES, forces, random_bodies, random_pair};
 use contact_qs::quasistatic::Method;
 use contact_qs::{ActiveContact, VibratingContact, ZoneVibration};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::{Active, ActiveForce, BodyState, Motion};
+use ffr_dynamics::force::active::{Active, ActiveForce};
+use ffr_dynamics::force::{BodyState, Motion};
 
 const N_LOW: usize = 1;
 const N_ZONE: usize = N_MODES - N_LOW;

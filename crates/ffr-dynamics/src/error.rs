@@ -8,7 +8,7 @@ use thiserror::Error;
 
 use crate::data_error::DataError;
 use crate::joint_fault::{GearFault, JointFault};
-use crate::reduction::factor::memory::gigabytes as gb;
+use crate::memory::gigabytes as gb;
 
 /// Errors of reduction, equations of motion and time integration. Texts are fragments that read
 /// after "body ...: ".

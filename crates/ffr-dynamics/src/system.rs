@@ -1,8 +1,7 @@
-//! Bodies, joints, forces and equations of motion.
+//! Bodies, joints and equations of motion.
 
-pub mod force;
 pub mod joints;
-mod free_body;
+pub mod free_body;
 pub mod model;
 mod tree;
 mod loops;
@@ -12,8 +11,6 @@ pub mod vibration;
 mod assembly;
 pub mod equilibrium;
 
-pub use force::active::{Active, ActiveForce};
-pub use force::{BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion};
 pub use joints::{
     Bearing, CoordinateForce, FreeDirections, Friction, JointKind, Stop, TimeCourse, TimeFunction,
 };

@@ -393,7 +393,7 @@ fn impossible_bearings_are_refused_by_name() {
         } else {
             spec.joints.push(joint)
         }
-        let made = Multibody::<Box<dyn ffr_dynamics::system::ActiveForce>>::new(spec, Vec::new());
+        let made = Multibody::<Box<dyn ffr_dynamics::force::active::ActiveForce>>::new(spec, Vec::new());
         made.err().map(|error| error.to_string()).unwrap_or_default()
     };
     for kind in [JointKind::Planar, JointKind::Universal, JointKind::Fixed, JointKind::Free, JointKind::Axial]

@@ -6,11 +6,12 @@ use std::cell::Cell;
 use crate::dynamics_support::{Random, block};
 use crate::free_motion::{free_system, state_vector};
 use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::force::BodyState;
+use ffr_dynamics::force::active::ActiveForce;
 use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, Method, OdeSystem, StepSettings};
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::system::{
-    ActiveForce, Attachment, BodySpec, BodyState, CoordinateForce, GROUND, JointKind, JointSpec, Multibody,
-    SystemSpec,
+    Attachment, BodySpec, CoordinateForce, GROUND, JointKind, JointSpec, Multibody, SystemSpec,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 

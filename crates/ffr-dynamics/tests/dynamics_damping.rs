@@ -3,8 +3,10 @@
 use crate::dynamics_support::block;
 use crate::free_motion::{body_state, free_system, state_vector};
 use ffr_dynamics::body::{ModalDamping, RayleighDamping, RigidMotion};
+use ffr_dynamics::force::BodyState;
+use ffr_dynamics::force::active::ActiveForce;
 use ffr_dynamics::integration::{Integrator, OdeSystem, StepSettings};
-use ffr_dynamics::system::{ActiveForce, BodyState, ErrorScale};
+use ffr_dynamics::system::ErrorScale;
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
 

@@ -5,9 +5,10 @@ use crate::free_motion::{free_system, state_vector};
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::{MassMatrix, ModalDamping, RigidMotion, StandardInputData};
 use ffr_dynamics::error::EvaluationFailure;
+use ffr_dynamics::force::active::Active;
+use ffr_dynamics::force::{BodyState, ForceElement, GeneralisedForce, Motion};
 use ffr_dynamics::integration::OdeSystem;
-use ffr_dynamics::invariants::{Invariants, MeanMotion, centre_of_mass};
-use ffr_dynamics::system::{Active, BodyState, ForceElement, GeneralisedForce, Motion};
+use ffr_dynamics::system::free_body::invariants::{Invariants, MeanMotion, centre_of_mass};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 const MOTIONS: [RigidMotion; 3] = [RigidMotion::Axial, RigidMotion::Planar, RigidMotion::Spatial];

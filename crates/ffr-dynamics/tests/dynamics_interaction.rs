@@ -4,12 +4,11 @@ use crate::dynamics_support::{Random, block, rigid_rotor};
 use crate::free_motion::{body_state, free_system, state_vector};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::{EvaluationFailure, EvaluationFault, FailureKind};
+use ffr_dynamics::force::active::{Active, ActiveForce};
+use ffr_dynamics::force::{BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion};
 use ffr_dynamics::integration::{Integrator, StepSettings};
 use ffr_dynamics::kinematics::FlexiblePoint;
-use ffr_dynamics::system::{
-    Active, ActiveForce, BodyState, ErrorScale, Findings, ForceElement, ForceEnergies, GeneralisedForce,
-    Motion, Multibody,
-};
+use ffr_dynamics::system::{ErrorScale, Multibody};
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// What a spring refuses with.

@@ -6,13 +6,12 @@ use crate::dynamics_support::{Push, Random, block, rigid_rotor};
 use crate::free_motion::{body_state, free_system, state_vector};
 use ffr_dynamics::body::{ModalDamping, RigidMotion, StandardInputData};
 use ffr_dynamics::error::EvaluationFailure;
+use ffr_dynamics::force::active::{Active, ActiveForce};
+use ffr_dynamics::force::{BodyState, ForceElement, GeneralisedForce, Motion};
 use ffr_dynamics::integration::{Integrator, OdeSystem, StepSettings};
-use ffr_dynamics::invariants::Invariants;
 use ffr_dynamics::kinematics::FlexiblePoint;
-use ffr_dynamics::system::{
-    Active, ActiveForce, BodySpec, BodyState, ErrorScale, ForceElement, GeneralisedForce, Motion, Multibody,
-    SystemSpec,
-};
+use ffr_dynamics::system::free_body::invariants::Invariants;
+use ffr_dynamics::system::{BodySpec, ErrorScale, Multibody, SystemSpec};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 /// A one-sided spring between a point of body 0 and the plane z = 0.

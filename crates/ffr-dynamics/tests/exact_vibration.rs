@@ -4,11 +4,10 @@ use crate::dynamics_support::{Random, block};
 use crate::free_motion::{free_system, state_vector};
 use crate::small_equations::{Given, distance, slope};
 use ffr_dynamics::body::{ModalDamping, RigidMotion};
+use ffr_dynamics::force::BodyState;
 use ffr_dynamics::integration::{DenseOutput, Integrator, OdeSystem, Oscillator, StepSettings};
 use ffr_dynamics::kinematics::Marker;
-use ffr_dynamics::system::{
-    Attachment, BodySpec, BodyState, GROUND, JointKind, JointSpec, Multibody, SystemSpec,
-};
+use ffr_dynamics::system::{Attachment, BodySpec, GROUND, JointKind, JointSpec, Multibody, SystemSpec};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const GRAVITY: Vector3<f64> = Vector3::new(0.0, 0.0, -9.81);

@@ -138,8 +138,9 @@ fn a_prescribed_wheel_drives_the_other_and_supplies_its_power() {
 
     // Both prescribed: nothing is left to follow.
     description.joints[1].coordinates = description.joints[0].coordinates.clone();
-    let error =
-        Multibody::<Box<dyn ffr_dynamics::system::ActiveForce>>::new(description, Vec::new()).err().unwrap();
+    let error = Multibody::<Box<dyn ffr_dynamics::force::active::ActiveForce>>::new(description, Vec::new())
+        .err()
+        .unwrap();
     assert!(
         error.to_string().contains("gear \"pair\"") && error.to_string().contains("both prescribed"),
         "{error}"
@@ -232,7 +233,7 @@ fn chains_that_lock_or_repeat_are_refused() {
         ]
     };
     let refused = |gears| {
-        Multibody::<Box<dyn ffr_dynamics::system::ActiveForce>>::new(planetary(gears, 0.0), Vec::new())
+        Multibody::<Box<dyn ffr_dynamics::force::active::ActiveForce>>::new(planetary(gears, 0.0), Vec::new())
             .err()
             .unwrap()
             .to_string()

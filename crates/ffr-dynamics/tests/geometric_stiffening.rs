@@ -10,10 +10,11 @@ use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::{
     GeometricStiffening, MassMatrix, ReferenceLoad, RigidMotion, ShapeIntegrals, StandardInputData,
 };
+use ffr_dynamics::force::active::ActiveForce;
 use ffr_dynamics::integration::{Integrator, Linearisation, Method, OdeSystem, StepSettings};
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::reduction::all_modes;
-use ffr_dynamics::system::{ActiveForce, ErrorScale, Multibody};
+use ffr_dynamics::system::{ErrorScale, Multibody};
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 fn empty() -> GeometricStiffening {

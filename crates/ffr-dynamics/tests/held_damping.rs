@@ -261,7 +261,7 @@ fn momenta_and_ledger_stay_exact() {
         let end_state = integrator.state().to_vec();
         let end = system.invariants(4e-3, &end_state);
         let lost = system.dissipated_work(&end_state);
-        let energy = |i: &ffr_dynamics::invariants::Invariants| i.kinetic + i.elastic;
+        let energy = |i: &ffr_dynamics::system::free_body::invariants::Invariants| i.kinetic + i.elastic;
         assert!(lost > 1e-3 * energy(&start), "{method:?}: {lost} of {start:?}");
         // Error control of 1e-8 a step, some hundred steps.
         assert!((energy(&start) - energy(&end) - lost).abs() < 1e-6 * energy(&start), "{method:?}");

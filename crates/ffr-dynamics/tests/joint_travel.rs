@@ -190,7 +190,7 @@ fn impossible_stops_and_friction_are_refused_by_name() {
         let joints = vec![JointSpec { coordinates, ..JointSpec::new("knee", kind, parent, child) }];
         let bodies = vec![BodySpec { name: "body".into(), data, markers: marker() }];
         let spec = SystemSpec { bodies, ground: marker(), joints, ..SystemSpec::default() };
-        Multibody::<Box<dyn ffr_dynamics::system::ActiveForce>>::new(spec, Vec::new())
+        Multibody::<Box<dyn ffr_dynamics::force::active::ActiveForce>>::new(spec, Vec::new())
             .err()
             .map(|error| error.to_string())
             .unwrap_or_default()

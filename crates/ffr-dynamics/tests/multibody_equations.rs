@@ -3,11 +3,13 @@
 use crate::dynamics_support::{Random, Sample, block};
 use crate::free_motion::{free_system, state_vector};
 use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::force::BodyState;
+use ffr_dynamics::force::active::ActiveForce;
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::system::{
-    ActiveForce, Attachment, BodySpec, BodyState, CoordinateForce, FreeDirections, GROUND, JointKind,
-    JointSpec, Multibody, SystemSpec, TimeFunction,
+    Attachment, BodySpec, CoordinateForce, FreeDirections, GROUND, JointKind, JointSpec, Multibody,
+    SystemSpec, TimeFunction,
 };
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -332,7 +334,8 @@ fn tangent_frame_data_give_the_energy_of_the_same_displacements() {
         .flat_map(|a| (0..n).map(move |b| (a, b)))
         .map(|(a, b)| 0.5 * sample.mass[(a, b)] * v[a].dot(&v[b]))
         .sum();
-    let invariants = ffr_dynamics::invariants::Invariants::of_body(&data, &state, &GRAVITY);
+    let invariants =
+        ffr_dynamics::system::free_body::invariants::Invariants::of_body(&data, &state, &GRAVITY);
     assert!((invariants.kinetic - kinetic).abs() < 1e-12 * kinetic); // round-off of sums over 12 nodes
     let shifted = marker.in_tangent_frame(&frame).unwrap();
     assert!(shifted.is_still(), "the frame's own marker does not move");

@@ -2,12 +2,13 @@
 
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::error::EvaluationFailure;
+use ffr_dynamics::force::ForceEnergies;
+use ffr_dynamics::force::active::{Active, ActiveForce};
+use ffr_dynamics::force::{Findings, ForceElement, GeneralisedForce, Motion};
 use ffr_dynamics::integration::{Integrator, Method, OdeSystem, StepSettings};
 use ffr_dynamics::kinematics::Marker;
-use ffr_dynamics::system::force::ForceEnergies;
 use ffr_dynamics::system::{
-    Active, ActiveForce, Attachment, BodySpec, ErrorScale, Findings, ForceElement, GROUND, GeneralisedForce,
-    JointKind, JointSpec, Motion, Multibody, SystemSpec,
+    Attachment, BodySpec, ErrorScale, GROUND, JointKind, JointSpec, Multibody, SystemSpec,
 };
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 

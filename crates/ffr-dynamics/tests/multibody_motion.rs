@@ -394,7 +394,7 @@ fn errors_name_what_is_wrong() {
     let refused = |change: fn(&mut SystemSpec)| {
         let mut spec = rigid_double_pendulum();
         change(&mut spec);
-        Multibody::<Box<dyn ffr_dynamics::system::ActiveForce>>::new(spec, Vec::new()).err().unwrap()
+        Multibody::<Box<dyn ffr_dynamics::force::active::ActiveForce>>::new(spec, Vec::new()).err().unwrap()
     };
     let error = refused(|s| s.joints[0].parent = Attachment::new("ball", "top"));
     assert!(

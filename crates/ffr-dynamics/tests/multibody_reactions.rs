@@ -2,11 +2,12 @@
 
 use crate::dynamics_support::{Random, Sample, block};
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
+use ffr_dynamics::force::{BodyState, GeneralisedForce};
 use ffr_dynamics::integration::{Integrator, OdeSystem, StepSettings};
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::system::{
-    Attachment, Bearing, BodySpec, BodyState, CoordinateForce, FreeDirections, Friction, GROUND,
-    GeneralisedForce, JointKind, JointSpec, LoadSpec, Multibody, Stop, SystemSpec, TimeFunction,
+    Attachment, Bearing, BodySpec, CoordinateForce, FreeDirections, Friction, GROUND, JointKind, JointSpec,
+    LoadSpec, Multibody, Stop, SystemSpec, TimeFunction,
 };
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 

@@ -5,11 +5,12 @@ use crate::dynamics_support::{Random, Sample, block, rotation_of_gradient};
 use crate::free_motion::{body_state, free_system, state_vector};
 use crate::oracles::modal_truncation;
 use ffr_dynamics::body::{AssembledBody, ModalDamping, RigidMotion, StandardInputData};
+use ffr_dynamics::force::BodyState;
 use ffr_dynamics::integration::{Integrator, Linearisation, Method, OdeSystem, Statistics, StepSettings};
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::reduction::ReducedBasis;
 use ffr_dynamics::system::{
-    Attachment, BodySpec, BodyState, ErrorScale, GROUND, JointKind, JointSpec, Multibody, SystemSpec,
+    Attachment, BodySpec, ErrorScale, GROUND, JointKind, JointSpec, Multibody, SystemSpec,
 };
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 

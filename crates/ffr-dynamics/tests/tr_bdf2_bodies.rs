@@ -3,8 +3,9 @@
 use crate::dynamics_support::{Random, block};
 use crate::free_motion::{body_state, free_system, state_vector};
 use ffr_dynamics::body::{ModalDamping, RigidMotion, StandardInputData};
+use ffr_dynamics::force::BodyState;
 use ffr_dynamics::integration::{Integrator, Linearisation, Method, OdeSystem, Statistics, StepSettings};
-use ffr_dynamics::system::{BodyState, ErrorScale, Multibody};
+use ffr_dynamics::system::{ErrorScale, Multibody};
 use nalgebra::Vector3;
 
 fn system(data: StandardInputData, gravity: Vector3<f64>, relative: f64) -> Multibody {

@@ -6,7 +6,7 @@
 //! second knot of the finer one, until the elements of the coarse model are reached: as many levels
 //! as the logarithm of the ratio of sizes, each with as many elements as the interval is wide in
 //! its own. Works on parameters; what the levels do to a space is
-//! [`crate::body::splines::refined`]'s part.
+//! [`crate::body::fine::refined`]'s part.
 
 use iga_core::splines::knots::KnotVector;
 

@@ -2,9 +2,9 @@
 //! Figs. 5, 6; theory section A.2).
 //!
 //! Works on the breaks of one parametric direction at a time; neither geometry nor functions are
-//! needed. What the levels do to a space is [`crate::body::splines::refined`]'s part.
+//! needed. What the levels do to a space is [`crate::body::fine::refined`]'s part.
 
-use ffr_dynamics::reduction::factor::memory::gigabytes as gb;
+use ffr_dynamics::memory::gigabytes as gb;
 use thiserror::Error;
 
 /// Largest number of levels, the coarse one and the one of contact elements included (\[A\]

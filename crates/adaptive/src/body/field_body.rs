@@ -1,5 +1,8 @@
 //! A flexible body before its reduction: a field with matrices, and how they are to be reduced.
 
+pub mod mesh;
+pub mod splines;
+
 use std::sync::Arc;
 
 use contact_qs::ContactError;

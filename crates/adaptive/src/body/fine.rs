@@ -1,6 +1,9 @@
 //! The fine model of a body in a contact, of whatever elements, or the body's own elements with its
 //! whole surface.
 
+pub mod refined;
+pub mod divided;
+
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -14,15 +17,15 @@ use nalgebra::Vector3;
 use super::field::Field;
 use super::reduced::ReducedBody;
 use crate::adaptivity::interval::IntervalGrid;
-use crate::body::mesh::divided::FineElements;
 use crate::body::point_compliance::{ObservedPlace, add_places};
 use crate::body::splines::Discretised;
-use crate::body::splines::refined::FineMesh;
 use crate::body::zone::ContactZone;
 use crate::error::AdaptiveError;
 use crate::record::TargetPlace;
 use crate::spec::PointRule;
 use crate::store::{Bytes, ModelKey, matrix_values};
+use divided::FineElements;
+use refined::FineMesh;
 
 /// A fine model before its matrices, with what was asked for. What a new kind of elements has to
 /// say is required.

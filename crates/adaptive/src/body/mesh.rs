@@ -1,8 +1,5 @@
 //! A flexible body of finite elements from its specification: matrices of its mesh.
 
-pub mod divided;
-pub mod field_body;
-
 use std::sync::Arc;
 
 use contact_qs::zone::points::DofLookup;

@@ -19,8 +19,6 @@ use crate::surface::SplineSurface;
 
 mod discretised;
 pub mod rotated_net;
-pub mod refined;
-pub mod field_body;
 
 pub use crate::spec::body::rigid_motion;
 pub use discretised::Discretised;

@@ -11,7 +11,7 @@ use super::field::Field;
 use super::field_body::FieldBody;
 use super::fine::FineModel;
 use crate::adaptivity::interval::IntervalGrid;
-use crate::body::splines::refined::{gigabytes, most_gigabytes};
+use crate::body::fine::refined::{gigabytes, most_gigabytes};
 use crate::body::splines::{Discretised, ElasticBody};
 use crate::body::zone::{ContactZone, PointsAbout};
 use crate::error::{AdaptiveError, ContactModelFault};

@@ -3,7 +3,7 @@
 //!
 //! Every zone is built here, on the mesh that a body has from the start
 //! ([`crate::body::zone::at_start`]) or on one that is refined at a touch
-//! ([`crate::body::splines::refined`]); that of a finite element mesh lies on its own sides.
+//! ([`crate::body::fine::refined`]); that of a finite element mesh lies on its own sides.
 
 use std::sync::Arc;
 

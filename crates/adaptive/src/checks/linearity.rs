@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use crate::error::AdaptiveError;

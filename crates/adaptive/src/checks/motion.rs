@@ -1,7 +1,7 @@
 //! Motions that have left what the equations describe: displacements beyond the scenario's or the
 //! body's size, deformation and approach faster than waves (docs/theory.md Eqs. P.3, P.4).
 
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use nalgebra::Vector3;
 
 use crate::error::AdaptiveError;

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 
 use super::motion::fast_approach;
 use super::watch::WatchedPair;

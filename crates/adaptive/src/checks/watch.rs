@@ -3,7 +3,7 @@
 //! of it (docs/theory.md Eq. P.12).
 
 use contact_qs::Sphere;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use nalgebra::{Unit, Vector3};
 
 use crate::error::AdaptiveError;

@@ -5,7 +5,7 @@
 //! the displacement of the point by the forces at all interface unknowns. With these rows at hand
 //! an instant costs one dot product.
 
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use iga_core::elasticity::kinematics::PointState;
 use nalgebra::Vector3;
 

@@ -3,7 +3,7 @@
 //! flat faces, edges or corners (docs/theory.md section C.9).
 
 use contact_qs::ActiveContact;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 
 use super::widths::PredictedWidths;
 use super::{
@@ -11,7 +11,7 @@ use super::{
     zone_site,
 };
 use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy};
-use crate::body::splines::refined::ELEMENTS;
+use crate::body::fine::refined::ELEMENTS;
 use crate::body::zone::contact::FALLBACK_PENALTY;
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::record::{TargetPlace, ZoneSite, ZoneSize};

@@ -2,9 +2,9 @@
 //! a preview.
 
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::invariants::centre_of_mass;
+use ffr_dynamics::force::BodyState;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::system::free_body::invariants::centre_of_mass;
 use nalgebra::{Matrix3, Vector3};
 
 use contact_qs::search::SurfaceSite;

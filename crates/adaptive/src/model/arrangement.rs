@@ -2,7 +2,7 @@
 //! joint, loads, first touches.
 
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use ffr_dynamics::system::{FreeDirections, JointKind};
 use nalgebra::{UnitQuaternion, Vector3};
 

@@ -4,8 +4,8 @@ use contact_qs::ContactError;
 use contact_qs::contact_element::ActiveContact;
 use contact_qs::plane::Plane;
 use contact_qs::{HertzContact, PressureRecovery, Sphere};
-use ffr_dynamics::system::Active;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
+use ffr_dynamics::force::active::Active;
 use nalgebra::{Unit, Vector3};
 
 use super::default_penalty::{self, Side};

@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 use contact_qs::law::penalty;
 use contact_qs::zone::points::{InterfaceCompliance, contact_submodel};
 use contact_qs::{ActiveContact, ContactError};
-use ffr_dynamics::system::force::{BodyState, Motion};
+use ffr_dynamics::force::{BodyState, Motion};
 use nalgebra::Vector3;
 
 use super::BodyModel;

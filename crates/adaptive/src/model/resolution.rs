@@ -4,7 +4,7 @@
 use std::borrow::Cow;
 
 use super::plan::{ContactPlan, plans};
-use crate::body::splines::refined::ELEMENTS;
+use crate::body::fine::refined::ELEMENTS;
 use crate::body::zone::at_start::is_about;
 use crate::error::AdaptiveError;
 use crate::spec::{

@@ -12,10 +12,10 @@ use nalgebra::UnitQuaternion;
 
 use crate::body::field::Field;
 use crate::body::field_body::FieldBody;
+use crate::body::fine::refined::FineBody;
 use crate::body::reduced::ReducedBody;
 use crate::body::reduced::damping::damping;
 use crate::body::splines::ElasticBody;
-use crate::body::splines::refined::FineBody;
 use crate::error::AdaptiveError;
 use crate::paper::transfer::StateTransfer;
 use crate::spec::FrameSpec;

@@ -15,8 +15,8 @@ use iga_core::nurbs::patch::PointBasis;
 use iga_core::quadrature::GaussRule;
 use iga_core::space::{Space, SplineSpace};
 
+use crate::body::fine::refined::FineBody;
 use crate::body::splines::ElasticBody;
-use crate::body::splines::refined::FineBody;
 use crate::error::AdaptiveError;
 use crate::spec::TransferMethod;
 

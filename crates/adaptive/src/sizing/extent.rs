@@ -1,6 +1,6 @@
 //! How long bodies are along a direction of space.
 
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use nalgebra::Vector3;
 
 use crate::spec::RunSpec;

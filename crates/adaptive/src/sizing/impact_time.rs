@@ -13,7 +13,7 @@ use std::f64::consts::PI;
 use std::fmt;
 
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use iga_core::elasticity::mass_properties::MassProperties;
 use iga_core::elasticity::{Material, MaterialField, Model};
 use iga_core::nurbs::shape::lengths::lengths;

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use super::ChosenZone;
 use super::extent::extent;
 use super::impact_time::{Impact, Scene};
-use crate::body::splines::refined::ELEMENTS;
+use crate::body::fine::refined::ELEMENTS;
 use crate::spec::{
     ContactLaw, ContactSpec, IntervalSpec, RefinementSpec, RunSpec, SurfaceLaw, Target, Treatment,
 };

@@ -215,7 +215,7 @@ pub struct IntervalSpec {
     /// `None`: the refined zone there, or predicted.
     pub width: Option<f64>,
     /// Elements across the interval; `None`: those that the discretisation has there, or
-    /// [`crate::body::splines::refined::ELEMENTS`] if the program refines.
+    /// [`crate::body::fine::refined::ELEMENTS`] if the program refines.
     pub elements: Option<usize>,
     /// Share of the elements that shall touch.
     pub target_utilisation: f64,

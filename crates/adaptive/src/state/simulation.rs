@@ -4,9 +4,9 @@ use std::ops::{Deref, DerefMut};
 
 use contact_qs::PressureRecovery;
 use contact_qs::contact_element::ActiveContact;
-use ffr_dynamics::invariants::{MeanMotion, centre_of_mass};
+use ffr_dynamics::force::BodyState;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::system::free_body::invariants::{MeanMotion, centre_of_mass};
 use ffr_dynamics::system::{Multibody, Reaction};
 use iga_core::elasticity::kinematics::PointState;
 use nalgebra::Vector3;

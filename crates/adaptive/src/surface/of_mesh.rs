@@ -13,7 +13,7 @@ use fe_mesh::element::side_pieces::SidePiece;
 use fe_mesh::locate::{SidePoint, SurfaceSearch};
 use fe_mesh::surface::{CREASE, Neighbour, Surface as Sides, SurfaceSide};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use nalgebra::{DMatrix, DVector, Matrix2, SymmetricEigen, Unit, Vector2, Vector3};
 
 use super::{Foot, LocalShape, StraightLine, Surface, SurfacePlace};

@@ -4,8 +4,8 @@ use std::ops::DerefMut;
 
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::StandardInputData;
-use ffr_dynamics::system::ActiveForce;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
+use ffr_dynamics::force::active::ActiveForce;
 use ffr_dynamics::system::{JointKind, Multibody};
 use nalgebra::{Matrix3, Vector3};
 

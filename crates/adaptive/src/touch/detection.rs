@@ -9,7 +9,7 @@ use contact_qs::search::{
 };
 use contact_qs::{ContactElement, ContactError, ContactReport, Plane};
 use ffr_dynamics::error::EvaluationFailure;
-use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce, Motion};
+use ffr_dynamics::force::{BodyState, ForceElement, GeneralisedForce, Motion};
 use nalgebra::{Unit, Vector3};
 
 /// Where two surfaces are nearest.

@@ -8,7 +8,7 @@ use std::rc::Rc;
 use contact_qs::ContactError;
 use contact_qs::search::SurfaceSite;
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use nalgebra::Vector3;
 
 use crate::spec::{ContactSpec, HertzSpec, RunSpec, Target};

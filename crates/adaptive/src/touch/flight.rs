@@ -1,7 +1,7 @@
 //! Two undeformed bodies, or one and a plane, until they touch, if they fly freely.
 
 use contact_qs::search::{TouchSettings, first_touch};
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use iga_core::nurbs::SAME_PLACE;
 use nalgebra::{UnitQuaternion, Vector3};
 

@@ -2,7 +2,7 @@
 
 use contact_qs::search::SurfaceModel;
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use nalgebra::Vector3;
 
 use crate::error::AdaptiveError;

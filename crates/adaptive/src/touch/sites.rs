@@ -7,7 +7,7 @@ use std::sync::Arc;
 use contact_qs::ContactError;
 use contact_qs::search::{SearchWorkspace, SurfaceModel, minimum_distance};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use nalgebra::Vector3;
 
 use crate::spec::{BodySpec, ContactSpec, Target};

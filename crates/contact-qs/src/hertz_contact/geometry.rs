@@ -1,7 +1,7 @@
 //! Where two bodies of a Hertz contact are nearest, and how they are curved there.
 
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::{BodyState, Motion};
+use ffr_dynamics::force::{BodyState, Motion};
 use nalgebra::{Matrix3, Vector3};
 use std::sync::Arc;
 

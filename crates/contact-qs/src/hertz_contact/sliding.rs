@@ -4,7 +4,7 @@
 //! Within a step the references stay, so that forces are functions of time and state; what the last
 //! evaluation found is accepted at the end of the step (docs/decisions/0005-friction.md).
 
-use ffr_dynamics::system::force::{BodyState, Motion};
+use ffr_dynamics::force::{BodyState, Motion};
 use nalgebra::Vector3;
 
 use super::geometry::{Curved, Touch, tangents};

@@ -14,7 +14,7 @@ use crate::law::{HertzPair, Solid};
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sphere {
     /// Index of the body in the lists given to
-    /// [`ffr_dynamics::system::force::ForceElement::evaluate`].
+    /// [`ffr_dynamics::force::ForceElement::evaluate`].
     pub body: usize,
     /// Its centre; any point of the body, which need not be the frame's origin.
     pub centre: FlexiblePoint,

@@ -4,7 +4,7 @@
 use crate::solver_fault::SolverFault;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::EvaluationFailure;
-use ffr_dynamics::system::force::{BodyState, GeneralisedForce};
+use ffr_dynamics::force::{BodyState, GeneralisedForce};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::friction::PlaneFriction;

@@ -1,6 +1,6 @@
 //! Work of sliding friction (docs/theory.md Eqs. F.12, F.15).
 
-use ffr_dynamics::system::force::ForceEnergies;
+use ffr_dynamics::force::ForceEnergies;
 
 /// Power lost to sliding, and what of its work is recorded at the end of a step
 /// ([`ForceEnergies::slid`]).

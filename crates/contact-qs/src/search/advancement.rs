@@ -1,7 +1,7 @@
 //! No contact is jumped over: speed bounds, safe times, and the first touching time (theory
 //! Eqs. C.33 to C.35).
 
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 
 use super::surface_model::SurfaceModel;
 use crate::ContactError;

@@ -6,7 +6,7 @@
 //! steps.
 
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use nalgebra::{Matrix4, Vector3, Vector4};
 
 use super::bezier::PieceJet;

@@ -9,7 +9,7 @@
 //! their digits however far from the origin the bodies are.
 
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use iga_core::nurbs::locate::box_newton::{Sample, minimize};
 use nalgebra::Vector3;
 

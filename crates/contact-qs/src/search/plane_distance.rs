@@ -1,7 +1,7 @@
 //! Gap of a body and a plane: the lowest point of the deformed surface (theory Eq. C.32).
 
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use iga_core::nurbs::locate::box_newton::{Sample, minimize};
 use nalgebra::Vector3;
 

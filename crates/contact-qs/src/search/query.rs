@@ -1,7 +1,7 @@
 //! What the parts of a search between two bodies share: buffers, the two bodies in one frame, pairs
 //! of points.
 
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use nalgebra::Vector3;
 
 use super::boxes::Placement;

@@ -6,7 +6,7 @@
 //! no work but on the slip. References stay within a step as in a plane contact
 //! (docs/decisions/0005-friction.md).
 
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use iga_core::nurbs::jet::{cross, difference, dot, norm};
 use nalgebra::UnitQuaternion;
 

@@ -3,7 +3,7 @@
 use crate::solver_fault::SolverFault;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::EvaluationFailure;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use nalgebra::{UnitQuaternion, Vector3};
 
 /// Largest part of an axis across the directions that an axisymmetric or plane model can move in,

@@ -1,6 +1,6 @@
 //! The smallest gap of a pair at any distance, from nothing but the motion.
 
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 
 use super::SurfacePair;
 use super::projection::normal_walk::SLACK;

@@ -1,6 +1,6 @@
 //! State, workspace and findings of a surface pair.
 
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 
 use super::contact_jacobian::ContactJacobian;
 use super::friction::PairFriction;

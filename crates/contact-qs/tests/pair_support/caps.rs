@@ -14,7 +14,7 @@ use contact_qs::{
 };
 use faer::Mat;
 use ffr_dynamics::body::{Dof, RigidMotion};
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use iga_core::nurbs::primitives::sphere::{SphereNet, sphere};
 use iga_core::nurbs::{RefinementWindow, Shape};
 use iga_core::space::{PatchSpace, Space};

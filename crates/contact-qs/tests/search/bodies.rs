@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use contact_qs::{DofLookup, SurfaceModel};
 use faer::Mat;
 use ffr_dynamics::body::{Dof, RigidMotion};
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use iga_core::nurbs::Face;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::{Patch, Shape};

@@ -4,7 +4,7 @@ use contact_qs::search::plane_distance;
 use contact_qs::{DofLookup, Plane, SearchWorkspace, SurfaceModel, minimum_distance};
 use ffr_dynamics::body::Dof;
 use ffr_dynamics::body::RigidMotion::{Axial, Planar, Spatial};
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use iga_core::ParameterBox;
 use iga_core::hierarchical::{HierarchicalSpace, PatchTies, SubdomainHierarchy};
 use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, solid, sphere};

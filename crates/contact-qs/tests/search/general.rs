@@ -3,7 +3,7 @@
 use contact_qs::search::plane_distance;
 use contact_qs::{ContactError, Plane, SearchWorkspace, minimum_distance};
 use ffr_dynamics::body::RigidMotion::{Axial, Planar, Spatial};
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use iga_core::nurbs::primitives::{SphereNet, plane, solid, sphere};
 use nalgebra::{UnitQuaternion, Vector3};
 

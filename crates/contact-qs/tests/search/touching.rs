@@ -3,7 +3,7 @@
 use contact_qs::search::{TouchSettings, closing_speed_bound, first_touch, safe_time, surface_speed_bound};
 use contact_qs::{ContactError, SearchWorkspace, SurfaceModel, minimum_distance};
 use ffr_dynamics::body::RigidMotion::{Axial, Spatial};
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use iga_core::nurbs::primitives::{SphereNet, axisymmetric, solid, sphere};
 use nalgebra::{UnitQuaternion, Vector3};
 

@@ -26,7 +26,7 @@ pub fn run(arguments: &RunArguments, bar: ProgressBar) -> Result<(), AppError> {
     let stop = Stop::listen(arguments.until_eof);
     let n_threads = threads(arguments.threads)?;
     if let Some(gigabytes) = arguments.memory {
-        ffr_dynamics::reduction::factor::memory::limit((1e9 * gigabytes) as u64);
+        ffr_dynamics::memory::limit((1e9 * gigabytes) as u64);
     }
     match (&arguments.resume, &arguments.scenario) {
         (Some(output), _) => resume::resume(output, arguments, n_threads, &stop, bar),

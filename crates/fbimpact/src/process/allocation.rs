@@ -16,7 +16,7 @@ use std::sync::atomic::{AtomicBool, AtomicPtr, Ordering};
 use std::thread::Thread;
 use std::time::Duration;
 
-use ffr_dynamics::reduction::factor::memory::{self, gigabytes};
+use ffr_dynamics::memory::{self, gigabytes};
 
 /// Exit code when memory ends: that of a model that cannot be built.
 pub const EXIT_CODE: u8 = 4;

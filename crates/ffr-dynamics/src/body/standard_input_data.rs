@@ -14,7 +14,7 @@ use super::modal_mass::ModalMass;
 use super::shape_integrals::ShapeIntegrals;
 use crate::data_error::DataError;
 use crate::error::DynamicsError;
-use crate::kinematics::rotation::axial;
+use crate::rotation::axial;
 
 /// Deviation of the modal mass matrix from the identity above which modes do not count as
 /// mass-orthonormal.

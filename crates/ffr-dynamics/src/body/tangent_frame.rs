@@ -9,7 +9,7 @@ use super::modal_mass::ModalMass;
 use super::standard_input_data::StandardInputData;
 use crate::data_error::DataError;
 use crate::error::DynamicsError;
-use crate::kinematics::rotation::skew;
+use crate::rotation::skew;
 
 /// The rigid motions by which the modes of a body are shifted so that displacement and rotation
 /// vanish at a point.

@@ -4,7 +4,7 @@ use faer::MatRef;
 use nalgebra::Vector3;
 
 use crate::body::RigidMotion;
-use crate::system::force::{BodyState, GeneralisedForce};
+use crate::force::{BodyState, GeneralisedForce};
 
 /// A material point of a flexible body.
 #[derive(Debug, Clone, PartialEq)]

@@ -3,12 +3,12 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-use super::exponential::RotationVectorRates;
 use super::marker::FlexiblePoint;
 use crate::body::{RigidMotion, TangentFrame};
 use crate::data_error::DataError;
 use crate::error::DynamicsError;
-use crate::system::force::{BodyState, GeneralisedForce};
+use crate::force::{BodyState, GeneralisedForce};
+use crate::rotation::exponential::RotationVectorRates;
 
 /// A point of a body with a frame of its own.
 ///

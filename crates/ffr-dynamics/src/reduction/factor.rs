@@ -5,7 +5,6 @@
 mod entry;
 mod entry_positions;
 mod layout;
-pub mod memory;
 pub(super) mod numeric;
 mod panel_solve;
 mod quotient;
@@ -20,10 +19,10 @@ use faer::{Mat, MatMut};
 
 use crate::DynamicsError;
 use crate::data_error::DataError;
+use crate::memory::Shortage;
 use entry::Entry;
 use entry_positions::EntryPositions;
 use layout::Layout;
-use memory::Shortage;
 use numeric::Kind;
 use quotient::Quotient;
 use supernodes::Supernodes;
@@ -70,7 +69,7 @@ impl SymbolicFactor {
         let quotient = Quotient::new(pattern, &order, n_last);
         let layout = Layout::new(Supernodes::new(&quotient, &order));
         // In the shorter format at least.
-        refuse_if(&layout, size_of::<f32>(), memory::shortage)?;
+        refuse_if(&layout, size_of::<f32>(), crate::memory::shortage)?;
         let positions = EntryPositions::new(pattern, &layout.supernodes.order);
         Ok(Self { layout, positions })
     }
@@ -78,12 +77,12 @@ impl SymbolicFactor {
     /// Refuses a factor whose entries, of `bytes` bytes each, have no place in the memory that is
     /// free.
     pub(super) fn check_memory(&self, bytes: usize) -> Result<(), DynamicsError> {
-        refuse_if(&self.layout, bytes, memory::shortage)
+        refuse_if(&self.layout, bytes, crate::memory::shortage)
     }
 
     /// As [`Self::check_memory`] for a factor beside that of the body's stiffness.
     pub(super) fn check_memory_beside(&self, bytes: usize) -> Result<(), DynamicsError> {
-        refuse_if(&self.layout, bytes, memory::shortage_beside)
+        refuse_if(&self.layout, bytes, crate::memory::shortage_beside)
     }
 
     /// Elimination order: position p holds the p-th unknown.

@@ -3,13 +3,13 @@
 
 use std::ops::DerefMut;
 
-use super::force::active::ActiveForce;
 use super::loops::rows::Owner;
 use super::multibody::Multibody;
 use super::multibody::workspace::Workspace;
 use super::tree::solver::FactorisedTree;
 use super::vibration::small_motion::SmallMotion;
 use crate::error::DynamicsError;
+use crate::force::active::ActiveForce;
 use crate::joint_fault::{GearFault, JointFault};
 
 /// Residual of a loop-closing joint at which a state is projected back [m or rad]; the limit asked

@@ -2,12 +2,12 @@
 
 use std::ops::DerefMut;
 
-use super::force::active::ActiveForce;
 use super::model::MultibodyModel;
 use super::multibody::Multibody;
 use super::multibody::workspace::Workspace;
 use super::tree::solver::{Answer, FactorisedTree, Impedance, TreeFactors};
 use crate::error::{DynamicsError, EvaluationFailure, StaticStartFault};
+use crate::force::active::ActiveForce;
 use crate::integration::OdeSystem;
 
 /// Share of the elastic energy that the last correction may have.

@@ -4,9 +4,9 @@ use std::ops::DerefMut;
 
 use nalgebra::Vector3;
 
-use super::force::active::ActiveForce;
 use super::multibody::Multibody;
 use super::tree::kinematics::split;
+use crate::force::active::ActiveForce;
 
 /// What a joint exerts on its child: the whole of it, whether the joint holds a direction or a
 /// spring, a damper, a drive or a prescribed motion acts along it.

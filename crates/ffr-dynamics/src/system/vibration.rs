@@ -8,12 +8,12 @@ use std::ops::DerefMut;
 
 use faer::{Mat, MatRef};
 
-use super::force::active::ActiveForce;
 use super::model::MultibodyModel;
 use super::multibody::Multibody;
 use super::multibody::workspace::Workspace;
 use super::tree::kinematics::update;
 use crate::error::DynamicsError;
+use crate::force::active::ActiveForce;
 use crate::reduction::blocks::dense;
 use small_motion::{REDUNDANT, SmallMotion};
 

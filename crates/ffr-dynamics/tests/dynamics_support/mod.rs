@@ -5,8 +5,8 @@ use faer::sparse::{SparseColMat, Triplet};
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion, StandardInputData};
 use nalgebra::{DMatrix, Matrix3, UnitQuaternion, Vector3};
 
+use ffr_dynamics::force::{BodyState, Findings, ForceEnergies};
 use ffr_dynamics::kinematics::Marker;
-use ffr_dynamics::system::{BodyState, Findings, ForceEnergies};
 
 /// What a force of a test found: its resultant and its energy.
 #[derive(Default)]

@@ -3,7 +3,9 @@
 use std::ops::DerefMut;
 
 use ffr_dynamics::body::StandardInputData;
-use ffr_dynamics::system::{ActiveForce, BodySpec, BodyState, JointKind, Multibody, SystemSpec};
+use ffr_dynamics::force::BodyState;
+use ffr_dynamics::force::active::ActiveForce;
+use ffr_dynamics::system::{BodySpec, JointKind, Multibody, SystemSpec};
 use nalgebra::Vector3;
 
 /// Bodies by name that move freely, in the rigid motions of their models, under `gravity` and force elements.

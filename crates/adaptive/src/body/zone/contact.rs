@@ -9,7 +9,7 @@ use contact_qs::{
 };
 use faer::MatRef;
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::Active;
+use ffr_dynamics::force::active::Active;
 use iga_core::nurbs::FaceId;
 use nalgebra::Unit;
 

@@ -3,8 +3,8 @@
 
 use contact_qs::{ContactElement, ContactReport};
 use ffr_dynamics::error::EvaluationFailure;
+use ffr_dynamics::force::{BodyState, ForceElement, GeneralisedForce, Motion};
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
-use ffr_dynamics::system::force::{BodyState, ForceElement, GeneralisedForce, Motion};
 use nalgebra::Vector3;
 
 use crate::touch::hertz::ImpactLaw;

@@ -7,7 +7,7 @@
 
 use contact_qs::search::SurfaceSite;
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use nalgebra::Vector3;
 
 use crate::surface::{ALONG_LINE, Foot, StraightLine, Surface, SurfacePlace};

@@ -3,7 +3,7 @@
 
 use contact_qs::search::SurfaceSite;
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::record::TargetPlace;

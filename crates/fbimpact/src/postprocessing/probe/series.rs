@@ -10,7 +10,7 @@ use adaptive::record::{PhaseKind, PointSample};
 use adaptive::state::simulation::ObservedPoint;
 use adaptive::store::ModelCache;
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use iga_core::elasticity::kinematics::PointState;
 use nalgebra::Vector3;
 use result_files::tables::PhaseRow;

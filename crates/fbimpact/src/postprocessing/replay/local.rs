@@ -6,8 +6,8 @@
 
 use adaptive::impact::AdaptiveContact;
 use adaptive::model::{ContactModel, RunModel};
+use ffr_dynamics::force::{BodyState, GeneralisedForce, Motion};
 use ffr_dynamics::reduction::ResidualFlexibility;
-use ffr_dynamics::system::force::{BodyState, GeneralisedForce, Motion};
 
 use super::states::{BodyMotion, ContactSeries};
 use super::zones::RefinedZones;

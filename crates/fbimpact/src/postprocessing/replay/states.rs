@@ -3,7 +3,7 @@
 use adaptive::record::TransferDirection;
 use std::path::{Path, PathBuf};
 
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use hdf5::{File, Group, Result};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use result_files::file::fault::FileFault;

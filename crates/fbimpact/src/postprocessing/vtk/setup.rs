@@ -4,7 +4,7 @@
 use adaptive::model::{Arrangement, PlacedJoint, PlacedMarker, PlacedTouch};
 use adaptive::spec::{BodySpec, ContactSpec, ImportedSpec, LoadSpec, Target};
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::force::BodyState;
+use ffr_dynamics::force::BodyState;
 use nalgebra::{Unit, Vector3};
 
 use super::bodies::assemble::{View, grid};

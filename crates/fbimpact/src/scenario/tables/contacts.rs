@@ -2,8 +2,8 @@
 
 use adaptive::adaptivity::interval::TARGET_UTILISATION;
 use adaptive::adaptivity::penalty_search::PEAK_TOLERANCE;
-use adaptive::body::mesh::divided::{LINEAR, QUADRATIC};
-use adaptive::body::splines::refined::ELEMENTS;
+use adaptive::body::fine::divided::{LINEAR, QUADRATIC};
+use adaptive::body::fine::refined::ELEMENTS;
 use adaptive::spec::Accuracy;
 use adaptive::spec::contact::{DivisionRule, LowModes, PointRule, TransferMethod};
 

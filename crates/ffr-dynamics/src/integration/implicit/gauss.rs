@@ -19,7 +19,7 @@ use crate::integration::one_step::OneStepMethod;
 use crate::integration::step_control::worthwhile_growth;
 use crate::integration::stepping::{Failure, Step, StepAttempt, Stepping, is_finite};
 use crate::integration::system::OdeSystem;
-use crate::kinematics::rotation::quaternion_rate;
+use crate::rotation::quaternion_rate;
 
 /// Power of the step with which the error estimate grows.
 pub(in crate::integration) const ORDER: f64 = 9.0;

@@ -9,7 +9,7 @@ use crate::error::DynamicsError;
 use crate::integration::linearisation::{KinematicBlock, Linearisation};
 use crate::integration::step_control::Statistics;
 use crate::integration::system::OdeSystem;
-use crate::kinematics::rotation::quaternion_rate;
+use crate::rotation::quaternion_rate;
 use nalgebra::Vector3;
 
 /// Checked blocks of a system.

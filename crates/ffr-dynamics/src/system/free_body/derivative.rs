@@ -7,8 +7,8 @@ use nalgebra::Matrix3;
 
 use super::equations::BodyWorkspace;
 use crate::body::StandardInputData;
-use crate::kinematics::rotation::skew;
-use crate::system::force::BodyState;
+use crate::force::BodyState;
+use crate::rotation::skew;
 
 impl BodyWorkspace {
     /// Change of the forces with elastic coordinate `j` or its rate, at the moments of the last

@@ -10,8 +10,8 @@ use super::deformation::{DeformationMaps, DeformationSums, dot};
 use crate::body::standard_input_data::inertia_from;
 use crate::body::{RigidMotion, StandardInputData};
 use crate::error::{EvaluationFailure, MotionFault};
-use crate::kinematics::rotation::skew;
-use crate::system::force::{BodyState, GeneralisedForce};
+use crate::force::{BodyState, GeneralisedForce};
+use crate::rotation::skew;
 
 /// Buffers for one body.
 #[derive(Debug, Clone)]

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use super::kind::JointKind;
 use crate::error::DynamicsError;
 use crate::joint_fault::JointFault;
-use crate::kinematics::rotation::rotation_from_slice;
+use crate::rotation::rotation_from_slice;
 
 /// A quantity given over time.
 pub trait TimeCourse: Send + Sync {

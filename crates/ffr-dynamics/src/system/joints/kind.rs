@@ -6,7 +6,7 @@
 
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 
-use crate::kinematics::rotation::{quaternion_rate, rotation_from_slice};
+use crate::rotation::{quaternion_rate, rotation_from_slice};
 
 /// Kind of a joint. Coordinates in the order given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 use super::rows::{GearRow, Owner, Row, Side, free_mobility, gear_mobility};
 use crate::error::{EvaluationFailure, MotionFault};
-use crate::system::force::BodyState;
+use crate::force::BodyState;
 use crate::system::model::gear::Gear;
 use crate::system::model::{LoopJoint, MultibodyModel, Site};
 use crate::system::tree::kinematics::{JointKinematics, SpatialVector, join};

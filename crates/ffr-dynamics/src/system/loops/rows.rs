@@ -4,8 +4,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::force::BodyState;
 use crate::kinematics::MarkerMotion;
-use crate::system::force::BodyState;
 use crate::system::model::gear::Gear;
 use crate::system::model::tree_order::Parent;
 use crate::system::model::{JointCoordinates, MultibodyModel, Site};

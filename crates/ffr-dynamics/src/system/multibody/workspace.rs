@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::error::EvaluationFailure;
-use crate::system::force::{BodyState, GeneralisedForce};
+use crate::force::{BodyState, GeneralisedForce};
 use crate::system::free_body::equations::{BodyWorkspace, RigidPart};
 use crate::system::joints::forces::joint_forces;
 use crate::system::loops::closure::LoopSolver;

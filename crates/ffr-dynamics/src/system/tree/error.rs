@@ -10,8 +10,8 @@ use super::error_filter::ErrorFilter;
 use super::kinematics::{JointKinematics, SpatialVector, frame_velocities, split, update};
 use crate::body::StandardInputData;
 use crate::error::DynamicsError;
-use crate::kinematics::rotation::rotation_from_slice;
-use crate::system::force::BodyState;
+use crate::force::BodyState;
+use crate::rotation::rotation_from_slice;
 use crate::system::free_body::free_modes::squared_frequencies;
 use crate::system::model::{MultibodyModel, TreeBody};
 

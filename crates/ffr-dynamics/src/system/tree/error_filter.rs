@@ -8,7 +8,7 @@
 
 use super::kinematics::{JointKinematics, update};
 use super::solver::{Answer, FactorisedTree, Impedance, TreeFactors, TreePose};
-use crate::system::force::{BodyState, GeneralisedForce};
+use crate::force::{BodyState, GeneralisedForce};
 use crate::system::free_body::equations::BodyWorkspace;
 use crate::system::model::MultibodyModel;
 

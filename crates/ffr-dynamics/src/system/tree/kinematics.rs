@@ -6,8 +6,8 @@
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
+use crate::force::BodyState;
 use crate::kinematics::{Marker, MarkerMotion};
-use crate::system::force::BodyState;
 use crate::system::free_body::deformation::dot;
 use crate::system::joints::JointPoint;
 use crate::system::model::{JointCoordinates, MultibodyModel, TreeBody};

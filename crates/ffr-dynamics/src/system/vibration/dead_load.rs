@@ -4,8 +4,8 @@
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use crate::body::StandardInputData;
-use crate::kinematics::rotation::axial;
-use crate::system::force::BodyState;
+use crate::force::BodyState;
+use crate::rotation::axial;
 use crate::system::tree::kinematics::{SpatialVector, join, split};
 
 /// The forces `-ρ a` of an acceleration `a` that each material point of a body keeps, whatever the

@@ -2,8 +2,8 @@
 
 use std::time::Instant;
 
+use ffr_dynamics::force::active::Active;
 use ffr_dynamics::integration::{Integrator, Step, StepSettings};
-use ffr_dynamics::system::Active;
 use ffr_dynamics::system::multibody::error_scale::ErrorScale;
 
 use crate::run::driver::contact_slot::ContactPhase;

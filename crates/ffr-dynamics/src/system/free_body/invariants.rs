@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::body::{DeformedMoments, StandardInputData};
-use crate::system::force::BodyState;
+use crate::force::BodyState;
 
 /// What a free body keeps, or exchanges with others.
 #[derive(Debug, Clone, Copy, PartialEq)]

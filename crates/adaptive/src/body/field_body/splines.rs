@@ -19,7 +19,7 @@ use crate::adaptivity::wanted_interval::WantedInterval;
 use crate::body::field::Field;
 use crate::body::field_body::{FieldBody, LongestElement};
 use crate::body::fine::FineModel;
-use crate::body::splines::refined::{ELEMENTS, FineMesh, FineSettings, zone_definition};
+use crate::body::fine::refined::{ELEMENTS, FineMesh, FineSettings, zone_definition};
 use crate::body::splines::{Discretised, ElasticBody};
 use crate::body::zone::at_start::StartZone;
 use crate::body::zone::{ContactZone, PointsAbout};

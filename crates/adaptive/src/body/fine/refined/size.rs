@@ -1,6 +1,6 @@
 //! Memory that a fine model would take, estimated before anything of it is built.
 
-use ffr_dynamics::reduction::factor::memory;
+use ffr_dynamics::memory;
 use iga_core::hierarchical::SubdomainHierarchy;
 use iga_core::nurbs::Patch;
 

@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::rotation::skew;
+use super::skew;
 
 /// Terms of the series below `θ² = 1`; the first one left out is 1 / 22! of the first.
 const N_TERMS: usize = 9;

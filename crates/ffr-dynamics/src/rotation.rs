@@ -4,6 +4,8 @@
 //! length drifts within the integration error; everything read from it is normalised first, and
 //! [`renormalise`] takes the drift away.
 
+pub mod exponential;
+
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
 /// Drift of the squared length at which a quaternion is worth normalising.
