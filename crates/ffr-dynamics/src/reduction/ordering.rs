@@ -4,7 +4,7 @@
 //! The graph of the nodes is cut in two across a direction: a coordinate, or the distance from the
 //! nodes that are eliminated last. Every place in every direction is tried; in large sets the
 //! separator between the two ends of each direction is then made as small as possible
-//! (`separator.rs`). The one is taken whose separator is smallest for the sides that it leaves; it
+//! (`separator`). The one is taken whose separator is smallest for the sides that it leaves; it
 //! is eliminated after both its sides. Nodes without distinct places (all anchors equal) are cut
 //! along breadth-first levels, so that any graph gets an order. Cost O(nnz log n), but for the
 //! search of small separators, whose cost grows with their size, too.
