@@ -30,7 +30,7 @@ pub struct MeetingPoint {
 impl MeetingPoint {
     /// Projection of the point `x` on the plane through the displaced place, whose functions are
     /// left in `functions`; none of a point that has slid too far from it.
-    pub(in crate::surface_pair) fn project(
+    pub(super) fn project(
         &self,
         displaced: Displaced<'_>,
         x: &[f64; 3],

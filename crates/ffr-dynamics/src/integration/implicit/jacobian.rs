@@ -15,9 +15,9 @@ use nalgebra::Vector3;
 /// Checked blocks of a system.
 #[derive(Debug, Clone)]
 pub(super) struct Structure {
-    pub(in crate::integration) blocks: Vec<KinematicBlock>,
+    pub(super) blocks: Vec<KinematicBlock>,
     /// Index into the state of each unknown.
-    pub(in crate::integration) unknowns: Vec<usize>,
+    pub(super) unknowns: Vec<usize>,
 }
 
 impl Structure {

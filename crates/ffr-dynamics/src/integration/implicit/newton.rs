@@ -55,7 +55,7 @@ impl IterationMatrix {
     }
 
     /// Forgets the factors.
-    pub(in crate::integration) fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.weight = 0.0;
     }
 

@@ -14,9 +14,9 @@ use crate::nurbs::Patch;
 #[derive(Debug, Clone)]
 pub(super) struct Part {
     /// Active functions and regions, before tying.
-    pub(in crate::hierarchical) basis: HierarchicalBasis,
+    pub(super) basis: HierarchicalBasis,
     /// Seams and collapsed edges.
-    pub(in crate::hierarchical) ties: PatchTies,
+    pub(super) ties: PatchTies,
     /// Number of its first active function among those of all patches.
     pub(super) first_active: u32,
     /// Number of its first element.
@@ -25,7 +25,7 @@ pub(super) struct Part {
 
 impl Part {
     /// The parts of a space, in the order of its patches.
-    pub(in crate::hierarchical) fn all(bases: Vec<HierarchicalBasis>, ties: &[PatchTies]) -> Vec<Self> {
+    pub(super) fn all(bases: Vec<HierarchicalBasis>, ties: &[PatchTies]) -> Vec<Self> {
         let (mut parts, mut first_active, mut first_element) = (Vec::new(), 0, 0);
         for (basis, ties) in bases.into_iter().zip(ties) {
             let (n_functions, n_leaves) = (basis.n_functions() as u32, basis.hierarchy().n_leaves());
@@ -40,13 +40,13 @@ impl Part {
 #[derive(Debug, Clone)]
 pub(super) struct Numbering {
     /// Function of the space for every active function.
-    pub(in crate::hierarchical) functions: Vec<u32>,
+    pub(super) functions: Vec<u32>,
     /// Weight of every active function.
-    pub(in crate::hierarchical) weights: Vec<f64>,
+    pub(super) weights: Vec<f64>,
     /// First active function of every function of the space.
     pub(super) representatives: Vec<u32>,
     /// Control point of every function of the space \[m\].
-    pub(in crate::hierarchical) control_points: Vec<[f64; 3]>,
+    pub(super) control_points: Vec<[f64; 3]>,
 }
 
 impl Numbering {
