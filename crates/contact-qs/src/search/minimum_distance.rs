@@ -117,18 +117,21 @@ fn signed_pair(query: &Query<'_>, ws: &mut SearchWorkspace) -> Option<(Pair, f64
 
 /// Whether a point of a pair lies inside the other body. Asked is only where the cosine between the
 /// line that leaves the other body and its normal is below `most`: the nearest pair of all, with a
-/// larger one than [`ALONG_NORMAL`], lies outside.
-fn is_inside(query: &Query<'_>, ws: &mut SearchWorkspace, pair: &Pair, most: f64) -> bool {
-    let Some(direction) = pair.direction else { return false };
-    [(1, 1.0), (0, -1.0)].into_iter().any(|(b, sign)| {
+/// larger one than [`ALONG_NORMAL`], lies outside. `None` if numbers are not finite.
+fn is_inside(query: &Query<'_>, ws: &mut SearchWorkspace, pair: &Pair, most: f64) -> Option<bool> {
+    let Some(direction) = pair.direction else { return Some(false) };
+    for (b, sign) in [(1, 1.0), (0, -1.0)] {
         let (side, site) = (&query.sides[b], &pair.sites[b]);
         let jet = ws.deformed[b].jet(side, site.piece, site.s);
         let normal = ws.deformed[b].normal(side, site, &jet);
-        let hint = Some(*site);
-        direction.dot(&normal) * sign < most
-            && nearest(side, &mut ws.deformed[b], &mut ws.stack, &pair.points[1 - b], hint)
-                .is_some_and(|near| near.value < 0.0)
-    })
+        if direction.dot(&normal) * sign < most {
+            let near = nearest(side, &mut ws.deformed[b], &mut ws.stack, &pair.points[1 - b], Some(*site))?;
+            if near.value < 0.0 {
+                return Some(true);
+            }
+        }
+    }
+    Some(false)
 }
 
 /// Nearest pair of surface points (theory Eq. C.29), or the first one found of which a point lies
@@ -147,7 +150,10 @@ fn closest_pair(query: &Query<'_>, ws: &mut SearchWorkspace) -> Option<(Pair, bo
         report.n_newton += 1;
         best = Some(on_pieces(query, &ws.deformed, sites));
     }
-    let mut is_overlap = best.is_some_and(|pair| is_inside(query, ws, &pair, ALONG_NORMAL));
+    let mut is_overlap = match &best {
+        Some(pair) => is_inside(query, ws, pair, ALONG_NORMAL)?,
+        None => false,
+    };
     let inflation = query.sides[0].inflation + query.sides[1].inflation;
     let nodes = query.sides.map(|s| s.model.nodes());
     let mut pairs = std::mem::take(&mut ws.pairs);
@@ -173,7 +179,7 @@ fn closest_pair(query: &Query<'_>, ws: &mut SearchWorkspace) -> Option<(Pair, bo
                     let found = on_pieces(query, &ws.deformed, start);
                     let is_nearer = best.is_none_or(|p| found.distance < p.distance);
                     let most = if is_nearer { ALONG_NORMAL } else { -ALONG_NORMAL };
-                    is_overlap = is_inside(query, ws, &found, most);
+                    is_overlap = is_inside(query, ws, &found, most)?;
                     if is_nearer || is_overlap {
                         best = Some(found);
                     }
