@@ -17,7 +17,8 @@ the program checks a scenario against.
 - SI units and radians. Where the table says so, a key that ends in `_deg` may be given instead, in degrees.
 - A number may have a unit, as a text with a space between: `\"10 mm\"`, `[\"10 mm\", 0.0, \"2 cm\"]`, `\"20 deg\"`, `\"210 GPa\"`, `\"3000 rpm\"`; the end of this page has
   the units. Where the unit depends on another key, as `m, rad` on the type of a joint, it is that of the coordinate: lengths for displacements, angles for rotations.
-- Unknown keys, wrong types, numbers outside their range, NaN and infinities are faults. All faults of a file are
+- Unknown keys, wrong types, numbers outside their range, NaN and infinities are faults, and so are keys on which nothing depends; only
+  materials may be described of which no body is made. All faults of a file are
   reported together, each with file, line, key, value and what is allowed; the exit code is 3.
 - `--set KEY=VALUE` changes a key before the checks: `--set bodies.ball.velocity=[0,0,-0.2]`,
   `--set bodies.ball.discretisation.refine[0].elements=32`. A value that is not TOML is taken as a string.
