@@ -338,3 +338,46 @@ fn what_is_given_wins_over_accuracy() {
     assert_eq!((fixed.penalty, fixed.search), (Some(1e17), PenaltySearch::Fixed));
     assert_fault(PAIRS, &["accuracy=high"], "accuracy", "\"fine\"");
 }
+
+/// Two bodies of plane models in different planes, and of axisymmetric ones on different axes, do
+/// not meet; a plane is met wherever the body lies.
+#[test]
+fn bodies_in_contact_share_their_plane_or_their_axis() {
+    let text = |model: &str, shape: &str, target: &str| {
+        format!(
+            "simulation = {{ end_time = 1e-4 }}\n[bodies.a]\nmodel = \"{model}\"\nmaterial = \"steel\"\n\
+             geometry = {{ shape = \"{shape}\", radius = 0.01 }}\n[bodies.b]\n{target}\n\
+             [contacts.c]\ncontact_body = \"a\"\ntarget_body = \"b\"\n"
+        )
+    };
+    let like = |model: &str, shape: &str| {
+        format!(
+            "model = \"{model}\"\nmaterial = \"steel\"\ngeometry = {{ shape = \"{shape}\", radius = 0.02 }}"
+        )
+    };
+    let rigid = |motion: &str, shape: &str| {
+        format!(
+            "model = \"rigid\"\nmotion = \"{motion}\"\nmaterial = \"steel\"\n\
+             geometry = {{ shape = \"{shape}\", radius = 0.02 }}"
+        )
+    };
+    let floor = "model = \"rigid\"\ngeometry = { shape = \"plane\" }".to_owned();
+    for (model, shape, motion, way, aside, within) in [
+        ("plane-strain", "disc", "planar", "[0,-0.031,0]", "[0,-0.031,1e-6]", "in z"),
+        ("plane-stress", "disc", "planar", "[0,-0.031,0.3]", "[0,-0.031,-2e-9]", "in z"),
+        ("axisymmetric", "sphere", "axial", "[0,0,-0.031]", "[1e-3,0,-0.031]", "in x and y"),
+        ("axisymmetric", "sphere", "axial", "[0.1,0.2,-0.031]", "[0.1,-0.2,-0.031]", "in x and y"),
+    ] {
+        let place = |at: &str| format!("bodies.b.position={at}");
+        let shared = if way.contains("0.3]") { "[0,0,0.3]" } else { "[0,0,0]" };
+        let own = format!("bodies.a.position={}", if way.contains("0.2,") { "[0.1,0.2,0]" } else { shared });
+        for target in [like(model, shape), rigid(motion, shape)] {
+            let text = text(model, shape, &target);
+            valid(&text, &[&own, &place(way)]);
+            assert_fault(&text, &[&own, &place(aside)], "contacts.c.target_body", within);
+        }
+        let text = text(model, shape, &floor);
+        let normal = if motion == "planar" { "bodies.b.normal=[0,1,0]" } else { "bodies.b.normal=[0,0,1]" };
+        valid(&text, &[&own, &place(aside), normal]);
+    }
+}

@@ -165,6 +165,14 @@ pub enum MotionFault {
     /// A rotation of a body whose model has none.
     #[error("rotation: an axial body does not turn")]
     AxialRotation,
+    /// Bodies of axisymmetric or plane models that share no axis or no plane.
+    #[error("{places} {distance:.3e} m apart, they must share one")]
+    Apart {
+        /// Whose axes or planes.
+        places: &'static str,
+        /// Their distance \[m\].
+        distance: f64,
+    },
     /// Positions whose squares are no numbers.
     #[error("positions: they overflow")]
     Overflow,

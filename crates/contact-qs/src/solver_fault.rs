@@ -4,6 +4,7 @@ use ffr_dynamics::error::{EvaluationFault, FailureKind};
 use thiserror::Error;
 
 use crate::ContactError;
+use crate::error::MotionFault;
 
 /// Why the forces of a contact cannot be found at a state.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -124,12 +125,9 @@ pub enum SolverFault {
     /// A Jacobian of Algorithm 1 that is not finite (line 13).
     #[error("the Jacobian of the quasistatic contact is not finite, lower the penalty factor")]
     BroydenNotFinite,
-    /// Bodies of an axisymmetric pair with axes apart.
-    #[error("axisymmetric bodies in contact have axes {distance:e} m apart, they must share one")]
-    AxesApart {
-        /// Distance of the axes \[m\].
-        distance: f64,
-    },
+    /// Bodies of axisymmetric or plane models that share no axis or no plane.
+    #[error(transparent)]
+    Apart(MotionFault),
     /// A body of an axisymmetric or plane model that has left it.
     #[error("{body} body in contact is tilted by {tilt:e} out of its model")]
     Tilted {
@@ -166,7 +164,7 @@ impl EvaluationFault for SolverFault {
             | Self::Alternation { .. }
             | Self::Passes { .. }
             | Self::Broyden { .. } => FailureKind::IterationLimit,
-            Self::NoHertzPoint { .. } | Self::AxesApart { .. } | Self::Tilted { .. } | Self::Alignment(_) => {
+            Self::NoHertzPoint { .. } | Self::Apart(_) | Self::Tilted { .. } | Self::Alignment(_) => {
                 FailureKind::OutOfModel
             }
         }

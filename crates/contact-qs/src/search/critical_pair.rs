@@ -11,8 +11,8 @@ use nalgebra::{Matrix4, Vector3, Vector4};
 
 use super::bezier::PieceJet;
 use super::deformed::Site;
-use super::minimum_distance::{Proximity, check_state, in_first_frame, proximity};
-use super::query::{Pair, Query, SearchWorkspace};
+use super::minimum_distance::{Proximity, check_state, proximity};
+use super::query::{Pair, Query, SearchWorkspace, in_first_frame};
 use super::signed_distance::{pieces_at, site_on_piece};
 use super::surface_model::SurfaceModel;
 use crate::ContactError;
@@ -42,7 +42,7 @@ pub fn followed_overlap(
     if !is_known {
         return Ok(None);
     }
-    let placement = in_first_frame(&states);
+    let placement = in_first_frame(models[0].motion(), states)?;
     let query = Query::new(models, &states, &placement);
     workspace.begin(models);
     workspace.load(&query, sites.map(|site| site.piece));

@@ -13,10 +13,10 @@ use ffr_dynamics::force::BodyState;
 use iga_core::nurbs::locate::box_newton::{Sample, minimize};
 use nalgebra::Vector3;
 
-use super::boxes::{NodeKind, Placement};
+use super::boxes::NodeKind;
 use super::deformed::{Deformed, Site};
 use super::penetration::deepest;
-use super::query::{Pair, Query, SearchReport, SearchWorkspace, separation};
+use super::query::{Pair, Query, SearchReport, SearchWorkspace, in_first_frame, separation};
 use super::signed_distance::{ALONG_NORMAL, nearest};
 use super::surface_model::{SurfaceModel, SurfaceSite};
 use crate::ContactError;
@@ -57,19 +57,12 @@ pub fn minimum_distance(
     for (model, state) in models.iter().zip(&states) {
         check_state(model, state)?;
     }
-    let placement = in_first_frame(&states);
+    let placement = in_first_frame(models[0].motion(), states)?;
     let query = Query::new(models, &states, &placement);
     workspace.begin(models);
     let found = signed_pair(&query, workspace).ok_or(MotionFault::Overflow)?;
     workspace.last = Some(found.0.sites);
     Ok(proximity(&query, states[0], &found.0, found.1, found.2))
-}
-
-/// The second body's frame in the first one's.
-pub(super) fn in_first_frame(states: &[&BodyState; 2]) -> Placement {
-    let back = states[0].rotation.inverse();
-    let rotation = (back * states[1].rotation).to_rotation_matrix().into_inner();
-    Placement::new(rotation, back * (states[1].position - states[0].position))
 }
 
 /// Checks that a search can run.

@@ -1,12 +1,49 @@
 //! What the parts of a search between two bodies share: buffers, the two bodies in one frame, pairs
 //! of points.
 
+use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::force::BodyState;
 use nalgebra::Vector3;
 
 use super::boxes::Placement;
 use super::deformed::{Deformed, Side, Site};
 use super::surface_model::SurfaceModel;
+use crate::error::MotionFault;
+
+/// Largest distance \[m\] of two axes, or of two planes, that count as one.
+const APART: f64 = 1e-9;
+
+/// The way from body `first` to body `second` of models with `motion`, along what they share: the
+/// axis of axisymmetric models, the plane of plane ones, space. What is left out is round-off.
+///
+/// # Errors
+/// [`MotionFault::Apart`] if they share no axis or no plane.
+pub(crate) fn way_between(
+    motion: RigidMotion,
+    [first, second]: [&BodyState; 2],
+) -> Result<Vector3<f64>, MotionFault> {
+    let way = second.position - first.position;
+    let (within, places) = match motion {
+        RigidMotion::Axial => (Vector3::new(0.0, 0.0, way.z), "axisymmetric bodies in contact have axes"),
+        RigidMotion::Planar => {
+            (Vector3::new(way.x, way.y, 0.0), "bodies of plane models in contact have planes")
+        }
+        RigidMotion::Spatial => return Ok(way),
+    };
+    let distance = (way - within).norm();
+    // Asked this way round, a NaN fails.
+    if distance <= APART { Ok(within) } else { Err(MotionFault::Apart { places, distance }) }
+}
+
+/// The second body's frame in the first one's.
+///
+/// # Errors
+/// Those of [`way_between`].
+pub(super) fn in_first_frame(motion: RigidMotion, states: [&BodyState; 2]) -> Result<Placement, MotionFault> {
+    let back = states[0].rotation.inverse();
+    let rotation = (back * states[1].rotation).to_rotation_matrix().into_inner();
+    Ok(Placement::new(rotation, back * way_between(motion, states)?))
+}
 
 /// Work of the last search.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

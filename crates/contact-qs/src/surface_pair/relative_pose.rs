@@ -1,13 +1,13 @@
 //! Motion of one body seen from another, in the components of their common model.
 
+use crate::search::way_between;
 use crate::solver_fault::SolverFault;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::force::BodyState;
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Largest part of an axis across the directions that an axisymmetric or plane model can move in,
-/// and largest distance \[m\] of two axes that count as one.
+/// Largest part of an axis across the directions that an axisymmetric or plane model can move in.
 const AXIS_TOLERANCE: f64 = 1e-9;
 
 /// Where a body stands in the frame of another: `x' = Q x + d`.
@@ -22,15 +22,11 @@ pub(super) struct RelativePose {
 impl RelativePose {
     /// The body at `from` in the frame of the body at `to`.
     pub fn new(motion: RigidMotion, from: &BodyState, to: &BodyState) -> Result<Self, EvaluationFailure> {
-        let distance = from.position - to.position;
+        let distance = way_between(motion, [to, from]).map_err(SolverFault::Apart)?;
         if motion != RigidMotion::Spatial {
             for state in [from, to] {
                 check_axis(motion, &state.rotation)?;
             }
-        }
-        let apart = distance.x.hypot(distance.y);
-        if motion == RigidMotion::Axial && (apart.is_nan() || apart > AXIS_TOLERANCE) {
-            return Err(SolverFault::AxesApart { distance: apart }.into());
         }
         let n_components = motion.n_components();
         let relative = (to.rotation.inverse() * from.rotation).to_rotation_matrix();

@@ -97,6 +97,39 @@ fn a_small_overlap_is_found_from_beside_the_axis() {
     }
 }
 
+/// Bodies of plane models meet in their plane and of axisymmetric ones on their axis, wherever both
+/// lie in space: round-off out of it changes nothing, more of it is a fault and no gap.
+#[test]
+fn bodies_meet_in_the_plane_and_on_the_axis_that_they_share() {
+    let discs = [1.0, 0.4].map(|r| rigid(Planar, &plane::disc(r).unwrap(), 8));
+    let rings = [1.0, 0.4].map(|r| rigid(Axial, &axisymmetric::sphere(r).unwrap(), 8));
+    let ways = [Vector3::new(0.6, 0.8, 0.0), Vector3::z()];
+    let outs = [[Vector3::z(), -Vector3::z()], [Vector3::x(), Vector3::new(0.6, -0.8, 0.0)]];
+    for ((models, way), outs) in [&discs, &rings].into_iter().zip(ways).zip(outs) {
+        for exact in [0.3, 1e-6, -1e-6, -0.01] {
+            let place = Vector3::new(0.3, -0.2, 0.7);
+            let states =
+                |out: Vector3<f64>| [at(place.into()), at((place + way * (1.4 + exact) + out).into())];
+            let gap_at = |out: Vector3<f64>| {
+                let states = states(out);
+                let mut ws = SearchWorkspace::new();
+                minimum_distance([&models[0], &models[1]], [&states[0], &states[1]], &mut ws)
+            };
+            for out in outs {
+                for size in [0.0, 1e-15, 1e-12, 0.9e-9] {
+                    let found = gap_at(out * size).unwrap();
+                    assert!((found.gap - exact).abs() < 20.0 * ROUND_OFF, "{size:e} {exact:e} {found:?}");
+                    assert!((found.normal + way).norm() < 1e-6, "{size:e} {exact:e} {found:?}");
+                }
+                for size in [1.1e-9, 1e-3, 0.5] {
+                    let fault = gap_at(out * size).unwrap_err().to_string();
+                    assert!(fault.contains("must share one"), "{size:e} {fault}");
+                }
+            }
+        }
+    }
+}
+
 /// Overlapping bodies are searched where the descent for the distance is stationary in the deepest
 /// place: there it begins, from the last answer, or from a corner of pieces that lies there.
 #[test]

@@ -5,11 +5,15 @@ use adaptive::spec::contact::{DivisionRule, LowModes, TransferMethod};
 use ffr_dynamics::body::RigidMotion;
 
 use super::facts::ContactFacts;
+use crate::scenario::build::joints::inboard_joint;
 use crate::scenario::build::places::{BodyFacts, motion_in_words};
 use crate::scenario::check::Checker;
 use crate::scenario::keys::Named;
 use crate::scenario::section::Section;
 use crate::scenario::tables::{ContactModel, ReductionMethod, Search, ShapeName, Solver};
+
+/// Round-off of positions that are meant to be the same \[m\], as in the search for the gap.
+const SAME_SPACE: f64 = 1e-9;
 
 /// Reports bodies that Hertz's law knows nothing of.
 pub fn check_hertz(checker: &mut Checker, root: &Section, section: &Section) {
@@ -49,6 +53,7 @@ pub fn check_hertz(checker: &mut Checker, root: &Section, section: &Section) {
         checker.fault_in(section, "friction", message);
     }
     check_normal(checker, &contact, &target);
+    check_shared_space(checker, root, section, [&contact, &target]);
 }
 
 /// Reports bodies that cannot take their part in the contact.
@@ -109,6 +114,7 @@ pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
         checker.fault_in(section, "target_body", message);
     }
     check_normal(checker, &contact, &target);
+    check_shared_space(checker, root, section, [&contact, &target]);
 }
 
 /// Reports a plane whose normal leaves the space of the contact body's model.
@@ -129,6 +135,26 @@ fn check_normal(checker: &mut Checker, contact: &BodyFacts<'_>, target: &BodyFac
         let model = contact.components.name();
         let message = format!("must be {words}, for it meets a body with model \"{model}\"");
         checker.fault_in(plane, "normal", message);
+    }
+}
+
+/// Reports bodies that lie in different planes or on different axes where their models have one;
+/// where joints place them, the run does.
+fn check_shared_space(checker: &mut Checker, root: &Section, section: &Section, bodies: [&BodyFacts<'_>; 2]) {
+    let is_joined = |key| section.text(key).is_some_and(|name| inboard_joint(root, name).is_some());
+    if bodies[1].is_plane() || is_joined("contact_body") || is_joined("target_body") {
+        return;
+    }
+    let [Some(first), Some(second)] = bodies.map(|body| body.section.vector::<3>("position")) else { return };
+    let [x, y, z] = [0, 1, 2].map(|i| second[i] - first[i]);
+    let (distance, words) = match bodies[0].motion() {
+        RigidMotion::Axial => (x.hypot(y), "on the axis of the contact body, in x and y"),
+        RigidMotion::Planar => (z.abs(), "in the plane of the contact body, in z"),
+        RigidMotion::Spatial => return,
+    };
+    if distance > SAME_SPACE {
+        let message = format!("must lie {words}; it lies {distance:.3e} m beside it (position)");
+        checker.fault_in(section, "target_body", message);
     }
 }
 
