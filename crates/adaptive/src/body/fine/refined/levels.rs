@@ -5,6 +5,8 @@ use iga_core::SplineError;
 use iga_core::hierarchical::{IndexBox, Neighbours, PatchTies, SubdomainHierarchy, elements_around};
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::interface::linked::{Linked, linked_directions};
+use iga_core::nurbs::jet::norm;
+use iga_core::nurbs::patch::PointBasis;
 use iga_core::splines::knots::KnotVector;
 
 use super::{Division, FineSettings, LinkedLattice, RefinementPlan, Region};
@@ -12,6 +14,9 @@ use crate::adaptivity::lattice::DirectionLattice;
 
 /// Elements by which the coarser levels of a lattice reach beyond the interval at least.
 const COARSE_REACH: usize = 2;
+/// Distance from a knot, relative to the element, within which an end of a region counts as lying
+/// on it.
+const ON_KNOT: f64 = 1e-9;
 
 /// Elements by which a level that splits elements into `parts` reaches beyond an interval. A
 /// function of the finer level that is not zero on the interval ends within the degree divided by
@@ -20,6 +25,21 @@ pub(super) fn growth(knots: &KnotVector, parts: usize, settings: &FineSettings) 
     let degree = knots.degree();
     let own = if parts == 1 { degree } else { degree.div_ceil(2) };
     settings.growth.map_or(own, |g| g.min(degree))
+}
+
+/// Elements of those that it splits by which level `level` (0: the finest) of a lattice reaches
+/// beyond the interval at least.
+fn least_elements(level: usize) -> usize {
+    if level == 0 { 1 } else { COARSE_REACH }
+}
+
+/// Length by which level `level` reaches beyond the interval in every direction at least \[m\]
+/// (theory Eq. A.5), if elements of the finest level are as long as `shortest`: that of its
+/// [`least_elements`], which are twice as long as those that it makes. Elements of the body may be
+/// shorter in one direction; counted in those, a level that divides the other directions would end
+/// beside the interval, and leave long elements below it.
+fn least_reach(level: usize, shortest: f64) -> f64 {
+    least_elements(level) as f64 * shortest * 2f64.powi(level as i32 + 1)
 }
 
 /// The levels of a plan, for every patch.
@@ -53,6 +73,8 @@ struct Levels {
     ties: Vec<PatchTies>,
     neighbours: Neighbours,
     linked: Vec<Vec<Linked>>,
+    /// Metres a unit of parameter at the middle of a patch's first region.
+    speeds: Vec<[f64; 3]>,
 }
 
 impl Levels {
@@ -60,7 +82,9 @@ impl Levels {
         let ties: Vec<PatchTies> = patches.iter().map(PatchTies::detect).collect();
         let mut of_patch = vec![Vec::new(); patches.len()];
         regions.iter().for_each(|r| of_patch[r.patch].push(r.bounds));
+        let speeds = patches.iter().zip(&of_patch).map(|(patch, regions)| speeds(patch, regions)).collect();
         Self {
+            speeds,
             hierarchies: patches.iter().map(|p| SubdomainHierarchy::new(p.knots())).collect(),
             regions: of_patch,
             neighbours: Neighbours::detect(patches, &ties),
@@ -76,14 +100,39 @@ impl Levels {
     }
 
     /// Boxes around the regions, grown by as many elements of the last level as `by` says for each
-    /// direction of each patch.
-    fn boxes(&self, by: impl Fn(usize, usize) -> usize) -> Result<Vec<Vec<IndexBox>>, SplineError> {
+    /// direction of each patch, and by the length `reach` \[m\] where those elements are shorter.
+    fn boxes(
+        &self,
+        reach: f64,
+        by: impl Fn(usize, usize) -> usize,
+    ) -> Result<Vec<Vec<IndexBox>>, SplineError> {
         let grow = |patch: usize| {
             let n = self.knots(patch).len();
             std::array::from_fn(|d| if d < n { by(patch, d) } else { 0 })
         };
         let by: Vec<[usize; 3]> = (0..self.hierarchies.len()).map(grow).collect();
-        elements_around(&self.hierarchies, &self.regions, &by, (&self.ties, &self.neighbours))
+        let widen = |patch: usize, region: &ParameterBox| {
+            let mut wide = *region;
+            for (d, knots) in self.knots(patch).iter().enumerate() {
+                let (by, reach) = (by[patch][d] as i64, reach / self.speeds[patch][d]);
+                let is_seam = self.ties[patch].seams[d];
+                wide.lower[d] = moved(knots, region.lower[d], (-1, by, reach), is_seam);
+                wide.upper[d] = moved(knots, region.upper[d], (1, by, reach), is_seam);
+            }
+            wide
+        };
+        let widened = |(patch, regions): (usize, &Vec<ParameterBox>)| {
+            regions.iter().map(|region| widen(patch, region)).collect()
+        };
+        let regions: Vec<Vec<ParameterBox>> = self.regions.iter().enumerate().map(widened).collect();
+        elements_around(&self.hierarchies, &regions, &by, (&self.ties, &self.neighbours))
+    }
+
+    /// Length of the shortest element of the finest level of lattices \[m\].
+    fn shortest(&self, lattices: &[LinkedLattice]) -> f64 {
+        let of_regions = lattices.iter().filter(|l| !self.regions[l.patch].is_empty());
+        let length = |l: &LinkedLattice| l.lattice.spacing * self.speeds[l.patch][l.direction];
+        of_regions.map(length).fold(f64::INFINITY, f64::min)
     }
 
     /// Adds a level.
@@ -103,7 +152,7 @@ impl Levels {
     /// The levels of Algorithm 3, which is for bodies of one patch.
     fn add_parts(&mut self, levels: &[[usize; 3]], settings: &FineSettings) -> Result<(), SplineError> {
         for &parts in levels.iter().filter(|p| p.iter().any(|&n| n > 1)) {
-            let boxes = self.boxes(|patch, d| growth(&self.knots(patch)[d], parts[d], settings))?;
+            let boxes = self.boxes(0.0, |patch, d| growth(&self.knots(patch)[d], parts[d], settings))?;
             let split = |(d, k): (usize, &KnotVector)| {
                 split_inside(k, parts[d], |e| boxes[0].iter().any(|b| (b.lower[d]..b.upper[d]).contains(&e)))
             };
@@ -120,6 +169,7 @@ impl Levels {
         settings: &FineSettings,
     ) -> Result<(), SplineError> {
         let n_levels = lattices.iter().map(|l| l.lattice.n_skipped + l.lattice.n_levels).max().unwrap_or(0);
+        let shortest = self.shortest(lattices);
         for level in (0..n_levels).rev() {
             // Levels beyond the finest reach out further: their elements then grow with the
             // distance from the contact.
@@ -135,9 +185,9 @@ impl Levels {
                 } else {
                     0
                 };
-                own.max(finer).max(if level == 0 { 1 } else { COARSE_REACH })
+                own.max(finer).max(least_elements(level))
             };
-            let boxes = self.boxes(reach)?;
+            let boxes = self.boxes(least_reach(level, shortest), reach)?;
             let new =
                 lattices.iter().map(|l| self.new_knots(l, level, &boxes)).collect::<Result<Vec<_>, _>>()?;
             if new.iter().all(Vec::is_empty) {
@@ -207,6 +257,45 @@ impl Levels {
         }
         Ok(knots)
     }
+}
+
+/// Metres a unit of parameter in the directions of a patch, at the middle of the first of its
+/// regions; ones if it has none.
+fn speeds(patch: &Patch, regions: &[ParameterBox]) -> [f64; 3] {
+    let Some(ParameterBox { lower, upper }) = regions.first() else { return [1.0; 3] };
+    let middle = std::array::from_fn(|d| 0.5 * (lower[d] + upper[d]));
+    patch.jet(&middle, 1, &mut PointBasis::default()).first.map(|tangent| norm(&tangent))
+}
+
+/// The end of a region in one direction, moved outwards (`sign` 1 or -1) into the nearest element
+/// beyond which `by` further ones end no nearer to the end than `reach`, in parameters; the end
+/// itself if it lies in that element. Stops at an end of the patch, but for a seam.
+fn moved(knots: &KnotVector, end: f64, (sign, by, reach): (i64, i64, f64), is_seam: bool) -> f64 {
+    let n = knots.n_elements() as i64;
+    let (first, last) = knots.domain();
+    let element = |e: i64| {
+        let (a, b) = knots.element(e.rem_euclid(n) as usize);
+        let turns = e.div_euclid(n) as f64 * (last - first);
+        (a + turns, b + turns)
+    };
+    if !(first <= end && end <= last) {
+        return end;
+    }
+    let (a, b) = knots.element(knots.find_element(end));
+    // The element on the region's side of a knot.
+    let own = knots.find_element((end - sign as f64 * ON_KNOT * (b - a)).clamp(first, last)) as i64;
+    let is_short = |e: &i64| {
+        let outer = e + sign * by;
+        let (a, b) = element(outer);
+        let covered = if sign > 0 { b - end } else { end - a };
+        covered < (1.0 - ON_KNOT) * reach && (is_seam || (0 < outer && outer < n - 1))
+    };
+    let found = (0..n).map(|i| own + sign * i).find(|e| !is_short(e)).unwrap_or(own);
+    if found == own {
+        return end;
+    }
+    let (a, b) = element(found);
+    0.5 * (a + b)
 }
 
 /// What turns a parameter of a direction into that of one that runs against it, if it does, over
