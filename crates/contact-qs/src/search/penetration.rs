@@ -12,10 +12,10 @@ use super::signed_distance::{Nearest, along_piece, curvature, nearest, pieces_at
 /// The most negative signed distance of a point of one surface from the other body: pair, gap and
 /// unit normal towards the first body. `None` if no point lies inside.
 ///
-/// Every piece that may cross the other surface is sampled and searched from its best sample; from the deepest result on each body the descent goes on
-/// across the borders of pieces, into those that lie wholly inside. Where an overlap has several
-/// deepest places, this finds one of them; separate overlaps are told apart if they lie on
-/// different pieces.
+/// Every piece that may cross the other surface is sampled and searched from its best sample; from
+/// the deepest result on each body the descent goes on across the borders of pieces, into those
+/// that lie wholly inside. Where an overlap has several deepest places, this finds one of them;
+/// separate overlaps are told apart if they lie on different pieces.
 pub(super) fn deepest(
     query: &Query<'_>,
     ws: &mut SearchWorkspace,
