@@ -165,6 +165,17 @@ impl IntervalAssessment {
     pub fn is_at_face_end(&self) -> bool {
         self.directions.iter().any(|d| d.verdict == Verdict::FaceEndReached)
     }
+
+    /// Whether contact reached an end of the interval at which the surface goes on.
+    pub fn touches_edge(&self) -> bool {
+        self.directions.iter().any(|d| d.verdict == Verdict::EdgeTouched)
+    }
+
+    /// Widths of the next model; of one direction twice \[m\].
+    pub fn widths(&self) -> [f64; 2] {
+        let width = |d: usize| self.directions.get(d).or(self.directions.first()).map_or(0.0, |d| d.width);
+        [width(0), width(1)]
+    }
 }
 
 /// Algorithm 2: whether a model is acceptable and the widths of the next one (theory Eqs. A.1,

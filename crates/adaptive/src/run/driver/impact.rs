@@ -4,6 +4,7 @@
 pub(crate) mod balance;
 pub(crate) mod refine;
 pub(crate) mod trial_reason;
+mod intervals;
 pub(crate) mod judgement;
 pub(crate) mod trial;
 
@@ -11,7 +12,8 @@ use super::Driver;
 use crate::adaptivity::interval::IntervalAssessment;
 use crate::error::AdaptiveError;
 use crate::record::{StressState, TrialOutcome};
-use crate::run::driver::impact::judgement::{Ending, Intervals, Judgement};
+use crate::run::driver::impact::intervals::Intervals;
+use crate::run::driver::impact::judgement::{Ending, Judgement};
 use crate::run::driver::impact::trial::Trial;
 use crate::state::impact_monitor::ImpactMonitor;
 use crate::state::ledger::{EnergyLedger, NumericalDamping};
@@ -53,7 +55,7 @@ impl Driver<'_> {
                 Err(error) => return self.fail(&trial, &[], error),
             };
             let minor = self.minor_contacts(&ending);
-            let verdicts = self.assess(&ending, &minor);
+            let mut verdicts = self.assess(&ending, &minor);
             match self.judge(&ending, (&verdicts, &minor), &mut intervals, number) {
                 Err(error) => return self.fail(&trial, &verdicts, error),
                 Ok(Judgement::Accept(acceptance)) => {
@@ -61,6 +63,7 @@ impl Driver<'_> {
                     let outcome =
                         if is_interrupted { TrialOutcome::Interrupted } else { TrialOutcome::Accepted };
                     self.log(&trial, outcome, &acceptance.to_string(), &verdicts)?;
+                    intervals.raise(&mut verdicts);
                     self.record_history(&verdicts);
                     self.finish_impact(&minor)?;
                     return Ok(is_interrupted);

@@ -4,24 +4,18 @@
 use ffr_dynamics::error::EvaluationFailure;
 use tracing::debug;
 
+use super::intervals::{Intervals, TriedInterval};
 use super::trial_reason::{Acceptance, Change, Demand, PenaltyCause};
-use crate::adaptivity::interval::{IntervalAssessment, IntervalSettings, Verdict};
+use crate::adaptivity::interval::{IntervalAssessment, IntervalSettings};
 use crate::adaptivity::overlap::{Overlap, Pressing};
 use crate::adaptivity::penalty_search::{PenaltyAction, RunOutcome};
 use crate::checks::resolution::longest_element_of;
 use crate::error::AdaptiveError;
 use crate::impact::{AdaptiveContact, FineContact};
-use crate::record::ZoneSize;
 use crate::run::driver::contact_slot::ContactSlot;
 use crate::run::driver::{Driver, TOUCHING};
 use crate::touch::parts::TouchKind;
 
-/// Trials after which an interval counts as impossible though a width is both too narrow and too
-/// wide: other contacts of the same impact may change the force from trial to trial, three times in
-/// a row is no coincidence.
-const MOST_CLOSED: u32 = 3;
-/// Ratio of successive growths of a width of which nothing is known, as large as the first growth.
-const GROWTH: f64 = 1.5;
 /// Share of the largest force on connected bodies below which a contact is not judged: a twentieth
 /// of the change of the peak force down to which penalty factors are searched. Such a contact
 /// changes no motion by more, and its force may be no more than the error of the motion, as between
@@ -41,70 +35,6 @@ pub(crate) enum Ending {
     TrialPassed,
     /// The contact solver failed.
     SolverFailed(EvaluationFailure),
-}
-
-/// Widths of the contacts' intervals in the trials of an impact.
-pub(crate) struct Intervals {
-    /// Sizes of the zones of the next trial, where earlier ones have set them.
-    pub sizes: Vec<Option<ZoneSize>>,
-    /// Widest interval whose edge was touched, and narrowest one that was too wide, a contact and
-    /// direction \[m\].
-    brackets: Vec<[(f64, f64); 2]>,
-    /// How often no width was left between those, per contact.
-    closed: Vec<u32>,
-    /// How often in a row an edge was touched and no width was known to be too wide, per contact
-    /// and direction.
-    grown: Vec<[u32; 2]>,
-    /// Contact whose interval changed last.
-    pub latest: usize,
-}
-
-impl Intervals {
-    pub fn new(n_contacts: usize) -> Self {
-        Self {
-            sizes: vec![None; n_contacts],
-            brackets: vec![[(0.0, f64::INFINITY); 2]; n_contacts],
-            closed: vec![0; n_contacts],
-            grown: vec![[0; 2]; n_contacts],
-            latest: 0,
-        }
-    }
-
-    /// Takes the widths wanted next for contact `i` after `verdict`, and says which ones they are
-    /// to be: from the third growth in a row on each is larger than the one before, so that a first
-    /// width that says nothing takes few trials. `None` if there is no width that can be
-    /// acceptable: the same one is too narrow and, by less than an element, too wide.
-    fn note(
-        &mut self,
-        i: usize,
-        fine: Option<&FineContact>,
-        verdict: &IntervalAssessment,
-        mut next: [f64; 2],
-    ) -> Option<[f64; 2]> {
-        (self.sizes[i], self.latest) = (Some(ZoneSize::Interval(next)), i);
-        let Some(fine) = fine else { return Some(next) };
-        let (widths, counts) = (fine.widths(), fine.n_elements());
-        let mut is_closed = false;
-        for (d, direction) in verdict.directions.iter().enumerate() {
-            let (narrow, wide) = &mut self.brackets[i][d];
-            match direction.verdict {
-                Verdict::EdgeTouched => *narrow = narrow.max(widths[d]),
-                Verdict::UnderUtilised => *wide = wide.min(widths[d]),
-                _ => {}
-            }
-            is_closed |= *narrow * (1.0 + 1.0 / counts[d].max(1) as f64) >= *wide;
-            let grown = &mut self.grown[i][d];
-            let is_growing = direction.verdict == Verdict::EdgeTouched && wide.is_infinite();
-            *grown = if is_growing { *grown + 1 } else { 0 };
-            next[d] *= GROWTH.powi(grown.saturating_sub(2) as i32);
-        }
-        if verdict.directions.len() == 1 {
-            next[1] = next[0];
-        }
-        self.sizes[i] = Some(ZoneSize::Interval(next));
-        self.closed[i] += u32::from(is_closed);
-        (self.closed[i] < MOST_CLOSED).then_some(next)
-    }
 }
 
 /// The consequence of a trial: accepted, or to be repeated.
@@ -168,29 +98,24 @@ impl Driver<'_> {
             let is_short = matches!(ending, Ending::TrialPassed | Ending::SolverFailed(_));
             let is_edge = *ending == Ending::EdgeTouched(i);
             let is_target_at_end = is_edge && self.slots[i].fine().is_some_and(FineContact::is_target_at_end);
-            if verdict.is_at_face_end() || is_target_at_end && !touches_own_edge(verdict) {
+            if verdict.is_at_face_end() || is_target_at_end && !verdict.touches_edge() {
                 if !self.may_be_whole(i) {
                     return Err(self.face_end(i, number));
                 }
-                (intervals.sizes[i], intervals.latest) = (Some(ZoneSize::Whole), i);
+                intervals.take_whole(i);
                 demands.push(self.demand(i, Change::WholeSurfaces));
                 continue;
             }
             // A trial that ends early has not used its interval yet.
             if is_edge || !(verdict.is_acceptable() || is_short || matches!(ending, Ending::EdgeTouched(_))) {
-                let mut next = [0.0; 2];
-                next.iter_mut().zip(&verdict.directions).for_each(|(w, d)| *w = d.width);
-                if let (true, false, Some(fine)) = (is_edge, touches_own_edge(verdict), self.slots[i].fine())
-                {
+                let Some(fine) = self.slots[i].fine() else { continue };
+                let tried = TriedInterval { widths: fine.widths(), n_elements: fine.n_elements(), is_edge };
+                let wanted = match is_edge && !verdict.touches_edge() {
                     // Contact left the target's interval.
-                    next = fine.widths().map(|w| w * (1.0 + IntervalSettings::default().max_change));
-                }
-                if verdict.directions.len() == 1 {
-                    next[1] = next[0];
-                }
-                let Some(next) = intervals.note(i, self.slots[i].fine(), verdict, next) else {
-                    return Err(self.no_model(i, number));
+                    true => fine.widths().map(|w| w * (1.0 + IntervalSettings::default().max_change)),
+                    false => verdict.widths(),
                 };
+                let Some(next) = intervals.next(i, &tried, verdict, wanted) else { continue };
                 let directions = verdict.directions.iter().zip(next).map(|(d, width)| (d.utilisation, width));
                 let change = Change::Widths { is_edge, directions: directions.collect() };
                 demands.push(self.demand(i, change));
@@ -199,13 +124,13 @@ impl Driver<'_> {
         if !demands.is_empty() {
             return Ok(Judgement::Again { demands, contact_steps: self.restart_searches() });
         }
-        self.judge_penalties(ending, minor, number)
+        self.judge_penalties(ending, (verdicts, minor), number)
     }
 
     fn judge_penalties(
         &mut self,
         ending: &Ending,
-        minor: &[bool],
+        (verdicts, minor): (&[Option<IntervalAssessment>], &[bool]),
         number: u32,
     ) -> Result<Judgement, AdaptiveError> {
         let mut demands = Vec::new();
@@ -245,7 +170,7 @@ impl Driver<'_> {
             demands.push(self.demand(i, Change::Penalty { cause, before, after }));
         }
         if demands.is_empty() {
-            return Ok(Judgement::Accept(self.acceptance(minor)));
+            return Ok(Judgement::Accept(self.acceptance(verdicts, minor)));
         }
         Ok(Judgement::Again { demands, contact_steps: limit })
     }
@@ -280,14 +205,21 @@ impl Driver<'_> {
         Some(Overlap { share, pressing })
     }
 
-    fn acceptance(&self, minor: &[bool]) -> Acceptance {
+    fn acceptance(&self, verdicts: &[Option<IntervalAssessment>], minor: &[bool]) -> Acceptance {
         if self.slots.iter().all(|slot| slot.fine().is_none()) {
             return Acceptance::Given;
         }
-        let contacts = self.model.contacts.iter().zip(minor).zip(&self.slots);
+        let contacts = self.model.contacts.iter();
+        let little = contacts.clone().zip(verdicts).enumerate().filter_map(|(i, (contact, verdict))| {
+            let verdict = verdict.as_ref().filter(|v| !(v.is_acceptable() || self.is_width_given(i)))?;
+            let utilisation = verdict.directions.iter().map(|d| d.utilisation).fold(1.0, f64::min);
+            Some((contact.name.clone(), utilisation))
+        });
+        let little = little.collect();
+        let contacts = contacts.zip(minor).zip(&self.slots);
         let unjudged = contacts.filter(|((_, minor), slot)| **minor && slot.fine().is_some());
         let minor = unjudged.map(|((contact, _), _)| contact.name.clone()).collect();
-        Acceptance::Judged { minor, share: MINOR }
+        Acceptance::Judged { minor, share: MINOR, little }
     }
 
     fn demand(&self, i: usize, change: Change) -> Demand {
@@ -314,11 +246,6 @@ impl Driver<'_> {
             width,
         }
     }
-}
-
-/// Whether contact reached an end of the contact body's interval.
-fn touches_own_edge(verdict: &IntervalAssessment) -> bool {
-    verdict.directions.iter().any(|d| d.verdict == Verdict::EdgeTouched)
 }
 
 /// Why a penalty factor is not the last one after a trial that ended as said, `overlap` of whose

@@ -19,6 +19,9 @@ pub(crate) enum Acceptance {
         minor: Vec<String>,
         /// Share of the largest force below which they are.
         share: f64,
+        /// Contacts that used less of their intervals than asked for, since contact reached the end
+        /// of narrower ones, and the least share that they used.
+        little: Vec<(String, f64)>,
     },
 }
 
@@ -27,8 +30,15 @@ impl fmt::Display for Acceptance {
         match self {
             Self::Interrupted => f.write_str("stopped by the user"),
             Self::Given => f.write_str("refinement and penalty are given"),
-            Self::Judged { minor, share } => {
+            Self::Judged { minor, share, little } => {
                 f.write_str("utilisation and penalty factor are acceptable")?;
+                for (contact, utilisation) in little {
+                    let used = 100.0 * utilisation;
+                    write!(
+                        f,
+                        "; {contact}: {used:.0} % used, contact reached the end of narrower intervals"
+                    )?;
+                }
                 if minor.is_empty() {
                     return Ok(());
                 }
@@ -140,9 +150,12 @@ mod tests {
     #[test]
     fn reasons_name_contacts_numbers_and_units() {
         let minor = vec!["a".to_owned(), "b".to_owned()];
+        let little = vec![("c".to_owned(), 0.44)];
         assert_eq!(
-            Acceptance::Judged { minor, share: 1e-4 }.to_string(),
-            "utilisation and penalty factor are acceptable; not judged, for their forces are below 1e-4 of the largest: a, b"
+            Acceptance::Judged { minor, share: 1e-4, little }.to_string(),
+            "utilisation and penalty factor are acceptable; \
+             c: 44 % used, contact reached the end of narrower intervals; \
+             not judged, for their forces are below 1e-4 of the largest: a, b"
         );
         let widths = Change::Widths { is_edge: true, directions: vec![(1.0, 2e-3), (0.5, 1e-3)] };
         let penalty = Change::Penalty { cause: PenaltyCause::TrialPassed, before: 1e12, after: 1e13 };
