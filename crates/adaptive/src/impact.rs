@@ -15,7 +15,7 @@ use ffr_dynamics::force::BodyState;
 
 use crate::adaptivity::interval::{
     ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalGrid, IntervalSettings, Verdict,
-    assess,
+    assess, finer_by, is_coarse,
 };
 use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::body::fine::refined::FineBody;
@@ -99,6 +99,8 @@ pub struct FineContact {
     /// Whether the target's interval ends where its surface does.
     is_target_at_end: bool,
     flags: ContactFlags,
+    /// Most rows of elements that were in contact at one instant, per direction.
+    at_once: [usize; 2],
     /// Sizes for the log.
     pub sizes: TrialSizes,
     /// Widths predicted for this impact \[m\].
@@ -316,6 +318,7 @@ impl AdaptiveContact {
         let bases = fine_bases([(self.body, own)].into_iter().chain(other));
         let contact = FineContact {
             flags: ContactFlags::new(interval.n_elements),
+            at_once: [0; 2],
             elements,
             interval,
             is_target_at_end,
@@ -361,7 +364,14 @@ impl AdaptiveContact {
         }
         let stiffness_ratio = fine.weight.filter(|_| penalty.is_finite()).map(|w| penalty * w);
         let zones = [0, 1].map(|i| fine.zones.get(i).map(|zone| zone.site));
-        ImpactHistory { width_factor: Some(width_factor), stiffness_ratio, penalty: Some(penalty), zones }
+        let finer = if fine.finer() > 1.0 { fine.wanted_finer(self.interval_settings().target) } else { 1.0 };
+        ImpactHistory {
+            width_factor: Some(width_factor),
+            finer,
+            stiffness_ratio,
+            penalty: Some(penalty),
+            zones,
+        }
     }
 
     /// How the penalty factor is searched for.
@@ -418,16 +428,24 @@ impl AdaptiveContact {
 impl FineContact {
     /// Marks the contact elements of the last evaluation of `element`.
     pub fn mark(&mut self, element: &dyn ActiveContact) {
+        let (mut first, mut last) = ([usize::MAX; 2], [0; 2]);
         for (force, index) in element.point_forces().iter().zip(&self.elements) {
             if *force > 0.0 {
                 self.flags.mark(*index);
+                for d in 0..2 {
+                    (first[d], last[d]) = (first[d].min(index[d]), last[d].max(index[d]));
+                }
             }
+        }
+        for d in 0..2 {
+            self.at_once[d] = self.at_once[d].max((last[d] + 1).saturating_sub(first[d]));
         }
     }
 
     /// Forgets all contact.
     pub fn clear(&mut self) {
         self.flags.clear();
+        self.at_once = [0; 2];
     }
 
     /// Whether any element was in contact.
@@ -470,6 +488,38 @@ impl FineContact {
     /// Whether the target's interval ends where its surface does, so that it cannot grow.
     pub fn is_target_at_end(&self) -> bool {
         self.is_target_at_end
+    }
+
+    /// How many times as many elements the interval has as others of its contact.
+    pub fn finer(&self) -> f64 {
+        self.zones.first().map_or(1.0, |zone| zone.site.size.finer())
+    }
+
+    /// Rows of elements that were in contact at one instant at most, as a share of those that
+    /// intervals of the contact have: the least of the directions.
+    pub fn resolution(&self) -> f64 {
+        let share = |d: usize| self.at_once[d] as f64 * self.finer() / self.interval.n_elements[d] as f64;
+        (0..self.interval.ends.len()).map(share).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Whether too few elements touched at one instant.
+    pub fn is_coarse(&self, settings: &IntervalSettings) -> bool {
+        is_coarse(self.resolution(), settings.minimum)
+    }
+
+    /// Whether contact moved along its interval, or along that of the target, as far as more elements
+    /// could follow.
+    pub fn has_moved(&self) -> bool {
+        let moved = |d: usize| {
+            let rows = self.flags.along(d).iter().filter(|touched| **touched).count();
+            2 * rows >= 3 * self.at_once[d]
+        };
+        self.finer() > 1.0 || (0..self.interval.ends.len()).any(moved)
+    }
+
+    /// How many times as many elements as others of its contact the interval should have had.
+    pub fn wanted_finer(&self, target: f64) -> f64 {
+        finer_by(self.finer(), self.resolution(), target, self.interval.ends.len())
     }
 
     /// Elements across the interval, per direction.

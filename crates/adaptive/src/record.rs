@@ -469,26 +469,46 @@ pub struct StressState {
 /// What a zone covers of the surface of its body.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub enum ZoneSize {
-    /// An interval of these widths \[m\].
-    Interval([f64; 2]),
+    /// A part of it about a place.
+    Interval {
+        /// Its widths \[m\].
+        widths: [f64; 2],
+        /// How many times as many elements it has in a direction as intervals of the contact have:
+        /// more than one where contact moves along it.
+        finer: f64,
+    },
     /// The whole surface with its edges.
     Whole,
 }
 
 impl Default for ZoneSize {
     fn default() -> Self {
-        Self::Interval([0.0; 2])
+        Self::usual([0.0; 2])
     }
 }
 
 impl ZoneSize {
+    /// An interval of these `widths` with as many elements as others of its contact \[m\].
+    pub fn usual(widths: [f64; 2]) -> Self {
+        Self::Interval { widths, finer: 1.0 }
+    }
+
+    /// How many times as many elements an interval has as others of its contact; 1 for a whole
+    /// surface.
+    pub fn finer(self) -> f64 {
+        match self {
+            Self::Interval { finer, .. } => finer,
+            Self::Whole => 1.0,
+        }
+    }
+
     /// Widths in a result, where those of the whole surface are infinite \[m\].
     const OF_WHOLE: [f64; 2] = [f64::INFINITY; 2];
 
     /// Widths of an interval; none of the whole surface \[m\].
     pub fn widths(self) -> Option<[f64; 2]> {
         match self {
-            Self::Interval(widths) => Some(widths),
+            Self::Interval { widths, .. } => Some(widths),
             Self::Whole => None,
         }
     }
@@ -498,10 +518,12 @@ impl ZoneSize {
         self.widths().unwrap_or(Self::OF_WHOLE)
     }
 
-    /// The size of the `widths` \[m\] of a result; none of widths that no zone has.
-    pub fn of_result(widths: [f64; 2]) -> Option<Self> {
+    /// The size of the `widths` \[m\] of a result, `finer` than usual; none of widths that no zone
+    /// has. Results of earlier versions have no `finer`, which is zero then.
+    pub fn of_result(widths: [f64; 2], finer: f64) -> Option<Self> {
         if widths.iter().all(|w| w.is_finite() && *w > 0.0) {
-            return Some(Self::Interval(widths));
+            let finer = if finer.is_finite() { finer.max(1.0) } else { 1.0 };
+            return Some(Self::Interval { widths, finer });
         }
         (widths == Self::OF_WHOLE).then_some(Self::Whole)
     }

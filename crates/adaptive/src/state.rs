@@ -102,6 +102,9 @@ impl Default for ContactState {
 pub struct ImpactHistory {
     /// Width found over width predicted, per direction, at this contact.
     pub width_factor: Option<[f64; 2]>,
+    /// How many times as many elements the last interval should have had as intervals of the
+    /// contact have; 0 if there was none.
+    pub finer: f64,
     /// Accepted penalty factor times `max_i(A_ii w_i)`, at any contact with the same search: the
     /// number has no unit and does not depend on sizes.
     pub stiffness_ratio: Option<f64>,

@@ -174,6 +174,7 @@ table!(TransferRow "transfers" "Changes of models in the course of the run, and 
     target_face: i32 ["–"], "the same of the target body";
     target_centre: [f64; 3] ["–"], "the same of the target body";
     interval_widths: [f64; 2] ["m"], "widths of the interval along the surface; infinite where the zone is the whole surface";
+    finer: f64 ["–"], "how many times as many elements the interval has in a direction as intervals of the contact have, for contact that moves along it (theory A.1); 0 if none came";
     edge_face: i32 ["–"],
         "face of the target that has an edge or a corner where the contact body meets it at one point (theory C.63), counted through its patches; -1 elsewhere";
     edge_place: [f64; 3] ["–"], "parameters of that point in the face's patch";

@@ -96,14 +96,14 @@ pub trait FieldBody: Field {
     fn zone_at_start(&self, request: &StartZone<'_>) -> Result<ContactZone, AdaptiveError>;
 
     /// The model refined about the place `(face, parameters)` of its surface, over the `widths`
-    /// \[m\], with the settings `interval`.
+    /// \[m\], with the settings `interval` and so many times as many elements, `finer`.
     ///
     /// # Errors
     /// [`AdaptiveError`] with the body's name if it cannot be refined so far.
     fn refined(
         self: Arc<Self>,
         place: (u32, [f64; 3]),
-        widths: [f64; 2],
+        size: ([f64; 2], f64),
         interval: &IntervalSpec,
     ) -> Result<Box<dyn FineModel>, AdaptiveError>;
 

@@ -35,8 +35,8 @@ pub fn fine_model(
     site: &ZoneSite,
     interval: &IntervalSpec,
 ) -> Result<Box<dyn FineModel>, AdaptiveError> {
-    if let ZoneSize::Interval(widths) = site.size {
-        return Arc::clone(body).refined((site.face, site.centre), widths, interval);
+    if let ZoneSize::Interval { widths, finer } = site.size {
+        return Arc::clone(body).refined((site.face, site.centre), (widths, finer), interval);
     }
     let about = site.place().map(|(face, xi)| {
         let place = body.undeformed().place(face, &xi);

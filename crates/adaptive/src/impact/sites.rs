@@ -10,6 +10,7 @@ use super::{
     Activation, AdaptiveContact, FineContact, MISSED_SURFACE, RefinementRequest, WIDEST, flexible, kept_zone,
     zone_site,
 };
+use crate::adaptivity::interval::finer_elements;
 use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::body::fine::refined::ELEMENTS;
 use crate::body::zone::contact::FALLBACK_PENALTY;
@@ -111,11 +112,12 @@ impl AdaptiveContact {
         let PredictedWidths { widths: predicted, least } =
             self.predicted_widths(bodies, states, nearest, request.peak);
         let widths = self.widths(bodies, request, predicted);
-        let mut own = zone_site(&nearest.contact, ZoneSize::Interval(widths));
+        let finer = request.size.map_or(request.history.finer, ZoneSize::finer).max(1.0);
+        let mut own = zone_site(&nearest.contact, ZoneSize::Interval { widths, finer });
         let mut target = target.map(|(other, there)| {
             let widths = self.target_widths(bodies, states, &nearest.contact, widths, other, there);
             let widths = widths.map(without_round_off);
-            zone_site(there, ZoneSize::Interval(widths))
+            zone_site(there, ZoneSize::Interval { widths, finer })
         });
         if request.size.is_none()
             && let Some(kept) = self.kept_zones(bodies, &request.history, [Some(own), target])
@@ -175,9 +177,9 @@ impl AdaptiveContact {
         touch: &Touch,
         size: Option<ZoneSize>,
     ) -> Result<Option<TouchKind>, AdaptiveError> {
-        match size.or(self.law.interval.width.map(|w| ZoneSize::Interval([w; 2]))) {
+        match size.or(self.law.interval.width.map(|w| ZoneSize::usual([w; 2]))) {
             Some(ZoneSize::Whole) => return Ok(Some(TouchKind::Edge)),
-            Some(ZoneSize::Interval(_)) => return Ok(None),
+            Some(ZoneSize::Interval { .. }) => return Ok(None),
             None => {}
         }
         let kind = touch.kind;
@@ -278,7 +280,9 @@ impl AdaptiveContact {
         let elements = given.elements_or(ELEMENTS);
         let of_target = self.flexible_target.unwrap_or(self.body);
         let holds = |body: usize, kept: &ZoneSite, wanted: &ZoneSite| {
-            kept_zone::holds(flexible(&bodies[body]), kept, wanted, elements, given.target_utilisation)
+            let elements = finer_elements(elements, kept.size.finer());
+            kept.size.finer() >= wanted.size.finer()
+                && kept_zone::holds(flexible(&bodies[body]), kept, wanted, elements, given.target_utilisation)
         };
         let own = history.zones[0].filter(|kept| wanted[0].is_some_and(|w| holds(self.body, kept, &w)))?;
         match (history.zones[1], wanted[1]) {

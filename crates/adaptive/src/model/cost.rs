@@ -81,10 +81,8 @@ pub fn costs(spec: &RunSpec) -> Result<Vec<ModelCost>, AdaptiveError> {
                     Some((contact, law, ZoneSite::WHOLE))
                 });
                 let touches = touches.map(|touch| {
-                    let site = ZoneSite::about(
-                        (touch.site.face, touch.site.xi),
-                        ZoneSize::Interval([touch.width; 2]),
-                    );
+                    let site =
+                        ZoneSite::about((touch.site.face, touch.site.xi), ZoneSize::usual([touch.width; 2]));
                     (touch.contact, touch.law, site)
                 });
                 for (contact, law, site) in whole.chain(touches) {

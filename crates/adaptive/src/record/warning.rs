@@ -57,6 +57,7 @@ kinds! {
     AxialLoad = "axial-load": "A body is loaded along itself by a share of its buckling load that changes how it bends.",
     FastSpin = "fast-spin": "A body spins so fast that centrifugal forces change its frequencies.",
     LargeContactStrain = "large-contact-strain": "A contact presses so hard that linear elasticity ends there.",
+    MovingContact = "moving-contact": "Contact moved along its interval so far that few elements touched at one instant.",
     SoftContact = "soft-contact": "More of the approach of two bodies is penetration than a contact may have: its penalty factor is too low.",
     RingingForce = "ringing-force": "The springs between flat faces are stiffer than the modes kept follow: the force rings about its mean, and its peak is too high.",
 }

@@ -86,6 +86,7 @@ pub fn transfer(r: &TransferRecord, contact: &str) -> Result<TransferRow> {
         target_face: r.target_site.map_or(-1, |s| s.face as i32),
         target_centre: r.target_site.map_or([0.0; 3], |s| s.centre),
         interval_widths: r.site.map_or([0.0; 2], |s| s.size.in_result()),
+        finer: r.site.map_or(0.0, |s| s.size.finer()),
         edge_face: met.map_or(-1, |m| m.face as i32),
         edge_place: met.map_or([0.0; 3], |m| m.xi),
         edge_normal: met.map_or([0.0; 3], |m| m.normal),
@@ -97,7 +98,7 @@ pub fn transfer(r: &TransferRecord, contact: &str) -> Result<TransferRow> {
 /// that a result of an earlier version does not have are zero: no model has an interval without
 /// width. Those of the whole surface are infinite.
 pub fn sites(row: &TransferRow) -> [Option<ZoneSite>; 2] {
-    let size = ZoneSize::of_result(row.interval_widths);
+    let size = ZoneSize::of_result(row.interval_widths, row.finer);
     let own = (row.face, row.centre, met(row));
     [own, (row.target_face, row.target_centre, None)].map(|(face, centre, meets)| {
         let face = u32::try_from(face).ok()?;

@@ -10,7 +10,7 @@ use ffr_dynamics::body::AssembledBody;
 use iga_core::elasticity::Material;
 use nalgebra::{Matrix3, Vector3};
 
-use crate::adaptivity::interval::IntervalGrid;
+use crate::adaptivity::interval::{IntervalGrid, finer_elements};
 use crate::body::field::Field;
 use crate::body::field_body::{FieldBody, LongestElement};
 use crate::body::fine::FineModel;
@@ -105,12 +105,13 @@ impl FieldBody for MeshedBody {
     fn refined(
         self: Arc<Self>,
         (face, centre): (u32, [f64; 3]),
-        widths: [f64; 2],
+        (widths, finer): ([f64; 2], f64),
         interval: &IntervalSpec,
     ) -> Result<Box<dyn FineModel>, AdaptiveError> {
         let place = self.surface.place(face, &centre);
-        let usual = || interval.elements_or(usual_elements(&self.spec.mesh));
-        let is_usual = interval.elements.is_none() && interval.accuracy == Accuracy::default();
+        let usual = || finer_elements(interval.elements_or(usual_elements(&self.spec.mesh)), finer);
+        let is_usual =
+            interval.elements.is_none() && interval.accuracy == Accuracy::default() && finer <= 1.0;
         let elements = (!is_usual).then(usual);
         let wanted = WantedZone { site: place, widths, elements };
         Ok(Box::new(FineElements::build(&self, &wanted)?))

@@ -14,7 +14,7 @@ use iga_core::nurbs::Face;
 use iga_core::nurbs::shape::lengths::lengths;
 use iga_core::nurbs::{FaceId, Patch};
 
-use crate::adaptivity::interval::IntervalGrid;
+use crate::adaptivity::interval::{IntervalGrid, finer_elements};
 use crate::adaptivity::wanted_interval::WantedInterval;
 use crate::body::field::Field;
 use crate::body::field_body::{FieldBody, LongestElement};
@@ -108,13 +108,13 @@ impl FieldBody for ElasticBody {
     fn refined(
         self: Arc<Self>,
         (face, centre): (u32, [f64; 3]),
-        widths: [f64; 2],
+        (widths, finer): ([f64; 2], f64),
         interval: &IntervalSpec,
     ) -> Result<Box<dyn FineModel>, AdaptiveError> {
         let (id, patches) = (FaceId::all(&self.shape.patches)[face as usize], &self.shape.patches);
         let face = Face::new(patches, id, self.spec.model == Model::Axisymmetric);
         let wanted = WantedInterval { face, centre, widths };
-        let elements = interval.elements_or(ELEMENTS);
+        let elements = finer_elements(interval.elements_or(ELEMENTS), finer);
         let settings = FineSettings { division: interval.division, elements, growth: None };
         let mesh = Arc::new(FineMesh::build(&self, &[wanted], &settings)?);
         Ok(Box::new(RefinedSplines { body: self, mesh, wanted, settings }))

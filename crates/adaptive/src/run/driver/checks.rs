@@ -1,6 +1,7 @@
 //! What a run checks of itself: warnings, and errors that end it.
 
 use super::Driver;
+use crate::adaptivity::interval::TARGET_UTILISATION;
 use crate::adaptivity::overlap::Overlap;
 use crate::checks::contact_strain::{HUGE_CONTACT_STRAIN, contact_strain, large_contact_strain};
 use crate::checks::resolution::{
@@ -21,8 +22,11 @@ use crate::touch::parts::TouchKind;
 /// Gap of a contact that has closed.
 const CLOSED: f64 = f64::NEG_INFINITY;
 
-/// What is doubtful about the penalty springs of a contact in an impact.
-pub(super) struct Springs {
+/// What is doubtful about the zone of a contact and its penalty springs in an impact.
+pub(super) struct Doubts {
+    /// Elements in contact at one instant at most, as a share of those of an interval, if contact
+    /// moved along it and they were too few.
+    few_at_once: Option<f64>,
     /// How much of the approach was penetration, if it was too much and the contact could be
     /// judged.
     too_soft: Option<Overlap>,
@@ -33,16 +37,22 @@ pub(super) struct Springs {
 }
 
 impl Driver<'_> {
-    /// What is doubtful about the springs of contact `i` in the running impact; `is_minor`: whether
+    /// What is doubtful about zone and springs of contact `i` in the running impact; `is_minor`: whether
     /// its force is too small to judge them by.
-    pub(super) fn springs(&self, i: usize, is_minor: bool) -> Springs {
+    pub(super) fn doubts(&self, i: usize, is_minor: bool) -> Doubts {
         let whole = self.slots[i].fine().and_then(|fine| fine.whole);
         let element = &self.model.system.forces()[i].contact;
         let beyond = |kind| {
             let refinement = self.model.contacts[i].refinement.as_ref()?;
             Some(element.penalty() / refinement.penalty_of_modes(kind, &self.model.bodies))
         };
-        Springs {
+        let few_at_once = || {
+            let fine = self.slots[i].fine().filter(|fine| !is_minor && fine.has_moved())?;
+            let settings = self.model.contacts[i].refinement.as_ref()?.interval_settings();
+            fine.is_coarse(&settings).then(|| fine.resolution())
+        };
+        Doubts {
+            few_at_once: few_at_once(),
             too_soft: self.overlap(i).filter(|overlap| !is_minor && overlap.is_too_much()),
             are_between_flat_faces: whole.is_some_and(TouchKind::is_jump),
             beyond_modes: whole.and_then(beyond).unwrap_or(0.0),
@@ -102,14 +112,14 @@ impl Driver<'_> {
     }
 
     /// Looks at a finished impact; `is_open`: whether the contact had let go; `is_minor`: whether
-    /// its force was too small beside others to be judged by; `springs`: what is doubtful about its
-    /// penalty springs.
+    /// its force was too small beside others to be judged by; `doubts`: what is doubtful about its
+    /// zone and springs.
     pub(super) fn check_impact(
         &mut self,
         impact: &ImpactRecord,
         is_open: bool,
         is_minor: bool,
-        springs: &Springs,
+        doubts: &Doubts,
     ) -> Result<(), AdaptiveError> {
         let i = impact.contact as usize;
         let contact = &mut self.run.contacts[i];
@@ -119,7 +129,7 @@ impl Driver<'_> {
         let (body, target) = self.model.system.forces()[i].contact.bodies();
         let bodies = [Some(body), target].into_iter().flatten();
         let touching: Vec<_> = bodies.clone().map(|b| &self.model.bodies[b]).collect();
-        let rings = ringing_force(name, &touching, impact, springs.beyond_modes).map(|warning| (i, warning));
+        let rings = ringing_force(name, &touching, impact, doubts.beyond_modes).map(|warning| (i, warning));
         if !is_open {
             return self.warn(rings.into_iter().collect());
         }
@@ -127,10 +137,12 @@ impl Driver<'_> {
         let few = |b: usize| Some((b, few_modes((b, &self.model.bodies[b]), impact, needs)?));
         let mut warnings: Vec<(usize, Warning)> = bodies.filter_map(few).collect();
         warnings.extend(rings);
-        if springs.are_between_flat_faces {
+        if doubts.are_between_flat_faces {
             warnings.extend(slow_rise(name, &touching, impact).map(|warning| (i, warning)));
         }
-        warnings.extend(springs.too_soft.map(|overlap| (i, soft_contact(name, impact, overlap))));
+        let few_at_once = doubts.few_at_once.map(|share| (i, moving_contact(name, impact, share)));
+        warnings.extend(few_at_once);
+        warnings.extend(doubts.too_soft.map(|overlap| (i, soft_contact(name, impact, overlap))));
         if is_minor && self.model.contacts[i].refinement.is_some() {
             warnings.push((i, minor_contact(name, impact)));
         }
@@ -249,6 +261,24 @@ fn soft_contact(name: &str, impact: &ImpactRecord, overlap: Overlap) -> Warning 
             100.0 * overlap.share
         ),
         remedy: format!("raise contacts.{name}.penalty.initial, or leave it out for the program to choose"),
+    }
+}
+
+/// The warning of a contact that moved so far along its interval that few elements, `share` of those
+/// of an interval, touched at one instant.
+fn moving_contact(name: &str, impact: &ImpactRecord, share: f64) -> Warning {
+    Warning {
+        kind: WarningKind::MovingContact,
+        subject: format!("contact \"{name}\""),
+        time: impact.start,
+        value: share,
+        limit: TARGET_UTILISATION,
+        message: format!(
+            "it moved along its interval so far that {:.0} % of the elements of one touched at one instant at most: the force is that of \
+             larger elements than elsewhere",
+            100.0 * share
+        ),
+        remedy: format!("raise contacts.{name}.interval.elements, or interval.accuracy"),
     }
 }
 

@@ -22,7 +22,7 @@ impl Driver<'_> {
         self.store_noted()?;
         let is_open: Vec<bool> =
             self.model.system.forces().iter().map(|f| f.contact.report().normal_force <= 0.0).collect();
-        let springs: Vec<_> = (0..self.slots.len()).map(|i| self.springs(i, minor[i])).collect();
+        let doubts: Vec<_> = (0..self.slots.len()).map(|i| self.doubts(i, minor[i])).collect();
         let mut is_closed = false; // time is up, or the user stopped the run
         for i in self.latest_first() {
             let before = self.present_balance()?;
@@ -48,7 +48,7 @@ impl Driver<'_> {
             for record in records {
                 self.output.observer.impact(&record)?;
                 self.run.n_impacts += u32::from(record.row == self.run.n_rows());
-                self.check_impact(&record, is_open, minor[i], &springs[i])?;
+                self.check_impact(&record, is_open, minor[i], &doubts[i])?;
             }
         }
         self.report_hits()?;

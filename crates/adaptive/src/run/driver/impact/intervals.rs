@@ -22,8 +22,9 @@ pub(crate) struct Intervals {
 pub(super) struct TriedInterval {
     /// Its widths \[m\].
     pub widths: [f64; 2],
-    /// Elements across it, per direction.
+    /// Elements across it, per direction, and how many times as many they are as usual.
     pub n_elements: [usize; 2],
+    pub finer: f64,
     /// Whether contact reached an end of it, or of the interval on the target, which ended the
     /// trial.
     pub is_edge: bool,
@@ -101,7 +102,9 @@ impl Intervals {
         let mut next = wanted;
         let mut is_last = !tried.is_edge;
         for (d, direction) in verdict.directions.iter().enumerate() {
-            let (bracket, n) = (&mut self.brackets[i][d], tried.n_elements[d]);
+            // More elements than usual do not ask for a width to be known better.
+            let n = (tried.n_elements[d] as f64 / tried.finer) as usize;
+            let bracket = &mut self.brackets[i][d];
             if direction.verdict == Verdict::EdgeTouched || of_target {
                 bracket.touch(tried.widths[d]);
             } else if !tried.is_edge {
@@ -116,8 +119,17 @@ impl Intervals {
         if verdict.directions.len() == 1 {
             next[1] = next[0];
         }
-        (self.sizes[i], self.latest) = (Some(ZoneSize::Interval(next)), i);
+        (self.sizes[i], self.latest) = (Some(ZoneSize::Interval { widths: next, finer: tried.finer }), i);
         Some(next)
+    }
+
+    /// Sets the intervals of contact `i` to `finer` times as many elements as usual, over the same
+    /// `widths` \[m\].
+    pub(super) fn refine(&mut self, i: usize, mut widths: [f64; 2], finer: f64) {
+        if widths[1] == 0.0 {
+            widths[1] = widths[0];
+        }
+        (self.sizes[i], self.latest) = (Some(ZoneSize::Interval { widths, finer }), i);
     }
 
     /// Sets the zones of contact `i` to the whole surfaces.
@@ -173,7 +185,7 @@ mod tests {
             if verdict.is_acceptable() && !is_edge {
                 return (widths, number);
             }
-            let tried = TriedInterval { widths, n_elements: [N; 2], is_edge };
+            let tried = TriedInterval { widths, n_elements: [N; 2], finer: 1.0, is_edge };
             let wanted = if is_edge && of_target { widths.map(|w| 1.5 * w) } else { verdict.widths() };
             match intervals.next(0, &tried, &verdict, wanted) {
                 Some(next) => widths = next,

@@ -109,22 +109,51 @@ impl Driver<'_> {
             // A trial that ends early has not used its interval yet.
             if is_edge || !(verdict.is_acceptable() || is_short || matches!(ending, Ending::EdgeTouched(_))) {
                 let Some(fine) = self.slots[i].fine() else { continue };
-                let tried = TriedInterval { widths: fine.widths(), n_elements: fine.n_elements(), is_edge };
+                let tried = TriedInterval {
+                    widths: fine.widths(),
+                    n_elements: fine.n_elements(),
+                    finer: fine.finer(),
+                    is_edge,
+                };
                 let wanted = match is_edge && !verdict.touches_edge() {
                     // Contact left the target's interval.
                     true => fine.widths().map(|w| w * (1.0 + IntervalSettings::default().max_change)),
                     false => verdict.widths(),
                 };
-                let Some(next) = intervals.next(i, &tried, verdict, wanted) else { continue };
-                let directions = verdict.directions.iter().zip(next).map(|(d, width)| (d.utilisation, width));
-                let change = Change::Widths { is_edge, directions: directions.collect() };
-                demands.push(self.demand(i, change));
+                if let Some(next) = intervals.next(i, &tried, verdict, wanted) {
+                    let directions =
+                        verdict.directions.iter().zip(next).map(|(d, width)| (d.utilisation, width));
+                    let change = Change::Widths { is_edge, directions: directions.collect() };
+                    demands.push(self.demand(i, change));
+                    continue;
+                }
+            }
+            if *ending == Ending::Complete {
+                demands.extend(self.finer(i, verdict, intervals));
             }
         }
         if !demands.is_empty() {
             return Ok(Judgement::Again { demands, contact_steps: self.restart_searches() });
         }
         self.judge_penalties(ending, (verdicts, minor), number)
+    }
+
+    /// The demand for more elements in the interval of contact `i`, whose width is settled, if
+    /// contact moved along it so far that too few of them touched at one instant (theory section A.1).
+    fn finer(&self, i: usize, verdict: &IntervalAssessment, intervals: &mut Intervals) -> Option<Demand> {
+        let (fine, refinement) = (self.slots[i].fine()?, self.model.contacts[i].refinement.as_ref()?);
+        let settings = refinement.interval_settings();
+        let resolution = fine.resolution();
+        debug!(contact = self.model.contacts[i].name, resolution, finer = fine.finer(), "elements at once");
+        let finer = fine.wanted_finer(settings.target);
+        // An interval that grows till the end of the run, or is as narrow as can be, need not be used.
+        let is_spared =
+            verdict.directions.iter().any(|d| d.verdict.is_acceptable() && d.utilisation < settings.minimum);
+        if is_spared || !fine.is_coarse(&settings) || finer <= fine.finer() {
+            return None;
+        }
+        intervals.refine(i, fine.widths(), finer);
+        Some(self.demand(i, Change::Finer { share: resolution, times: finer }))
     }
 
     fn judge_penalties(

@@ -90,7 +90,12 @@ impl Driver<'_> {
         let wanted = match wanted {
             None => return true,
             Some(ZoneSize::Whole) => return fine.is_some_and(|fine| fine.whole.is_some()),
-            Some(ZoneSize::Interval(widths)) => widths,
+            Some(ZoneSize::Interval { widths, finer }) => {
+                if fine.is_some_and(|fine| (fine.finer() / finer - 1.0).abs() > SAME_WIDTH) {
+                    return false;
+                }
+                widths
+            }
         };
         let refinement = self.model.contacts[i].refinement.as_ref();
         let granted = refinement.map_or(wanted, |r| r.granted(&self.model.bodies, wanted));

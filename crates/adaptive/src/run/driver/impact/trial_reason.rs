@@ -75,6 +75,14 @@ pub(crate) enum Change {
         /// Share of the interval that was used, and the next width \[m\], for each direction.
         directions: Vec<(f64, f64)>,
     },
+    /// Contact moved along the interval.
+    Finer {
+        /// Elements in contact at one instant at most, as a share of those that intervals of the
+        /// contact have.
+        share: f64,
+        /// How many times as many the next interval has.
+        times: f64,
+    },
     /// The penalty search goes on.
     Penalty {
         /// Why.
@@ -99,6 +107,13 @@ impl fmt::Display for Change {
                     false => "too little of the interval was in contact",
                 };
                 write!(f, "{what} ({})", directions.iter().map(used).collect::<Vec<_>>().join(", "))
+            }
+            Self::Finer { share, times } => {
+                let share = 100.0 * share;
+                write!(
+                    f,
+                    "contact moved along the interval and had {share:.0} % of the elements of one at a time, next {times:.1} times as many elements"
+                )
             }
             Self::Penalty { cause, before, after } => {
                 write!(f, "{cause} at {before:.3e} N/m^3, next {after:.3e} N/m^3")
