@@ -46,6 +46,7 @@ mod mesh_contact;
 mod mesh_stress;
 mod meshed;
 mod meshed_rods;
+mod moving_contact;
 mod one_body;
 mod own_part;
 mod plausibility;

@@ -444,13 +444,18 @@ impl<'a> Scene<'a> {
         Partner { inverse_mass, mobility, radiation, velocity }
     }
 
-    /// Speed of the places that meet, with what gravity adds over the gap; if they are at rest,
+    /// Speed at which the places that meet approach each other, with what gravity adds over the gap:
+    /// along the normal of the touch, where one is known. If they are at rest, or do not approach,
     /// that of the fastest body.
     fn speed(&self, partners: &[Partner], meeting: &Meeting) -> f64 {
         let velocity = |i: usize| partners.get(i).map_or_else(Vector3::zeros, |p| p.velocity);
         let gap = (meeting.points[0] - meeting.points[1]).norm();
         let falling = (2.0 * self.spec.settings.gravity.norm() * gap).sqrt();
-        let closing = (velocity(0) - velocity(1)).norm();
+        let relative = velocity(0) - velocity(1);
+        let closing = match self.sites {
+            Some(_) => (-relative.dot(&meeting.normal)).max(0.0),
+            None => relative.norm(),
+        };
         let bodies = self.poses.iter().enumerate();
         let fastest =
             bodies.map(|(i, p)| p.velocity.norm() + p.angular_velocity_in_body.norm() * self.size(i));
