@@ -31,6 +31,6 @@ pub use deformed::Site;
 pub use local_shape::LocalShape;
 pub use minimum_distance::{Proximity, minimum_distance};
 pub use plane_distance::{PlaneProximity, plane_distance};
-pub(crate) use query::way_between;
+pub use query::way_between;
 pub use query::{SearchReport, SearchWorkspace};
 pub use surface_model::{SurfaceModel, SurfaceSite};

@@ -226,17 +226,23 @@ pub fn normal_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> (V
     (normal.unwrap_or_else(|| force.contact.normal(motion)), near)
 }
 
-/// Rigid motion of the bodies of contact `index` relative to each other at their nearest points, at
-/// time `t` in the state `y` (theory Eq. Q.2).
+/// Rigid motion of the bodies of contact `index` relative to each other at its nearest point, at
+/// time `t` in the state `y`.
 pub fn near_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> NearMotion {
     let (force, motion) = system.force_in_motion(t, y, index);
     let near = force.contact.place(motion);
-    let (body, target) = force.contact.bodies();
+    motion_at(system, index, &near)
+}
+
+/// Rigid motion of the bodies of contact `index` relative to each other at the place `near`, in the
+/// motions of the last evaluation (theory Eq. Q.2).
+pub fn motion_at(system: &System, index: usize, near: &Vector3<f64>) -> NearMotion {
+    let (body, target) = system.forces()[index].contact.bodies();
     let (states, _) = system.last_evaluation();
     let motion = |body: usize| MeanMotion::of(&system.model().bodies[body].data, &states[body]);
     let motions = [Some(body), target].map(|body| body.map(motion));
     let [own, other] =
-        motions.map(|motion| motion.map_or_else(Vector3::zeros, |motion| motion.velocity_at(&near)));
+        motions.map(|motion| motion.map_or_else(Vector3::zeros, |motion| motion.velocity_at(near)));
     let sum = |of: fn(&MeanMotion) -> f64| motions.iter().flatten().map(of).sum::<f64>();
     let (energy, mobility) = (sum(|motion| motion.vibration), sum(|motion| motion.mass.recip()));
     NearMotion {

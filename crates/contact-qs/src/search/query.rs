@@ -13,16 +13,17 @@ use crate::error::MotionFault;
 /// Largest distance \[m\] of two axes, or of two planes, that count as one.
 const APART: f64 = 1e-9;
 
-/// The way from body `first` to body `second` of models with `motion`, along what they share: the
-/// axis of axisymmetric models, the plane of plane ones, space. What is left out is round-off.
+/// The way between the positions `first` and `second` of bodies of models with `motion`, along what
+/// they share: the axis of axisymmetric models, the plane of plane ones, space \[m\]. What is left
+/// out is round-off.
 ///
 /// # Errors
 /// [`MotionFault::Apart`] if they share no axis or no plane.
-pub(crate) fn way_between(
+pub fn way_between(
     motion: RigidMotion,
-    [first, second]: [&BodyState; 2],
+    [first, second]: [&Vector3<f64>; 2],
 ) -> Result<Vector3<f64>, MotionFault> {
-    let way = second.position - first.position;
+    let way = second - first;
     let (within, places) = match motion {
         RigidMotion::Axial => (Vector3::new(0.0, 0.0, way.z), "axisymmetric bodies in contact have axes"),
         RigidMotion::Planar => {
@@ -42,7 +43,7 @@ pub(crate) fn way_between(
 pub(super) fn in_first_frame(motion: RigidMotion, states: [&BodyState; 2]) -> Result<Placement, MotionFault> {
     let back = states[0].rotation.inverse();
     let rotation = (back * states[1].rotation).to_rotation_matrix().into_inner();
-    Ok(Placement::new(rotation, back * way_between(motion, states)?))
+    Ok(Placement::new(rotation, back * way_between(motion, states.map(|state| &state.position))?))
 }
 
 /// Work of the last search.

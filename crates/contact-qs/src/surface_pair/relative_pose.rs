@@ -22,7 +22,7 @@ pub(super) struct RelativePose {
 impl RelativePose {
     /// The body at `from` in the frame of the body at `to`.
     pub fn new(motion: RigidMotion, from: &BodyState, to: &BodyState) -> Result<Self, EvaluationFailure> {
-        let distance = way_between(motion, [to, from]).map_err(SolverFault::Apart)?;
+        let distance = way_between(motion, [&to.position, &from.position]).map_err(SolverFault::Apart)?;
         if motion != RigidMotion::Spatial {
             for state in [from, to] {
                 check_axis(motion, &state.rotation)?;

@@ -8,8 +8,8 @@ use crate::error::AdaptiveError;
 use crate::impact::FineContact;
 use crate::record::{TransferDirection, TrialOutcome, TrialRecord};
 use crate::run::driver::impact::trial::Trial;
-use crate::state::impact_monitor::{Change, ContactInstant, Impact};
-use crate::state::simulation::{near_motion, normal_motion, smallest_gap};
+use crate::state::impact_monitor::{Change, ContactInstant, Impact, NearMotion};
+use crate::state::simulation::{motion_at, near_motion, normal_motion, smallest_gap};
 use crate::touch::parts::TouchKind;
 
 /// Points that carry force from which on their area is that of the contact within a third or so.
@@ -240,6 +240,20 @@ impl Driver<'_> {
         })
     }
 
+    /// Motion of the bodies of contact `i` at the place where their surfaces are nearest at `time`,
+    /// in the interpolated state: of smooth surfaces that of the search between them, since contact
+    /// points stand beside it.
+    fn motion_of_touch(&mut self, i: usize, time: f64) -> Result<NearMotion, AdaptiveError> {
+        let (slot, system) = (&mut self.slots[i], &mut self.model.system);
+        let is_smooth = slot.fine().is_some_and(|fine| fine.whole.is_none());
+        let Some(refinement) = self.model.contacts[i].refinement.as_ref().filter(|_| is_smooth) else {
+            return Ok(near_motion(system, time, &self.interpolated, i));
+        };
+        system.body_states(time, &self.interpolated);
+        let place = refinement.nearest(system.last_evaluation().0, &mut slot.nearest)?.contact.point;
+        Ok(motion_at(system, i, &place))
+    }
+
     /// When in the last step `sign` times the gap of contact `i` became zero or less.
     fn crossing(&mut self, i: usize, sign: f64) -> Result<Option<Change>, AdaptiveError> {
         let system = &mut self.model.system;
@@ -247,10 +261,14 @@ impl Driver<'_> {
             .crossing
             .first_crossing(&self.integrator, |t, y| sign * smallest_gap(system, t, y, i))
             .map_err(AdaptiveError::Dynamics)?;
-        let change = found.map(|c| {
-            self.integrator.interpolate(c.time, &mut self.interpolated);
-            Change { time: c.time, motion: near_motion(system, c.time, &self.interpolated, i) }
-        });
+        let change = match found {
+            Some(c) => {
+                self.integrator.interpolate(c.time, &mut self.interpolated);
+                Some(Change { time: c.time, motion: self.motion_of_touch(i, c.time)? })
+            }
+            None => None,
+        };
+        let system = &mut self.model.system;
         // The search leaves the system at another instant.
         system.body_states(self.integrator.time(), self.integrator.state());
         Ok(change)

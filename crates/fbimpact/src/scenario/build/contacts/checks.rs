@@ -2,7 +2,9 @@
 //! without meaning.
 
 use adaptive::spec::contact::{DivisionRule, LowModes, TransferMethod};
+use contact_qs::search::way_between;
 use ffr_dynamics::body::RigidMotion;
+use nalgebra::Vector3;
 
 use super::facts::ContactFacts;
 use crate::scenario::build::joints::inboard_joint;
@@ -11,9 +13,6 @@ use crate::scenario::check::Checker;
 use crate::scenario::keys::Named;
 use crate::scenario::section::Section;
 use crate::scenario::tables::{ContactModel, ReductionMethod, Search, ShapeName, Solver};
-
-/// Round-off of positions that are meant to be the same \[m\], as in the search for the gap.
-const SAME_SPACE: f64 = 1e-9;
 
 /// Reports bodies that Hertz's law knows nothing of.
 pub fn check_hertz(checker: &mut Checker, root: &Section, section: &Section) {
@@ -146,15 +145,9 @@ fn check_shared_space(checker: &mut Checker, root: &Section, section: &Section, 
         return;
     }
     let [Some(first), Some(second)] = bodies.map(|body| body.section.vector::<3>("position")) else { return };
-    let [x, y, z] = [0, 1, 2].map(|i| second[i] - first[i]);
-    let (distance, words) = match bodies[0].motion() {
-        RigidMotion::Axial => (x.hypot(y), "on the axis of the contact body, in x and y"),
-        RigidMotion::Planar => (z.abs(), "in the plane of the contact body, in z"),
-        RigidMotion::Spatial => return,
-    };
-    if distance > SAME_SPACE {
-        let message = format!("must lie {words}; it lies {distance:.3e} m beside it (position)");
-        checker.fault_in(section, "target_body", message);
+    let places = [first, second].map(Vector3::from);
+    if let Err(fault) = way_between(bodies[0].motion(), places.each_ref()) {
+        checker.fault_in(section, "target_body", format!("must lie where the contact body moves: {fault} (position)"));
     }
 }
 
