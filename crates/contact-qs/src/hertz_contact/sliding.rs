@@ -328,10 +328,13 @@ fn work(
     SlidingWork { power: bound * way_rate, slid: bound * way, slid_rate: bound_rate * way + bound * way_rate }
 }
 
-/// The tangents `before`, brought into the plane across `normal` without a turn about it.
+/// The tangents `before`, brought into the plane across `normal` by the least turn, which is none
+/// about it: a way back brings them back.
 fn turned(before: &[Vector3<f64>; 2], normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
-    let first = before[0] - normal * normal.dot(&before[0]);
+    let across = before[0].cross(&before[1]);
+    let hand = if across.dot(normal) < 0.0 { -1.0 } else { 1.0 };
+    let from = across * hand;
+    let first = before[0] - (from + normal) * (normal.dot(&before[0]) / (1.0 + from.dot(normal)));
     let first = first.try_normalize(0.0).unwrap_or(before[0]);
-    let second = normal.cross(&first);
-    if second.dot(&before[1]) < 0.0 { [first, -second] } else { [first, second] }
+    [first, normal.cross(&first) * hand]
 }
