@@ -394,7 +394,9 @@ fn work_of_friction_is_balanced_to_the_second_order_of_the_step() {
                 sum
             });
             // Where all slides the force is what it is, whatever the slip. A quarter of the step leaves 1/16, of an error of the first order 1/4.
-            assert!(rough < ROUGH || found[2] < found[0] / 8.0, "{}: {found:?}", case.name);
+            // Round-off of places 0.05 m from the origin, over the difference's 2 ns.
+            let left = (found[0] / 8.0).max(4.0 * f64::EPSILON * 0.05 / 2e-9);
+            assert!(rough < ROUGH || found[2] < left, "{}: {found:?}", case.name);
         }
     }
     assert!(n_lost > cases().len(), "{n_lost}");
