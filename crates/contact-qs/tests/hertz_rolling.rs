@@ -182,8 +182,8 @@ fn cases() -> Vec<Rolling> {
         elastic: no_modes,
     };
     let plane = Plane { point: Vector3::zeros(), normal: Vector3::z_axis() };
-    let of_sphere = HertzContact::with_plane(sphere(0, RADIUS, &[]), plane.clone(), STEEL).unwrap();
-    let of_surface = HertzContact::of_surface_and_plane(0, ball(), plane.clone(), [STEEL; 2]).unwrap();
+    let of_sphere = HertzContact::with_plane(sphere(0, RADIUS, &[]), plane, STEEL).unwrap();
+    let of_surface = HertzContact::of_surface_and_plane(0, ball(), plane, [STEEL; 2]).unwrap();
     let of_soft = HertzContact::of_surface_and_plane(0, soft_ball(), plane, [STEEL; 2]).unwrap();
     let direction = Vector3::new(0.36, 0.48, 0.8);
     let across = direction.cross(&x).normalize();
