@@ -275,8 +275,7 @@ impl ForceElement for HertzContact {
         sliding.evaluate((motion, bodies), &pressed, &workspace.shapes, (state, &mut found.sliding));
         if curved.is_some() {
             let SlidingFound { force, point, .. } = found.sliding;
-            // The mode shapes are those of the places where the slip is measured.
-            self.push(motion, [&point; 2], state.shapes(), &force, forces);
+            self.push(motion, [&point; 2], &workspace.shapes, &force, forces);
             sliding::record(&found.sliding, &mut found.report);
         }
         Ok(())

@@ -10,6 +10,7 @@ mod friction;
 mod half_space;
 mod hertz;
 mod hertz_impact;
+mod hertz_rolling;
 mod hertz_surfaces;
 mod massless_boundary;
 mod pair;

@@ -5,7 +5,7 @@
 //! evaluation found is accepted at the end of the step (docs/decisions/0005-friction.md).
 
 use ffr_dynamics::force::{BodyState, Motion};
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::geometry::{Curved, Touch, tangents};
 use super::levels::{Depths, Returned, returned};
@@ -40,6 +40,10 @@ struct Reference {
     points: [Vector3<f64>; 2],
     /// Their mode shapes.
     shapes: [Vec<Vector3<f64>>; 2],
+    /// Elastic coordinates that the bodies had.
+    elastic: [Vec<f64>; 2],
+    /// Where the contact body was in the frame of the target.
+    pose: Isometry3<f64>,
     /// Tangents in the frame of the target.
     tangents_in_target: [Vector3<f64>; 2],
     /// None where the bodies were apart.
@@ -53,6 +57,8 @@ impl Reference {
         Self {
             points: [Vector3::zeros(); 2],
             shapes: shapes.clone(),
+            elastic: shapes.each_ref().map(|shapes| vec![0.0; shapes.len()]),
+            pose: Isometry3::identity(),
             tangents_in_target: [Vector3::zeros(); 2],
             stiffness: None,
             stretches: vec![[0.0; 2]; n],
@@ -60,12 +66,35 @@ impl Reference {
     }
 
     fn copy_from(&mut self, other: &Self) {
-        (self.points, self.stiffness) = (other.points, other.stiffness);
+        (self.points, self.pose, self.stiffness) = (other.points, other.pose, other.stiffness);
         self.tangents_in_target = other.tangents_in_target;
         for (own, others) in self.shapes.iter_mut().zip(&other.shapes) {
             own.copy_from_slice(others);
         }
+        for (own, others) in self.elastic.iter_mut().zip(&other.elastic) {
+            own.copy_from_slice(others);
+        }
         self.stretches.copy_from_slice(&other.stretches);
+    }
+
+    /// Notes the material points at `middle`, with the mode shapes `shapes`, and how the bodies
+    /// stand.
+    fn stand(&mut self, frames: &[Frame<'_>; 2], middle: &Vector3<f64>, shapes: &[Vec<Vector3<f64>>; 2]) {
+        for (side, frame) in frames.iter().enumerate() {
+            frame.note_elastic(&mut self.elastic[side]);
+            self.shapes[side].copy_from_slice(&shapes[side]);
+            self.points[side] = frame.arm(middle) - combined(&shapes[side], &self.elastic[side]);
+        }
+        self.pose = frames[1].pose().inv_mul(&frames[0].pose());
+    }
+
+    /// How far the contact body's material point of `self` lay from that of the target when the
+    /// bodies stood as in `standing`, in the frame of the target \[m\].
+    fn apart(&self, standing: &Self) -> Vector3<f64> {
+        let place = |side: usize| {
+            Point3::from(self.points[side] + combined(&self.shapes[side], &standing.elastic[side]))
+        };
+        standing.pose * place(0) - place(1)
     }
 }
 
@@ -79,11 +108,6 @@ pub struct SlidingState {
 impl SlidingState {
     pub(super) fn new(n: usize, shapes: &[Vec<Vector3<f64>>; 2]) -> Self {
         Self { reference: Reference::new(n, shapes), is_known: false }
-    }
-
-    /// Mode shapes of the points between which slip is measured.
-    pub(super) fn shapes(&self) -> &[Vec<Vector3<f64>>; 2] {
-        &self.reference.shapes
     }
 
     pub(super) fn accept(&mut self, found: &SlidingFound) {
@@ -153,19 +177,30 @@ impl Frame<'_> {
         self.0.map_or(*v, |state| state.rotation * v)
     }
 
-    fn origin(&self) -> Vector3<f64> {
-        self.0.map_or_else(Vector3::zeros, |state| state.position)
+    /// From the origin to `place`, in the frame.
+    fn arm(&self, place: &Vector3<f64>) -> Vector3<f64> {
+        self.0.map_or(*place, |state| state.rotation.inverse_transform_vector(&(place - state.position)))
     }
 
-    fn displacement(&self, shapes: &[Vector3<f64>]) -> Vector3<f64> {
-        self.0.map_or_else(Vector3::zeros, |state| combined(shapes, &state.elastic))
+    fn pose(&self) -> Isometry3<f64> {
+        self.0.map_or_else(Isometry3::identity, |state| {
+            Isometry3::from_parts(state.position.into(), state.rotation)
+        })
     }
 
-    /// Velocity, in space, of a point of the body at `arm` from its origin, in its frame, with the
-    /// mode shapes `shapes`.
-    fn velocity(&self, arm: &Vector3<f64>, shapes: &[Vector3<f64>]) -> Vector3<f64> {
+    fn note_elastic(&self, elastic: &mut [f64]) {
+        let Some(state) = self.0 else { return };
+        for (own, q) in elastic.iter_mut().zip(&state.elastic) {
+            *own = *q;
+        }
+    }
+
+    /// Velocity, in space, of the body's material point at `place` of space with the mode shapes
+    /// `shapes`.
+    fn velocity(&self, place: &Vector3<f64>, shapes: &[Vector3<f64>]) -> Vector3<f64> {
         self.0.map_or_else(Vector3::zeros, |state| {
-            let local = state.angular_velocity_in_body.cross(arm) + combined(shapes, &state.elastic_rates);
+            let arm = self.arm(place);
+            let local = state.angular_velocity_in_body.cross(&arm) + combined(shapes, &state.elastic_rates);
             state.velocity + state.rotation * local
         })
     }
@@ -195,13 +230,8 @@ impl Sliding {
     ) {
         let frames = bodies.map(|body| Frame(body.map(|body| &motion.bodies[body])));
         let touch = pressed.touch;
-        // Material points in the middle between the nearest places.
-        let middle = (touch.points[0] + touch.points[1]) * 0.5;
-        for (side, frame) in frames.iter().enumerate() {
-            found.next.points[side] =
-                frame.vector(&(middle - frame.origin())) - frame.displacement(&shapes[side]);
-            found.next.shapes[side].copy_from_slice(&shapes[side]);
-        }
+        found.point = (touch.points[0] + touch.points[1]) * 0.5;
+        found.next.stand(&frames, &found.point, shapes);
         let normal_in_target = frames[1].vector(&touch.normal);
         found.next.stiffness = pressed.curved.map(|curved| {
             let k = curved.ellipse.stiffness();
@@ -216,38 +246,21 @@ impl Sliding {
             state.is_known = true;
         }
         let reference = &state.reference;
-        let (slip, rate) = self.slip(&frames, reference, found);
         // Springs and tangents of a touch stay those of its beginning.
+        let mut before = found.next.tangents_in_target;
         if reference.stiffness.is_some() && pressed.curved.is_some() {
             found.next.stiffness = reference.stiffness;
-            found.next.tangents_in_target = turned(&reference.tangents_in_target, &normal_in_target);
+            before = reference.tangents_in_target;
+            found.next.tangents_in_target = turned(&before, &normal_in_target);
         }
-        let used = if reference.stiffness.is_some() {
-            reference.tangents_in_target
-        } else {
-            found.next.tangents_in_target
-        };
-        let along = |v: &Vector3<f64>| used.each_ref().map(|t| t.dot(v));
-        let force = self.springs(pressed, &frames, [along(&slip), along(&rate)], reference, found);
-        found.force = frames[1].in_space(&(used[0] * force[0] + used[1] * force[1]));
+        let now = found.next.tangents_in_target;
+        let slip = slip(reference, &found.next, [&before, &now]);
+        let velocity = |side: usize| frames[side].velocity(&found.point, &shapes[side]);
+        let rate = frames[1].vector(&(velocity(0) - velocity(1)));
+        let rate = now.map(|t| t.dot(&rate));
+        let force = self.springs(pressed, &frames, [slip, rate], reference, found);
+        found.force = frames[1].in_space(&(now[0] * force[0] + now[1] * force[1]));
         found.is_known = true;
-    }
-
-    /// Way of the contact body's point over the target since the reference and its rate, in the
-    /// target's frame; notes where it is.
-    fn slip(
-        &self,
-        [own, target]: &[Frame<'_>; 2],
-        reference: &Reference,
-        found: &mut SlidingFound,
-    ) -> (Vector3<f64>, Vector3<f64>) {
-        let [own_shapes, target_shapes] = &reference.shapes;
-        let own_arm = reference.points[0] + own.displacement(own_shapes);
-        found.point = own.origin() + own.in_space(&own_arm);
-        let arm = target.vector(&(found.point - target.origin()));
-        let slip = arm - target.displacement(target_shapes) - reference.points[1];
-        let rate = own.velocity(&own_arm, own_shapes) - target.velocity(&arm, target_shapes);
-        (slip, target.vector(&rate))
     }
 
     /// Sum of the springs' forces along the tangents; notes energy, work and stretches.
@@ -264,10 +277,8 @@ impl Sliding {
         let (Some(curved), Some(stiffness)) = (pressed.curved, found.next.stiffness) else { return [0.0; 2] };
         let approach = -pressed.touch.gap;
         let closing = {
-            let velocity = |side: usize| {
-                let arm = frames[side].vector(&(pressed.touch.points[side] - frames[side].origin()));
-                frames[side].velocity(&arm, &found.next.shapes[side])
-            };
+            let velocity =
+                |side: usize| frames[side].velocity(&pressed.touch.points[side], &found.next.shapes[side]);
             (velocity(1) - velocity(0)).dot(&pressed.touch.normal)
         };
         let bound = self.coefficient * curved.ellipse.stiffness();
@@ -290,6 +301,14 @@ impl Sliding {
     }
 }
 
+/// Way of the contact body over the target along the tangents, which were `tangents[0]` and are
+/// `tangents[1]`, from `then` until `now` \[m\]: mean of what has parted since the points that
+/// touched then, and what parted then those that touch now (Eq. C.88).
+fn slip(then: &Reference, now: &Reference, tangents: [&[Vector3<f64>; 2]; 2]) -> [f64; 2] {
+    let (parted, met) = (then.apart(now), now.apart(then));
+    [0, 1].map(|a| 0.5 * (tangents[1][a].dot(&parted) - tangents[0][a].dot(&met)))
+}
+
 /// Work that a spring loses to sliding, its bound being `bound` and growing by `bound_rate`
 /// (Eqs. C.89, F.15).
 fn work(
@@ -309,10 +328,13 @@ fn work(
     SlidingWork { power: bound * way_rate, slid: bound * way, slid_rate: bound_rate * way + bound * way_rate }
 }
 
-/// The tangents `before`, brought into the plane across `normal` without a turn about it.
+/// The tangents `before`, brought into the plane across `normal` by the least turn, which is none
+/// about it: a way back brings them back.
 fn turned(before: &[Vector3<f64>; 2], normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
-    let first = before[0] - normal * normal.dot(&before[0]);
+    let across = before[0].cross(&before[1]);
+    let hand = if across.dot(normal) < 0.0 { -1.0 } else { 1.0 };
+    let from = across * hand;
+    let first = before[0] - (from + normal) * (normal.dot(&before[0]) / (1.0 + from.dot(normal)));
     let first = first.try_normalize(0.0).unwrap_or(before[0]);
-    let second = normal.cross(&first);
-    if second.dot(&before[1]) < 0.0 { [first, -second] } else { [first, second] }
+    [first, normal.cross(&first) * hand]
 }
