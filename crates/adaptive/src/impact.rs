@@ -74,6 +74,8 @@ pub struct AdaptiveContact {
     /// The target, if it is a flexible body and has fine models, too.
     flexible_target: Option<usize>,
     law: SurfaceLaw,
+    /// The smaller thickness of two bodies of plane models \[m\].
+    thickness: Option<f64>,
     /// Watches the pair.
     pub detector: Detector,
     cache: ModelCache,
@@ -117,6 +119,8 @@ pub struct FineContact {
     pub hosted: Vec<usize>,
     /// When the fine models came into the system.
     pub activation: Activation,
+    /// How far the undeformed bodies overlapped then \[m\].
+    pub overlap: f64,
     /// The fine models, one for each body.
     pub zones: Vec<ZoneOnBody>,
     /// How far a zone that lies on a smooth surface in place of its sides was moved along its
@@ -201,7 +205,7 @@ impl AdaptiveContact {
         cache: &ModelCache,
     ) -> Result<Self, AdaptiveError> {
         let is_mesh = |body: usize| bodies[body].flexible().is_some_and(|f| f.body.mesh().is_some());
-        let other = if let Target::Body(other) = spec.target { Some(other) } else { None };
+        let other = spec.target.body();
         let has_mesh = [Some(spec.body), other].into_iter().flatten().any(is_mesh);
         if has_mesh && law.transfer.modes == LowModes::Fine {
             return Err(AdaptiveError::unsupported_contact(&spec.name, Unsupported::FineModesOfMesh));
@@ -214,7 +218,10 @@ impl AdaptiveContact {
             Target::Plane { point, normal } => DetectorTarget::plane(point, normal),
             Target::Body(other) => DetectorTarget::Body(other, surface(other)?),
         };
+        let thickness = |body: usize| bodies[body].flexible().and_then(|f| f.body.model().thickness());
+        let both = [Some(spec.body), other].into_iter().flatten();
         Ok(Self {
+            thickness: both.filter_map(thickness).reduce(f64::min),
             name: spec.name.clone(),
             body: spec.body,
             target: spec.target,
@@ -330,6 +337,7 @@ impl AdaptiveContact {
             weight,
             hosted: bases.iter().map(|(body, _)| *body).collect(),
             activation: request.activation,
+            overlap: (0.0 - touch.nearest.gap).max(0.0),
             zones,
             offset,
             points: observed,

@@ -129,7 +129,8 @@ table!(ImpactRow "impacts" "Impacts; touches between which the bodies are apart 
     end: f64 ["s"], "last contact";
     peak_force: f64 ["N"], "largest normal force";
     peak_time: f64 ["s"], "its time";
-    impulse: f64 ["N s"], "normal force over time";
+    impulse: f64 ["N s"],
+        "force over time, along the normal at the peak: what the momenta of the bodies change by in that direction; where normals differ, as in a conical seat, less than the normal force over time";
     approach_velocity: f64 ["m/s"],
         "of the bodies' rigid motions at the place of contact when it closes, along the normal at the peak (theory Q.2)";
     separation_velocity: f64 ["m/s"],

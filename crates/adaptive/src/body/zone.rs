@@ -160,6 +160,17 @@ impl ContactZone {
 }
 
 impl ContactZone {
+    /// The zone of a body of a plane model `own` thick that touches one `other` thick, over the
+    /// smaller thickness \[m\]; itself where one of them is not of a plane model.
+    pub fn over_both(mut self, own: Option<f64>, other: Option<f64>) -> Self {
+        if let (Some(own), Some(other)) = (own, other)
+            && other < own
+        {
+            self.points.iter_mut().for_each(|point| point.area *= other / own);
+        }
+        self
+    }
+
     /// The whole surface of `body` with its edges and corners (docs/theory.md section C.9): Lobatto
     /// points of all outer faces, each pressed only by surfaces that its face is turned to, and all
     /// unknowns of the functions that are not zero there. At the place `about`, if there is one,

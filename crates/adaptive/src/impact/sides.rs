@@ -75,6 +75,7 @@ impl AdaptiveContact {
     pub(super) fn fine_zone(&self, body: &FlexibleModel, site: &ZoneSite) -> Result<FineZone, AdaptiveError> {
         let fine = self.fine_body(body, site)?;
         let zone = fine.zone(self.law.points, &self.name)?;
+        let zone = zone.over_both(body.body.model().thickness(), self.thickness);
         Ok(FineZone { fine, zone })
     }
 }

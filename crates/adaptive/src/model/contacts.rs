@@ -141,7 +141,10 @@ pub fn zones(
         check_line(first, contact, plan)?;
         let zone = |body: usize, site: SurfacePlace| {
             let FullModel::Flexible(full) = &full[body] else { return Err(no_surface(contact)) };
-            start_zone(first, contact, law, body, site, |wanted| full.zone_at_start(wanted))
+            let zone = start_zone(first, contact, law, body, site, |wanted| full.zone_at_start(wanted))?;
+            let other = if body == contact.body { contact.target.body() } else { Some(contact.body) };
+            let thickness = |body: usize| first.spec.bodies[body].kind.thickness();
+            Ok(zone.over_both(thickness(body), other.and_then(thickness)))
         };
         let own = zone(contact.body, sites.contact_body)?;
         let target = match (contact.target, sites.target) {
@@ -192,7 +195,7 @@ fn check_line(
 ) -> Result<(), AdaptiveError> {
     let spec = first.spec;
     let ContactLaw::Surface(law) = &contact.law else { return Ok(()) };
-    let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
+    let other = contact.target.body();
     let bodies = || [Some(contact.body), other].into_iter().flatten().map(|body| &spec.bodies[body]);
     let mesh = bodies().find(|body| body.kind.brings_mesh());
     let Some(mesh) = mesh.filter(|_| law.treatment != Treatment::Coarse) else { return Ok(()) };
@@ -223,7 +226,7 @@ pub fn check_mesh_zones(first: &FirstTouches<'_>, plans: &[ContactPlan]) -> Resu
         let (ContactLaw::Surface(law), ContactPlan::FromStart(sites)) = (&contact.law, plan) else {
             continue;
         };
-        let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
+        let other = contact.target.body();
         for (body, site) in [(Some(contact.body), Some(sites.contact_body)), (other, sites.target)] {
             let (Some(body), Some(site)) = (body, site) else { continue };
             if let Some(mesh) = spec.bodies[body].kind.meshed() {

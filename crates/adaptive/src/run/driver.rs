@@ -250,7 +250,10 @@ impl<'a> Driver<'a> {
             }
             None => {
                 let kind = if self.is_touching()? { PhaseKind::Impact } else { PhaseKind::Free };
-                self.store()?;
+                self.note()?;
+                if kind == PhaseKind::Free || !self.begins_with_overlap() {
+                    self.send()?;
+                }
                 self.check_motion()?;
                 self.warn_of_nonlinearity()?;
                 self.note_gaps(self.integrator.time())?;

@@ -240,7 +240,7 @@ impl<'a> Scene<'a> {
 
     /// The force of `contact` on each of its bodies.
     fn forces(&self, contact: &ContactSpec) -> Vec<BodyForce> {
-        let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
+        let other = contact.target.body();
         let Impact { meeting, speed, inverse_mass, mobility, radiation } = self.impact(contact);
         let touching = Touching { inverse_mass, mobility, speed };
         let line = self.line(contact, &meeting);
@@ -296,7 +296,7 @@ impl<'a> Scene<'a> {
             2.0 * PI * at.x.hypot(at.y)
         } else {
             let along = meeting.normal.cross(&across).try_normalize(0.0)?;
-            let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
+            let other = contact.target.body();
             let bodies = [Some(contact.body), other].into_iter().flatten();
             bodies.map(|body| extent(self.spec, self.poses, body, &along)).fold(f64::INFINITY, f64::min)
         };
@@ -305,7 +305,7 @@ impl<'a> Scene<'a> {
 
     /// Estimate of the first impact of `contact`.
     pub(super) fn impact(&self, contact: &ContactSpec) -> Impact {
-        let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
+        let other = contact.target.body();
         let meeting = self.meeting(contact, other);
         let bodies = [Some(contact.body), other].into_iter().zip(meeting.points);
         let partners: Vec<Partner> =

@@ -3,7 +3,7 @@
 
 use crate::record::warning::{Warning, WarningKind};
 use crate::sizing::zone::{PredictedZone, predicted_zone};
-use crate::spec::{ContactLaw, ContactSpec, MeshedSpec, Target, Treatment};
+use crate::spec::{ContactLaw, ContactSpec, MeshedSpec, Treatment};
 use crate::surface::smooth_fit::SmoothFit;
 use crate::surface::{MeshSurface, Surface, SurfacePlace};
 use crate::touch::first::FirstTouches;
@@ -102,7 +102,7 @@ impl MeshTouch {
 pub fn touches(first: &FirstTouches<'_>, contact: &ContactSpec) -> Vec<MeshTouch> {
     let spec = first.spec;
     let on_mesh = |body: usize| spec.bodies[body].kind.meshed();
-    let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
+    let other = contact.target.body();
     let bodies = [Some(contact.body), other];
     let has_mesh = bodies.iter().flatten().any(|b| on_mesh(*b).is_some());
     let ContactLaw::Surface(law) = &contact.law else { return Vec::new() };

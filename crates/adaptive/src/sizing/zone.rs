@@ -120,7 +120,7 @@ pub fn predicted_line(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Opti
     let (surfaces, size) = (meeting.surfaces?, scene.size(contact.body));
     let (curvature, across) = across_line(&surfaces, size).filter(|_| meeting.miss <= FACING)?;
     let along = meeting.normal.cross(&across).try_normalize(0.0)?;
-    let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
+    let other = contact.target.body();
     let bodies = [Some(contact.body), other].into_iter().flatten();
     let length =
         bodies.map(|body| extent(scene.spec, scene.poses, body, &along)).fold(f64::INFINITY, f64::min);

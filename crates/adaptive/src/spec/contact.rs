@@ -38,6 +38,16 @@ pub enum Target {
     Body(usize),
 }
 
+impl Target {
+    /// The body that is touched; none of a plane.
+    pub fn body(&self) -> Option<usize> {
+        match self {
+            Self::Plane { .. } => None,
+            Self::Body(body) => Some(*body),
+        }
+    }
+}
+
 /// How contact is resisted.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ContactLaw {

@@ -133,13 +133,13 @@ impl ImpactMonitor {
 
     /// Share of the approach of the bodies, the largest of this phase, that is penetration and not
     /// deformation at that instant, and how long after the first touch that is \[s\]; none without
-    /// approach, or if the penetration is no more than `round_off` \[m\] (theory Eq. A.36).
-    pub fn overlap_share(&self, round_off: f64) -> Option<(f64, f64)> {
+    /// approach, or if the penetration is no more than `round_off` \[m\] (theory Eq. A.36). Bodies
+    /// that overlapped by `before` when the phase began have approached by that at least \[m\].
+    pub fn overlap_share(&self, round_off: f64, before: f64) -> Option<(f64, f64)> {
         let phase = &self.phase;
-        let says_something =
-            self.is_running() && phase.largest_approach > 0.0 && phase.penetration > round_off;
-        says_something
-            .then(|| (phase.penetration / phase.largest_approach, phase.approach_time - phase.start))
+        let approach = phase.largest_approach.max(before);
+        let says_something = self.is_running() && approach > 0.0 && phase.penetration > round_off;
+        says_something.then(|| (phase.penetration / approach, phase.approach_time - phase.start))
     }
 
     /// Peak force of this phase so far \[N\].
@@ -197,9 +197,7 @@ impl ImpactMonitor {
         let (time, force) = top(impact.peak_force);
         if force > impact.peak_force {
             (impact.peak_time, impact.peak_force) = (time, force);
-            if time >= now.time {
-                impact.normal = now.normal.into();
-            }
+            impact.normal = normal_at(time, [self.before_last.as_ref(), self.last.as_ref()], &now).into();
         }
         let is_new_peak = now.force > phase.peak_force;
         let (time, force) = top(phase.peak_force);
@@ -267,6 +265,23 @@ impl ImpactMonitor {
 /// Least ratio of two neighbouring steps for which a parabola is laid through the forces at their
 /// ends.
 const SHORTEST_STEP: f64 = 0.05;
+
+/// Normal at `time` \[s\], which turns evenly between the two instants `earlier` and `now`.
+fn normal_at(time: f64, earlier: [Option<&ContactInstant>; 2], now: &ContactInstant) -> Vector3<f64> {
+    let instants = earlier.into_iter().flatten().filter(|instant| instant.force > 0.0);
+    let (before, after) = instants.chain([now]).fold((None, None), |(before, after), instant| match after {
+        None if instant.time < time => (Some(instant), None),
+        None => (before, Some(instant)),
+        Some(_) => (before, after),
+    });
+    match (before, after) {
+        (Some(a), Some(b)) => {
+            let share = (time - a.time) / (b.time - a.time);
+            (a.normal * (1.0 - share) + b.normal * share).normalize()
+        }
+        (a, b) => a.or(b).unwrap_or(now).normal,
+    }
+}
 
 /// Top of the parabola through three instants none of which is higher than the middle one; the
 /// middle one otherwise.
@@ -375,7 +390,7 @@ mod tests {
     #[test]
     fn penetration_is_a_share_of_the_approach() {
         let mut watch = ImpactMonitor::default();
-        assert_eq!(watch.overlap_share(0.0), None);
+        assert_eq!(watch.overlap_share(0.0, 0.0), None);
         // Speed falls from 2 m/s at the touch at 0.5 s to none at 2.5 s and turns: an approach of 2
         // m, of which 0.1 m is penetration.
         for (t, velocity, penetration) in
@@ -387,9 +402,27 @@ mod tests {
         // What is penetration later counts for the approach of then. The trapezium over the step of
         // the touch takes its speed at the step's start: 1.0 m from there to 1 s where 0.875 m is
         // right.
-        let (share, time) = watch.overlap_share(0.0).expect("it runs");
+        let (share, time) = watch.overlap_share(0.0, 0.0).expect("it runs");
         assert!((share - 0.1 / 2.0).abs() < 1e-12, "{share}");
         assert!((time - 1.5).abs() < 1e-12, "{time}");
+        // Bodies that overlapped by 4 m before have approached by that.
+        let of_overlapping = watch.overlap_share(0.0, 4.0).expect("it runs").0;
+        assert!((of_overlapping - 0.1 / 4.0).abs() < 1e-12, "{of_overlapping}");
+    }
+
+    #[test]
+    fn the_normal_is_that_of_the_peak_between_two_steps() {
+        let mut watch = ImpactMonitor::default();
+        // The normal turns evenly by 0.2 rad a second; the parabola through the forces 3, 4, 3.5 has
+        // its top a sixth of a second behind the middle one.
+        for (t, force) in [(0.0, 0.0), (1.0, 3.0), (2.0, 4.0), (3.0, 3.5)] {
+            let angle: f64 = 0.2 * (t - 2.0);
+            let normal = Vector3::new(angle.sin(), 0.0, angle.cos());
+            watch.step(ContactInstant { normal, ..instant(t, force, 0.0, 0.0) }, None, None);
+        }
+        let turned = Vector3::from(watch.running.expect("it runs").normal);
+        // Chords turn as evenly as arcs to the cube of the angle between steps.
+        assert!((turned.x.atan2(turned.z) - 0.2 / 6.0).abs() < 0.2_f64.powi(3), "{turned}");
     }
 
     #[test]

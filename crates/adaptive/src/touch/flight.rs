@@ -25,7 +25,7 @@ pub(super) fn touch_in_flight(
     contact: &ContactSpec,
     poses: &[BodyState],
 ) -> Option<(Vec<BodyState>, Nearest)> {
-    let other = if let Target::Body(other) = contact.target { Some(other) } else { None };
+    let other = contact.target.body();
     let mut bodies = [Some(contact.body), other].into_iter().flatten();
     if bodies.any(|body| !is_free(spec, body) && !spec.is_held(body)) {
         return None;

@@ -116,7 +116,7 @@ fn shorter<M: OneStepMethod, S: OdeSystem + ?Sized>(
     system: &S,
     StepAttempt { h, .. }: StepAttempt,
 ) -> Option<StepAttempt> {
-    let share = system.change_of_form(&stepping.y, method.trial(), h)?;
+    let share = system.change_of_form(stepping.t, &stepping.y, method.trial(), h)?;
     let wanted = share * h * (1.0 + BEHIND) + 4.0 * smallest_step(stepping.t, stepping.t + h);
     (wanted < (1.0 - OVERSHOT) * h).then_some(StepAttempt { h: wanted, end: stepping.t + wanted })
 }

@@ -44,10 +44,10 @@ pub trait OdeSystem {
         f64::INFINITY
     }
 
-    /// The share of a step of size `h` from the state `y0` to `y1` after which the right-hand side
+    /// The share of a step of size `h` from time `t` and the state `y0` to `y1` after which the right-hand side
     /// has another form (a stop is reached); `None` if it keeps its form. The step is repeated to
     /// end just behind that.
-    fn change_of_form(&self, _y0: &[f64], _y1: &[f64], _h: f64) -> Option<f64> {
+    fn change_of_form(&self, _t: f64, _y0: &[f64], _y1: &[f64], _h: f64) -> Option<f64> {
         None
     }
 

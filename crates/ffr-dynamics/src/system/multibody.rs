@@ -432,8 +432,8 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
         self.model.longest_step(t)
     }
 
-    fn change_of_form(&self, y0: &[f64], y1: &[f64], h: f64) -> Option<f64> {
-        self.model.change_of_form(y0, y1, h)
+    fn change_of_form(&self, t: f64, y0: &[f64], y1: &[f64], h: f64) -> Option<f64> {
+        self.model.change_of_form(t, y0, y1, h)
     }
 
     fn has_memory(&self) -> bool {

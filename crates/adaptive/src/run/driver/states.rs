@@ -34,11 +34,26 @@ impl Driver<'_> {
         wanted.max(self.settings.phase_share * (t - self.work.start))
     }
 
+    /// Whether the run is at its start and bodies may overlap there: then the trials of the impact
+    /// that it begins with store that instant.
+    pub(super) fn begins_with_overlap(&self) -> bool {
+        self.integrator.time() <= 0.0 && self.model.contacts.iter().any(|c| c.allowed_overlap > 0.0)
+    }
+
+    /// Notes the present state without storing it.
+    pub(super) fn note(&mut self) -> Result<(), AdaptiveError> {
+        self.interpolated.copy_from_slice(self.integrator.state());
+        let t = self.integrator.time();
+        self.evaluate(t)?;
+        self.local_deformation.begin(t, self.model.observed.points.len());
+        self.fill(t);
+        self.check_ledger()
+    }
+
     /// Stores the present state.
     pub(super) fn store(&mut self) -> Result<(), AdaptiveError> {
-        self.interpolated.copy_from_slice(self.integrator.state());
-        self.evaluate(self.integrator.time())?;
-        self.report(self.integrator.time())
+        self.note()?;
+        self.send()
     }
 
     /// Notes the state at the end of the step of an impact just accepted, which the forces were

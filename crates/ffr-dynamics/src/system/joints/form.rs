@@ -102,6 +102,19 @@ pub(crate) fn change_of_form(
     first_change(|share| !force.has_form(first, state(share), round_off))
 }
 
+/// Share of a step of size `h` from time `t` \[s\] at which the force along a coordinate whose
+/// motion is prescribed changes its form.
+pub(crate) fn change_of_driven_form(force: &CoordinateForce, t: f64, h: f64) -> Option<f64> {
+    let motion = force.motion.as_ref().filter(|_| force.has_forms())?;
+    let state = |share: f64| {
+        let [position, velocity, _] = motion.at(t + share * h);
+        (position, velocity)
+    };
+    let (start, end) = (state(0.0), state(1.0));
+    let (first, round_off) = (force.form(start.0, start.1), rate_round_off((start.0, end.0), h));
+    first_change(|share| !force.has_form(first, state(share), round_off))
+}
+
 /// Position and velocity at a share of a step of size `h`, on the cubic between both ends.
 fn on_cubic((p0, v0): (f64, f64), (p1, v1): (f64, f64), h: f64, share: f64) -> (f64, f64) {
     let (a, b) = (share, 1.0 - share);

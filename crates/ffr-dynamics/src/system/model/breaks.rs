@@ -2,8 +2,13 @@
 //! state by stops and friction of joints (docs/theory.md Eq. T.32, M.22).
 
 use super::{MultibodyModel, TreeBody};
-use crate::system::joints::TimeFunction;
-use crate::system::joints::form::{change_of_form, change_of_sliding};
+use crate::system::joints::form::{change_of_driven_form, change_of_form, change_of_sliding};
+use crate::system::joints::{CoordinateForce, TimeFunction};
+
+/// Longest step over the one that resolves a prescribed motion: the power that it takes, a force
+/// times a velocity, has half its period, and of a body that moves along with it no state has an
+/// error to choose steps by.
+const STEP_OF_MOTION: f64 = 0.25;
 
 impl MultibodyModel {
     /// The next time after `t` at which something given over time is not smooth.
@@ -13,20 +18,35 @@ impl MultibodyModel {
 
     /// Longest step from time `t` that resolves what is given over time \[s\].
     pub(in crate::system) fn longest_step(&self, t: f64) -> f64 {
-        self.time_functions().map(|function| function.longest_step(t)).fold(f64::INFINITY, f64::min)
+        let forces = self.forces_over_time().map(|force| force.longest_step(t));
+        let motions = self.motions().map(|motion| STEP_OF_MOTION * motion.longest_step(t));
+        forces.chain(motions).fold(f64::INFINITY, f64::min)
     }
 
-    /// All that is given over time: drives, prescribed motions, loads.
+    /// All that is given over time.
     fn time_functions(&self) -> impl Iterator<Item = &TimeFunction> {
-        let of_joints = self.bodies.iter().flat_map(|body| &body.joint.coordinates);
-        let of_joints = of_joints.flat_map(|c| [c.drive.as_ref(), c.motion.as_ref()]);
-        let of_loads = self.loads.iter().flat_map(|load| load.components.iter().map(Option::as_ref));
-        of_joints.chain(of_loads).flatten()
+        self.forces_over_time().chain(self.motions())
     }
 
-    /// Share of a step of size `h` between two states at which the force of a joint changes its
-    /// form, if one does.
-    pub(in crate::system) fn change_of_form(&self, y0: &[f64], y1: &[f64], h: f64) -> Option<f64> {
+    /// Drives and loads.
+    fn forces_over_time(&self) -> impl Iterator<Item = &TimeFunction> {
+        let drives = self.coordinates().filter_map(|coordinate| coordinate.drive.as_ref());
+        let of_loads = self.loads.iter().flat_map(|load| load.components.iter().flatten());
+        drives.chain(of_loads)
+    }
+
+    /// Prescribed motions of joints.
+    fn motions(&self) -> impl Iterator<Item = &TimeFunction> {
+        self.coordinates().filter_map(|coordinate| coordinate.motion.as_ref())
+    }
+
+    fn coordinates(&self) -> impl Iterator<Item = &CoordinateForce> {
+        self.bodies.iter().flat_map(|body| &body.joint.coordinates)
+    }
+
+    /// Share of a step of size `h` from time `t` between two states at which the force of a joint
+    /// changes its form, if one does.
+    pub(in crate::system) fn change_of_form(&self, t: f64, y0: &[f64], y1: &[f64], h: f64) -> Option<f64> {
         let shares = self.bodies.iter().flat_map(|TreeBody { joint, layout, .. }| {
             let (positions, velocities) = (layout.positions(), layout.velocities());
             let start = (&y0[positions.clone()], &y0[velocities.clone()]);
@@ -38,6 +58,7 @@ impl MultibodyModel {
                 .filter_map(move |(k, force)| change_of_form(joint.kind, force?, k, start, end, h))
                 .chain(slides)
         });
-        shares.min_by(f64::total_cmp)
+        let driven = self.coordinates().filter_map(|force| change_of_driven_form(force, t, h));
+        shares.chain(driven).min_by(f64::total_cmp)
     }
 }

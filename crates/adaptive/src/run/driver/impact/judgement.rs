@@ -228,7 +228,8 @@ impl Driver<'_> {
         if element.n_points() == 0 || !element.penalty().is_finite() {
             return None;
         }
-        let (share, time) = self.slots[i].monitor.overlap_share(TOUCHING * facts.size)?;
+        let before = self.slots[i].fine().map_or(0.0, |fine| fine.overlap);
+        let (share, time) = self.slots[i].monitor.overlap_share(TOUCHING * facts.size, before)?;
         let is_jump = self.slots[i].fine().and_then(|fine| fine.whole).is_some_and(TouchKind::is_jump);
         let pressing = if is_jump { Pressing::of_flat_faces(time, facts.round_trip) } else { Pressing::Body };
         Some(Overlap { share, pressing })

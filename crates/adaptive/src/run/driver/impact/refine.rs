@@ -163,6 +163,7 @@ impl Driver<'_> {
         if let Some((mut element, mut fine)) = slot.whole.take_if(|(_, fine)| serves(fine)) {
             let (search, bodies) = (slot.search.take(), (self.model.bodies.as_slice(), states));
             refinement.begin_again((element.contact.as_mut(), &mut fine), search, activation, bodies)?;
+            fine.overlap = (0.0 - touch.nearest.gap).max(0.0);
             return self.enter((i, element), fine, Vec::new());
         }
         let request = RefinementRequest {

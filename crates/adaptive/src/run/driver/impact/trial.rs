@@ -53,10 +53,6 @@ impl Driver<'_> {
         (self.run.last_output, self.output.is_noted) = (self.integrator.time(), false);
         self.lowered = None;
         self.begin_watch();
-        if self.integrator.time() <= 0.0 && self.model.contacts.iter().any(|c| c.allowed_overlap > 0.0) {
-            // The energy of an overlap that is allowed is there from the start.
-            self.run.ledger.start = None;
-        }
         self.local_deformation.begin(self.integrator.time(), self.model.observed.points.len());
         let statistics = self.statistics();
         let penalties = self.model.system.forces().iter().map(|f| f.contact.penalty());
@@ -90,6 +86,11 @@ impl Driver<'_> {
             // first step.
             let (t, y) = (self.integrator.time(), self.integrator.state());
             let _ = self.model.system.evaluate_accelerations(t, y);
+        }
+        if self.begins_with_overlap() {
+            // Its energy is there from the start, as the fine models of this trial have it.
+            self.run.ledger.start = None;
+            self.store()?;
         }
         for i in 0..self.slots.len() {
             self.begin_monitor(i)?;

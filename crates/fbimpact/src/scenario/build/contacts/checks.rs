@@ -147,7 +147,11 @@ fn check_shared_space(checker: &mut Checker, root: &Section, section: &Section, 
     let [Some(first), Some(second)] = bodies.map(|body| body.section.vector::<3>("position")) else { return };
     let places = [first, second].map(Vector3::from);
     if let Err(fault) = way_between(bodies[0].motion(), places.each_ref()) {
-        checker.fault_in(section, "target_body", format!("must lie where the contact body moves: {fault} (position)"));
+        checker.fault_in(
+            section,
+            "target_body",
+            format!("must lie where the contact body moves: {fault} (position)"),
+        );
     }
 }
 
