@@ -57,6 +57,7 @@ mod reader_memory;
 mod rest;
 mod restitution;
 mod results;
+mod recorded_quantities;
 mod report;
 mod resume;
 mod rigid_targets;

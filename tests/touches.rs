@@ -79,11 +79,11 @@ fn what_touches_first_decides_and_not_what_is_nearest_at_the_start() {
     assert!((place(touch.sites.contact_body.point) - 1.0).abs() < 1e-4);
     let before = touches.at_start(contact).unwrap().expect("it lies above the floor").contact_body.point;
     assert!(place(before) < 1e-4, "{before:?}");
-    // Hertz: T = 2.868 (m² / (R E*² v))^(1/5) with the radius of curvature a²/c; the speed is that of the end, which the spin moves aside.
+    // Hertz: T = 2.868 (m² / (R E*² v))^(1/5) with the radius of curvature a²/c; the speed is that of the fall, for the spin moves the end aside.
     let volume = 4.0 / 3.0 * PI * side * side * end;
     let material = spec.bodies[0].kind.slowest_material().unwrap();
     let modulus = material.youngs_modulus() / (1.0 - material.poissons_ratio().powi(2));
-    let (mass, radius, speed) = (material.density() * volume, side * side / end, speed.hypot(spin * end));
+    let (mass, radius) = (material.density() * volume, side * side / end);
     let duration = 2.868 * (mass * mass / (radius * modulus * modulus * speed)).powf(0.2);
     let found = shortest(&touches)[0].clone().expect("the time of an impact");
     assert_eq!(found.scale, TimeScale::Hertz);

@@ -25,9 +25,11 @@ pub fn way_between(
 ) -> Result<Vector3<f64>, MotionFault> {
     let way = second - first;
     let (within, places) = match motion {
-        RigidMotion::Axial => (Vector3::new(0.0, 0.0, way.z), "axisymmetric bodies in contact have axes"),
+        RigidMotion::Axial => {
+            (Vector3::new(0.0, 0.0, way.z), "axisymmetric bodies in contact have axes, in x and y,")
+        }
         RigidMotion::Planar => {
-            (Vector3::new(way.x, way.y, 0.0), "bodies of plane models in contact have planes")
+            (Vector3::new(way.x, way.y, 0.0), "bodies of plane models in contact have planes, in z,")
         }
         RigidMotion::Spatial => return Ok(way),
     };

@@ -1,0 +1,112 @@
+//! Quantities that a run records beside the motion: work of driven joints, pressure, energy of overlaps, restitution.
+
+use crate::blocks::block;
+use crate::support::scenarios::{self, run};
+use crate::writers::inp;
+use adaptive::run::recording::Recording;
+use fe_mesh::ElementKind;
+use std::path::Path;
+
+fn recorded(folder: &Path, text: &str) -> Recording {
+    run(&scenarios::valid(folder, text, &[]))
+}
+
+/// A body of the mass `mass` \[kg\] on a slider that moves to and fro; `friction` \[N\].
+fn shaken(mass: f64, (amplitude, frequency): (f64, f64), end: f64, friction: &str) -> Recording {
+    let text = format!(
+        "[simulation]\nend_time = {end}\n[bodies.t]\nmodel = \"rigid\"\nmass = {mass}\ninertia = [1.0, 1.0, 1.0]\n\
+         [joints.j]\ntype = \"prismatic\"\naxis = [0, 1, 0]\nparent = {{ body = \"ground\" }}\n\
+         child = {{ body = \"t\", point = [0, 0, 0] }}\n\
+         motion = {{ kind = \"harmonic\", amplitude = {amplitude}, frequency = {frequency} }}\n{friction}"
+    );
+    recorded(Path::new("."), &text)
+}
+
+#[test]
+fn a_driven_joint_supplies_what_its_body_has_at_any_frequency() {
+    for frequency in [50.0, 2e3, 4e3, 9e3, 11e3, 20e3] {
+        let found = shaken(1.0, (1e-4, frequency), 0.02, "");
+        let largest = found.samples.iter().map(|s| s.energies.kinetic).fold(0.0, f64::max);
+        let start = found.samples[0].energies.total();
+        let open = found.samples.iter().map(|s| (s.energies.total() - start).abs()).fold(0.0, f64::max);
+        // A ledger that closes by as much is called right in the documents.
+        assert!(open < 1e-5 * largest, "{frequency} Hz: open by {:e} of the largest energy", open / largest);
+    }
+}
+
+#[test]
+fn friction_of_a_driven_joint_takes_its_force_times_the_way() {
+    for (frequency, end) in [(500.0, 0.05), (2e3, 0.05), (2e3, 0.0513), (7e3, 0.02)] {
+        let found = shaken(1e-6, (1e-5, frequency), end, "friction = 1.0\n");
+        let turns = (4.0 * frequency * end).floor();
+        let rest = (std::f64::consts::TAU * frequency * end).sin().abs();
+        // Four amplitudes a period; within the last quarter from or towards the middle.
+        let way = 1e-5 * (turns + if turns as u64 % 2 == 0 { rest } else { 1.0 - rest });
+        let lost = found.samples.last().map_or(0.0, |s| s.energies.dissipated);
+        // About each turn friction is less while the velocity is below that of its transition.
+        assert!((lost / way - 1.0).abs() < 1e-3, "{frequency} Hz: {lost:e} J on {way:e} m");
+    }
+}
+
+#[test]
+fn plane_bodies_press_each_other_over_the_smaller_thickness() {
+    let pressed = |[contact, target]: [&str; 2]| {
+        let text = format!(
+            "[simulation]\nend_time = 4e-5\n[bodies.b]\nmodel = \"plane-stress\"\nthickness = 0.01\nmaterial = \"steel\"\n\
+             geometry = {{ shape = \"disc\", radius = 0.005 }}\nposition = [0, 0.015001, 0]\nvelocity = [0, -0.2, 0]\n\
+             [bodies.h]\nmodel = \"plane-stress\"\nthickness = 0.03\nmaterial = \"steel\"\n\
+             geometry = {{ shape = \"rectangle\", size = [0.06, 0.02] }}\n\
+             [contacts.c]\ncontact_body = \"{contact}\"\ntarget_body = \"{target}\"\n"
+        );
+        let found = recorded(Path::new("."), &text);
+        let contacts = found.samples.iter().map(|s| &s.contacts[0]);
+        let peak = contacts.clone().max_by(|a, b| a.normal_force.total_cmp(&b.normal_force)).expect("it touches");
+        (peak.normal_force, peak.contact_area)
+    };
+    let [thin, thick] = [pressed(["b", "h"]), pressed(["h", "b"])];
+    assert!((thin.0 / thick.0 - 1.0).abs() < 1e-2, "{thin:?} {thick:?}");
+    // An element row of some ten in contact.
+    assert!((thin.1 / thick.1 - 1.0).abs() < 0.15, "{thin:?} {thick:?}");
+}
+
+#[test]
+fn an_overlap_of_the_start_is_in_the_first_state() {
+    let text = "[simulation]\nend_time = 1e-4\n[bodies.b]\nmodel = \"axisymmetric\"\nmaterial = \"steel\"\n\
+                geometry = { shape = \"sphere\", radius = 0.01 }\nposition = [0, 0, 0.009999]\n\
+                [bodies.p]\nmodel = \"rigid\"\ngeometry = { shape = \"plane\" }\n\
+                [contacts.c]\ncontact_body = \"b\"\ntarget_body = \"p\"\ninitial_overlap = 2e-6\n";
+    let found = recorded(Path::new("."), text);
+    assert!(found.samples[0].time.abs() < f64::EPSILON && found.samples[1].time > 0.0);
+    let start = found.samples[0].energies.total();
+    assert!(start > 0.0);
+    let open = found.samples.iter().map(|s| (s.energies.total() / start - 1.0).abs()).fold(0.0, f64::max);
+    // As a ledger that closes in the documents.
+    assert!(open < 1e-5, "{open:e}");
+    // That the bodies never approach is no penetration: the penalty factor is compared and not raised for ever.
+    let raised = found.trials.iter().filter(|t| t.reason.contains("penetration")).count();
+    assert_eq!(raised, 0, "{:?}", found.trials.iter().map(|t| &t.reason).collect::<Vec<_>>());
+}
+
+#[test]
+fn a_ball_of_a_mesh_that_spins_rebounds_as_fast_as_it_came() {
+    let folder = scenarios::folder("recorded_quantities");
+    // A cube of elements blown up to a ball of 10 mm.
+    let raw = block(ElementKind::Hex20, [6, 6, 6], |x| {
+        let c = x.map(|x| 2.0 * x - 1.0);
+        let squares = c.map(|c| c * c);
+        [0, 1, 2].map(|i| {
+            let (a, b) = (squares[(i + 1) % 3], squares[(i + 2) % 3]);
+            10.0 * c[i] * (1.0 - 0.5 * a - 0.5 * b + a * b / 3.0).sqrt()
+        })
+    });
+    std::fs::write(folder.join("ball.inp"), inp(&raw)).expect("written");
+    let text = "accuracy = \"fast\"\n[simulation]\nend_time = \"0.1 ms\"\n[bodies.floor]\nmodel = \"rigid\"\n\
+                geometry = { shape = \"plane\" }\n[bodies.ball]\nmodel = \"mesh\"\nfile = \"ball.inp\"\nunits = \"mm\"\n\
+                material = \"steel\"\nposition = [0, 0, 0.010001]\nvelocity = [0, 0, -0.5]\nangular_velocity = [0, 300, 0]\n\
+                reduction = { modes = 10 }\n[contacts.c]\ncontact_body = \"ball\"\ntarget_body = \"floor\"\n";
+    let found = recorded(&folder, text);
+    let impact = &found.impacts[0];
+    // A steel ball keeps all but 1e-3 of its velocity; half a spacing of contact points at 300 rad/s is 2 % of it.
+    assert!((impact.approach_velocity / 0.5 - 1.0).abs() < 5e-3, "{impact:?}");
+    assert!((impact.restitution - 1.0).abs() < 5e-3, "{impact:?}");
+}
