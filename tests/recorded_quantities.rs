@@ -60,7 +60,8 @@ fn plane_bodies_press_each_other_over_the_smaller_thickness() {
         );
         let found = recorded(Path::new("."), &text);
         let contacts = found.samples.iter().map(|s| &s.contacts[0]);
-        let peak = contacts.clone().max_by(|a, b| a.normal_force.total_cmp(&b.normal_force)).expect("it touches");
+        let peak =
+            contacts.clone().max_by(|a, b| a.normal_force.total_cmp(&b.normal_force)).expect("it touches");
         (peak.normal_force, peak.contact_area)
     };
     let [thin, thick] = [pressed(["b", "h"]), pressed(["h", "b"])];
