@@ -77,7 +77,7 @@ fn springs_count_the_slip_from_when_the_approach_reached_them() {
     let found = errors(1e3, &|time| Vector3::new(0.1, 0.03, -1.0) * (DEPTH * time / END));
     // Round-off of places 0.01 m from the origin over the slip of 2e-6 m.
     assert!(found.iter().all(|error| *error < 1e-11), "{found:?}");
-    // Other slips are in proportion to the square of a step; counted from the beginning of the step they are of the first order, 0.1 after 10.
+    // Other slips are in proportion to the square of a step; counted from the beginning of the step they are of the first order, 0.07 with 10.
     let found = errors(1e3, &|time| Vector3::new(0.1 * (time / END).powi(2), 0.03, -time / END) * DEPTH);
     assert!(found[0] < 4e-3, "{found:?}");
     assert!(orders(found).iter().all(|order| *order > 1.8), "{found:?}");
