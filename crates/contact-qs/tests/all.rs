@@ -11,6 +11,7 @@ mod half_space;
 mod hertz;
 mod hertz_impact;
 mod hertz_rolling;
+mod hertz_steps;
 mod hertz_surfaces;
 mod massless_boundary;
 mod pair;

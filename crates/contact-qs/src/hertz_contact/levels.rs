@@ -33,6 +33,7 @@ impl Depths {
         ranges.map(move |range| {
             let upper = range[1].min(approach);
             Share {
+                depth: range[0],
                 force: force(upper) - force(range[0]),
                 rate: tangent(upper) - tangent(range[0]),
                 stiffness: tangent(range[1]) - tangent(range[0]),
@@ -44,6 +45,8 @@ impl Depths {
 /// A level's share of the normal force, of its rate, and its stiffness, over `k`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Share {
+    /// Approach at which the level begins \[m\].
+    pub depth: f64,
     pub force: f64,
     pub rate: f64,
     pub stiffness: f64,

@@ -48,6 +48,14 @@ struct Reference {
     tangents_in_target: [Vector3<f64>; 2],
     /// None where the bodies were apart.
     stiffness: Option<SpringStiffness>,
+    /// How far the bodies lay in each other, negative where they were apart \[m\].
+    approach: f64,
+    /// When that was \[s\].
+    time: f64,
+    /// Speed of the contact body over the target, in the frame of the target [m/s].
+    rate: Vector3<f64>,
+    /// What the springs held at most \[N\].
+    bounds: Vec<f64>,
     /// Stretches of the springs along the tangents \[m\].
     stretches: Vec<[f64; 2]>,
 }
@@ -61,19 +69,25 @@ impl Reference {
             pose: Isometry3::identity(),
             tangents_in_target: [Vector3::zeros(); 2],
             stiffness: None,
+            approach: 0.0,
+            time: 0.0,
+            rate: Vector3::zeros(),
+            bounds: vec![0.0; n],
             stretches: vec![[0.0; 2]; n],
         }
     }
 
     fn copy_from(&mut self, other: &Self) {
         (self.points, self.pose, self.stiffness) = (other.points, other.pose, other.stiffness);
-        self.tangents_in_target = other.tangents_in_target;
+        (self.tangents_in_target, self.approach) = (other.tangents_in_target, other.approach);
+        (self.time, self.rate) = (other.time, other.rate);
         for (own, others) in self.shapes.iter_mut().zip(&other.shapes) {
             own.copy_from_slice(others);
         }
         for (own, others) in self.elastic.iter_mut().zip(&other.elastic) {
             own.copy_from_slice(others);
         }
+        self.bounds.copy_from_slice(&other.bounds);
         self.stretches.copy_from_slice(&other.stretches);
     }
 
@@ -232,6 +246,9 @@ impl Sliding {
         let touch = pressed.touch;
         found.point = (touch.points[0] + touch.points[1]) * 0.5;
         found.next.stand(&frames, &found.point, shapes);
+        (found.next.approach, found.next.time) = (-touch.gap, motion.time);
+        let velocity = |side: usize| frames[side].velocity(&found.point, &shapes[side]);
+        found.next.rate = frames[1].vector(&(velocity(0) - velocity(1)));
         let normal_in_target = frames[1].vector(&touch.normal);
         found.next.stiffness = pressed.curved.map(|curved| {
             let k = curved.ellipse.stiffness();
@@ -241,6 +258,7 @@ impl Sliding {
         found.next.tangents_in_target = directions.map(|t| frames[1].vector(&t));
         if !state.is_known {
             found.next.stretches.fill([0.0; 2]);
+            found.next.bounds.fill(0.0);
             state.reference.copy_from(&found.next);
             state.reference.stiffness = None;
             state.is_known = true;
@@ -254,11 +272,13 @@ impl Sliding {
             found.next.tangents_in_target = turned(&before, &normal_in_target);
         }
         let now = found.next.tangents_in_target;
-        let slip = slip(reference, &found.next, [&before, &now]);
-        let velocity = |side: usize| frames[side].velocity(&found.point, &shapes[side]);
-        let rate = frames[1].vector(&(velocity(0) - velocity(1)));
-        let rate = now.map(|t| t.dot(&rate));
-        let force = self.springs(pressed, &frames, [slip, rate], reference, found);
+        let path = Path {
+            time: motion.time - reference.time,
+            slip: slip(reference, &found.next, [&before, &now]),
+            rate: now.map(|t| t.dot(&found.next.rate)),
+            first_rate: before.map(|t| t.dot(&reference.rate)),
+        };
+        let force = self.springs(pressed, &frames, &path, reference, found);
         found.force = frames[1].in_space(&(now[0] * force[0] + now[1] * force[1]));
         found.is_known = true;
     }
@@ -268,12 +288,13 @@ impl Sliding {
         &self,
         pressed: &Pressed<'_>,
         frames: &[Frame<'_>; 2],
-        [slip, slip_rate]: [[f64; 2]; 2],
+        path: &Path,
         reference: &Reference,
         found: &mut SlidingFound,
     ) -> [f64; 2] {
         (found.energy, found.work, found.is_sliding) = (0.0, SlidingWork::default(), false);
         found.next.stretches.fill([0.0; 2]);
+        found.next.bounds.fill(0.0);
         let (Some(curved), Some(stiffness)) = (pressed.curved, found.next.stiffness) else { return [0.0; 2] };
         let approach = -pressed.touch.gap;
         let closing = {
@@ -285,16 +306,18 @@ impl Sliding {
         let (mut sum, mut all_slide, mut any) = ([0.0; 2], true, false);
         for (level, share) in self.depths.at(approach).enumerate() {
             let compliance = stiffness.map(|k| 1.0 / (k * share.stiffness));
-            let stretch = [0, 1].map(|a| reference.stretches[level][a] + slip[a]);
-            let spring = returned(stretch, compliance, bound * share.force);
+            let bounds = (bound * share.force, bound * share.rate * closing);
+            let part = since_reached(share.depth, [reference.approach, approach], closing);
+            let held = Held { stretch: reference.stretches[level], bound: reference.bounds[level] };
+            let spring = held.pulled([path.way(part), path.way_at_stage(part)], compliance, bounds);
             for a in 0..2 {
                 sum[a] += spring.force[a];
                 found.energy += 0.5 * compliance[a] * spring.force[a].powi(2);
                 found.next.stretches[level][a] = -compliance[a] * spring.force[a];
             }
-            (all_slide, any) = (all_slide && spring.slip > 0.0, true);
-            let bounds = (bound * share.force, bound * share.rate * closing);
-            found.work = found.work.plus(work(&spring, compliance, slip_rate, bounds));
+            found.next.bounds[level] = bounds.0;
+            (all_slide, any) = (all_slide && spring.is_sliding, true);
+            found.work = found.work.plus(spring.work);
         }
         found.is_sliding = all_slide && any;
         sum
@@ -309,23 +332,144 @@ fn slip(then: &Reference, now: &Reference, tangents: [&[Vector3<f64>; 2]; 2]) ->
     [0, 1].map(|a| 0.5 * (tangents[1][a].dot(&parted) - tangents[0][a].dot(&met)))
 }
 
-/// Work that a spring loses to sliding, its bound being `bound` and growing by `bound_rate`
-/// (Eqs. C.89, F.15).
-fn work(
-    spring: &Returned,
-    compliance: [f64; 2],
-    stretch_rate: [f64; 2],
-    (bound, bound_rate): (f64, f64),
-) -> SlidingWork {
-    let Returned { force, slip } = *spring;
-    if slip <= 0.0 || bound <= 0.0 {
-        return SlidingWork::default();
+/// Part of the slip since the last update of the references, when the approach was `then`, that
+/// came after it reached `depth`, if both grew in proportion until `now`; and its rate where it
+/// grows by `closing`.
+fn since_reached(depth: f64, [then, now]: [f64; 2], closing: f64) -> (f64, f64) {
+    if depth <= then || now <= depth {
+        return (1.0, 0.0);
     }
-    let over = |v: [f64; 2]| -> f64 { (0..2).map(|a| force[a] * v[a] / (compliance[a] + slip)).sum() };
-    let slip_rate = -(bound * bound_rate + over(stretch_rate)) / over(force);
-    // The slid way `γ b` and its rate.
-    let (way, way_rate) = (slip * bound, slip_rate * bound + slip * bound_rate);
-    SlidingWork { power: bound * way_rate, slid: bound * way, slid_rate: bound_rate * way + bound * way_rate }
+    let way = now - then;
+    ((now - depth) / way, closing * (depth - then) / (way * way))
+}
+
+/// Share of a step at which the first stage of its slide lies, `1 - 1/√2`: with it the rule of two
+/// stages is of second order and forgets at once what long slides leave behind.
+const STAGE: f64 = 1.0 - std::f64::consts::FRAC_1_SQRT_2;
+/// What the slide of the first stage counts at the end of the step.
+const STAGE_WEIGHT: f64 = (1.0 - STAGE) / STAGE;
+
+/// Slip along the tangents since the last update of the references.
+struct Path {
+    /// Time since then \[s\].
+    time: f64,
+    slip: [f64; 2],
+    rate: [f64; 2],
+    /// Its rate then.
+    first_rate: [f64; 2],
+}
+
+/// A way or a force along the tangents, and its rate [m, m/s; N, N/s].
+type Way = ([f64; 2], [f64; 2]);
+
+impl Path {
+    /// The part `part` of the slip, which has a rate.
+    fn way(&self, part: (f64, f64)) -> Way {
+        share(part, (self.slip, self.rate))
+    }
+
+    /// The part `part` of what the first stage slips: its share of the time, at the rate that a
+    /// path of second order has there (Eq. C.88).
+    fn way_at_stage(&self, part: (f64, f64)) -> Way {
+        let [time, one] = if self.time > 0.0 { [self.time, 1.0] } else { [0.0; 2] };
+        let blend = |first: f64, all: f64| STAGE * ((1.0 - 2.0 * STAGE) * first + 2.0 * STAGE * all);
+        let way = [0, 1].map(|a| blend(self.first_rate[a] * time, self.slip[a]));
+        let rate = [0, 1].map(|a| blend(self.first_rate[a] * one, self.rate[a]));
+        share(part, (way, rate))
+    }
+}
+
+fn share((part, part_rate): (f64, f64), (way, rate): Way) -> Way {
+    (way.map(|w| part * w), [0, 1].map(|a| part * rate[a] + part_rate * way[a]))
+}
+
+/// A spring at the last update of the references.
+struct Held {
+    stretch: [f64; 2],
+    bound: f64,
+}
+
+/// A spring now.
+struct Pulled {
+    force: [f64; 2],
+    work: SlidingWork,
+    is_sliding: bool,
+}
+
+impl Held {
+    /// Force and lost work of the spring after the way `way`, `at_stage` at the first stage, its
+    /// bound being `bound.0` and growing by `bound.1` (Eqs. C.88, C.89).
+    fn pulled(&self, [way, at_stage]: [Way; 2], compliance: [f64; 2], bound: (f64, f64)) -> Pulled {
+        let from = |w: [f64; 2]| [0, 1].map(|a| self.stretch[a] + w[a]);
+        let middle = (self.bound + STAGE * (bound.0 - self.bound), STAGE * bound.1);
+        let stage = Slide::new((from(at_stage.0), at_stage.1), compliance, middle);
+        let whole = Slide::new((from(way.0), way.1), compliance, bound);
+        let force = if stage.is_sliding {
+            let weigh = |way: [f64; 2], slid: [f64; 2]| [0, 1].map(|a| way[a] - STAGE_WEIGHT * slid[a]);
+            let left = (from(weigh(way.0, stage.way.0)), weigh(way.1, stage.way.1));
+            aligned(whole.force, Slide::new(left, compliance, bound).force)
+        } else {
+            whole.force
+        };
+        let slid = [0, 1].map(|a| self.stretch[a] + way.0[a] + compliance[a] * force.0[a]);
+        let slid_rate = [0, 1].map(|a| way.1[a] + compliance[a] * force.1[a]);
+        let has_slid = stage.is_sliding || whole.is_sliding;
+        let work = if has_slid { work(force, (slid, slid_rate)) } else { SlidingWork::default() };
+        Pulled { force: force.0, work, is_sliding: whole.is_sliding }
+    }
+}
+
+/// Lost power `-τ·ẇ`, and work `-τ·w`, of the force `force` over the slid way `way` (Eq. C.89).
+fn work(force: Way, way: Way) -> SlidingWork {
+    let power = -dot(force.0, way.1);
+    SlidingWork { power, slid: -dot(force.0, way.0), slid_rate: power - dot(force.1, way.0) }
+}
+
+fn dot(a: [f64; 2], b: [f64; 2]) -> f64 {
+    a[0] * b[0] + a[1] * b[1]
+}
+
+/// The force `force`, turned as far as the part of `towards` across it says; each with its rate.
+fn aligned(force: Way, towards: Way) -> Way {
+    let cross = |a: [f64; 2], b: [f64; 2]| a[0] * b[1] - a[1] * b[0];
+    let square = dot(force.0, force.0);
+    let across = cross(force.0, towards.0);
+    if square <= 0.0 || across == 0.0 {
+        return force;
+    }
+    let tangent = across / square;
+    let across_rate = cross(force.1, towards.0) + cross(force.0, towards.1);
+    let tangent_rate = (across_rate - 2.0 * tangent * dot(force.0, force.1)) / square;
+    let cosine = 1.0 / tangent.hypot(1.0);
+    let (sine, angle_rate) = (cosine * tangent, tangent_rate * cosine * cosine);
+    let turned = |v: [f64; 2]| [cosine * v[0] - sine * v[1], sine * v[0] + cosine * v[1]];
+    let (now, rate) = (turned(force.0), turned(force.1));
+    (now, [rate[0] - angle_rate * now[1], rate[1] + angle_rate * now[0]])
+}
+
+/// A spring that is stretched from where it sticks, by the implicit rule of Euler.
+struct Slide {
+    /// Force along both tangents and its rate.
+    force: Way,
+    /// Slid way `-γ τ` and its rate.
+    way: Way,
+    is_sliding: bool,
+}
+
+impl Slide {
+    fn new((stretch, rate): Way, compliance: [f64; 2], (bound, bound_rate): (f64, f64)) -> Self {
+        let Returned { force, slip } = returned(stretch, compliance, bound);
+        if slip <= 0.0 || bound <= 0.0 {
+            let held = if bound <= 0.0 { [0.0; 2] } else { [0, 1].map(|a| -rate[a] / compliance[a]) };
+            return Self { force: (force, held), way: ([0.0; 2], [0.0; 2]), is_sliding: false };
+        }
+        let over = |v: [f64; 2]| -> f64 { (0..2).map(|a| force[a] * v[a] / (compliance[a] + slip)).sum() };
+        let slip_rate = -(bound * bound_rate + over(rate)) / over(force);
+        let force_rate = [0, 1].map(|a| -(rate[a] + slip_rate * force[a]) / (compliance[a] + slip));
+        let way = force.map(|f| -slip * f);
+        let way_rate = [0, 1].map(|a| -slip_rate * force[a] - slip * force_rate[a]);
+        Self { force: (force, force_rate), way: (way, way_rate), is_sliding: true }
+    }
 }
 
 /// The tangents `before`, brought into the plane across `normal` by the least turn, which is none
