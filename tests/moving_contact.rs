@@ -28,7 +28,7 @@ fn a_disc_that_slides_over_a_block_presses_it_as_one_that_falls_straight() {
         // On the way of 1 and 5 widths of the contact; the speeds are 0.9 and 2.4 % of those of waves.
         for speed in [45.0, 120.0] {
             let found = peak(speed, bodies);
-            // The share by which the rows of elements of an interval may change a peak; with as many rows on the whole way it is off by 2 % and more.
+            // The share by which the rows of elements of an interval may change a peak. With as many rows on the whole way these impacts were refused.
             assert!(
                 (found / straight - 1.0).abs() < 1e-2,
                 "{bodies:?} {speed} m/s: {found} N, straight {straight} N"
