@@ -18,7 +18,7 @@ fn refined_single_precision_agrees_with_double() {
     let modes = single.lowest_modes(12).unwrap();
     let reference = double.lowest_modes(12).unwrap();
     for (a, b) in modes.omega.iter().zip(&reference.omega) {
-        // The flexibility errs by 1e-5 in energy, the frequencies by its square; pairs of bending modes are equal to 1e-12.
+        // The modes err by 1e-5 in energy, the frequencies by its square; pairs of bending modes are equal to 1e-12.
         assert!((a / b - 1.0).abs() < 1e-9, "{a} {b}");
     }
     assert_eq!(modes.counted, reference.counted);

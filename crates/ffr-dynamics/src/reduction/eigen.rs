@@ -67,11 +67,13 @@ impl ElasticProblem<'_> {
             return Ok(all);
         }
         let found = Search::new(self, n_modes, goal).below(bounds).run();
-        if found.is_err() && self.is_single_precision() {
-            tracing::debug!("no modes in single precision, trying double");
-            return Search::new(&self.in_double_precision()?, n_modes, goal).below(bounds).run();
+        match found {
+            Err(why) if self.is_single_precision() => {
+                tracing::debug!(%why, "no modes in single precision, trying double");
+                Search::new(&self.in_double_precision()?, n_modes, goal).below(bounds).run()
+            }
+            found => found,
         }
-        found
     }
 
     /// All elastic modes by the dense path, O(n³).

@@ -31,7 +31,8 @@ pub(crate) const SOLVE_COLUMNS: usize = 32;
 /// which one solve with a factor in single precision reaches: the stiffness itself picks the modes
 /// from the space.
 pub(super) const SEARCH_ACCURACY: f64 = CONTRACTION_LIMIT;
-/// Accuracy with which the modes are then cleaned up: their frequencies err by its square.
+/// Accuracy in the energy norm with which the modes are then cleaned up: their frequencies err by
+/// its square.
 pub(super) const CLEAN_ACCURACY: f64 = 1e-5;
 /// Accuracy of the flexibility elsewhere: what double precision leaves of a stiffness matrix.
 const FULL_ACCURACY: f64 = 1e-12;
@@ -166,7 +167,15 @@ impl<'a> ElasticProblem<'a> {
 
     /// Whether the factor is in single precision.
     pub(super) fn is_single_precision(&self) -> bool {
-        matches!(self.factor, Factor::Single { .. })
+        self.contraction().is_some()
+    }
+
+    /// By how much a refinement shrinks the error of a factor in single precision.
+    pub(super) fn contraction(&self) -> Option<f64> {
+        match self.factor {
+            Factor::Single { contraction, .. } => Some(contraction),
+            Factor::Double(_) => None,
+        }
     }
 
     /// The pair of matrices.

@@ -7,6 +7,7 @@
 use crate::error::MatrixFault;
 use faer::{Mat, MatMut, MatRef};
 
+use super::search::Pairs;
 use crate::DynamicsError;
 use crate::reduction::blocks::dense;
 use crate::reduction::blocks::random::Random;
@@ -309,18 +310,24 @@ impl<'p, O: Operator> Lanczos<'p, O> {
 }
 
 impl Lanczos<'_, ElasticProblem<'_>> {
-    /// As [`Self::vectors`], the Ritz vectors being those of the stiffness itself: without the
-    /// error of a flexibility of limited accuracy, apart from what it leaves outside the basis.
-    pub fn vectors_of_stiffness(&self, k: usize) -> Result<(Mat<f64>, Mat<f64>), DynamicsError> {
+    /// The first `k` Ritz pairs of the stiffness itself: without the error of a flexibility of
+    /// limited accuracy, apart from what it leaves outside the basis.
+    pub(super) fn pairs_of_stiffness(&self, k: usize) -> Result<Pairs, DynamicsError> {
         let basis = self.basis.as_ref().subcols(0, self.size);
         let pulled = self.problem.stiffness_product(basis);
         let mut projected = dense::product(basis.transpose(), pulled.as_ref());
         dense::symmetrise(&mut projected);
-        let (_, rotation) = dense::symmetric_eigen(projected.as_ref())?;
+        let (mut lambda, rotation) = dense::symmetric_eigen(projected.as_ref())?;
+        lambda.truncate(k);
         let turn = |basis: &Mat<f64>| {
             dense::product(basis.as_ref().subcols(0, self.size), rotation.as_ref().subcols(0, k))
         };
-        Ok((turn(&self.basis), turn(&self.mass_basis)))
+        Ok(Pairs {
+            lambda,
+            vectors: turn(&self.basis),
+            mass_vectors: turn(&self.mass_basis),
+            stiffness_vectors: turn(&pulled),
+        })
     }
 }
 
