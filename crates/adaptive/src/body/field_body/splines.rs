@@ -11,7 +11,7 @@ use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::reduction::BodyTurn;
 use iga_core::elasticity::{Material, Model};
 use iga_core::nurbs::Face;
-use iga_core::nurbs::shape::lengths::lengths;
+use iga_core::nurbs::shape::lengths::ways_through;
 use iga_core::nurbs::{FaceId, Patch};
 
 use crate::adaptivity::interval::{IntervalGrid, finer_elements};
@@ -54,14 +54,18 @@ impl FieldBody for ElasticBody {
         patches.flat_map(|patch| (0..patch.dimension()).map(|d| longest_element(patch, d))).collect()
     }
 
-    /// The smallest length of the body along its parameter lines, in axisymmetric models with the
-    /// diameter in place of the radius \[m\].
+    /// The shortest way through the body along its parameter lines; of axisymmetric models the
+    /// diameter or the length \[m\].
     fn thickness(&self) -> f64 {
-        let mut extents = lengths(&self.spec.shape);
         if self.spec.model == Model::Axisymmetric {
-            extents[0] = 2.0 * self.assembled.nodes.iter().fold(0.0, |r: f64, x| r.max(x[0]));
+            let bounds = |c: usize| {
+                let places = self.assembled.nodes.iter().map(|x| x[c]);
+                places.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)))
+            };
+            let ((_, radius), (bottom, top)) = (bounds(0), bounds(1));
+            return (2.0 * radius).min(top - bottom);
         }
-        extents.into_iter().fold(f64::INFINITY, f64::min)
+        ways_through(&self.spec.shape).into_iter().fold(f64::INFINITY, f64::min)
     }
 
     /// From degree 2 on a point stands in the middle.

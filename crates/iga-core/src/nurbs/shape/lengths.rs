@@ -1,5 +1,6 @@
 //! Lengths of a shape along its parameters.
 
+use crate::nurbs::interface::{COINCIDENT, FaceId, FaceNet, coinciding_pairs};
 use crate::nurbs::{Patch, Shape};
 
 /// Places across a patch, per direction, at which parameter lines are measured; both ends are among
@@ -14,6 +15,34 @@ const CHORDS: usize = 16;
 pub fn lengths(shape: &Shape) -> Vec<f64> {
     let n = shape.patches.first().map_or(0, Patch::dimension);
     (0..n).map(|d| shape.patches.iter().map(|patch| longest_line(patch, d)).fold(0.0, f64::max)).collect()
+}
+
+/// Lengths of the ways through the shape from one of its free faces to another along parameter
+/// lines, through as many patches as lie between, each by its longest line \[m\]; each way is
+/// listed from both its ends.
+pub fn ways_through(shape: &Shape) -> Vec<f64> {
+    let patches = &shape.patches;
+    let faces = FaceId::all(patches);
+    let nets: Vec<FaceNet> = faces.iter().map(|&id| FaceNet::new(patches, id)).collect();
+    let pairs = coinciding_pairs(&nets, COINCIDENT);
+    let beyond = |face: FaceId| {
+        pairs.iter().find_map(|&(a, b, _)| match face {
+            face if face == faces[a] => Some(faces[b]),
+            face if face == faces[b] => Some(faces[a]),
+            _ => None,
+        })
+    };
+    let way = |from: FaceId| {
+        let (mut at, mut length) = (from, 0.0);
+        loop {
+            length += longest_line(&patches[at.patch], at.direction);
+            match beyond(FaceId { upper: !at.upper, ..at }) {
+                Some(next) => at = next,
+                None => return length,
+            }
+        }
+    };
+    faces.iter().filter(|&&face| beyond(face).is_none()).map(|&face| way(face)).collect()
 }
 
 /// Length of the longest of the lines of `patch` along its direction `d` \[m\].
@@ -50,4 +79,31 @@ fn line_length(patch: &Patch, start: &[f64; 3], d: usize) -> f64 {
         }
     }
     length
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::nurbs::primitives::{SphereNet, rounded_box, solid, sphere};
+
+    /// Chords of the lines: see [`CHORDS`].
+    const OF_CHORDS: f64 = 5e-4;
+
+    fn shortest_way(shape: &Shape) -> f64 {
+        ways_through(shape).into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    #[test]
+    fn ways_lead_through_all_patches_in_between_and_not_around() {
+        // A ball of a core and shells is as thick as its diameter, not as a shell.
+        let ball = sphere::sphere(0.01, SphereNet::Shells).unwrap();
+        assert_eq!(ways_through(&ball).len(), 6);
+        assert!((shortest_way(&ball) / 0.02 - 1.0).abs() < OF_CHORDS);
+        let rounded = rounded_box::rounded_box([0.03, 0.02, 0.012], 0.002).unwrap();
+        assert!(shortest_way(&rounded) >= 0.012 * (1.0 - OF_CHORDS), "{}", shortest_way(&rounded));
+        // A tube as its wall: its seam is not free, and the way around has no end.
+        let tube = solid::hollow_cylinder(0.01, 0.011, 0.05).unwrap();
+        assert!((shortest_way(&tube) / 0.001 - 1.0).abs() < 1e-12, "straight lines");
+        assert_eq!(ways_through(&tube).len(), 4);
+    }
 }
