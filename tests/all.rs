@@ -25,6 +25,7 @@ mod foreign_files;
 mod fuzzing;
 mod gear_tooth;
 mod gears;
+mod grazing;
 mod guards;
 mod held_damping;
 mod hertz_scenarios;

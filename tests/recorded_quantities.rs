@@ -98,3 +98,96 @@ fn a_ball_that_spins_rebounds_as_fast_as_it_came() {
     assert!((impact.approach_velocity / 0.5 - 1.0).abs() < 5e-3, "{impact:?}");
     assert!((impact.restitution - 1.0).abs() < 5e-3, "{impact:?}");
 }
+
+#[test]
+fn a_body_that_rests_at_every_stored_state_moves_in_between() {
+    // 2 kg from rest under 1000 N sin(ωt): v = F/(mω) (1 - cos ωt), zero after whole periods.
+    let text = "[simulation]\nend_time = 0.01\n[bodies.r]\nmodel = \"rigid\"\nmass = 2.0\ninertia = [1e-3, 1e-3, 1e-3]\n\
+                [loads.l]\nbody = \"r\"\npoint = [0, 0, 0]\n\
+                force_x = { kind = \"harmonic\", amplitude = 1000.0, frequency = 1e3 }\n";
+    let pace = 1000.0 / (2.0 * std::f64::consts::TAU * 1e3);
+    for (set, fastest) in [(&[][..], 2.0 * pace), (&["output.free_interval=1e-3"][..], 0.0)] {
+        let found = run(&scenarios::valid(Path::new("."), text, set));
+        let last = found.samples.last().expect("states");
+        let (way, speeds) =
+            (last.bodies[0].position[0], found.samples.iter().map(|s| s.bodies[0].velocity[0]));
+        // Steps of a quarter of a period err by 2e-8 of the amplitude.
+        assert!((way / (0.01 * pace) - 1.0).abs() < 1e-6, "{set:?}: {way}");
+        assert!((speeds.fold(0.0, f64::max) - fastest).abs() < 1e-6 * pace, "{set:?}");
+    }
+}
+
+#[test]
+fn loads_supply_what_free_bodies_take_up_in_vibrations() {
+    let rod = "[bodies.a]\nmodel = \"axisymmetric\"\nmaterial = \"steel\"\n\
+               geometry = { shape = \"rod\", radius = 0.01, length = 0.1 }\nreduction = { modes = 10 }\n";
+    let plate = "[bodies.a]\nmodel = \"plane-stress\"\nthickness = 0.01\nmaterial = \"steel\"\n\
+                 geometry = { shape = \"rectangle\", size = [0.1, 0.02] }\n";
+    let steps = "kind = \"table\", times = [0.0, 3e-4, 6e-4, 1e-3], values = [0.0, 1000.0, -1000.0, 0.0]";
+    for (name, body, loads) in [
+        ("pushed", rod.to_owned(), "[loads.l]\nbody = \"a\"\nface = \"z+\"\nforce_z = 1.0\n".to_owned()),
+        (
+            "pulled at both ends",
+            rod.to_owned(),
+            "[loads.l]\nbody = \"a\"\nface = \"z+\"\nforce_z = 1.0\n[loads.k]\nbody = \"a\"\nface = \"z-\"\nforce_z = -1.0\n"
+                .to_owned(),
+        ),
+        (
+            "pulled and damped",
+            format!("{plate}velocity = [10, 0, 0]\ndamping = {{ modal = 0.05 }}\n"),
+            "[loads.l]\nbody = \"a\"\nface = \"x+\"\nforce_x = 1e3\n[loads.k]\nbody = \"a\"\nface = \"x-\"\nforce_x = -1e3\n"
+                .to_owned(),
+        ),
+        ("turned", plate.to_owned(), "[loads.l]\nbody = \"a\"\nface = \"x+\"\nmoment_z = 1.0\n".to_owned()),
+        (
+            "in steps",
+            plate.to_owned(),
+            format!("[loads.l]\nbody = \"a\"\nface = \"x+\"\nforce_x = {{ {steps}, interpolation = \"steps\" }}\n"),
+        ),
+        (
+            "up and down while it turns",
+            format!("{plate}angular_velocity = [0, 0, 300]\n"),
+            format!("[loads.l]\nbody = \"a\"\nface = \"x+\"\nforce_x = {{ {steps}, interpolation = \"linear\" }}\n"),
+        ),
+    ] {
+        for end in [1e-4, 1e-3] {
+            let found = recorded(Path::new("."), &format!("[simulation]\nend_time = {end}\n{body}{loads}"));
+            let largest = found.samples.iter().map(|s| s.energies.kinetic + s.energies.elastic_low);
+            let (largest, start) = (largest.fold(0.0, f64::max), found.samples[0].energies.total());
+            let open = found.samples.iter().map(|s| (s.energies.total() - start).abs()).fold(0.0, f64::max);
+            // A ledger that closes by as much is called right in the documents.
+            assert!(open <= 1e-5 * largest, "{name}, {end} s: open by {:e}", open / largest);
+        }
+    }
+}
+
+/// A body of 1 kg at 1 m/s on a slider with a stop.
+fn on_a_slider(simulation: &str, stop: &str) -> Recording {
+    recorded(
+        Path::new("."),
+        &format!(
+            "[simulation]\n{simulation}\n[bodies.a]\nmodel = \"rigid\"\nmass = 1.0\ninertia = [1e-3, 1e-3, 1e-3]\n\
+             [joints.j]\ntype = \"prismatic\"\naxis = [1, 0, 0]\nparent = {{ body = \"ground\", point = [0, 0, 0] }}\n\
+             child = {{ body = \"a\", point = [0, 0, 0] }}\nvelocity = 1.0\nstop = {{ {stop} }}\n"
+        ),
+    )
+}
+
+#[test]
+fn meetings_of_stops_count_as_impacts() {
+    let found = on_a_slider(
+        "end_time = 0.3\nstop_after_impacts = 3",
+        "lower = -0.01, upper = 0.01, stiffness = 1e6, damping = 0.3",
+    );
+    assert_eq!(found.impacts.len(), 3);
+    let (end, last) = (found.samples.last().map_or(0.0, |s| s.time), found.impacts[2].end);
+    // A step of the free phase at most.
+    assert!(end >= last && end < last + 1e-3, "{end} {last}");
+    // Half a period of 6.28 ms on the stop, from 10 ms on: the run ends behind the peak of 1 m/s sqrt(k m).
+    let open = on_a_slider("end_time = 0.0118", "upper = 0.01, stiffness = 1e6");
+    let [hit] = &open.impacts[..] else { panic!("{:?}", open.impacts) };
+    // Four instants a step and a parabola.
+    assert!((hit.peak_force / 1000.0 - 1.0).abs() < 1e-3, "{}", hit.peak_force);
+    assert!(hit.restitution.is_nan() && hit.separation_velocity.is_nan());
+    assert!((hit.end - 0.0118).abs() < 1e-12);
+}

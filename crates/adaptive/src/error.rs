@@ -274,7 +274,7 @@ pub enum AdaptiveError {
     },
     /// No model of an impact was acceptable.
     #[error(
-        "contact \"{contact}\": no acceptable model of the impact at t = {time:.6e} s in {trials} trials, the last interval was {width:.3e} m wide; lower interval.target_utilisation or give interval.width with model \"quasistatic\""
+        "contact \"{contact}\": no acceptable model of the impact at t = {time:.6e} s in {trials} trials, the last interval was {width:.3e} m wide; give contacts.{contact}.interval.width near it and model \"quasistatic\", which keeps that width"
     )]
     NoAcceptableModel {
         /// Name of the contact.

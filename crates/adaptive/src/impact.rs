@@ -15,7 +15,7 @@ use ffr_dynamics::force::BodyState;
 
 use crate::adaptivity::interval::{
     ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalGrid, IntervalSettings, Verdict,
-    assess, finer_by, is_coarse,
+    assess, fewest_at_once, finer_by,
 };
 use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::body::fine::refined::FineBody;
@@ -512,7 +512,7 @@ impl FineContact {
 
     /// Whether too few elements touched at one instant.
     pub fn is_coarse(&self, settings: &IntervalSettings) -> bool {
-        is_coarse(self.resolution(), settings.minimum)
+        self.resolution() < fewest_at_once(settings.minimum)
     }
 
     /// Whether contact moved along its interval, or along that of the target, as far as more elements

@@ -74,6 +74,8 @@ pub struct RunModel {
     /// Frequency up to which the modes of the bodies of each contact are to follow its force, if
     /// they touch along a line \[Hz\].
     pub force_needs: Vec<ForceNeeds>,
+    /// As [`RunSpec::frequency_errors`].
+    pub frequency_errors: Vec<Option<f64>>,
 }
 
 /// The parts of a contact that do not change in a run.
@@ -179,6 +181,7 @@ impl RunModel {
             cache: cache.clone(),
             touches: spec.contacts.iter().flat_map(|c| touches(&first, c)).collect(),
             force_needs: force_needs(&first),
+            frequency_errors: spec.frequency_errors.clone(),
             system,
             initial,
             bodies,

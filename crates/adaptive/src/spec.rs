@@ -190,6 +190,9 @@ pub struct RunSpec {
     /// Level of what the program chooses: meshes and modes. Contacts and phases have theirs in
     /// [`IntervalSpec`], [`SurfaceLaw`] and [`PhaseSettings`].
     pub accuracy: Accuracy,
+    /// Relative error of the frequencies of each body on the elements that the program has chosen
+    /// for it, as far as it has; empty if for none.
+    pub frequency_errors: Vec<Option<f64>>,
 }
 
 impl RunSpec {

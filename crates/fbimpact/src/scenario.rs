@@ -14,6 +14,7 @@ pub mod section;
 mod check;
 pub mod changes;
 mod files;
+mod curve_doubts;
 mod build;
 mod conditions;
 pub mod written;
@@ -74,7 +75,10 @@ pub fn parse(path: &Path, bytes: &[u8], overrides: &[Override]) -> Result<Scenar
         }
     }
     match scenario {
-        Some(scenario) if checker.faults.is_empty() => Ok(scenario),
+        Some(scenario) if checker.faults.is_empty() => {
+            let doubts = curve_doubts::of_all(&copy, scenario.run.settings.end_time);
+            Ok(Scenario { doubts, ..scenario })
+        }
         _ => {
             debug_assert!(!checker.faults.is_empty(), "a scenario that is not built has a fault");
             Err(Faults::new(checker.faults))

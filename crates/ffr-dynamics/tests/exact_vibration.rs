@@ -94,6 +94,70 @@ fn free_vibration_under_a_constant_force_is_exact_at_any_step() {
     }
 }
 
+/// Frequencies of oscillators at rest that forces set in motion.
+const PUSHED: [f64; 3] = [1.0, 60.0, 1e4];
+
+/// A force that lasts, on each of them.
+fn lasting(_t: f64, i: usize) -> f64 {
+    [0.7, -30.0, 1e4][i]
+}
+
+/// A force that changes evenly.
+fn rising(t: f64, i: usize) -> f64 {
+    lasting(t, i) * (1.0 - 0.8 * t)
+}
+
+/// Work of the force `f + r t` on an undamped oscillator at rest, from zero to `t`:
+/// `(f + r t) x(t) - r ∫ x`.
+fn work_of(omega: f64, [f, r]: [f64; 2], t: f64) -> f64 {
+    let (rest, drift, a) = (f / (omega * omega), r / (omega * omega), omega * t);
+    // x = rest + drift t - rest cos(ωt) - drift/ω sin(ωt).
+    let x = rest + drift * t - rest * a.cos() - drift / omega * a.sin();
+    let integral =
+        rest * t + 0.5 * drift * t * t - rest / omega * a.sin() - drift / (omega * omega) * (1.0 - a.cos());
+    (f + r * t) * x - r * integral
+}
+
+#[test]
+fn given_forces_supply_the_work_that_vibrations_take_at_any_step() {
+    let end = 1.0;
+    for (name, force, settings, limit) in [
+        // Round-off of the fastest angle, 1e4, over the steps.
+        ("lasting", lasting as fn(f64, usize) -> f64, StepSettings::fixed(0.37), 1e-10),
+        // The motion itself is held to a tolerance of 1e-9.
+        ("rising", rising, StepSettings::default(), 1e-7),
+    ] {
+        let data = PUSHED.map(|omega| (omega, 0.0));
+        let list = oscillators(&data);
+        let n = 2 * list.len();
+        let known = list.clone();
+        let mut system = Given::new(n + 1, 1e-9, move |t, y: &[f64], dydt: &mut [f64]| {
+            dydt[n] = 0.0;
+            for (i, o) in list.iter().enumerate() {
+                dydt[o.position] = y[o.velocity];
+                dydt[o.velocity] = force(t, i) - o.squared_frequency * y[o.position];
+                dydt[n] += force(t, i) * y[o.velocity];
+            }
+        });
+        (system.oscillators, system.supply) = (known, Some((n, force)));
+        let mut integrator = Integrator::explicit(exact(settings), 0.0, &vec![0.0; n + 1]).unwrap();
+        let mut y = vec![0.0; n + 1];
+        let scale: f64 = PUSHED.iter().enumerate().map(|(i, w)| (lasting(0.0, i) / w).powi(2)).sum();
+        while integrator.time() < end {
+            integrator.step(&mut system, end).unwrap();
+            let (begin, now) = integrator.interval();
+            for share in [0.3, 0.8, 1.0] {
+                let t = begin + share * (now - begin);
+                integrator.interpolate(t, &mut y);
+                let rate = |i: usize| force(1.0, i) - force(0.0, i);
+                let work = |(i, &omega): (usize, &f64)| work_of(omega, [force(0.0, i), rate(i)], t);
+                let expected: f64 = PUSHED.iter().enumerate().map(work).sum();
+                assert!((y[n] - expected).abs() < limit * scale, "{name}, {t}: {} {expected}", y[n]);
+            }
+        }
+    }
+}
+
 /// Energy, with that of constant forces.
 fn energy(data: &[(f64, f64)], y: &[f64], force: impl Fn(usize) -> f64) -> f64 {
     let one = |(i, (omega, _)): (usize, &(f64, f64))| {

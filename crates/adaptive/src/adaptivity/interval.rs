@@ -62,10 +62,10 @@ pub fn finer_by(finer: f64, resolution: f64, target: f64, n_directions: usize) -
     (finer * target / resolution).clamp(1.0, most)
 }
 
-/// Whether too few elements touch at one instant, `resolution` of those that an interval of the
-/// contact has, which is to be used to the share `minimum` (theory section A.1).
-pub fn is_coarse(resolution: f64, minimum: f64) -> bool {
-    resolution < FEWEST * minimum
+/// Share of the elements that an interval of the contact has, which is to be used to the share
+/// `minimum`, below which too few of them touch at one instant (theory section A.1).
+pub fn fewest_at_once(minimum: f64) -> f64 {
+    FEWEST * minimum
 }
 
 /// Settings of the search for the width.

@@ -160,10 +160,28 @@ pub fn edge_touch((contact, time): (&str, f64), body: &BodyModel) -> Option<Warn
 }
 
 /// The warning of a body whose mesh puts the frequency of its highest mode off by more than one per
-/// cent (Eq. P.7).
-pub fn coarse_mesh(body: &BodyModel) -> Option<Warning> {
+/// cent: by the estimate of Eq. P.7, or as it is `known` of a mesh that the program has chosen.
+pub fn coarse_mesh(body: &BodyModel, known: Option<f64>) -> Option<Warning> {
     let flexible = body.flexible()?;
     let highest = highest_free_mode(body).filter(|f| *f > 0.0)?;
+    if let Some(error) = known {
+        return (error > FREQUENCY_ERROR).then(|| Warning {
+            kind: WarningKind::CoarseMesh,
+            subject: subject(body),
+            time: 0.0,
+            value: error,
+            limit: FREQUENCY_ERROR,
+            message: format!(
+                "the mesh that the program has chosen puts frequencies of its modes off by some {:.0} %, {:.0} % are allowed",
+                100.0 * error,
+                100.0 * FREQUENCY_ERROR
+            ),
+            remedy: format!(
+                "give bodies.{}.discretisation.elements, or fewer reduction.modes",
+                body.name
+            ),
+        });
+    }
     let wave = shortest_wave(flexible.body.as_ref(), highest)?;
     let elements = flexible.body.longest_elements();
     let of = |e: &LongestElement| (wave.error(e.length, e.degree), *e);

@@ -84,6 +84,8 @@ pub struct Driver<'a> {
     interpolated: Vec<f64>,
     /// Largest step of impact phases \[s\].
     impact_step: f64,
+    /// Time between stored states where nothing rings and nobody has given it \[s\].
+    usual_interval: f64,
     /// For each body the number of the group of bodies that joints connect.
     groups: Vec<usize>,
     /// Local deformation at the observed points, which contact zones add.
@@ -197,10 +199,12 @@ impl<'a> Driver<'a> {
         let floor = settings.free.velocity_floor.max(settings.impact.velocity_floor);
         let slots = model.contacts.iter().map(|c| ContactSlot::new(c.refinement.is_some()));
         let stops = model.system.model().stops();
+        // What lasts is shown over its period: states at whole periods may all be the same.
+        let usual_interval = FREE_INTERVAL.min(model.system.model().quarter_period(settings.end_time));
         let run = RunState {
             hits: vec![StopHit::default(); stops.len()],
             last_output: f64::NEG_INFINITY,
-            free_interval: settings.free_interval.unwrap_or(FREE_INTERVAL),
+            free_interval: settings.free_interval.unwrap_or(usual_interval),
             ledger: EnergyLedger::new(mass, floor, gravity_datum),
             contacts: vec![ContactState::default(); model.contacts.len()],
             stress: vec![None; model.n_stress_requests()],
@@ -235,6 +239,7 @@ impl<'a> Driver<'a> {
             integrator,
             crossing,
             impact_step,
+            usual_interval,
             gravity_datum,
         })
     }
@@ -285,6 +290,7 @@ impl<'a> Driver<'a> {
             self.store()?;
         }
         if !is_interrupted {
+            self.report_pressed_stops()?;
             self.check_end()?;
         }
         Ok(RunEnd { time: self.integrator.time(), is_interrupted })
@@ -293,8 +299,12 @@ impl<'a> Driver<'a> {
     /// Whether the run is over: time is up, the wanted number of impacts has ended, or the bodies
     /// are at rest.
     fn is_over(&self) -> bool {
-        let is_enough = self.settings.stop_after_impacts.is_some_and(|n| self.run.n_impacts >= n);
-        is_enough || self.is_at_rest() || self.integrator.time() >= self.settings.end_time
+        self.is_enough() || self.is_at_rest() || self.integrator.time() >= self.settings.end_time
+    }
+
+    /// Whether the wanted number of impacts has ended, those with stops of joints among them.
+    fn is_enough(&self) -> bool {
+        self.settings.stop_after_impacts.is_some_and(|n| self.run.n_rows() >= n)
     }
 
     /// The record of the running phase up to now.
@@ -352,7 +362,7 @@ impl<'a> Driver<'a> {
         let end = self.settings.end_time;
         self.slots.iter_mut().for_each(|slot| slot.clearance = 0.0);
         self.begin_watch();
-        while self.integrator.time() < end && !self.is_at_rest() {
+        while self.integrator.time() < end && !self.is_at_rest() && !self.is_enough() {
             let step = self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
             // An impact that begins in the last instant has nothing to be resolved.
             let last = end - EVENT_TOLERANCE * self.impact_step;
@@ -399,10 +409,13 @@ impl<'a> Driver<'a> {
         let is_watching: Vec<usize> = (0..n_contacts).filter(|i| self.slots[*i].is_watching()).collect();
         if is_watching.len() < n_contacts {
             let system = &mut self.model.system;
-            let search = self.crossing.first_crossing(&self.integrator, |t, y| {
-                (0..n_contacts).map(|i| smallest_gap(system, t, y, i)).fold(f64::INFINITY, nan_min)
-            });
-            earliest = search.map_err(AdaptiveError::Dynamics)?.map(|c| c.before);
+            // Each by itself: the least gap of all would hide that one that is not the least dips.
+            for i in (0..n_contacts).filter(|i| !is_watching.contains(i)) {
+                let search =
+                    self.crossing.first_crossing(&self.integrator, |t, y| smallest_gap(system, t, y, i));
+                let closing = search.map_err(AdaptiveError::Dynamics)?.map(|c| c.before);
+                earliest = [earliest, closing].into_iter().flatten().reduce(f64::min);
+            }
         }
         let close = self.without_clearance(is_watching, (step.start, step.end));
         let touch = self.first_touch(&close, (step.start, step.end))?.map(|(_, time)| time);
@@ -492,9 +505,4 @@ impl<'a> Driver<'a> {
 /// Search for events in steps of `step` seconds at most, in states of `n` numbers.
 fn crossing_search(n: usize, step: f64) -> CrossingSearch {
     CrossingSearch::new(n, EVENT_TOLERANCE * step, EVENT_SAMPLES)
-}
-
-/// Minimum that keeps NaN.
-fn nan_min(a: f64, b: f64) -> f64 {
-    if a.is_nan() || a < b { a } else { b }
 }

@@ -119,6 +119,11 @@ impl ImpactMonitor {
         self.is_running() && self.phase.peak_force > 0.0 && Some(self.phase.peak_time) == now
     }
 
+    /// Whether no force acted and the bodies approached each other at the instant seen last.
+    pub fn is_closing_without_force(&self) -> bool {
+        self.last.is_some_and(|last| last.force <= 0.0 && last.closing_speed() > 0.0)
+    }
+
     /// Impacts of this phase, in the order in which they began.
     pub fn impacts(&self) -> impl Iterator<Item = &Impact> {
         self.ended.iter().chain(&self.running)

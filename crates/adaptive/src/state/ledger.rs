@@ -40,7 +40,7 @@ impl Imbalance {
 pub struct EnergyLedger {
     /// Total energy at the start \[J\].
     pub start: Option<f64>,
-    /// Largest size of the entries so far \[J\].
+    /// Largest size of the entries so far, and of the kinetic energy between them \[J\].
     pub scale: f64,
     /// Energy that changes of penalty factors have taken \[J\].
     pub lowered: f64,
@@ -56,6 +56,11 @@ impl EnergyLedger {
         let mass = if mass.is_finite() { mass } else { 0.0 };
         let scale = 0.5 * mass * velocity_floor * velocity_floor + POTENTIAL * potential.abs();
         Self { scale, ..Self::default() }
+    }
+
+    /// Takes a kinetic energy between two states that are recorded as a scale \[J\].
+    pub fn see(&mut self, kinetic: f64) {
+        self.scale = self.scale.max(kinetic);
     }
 
     /// Records a state; how far the ledger is from closing there.

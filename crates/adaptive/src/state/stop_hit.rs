@@ -67,6 +67,12 @@ impl StopHit {
         ended
     }
 
+    /// The running hit up to `time`, which the bodies have not left yet.
+    pub fn unended(&self, time: f64, contact: u32) -> ImpactRecord {
+        let record = self.record(time, contact);
+        ImpactRecord { separation_velocity: f64::NAN, restitution: f64::NAN, ..record }
+    }
+
     /// The hit that ended at `time`.
     fn record(&self, time: f64, contact: u32) -> ImpactRecord {
         let is_ratio = self.approach > 0.0 && self.separation >= 0.0;

@@ -226,6 +226,7 @@ pub fn spec(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, end_time: f64) ->
             pressure: true,
         },
         resolution: Resolution::default(),
+        frequency_errors: Vec::new(),
     }
 }
 

@@ -15,7 +15,14 @@ use crate::scenario::{self, Override, Scenario};
 /// [`AppError::Io`] if the file cannot be read, [`AppError::Scenario`] with all faults otherwise.
 pub fn read(path: &Path, overrides: &[Override]) -> Result<Scenario, AppError> {
     let bytes = plain_file::read(path).map_err(|e| AppError::system(path, Access::Read, e))?;
-    Ok(scenario::parse(path, &bytes, overrides)?)
+    parsed(path, &bytes, overrides)
+}
+
+/// The scenario, after a word on what may be meant otherwise.
+fn parsed(name: &Path, bytes: &[u8], overrides: &[Override]) -> Result<Scenario, AppError> {
+    let scenario = scenario::parse(name, bytes, overrides)?;
+    scenario.doubts.iter().for_each(|doubt| tracing::warn!("{doubt}"));
+    Ok(scenario)
 }
 
 /// Name of standard input in messages.
@@ -32,5 +39,5 @@ pub fn read_or_input(path: &Path, overrides: &[Override]) -> Result<Scenario, Ap
     }
     let (name, mut bytes) = (Path::new(STANDARD_INPUT), Vec::new());
     std::io::stdin().lock().read_to_end(&mut bytes).map_err(|e| AppError::system(name, Access::Read, e))?;
-    Ok(scenario::parse(name, &bytes, overrides)?)
+    parsed(name, &bytes, overrides)
 }

@@ -81,10 +81,19 @@ pub fn scenario(checker: &mut Checker, root: &Section, source: Source) -> Option
         settings,
         resolution,
         accuracy,
+        frequency_errors: Vec::new(),
     };
     let compression = requests.compression;
-    let scenario =
-        Scenario { title, run, wishes, bodies: file_bodies, tolerance_factor, compression, source };
+    let scenario = Scenario {
+        title,
+        run,
+        wishes,
+        bodies: file_bodies,
+        tolerance_factor,
+        compression,
+        doubts: Vec::new(),
+        source,
+    };
     checker.faults.is_empty().then_some(scenario)
 }
 

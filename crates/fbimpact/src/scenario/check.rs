@@ -152,7 +152,7 @@ impl Checker {
             }
         }
         let items = keys.iter().filter_map(|key| self.item(key, entries, path, origin)).collect();
-        Section { path: path.to_owned(), origin: origin.clone(), items }
+        Section { path: path.to_owned(), origin: origin.clone(), items, quantity: "" }
     }
 
     fn unknown_key(&mut self, keys: &[Key], entry: &Entry, path: &str, skip: Option<&str>) {
@@ -300,7 +300,11 @@ impl Checker {
             }
             (Kind::NumberOrVariants { tag, variants, .. }, Value::Table(entries)) => {
                 self.quantity = key.unit;
-                return self.variant(tag, variants, entries, path, &node.origin);
+                let mut checked = self.variant(tag, variants, entries, path, &node.origin);
+                if let Checked::Table(table) = &mut checked {
+                    table.quantity = key.unit;
+                }
+                return checked;
             }
             (Kind::Numbers(range), _) => number_in(node, range, scale).map(|x| Checked::Numbers(vec![x])),
             (Kind::NumberOrVariants { range, .. }, _) => number_in(node, range, scale).map(Checked::Number),

@@ -20,6 +20,8 @@ pub struct Section {
     pub origin: Origin,
     /// Its items, in the order of the key table.
     pub items: Vec<Item>,
+    /// Unit of the quantity over time that the table describes; empty of other tables.
+    pub quantity: &'static str,
 }
 
 /// A checked value.

@@ -36,6 +36,8 @@ pub fn sized<'a>(
     let wishes = std::mem::take(&mut scenario.wishes);
     scenario.wishes = vec![SizeRequest::default(); wishes.len()];
     let accuracy = scenario.run.accuracy;
+    scenario.run.frequency_errors =
+        chosen.iter().map(|sizes| sizes.mesh.as_ref().map(|mesh| mesh.error)).collect();
     for ((body, wish), chosen) in scenario.run.bodies.iter_mut().zip(wishes).zip(&chosen) {
         apply(body, (wish, accuracy), chosen, &mut scenario.source.resolved);
     }

@@ -7,6 +7,7 @@
 
 use super::one_step::OneStepMethod;
 use super::oscillator::{Oscillators, Vibration};
+use super::step_control::smallest_step;
 use super::stepping::{Failure, Step, StepAttempt, Stepping, is_finite};
 use super::system::OdeSystem;
 
@@ -39,6 +40,8 @@ const D: [f64; 7] = [
 pub(super) const ORDER: f64 = 5.0;
 /// Share of the tolerance aimed at by the first step (same source, II.4).
 const FIRST_STEP_ERROR: f64 = 0.01;
+/// Share of a step before whose end a given force is the one at its end.
+const BEFORE_END: f64 = 1e-9;
 /// What helps when the steps become too short.
 pub(super) const REMEDY: &str = "loosen the tolerance or soften the stiffest force";
 
@@ -129,6 +132,7 @@ impl OneStepMethod for DormandPrince {
         let is_exact = stepping.settings.is_vibration_exact;
         let oscillators = if is_exact { system.oscillators() } else { Oscillators::default() };
         self.vibration.begin(oscillators, &stepping.y, &self.k[0]);
+        self.vibration.begin_supply(|forces| system.supply(stepping.t, &stepping.y, forces));
         if !stepping.settings.is_fixed {
             stepping.h = stepping.h.min(self.vibration.longest_step());
         }
@@ -179,8 +183,12 @@ impl OneStepMethod for DormandPrince {
         error: f64,
     ) -> Step {
         system.finish_quadratures(&mut self.trial, &mut self.k[6]);
+        // Steps end where given forces jump.
+        let end = attempt.end - (BEFORE_END * attempt.h).max(smallest_step(stepping.t, attempt.end));
+        self.vibration.end_supply(|forces| system.supply(end, &self.trial, forces));
         self.store_dense_output(&stepping.y, attempt.h);
         self.vibration.end(&A[6], &D, &mut self.trial);
+        self.vibration.end_supplied(&A[6], &D, &mut self.trial);
         self.k.swap(0, 6);
         let growth = stepping.controller.accepted(error);
         stepping.accept(system, attempt, error, growth, &mut self.trial)

@@ -91,6 +91,13 @@ struct Course<const STAGES: usize> {
     rates: [[f64; 2]; STAGES],
     /// What the interpolation of those coordinates adds up, by its four terms.
     dense: [[f64; 2]; 4],
+    /// Change of the force since the start, and velocity, at each stage.
+    changes: [f64; STAGES],
+    speeds: [f64; STAGES],
+    /// Terms of the integral of the change.
+    change_dense: [f64; 4],
+    /// What given forces supply per velocity, at both ends.
+    supply: [f64; 2],
 }
 
 /// Oscillators in the steps of an explicit method with `STAGES` stages, the last of which is the
@@ -107,6 +114,11 @@ pub(super) struct Vibration<const STAGES: usize> {
     /// end.
     powers: [f64; STAGES],
     power_dense: [f64; 4],
+    /// Place in the state of the quadrature of the power supplied, and its terms by the stages as
+    /// far as forces supply it that change evenly.
+    supplied: Option<usize>,
+    supply_dense: [f64; 4],
+    supply: Vec<f64>,
 }
 
 impl<const STAGES: usize> Vibration<STAGES> {
@@ -120,6 +132,9 @@ impl<const STAGES: usize> Vibration<STAGES> {
             step: 0.0,
             powers: [0.0; STAGES],
             power_dense: [0.0; 4],
+            supplied: None,
+            supply_dense: [0.0; 4],
+            supply: Vec::new(),
         }
     }
 
@@ -140,10 +155,32 @@ impl<const STAGES: usize> Vibration<STAGES> {
             self.oscillators.clear();
             self.oscillators.extend_from_slice(of.list);
             self.courses.resize(of.list.len(), Course::blank());
+            self.supply.resize(of.list.len(), 0.0);
             self.step = 0.0;
         }
         let is_damped = self.oscillators.iter().any(|o| o.damping > 0.0);
         self.dissipated = of.dissipated.filter(|_| is_damped);
+    }
+
+    /// Takes what given forces supply at the start of the step, as [`super::OdeSystem::supply`]
+    /// tells it.
+    pub fn begin_supply(&mut self, ask: impl FnOnce(&mut [f64]) -> Option<usize>) {
+        self.supplied = if self.oscillators.is_empty() { None } else { ask(&mut self.supply) };
+        self.keep_supply(0);
+    }
+
+    /// The same at the end of the step.
+    pub fn end_supply(&mut self, ask: impl FnOnce(&mut [f64]) -> Option<usize>) {
+        if self.supplied.is_some() {
+            ask(&mut self.supply);
+            self.keep_supply(1);
+        }
+    }
+
+    fn keep_supply(&mut self, end: usize) {
+        if self.supplied.is_some() {
+            self.courses.iter_mut().zip(&self.supply).for_each(|(course, force)| course.supply[end] = *force);
+        }
     }
 
     /// Longest step that the decay of the vibrations allows \[s\].
@@ -164,6 +201,7 @@ impl<const STAGES: usize> Vibration<STAGES> {
                 }
             }
             course.rates[0] = [0.0; 2];
+            (course.changes[0], course.speeds[0]) = (0.0, course.start[1]);
             self.powers[0] -= o.damping * course.start[1] * course.start[1];
         }
     }
@@ -183,6 +221,7 @@ impl<const STAGES: usize> Vibration<STAGES> {
             let [x, v] = [state[o.position], state[o.velocity]];
             let change = rate[o.velocity] + o.squared_frequency * x + o.damping * v - course.force;
             course.rates[stage] = o.rotated(course.turns[stage].back(), [0.0, change]);
+            (course.changes[stage], course.speeds[stage]) = (change, v);
             self.powers[stage] += (change - o.damping * v) * v;
         }
     }
@@ -219,6 +258,42 @@ impl<const STAGES: usize> Vibration<STAGES> {
         }
     }
 
+    /// Adds to the quadrature of the power supplied what its stages are short of (Eq. T.33), and
+    /// prepares its interpolation; arguments as of [`Self::end`], behind it.
+    pub fn end_supplied(&mut self, weights: &[f64], last_term: &[f64], state: &mut [f64]) {
+        let Some(place) = self.supplied else { return };
+        let h = self.step;
+        let mut powers = [0.0; STAGES];
+        for course in &mut self.courses {
+            let sum = |weights: &[f64]| {
+                h * weights.iter().zip(&course.changes).map(|(w, change)| w * change).sum::<f64>()
+            };
+            let slopes = [0.0, h * course.changes[STAGES - 1]];
+            course.change_dense = dense_terms(sum(weights), slopes, sum(last_term));
+            for ((power, speed), node) in powers.iter_mut().zip(&course.speeds).zip(self.nodes) {
+                *power += course.supply_at(node) * speed;
+            }
+        }
+        let sum = |weights: &[f64]| h * weights.iter().zip(&powers).map(|(w, p)| w * p).sum::<f64>();
+        let slopes = [h * powers[0], h * powers[STAGES - 1]];
+        self.supply_dense = dense_terms(sum(weights), slopes, sum(last_term));
+        state[place] += self.unseen_supply(1.0, |o, _| [state[o.position], state[o.velocity]]);
+    }
+
+    /// Work that forces have supplied which change evenly over the step, up to its share `theta`,
+    /// without what the stages have seen of it (Eq. T.33).
+    fn unseen_supply(&self, theta: f64, state: impl Fn(&Oscillator, &Course<STAGES>) -> [f64; 2]) -> f64 {
+        let time = theta * self.step;
+        let work = self.oscillators.iter().zip(&self.courses).map(|(o, course)| {
+            let ([x0, v0], [x, v]) = (course.start, state(o, course));
+            let impulse = course.force * time + horner(course.change_dense, theta);
+            let way = (impulse - (v - v0) - o.damping * (x - x0)) / o.squared_frequency;
+            let [first, last] = course.supply;
+            course.supply_at(theta) * x - first * x0 - (last - first) / self.step * way
+        });
+        work.sum::<f64>() - horner(self.supply_dense, theta)
+    }
+
     /// Sets the oscillators' part of `out`, the interpolation at the share `theta` of the last
     /// step, and adds to the quadrature what its stages are short of.
     pub fn interpolate(&self, theta: f64, out: &mut [f64]) {
@@ -228,6 +303,9 @@ impl<const STAGES: usize> Vibration<STAGES> {
         if let Some(place) = self.dissipated {
             let part = horner(self.power_dense, theta);
             out[place] += part + self.balance(|o, course| course.between(o, theta, self.step));
+        }
+        if let Some(place) = self.supplied {
+            out[place] += self.unseen_supply(theta, |o, course| course.between(o, theta, self.step));
         }
     }
 
@@ -251,7 +329,18 @@ impl<const STAGES: usize> Course<STAGES> {
             turns: [Turn::default(); STAGES],
             rates: [[0.0; 2]; STAGES],
             dense: [[0.0; 2]; 4],
+            changes: [0.0; STAGES],
+            speeds: [0.0; STAGES],
+            change_dense: [0.0; 4],
+            supply: [0.0; 2],
         }
+    }
+
+    /// What given forces supply per velocity at the share `theta` of the step, if they change
+    /// evenly.
+    fn supply_at(&self, theta: f64) -> f64 {
+        let [first, last] = self.supply;
+        first + theta * (last - first)
     }
 
     /// `h Σ weights_i rates_i`.

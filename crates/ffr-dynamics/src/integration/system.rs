@@ -76,6 +76,14 @@ pub trait OdeSystem {
         Oscillators::default()
     }
 
+    /// Sets `forces`, one per oscillator, to what given forces supply at time `t` in the state `y`
+    /// per velocity of the oscillator \[W/(1/s)\]; returns the place in the state of the quadrature
+    /// of the power supplied, none if nothing acts on oscillators. Asked at both ends of a step.
+    /// Must not allocate.
+    fn supply(&mut self, _t: f64, _y: &[f64], _forces: &mut [f64]) -> Option<usize> {
+        None
+    }
+
     /// What the state's components are to each other; empty if unknown. Components in no block are
     /// quadratures.
     ///

@@ -444,6 +444,22 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
         Oscillators { list: &self.oscillators, dissipated: Some(self.model.n_states()) }
     }
 
+    fn supply(&mut self, t: f64, y: &[f64], forces: &mut [f64]) -> Option<usize> {
+        if self.model.loads.is_empty() {
+            return None;
+        }
+        self.workspace.place(&self.model, t, y);
+        self.workspace.add_loads(&self.model);
+        let mut oscillators = self.oscillators.iter().zip(forces).peekable();
+        for (body, sum) in self.model.bodies.iter().zip(&self.workspace.sums) {
+            let rates = body.layout.elastic_rates();
+            while let Some((o, force)) = oscillators.next_if(|(o, _)| rates.contains(&o.velocity)) {
+                *force = sum.elastic[o.velocity - rates.start];
+            }
+        }
+        Some(self.model.n_states() + 1)
+    }
+
     fn kinematics(&self) -> Vec<KinematicBlock> {
         let internal = self.internal_coordinates().filter(|place| !place.is_empty()).map(|place| {
             let len = place.len() / 2;

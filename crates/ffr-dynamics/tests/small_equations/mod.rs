@@ -27,12 +27,15 @@ pub struct Given<F> {
     pub blocks: Vec<KinematicBlock>,
     pub oscillators: Vec<Oscillator>,
     pub dissipated: Option<usize>,
+    /// Place of the quadrature of the power supplied, and the force over time on each oscillator.
+    pub supply: Option<(usize, fn(f64, usize) -> f64)>,
     rate: F,
 }
 
 impl<F: FnMut(f64, &[f64], &mut [f64])> Given<F> {
     pub fn new(dimension: usize, tolerance: f64, rate: F) -> Self {
-        Self { dimension, tolerance, blocks: Vec::new(), oscillators: Vec::new(), dissipated: None, rate }
+        let (blocks, oscillators, dissipated, supply) = Default::default();
+        Self { dimension, tolerance, blocks, oscillators, dissipated, supply, rate }
     }
 }
 
@@ -52,6 +55,12 @@ impl<F: FnMut(f64, &[f64], &mut [f64])> OdeSystem for Given<F> {
 
     fn oscillators(&self) -> Oscillators<'_> {
         Oscillators { list: &self.oscillators, dissipated: self.dissipated }
+    }
+
+    fn supply(&mut self, t: f64, _y: &[f64], forces: &mut [f64]) -> Option<usize> {
+        let (place, force) = self.supply?;
+        forces.iter_mut().enumerate().for_each(|(i, slot)| *slot = force(t, i));
+        Some(place)
     }
 
     fn kinematics(&self) -> Vec<KinematicBlock> {

@@ -1,7 +1,7 @@
 //! What a run checks of itself: warnings, and errors that end it.
 
 use super::Driver;
-use crate::adaptivity::interval::TARGET_UTILISATION;
+use crate::adaptivity::interval::fewest_at_once;
 use crate::adaptivity::overlap::Overlap;
 use crate::checks::contact_strain::{HUGE_CONTACT_STRAIN, contact_strain, large_contact_strain};
 use crate::checks::resolution::{
@@ -14,7 +14,6 @@ use crate::record::ImpactRecord;
 use crate::record::finding::ContactQuantity;
 use crate::record::warning::{Warning, WarningKind};
 use crate::run::driver::impact::judgement::MINOR;
-use crate::spec::FREE_INTERVAL;
 use crate::state::simulation::smallest_gap;
 use crate::touch::detection::Search;
 use crate::touch::parts::TouchKind;
@@ -24,9 +23,9 @@ const CLOSED: f64 = f64::NEG_INFINITY;
 
 /// What is doubtful about the zone of a contact and its penalty springs in an impact.
 pub(super) struct Doubts {
-    /// Elements in contact at one instant at most, as a share of those of an interval, if contact
-    /// moved along it and they were too few.
-    few_at_once: Option<f64>,
+    /// Elements in contact at one instant at most, as a share of those of an interval, and the least
+    /// share, if contact moved along it and they were too few.
+    few_at_once: Option<[f64; 2]>,
     /// How much of the approach was penetration, if it was too much and the contact could be
     /// judged.
     too_soft: Option<Overlap>,
@@ -49,7 +48,7 @@ impl Driver<'_> {
         let few_at_once = || {
             let fine = self.slots[i].fine().filter(|fine| !is_minor && fine.has_moved())?;
             let settings = self.model.contacts[i].refinement.as_ref()?.interval_settings();
-            fine.is_coarse(&settings).then(|| fine.resolution())
+            fine.is_coarse(&settings).then(|| [fine.resolution(), fewest_at_once(settings.minimum)])
         };
         Doubts {
             few_at_once: few_at_once(),
@@ -64,7 +63,8 @@ impl Driver<'_> {
         let mut searches: Vec<&mut Search> = self.slots.iter_mut().map(|slot| &mut slot.nearest).collect();
         let mut warnings = start::check(self.model, &mut searches)?;
         for (b, body) in self.model.bodies.iter().enumerate() {
-            let found = [coarse_mesh(body), coarse_place(body)];
+            let known = self.model.frequency_errors.get(b).copied().flatten();
+            let found = [coarse_mesh(body, known), coarse_place(body)];
             warnings.extend(found.into_iter().flatten().map(|warning| (b, warning)));
         }
         for touch in &self.model.touches {
@@ -140,7 +140,7 @@ impl Driver<'_> {
         if doubts.are_between_flat_faces {
             warnings.extend(slow_rise(name, &touching, impact).map(|warning| (i, warning)));
         }
-        let few_at_once = doubts.few_at_once.map(|share| (i, moving_contact(name, impact, share)));
+        let few_at_once = doubts.few_at_once.map(|shares| (i, moving_contact(name, impact, shares)));
         warnings.extend(few_at_once);
         warnings.extend(doubts.too_soft.map(|overlap| (i, soft_contact(name, impact, overlap))));
         if is_minor && self.model.contacts[i].refinement.is_some() {
@@ -179,7 +179,7 @@ impl Driver<'_> {
             bodies.filter_map(|(b, (body, state))| Some((b, body, highest_vibration(body, state, scale)?)));
         let Some(interval) = self.settings.free_interval else {
             let highest = rings.map(|(_, _, frequency)| frequency).fold(0.0, f64::max);
-            self.run.free_interval = FREE_INTERVAL.min(shown_interval(highest));
+            self.run.free_interval = self.usual_interval.min(shown_interval(highest));
             return Ok(());
         };
         let sparse = |(b, body, highest)| Some((b, sparse_output(body, highest, (time, interval))?));
@@ -220,7 +220,8 @@ impl Driver<'_> {
     /// Ends the run if the present state is none that the equations describe.
     pub(super) fn check_motion(&mut self) -> Result<(), AdaptiveError> {
         let (t, y) = (self.integrator.time(), self.integrator.state());
-        self.model.system.body_states(t, y);
+        // Bodies may be at rest in every state that is stored.
+        self.run.ledger.see(self.model.system.invariants(t, y).kinetic);
         let states = self.model.system.last_evaluation().0;
         self.limits.check(&self.model.bodies, states, t)?;
         self.linear.note(&self.model.bodies, states, t)
@@ -265,14 +266,14 @@ fn soft_contact(name: &str, impact: &ImpactRecord, overlap: Overlap) -> Warning 
 }
 
 /// The warning of a contact that moved so far along its interval that few elements, `share` of those
-/// of an interval, touched at one instant.
-fn moving_contact(name: &str, impact: &ImpactRecord, share: f64) -> Warning {
+/// of an interval, touched at one instant; `limit` is the least that may.
+fn moving_contact(name: &str, impact: &ImpactRecord, [share, limit]: [f64; 2]) -> Warning {
     Warning {
         kind: WarningKind::MovingContact,
         subject: format!("contact \"{name}\""),
         time: impact.start,
         value: share,
-        limit: TARGET_UTILISATION,
+        limit,
         message: format!(
             "it moved along its interval so far that {:.0} % of the elements of one touched at one instant at most: the force is that of \
              larger elements than elsewhere",

@@ -6,6 +6,7 @@ pub(crate) mod refine;
 pub(crate) mod trial_reason;
 mod intervals;
 pub(crate) mod judgement;
+mod stepped_over;
 pub(crate) mod trial;
 
 use super::Driver;

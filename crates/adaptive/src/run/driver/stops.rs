@@ -44,6 +44,15 @@ impl Driver<'_> {
         Ok(())
     }
 
+    /// Reports the hits that the end of the run leaves open.
+    pub(super) fn report_pressed_stops(&mut self) -> Result<(), AdaptiveError> {
+        let (n_contacts, time) = (self.slots.len(), self.integrator.time());
+        for (s, hit) in self.run.hits.iter().enumerate().filter(|(_, hit)| hit.is_pressed()) {
+            self.output.hit(hit.unended(time, (n_contacts + s) as u32));
+        }
+        self.report_hits()
+    }
+
     /// Reports the hits that have ended.
     pub(super) fn report_hits(&mut self) -> Result<(), AdaptiveError> {
         self.run.n_hits += self.output.send_hits(self.run.n_rows())?;

@@ -2,10 +2,10 @@
 
 use adaptive::AdaptiveError;
 use adaptive::body::built;
+use adaptive::body::field_body::FieldBody;
 use adaptive::body::loads::MarkerLoads;
 use adaptive::body::reduced::Interface;
-use adaptive::spec::{Area, BodySpec, FlexibleSpec, Place};
-use adaptive::store::ModelCache;
+use adaptive::spec::{Area, BodySpec, FlexibleSpec, FrameSpec, Place};
 use ffr_dynamics::interchange::{BodyFrame, FullBody, ReducedModel, ReducedParts};
 use ffr_dynamics::kinematics::MarkerWeights;
 use nalgebra::UnitQuaternion;
@@ -22,7 +22,7 @@ use crate::scenario::Override;
 use crate::simulate::sizing::sized;
 
 /// Writes the body with its faces and its markers that have an extent as markers, reduced to its
-/// free modes and the static answers to its joints and loads in a Buckens frame, or with unreduced
+/// free modes and the static answers to its joints and loads in its frame, with its stiffening, or with unreduced
 /// matrices (`is_full`), and with its named points for output.
 ///
 /// # Errors
@@ -67,7 +67,7 @@ fn write(
         let what = if is_rigid { "rigid" } else { "from a file already" };
         return Err(no_full_model(&spec.name, what));
     };
-    let markers = markers(body.as_ref(), areas)?;
+    let mut markers = markers(body.as_ref(), areas)?;
     let (name, path) = (export.body, export.output.display());
     let unfit = |source| AppError::model(AdaptiveError::Reduction { body: name.to_owned(), source });
     if is_full {
@@ -85,8 +85,14 @@ fn write(
     let loads =
         if spec.kind.flexible().is_some_and(FlexibleSpec::has_static_answers) { loads } else { Vec::new() };
     let interface = Interface { loads, ..Interface::default() };
-    let reduced = body.reduce_in_mean_axes(&interface, &ModelCache::default()).map_err(AppError::model)?;
-    let shapes = reduced.basis.shapes.as_ref();
+    let reduced = body.reduce(&interface).map_err(AppError::model)?;
+    let frame = match spec.kind.flexible().map(|flexible| &flexible.frame) {
+        Some(FrameSpec::Tangent(place)) => {
+            BodyFrame::Tangent { marker: frame_marker(body.as_ref(), (place, areas), &mut markers)? }
+        }
+        _ => BodyFrame::Buckens,
+    };
+    let shapes = reduced.shapes();
     let markers =
         markers.iter().map(|(name, weights)| weights.marker(name, shapes)).collect::<Result<Vec<_>, _>>();
     let markers = markers.map_err(|e| AppError::model(AdaptiveError::Model(e)))?;
@@ -97,7 +103,7 @@ fn write(
     let points = points.collect::<Result<_, AppError>>()?;
     let reduced = ReducedModel::new(ReducedParts {
         name: name.to_string(),
-        frame: BodyFrame::Buckens,
+        frame,
         data: reduced.data.to_parts(),
         frequencies: reduced.basis.omega.iter().map(|w| w / std::f64::consts::TAU).collect(),
         markers,
@@ -109,11 +115,27 @@ fn write(
     Ok(format!("{path}: {name}, {modes} modes, {markers} markers\n"))
 }
 
+/// Name of the marker that the frame follows, of the area at its place, or one of its own that is
+/// added to `markers`.
+fn frame_marker(
+    body: &dyn FieldBody,
+    (place, areas): (&Place, &[(String, Area)]),
+    markers: &mut Vec<(String, MarkerWeights)>,
+) -> Result<String, AppError> {
+    let at_place = areas.iter().find(|(_, area)| matches!(place, Place::Area(of) if of == area));
+    if let Some((name, _)) = at_place {
+        return Ok(name.clone());
+    }
+    let names: Vec<&str> = markers.iter().map(|(name, _)| name.as_str()).collect();
+    let free = std::iter::once("frame".to_owned()).chain((2..).map(|k| format!("frame-{k}")));
+    let name = free.into_iter().find(|name| !names.contains(&name.as_str())).unwrap_or_default();
+    let weights = body.marker_weights(place, UnitQuaternion::identity()).map_err(AppError::model)?;
+    markers.push((name.clone(), weights));
+    Ok(name)
+}
+
 /// The parts of the body that can be held, with the axes of the body.
-fn markers(
-    body: &dyn adaptive::body::field_body::FieldBody,
-    areas: &[(String, Area)],
-) -> Result<Vec<(String, MarkerWeights)>, AppError> {
+fn markers(body: &dyn FieldBody, areas: &[(String, Area)]) -> Result<Vec<(String, MarkerWeights)>, AppError> {
     let weights = |area: &Area| {
         body.marker_weights(&Place::Area(area.clone()), UnitQuaternion::identity()).map_err(AppError::model)
     };

@@ -8,6 +8,7 @@ use std::path::Path;
 use result_files::file::plain_file;
 
 use crate::scenario::check::Checker;
+use crate::scenario::keys::units;
 use crate::scenario::section::{Checked, Item, Section};
 use crate::scenario::tables::CurveKind;
 
@@ -39,7 +40,8 @@ pub fn read_all(checker: &mut Checker, section: &mut Section, directory: &Path) 
 fn read_one(checker: &mut Checker, section: &mut Section, directory: &Path) {
     let Some(name) = section.text("file") else { return };
     let wanted = ["time_column", "value_column"].map(|key| section.text(key).map(str::to_owned));
-    let found = text(&directory.join(name)).and_then(|text| columns(&text, &wanted));
+    let quantities = ["s", section.quantity];
+    let found = text(&directory.join(name)).and_then(|text| columns(&text, &wanted, quantities));
     let columns = match found {
         Ok(columns) => columns,
         Err(Fault { key, message }) => {
@@ -51,7 +53,7 @@ fn read_one(checker: &mut Checker, section: &mut Section, directory: &Path) {
     let Some(origin) = section.item("file").map(|item| item.origin.clone()) else { return };
     section.items.retain(|item| !KEYS.contains(&item.name));
     // In the order of their declarations, behind the kind.
-    for (at, (name, numbers)) in (1..).zip(["times", "values"].into_iter().zip(columns)) {
+    for (at, (name, Column { numbers, unit })) in (1..).zip(["times", "values"].into_iter().zip(columns)) {
         let value = if numbers.is_empty() { Checked::Invalid } else { Checked::Numbers(numbers) };
         let shown = "the file".to_owned();
         section.items.insert(
@@ -62,7 +64,7 @@ fn read_one(checker: &mut Checker, section: &mut Section, directory: &Path) {
                 value,
                 origin: origin.clone(),
                 shown,
-                units: Vec::new(),
+                units: unit.map(|unit| (0, unit)).into_iter().collect(),
                 given: true,
                 asked: Cell::default(),
             },
@@ -105,9 +107,18 @@ fn cells(line: &str) -> Vec<&str> {
     }
 }
 
+/// A column of numbers in the unit of keys.
+#[derive(Debug, Clone, Default, PartialEq)]
+struct Column {
+    numbers: Vec<f64>,
+    /// The unit of keys, if the name of the column says one.
+    unit: Option<&'static str>,
+}
+
 /// Times and values of the columns `wanted`, by their names in the first line or by their numbers
-/// from 1; the first and the second one unless said otherwise.
-fn columns(text: &str, wanted: &[Option<String>; 2]) -> Result<[Vec<f64>; 2], Fault> {
+/// from 1; the first and the second one unless said otherwise. Numbers are in the units of keys
+/// `quantities`, or in those that the names end with.
+fn columns(text: &str, wanted: &[Option<String>; 2], quantities: [&str; 2]) -> Result<[Column; 2], Fault> {
     let lines = text.lines().enumerate().map(|(n, line)| (n + 1, line.trim()));
     let mut lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#')).peekable();
     let Some((_, first)) = lines.peek() else { return Err(Fault::of_file(" has no line of numbers")) };
@@ -126,17 +137,29 @@ fn columns(text: &str, wanted: &[Option<String>; 2]) -> Result<[Vec<f64>; 2], Fa
         })
     };
     let places = [place(0)?, place(1)?];
-    let mut found: [Vec<f64>; 2] = Default::default();
+    let mut found: [Column; 2] = Default::default();
+    let mut factors = [1.0; 2];
+    if has_header {
+        for (k, &at) in places.iter().enumerate() {
+            let Some(name) = names.get(at) else { continue };
+            let unit = units::of_column(name, quantities[k])
+                .map_err(|message| Fault::of_file(format_args!(", column \"{name}\": {message}")))?;
+            if let Some((unit, factor)) = unit {
+                (found[k].unit, factors[k]) = (Some(unit), factor);
+            }
+        }
+    }
     for (n, line) in lines {
         let row = cells(line);
-        for (column, &at) in found.iter_mut().zip(&places) {
+        for ((column, factor), &at) in found.iter_mut().zip(factors).zip(&places) {
             let cell = row.get(at).ok_or_else(|| {
                 Fault::of_file(format_args!(":{n}: {} columns, column {} is wanted", row.len(), at + 1))
             })?;
             let number = cell.parse::<f64>().ok().filter(|x| x.is_finite());
-            column.push(number.ok_or_else(|| Fault::of_file(format_args!(":{n}: {cell:?} is no number")))?);
+            let number = number.ok_or_else(|| Fault::of_file(format_args!(":{n}: {cell:?} is no number")))?;
+            column.numbers.push(number * factor);
         }
-        if let [.., before, now] = found[0][..]
+        if let [.., before, now] = found[0].numbers[..]
             && now <= before
         {
             return Err(Fault::of_file(format_args!(
@@ -144,7 +167,7 @@ fn columns(text: &str, wanted: &[Option<String>; 2]) -> Result<[Vec<f64>; 2], Fa
             )));
         }
     }
-    if found[0].len() < 2 {
+    if found[0].numbers.len() < 2 {
         return Err(Fault::of_file(" has fewer than two lines of numbers"));
     }
     Ok(found)
@@ -155,7 +178,8 @@ mod tests {
     use super::*;
 
     fn read(text: &str, wanted: [Option<&str>; 2]) -> Result<[Vec<f64>; 2], String> {
-        columns(text, &wanted.map(|name| name.map(str::to_owned)))
+        columns(text, &wanted.map(|name| name.map(str::to_owned)), ["s", "N"])
+            .map(|columns| columns.map(|column| column.numbers))
             .map_err(|fault| fault.key.to_owned() + &fault.message)
     }
 
@@ -165,6 +189,7 @@ mod tests {
         assert_eq!(read("0,1\n0.5,-2e3\n", [None, None]), expected);
         assert_eq!(read("# measured\n\nt;x;F\n0;9;1\n0.5;9;-2e3", [Some("t"), Some("F")]), expected);
         assert_eq!(read("1 0 7\n-2e3 0.5 7", [Some("2"), Some("1")]), expected);
+        assert_eq!(read("t [ms],F_kN\n0,1e-3\n500,-2", [None, None]), expected);
         assert_eq!(read("\"t [s]\",\"F [N]\"\r\n0,1\r\n0.5,-2e3\r\n", [None, Some("F [N]")]), expected);
     }
 
@@ -177,6 +202,7 @@ mod tests {
             ("t,F\n0,1\n1\n", [None, None], "file:3: 1 columns, column 2 is wanted"),
             ("t,F\n0,1\n0,2\n", [None, None], "file:3: times must rise, 0.0 is followed by 0.0"),
             ("t,F\n0,1\n1,inf\n", [None, None], "is no number"),
+            ("t [ms],F [lbf]\n0,1\n1,2\n", [None, None], "file, column \"F [lbf]\": unknown unit"),
             ("t,F\n0,1\n1,2\n", [None, Some("G")], "value_column has no column \"G\", its columns are t, F"),
             (
                 "0,1\n1,2\n",

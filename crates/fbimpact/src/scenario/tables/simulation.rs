@@ -41,7 +41,7 @@ pub const SIMULATION: &[Key] = &[
         Kind::Boolean,
         "",
         Need::Default("false"),
-        "Whether elastic coordinates start from equilibrium with the joint coordinates held; undeformed otherwise.",
+        "Whether elastic coordinates start from equilibrium with the joint coordinates held; undeformed otherwise. Not with joints that close loops, nor with gears.",
     ),
     Key::new(
         "quiet_time",
@@ -55,7 +55,7 @@ pub const SIMULATION: &[Key] = &[
         Kind::Integer(1, 1_000_000),
         "–",
         Need::Optional("the run goes on to `end_time`"),
-        "The run ends with the impact phase in which so many impacts, rows of `/impacts`, have ended, or at `end_time`.",
+        "The run ends with the impact phase, or the step, in which so many impacts, rows of `/impacts`, have ended, or at `end_time`.",
     ),
     Key::new(
         "stop_at_rest",
@@ -154,7 +154,7 @@ pub const OUTPUT: &[Key] = &[
         "s",
         Need::Derived(|| {
             format!(
-                "{FREE_INTERVAL:?} s; after an impact a quarter of the shortest period at which a body vibrates strongly, if that is less"
+                "{FREE_INTERVAL:?} s, or a quarter of the shortest period of harmonic forces and motions; after an impact a quarter of the shortest period at which a body vibrates strongly, if that is less"
             )
         }),
         "Time between stored states between impacts.",

@@ -121,15 +121,15 @@ name_variants!(CurveKind {
                 Kind::Name,
                 "",
                 Need::Optional("`times` and `values` must be given"),
-                "Text file with columns of numbers between commas, semicolons or blanks, relative to the scenario; the first line may name them, \
-                 lines that begin with `#` count for nothing. The resolved scenario of a result holds the numbers.",
+                "Text file with columns of numbers between commas, semicolons or blanks, relative to the scenario; the first line may name them, with their units, \
+                 `t [ms]`, `F (kN)`, `F / kN` or `F_kN`, lines that begin with `#` count for nothing. The resolved scenario of a result holds the numbers.",
             ),
             Key::new(
                 "time_column",
                 Kind::Name,
                 "",
                 Need::Optional("the first column"),
-                "Column of the times in s, by its name or by its number from 1 as a text, `\"2\"`.",
+                "Column of the times, in s unless its name ends with another unit, by its name or by its number from 1 as a text, `\"2\"`.",
             )
             .when(&[WITH_FILE]),
             Key::new(
@@ -137,7 +137,7 @@ name_variants!(CurveKind {
                 Kind::Name,
                 "",
                 Need::Optional("the second column"),
-                "Column of the values, in the unit of the key, as `time_column`.",
+                "Column of the values, in the unit of the key unless its name ends with another one, as `time_column`.",
             )
             .when(&[WITH_FILE]),
             Key::new(

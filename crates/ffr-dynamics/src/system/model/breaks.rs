@@ -8,7 +8,7 @@ use crate::system::joints::{CoordinateForce, TimeFunction};
 /// Longest step over the one that resolves a prescribed motion: the power that it takes, a force
 /// times a velocity, has half its period, and of a body that moves along with it no state has an
 /// error to choose steps by.
-const STEP_OF_MOTION: f64 = 0.25;
+const STEP_OF_MOTION: f64 = 0.2;
 
 impl MultibodyModel {
     /// The next time after `t` at which something given over time is not smooth.
@@ -21,6 +21,12 @@ impl MultibodyModel {
         let forces = self.forces_over_time().map(|force| force.longest_step(t));
         let motions = self.motions().map(|motion| STEP_OF_MOTION * motion.longest_step(t));
         forces.chain(motions).fold(f64::INFINITY, f64::min)
+    }
+
+    /// A quarter of the shortest period of what is given over time and lasts beyond the time `t`
+    /// \[s\]; infinite if nothing does.
+    pub fn quarter_period(&self, t: f64) -> f64 {
+        self.time_functions().map(|function| function.longest_step(t)).fold(f64::INFINITY, f64::min)
     }
 
     /// All that is given over time.

@@ -124,6 +124,10 @@ impl Driver<'_> {
                 self.integrator.invalidate();
                 continue;
             }
+            if let Some(deepest) = self.overlap_stepped_over()? {
+                self.repeat_impact_until(step.start, deepest)?;
+                continue;
+            }
             self.store_step()?;
             self.update_monitors()?;
             self.check_motion()?;
@@ -222,7 +226,7 @@ impl Driver<'_> {
     }
 
     /// Takes the last step of an impact, which began at `start`, again as far as `end`, where
-    /// another contact joins.
+    /// another contact joins or one overlaps that the step has not felt.
     fn repeat_impact_until(&mut self, start: f64, end: f64) -> Result<(), AdaptiveError> {
         self.interpolated.copy_from_slice(self.integrator.previous_state());
         self.integrator.restart(start, &self.interpolated);
