@@ -14,7 +14,6 @@ pub mod section;
 mod check;
 pub mod changes;
 mod files;
-mod curve_doubts;
 mod build;
 mod conditions;
 pub mod written;
@@ -76,7 +75,7 @@ pub fn parse(path: &Path, bytes: &[u8], overrides: &[Override]) -> Result<Scenar
     }
     match scenario {
         Some(scenario) if checker.faults.is_empty() => {
-            let doubts = curve_doubts::of_all(&copy, scenario.run.settings.end_time);
+            let doubts = files::curve_doubts::of_all(&copy, scenario.run.settings.end_time);
             Ok(Scenario { doubts, ..scenario })
         }
         _ => {

@@ -300,11 +300,7 @@ impl Checker {
             }
             (Kind::NumberOrVariants { tag, variants, .. }, Value::Table(entries)) => {
                 self.quantity = key.unit;
-                let mut checked = self.variant(tag, variants, entries, path, &node.origin);
-                if let Checked::Table(table) = &mut checked {
-                    table.quantity = key.unit;
-                }
-                return checked;
+                return self.variant(tag, variants, entries, path, &node.origin).of_quantity(key.unit);
             }
             (Kind::Numbers(range), _) => number_in(node, range, scale).map(|x| Checked::Numbers(vec![x])),
             (Kind::NumberOrVariants { range, .. }, _) => number_in(node, range, scale).map(Checked::Number),

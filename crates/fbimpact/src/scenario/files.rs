@@ -1,5 +1,6 @@
 //! What a scenario takes from files, and control nets that stand in their place.
 
 pub(super) mod curves;
+pub(super) mod curve_doubts;
 pub(super) mod spline_nets;
 pub(super) mod bodies;

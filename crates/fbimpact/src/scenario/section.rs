@@ -128,6 +128,14 @@ pub enum Checked {
 }
 
 impl Checked {
+    /// The same, a table being that of a quantity over time of the unit `unit`.
+    pub fn of_quantity(self, unit: &'static str) -> Self {
+        match self {
+            Self::Table(table) => Self::Table(Section { quantity: unit, ..table }),
+            other => other,
+        }
+    }
+
     /// The tables in it, with their names; the name of a single table and of those of an array is
     /// empty.
     pub fn subtables(&self) -> Vec<(&str, &Section)> {

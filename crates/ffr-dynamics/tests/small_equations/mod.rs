@@ -20,6 +20,9 @@ pub fn slope(pairs: &[(f64, f64)]) -> f64 {
     covariance / x.iter().map(|a| (a - mx).powi(2)).sum::<f64>()
 }
 
+/// A force over time, on the oscillator of a number.
+pub type Force = fn(f64, usize) -> f64;
+
 /// Equations given by a function, with the Euclidean norm over a tolerance.
 pub struct Given<F> {
     dimension: usize,
@@ -28,7 +31,7 @@ pub struct Given<F> {
     pub oscillators: Vec<Oscillator>,
     pub dissipated: Option<usize>,
     /// Place of the quadrature of the power supplied, and the force over time on each oscillator.
-    pub supply: Option<(usize, fn(f64, usize) -> f64)>,
+    pub supply: Option<(usize, Force)>,
     rate: F,
 }
 

@@ -7,7 +7,6 @@
 use crate::error::MatrixFault;
 use faer::{Mat, MatMut, MatRef};
 
-use super::search::Pairs;
 use crate::DynamicsError;
 use crate::reduction::blocks::dense;
 use crate::reduction::blocks::random::Random;
@@ -89,6 +88,14 @@ pub(crate) struct Ritz {
     vectors: Mat<f64>,
     /// Relative residual `|F M x - theta x| / theta` in the mass norm.
     pub residuals: Vec<f64>,
+}
+
+/// Approximate eigenpairs of the stiffness, and the products of their vectors with the matrices.
+pub(crate) struct Pairs {
+    pub lambda: Vec<f64>,
+    pub vectors: Mat<f64>,
+    pub mass_vectors: Mat<f64>,
+    pub stiffness_vectors: Mat<f64>,
 }
 
 impl<'p, O: Operator> Lanczos<'p, O> {
@@ -312,7 +319,7 @@ impl<'p, O: Operator> Lanczos<'p, O> {
 impl Lanczos<'_, ElasticProblem<'_>> {
     /// The first `k` Ritz pairs of the stiffness itself: without the error of a flexibility of
     /// limited accuracy, apart from what it leaves outside the basis.
-    pub(super) fn pairs_of_stiffness(&self, k: usize) -> Result<Pairs, DynamicsError> {
+    pub fn pairs_of_stiffness(&self, k: usize) -> Result<Pairs, DynamicsError> {
         let basis = self.basis.as_ref().subcols(0, self.size);
         let pulled = self.problem.stiffness_product(basis);
         let mut projected = dense::product(basis.transpose(), pulled.as_ref());

@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 use faer::{Mat, MatRef};
 
-use super::lanczos::{Lanczos, Ritz};
+use super::lanczos::{Lanczos, Pairs, Ritz};
 use super::modes::EigenModes;
 use crate::DynamicsError;
 use crate::body::RigidMotion;
@@ -88,21 +88,6 @@ struct Found {
     vectors: Mat<f64>,
     mass_vectors: Mat<f64>,
     residual: f64,
-}
-
-/// Approximate eigenpairs, and the products of the vectors with the matrices.
-pub(super) struct Pairs {
-    pub lambda: Vec<f64>,
-    pub vectors: Mat<f64>,
-    pub mass_vectors: Mat<f64>,
-    pub stiffness_vectors: Mat<f64>,
-}
-
-impl Pairs {
-    fn with_residual(self, residual: f64) -> Found {
-        let Self { lambda, vectors, mass_vectors, .. } = self;
-        Found { lambda, vectors, mass_vectors, residual }
-    }
 }
 
 /// The largest correction of a wanted mode, to the error of which it adds up but for the
@@ -304,7 +289,7 @@ impl<'p, 'a> Search<'p, 'a> {
         }
         let stiffness_vectors = self.problem.stiffness_product(vectors.as_ref());
         let (pairs, _) = self.correct(Pairs { lambda, vectors, mass_vectors, stiffness_vectors })?;
-        Ok(pairs.with_residual(residual))
+        Ok(found(pairs, residual))
     }
 
     /// One more multiplication and a Rayleigh-Ritz step (Eq. R.13); `mass_x` is `M x`. The residual
@@ -341,7 +326,7 @@ impl<'p, 'a> Search<'p, 'a> {
                 break;
             }
         }
-        Ok(pairs.with_residual(residual))
+        Ok(found(pairs, residual))
     }
 
     /// One correction of pairs with what the stiffness itself leaves out of balance, and a
@@ -429,6 +414,11 @@ impl Gap {
     fn width(&self) -> f64 {
         (self.above - self.below) / self.above
     }
+}
+
+fn found(pairs: Pairs, residual: f64) -> Found {
+    let Pairs { lambda, vectors, mass_vectors, .. } = pairs;
+    Found { lambda, vectors, mass_vectors, residual }
 }
 
 fn inner(a: MatRef<'_, f64>, b: MatRef<'_, f64>, j: usize) -> f64 {

@@ -3,8 +3,8 @@
 
 use adaptive::spec::time_curve::CubicSpline;
 
-use super::section::Section;
-use super::tables::{CurveKind, Interpolation};
+use crate::scenario::section::Section;
+use crate::scenario::tables::{CurveKind, Interpolation};
 
 /// Share of the range of the values by which a spline may run beyond them without a word: one
 /// through seven or more points of each wave of a sine runs 5 % beyond them at most, to its peaks.
