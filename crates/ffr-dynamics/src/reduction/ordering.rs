@@ -11,7 +11,7 @@
 //!
 //! What is eliminated later fills the columns of a set: its border. Long bodies are therefore cut
 //! block by block from the border on, so that no separator has a border on both sides, where that
-//! costs less (Eq. R.1a); and a set whose elimination by a front (`front`) costs less than its
+//! costs less (Eq. R.1); and a set whose elimination by a front (`front`) costs less than its
 //! division is not divided.
 
 mod front;
@@ -256,7 +256,7 @@ impl Cut {
 }
 
 impl Place {
-    /// Estimated work of the cut of a set with `border` nodes around it (Eq. R.1a), `borders` of them
+    /// Estimated work of the cut of a set with `border` nodes around it (Eq. R.1), `borders` of them
     /// at the sides; sides of more nodes than a `block` are eliminated block by block.
     fn cost(&self, border: usize, borders: [usize; 2], block: f64) -> f64 {
         let s = self.n as f64;
@@ -466,7 +466,7 @@ impl<'a> Cutter<'a> {
     }
 
     /// Where to cut a long set with border by blocks along the direction of `best`, if an uneven cut
-    /// costs less than all even ones (Eq. R.1a).
+    /// costs less than all even ones (Eq. R.1).
     fn uneven(&mut self, cuts: &[Cut], best: &Cut) -> Option<Place> {
         let n = best.sorted.len();
         // Separators across and along the coordinates are as width and length.
