@@ -76,7 +76,7 @@ mod tests {
     /// Doubts about a force of the given points in a run of 10 ms.
     fn doubts(points: &str) -> Vec<String> {
         let text = format!(
-            "[simulation]\nend_time = 1e-2\n[bodies.a]\nmodel = \"rigid\"\nmass = 1.0\nprincipal_inertia = [1.0, 1.0, 1.0]\n\
+            "[simulation]\nend_time = 1e-2\n[bodies.a]\nmodel = \"rigid\"\nmass = 1.0\ninertia = [1.0, 1.0, 1.0]\n\
              [loads.f]\nbody = \"a\"\npoint = [0.0, 0.0, 0.0]\nforce_x = {{ kind = \"table\", {points} }}\n"
         );
         parse(Path::new("a.toml"), text.as_bytes(), &[]).expect("a scenario").doubts
