@@ -75,36 +75,6 @@ fn dissection_does_not_depend_on_the_axes_of_the_body() {
 }
 
 #[test]
-fn a_slender_bar_fills_as_much_as_a_front_of_two_layers() {
-    // Quadratic splines: a node is coupled to two layers on each side, 36 nodes in each.
-    let body = block(2, [4, 4, 20], [1.0, 1.0, 5.0]);
-    let order = elimination_order(body.stiffness.symbolic(), &body.dofs, &body.anchors, &[]);
-    let entries = ffr_dynamics::reduction::SymbolicFactor::new(body.stiffness.symbolic(), order, 0)
-        .unwrap()
-        .n_entries();
-    // A column holds two layers and three rows of six, three unknowns a node; a tenth more for the zeros of
-    // merged supernodes. Borders left out of account make 0.90 million.
-    let front = 3 * (2 * 36 + 3 * 6) * body.n_unknowns();
-    assert!(10 * entries < 11 * front, "{entries} of {front}");
-}
-
-#[test]
-fn long_bodies_are_eliminated_block_by_block_and_compact_ones_by_halves() {
-    let symbolic = |elements: [usize; 3], degree: usize| {
-        let body = block(degree, elements, elements.map(|n| 0.1 * n as f64));
-        let order = elimination_order(body.stiffness.symbolic(), &body.dofs, &body.anchors, &[]);
-        ffr_dynamics::reduction::SymbolicFactor::new(body.stiffness.symbolic(), order, 0).unwrap()
-    };
-    // Halves alone take 7.58 Gflop: the inner separators of 363 unknowns then have borders on both sides,
-    // 19 s^3/3 in place of 7 s^3/3, and there are five of them: 1.0 Gflop.
-    let bar = symbolic([10, 10, 100], 1);
-    assert!(bar.work() < 6.6e9, "{:e}", bar.work());
-    // Halves alone: 3.55 million entries, 2.43 Gflop.
-    let cube = symbolic([10; 3], 2);
-    assert!(cube.n_entries() < 3_550_000 && cube.work() < 2.43e9, "{}, {:e}", cube.n_entries(), cube.work());
-}
-
-#[test]
 fn factor_solves_the_supported_stiffness() {
     let body = block(2, [4, 3, 3], [1.0, 0.8, 0.5]);
     let base = unknowns_at(&body, |p| p[2] < -0.249);

@@ -15,14 +15,17 @@ const NARROWINGS: usize = 20;
 
 impl Driver<'_> {
     /// The deepest instant of an overlap within the last step, at whose ends the contact was open:
-    /// the first of all contacts that closed at the beginning and that have a model.
+    /// the first of all contacts that closed at the beginning, that have a model and that have not
+    /// touched in this phase. (What is left of a touch in the vibration of its points is not worth
+    /// a step of its own.)
     pub(crate) fn overlap_stepped_over(&mut self) -> Result<Option<f64>, AdaptiveError> {
         let (_, end) = self.integrator.interval();
         let mut first: Option<f64> = None;
         for i in 0..self.slots.len() {
             let forces = self.model.system.forces();
-            let was_closing = self.slots[i].monitor.is_closing_without_force();
-            if self.slots[i].is_watching() || !was_closing || forces[i].contact.report().normal_force > 0.0 {
+            let monitor = &self.slots[i].monitor;
+            let may_touch = !monitor.is_running() && monitor.is_closing_without_force();
+            if self.slots[i].is_watching() || !may_touch || forces[i].contact.report().normal_force > 0.0 {
                 continue;
             }
             let (state, system) = (self.integrator.state(), &mut self.model.system);
