@@ -164,43 +164,32 @@ pub fn edge_touch((contact, time): (&str, f64), body: &BodyModel) -> Option<Warn
 pub fn coarse_mesh(body: &BodyModel, known: Option<f64>) -> Option<Warning> {
     let flexible = body.flexible()?;
     let highest = highest_free_mode(body).filter(|f| *f > 0.0)?;
-    if let Some(error) = known {
-        return (error > FREQUENCY_ERROR).then(|| Warning {
-            kind: WarningKind::CoarseMesh,
-            subject: subject(body),
-            time: 0.0,
-            value: error,
-            limit: FREQUENCY_ERROR,
-            message: format!(
-                "the mesh that the program has chosen puts frequencies of its modes off by some {:.0} %, {:.0} % are allowed",
-                100.0 * error,
-                100.0 * FREQUENCY_ERROR
-            ),
-            remedy: format!(
-                "give bodies.{}.discretisation.elements, or fewer reduction.modes",
-                body.name
-            ),
-        });
-    }
-    let wave = shortest_wave(flexible.body.as_ref(), highest)?;
-    let elements = flexible.body.longest_elements();
-    let of = |e: &LongestElement| (wave.error(e.length, e.degree), *e);
-    let (error, worst) = elements.iter().map(of).max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let is_coarse = error > FREQUENCY_ERROR;
+    let (error, mesh) = match known {
+        Some(error) => {
+            (error, "is not resolved by the mesh that the program has chosen, which puts".to_owned())
+        }
+        None => {
+            let wave = shortest_wave(flexible.body.as_ref(), highest)?;
+            let elements = flexible.body.longest_elements();
+            let of = |e: &LongestElement| (wave.error(e.length, e.degree), *e);
+            let (error, worst) = elements.iter().map(of).max_by(|a, b| a.0.total_cmp(&b.0))?;
+            let direction = worst.direction.map_or_else(String::new, |d| format!(" in direction {d}"));
+            let (wave, LongestElement { length, degree, .. }) = (wave.length, worst);
+            let what = format!(
+                "has waves {wave:.3e} m long; elements of {length:.3e} m and degree {degree}{direction} put"
+            );
+            (error, what)
+        }
+    };
     let shown = if error < 1.0 { format!("{:.0} %", 100.0 * error) } else { "more than its half".to_owned() };
-    is_coarse.then(|| Warning {
+    (error > FREQUENCY_ERROR).then(|| Warning {
         kind: WarningKind::CoarseMesh,
         subject: subject(body),
         time: 0.0,
         value: error,
         limit: FREQUENCY_ERROR,
         message: format!(
-            "its highest mode, {highest:.4e} Hz, has waves {:.3e} m long; elements of {:.3e} m and degree {}{} put its \
-             frequency off by some {shown}, {:.0} % are allowed",
-            wave.length,
-            worst.length,
-            worst.degree,
-            worst.direction.map_or_else(String::new, |d| format!(" in direction {d}")),
+            "its highest mode, {highest:.4e} Hz, {mesh} its frequency off by some {shown}, {:.0} % are allowed",
             100.0 * FREQUENCY_ERROR
         ),
         remedy: flexible.body.finer_mesh(),

@@ -344,7 +344,8 @@ impl Block {
     }
 }
 
-fn inner(a: MatRef<'_, f64>, i: usize, b: MatRef<'_, f64>, j: usize) -> f64 {
+/// Inner product of column `i` of `a` and column `j` of `b`.
+pub(super) fn inner(a: MatRef<'_, f64>, i: usize, b: MatRef<'_, f64>, j: usize) -> f64 {
     a.col(i).transpose() * b.col(j)
 }
 

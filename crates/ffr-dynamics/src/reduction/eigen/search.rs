@@ -9,7 +9,7 @@ use std::f64::consts::TAU;
 
 use faer::{Mat, MatRef};
 
-use super::lanczos::{Lanczos, Pairs, Ritz};
+use super::lanczos::{Lanczos, Pairs, Ritz, inner};
 use super::modes::EigenModes;
 use crate::DynamicsError;
 use crate::body::RigidMotion;
@@ -344,10 +344,10 @@ impl<'p, 'a> Search<'p, 'a> {
         self.problem.flexibility_within(SEARCH_ACCURACY, correction.as_mut());
         let mass_correction = self.problem.mass_product(correction.as_ref());
         let wanted = 0..self.n_modes;
-        let energy = |j: usize| inner(out_of_balance.as_ref(), correction.as_ref(), j) / lambda[j];
+        let energy = |j: usize| inner(out_of_balance.as_ref(), j, correction.as_ref(), j) / lambda[j];
         let step = Correction {
             mass_norm: largest(
-                wanted.clone().map(|j| inner(correction.as_ref(), mass_correction.as_ref(), j).sqrt()),
+                wanted.clone().map(|j| inner(correction.as_ref(), j, mass_correction.as_ref(), j).sqrt()),
             ),
             in_energy: largest(wanted.map(|j| energy(j).abs().sqrt())),
         };
@@ -416,13 +416,10 @@ impl Gap {
     }
 }
 
+/// Pairs with the residual of those that they were made of.
 fn found(pairs: Pairs, residual: f64) -> Found {
     let Pairs { lambda, vectors, mass_vectors, .. } = pairs;
     Found { lambda, vectors, mass_vectors, residual }
-}
-
-fn inner(a: MatRef<'_, f64>, b: MatRef<'_, f64>, j: usize) -> f64 {
-    a.col(j).transpose() * b.col(j)
 }
 
 /// The largest of some values that are not negative; not a number if one is not.
@@ -533,6 +530,7 @@ mod tests {
             assert!((found / expected - 1.0).abs() < SAME_FREQUENCY, "{found} {expected}");
         }
     }
+
     #[test]
     fn pairs_that_are_off_are_corrected_until_they_are_not() {
         // Rough vectors beside the modes, of the size that a poor factor in single precision leaves

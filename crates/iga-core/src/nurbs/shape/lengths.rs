@@ -19,7 +19,7 @@ pub fn lengths(shape: &Shape) -> Vec<f64> {
 
 /// Lengths of the ways through the shape from one of its free faces to another along parameter
 /// lines, through as many patches as lie between, each by its longest line \[m\]; each way is
-/// listed from both its ends.
+/// listed from both its ends, infinite if it has no other one.
 pub fn ways_through(shape: &Shape) -> Vec<f64> {
     let patches = &shape.patches;
     let faces = FaceId::all(patches);
@@ -34,13 +34,15 @@ pub fn ways_through(shape: &Shape) -> Vec<f64> {
     };
     let way = |from: FaceId| {
         let (mut at, mut length) = (from, 0.0);
-        loop {
+        // Where more than two faces are one, a way may come round to itself: it has no end then.
+        for _ in &faces {
             length += longest_line(&patches[at.patch], at.direction);
             match beyond(FaceId { upper: !at.upper, ..at }) {
                 Some(next) => at = next,
                 None => return length,
             }
         }
+        f64::INFINITY
     };
     faces.iter().filter(|&&face| beyond(face).is_none()).map(|&face| way(face)).collect()
 }
