@@ -164,10 +164,12 @@ pub fn edge_touch((contact, time): (&str, f64), body: &BodyModel) -> Option<Warn
 pub fn coarse_mesh(body: &BodyModel, known: Option<f64>) -> Option<Warning> {
     let flexible = body.flexible()?;
     let highest = highest_free_mode(body).filter(|f| *f > 0.0)?;
-    let (error, mesh) = match known {
-        Some(error) => {
-            (error, "is not resolved by the mesh that the program has chosen, which puts".to_owned())
-        }
+    let (error, mesh, remedy) = match known {
+        Some(error) => (
+            error,
+            "is not resolved by the mesh that the program has chosen, which puts".to_owned(),
+            format!("give bodies.{}.discretisation.elements, or keep fewer modes", body.name),
+        ),
         None => {
             let wave = shortest_wave(flexible.body.as_ref(), highest)?;
             let elements = flexible.body.longest_elements();
@@ -178,7 +180,7 @@ pub fn coarse_mesh(body: &BodyModel, known: Option<f64>) -> Option<Warning> {
             let what = format!(
                 "has waves {wave:.3e} m long; elements of {length:.3e} m and degree {degree}{direction} put"
             );
-            (error, what)
+            (error, what, flexible.body.finer_mesh())
         }
     };
     let shown = if error < 1.0 { format!("{:.0} %", 100.0 * error) } else { "more than its half".to_owned() };
@@ -192,7 +194,7 @@ pub fn coarse_mesh(body: &BodyModel, known: Option<f64>) -> Option<Warning> {
             "its highest mode, {highest:.4e} Hz, {mesh} its frequency off by some {shown}, {:.0} % are allowed",
             100.0 * FREQUENCY_ERROR
         ),
-        remedy: flexible.body.finer_mesh(),
+        remedy,
     })
 }
 
