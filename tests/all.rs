@@ -71,6 +71,7 @@ mod shape_impacts;
 mod shapes;
 mod sizing;
 mod solid_file;
+mod spin;
 mod spline_bodies;
 mod support;
 mod sweep;

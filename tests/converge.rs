@@ -183,7 +183,7 @@ fn a_flight_without_impact_is_judged_by_its_end() {
     assert_eq!(code, 0, "{report:#}");
     assert!(sentence(&report).contains("final velocity of body \"ball\""), "{}", sentence(&report));
     let (_, out, _) = folder.fbimpact(&["converge", "case.toml", "-q"]);
-    assert!(out.contains("no impact, final motions alone are compared"), "{out}");
+    assert!(out.contains("no impact, final motions and what is asked for are compared"), "{out}");
 }
 
 #[test]
@@ -348,4 +348,31 @@ fn interrupted_study_keeps_its_runs_and_goes_on_with_them() {
         assert!(begin.elapsed() < Duration::from_secs(360), "no run is left behind");
         std::thread::sleep(Duration::from_millis(20));
     }
+}
+
+#[test]
+fn stress_that_is_asked_for_is_judged() {
+    // The centrifugal force of a disc, of which free modes alone have too little at its centre.
+    let disc = "[simulation]\nend_time = 2e-3\n[bodies.disc]\nmodel = \"plane-stress\"\nmaterial = \"steel\"\n\
+        geometry = { shape = \"disc\", radius = 0.1 }\nangular_velocity = [0.0, 0.0, \"3000 rpm\"]\n\
+        damping = { modal = 0.7 }\ndiscretisation = { degree = 3, elements = [4, 4] }\n\
+        reduction = { modes = 20, static_answers = false }\n\
+        [output.points.middle]\nbody = \"disc\"\npoint = [0.0, 0.0]\nstress = true\n";
+    let folder = Folder::with(disc);
+    let (code, report) = folder.study(&[]);
+    assert_eq!(code, 1, "{report:#}");
+    assert_eq!(report["limit"]["quantity"], "peak_von_mises", "{report:#}");
+    assert_eq!(report["limit"]["where"], "at point \"middle\"");
+    assert!(
+        sentence(&report).contains("limits the largest stress at point \"middle\""),
+        "{}",
+        sentence(&report)
+    );
+    let peaks = report["base"]["peaks"].as_array().map_or(0, Vec::len);
+    assert_eq!(peaks, 2, "displacement and stress: {report:#}");
+    // With its static answer twice the modes change nothing that is asked for.
+    let answered = Folder::with(&disc.replace(", static_answers = false", ""));
+    let (_, report) = answered.study(&[]);
+    let change = variant(&report, "modes")["largest_change"].as_f64().unwrap_or(1.0);
+    assert!(change < 0.01, "{report:#}");
 }

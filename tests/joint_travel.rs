@@ -150,6 +150,10 @@ fn what_makes_no_sense_is_a_fault_of_the_scenario() {
     let curve = "{ kind = \"table\", times = [0.0, 1.0], values = [0.0, 1.0], interpolation = \"linear\" }";
     let moved = guide(&format!("motions = [{{ coordinate = 0, curve = {curve} }}]"));
     assert!(moved.contains("its velocity jumps"), "{moved}");
+    let driven = guide(
+        "motions = [{ coordinate = 1, curve = 1.0 }]\ndrives = [{ coordinate = 0, curve = 2.0 }, { coordinate = 1, curve = 2.0 }]",
+    );
+    assert!(driven.contains("the motion of coordinate 1 is prescribed, no force along it"), "{driven}");
     let locked = |list: &str| faults(&block("").replace(r#"["x", "z", "ry", "rz"]"#, list));
     assert!(locked(r#"["x", "y", "z", "rx", "ry", "rz"]"#).contains("choose type \"fixed\""));
     assert!(locked("[]").contains("choose type \"free\""));
@@ -224,7 +228,7 @@ fn a_joint_that_begins_beyond_its_stop_is_a_fault() {
     };
     let message = faults(&begins(0.2));
     assert!(
-        message.contains("joints.guide.stops") && message.contains("begins at 0.2, beyond it"),
+        message.contains("joints.guide.stops") && message.contains("begins at 0.2, 1e-1 beyond it"),
         "{message}"
     );
     assert!(scenarios::parse(Path::new("."), &begins(0.1), &[]).is_ok());

@@ -233,6 +233,22 @@ fn zones_that_cannot_be_solved_again_are_named() {
     let n = probe["time"].as_array().unwrap().len();
     let (found, expected) = (numbers(&probe["points"][0]["position"]), stored(&run, "points/top/position"));
     assert!((0..3 * n).all(|i| (found[i] - expected[i]).abs() < 1e-8));
+    let [pictures, page] =
+        ["pictures", "page.html"].map(|name| folder.path().join(name).display().to_string());
+    let file = run.display().to_string();
+    for arguments in [["export", &file, "--vtk", &pictures], ["report", &file, "-o", &page]] {
+        let (code, _, err) = fbimpact(&arguments);
+        assert_eq!(code, 0, "{err}");
+        assert!(err.contains("contact \"impact\" are left out"), "{arguments:?}: {err}");
+    }
+    let page = std::fs::read_to_string(page).unwrap();
+    assert!(page.contains("Here local deformation and stress by contact &quot;impact&quot; are left out"));
+    // Of a contact that did not touch there is nothing to leave out.
+    let leaves =
+        ["bodies.ball.velocity=[0,0,0.1]", "simulation.end_time=1e-6", "contacts.impact.friction=0.3"];
+    let apart = simulated(&folder, "sphere_on_plane.toml", &leaves);
+    let (_, err) = probed(&apart, &["--body", "ball", "--marker", "top"]);
+    assert!(!err.contains("left out"), "{err}");
 }
 
 #[test]

@@ -191,3 +191,35 @@ fn meetings_of_stops_count_as_impacts() {
     assert!(hit.restitution.is_nan() && hit.separation_velocity.is_nan());
     assert!((hit.end - 0.0118).abs() < 1e-12);
 }
+
+#[test]
+fn a_body_that_rests_on_its_stop_stays_there() {
+    let text = |overlap: &str| {
+        format!(
+            "[simulation]\nend_time = 0.05\ngravity = [-9.81, 0, 0]\n[bodies.a]\nmodel = \"rigid\"\nmass = 1.0\n\
+             inertia = [1e-3, 1e-3, 1e-3]\n[joints.j]\ntype = \"prismatic\"\naxis = [1, 0, 0]\n\
+             parent = {{ body = \"ground\", point = [0, 0, 0] }}\nchild = {{ body = \"a\", point = [0, 0, 0] }}\n\
+             displacement = -0.010981\nstop = {{ lower = -0.01, stiffness = 1e4{overlap} }}\n"
+        )
+    };
+    let faults = scenarios::parse(Path::new("."), &text(""), &[]).err().unwrap_or_default();
+    assert!(faults.iter().any(|f| f.key == "joints.j.stop.lower" && f.message.contains("initial_overlap")));
+    let found = recorded(Path::new("."), &text(", initial_overlap = 1e-3"));
+    let [hit] = &found.impacts[..] else { panic!("{:?}", found.impacts) };
+    // The given place is that of equilibrium to the last bit but one or two.
+    assert!((hit.peak_force / 9.81 - 1.0).abs() < 1e-9 && hit.end >= 0.05, "{hit:?}");
+}
+
+#[test]
+fn a_driven_joint_that_meets_its_stop_has_its_rows() {
+    // A quarter and three quarters of a period at 20 mm and 30 Hz: once into the upper stop, once into the lower one.
+    for (stop, middle) in [("upper = 0.01", 0.25), ("lower = -0.01", 0.75)] {
+        let found = shaken(1.0, (0.02, 30.0), 1.0 / 30.0, &format!("stop = {{ {stop}, stiffness = 1e4 }}\n"));
+        let [hit] = &found.impacts[..] else { panic!("{stop}: {:?}", found.impacts) };
+        // 10 mm of compression; the parabola through instants of a step of a twentieth of a period.
+        assert!((hit.peak_force / 100.0 - 1.0).abs() < 1e-3, "{stop}: {hit:?}");
+        assert!((hit.peak_time * 30.0 - middle).abs() < 1e-3, "{stop}: {hit:?}");
+        // The middle 120 degrees of a half wave; instants lie a quarter of a step apart.
+        assert!(((hit.end - hit.start) * 30.0 - 1.0 / 3.0).abs() < 1.0 / 40.0, "{stop}: {hit:?}");
+    }
+}

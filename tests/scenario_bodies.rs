@@ -249,9 +249,9 @@ fn faults_of_joints_name_key_and_remedy() {
         ("joints.wrist.angle=1", "joints.wrist.angle", "neither fixed"),
         ("joints.wrist.axis=[1,0,0]", "joints.wrist.axis", "a fixed joint has none"),
         ("joints.shoulder.displacement=1", "joints.shoulder.displacement", "coordinates"),
-        ("joints.shoulder.coordinates=[1]", "joints.shoulder.angle", "not both"),
+        ("joints.shoulder.coordinates=[1]", "joints.shoulder.angle_deg", "not both"),
         ("joints.shoulder.velocities=[1,2]", "joints.shoulder.velocities", "2 entries"),
-        ("joints.shoulder.motion=1", "joints.shoulder.angle", "follows from \"motion\""),
+        ("joints.shoulder.motion=1", "joints.shoulder.angle_deg", "follows from \"motion\""),
         ("joints.shoulder.motions=[{coordinate=1,curve=1}]", "joints.shoulder.motions[0].coordinate", "< 1"),
         ("joints.elbow.drive=1", "joints.elbow.drive", "drives"),
         ("joints.elbow.motions=[{coordinate=0,curve=1}]", "joints.elbow.motions", "cannot be prescribed"),
@@ -289,7 +289,7 @@ fn faults_of_joints_name_key_and_remedy() {
     let set = ["joints.wrist.closes_loop=true", "joints.wrist.type=free"];
     assert_fault(&set, "joints.wrist.closes_loop", "holds nothing");
     let set = ["joints.shoulder.closes_loop=true"];
-    assert_fault(&set, "joints.shoulder.angle", "nor close a loop");
+    assert_fault(&set, "joints.shoulder.angle_deg", "nor close a loop");
 }
 
 #[test]
@@ -548,4 +548,17 @@ fn numbers_may_have_units() {
     assert!(faults.expect_err("a fault").to_string().contains("= \"-1 mm\": must be a number > 0"));
     let rest = "discretisation = { degree = 3, elements = \"8 mm\" }\nreduction = { modes = \"20 Hz\" }\n";
     assert!(read(&text("1.0", "[0.0, 0.0, 0.0]", "[1, 1, 1]", rest)).is_err());
+}
+
+#[test]
+fn a_quantity_in_degrees_is_named_as_it_was_given() {
+    for (given, key) in [
+        ("orientation_deg = [0.0, 30.0, 0.0]", "bodies.wheel.orientation_deg"),
+        ("orientation = [0.0, 0.5, 0.0]", "bodies.wheel.orientation"),
+    ] {
+        let text = CHAIN.replace("[bodies.wheel]", &format!("[bodies.wheel]\n{given}"));
+        let faults = scenario::parse(Path::new("case.toml"), text.as_bytes(), &[]).err();
+        let faults = faults.map_or_else(Vec::new, |f| f.list().to_vec());
+        assert!(faults.iter().any(|f| f.key == key && f.message.contains("about z")), "{faults:?}");
+    }
 }

@@ -381,3 +381,13 @@ fn bodies_in_contact_share_their_plane_or_their_axis() {
         valid(&text, &[&own, &place(aside), normal]);
     }
 }
+
+#[test]
+fn interface_modes_without_an_interface_are_a_fault() {
+    let set = "bodies.ball.reduction.fixed_interface_modes=40";
+    let key = "bodies.ball.reduction.fixed_interface_modes";
+    for model in ["quasistatic", "damped", "dynamic"] {
+        valid(SPHERE, &[set, &format!("contacts.impact.model={model}")]);
+    }
+    assert_fault(SPHERE, &[set, "contacts.impact.model=adaptive"], key, "nothing depends on it");
+}

@@ -141,7 +141,7 @@ impl RunModel {
         let assembly = started.elapsed().as_secs_f64();
         let zones = zones(&first, &plans, &full)?;
         let search = started.elapsed().as_secs_f64() - assembly;
-        let interfaces = interfaces(spec, &zones)?;
+        let interfaces = interfaces(spec, &zones, &poses)?;
         let bodies = spec.bodies.iter().zip(full).zip(interfaces).enumerate();
         let mut bodies: Vec<BodyModel> = bodies
             .map(|(k, ((b, full), i))| {

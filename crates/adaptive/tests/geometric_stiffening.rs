@@ -70,7 +70,7 @@ fn held(body: ElasticBody) -> Held {
         directions: body.assembled.motion.directions().iter().map(|c| direction(*c)).collect(),
     };
     let ReducedBody { basis, data, .. } =
-        body.reduce(&Interface { loads: vec![load], ..Interface::default() }).unwrap();
+        body.reduce(&Interface { loads: vec![load].into(), ..Interface::default() }).unwrap();
     let hub = support.marker("hub", basis.shapes.as_ref()).unwrap();
     let frame = hub.tangent_frame(data.motion);
     let shapes = frame.shifted_shapes(&body.assembled, basis.shapes.as_ref()).unwrap();

@@ -271,7 +271,8 @@ fn fine_meshes_with_many_points_on_a_face_are_reduced() {
     let body = solid_bar([30, 5, 4]);
     let loads = MarkerLoads::on_body(&on_joint(JointKind::Fixed, None, ReductionSpec::All, true, None), 0);
     let place = Place::Point([-0.5 * SIZE[0], 0.0, 0.0]);
-    let loads = loads.into_iter().map(|l| MarkerLoads { place: place.clone(), ..l }).collect();
+    let loads: Vec<_> = loads.into_iter().map(|l| MarkerLoads { place: place.clone(), ..l }).collect();
+    let loads = loads.into();
     let reduced = body.reduce(&Interface { loads, ..Interface::default() }).unwrap();
     assert_eq!(reduced.basis.n_modes(), 26);
 }

@@ -16,7 +16,7 @@ use iga_core::space::Space;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::body::gauge::Gauge;
-use crate::body::loads::{MarkerLoads, load_columns};
+use crate::body::loads::{StaticLoads, load_columns};
 use crate::body::part_motion::PartPoints;
 use crate::error::AdaptiveError;
 use crate::spec::body::rigid_motion;
@@ -336,7 +336,7 @@ pub trait Field: Send + Sync {
     fn load_columns(
         &self,
         assembled: &AssembledBody,
-        loads: &[MarkerLoads],
+        loads: &StaticLoads,
     ) -> Result<Mat<f64>, AdaptiveError> {
         let fail = |source| AdaptiveError::Reduction { body: self.name().to_owned(), source };
         load_columns(assembled, loads, |place| self.marker_weights(place, UnitQuaternion::identity()), fail)

@@ -1,17 +1,39 @@
-//! Forces and moments that joints and loads exert on a body: the loads whose static answers its
-//! basis has (docs/theory.md Eq. R.27).
+//! Forces and moments that joints and loads exert on a body, and the centrifugal force of its spin:
+//! the loads whose static answers its basis has (docs/theory.md Eq. R.27).
 
 use faer::Mat;
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::data_error::DataError;
+use ffr_dynamics::force::BodyState;
 use ffr_dynamics::kinematics::MarkerWeights;
 use ffr_dynamics::system::{FreeDirections, JointKind};
 use iga_core::extent::Extent;
 use iga_core::nurbs::jet::diagonal;
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::spec::{Area, Attachment, CoordinateSpec, Coupling, JointSpec, LoadSpec, Place, RunSpec};
+use crate::spec::{
+    Area, Attachment, CoordinateSpec, Coupling, JointSpec, LoadSpec, Place, RunSpec, TimeCurve,
+};
+
+/// Strain of a spin, `(ω a/c)²` with half the body's diagonal a and the speed c of its slowest waves
+/// along bars, from which on the basis answers it: 0.2 MPa in steel, nothing that anybody looks for
+/// beside an impact. Its pseudo-mode would cost shorter steps.
+const STRAIN_OF_SPIN: f64 = 1e-6;
+/// Instants at which the rate of a prescribed turn is looked at.
+const LOOKS: u32 = 64;
+/// Sine of the angle between two axes that are one.
+const SAME_AXIS: f64 = 1e-3;
+
+/// The loads to whose static answers a basis is asked for.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct StaticLoads {
+    /// Those of joints and loads.
+    pub markers: Vec<MarkerLoads>,
+    /// Unit axes in the body's frame about which it turns so fast that the centrifugal force strains
+    /// it.
+    pub spins: Vec<Vector3<f64>>,
+}
 
 /// The directions in which a joint or a load acts on a marker of a body.
 #[derive(Debug, Clone, PartialEq)]
@@ -47,6 +69,72 @@ pub struct HeldPlace<'a> {
     pub radius: f64,
     /// Elements over the radius at which it yields right to [`PLACE_ERROR`].
     pub elements: f64,
+}
+
+impl From<Vec<MarkerLoads>> for StaticLoads {
+    fn from(markers: Vec<MarkerLoads>) -> Self {
+        Self { markers, spins: Vec::new() }
+    }
+}
+
+impl StaticLoads {
+    /// The loads of body `index` of `spec`, which begins with the motion `start`.
+    pub fn on_body(spec: &RunSpec, index: usize, start: &BodyState) -> Self {
+        Self { markers: MarkerLoads::on_body(spec, index), spins: spins(spec, index, start) }
+    }
+
+    fn n_columns(&self) -> usize {
+        self.markers.iter().map(|load| load.directions.len()).sum::<usize>() + self.spins.len()
+    }
+
+    /// How many coordinates of a basis come from what, if it has the static answers to the load
+    /// columns `taken`.
+    pub fn answers(&self, taken: &[usize]) -> Vec<(String, usize)> {
+        let mut first = 0;
+        let mut count = |n: usize| {
+            let range = first..first + n;
+            first = range.end;
+            taken.iter().filter(|column| range.contains(column)).count()
+        };
+        let markers = self.markers.iter().map(|load| (load.name.clone(), load.directions.len()));
+        let spin = (!self.spins.is_empty()).then(|| ("spin".to_owned(), self.spins.len()));
+        markers.chain(spin).map(|(name, n)| (name, count(n))).collect()
+    }
+}
+
+/// The axes about which body `index` turns fast: that of its motion `start`, and those of joints
+/// whose rotation is prescribed.
+fn spins(spec: &RunSpec, index: usize, start: &BodyState) -> Vec<Vector3<f64>> {
+    let kind = &spec.bodies[index].kind;
+    let (Some(size), Some(material)) = (kind.diagonal(), kind.slowest_material()) else { return Vec::new() };
+    let wave = material.bar_speed();
+    let slowest = STRAIN_OF_SPIN.sqrt() * wave / (0.5 * size);
+    let turn = start.angular_velocity_in_body;
+    let mut axes: Vec<Vector3<f64>> = Vec::new();
+    let at_start = (turn.norm() > slowest).then(|| turn.normalize());
+    for axis in at_start.into_iter().chain(prescribed_turns(spec, index, slowest)) {
+        if axes.iter().all(|other| other.cross(&axis).norm() > SAME_AXIS) {
+            axes.push(axis);
+        }
+    }
+    axes
+}
+
+/// Axes, in the frame of body `index`, of the joints to it whose prescribed rotation is faster than
+/// `slowest` [rad/s] at some time.
+fn prescribed_turns(spec: &RunSpec, index: usize, slowest: f64) -> impl Iterator<Item = Vector3<f64>> {
+    let is_fast = move |motion: &TimeCurve| {
+        let time = |k: u32| spec.settings.end_time * f64::from(k) / f64::from(LOOKS);
+        (0..=LOOKS).any(|k| motion.at(time(k))[1].abs() > slowest)
+    };
+    let joints = spec.joints.iter().filter(move |joint| joint.child.body == Some(index));
+    joints.flat_map(move |joint| {
+        let FreeDirections(free) = joint.kind.free_directions();
+        let directions = (0..6).filter(move |d| free[*d]);
+        let moved = directions.zip(&joint.coordinates).filter(|(d, _)| *d >= 3);
+        let fast = moved.filter(move |(_, c)| c.motion.as_ref().is_some_and(is_fast));
+        fast.map(move |(d, _)| joint.child.rotation * Vector3::ith(d - 3, 1.0))
+    })
 }
 
 impl MarkerLoads {
@@ -193,22 +281,23 @@ fn load_directions(load: &LoadSpec) -> [bool; 6] {
     [force, force, force, moment, moment, moment]
 }
 
-/// Forces on the unknowns of `body` under all `loads`, a column each (n × k): unit forces, and
-/// moments of a unit force on a lever of the body's size.
+/// Forces on the unknowns of `body` under all `loads`, a column each (n × k): unit forces, moments of
+/// a unit force on a lever of the body's size, and `M n × (n × x)` of a spin about n, whose part
+/// that moves the body as a whole is balanced by its inertia.
 ///
 /// # Errors
 /// Those of `weights`, the markers of the places, and of unknowns that do not exist, by
 /// `inconsistent`.
 pub fn load_columns<E>(
     body: &AssembledBody,
-    loads: &[MarkerLoads],
+    loads: &StaticLoads,
     weights: impl Fn(&Place) -> Result<MarkerWeights, E>,
     inconsistent: impl Fn(DynamicsError) -> E,
 ) -> Result<Mat<f64>, E> {
     let (n, lever) = (body.dofs.len(), 0.5 * diagonal(&body.nodes));
-    let mut columns = Mat::zeros(n, loads.iter().map(|l| l.directions.len()).sum());
+    let mut columns = Mat::zeros(n, loads.n_columns());
     let mut first = 0;
-    for load in loads {
+    for load in &loads.markers {
         let marker = weights(&load.place)?;
         for (unknown, w) in marker.entries() {
             let row = *unknown as usize;
@@ -225,17 +314,21 @@ pub fn load_columns<E>(
         }
         first += load.directions.len();
     }
+    if !loads.spins.is_empty() {
+        let accelerations = Mat::from_fn(n, loads.spins.len(), |i, j| acceleration(body, i, &loads.spins[j]));
+        columns.subcols_mut(first, loads.spins.len()).copy_from(body.mass_product(accelerations.as_ref()));
+    }
     Ok(columns)
 }
 
-/// How many coordinates of a basis come from each of `loads`, if it has the static answers to the
-/// load columns `taken`.
-pub fn answers_by_marker(loads: &[MarkerLoads], taken: &[usize]) -> Vec<(String, usize)> {
-    let mut first = 0;
-    let count = |load: &MarkerLoads| {
-        let range = first..first + load.directions.len();
-        first = range.end;
-        (load.name.clone(), taken.iter().filter(|column| range.contains(column)).count())
-    };
-    loads.iter().map(count).collect()
+/// Component of the unknown `i` of the acceleration `n × (n × x)` of a turn about `axis` at unit
+/// rate: it is linear in the place, so that control points have their own; its curl is zero.
+fn acceleration(body: &AssembledBody, i: usize, axis: &Vector3<f64>) -> f64 {
+    let (dof, motion) = (&body.dofs[i], body.motion);
+    let component = usize::from(dof.component);
+    if component >= motion.n_components() {
+        return 0.0;
+    }
+    let place = motion.in_space(&body.nodes[dof.node as usize]);
+    axis.cross(&axis.cross(&place))[motion.direction(component)]
 }

@@ -12,7 +12,7 @@ use ffr_dynamics::reduction::problem::ElasticProblem;
 use ffr_dynamics::reduction::rigid::RigidModes;
 use ffr_dynamics::reduction::static_answers::{TakenLoads, with_static_answers};
 
-use crate::body::loads::MarkerLoads;
+use crate::body::loads::StaticLoads;
 use crate::store::{StoredModel, matrix, matrix_values};
 
 mod key;
@@ -36,7 +36,7 @@ pub struct ReducedBody {
     pub data: StandardInputData,
     /// Loads whose static answers the basis was asked for; [`ReducedBasis::static_loads`] says
     /// which of their columns it has.
-    pub loads: Vec<MarkerLoads>,
+    pub loads: StaticLoads,
 }
 
 impl ReducedBody {
@@ -54,7 +54,7 @@ pub struct Interface {
     /// What becomes of the high-frequency modes.
     pub modes: InterfaceModes,
     /// Loads to which the basis has static answers.
-    pub loads: Vec<MarkerLoads>,
+    pub loads: StaticLoads,
 }
 
 /// How a body has the modes that the interface adds to the low-frequency ones (\[A\] sections 2.4

@@ -9,7 +9,7 @@ use crate::model::RunModel;
 use crate::record::finding::{BodyQuantity, ContactQuantity};
 use crate::spec::RunSettings;
 use crate::system::body::{BodyModel, FlexibleModel};
-use crate::touch::wave::wave_speed;
+use iga_core::elasticity::Material;
 
 /// A body is lost when it is so many times farther from its start than bodies, given motions and
 /// gravity reach.
@@ -117,10 +117,7 @@ fn limits(body: &BodyModel, state: &BodyState) -> BodyLimits {
     BodyLimits {
         start,
         size: flexible.body.size(),
-        wave_speed: flexible
-            .body
-            .slowest_material()
-            .map_or(f64::INFINITY, |m| wave_speed(m.youngs_modulus(), m.density())),
+        wave_speed: flexible.body.slowest_material().map_or(f64::INFINITY, Material::bar_speed),
         largest: (0..shapes.ncols()).map(|j| over_nodes(flexible, |unknown| shapes[(unknown, j)])).collect(),
     }
 }

@@ -203,7 +203,7 @@ pub fn coarse_mesh(body: &BodyModel, known: Option<f64>) -> Option<Warning> {
 pub fn coarse_place(body: &BodyModel) -> Option<Warning> {
     let flexible = body.flexible()?;
     // Elements over the radius that a place has and needs.
-    let sizes = flexible.interface.loads.iter().filter_map(|load| {
+    let sizes = flexible.interface.loads.markers.iter().filter_map(|load| {
         let HeldPlace { area, radius, elements, .. } = load.held_place()?;
         Some((load, area, radius / flexible.body.longest_element_at(area)?, elements))
     });

@@ -60,7 +60,7 @@ impl fmt::Display for UnitsDoubt {
         match &self.what {
             Doubtful::Material(material) => {
                 let (modulus, density) = (material.youngs_modulus(), material.density());
-                let speed = wave_speed(material);
+                let speed = material.bar_speed();
                 write!(
                     f,
                     "body \"{body}\": no solid has a Young's modulus of {modulus:.3e} Pa with a density of {density:.3e} kg/m³"
@@ -119,17 +119,13 @@ pub fn doubts(spec: &RunSpec) -> Vec<UnitsDoubt> {
     found
 }
 
-fn wave_speed(material: &Material) -> f64 {
-    (material.youngs_modulus() / material.density()).sqrt()
-}
-
 fn is_within(value: f64, [lower, upper]: [f64; 2]) -> bool {
     (lower..=upper).contains(&value)
 }
 
 fn is_plausible(material: &Material) -> bool {
     let is_of_another_system = material.density() < LIGHT && likely_system(material).is_some();
-    is_within(wave_speed(material), WAVE_SPEEDS)
+    is_within(material.bar_speed(), WAVE_SPEEDS)
         && is_within(material.density(), DENSITIES)
         && !is_of_another_system
 }

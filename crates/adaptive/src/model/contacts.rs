@@ -12,7 +12,7 @@ use super::default_penalty::{self, Side};
 use super::plan::{ContactPlan, request, requests};
 use super::{BodyModel, ContactModel};
 use crate::body::FullModel;
-use crate::body::loads::MarkerLoads;
+use crate::body::loads::StaticLoads;
 use crate::body::reduced::{Interface, InterfaceModes};
 use crate::body::zone::ContactZone;
 use crate::body::zone::at_start::{LineOnBody, StartZone, wanted_refinement};
@@ -244,17 +244,21 @@ fn is_rigid(body: &FullModel<'_>) -> bool {
 }
 
 /// The interface and the loads for which every body is reduced: the union of the interfaces of its
-/// contacts, and the loads of its joints.
+/// contacts, and the loads of its joints and of its motion; `poses` at the start.
 ///
 /// # Errors
 /// [`AdaptiveError::Unsupported`] if contacts on one body want different things of its modes, or a reduction does not fit.
-pub fn interfaces(spec: &RunSpec, zones: &[Option<Zones>]) -> Result<Vec<Interface>, AdaptiveError> {
+pub fn interfaces(
+    spec: &RunSpec,
+    zones: &[Option<Zones>],
+    poses: &[BodyState],
+) -> Result<Vec<Interface>, AdaptiveError> {
     let of_body = |b: usize| {
         let mut interface = interface_of(spec, b, zones)?;
         interface.unknowns.sort_unstable();
         interface.unknowns.dedup();
         if spec.bodies[b].kind.flexible().is_some_and(FlexibleSpec::has_static_answers) {
-            interface.loads = MarkerLoads::on_body(spec, b);
+            interface.loads = StaticLoads::on_body(spec, b, &poses[b]);
         }
         Ok(interface)
     };
@@ -296,7 +300,7 @@ fn interface_of(spec: &RunSpec, index: usize, zones: &[Option<Zones>]) -> Result
     if has_others && spec.contacts.iter().zip(zones).any(|(c, z)| is_refined(c, z)) {
         return unsupported(Unsupported::MixedWithRefined { model: modes.name() });
     }
-    Ok(Interface { unknowns, modes, loads: Vec::new() })
+    Ok(Interface { unknowns, modes, loads: StaticLoads::default() })
 }
 
 /// The force element of a contact, `poses` being the motions at the start.
@@ -449,7 +453,7 @@ fn shortest_round_trip(spec: &ContactSpec, bodies: &[BodyModel]) -> f64 {
     let of_body = |body: usize| {
         let body = bodies[body].flexible()?.body.as_ref();
         let material = body.slowest_material()?;
-        Some(2.0 * body.size() / wave_speed(material.youngs_modulus(), material.density()))
+        Some(2.0 * body.size() / material.bar_speed())
     };
     [Some(spec.body), target].into_iter().flatten().filter_map(of_body).fold(f64::INFINITY, f64::min)
 }
@@ -459,7 +463,7 @@ fn slowest_wave(spec: &ContactSpec, bodies: &[BodyModel]) -> f64 {
     let material =
         |body: usize| bodies[body].flexible().and_then(|flexible| flexible.body.slowest_material());
     let of_body = |body: usize, sphere: Option<&HertzSphere>| match (material(body), sphere) {
-        (Some(material), _) => wave_speed(material.youngs_modulus(), material.density()),
+        (Some(material), _) => material.bar_speed(),
         (None, Some(sphere)) => {
             let volume = 4.0 / 3.0 * std::f64::consts::PI * sphere.radius.powi(3);
             wave_speed(sphere.solid.young, (bodies[body].data.mass / volume).min(DENSEST))

@@ -474,14 +474,10 @@ impl<'a> Scene<'a> {
     }
 }
 
-fn bar_speed(material: &Material) -> f64 {
-    (material.youngs_modulus() / material.density()).sqrt()
-}
-
 /// Speed of the slowest waves along bars of the body's materials [m/s]; none of a body that has
 /// none.
 fn slowest_bar(body: &BodyKind) -> Option<f64> {
-    body.slowest_material().map(bar_speed)
+    body.slowest_material().map(Material::bar_speed)
 }
 
 /// The inertia of a body and its impedance against waves.
@@ -522,7 +518,7 @@ impl Inertia {
             mass,
             centre: Vector3::from(found.centre()),
             inertia: Matrix3::from(found.central_inertia()),
-            mobility: length / (mass * bar_speed(slowest)),
+            mobility: length / (mass * slowest.bar_speed()),
             radiation: Some(Radiation::new(slowest, mass / slowest.density(), longest, body.thickness())),
             ..unknown
         }

@@ -90,7 +90,10 @@ impl fmt::Display for ChosenMesh {
 }
 
 /// Elements per direction that resolve `n_modes` modes of `candidate`, and the estimated error of
-/// their frequencies; `solved` holds what is known of some meshes.
+/// their frequencies, of the [`CHECKED`] lowest of them; `solved` holds what is known of some meshes.
+///
+/// A mesh that errs by more than [`PROMISED`] is refined by as much as may be solved; one for more
+/// modes than are checked is finer than what is checked in any case.
 ///
 /// # Errors
 /// [`AdaptiveError`] naming the body.
@@ -109,20 +112,31 @@ pub fn mesh(
             errors = check.errors(&elements, Known::OnThisMesh)?;
         }
         let error = errors.iter().sum::<f64>();
-        let next = refined(&elements, &errors, check.share(), &check.groups, &check.rates);
+        let mut next = refined(&elements, &errors, check.share(), &check.groups, &check.rates);
         let most = if error > PROMISED { 2 * MOST_UNKNOWNS } else { MOST_UNKNOWNS };
-        let is_last = round == ROUNDS || !check.is_feasible(&next, most);
+        while n_modes <= CHECKED && error > PROMISED && next != elements && !check.is_feasible(&next, most) {
+            next = halfway(&elements, &next);
+        }
+        let is_last = round == ROUNDS || next == elements || !check.is_feasible(&next, most);
         tracing::debug!(?elements, ?errors, "mesh checked");
         if error <= tolerance || is_last {
-            if n_modes > CHECKED {
-                let wanted = first_elements(&candidate.spec, n_modes);
-                elements = in_proportion(&wanted, &elements, &first);
+            if n_modes <= CHECKED {
+                return Ok((elements, error));
             }
-            return Ok((elements, error));
+            let wanted = first_elements(&candidate.spec, n_modes);
+            let more = in_proportion(&wanted, &elements, &first);
+            let growth = more.iter().zip(&elements).map(|(n, m)| *n as f64 / *m as f64);
+            let least = growth.fold(f64::INFINITY, f64::min).max(1.0);
+            return Ok((more, error * least.powf(-USUAL)));
         }
         elements = next;
     }
     unreachable!("the last round returns")
+}
+
+/// Elements halfway from `few` to `many`, rounded towards the former.
+fn halfway(few: &[usize], many: &[usize]) -> Vec<usize> {
+    few.iter().zip(many).map(|(a, b)| a + b.saturating_sub(*a) / 2).collect()
 }
 
 /// The `wanted` elements times what was `found` to be needed of the `first` ones.
@@ -331,5 +345,6 @@ mod tests {
             "9 x 9 elements chosen: the 20 lowest frequencies are right to 1.0e-4; 75 have as many elements over a wave"
         );
         assert_eq!(in_proportion(&[8, 3], &[6, 1], &[4, 1]), [12, 3]);
+        assert_eq!(halfway(&[3, 5], &[6, 5]), [4, 5]);
     }
 }

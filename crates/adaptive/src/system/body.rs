@@ -12,7 +12,6 @@ use crate::body::FullModel;
 use crate::body::field::Field;
 use crate::body::field_body::FieldBody;
 use crate::body::fine::refined::FineBody;
-use crate::body::loads::answers_by_marker;
 use crate::body::reduced::{Interface, ReducedBody};
 use crate::error::AdaptiveError;
 use crate::paper::fine_modes::FineModes;
@@ -245,7 +244,7 @@ impl BodyModel {
 /// What the `n` coordinates of a body reduced here stand for.
 fn of_basis(n: usize, reduced: &ReducedBody) -> CoordinateCounts {
     let n_low = reduced.basis.n_low;
-    let answers = answers_by_marker(&reduced.loads, &reduced.basis.static_loads);
+    let answers = reduced.loads.answers(&reduced.basis.static_loads);
     let n_static: usize = answers.iter().map(|(_, n)| n).sum();
     // Interface modes are beyond the low-frequency ones, and static answers are then, too.
     let free = if n_low == n { n - n_static } else { n_low };

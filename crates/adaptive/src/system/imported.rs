@@ -7,7 +7,7 @@ use ffr_dynamics::kinematics::{Marker, MarkerWeights};
 use ffr_dynamics::reduction::modal::all_modes;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-use crate::body::loads::{MarkerLoads, answers_by_marker, load_columns};
+use crate::body::loads::{StaticLoads, load_columns};
 use crate::body::reduced::damping::damping;
 use crate::body::reduced::free_modes_answering;
 use crate::error::AdaptiveError;
@@ -32,7 +32,7 @@ impl ImportedModel {
     ///
     /// # Errors
     /// [`AdaptiveError::Reduction`] with the name; [`AdaptiveError::Unsupported`] for markers that do not exist.
-    pub fn build(name: &str, spec: &ImportedSpec, loads: &[MarkerLoads]) -> Result<Self, AdaptiveError> {
+    pub fn build(name: &str, spec: &ImportedSpec, loads: &StaticLoads) -> Result<Self, AdaptiveError> {
         let fail = |source: DynamicsError| AdaptiveError::Reduction { body: name.to_owned(), source };
         let (body, flexible) = match spec {
             ImportedSpec::Reduced(model) => {
@@ -80,7 +80,7 @@ impl ImportedModel {
         }
         let frequencies = basis.omega.iter().map(|w| w / std::f64::consts::TAU).collect();
         let points = points.iter().map(|m| (m.name.clone(), m.point())).collect();
-        let answers = answers_by_marker(loads, &basis.static_loads);
+        let answers = loads.answers(&basis.static_loads);
         Ok(Self { data, frequencies, markers, points, answers })
     }
 

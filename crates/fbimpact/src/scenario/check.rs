@@ -2,7 +2,6 @@
 //! every fault.
 
 use std::borrow::Cow;
-use std::cell::Cell;
 
 use result_files::toml_text::document::{Entry, Node, Origin, Value, parse_value};
 use result_files::toml_text::fault::{Fault, meant, nearest};
@@ -205,6 +204,7 @@ impl Checker {
                 shown: entry.node.shown(),
                 units,
                 given: true,
+                in_degrees,
                 ..invalid(key, table)
             });
         }
@@ -408,19 +408,7 @@ impl Checker {
         let mut section = self.section(variant.keys, entries, path, origin, Some(tag));
         let (value, origin, shown) =
             (Checked::Text(name.clone()), entry.node.origin.clone(), entry.node.shown());
-        section.items.insert(
-            0,
-            Item {
-                name: tag,
-                when: &[],
-                value,
-                origin,
-                shown,
-                units: Vec::new(),
-                given: true,
-                asked: Cell::default(),
-            },
-        );
+        section.items.insert(0, Item { given: true, ..Item::new(tag, value, origin, shown) });
         Checked::Table(section)
     }
 
@@ -553,16 +541,7 @@ fn is_in_degrees(node: &Node) -> bool {
 }
 
 fn invalid(key: &Key, origin: &Origin) -> Item {
-    Item {
-        name: key.name,
-        when: key.when,
-        value: Checked::Invalid,
-        origin: origin.clone(),
-        shown: String::new(),
-        units: Vec::new(),
-        given: false,
-        asked: Cell::default(),
-    }
+    Item { when: key.when, ..Item::new(key.name, Checked::Invalid, origin.clone(), String::new()) }
 }
 
 fn text(node: &Node) -> Option<String> {

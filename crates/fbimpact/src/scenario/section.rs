@@ -42,8 +42,27 @@ pub struct Item {
     pub units: Vec<(usize, &'static str)>,
     /// Whether the user gave it.
     pub given: bool,
+    /// Whether in degrees, under the key with that ending.
+    pub in_degrees: bool,
     /// Whether it was asked for.
     pub asked: Cell<bool>,
+}
+
+impl Item {
+    /// The value of key `name` that holds in any case and that nobody gave, from `origin`.
+    pub fn new(name: &'static str, value: Checked, origin: Origin, shown: String) -> Self {
+        Self {
+            name,
+            when: &[],
+            value,
+            origin,
+            shown,
+            units: Vec::new(),
+            given: false,
+            in_degrees: false,
+            asked: Cell::default(),
+        }
+    }
 }
 
 /// Named tables in the order of the file, found by name as fast among thousands as among two.
@@ -186,9 +205,10 @@ impl Section {
         self.item(name).is_some_and(|i| i.given)
     }
 
-    /// Dotted path of `name` in this table.
+    /// Dotted path of `name` in this table, as it was given.
     pub fn path_of(&self, name: &str) -> String {
-        join(&self.path, name)
+        let in_degrees = self.items.iter().any(|item| item.name == name && item.in_degrees);
+        join(&self.path, &if in_degrees { format!("{name}_deg") } else { name.to_owned() })
     }
 
     /// A string.

@@ -46,6 +46,11 @@ impl Material {
         self.density
     }
 
+    /// Speed of longitudinal waves in a bar, `c = sqrt(E/ρ)` [m/s].
+    pub fn bar_speed(&self) -> f64 {
+        (self.youngs_modulus / self.density).sqrt()
+    }
+
     /// First Lamé constant `λ = E ν / ((1 + ν)(1 - 2 ν))` \[Pa\].
     pub fn lame_lambda(&self) -> f64 {
         let nu = self.poissons_ratio;

@@ -225,6 +225,22 @@ impl Shape {
         }
         Ok(Self { patches, ..self.clone() })
     }
+
+    /// How many functions [`Self::refined`] has without windows, those that patches share counted on
+    /// each: knots of lower continuity bring more than their elements.
+    ///
+    /// # Errors
+    /// As [`refine_near`].
+    pub fn n_functions(&self, degrees: &[usize], elements: &[usize]) -> Result<usize, SplineError> {
+        let along = |(knots, (degree, elements)): (&KnotVector, (&usize, &usize))| {
+            let breaks = new_breaks(knots, &Grading::uniform(*elements))?;
+            Ok(finer(knots, *degree, &breaks)?.n_functions())
+        };
+        let of_patch = |patch: &Patch| -> Result<usize, SplineError> {
+            patch.knots().iter().zip(degrees.iter().zip(elements)).map(along).product()
+        };
+        self.patches.iter().map(of_patch).sum()
+    }
 }
 
 /// Patches divided group by group of their directions.

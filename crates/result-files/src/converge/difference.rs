@@ -1,9 +1,18 @@
-//! What a variant changes: impacts matched by contact and order, motions at the end body by body.
+//! What a variant changes: impacts matched by contact and order, motions at the end body by body,
+//! largest values place by place.
 
 use super::motion::length;
 use super::outcome::{Impact, Motion, Outcome};
+use super::peaks::{Peak, PeakKind};
 
-/// What is compared of an impact, or of a body.
+/// Displacement, over the size of the largest body, below which a point is at rest: a million times
+/// the round-off of its position.
+const LEAST_DISPLACEMENT: f64 = 1e-9;
+/// Stress below which a place has none \[Pa\]: above the round-off of a stiff body's strain, 1e-16 of
+/// some 1e11 Pa.
+const LEAST_STRESS: f64 = 1e-3;
+
+/// What is compared of an impact, of a body, or of a place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantity {
     /// Time of the first contact.
@@ -16,6 +25,10 @@ pub enum Quantity {
     Impulse,
     /// Velocity of a body at the end.
     Velocity,
+    /// Largest displacement of a point since the start.
+    Displacement,
+    /// Largest von Mises stress at a place.
+    Stress,
     /// Number of impacts of a contact.
     Count,
 }
@@ -32,6 +45,8 @@ impl Quantity {
             Self::Duration => "duration",
             Self::Impulse => "impulse",
             Self::Velocity => "final_velocity",
+            Self::Displacement => "peak_displacement",
+            Self::Stress => "peak_von_mises",
             Self::Count => "impacts",
         }
     }
@@ -44,6 +59,8 @@ impl Quantity {
             Self::Duration => "duration",
             Self::Impulse => "impulse",
             Self::Velocity => "final velocity",
+            Self::Displacement => "largest displacement",
+            Self::Stress => "largest stress",
             Self::Count => "number",
         }
     }
@@ -55,7 +72,7 @@ impl Quantity {
             Self::PeakForce => impact.peak_force,
             Self::Duration => impact.duration,
             Self::Impulse => impact.impulse,
-            Self::Velocity | Self::Count => f64::NAN,
+            Self::Velocity | Self::Displacement | Self::Stress | Self::Count => f64::NAN,
         }
     }
 
@@ -65,6 +82,15 @@ impl Quantity {
         match self {
             Self::Start => impact.start.max(impact.duration),
             _ => self.of(impact).abs(),
+        }
+    }
+}
+
+impl From<PeakKind> for Quantity {
+    fn from(kind: PeakKind) -> Self {
+        match kind {
+            PeakKind::Displacement => Self::Displacement,
+            PeakKind::Stress => Self::Stress,
         }
     }
 }
@@ -115,6 +141,16 @@ pub struct VelocityChange {
     pub relative: f64,
 }
 
+/// What a variant changes of the largest value at a place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PeakChange {
+    /// The value in the variant.
+    pub peak: Peak,
+    /// Its change as a share of the largest value of its quantity in the base run, or of what counts
+    /// as none.
+    pub relative: f64,
+}
+
 /// What a variant changes.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Difference {
@@ -124,6 +160,8 @@ pub struct Difference {
     pub counts: Vec<CountChange>,
     /// Motions at the end.
     pub velocities: Vec<VelocityChange>,
+    /// Largest values at the places that the scenario asks for.
+    pub peaks: Vec<PeakChange>,
 }
 
 /// The largest change of a variant.
@@ -133,7 +171,7 @@ pub struct Largest {
     pub quantity: Quantity,
     /// Relative change; infinite for another number of impacts.
     pub relative: f64,
-    /// The impact with its contact, the contact, or the body.
+    /// The impact with its contact, the contact, the body, or the place.
     pub place: String,
 }
 
@@ -151,6 +189,7 @@ impl Difference {
             impacts: both.map(|(number, b, v)| impact_change(number, b, v)).collect(),
             counts: counts(&base.impacts, &variant.impacts),
             velocities: velocities(&base.motions, &variant.motions, size),
+            peaks: peaks(base, &variant.peaks, size),
         }
     }
 
@@ -174,8 +213,17 @@ impl Difference {
             relative: v.relative,
             place: format!("of body \"{}\"", v.body),
         });
+        let peaks = self.peaks.iter().map(|p| Largest {
+            quantity: p.peak.kind.into(),
+            relative: p.relative.abs(),
+            place: format!("at {}", p.peak.place),
+        });
         // The first of equal ones.
-        counts.chain(impacts).chain(velocities).reduce(|a, b| if b.relative > a.relative { b } else { a })
+        counts
+            .chain(impacts)
+            .chain(velocities)
+            .chain(peaks)
+            .reduce(|a, b| if b.relative > a.relative { b } else { a })
     }
 }
 
@@ -225,6 +273,20 @@ fn velocities(base: &[Motion], variant: &[Motion], size: &Size<'_>) -> Vec<Veloc
             angular_velocity: v.angular_velocity,
             relative: relative(moved.max(turned), scale),
         })
+    };
+    base.iter().filter_map(change).collect()
+}
+
+fn peaks(base: &Outcome, variant: &[Peak], size: &Size<'_>) -> Vec<PeakChange> {
+    let largest = base.motions.iter().map(|m| size(&m.body)).fold(0.0, f64::max);
+    let base = &base.peaks;
+    let change = |b: &Peak| {
+        let least = if b.kind == PeakKind::Stress { LEAST_STRESS } else { LEAST_DISPLACEMENT * largest };
+        let alike = base.iter().filter(|p| p.kind == b.kind);
+        let scale = alike.map(|p| p.value).fold(least, f64::max);
+        let peak = variant.iter().find(|v| v.kind == b.kind && v.place == b.place)?.clone();
+        let relative = relative(peak.value - b.value, scale);
+        Some(PeakChange { peak, relative })
     };
     base.iter().filter_map(change).collect()
 }
@@ -312,5 +374,35 @@ mod tests {
         // At rest from beginning to end.
         let still = outcome(vec![], vec![motion("rests", 0.0, 0.0, 0.0)]);
         assert!(Difference::new(&still, &still, &|_| 1.0).velocities[0].relative.abs() <= 0.0);
+    }
+
+    #[test]
+    fn largest_values_are_shares_of_the_largest_of_their_kind() {
+        let peak = |kind, place: &str, value| Peak { kind, place: place.to_owned(), value };
+        let run = |stress: f64, little: f64| Outcome {
+            peaks: vec![
+                peak(PeakKind::Displacement, "point \"tip\"", 1e-3),
+                peak(PeakKind::Stress, "point \"root\"", stress),
+                peak(PeakKind::Stress, "point \"tip\"", little),
+            ],
+            ..outcome(vec![], vec![])
+        };
+        let difference = Difference::new(&run(4e6, 10.0), &run(4.2e6, 20.0), &|_| 1.0);
+        let relative: Vec<f64> = difference.peaks.iter().map(|p| p.relative).collect();
+        // The tip's stress doubles, which is nothing beside that of the root; round-off of a quotient.
+        let expected = [0.0, 0.05, 10.0 / 4e6];
+        assert!(relative.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-15), "{relative:?}");
+        let largest = difference.largest().expect("something is compared");
+        assert_eq!((largest.quantity, largest.place.as_str()), (Quantity::Stress, "at point \"root\""));
+        // Of a point at rest and a body without stress it is round-off that changes.
+        let rest = |round_off: f64| Outcome {
+            peaks: vec![
+                peak(PeakKind::Displacement, "point \"tip\"", round_off),
+                peak(PeakKind::Stress, "point \"tip\"", 1e12 * round_off),
+            ],
+            ..outcome(vec![], vec![motion("rod", 0.0, 0.0, 0.0)])
+        };
+        let difference = Difference::new(&rest(1e-17), &rest(2e-17), &|_| 0.1);
+        assert!(difference.peaks.iter().all(|p| p.relative < 0.02), "{:?}", difference.peaks);
     }
 }

@@ -1,9 +1,10 @@
-//! The outcome of a run: its impacts and the motions at its end.
+//! The outcome of a run: its impacts, the motions at its end, the largest values where it was asked.
 
 use std::path::{Path, PathBuf};
 
 pub use super::motion::Motion;
 use super::motion::motions;
+use super::peaks::{Peak, peaks};
 use crate::collect;
 use crate::error::ResultError;
 use crate::stored::Stored;
@@ -31,6 +32,8 @@ pub struct Outcome {
     pub impacts: Vec<Impact>,
     /// Motions at the end, in the order of names.
     pub motions: Vec<Motion>,
+    /// Largest values at the places that the scenario asks for.
+    pub peaks: Vec<Peak>,
 }
 
 /// An impact.
@@ -68,9 +71,12 @@ impl Outcome {
             wall_time: run.wall_time,
             impacts: impacts(&run.impacts),
             motions: Vec::new(),
+            peaks: Vec::new(),
         };
         if outcome.is_complete {
-            outcome.motions = motions(&Stored::open(result)?)?;
+            let stored = Stored::open(result)?;
+            outcome.motions = motions(&stored)?;
+            outcome.peaks = peaks(&stored)?;
         }
         Ok(outcome)
     }

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::difference::{Difference, Quantity};
 use super::outcome::{Impact, Outcome};
+use super::peaks::{Peak, PeakKind};
 use super::variant::Parameter;
 use super::verdict::{Compared, Verdict};
 
@@ -52,9 +53,11 @@ impl Study<'_> {
             self.impact(i + 1, impact, &mut out);
         }
         if self.base.impacts.is_empty() {
-            let _ = writeln!(out, "no impact, final motions alone are compared\n");
+            let _ = writeln!(out, "no impact, final motions and what is asked for are compared\n");
         }
         self.velocities(&mut out);
+        self.peaks(PeakKind::Displacement, "m", &mut out);
+        self.peaks(PeakKind::Stress, "Pa", &mut out);
         self.remarks(&mut out);
         let _ = writeln!(out, "\n{}", self.verdict.sentence);
         out
@@ -95,6 +98,29 @@ impl Study<'_> {
                 .iter()
                 .map(|v| format!("{} {}", v.body, share(v.relative).trim_start_matches('+')))
                 .collect();
+            let _ = writeln!(out, "  {name:<16} {}", list.join("  "));
+        }
+    }
+
+    /// Largest values of a `kind`; nothing if the scenario does not ask for any.
+    fn peaks(&self, kind: PeakKind, unit: &str, out: &mut String) {
+        let words = Quantity::from(kind).words();
+        let of_base: Vec<&Peak> = self.base.peaks.iter().filter(|p| p.kind == kind).collect();
+        for Peak { place, value, .. } in &of_base {
+            let _ = writeln!(out, "{place}: {words} {value:.6e} {unit}");
+        }
+        if of_base.is_empty() {
+            return;
+        }
+        let _ = writeln!(
+            out,
+            "  {:<16} of the {words} at each place, as a share of the largest one",
+            "change in %"
+        );
+        for (name, difference) in self.complete() {
+            let of_kind = difference.peaks.iter().filter(|p| p.peak.kind == kind);
+            let list: Vec<String> =
+                of_kind.map(|p| format!("{} {}", p.peak.place, share(p.relative))).collect();
             let _ = writeln!(out, "  {name:<16} {}", list.join("  "));
         }
     }
@@ -163,7 +189,12 @@ fn base(outcome: &Outcome) -> Value {
         .motions
         .iter()
         .map(|m| json!({ "body": m.body, "velocity": m.velocity, "angular_velocity": m.angular_velocity }));
-    json!({ "run": run(outcome), "impacts": impacts.collect::<Vec<_>>(), "bodies": bodies.collect::<Vec<_>>() })
+    let peaks = outcome
+        .peaks
+        .iter()
+        .map(|p| json!({ "place": p.place, "quantity": Quantity::from(p.kind).name(), "value": p.value }));
+    json!({ "run": run(outcome), "impacts": impacts.collect::<Vec<_>>(), "bodies": bodies.collect::<Vec<_>>(),
+        "peaks": peaks.collect::<Vec<_>>() })
 }
 
 fn variant(compared: &Compared) -> Value {
@@ -186,6 +217,10 @@ fn variant(compared: &Compared) -> Value {
         json!({ "body": v.body, "velocity": v.velocity, "angular_velocity": v.angular_velocity,
             "change": finite(v.relative) })
     });
+    let peaks = difference.iter().flat_map(|d| &d.peaks).map(|p| {
+        json!({ "place": p.peak.place, "quantity": Quantity::from(p.peak.kind).name(), "value": p.peak.value,
+            "change": finite(p.relative) })
+    });
     json!({
         "name": compared.variant.name,
         "parameters": compared.variant.parameters.iter().map(|p| p.name()).collect::<Vec<_>>(),
@@ -196,5 +231,6 @@ fn variant(compared: &Compared) -> Value {
         "impacts": impacts.collect::<Vec<_>>(),
         "impact_counts": counts.collect::<Vec<_>>(),
         "bodies": bodies.collect::<Vec<_>>(),
+        "peaks": peaks.collect::<Vec<_>>(),
     })
 }

@@ -81,7 +81,9 @@ impl FieldBody for MeshedBody {
     }
 
     fn finer_mesh(&self) -> String {
-        "mesh it with smaller or quadratic elements, or keep fewer modes".into()
+        let is_linear = self.spec.mesh.elements().iter().any(|e| !e.kind.is_quadratic());
+        let elements = if is_linear { "smaller or quadratic elements" } else { "smaller elements" };
+        format!("mesh it with {elements}, or keep fewer modes")
     }
 
     fn surface(&self, shapes: MatRef<'_, f64>) -> Result<SurfaceModel, ContactError> {

@@ -17,7 +17,7 @@ impl Driver<'_> {
         let (before, now) = (self.integrator.previous_state(), self.integrator.state());
         let mut hits = self.stops.iter().zip(&self.run.hits);
         let is_hit = hits.any(|(stop, hit)| {
-            let presses = stop.force(before).0 > 0.0 || stop.force(now).0 > 0.0;
+            let presses = stop.force(start, before).0 > 0.0 || stop.force(end, now).0 > 0.0;
             presses && (hit.is_short() || !hit.is_pressed())
         });
         is_hit.then(|| (end - start) / f64::from(INSTANTS))
@@ -35,7 +35,7 @@ impl Driver<'_> {
                 if i == INSTANTS { end } else { start + (end - start) * f64::from(i) / f64::from(INSTANTS) };
             self.integrator.interpolate(time, &mut self.interpolated);
             for (s, (stop, hit)) in self.stops.iter().zip(&mut self.run.hits).enumerate() {
-                let (force, rate) = stop.force(&self.interpolated);
+                let (force, rate) = stop.force(time, &self.interpolated);
                 if let Some(record) = hit.step(time, force, rate, (n_contacts + s) as u32) {
                     self.output.hit(record);
                 }

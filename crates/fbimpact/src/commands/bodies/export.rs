@@ -3,7 +3,7 @@
 use adaptive::AdaptiveError;
 use adaptive::body::built;
 use adaptive::body::field_body::FieldBody;
-use adaptive::body::loads::MarkerLoads;
+use adaptive::body::loads::StaticLoads;
 use adaptive::body::reduced::Interface;
 use adaptive::spec::{Area, BodySpec, FlexibleSpec, FrameSpec, Place};
 use ffr_dynamics::interchange::{BodyFrame, FullBody, ReducedModel, ReducedParts};
@@ -42,7 +42,8 @@ pub fn export_body(
     let places = Places { areas: scenario.areas(export.body), points: scenario.points(export.body) };
     let text = while_building(means.bar, || {
         let scenario = sized(&scenario, n_threads, &cache::open(&CacheSettings::of_environment()))?;
-        let loads = MarkerLoads::on_body(&scenario.run, index);
+        let start = adaptive::model::start_poses(&scenario.run).map_err(AppError::model)?;
+        let loads = StaticLoads::on_body(&scenario.run, index, &start[index]);
         write((export, is_full), &scenario.run.bodies[index], loads, &places)
     });
     print(&text?)
@@ -59,7 +60,7 @@ struct Places {
 fn write(
     (export, is_full): (&BodyExport<'_>, bool),
     spec: &BodySpec,
-    loads: Vec<MarkerLoads>,
+    loads: StaticLoads,
     Places { areas, points }: &Places,
 ) -> Result<String, AppError> {
     let Some(body) = built(&spec.name, &spec.kind).map_err(AppError::model)? else {
@@ -82,8 +83,8 @@ fn write(
         body_file::write_full(export.output, &full)?;
         return Ok(format!("{path}: {name}, {n} degrees of freedom, {} markers\n", full.markers().len()));
     }
-    let loads =
-        if spec.kind.flexible().is_some_and(FlexibleSpec::has_static_answers) { loads } else { Vec::new() };
+    let is_answered = spec.kind.flexible().is_some_and(FlexibleSpec::has_static_answers);
+    let loads = if is_answered { loads } else { StaticLoads::default() };
     let interface = Interface { loads, ..Interface::default() };
     let reduced = body.reduce(&interface).map_err(AppError::model)?;
     let frame = match spec.kind.flexible().map(|flexible| &flexible.frame) {

@@ -48,6 +48,9 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
     let cells = if arguments.plain { Cells::Linear(1) } else { Cells::Bezier };
     let cache = cache::open(&arguments.cache.settings());
     let mut bodies = Bodies::build(&states, &arguments.bodies, cells, (n_threads, &cache))?;
+    for left_out in bodies.left_out() {
+        tracing::warn!("{left_out}");
+    }
     let mut contacts = contact_pressures(&states, &bodies)?;
     let (stem, folder) = folder_of(arguments)?;
     let view = View { scale: arguments.scale, revolve: arguments.revolve };

@@ -53,8 +53,8 @@ pub fn probe(arguments: &ProbeArguments) -> Result<(), AppError> {
     let n_threads = threads(arguments.threads)?;
     let cache = cache::open(&arguments.cache.settings());
     let mut probe = Probe::new(&states, (body, &wanted), n_threads, &cache)?;
-    for (contact, reason) in probe.left_out() {
-        tracing::warn!("local deformation and stress by contact \"{contact}\" are left out: {reason}");
+    for left_out in probe.left_out() {
+        tracing::warn!("{left_out}");
     }
     let series = probe.series(rows)?;
     if probe.deviations() > 0 {

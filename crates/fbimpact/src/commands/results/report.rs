@@ -119,7 +119,12 @@ fn scenes(arguments: &ReportArguments) -> Result<Vec<Scene>, AppError> {
 fn scene(path: &Path, bodies: &[String], build: (usize, &ModelCache)) -> Result<Scene, AppError> {
     let motion = States::read(path).and_then(|states| Motion::new(&states, bodies, build));
     match motion {
-        Ok(motion) => Ok(Scene::Moving(Box::new(motion))),
+        Ok(motion) => {
+            for left_out in &motion.left_out {
+                tracing::warn!("{}: {left_out}", path.display());
+            }
+            Ok(Scene::Moving(Box::new(motion)))
+        }
         // Of the bodies that were asked for.
         Err(error @ AppError::Command(CommandFault::Argument { .. })) => Err(error),
         Err(error) => {

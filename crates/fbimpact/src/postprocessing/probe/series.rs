@@ -17,6 +17,7 @@ use result_files::tables::PhaseRow;
 
 use super::places::WantedPoint;
 use crate::error::AppError;
+use crate::postprocessing::replay::local::LeftOut;
 use crate::postprocessing::replay::rebuilt::Rebuilt;
 use crate::postprocessing::replay::states::States;
 use crate::scenario::FileBody;
@@ -100,14 +101,9 @@ impl<'a> Probe<'a> {
         self.rebuilt.model.bodies[number].data.motion
     }
 
-    /// Contacts of the body whose zones are not solved again, and why.
-    pub fn left_out(&self) -> Vec<(String, &'static str)> {
-        let model = &self.rebuilt.model;
-        let touches = |name: &str| {
-            let mut contacts = model.contacts.iter().zip(model.system.forces());
-            contacts.any(|(contact, force)| contact.name == name && force.acts_on(self.body))
-        };
-        self.rebuilt.contacts.left_out.iter().filter(|(name, _)| touches(name)).cloned().collect()
+    /// Contacts of the body whose zones are not solved again.
+    pub fn left_out(&self) -> Vec<LeftOut> {
+        self.rebuilt.left_out(&[self.body])
     }
 
     /// Instants at which a contact zone could not be solved again.

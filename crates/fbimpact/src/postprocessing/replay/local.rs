@@ -4,6 +4,8 @@
 //! were refined for their contact before the run are part of the bodies' models; fine models that
 //! the program made during the run are built again.
 
+use std::fmt;
+
 use adaptive::impact::AdaptiveContact;
 use adaptive::model::{ContactModel, RunModel};
 use ffr_dynamics::force::{BodyState, GeneralisedForce, Motion};
@@ -20,12 +22,28 @@ const SAME_FORCE: f64 = 1e-3;
 /// Contacts whose zones can be solved again.
 pub struct LocalContacts<View> {
     contacts: Vec<(usize, ContactSeries)>,
-    /// Names of contacts with quasistatic zones that cannot be solved again, and why.
-    pub left_out: Vec<(String, &'static str)>,
+    /// Contacts with quasistatic zones that cannot be solved again.
+    pub left_out: Vec<LeftOut>,
     /// Fine models of the run.
     pub zones: RefinedZones<View>,
     /// Instants at which a contact found another force than the run.
     pub deviations: usize,
+}
+
+/// A contact that has touched and whose zone cannot be solved again.
+#[derive(Debug, Clone)]
+pub struct LeftOut {
+    /// Number of the contact.
+    pub contact: usize,
+    name: String,
+    reason: &'static str,
+}
+
+impl fmt::Display for LeftOut {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, reason, .. } = self;
+        write!(f, "local deformation and stress by contact \"{name}\" are left out: {reason}")
+    }
 }
 
 /// Forces to which zones answer with a quasistatic displacement.
@@ -63,7 +81,11 @@ impl<View> LocalContacts<View> {
         let on_zones = |(_, c): &(usize, &ContactModel)| c.loads_interface || c.refinement.is_some();
         for (i, contact) in model.contacts.iter().enumerate().filter(on_zones) {
             let is_solvable = contact.refinement.as_ref().is_none_or(AdaptiveContact::is_rebuildable);
-            let reason = match stored(&contact.name) {
+            let series = stored(&contact.name);
+            if series.as_ref().is_some_and(|s| s.normal_force.iter().all(|force| *force <= 0.0)) {
+                continue; // nothing to leave out
+            }
+            let reason = match series {
                 _ if has_friction(&contact.name) => "the state of its friction is not stored",
                 _ if !is_solvable => {
                     "zones that vibrate and zones with modes of their own are not built again"
@@ -74,7 +96,7 @@ impl<View> LocalContacts<View> {
                     continue;
                 }
             };
-            left_out.push((contact.name.clone(), reason));
+            left_out.push(LeftOut { contact: i, name: contact.name.clone(), reason });
         }
         Self { contacts, left_out, zones, deviations: 0 }
     }

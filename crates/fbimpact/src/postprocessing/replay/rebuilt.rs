@@ -4,7 +4,7 @@ use adaptive::model::RunModel;
 use adaptive::spec::{ContactLaw, RunSpec};
 use adaptive::store::ModelCache;
 
-use super::local::LocalContacts;
+use super::local::{LeftOut, LocalContacts};
 use super::states::{BodyMotion, States};
 use super::zones::{MakeView, RefinedZones};
 use crate::error::AppError;
@@ -49,6 +49,13 @@ impl<View> Rebuilt<View> {
         let zones = RefinedZones::new(states.spans()?, view);
         let contacts = LocalContacts::new(&model, |name| states.contact(name), has_friction, zones);
         Ok(Self { model, motions, contacts })
+    }
+
+    /// Contacts of the bodies with these numbers whose zones are not solved again.
+    pub fn left_out(&self, bodies: &[usize]) -> Vec<LeftOut> {
+        let forces = self.model.system.forces();
+        let acts = |one: &&LeftOut| bodies.iter().any(|body| forces[one.contact].acts_on(*body));
+        self.contacts.left_out.iter().filter(acts).cloned().collect()
     }
 }
 

@@ -85,6 +85,8 @@ pub struct Motion {
     pub instants: Vec<usize>,
     /// Stored states.
     pub n_stored: usize,
+    /// What the bodies are shown without, a sentence each.
+    pub left_out: Vec<String>,
     head: Value,
 }
 
@@ -95,6 +97,7 @@ impl Motion {
     /// Those of [`Bodies::build`] and [`Bodies::at`].
     pub fn new(states: &States, wanted: &[String], build: (usize, &ModelCache)) -> Result<Self, AppError> {
         let mut bodies = Bodies::build(states, wanted, Cells::Linear(1), build)?;
+        let left_out = bodies.left_out().iter().map(ToString::to_string).collect();
         let (phases, spans) = states.phases()?;
         let peaks = states.peaks()?;
         let peaks: Vec<usize> = peaks.iter().map(|t| nearest(&states.time, *t)).collect();
@@ -124,7 +127,7 @@ impl Motion {
             "peaks": peaks.iter().map(|i| instants.binary_search(i).unwrap_or(0)).collect::<Vec<usize>>(),
             "planes": planes(states),
         });
-        Ok(Self { bodies: moving, instants, n_stored: states.time.len(), head })
+        Ok(Self { bodies: moving, instants, n_stored: states.time.len(), left_out, head })
     }
 
     /// The bodies as JSON with the blobs that it refers to, their names begin with `prefix`.

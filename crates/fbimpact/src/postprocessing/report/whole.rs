@@ -93,7 +93,11 @@ fn text(parts: &Parts<'_>, fineness: &Fineness, note: &str) -> String {
                 let (head, of_scene) = motion.encoded(&format!("scene-{i}"), fineness);
                 scenes.push(head);
                 blobs.extend(of_scene);
-                "<p class=\"note\">The bodies are drawn by a script with WebGL2; the figures below show the same run.</p>".to_owned()
+                let script =
+                    "The bodies are drawn by a script with WebGL2; the figures below show the same run.";
+                let left_out = motion.left_out.iter().map(|sentence| format!("Here {sentence}."));
+                let notes = std::iter::once(script.to_owned()).chain(left_out);
+                notes.map(|note| format!("<p class=\"note\">{}</p>", escaped(&note))).collect()
             }
             Scene::Without(reason) => {
                 scenes.push(Value::Null);

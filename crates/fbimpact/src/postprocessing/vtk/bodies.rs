@@ -21,6 +21,7 @@ use iga_core::space::PatchSpace;
 
 use super::grid::{Deformation, Grid};
 use crate::error::{AppError, CommandFault};
+use crate::postprocessing::replay::local::LeftOut;
 use crate::postprocessing::replay::rebuilt::Rebuilt;
 use crate::postprocessing::replay::states::{BodyMotion, Pose, States};
 use crate::scenario::{FileBody, Scenario};
@@ -190,6 +191,12 @@ impl Bodies {
             mesh: None,
             elements: Some(flexible.body.as_ref()),
         }
+    }
+
+    /// Contacts of the shown bodies whose zones are not solved again.
+    pub fn left_out(&self) -> Vec<LeftOut> {
+        let shown: Vec<usize> = self.shown.iter().map(|shown| shown.number).collect();
+        self.rebuilt.left_out(&shown)
     }
 
     /// Instants at which a contact zone could not be solved again.

@@ -50,7 +50,35 @@ pub fn contacts(checker: &mut Checker, root: &Section, bodies: &BuiltBodies) -> 
             initial_overlap,
         }));
     }
-    (built.len() == list.len()).then_some(built)
+    if built.len() < list.len() {
+        return None;
+    }
+    check_interface_modes(checker, root, bodies, &built);
+    Some(built)
+}
+
+/// Faults numbers of fixed-interface modes of bodies that have no interface: contacts that the
+/// program refines, and coarse ones, need none.
+fn check_interface_modes(
+    checker: &mut Checker,
+    root: &Section,
+    bodies: &BuiltBodies,
+    contacts: &[ContactSpec],
+) {
+    let has_interface = |law: &ContactLaw| {
+        matches!(law, ContactLaw::Surface(law)
+            if !matches!(law.treatment, Treatment::Adaptive | Treatment::Coarse))
+    };
+    for (i, (_, section)) in root.named("bodies").iter().enumerate() {
+        let reduction = section.table("reduction").filter(|table| table.given("fixed_interface_modes"));
+        let (Some(reduction), Some(body)) = (reduction, bodies.index(i)) else { continue };
+        let touches = |c: &ContactSpec| c.body == body || c.target == Target::Body(body);
+        if !contacts.iter().any(|c| touches(c) && has_interface(&c.law)) {
+            let message = "nothing depends on it: only contacts of the models \"quasistatic\", \"massless\", \"damped\" and \"dynamic\" \
+                 have an interface, and none of them is on this body; leave it out";
+            checker.fault_in(reduction, "fixed_interface_modes", message.into());
+        }
+    }
 }
 
 /// What body `body` of the file is as a target.

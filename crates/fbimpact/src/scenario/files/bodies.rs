@@ -1,7 +1,6 @@
 //! Body files, meshes and files of splines that a scenario names: read once each, so that their
 //! markers, groups and models can be checked like keys.
 
-use std::cell::Cell;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -149,17 +148,7 @@ fn read_one(
     } else {
         let (shown, origin) = (format!("{sha256:?}"), body.origin.clone());
         let value = Checked::Text(sha256);
-        let item = Item {
-            name: "file_sha256",
-            when: &[],
-            value,
-            origin,
-            shown,
-            units: Vec::new(),
-            given: false,
-            asked: Cell::default(),
-        };
-        body.items.insert(position + 1, item);
+        body.items.insert(position + 1, Item::new("file_sha256", value, origin, shown));
     }
     body.items[position].value = value;
 }

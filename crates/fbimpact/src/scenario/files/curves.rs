@@ -1,7 +1,6 @@
 //! Quantities over time from text files: columns of numbers take the place of the lists of a table,
 //! so that the resolved scenario holds them.
 
-use std::cell::Cell;
 use std::io::Read;
 use std::path::Path;
 
@@ -59,14 +58,9 @@ fn read_one(checker: &mut Checker, section: &mut Section, directory: &Path) {
         section.items.insert(
             at.min(section.items.len()),
             Item {
-                name,
-                when: &[],
-                value,
-                origin: origin.clone(),
-                shown,
                 units: unit.map(|unit| (0, unit)).into_iter().collect(),
                 given: true,
-                asked: Cell::default(),
+                ..Item::new(name, value, origin.clone(), shown)
             },
         );
     }

@@ -94,8 +94,8 @@ pub enum ReductionMethod {
 }
 
 name_values!(ReductionMethod {
-    CraigBampton: "craig-bampton", "free modes, and the static answer of the contact zone";
-    Modal: "modal", "free modes; local deformation at the contact is lost";
+    CraigBampton: "craig-bampton", "free modes, and the static answer of the zones of `quasistatic`, `massless`, `damped` and `dynamic` contacts; where no such contact is on the body the same as `modal`";
+    Modal: "modal", "free modes alone; `adaptive` and `coarse` contacts need no more";
     All: "all", "every mode of the full model, for verification";
 });
 
@@ -126,7 +126,7 @@ pub(super) const REDUCTION: &[Key] = &[
         Kind::Integer(1, 100_000),
         "–",
         Need::Optional("`modes`, the rigid ones and a margin"),
-        "Number of fixed-interface modes.",
+        "Number of fixed-interface modes; only where a `quasistatic`, `massless`, `damped` or `dynamic` contact is on the body.",
     ).when(&[Condition::new("with method \"craig-bampton\"", Test::OneOf("method", &["craig-bampton"])), Condition::new(
             "for bodies with a shape",
             Test::Around(&Test::NoneOf("model", &["imported", "mesh"])),
@@ -136,7 +136,7 @@ pub(super) const REDUCTION: &[Key] = &[
         Kind::Boolean,
         "",
         Need::Default("true"),
-        "Whether the static answers to the forces and moments of the body's joints and loads are added to the modes; `false` is for \
+        "Whether the static answers to the forces and moments of the body's joints and loads, and to its spin where that strains it, are added to the modes; `false` is for \
          comparison with free modes alone.",
     ).when(LEAVES_OUT),
 ];

@@ -228,7 +228,7 @@ pub(super) const JOINT: &[Key] = &[
         Kind::Numbers(RATE),
         "m/s, rad/s",
         Need::Optional("0"),
-        "All initial velocities of the joint; of `spherical` and `free` joints the angular velocity in the child's axes.",
+        "All initial velocities of the joint; of `spherical` and `free` joints the angular velocity along the joint's axes on the child, which turn with it.",
     ).when(&[WITH_COORDINATES]),
     Key::new(
         "stiffness",
@@ -340,6 +340,14 @@ const STOP_DAMPING: Key = Key::new(
     Need::Default("0.0"),
     "Damping `c` in the force `stiffness δ (1 + c dδ/dt)` of the compression δ (Hunt and Crossley): a meeting at the speed v takes about `2/3 c v` of it.",
 );
+const STOP_OVERLAP: Key = Key::new(
+    "initial_overlap",
+    Kind::Number(Range { min: Bound::Closed(0.0), max: Bound::Closed(1e6) }),
+    "m, rad",
+    Need::Default("0.0"),
+    "Compression of the stop at the start that is allowed; the run begins with its energy. More is an error. A mass *m* rests on its stop \
+     with the compression *m g* / `stiffness`.",
+);
 /// Size of a bearing \[m\].
 const BEARING_SIZE: Range = Range::positive(1e6);
 /// `bearing` of a joint.
@@ -382,9 +390,9 @@ const BEARING: &[Key] = &[
     ),
 ];
 /// `stop` of a joint with one coordinate.
-const STOP: &[Key] = &[LOWER, UPPER, STOP_STIFFNESS, STOP_DAMPING];
+const STOP: &[Key] = &[LOWER, UPPER, STOP_STIFFNESS, STOP_DAMPING, STOP_OVERLAP];
 /// An entry of `stops`.
-const STOPS: &[Key] = &[COORDINATE_NUMBER, LOWER, UPPER, STOP_STIFFNESS, STOP_DAMPING];
+const STOPS: &[Key] = &[COORDINATE_NUMBER, LOWER, UPPER, STOP_STIFFNESS, STOP_DAMPING, STOP_OVERLAP];
 
 /// An entry of `drives`.
 const DRIVES: &[Key] = &[

@@ -41,7 +41,7 @@ pub const SIMULATION: &[Key] = &[
         Kind::Boolean,
         "",
         Need::Default("false"),
-        "Whether elastic coordinates start from equilibrium with the joint coordinates held; undeformed otherwise. Not with joints that close loops, nor with gears.",
+        "Whether elastic coordinates start from equilibrium with the joint coordinates held and everything at rest, from which the velocities given set out; undeformed otherwise. Not with joints that close loops, nor with gears.",
     ),
     Key::new(
         "quiet_time",

@@ -1,25 +1,39 @@
 //! Stops of the joints of a system, one by one (docs/theory.md Eq. M.15).
 
 use super::MultibodyModel;
-use crate::system::joints::Stop;
+use crate::system::joints::{Stop, TimeFunction};
 
 /// A stop of a joint's coordinate.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct StopSite {
     /// Name of the joint.
     pub joint: String,
     /// Whether the coordinate is an angle.
     pub is_angle: bool,
     stop: Stop,
-    position: usize,
-    velocity: usize,
+    coordinate: Coordinate,
+}
+
+/// Where a coordinate is found.
+#[derive(Debug, Clone)]
+enum Coordinate {
+    /// At these places of the state.
+    InState { position: usize, velocity: usize },
+    /// In the motion that is prescribed to it.
+    Prescribed(TimeFunction),
 }
 
 impl StopSite {
-    /// Size of the force \[N or N m\] in the state `y`, and the rate at which the stop is
-    /// compressed [m/s or rad/s]; zeros between the ends.
-    pub fn force(&self, y: &[f64]) -> (f64, f64) {
-        let (position, velocity) = (y[self.position], y[self.velocity]);
+    /// Size of the force \[N or N m\] in the state `y` at time `t`, and the rate at which the stop
+    /// is compressed [m/s or rad/s]; zeros between the ends.
+    pub fn force(&self, t: f64, y: &[f64]) -> (f64, f64) {
+        let (position, velocity) = match &self.coordinate {
+            Coordinate::InState { position, velocity } => (y[*position], y[*velocity]),
+            Coordinate::Prescribed(motion) => {
+                let [position, velocity, _] = motion.at(t);
+                (position, velocity)
+            }
+        };
         let (force, _) = self.stop.force(position, velocity);
         let inwards = if position > self.stop.upper { velocity } else { -velocity };
         if position > self.stop.upper || position < self.stop.lower {
@@ -31,22 +45,25 @@ impl StopSite {
 }
 
 impl MultibodyModel {
-    /// The stops of all joints, body by body. Prescribed coordinates have none, nor have rotations
-    /// about a point.
+    /// The stops of all joints, body by body. Rotations about a point have none.
     pub fn stops(&self) -> Vec<StopSite> {
         let mut found = Vec::new();
         for body in &self.bodies {
-            let kind = body.joint.kind;
-            for (free, k) in body.joint.free_velocities().enumerate() {
-                let stop = body.joint.coordinates.get(k).and_then(|force| force.stop);
-                let Some(stop) = stop.filter(|_| kind.quaternion().is_none_or(|w| k < w)) else { continue };
-                found.push(StopSite {
-                    joint: body.joint.name.clone(),
-                    is_angle: kind.is_angle(k),
-                    stop,
-                    position: body.layout.positions().start + free,
-                    velocity: body.layout.velocities().start + free,
-                });
+            let (joint, kind) = (&body.joint, body.joint.kind);
+            let mut free = 0;
+            for (k, force) in joint.coordinates.iter().enumerate() {
+                let coordinate = match &force.motion {
+                    Some(motion) => Coordinate::Prescribed(motion.clone()),
+                    None => Coordinate::InState {
+                        position: body.layout.positions().start + free,
+                        velocity: body.layout.velocities().start + free,
+                    },
+                };
+                free += usize::from(force.motion.is_none());
+                let has_angle = kind.quaternion().is_none_or(|w| k < w);
+                let Some(stop) = force.stop.filter(|_| has_angle) else { continue };
+                let (joint, is_angle) = (joint.name.clone(), kind.is_angle(k));
+                found.push(StopSite { joint, is_angle, stop, coordinate });
             }
         }
         found

@@ -46,12 +46,12 @@ pub fn coordinates(
     let [stiffness, rest, damping] = constants;
     let (stiffness, rest, damping) = (stiffness?, rest?, damping?);
     let friction = friction(checker, section, kind)?;
-    let stops = stops(checker, section, kind)?;
+    let stops = stops(checker, section, kind, positions.as_deref())?;
     let bearing = section.optional("bearing", |joint, key| bearing(checker, joint.table(key)?, kind)).ok()?;
-    check_stops(checker, section, positions.as_deref()?, &stops)?;
     check_rotation(checker, section, kind, &stiffness, &rest)?;
     let (drives, motions) = (drives?, motions?);
     check_prescribed(checker, section, kind, &motions)?;
+    check_drives(checker, section, &drives, &motions)?;
     let mut coordinates = Vec::with_capacity(n);
     for (k, (drive, motion)) in drives.into_iter().zip(motions).enumerate() {
         let (stiffness, rest, damping) = (stiffness[k], rest[k], damping[k]);
@@ -151,42 +151,25 @@ fn bearing(checker: &mut Checker, table: &Section, kind: JointKind) -> Option<Be
     })
 }
 
-/// Faults coordinates that are beyond an end of their travel at the start: the stop would throw the
-/// joint back.
-fn check_stops(
+/// Stops of the coordinates: the one of the only coordinate, or those of a list; `positions` at the
+/// start.
+fn stops(
     checker: &mut Checker,
     section: &Section,
-    positions: &[f64],
-    stops: &[Option<Stop>],
-) -> Option<()> {
-    let key = if section.table("stop").is_some() { "stop" } else { "stops" };
-    let mut is_within = true;
-    for (x, stop) in positions.iter().zip(stops) {
-        let Some(stop) = stop else { continue };
-        let end = if *x > stop.upper {
-            stop.upper
-        } else if *x < stop.lower {
-            stop.lower
-        } else {
-            continue;
-        };
-        let message = format!(
-            "ends the travel at {end}, and the joint begins at {x}, beyond it: it would be thrown back; begin within the travel or move its end"
-        );
-        checker.fault_in(section, key, message);
-        is_within = false;
-    }
-    is_within.then_some(())
-}
-
-/// Stops of the coordinates: the one of the only coordinate, or those of a list.
-fn stops(checker: &mut Checker, section: &Section, kind: JointKind) -> Option<Vec<Option<Stop>>> {
+    kind: JointKind,
+    positions: Option<&[f64]>,
+) -> Option<Vec<Option<Stop>>> {
     let mut stops = vec![None; kind.n_velocities()];
     if section.item("stops").is_some_and(|i| matches!(i.value, Checked::Invalid)) {
         return None;
     }
+    let mut is_sound = true;
+    let mut take = |checker: &mut Checker, table: &Section, k: usize, stops: &mut Vec<Option<Stop>>| {
+        stops[k] = stop(checker, table, kind, k, positions.map(|x| x[k]));
+        is_sound &= stops[k].is_some();
+    };
     if let Some(single) = section.table("stop") {
-        stops[0] = Some(stop(checker, single, kind, 0)?);
+        take(checker, single, 0, &mut stops);
     }
     for entry in section.tables("stops") {
         let k = coordinate_number(checker, entry, kind)?;
@@ -199,14 +182,20 @@ fn stops(checker: &mut Checker, section: &Section, kind: JointKind) -> Option<Ve
             checker.fault_in(entry, "coordinate", format!("coordinate {k} has a \"stop\" already"));
             return None;
         }
-        stops[k] = Some(stop(checker, entry, kind, k)?);
+        take(checker, entry, k, &mut stops);
     }
-    Some(stops)
+    is_sound.then_some(stops)
 }
 
-/// The stop of coordinate `k`.
-fn stop(checker: &mut Checker, section: &Section, kind: JointKind, k: usize) -> Option<Stop> {
-    for key in ["lower", "upper", "stiffness", "damping"] {
+/// The stop of coordinate `k`, which begins at `position`.
+fn stop(
+    checker: &mut Checker,
+    section: &Section,
+    kind: JointKind,
+    k: usize,
+    position: Option<f64>,
+) -> Option<Stop> {
+    for key in ["lower", "upper", "stiffness", "damping", "initial_overlap"] {
         check_units(checker, section, key, kind, k)?;
     }
     let end = |key: &str, none: f64| {
@@ -221,6 +210,16 @@ fn stop(checker: &mut Checker, section: &Section, kind: JointKind, k: usize) -> 
     if lower >= upper {
         let lower = section.item("lower").map_or_else(String::new, |item| item.shown.clone());
         checker.fault_in(section, "upper", format!("must be > lower = {lower}"));
+        return None;
+    }
+    let x = position.unwrap_or(lower.max(upper.min(0.0)));
+    let (key, beyond) = if x > upper { ("upper", x - upper) } else { ("lower", lower - x) };
+    if beyond > section.number("initial_overlap")? {
+        let message = format!(
+            "ends the travel, and the joint begins at {x}, {beyond:e} beyond it: it would be thrown back; begin within the travel, move \
+             its end, or allow so much with \"initial_overlap\", as for a body that rests on its stop"
+        );
+        checker.fault_in(section, key, message);
         return None;
     }
     Some(Stop { lower, upper, stiffness: section.number("stiffness")?, damping: section.number("damping")? })
@@ -361,6 +360,25 @@ fn check_prescribed(
         }
     }
     is_sound.then_some(())
+}
+
+/// Faults drives of prescribed coordinates, on which nothing depends.
+fn check_drives(
+    checker: &mut Checker,
+    section: &Section,
+    drives: &[Option<TimeCurve>],
+    motions: &[Option<TimeCurve>],
+) -> Option<()> {
+    let key = if section.given("drive") { "drive" } else { "drives" };
+    let both = |k: &usize| drives[*k].is_some() && motions[*k].is_some();
+    let k = (0..drives.len()).find(both);
+    if let Some(k) = k {
+        let message = format!(
+            "the motion of coordinate {k} is prescribed, no force along it changes anything: leave out the one or the other"
+        );
+        checker.fault_in(section, key, message);
+    }
+    k.is_none().then_some(())
 }
 
 /// Quantities over time along the coordinates: from the key for the only one, or from a list.
