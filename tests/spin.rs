@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use crate::blocks;
 use crate::support::scenarios::{self, run, valid};
 use crate::writers::{Form, gmsh};
+use adaptive::record::warning::WarningKind;
 use fe_mesh::ElementKind;
 
 /// Density of steel [kg/m³].
@@ -24,6 +25,12 @@ const MESHED: &str = "model = \"mesh\"\nmaterial = \"steel\"\nfile = \"spun.msh\
 /// Turned by a shaft at its end.
 const SHAFT: &str = "[joints.shaft]\ntype = \"revolute\"\naxis = [0, 0, 1]\nparent = { body = \"ground\" }\n\
     child = { body = \"b\", face = \"x-\" }\nmotion = { kind = \"spin-up\", rate = 300.0, duration = 0.05 }";
+
+/// The same, welded to a hub that is turned.
+const HUB: &str = "[bodies.hub]\nmodel = \"rigid\"\nmass = 1.0\ninertia = [1e-3, 1e-3, 1e-3]\n\
+    [joints.shaft]\ntype = \"revolute\"\naxis = [0, 0, 1]\nparent = { body = \"ground\" }\n\
+    child = { body = \"hub\", point = [0, 0, 0] }\nmotion = { kind = \"spin-up\", rate = 300.0, duration = 0.05 }\n\
+    [joints.weld]\ntype = \"fixed\"\nparent = { body = \"hub\", point = [0, 0, 0] }\nchild = { body = \"b\", face = \"x-\" }";
 
 fn folder() -> PathBuf {
     scenarios::folder("spin")
@@ -55,6 +62,7 @@ fn bodies_that_turn_have_the_stress_of_their_centrifugal_force() {
         ("box", CUBOID, FREE, 0.02, free),
         ("mesh", MESHED, FREE, 0.02, free),
         ("box on a shaft", CUBOID, SHAFT, 0.06, driven),
+        ("box on a hub", CUBOID, HUB, 0.06, driven),
     ];
     for (what, keys, rest, end, expected) in cases {
         let stress = in_the_middle(keys, rest, end);
@@ -65,4 +73,46 @@ fn bodies_that_turn_have_the_stress_of_their_centrifugal_force() {
             "{what}: {stress:?} for {expected:e}"
         );
     }
+}
+
+/// The disc turned by a constant moment from rest, as long as it is told.
+const DRIVEN: &str = "[joints.j]\ntype = \"revolute\"\naxis = [0, 0, 1]\nparent = { body = \"ground\", point = [0, 0, 0] }\n\
+    child = { body = \"b\", point = [0, 0], radius = 0.01 }\n";
+
+#[test]
+fn a_spin_that_nobody_foresaw_is_told() {
+    let told = |rest: &str| {
+        let text = format!(
+            "[simulation]\nend_time = 4e-3\n[bodies.b]\n{DISC}\nthickness = 0.01\ndamping = {{ modal = 1.0 }}\n{DRIVEN}{rest}\n"
+        );
+        let found = run(&valid(&folder(), &text, &[]));
+        found.warnings.iter().any(|w| w.kind == WarningKind::SpinStress)
+    };
+    // Up to 500 rad/s: a strain of 4.7e-5 with half the diagonal of the disc's box.
+    assert!(told("drive = 1541.3"));
+    assert!(!told("drive = 154.13"), "50 rad/s strain it by less than 1e-6");
+    assert!(
+        !told("motion = { kind = \"spin-up\", rate = 500.0, duration = 4e-3 }"),
+        "a spin that is prescribed is answered"
+    );
+}
+
+#[test]
+fn stress_along_a_line_is_stored_at_a_time_without_impact() {
+    let line = "[output.stress.radius]\nbody = \"b\"\nfrom = [0.0, 0.0]\nto = [0.1, 0.0]\nsamples = 3\n";
+    let text = |at: &str| {
+        format!(
+            "[simulation]\nend_time = 0.01\n[bodies.b]\n{DISC}\n{FREE}\ndamping = {{ modal = 0.7 }}\n\
+             [output.points.p]\nbody = \"b\"\npoint = [0.05, 0.0]\nstress = true\n[output]\nfree_interval = 1e-3\n{line}{at}"
+        )
+    };
+    let found = run(&valid(&folder(), &text("at = 3e-3\n"), &[]));
+    let [record] = &found.stresses[..] else { panic!("{}", found.stresses.len()) };
+    let sample = found.samples.iter().find(|s| (s.time - 3e-3).abs() < 1e-9).expect("a stored state");
+    // The same state on the same basis.
+    let (line, point) = (record.stress[1], sample.points[0].state.stress);
+    assert!((record.time - 3e-3).abs() < 1e-12);
+    assert!(line.iter().zip(point).all(|(a, b)| (a - b).abs() < 1e-9 * point[0].abs()), "{line:?} {point:?}");
+    // The largest force of a body that nothing touches has no instant.
+    assert!(run(&valid(&folder(), &text(""), &[])).stresses.is_empty());
 }

@@ -38,6 +38,7 @@ mod stress;
 
 pub use crate::system::joints::coordinate_names;
 pub use crate::system::start::poses as start_poses;
+pub use crate::system::start::turns;
 pub use arrangement::{Arrangement, PlacedJoint, PlacedMarker, PlacedTouch};
 use contacts::{
     BuiltContact, adaptive_contacts, build_contact, check_mesh_zones, interfaces, refinements, zones,
@@ -141,7 +142,7 @@ impl RunModel {
         let assembly = started.elapsed().as_secs_f64();
         let zones = zones(&first, &plans, &full)?;
         let search = started.elapsed().as_secs_f64() - assembly;
-        let interfaces = interfaces(spec, &zones, &poses)?;
+        let interfaces = interfaces(spec, &zones, &start::turns(spec)?)?;
         let bodies = spec.bodies.iter().zip(full).zip(interfaces).enumerate();
         let mut bodies: Vec<BodyModel> = bodies
             .map(|(k, ((b, full), i))| {

@@ -5,7 +5,6 @@ use faer::Mat;
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::data_error::DataError;
-use ffr_dynamics::force::BodyState;
 use ffr_dynamics::kinematics::MarkerWeights;
 use ffr_dynamics::system::{FreeDirections, JointKind};
 use iga_core::extent::Extent;
@@ -13,15 +12,15 @@ use iga_core::nurbs::jet::diagonal;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::spec::{
-    Area, Attachment, CoordinateSpec, Coupling, JointSpec, LoadSpec, Place, RunSpec, TimeCurve,
+    Area, Attachment, BodyKind, CoordinateSpec, Coupling, JointSpec, LoadSpec, Place, RunSpec,
 };
 
 /// Strain of a spin, `(ω a/c)²` with half the body's diagonal a and the speed c of its slowest waves
 /// along bars, from which on the basis answers it: 0.2 MPa in steel, nothing that anybody looks for
 /// beside an impact. Its pseudo-mode would cost shorter steps.
 const STRAIN_OF_SPIN: f64 = 1e-6;
-/// Instants at which the rate of a prescribed turn is looked at.
-const LOOKS: u32 = 64;
+/// Centrifugal forces that are linearly independent: products of two components of the axis.
+const MOST_AXES: usize = 6;
 /// Sine of the angle between two axes that are one.
 const SAME_AXIS: f64 = 1e-3;
 
@@ -78,9 +77,10 @@ impl From<Vec<MarkerLoads>> for StaticLoads {
 }
 
 impl StaticLoads {
-    /// The loads of body `index` of `spec`, which begins with the motion `start`.
-    pub fn on_body(spec: &RunSpec, index: usize, start: &BodyState) -> Self {
-        Self { markers: MarkerLoads::on_body(spec, index), spins: spins(spec, index, start) }
+    /// The loads of body `index` of `spec`, which has the angular velocities `turns` in its frame
+    /// [rad/s].
+    pub fn on_body(spec: &RunSpec, index: usize, turns: &[Vector3<f64>]) -> Self {
+        Self { markers: MarkerLoads::on_body(spec, index), spins: spins(&spec.bodies[index].kind, turns) }
     }
 
     fn n_columns(&self) -> usize {
@@ -102,39 +102,19 @@ impl StaticLoads {
     }
 }
 
-/// The axes about which body `index` turns fast: that of its motion `start`, and those of joints
-/// whose rotation is prescribed.
-fn spins(spec: &RunSpec, index: usize, start: &BodyState) -> Vec<Vector3<f64>> {
-    let kind = &spec.bodies[index].kind;
+/// The axes about which a body of the given `kind` turns fast, among its angular velocities `turns`.
+fn spins(kind: &BodyKind, turns: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
     let (Some(size), Some(material)) = (kind.diagonal(), kind.slowest_material()) else { return Vec::new() };
-    let wave = material.bar_speed();
-    let slowest = STRAIN_OF_SPIN.sqrt() * wave / (0.5 * size);
-    let turn = start.angular_velocity_in_body;
+    let slowest = STRAIN_OF_SPIN.sqrt() * material.bar_speed() / (0.5 * size);
     let mut axes: Vec<Vector3<f64>> = Vec::new();
-    let at_start = (turn.norm() > slowest).then(|| turn.normalize());
-    for axis in at_start.into_iter().chain(prescribed_turns(spec, index, slowest)) {
-        if axes.iter().all(|other| other.cross(&axis).norm() > SAME_AXIS) {
+    for turn in turns.iter().filter(|turn| turn.norm() > slowest) {
+        let axis = turn.normalize();
+        let is_new = axes.iter().all(|other| other.cross(&axis).norm() > SAME_AXIS);
+        if is_new && axes.len() < MOST_AXES {
             axes.push(axis);
         }
     }
     axes
-}
-
-/// Axes, in the frame of body `index`, of the joints to it whose prescribed rotation is faster than
-/// `slowest` [rad/s] at some time.
-fn prescribed_turns(spec: &RunSpec, index: usize, slowest: f64) -> impl Iterator<Item = Vector3<f64>> {
-    let is_fast = move |motion: &TimeCurve| {
-        let time = |k: u32| spec.settings.end_time * f64::from(k) / f64::from(LOOKS);
-        (0..=LOOKS).any(|k| motion.at(time(k))[1].abs() > slowest)
-    };
-    let joints = spec.joints.iter().filter(move |joint| joint.child.body == Some(index));
-    joints.flat_map(move |joint| {
-        let FreeDirections(free) = joint.kind.free_directions();
-        let directions = (0..6).filter(move |d| free[*d]);
-        let moved = directions.zip(&joint.coordinates).filter(|(d, _)| *d >= 3);
-        let fast = moved.filter(move |(_, c)| c.motion.as_ref().is_some_and(is_fast));
-        fast.map(move |(d, _)| joint.child.rotation * Vector3::ith(d - 3, 1.0))
-    })
 }
 
 impl MarkerLoads {

@@ -5,12 +5,14 @@ use std::f64::consts::TAU;
 
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::force::BodyState;
+use iga_core::elasticity::Material;
 use nalgebra::{DMatrix, Matrix3, Vector3};
 
 use crate::error::AdaptiveError;
 use crate::record::finding::BodyQuantity;
 use crate::record::warning::{Warning, WarningKind};
-use crate::system::body::BodyModel;
+use crate::spec::ReductionSpec;
+use crate::system::body::{BodyModel, FlexibleModel};
 use crate::system::mode_gradients::GradientsAt;
 
 /// Rotation of a part of a body against the body as a whole \[rad\] above which a warning is given:
@@ -34,6 +36,10 @@ pub const BUCKLED: f64 = 2.0;
 /// of the frequency changes by up to 1.2 times the square of this ratio.
 pub const FAST_SPIN: f64 = 0.2;
 
+/// Strain by the centrifugal force of a spin that the basis does not answer above which a warning is
+/// given: 2 MPa in steel, of which some per cent are wrong.
+pub const SPIN_STRAIN: f64 = 1e-5;
+
 /// Number of modes in which buckling is looked for: three pairs of bending modes of a rod.
 const N_BUCKLING: usize = 6;
 /// Ratio of the first frequency to that of waves along the body above which a body is not slender:
@@ -56,6 +62,8 @@ pub struct Extremes {
     pub load: (f64, f64),
     /// Largest angular velocity over the first natural frequency, and when.
     pub spin: (f64, f64),
+    /// Largest strain by the centrifugal force of a spin that the basis does not answer, and when.
+    pub spin_strain: (f64, f64),
 }
 
 /// Rotations, strains and geometric stiffness of the modes of a body.
@@ -72,6 +80,11 @@ struct LinearBody {
     by_mode: Vec<DMatrix<f64>>,
     /// First natural frequency as the body is held [rad/s]; infinite where spin does not matter.
     first: f64,
+    /// Half its size over the speed of its slowest waves along bars \[s\]; zero where nothing is left
+    /// out of its modes.
+    crossing: f64,
+    /// Axes of the spins that its basis answers.
+    spins: Vec<Vector3<f64>>,
     /// Time over which the load is averaged \[s\].
     memory: f64,
 }
@@ -150,6 +163,7 @@ impl LinearLimits {
             }
             let (turn, strain) = body.deformation(&state.elastic);
             let spin = state.angular_velocity_in_body.norm() / body.first;
+            let spin_strain = body.spin_strain(&state.angular_velocity_in_body);
             let load = extreme_eigenvalue(average);
             let found = &mut self.extremes[b];
             for (largest, value) in [
@@ -157,6 +171,7 @@ impl LinearLimits {
                 (&mut found.strain, strain),
                 (&mut found.load, load),
                 (&mut found.spin, spin),
+                (&mut found.spin_strain, spin_strain),
             ] {
                 if value.abs() > largest.0.abs() || value.is_nan() {
                     *largest = (value, time);
@@ -236,8 +251,31 @@ fn warnings(name: &str, found: &Extremes) -> impl Iterator<Item = Warning> {
             let remedy = format!("set bodies.{name}.geometric_stiffening = true, or divide the body into two or more, joined by `fixed`");
             warning(WarningKind::FastSpin, found.spin, FAST_SPIN, message, &remedy)
         }),
+        (found.spin_strain.0 > SPIN_STRAIN).then(|| {
+            let message = format!(
+                "it gets a spin on its way whose centrifugal force strains it by {:.0e} and more, and free modes alone answer that: stress by it \
+                 is off by up to a tenth",
+                found.spin_strain.0
+            );
+            let remedy = format!(
+                "give more bodies.{name}.reduction.modes until the stress stays; a spin that is given at the start, or prescribed, has its \
+                 static answer"
+            );
+            warning(WarningKind::SpinStress, found.spin_strain, SPIN_STRAIN, message, &remedy)
+        }),
     ];
     all.into_iter().flatten()
+}
+
+/// Speed of the body's slowest waves along bars [m/s]; infinite if its material is not known.
+fn bar_speed(flexible: &FlexibleModel) -> f64 {
+    flexible.body.slowest_material().map_or(f64::INFINITY, Material::bar_speed)
+}
+
+/// Half the size of a body over the speed of its waves \[s\]; zero of one with all its modes.
+fn crossing(flexible: &FlexibleModel) -> f64 {
+    let is_whole = flexible.body.settings().reduction == ReductionSpec::All;
+    if is_whole { 0.0 } else { 0.5 * flexible.body.size() / bar_speed(flexible) }
 }
 
 impl LinearBody {
@@ -253,13 +291,9 @@ impl LinearBody {
         };
         let lowest: Vec<usize> = (0..model.coordinates().free.min(n)).take(N_BUCKLING).collect();
         let first = lowest.first().map_or(f64::INFINITY, |j| frequencies[*j]);
-        let is_slender = model.flexible().is_some_and(|flexible| {
-            let speed = flexible
-                .body
-                .slowest_material()
-                .map_or(f64::INFINITY, |m| (m.youngs_modulus() / m.density()).sqrt());
-            first * flexible.body.size() < SLENDER * speed
-        });
+        let is_slender = model
+            .flexible()
+            .is_some_and(|flexible| first * flexible.body.size() < SLENDER * bar_speed(flexible));
         let held = held.filter(|marker| marker.n_modes() == n || marker.is_still());
         let at_marker = |j: usize| {
             held.filter(|marker| marker.n_modes() == n)
@@ -322,9 +356,20 @@ impl LinearBody {
             strains,
             largest,
             by_mode,
+            crossing: model.flexible().map_or(0.0, crossing),
+            spins: model.flexible().map_or_else(Vec::new, |flexible| flexible.interface.loads.spins.clone()),
             first: if is_stiffened { f64::INFINITY } else { first },
             memory: 1.0 / first,
         })
+    }
+
+    /// The strain `(ω a/c)²` by the centrifugal force of the spin `turn` [rad/s], times the sine of
+    /// the angle to the next axis that the basis answers.
+    fn spin_strain(&self, turn: &Vector3<f64>) -> f64 {
+        let rate = turn.norm();
+        let sine = |axis: &Vector3<f64>| axis.cross(turn).norm() / rate;
+        let away = if rate > 0.0 { self.spins.iter().map(sine).fold(1.0, f64::min) } else { 0.0 };
+        (rate * self.crossing).powi(2) * away
     }
 
     /// The geometric stiffness without load.

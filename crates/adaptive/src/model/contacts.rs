@@ -244,21 +244,21 @@ fn is_rigid(body: &FullModel<'_>) -> bool {
 }
 
 /// The interface and the loads for which every body is reduced: the union of the interfaces of its
-/// contacts, and the loads of its joints and of its motion; `poses` at the start.
+/// contacts, and the loads of its joints and of its `turns`.
 ///
 /// # Errors
 /// [`AdaptiveError::Unsupported`] if contacts on one body want different things of its modes, or a reduction does not fit.
 pub fn interfaces(
     spec: &RunSpec,
     zones: &[Option<Zones>],
-    poses: &[BodyState],
+    turns: &[Vec<Vector3<f64>>],
 ) -> Result<Vec<Interface>, AdaptiveError> {
     let of_body = |b: usize| {
         let mut interface = interface_of(spec, b, zones)?;
         interface.unknowns.sort_unstable();
         interface.unknowns.dedup();
         if spec.bodies[b].kind.flexible().is_some_and(FlexibleSpec::has_static_answers) {
-            interface.loads = StaticLoads::on_body(spec, b, &poses[b]);
+            interface.loads = StaticLoads::on_body(spec, b, &turns[b]);
         }
         Ok(interface)
     };

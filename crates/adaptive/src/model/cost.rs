@@ -63,7 +63,7 @@ pub fn costs(spec: &RunSpec) -> Result<Vec<ModelCost>, AdaptiveError> {
     let spec = refined.as_ref();
     let first = first.with_sizes(spec);
     let full = full_models(spec, &plans)?;
-    let interfaces = interfaces(spec, &zones(&first, &plans, &full)?, &poses)?;
+    let interfaces = interfaces(spec, &zones(&first, &plans, &full)?, &start::turns(spec)?)?;
     let mut costs = Vec::new();
     for (index, (full, interface)) in full.iter().zip(&interfaces).enumerate() {
         let contacts = spec.contacts.iter().zip(&plans).filter(|(_, plan)| **plan == ContactPlan::AtTouch);

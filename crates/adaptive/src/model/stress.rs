@@ -11,16 +11,17 @@ use crate::spec::{ContactLaw, ContactSpec, LowModes, RunSpec, StressInstant, Tar
 use crate::state::observer::Observer;
 
 impl RunModel {
-    /// Takes the present state at time `time` as that of the stress requests, `held`, that it
-    /// serves better than the one they hold; the system was evaluated at it last, with the models
+    /// Takes the present state at time `time` as that of the stress requests, `held`, of the instants
+    /// `which` that it serves better than the one they hold; the system was evaluated at it last, with the models
     /// `fine` of the contacts that are refined at present.
     pub fn update_stress_states<'a>(
         &self,
         held: &mut [Option<StressState>],
         time: f64,
+        which: impl Fn(StressInstant) -> bool,
         fine: impl Fn(usize) -> Option<&'a FineContact>,
     ) {
-        for (request, held) in self.stress.iter().zip(held) {
+        for (request, held) in self.stress.iter().zip(held).filter(|(request, _)| which(request.at)) {
             let body = request.body;
             let on_body = || self.system.forces().iter().filter(|f| f.acts_on(body));
             let force = on_body().map(|f| f.contact.report().normal_force).sum::<f64>();
@@ -59,6 +60,14 @@ impl RunModel {
         }
     }
 
+    /// Times at which stress is asked for \[s\].
+    pub fn stress_times(&self) -> impl Iterator<Item = f64> + '_ {
+        self.stress.iter().filter_map(|request| match request.at {
+            StressInstant::Time(time) => Some(time),
+            StressInstant::PeakForce => None,
+        })
+    }
+
     /// Number of stress requests.
     pub fn n_stress_requests(&self) -> usize {
         self.stress.len()
@@ -79,6 +88,15 @@ impl RunModel {
         for (request, held) in self.stress.iter().zip(held) {
             let body = request.body;
             let (Some(flexible), Some(state)) = (self.bodies[body].flexible(), held) else {
+                let (name, body) = (&request.name, &self.bodies[body].name);
+                tracing::warn!(
+                    "stress \"{name}\" is not stored: {}",
+                    match request.at {
+                        StressInstant::PeakForce =>
+                            format!("no contact pressed on body \"{body}\"; give `at` as a time"),
+                        StressInstant::Time(time) => format!("the run ended before {time:e} s"),
+                    }
+                );
                 continue;
             };
             let is_built =
@@ -119,10 +137,12 @@ impl RunModel {
 /// Whether a state at time `time` with contact force `force` \[N\] on the body is to be kept in
 /// place of `held`.
 fn is_wanted(at: StressInstant, held: Option<&StressState>, time: f64, force: f64) -> bool {
-    held.is_none_or(|held| match at {
-        StressInstant::PeakForce => force > held.force,
-        StressInstant::Time(wanted) => (time - wanted).abs() < (held.time - wanted).abs(),
-    })
+    match at {
+        StressInstant::PeakForce => force > held.map_or(0.0, |held| held.force),
+        StressInstant::Time(wanted) => {
+            held.is_none_or(|held| (time - wanted).abs() < (held.time - wanted).abs())
+        }
+    }
 }
 
 /// Whether two lists of loads ask for the same models.

@@ -367,6 +367,7 @@ impl<'a> Driver<'a> {
             // An impact that begins in the last instant has nothing to be resolved.
             let last = end - EVENT_TOLERANCE * self.impact_step;
             let closing = self.first_closing(step)?.filter(|time| *time < last);
+            self.update_free_stress((step.start, closing.unwrap_or(step.end)));
             if let Some(time) = closing {
                 self.repeat_until(step.start, time)?;
                 if self.run.last_output < time {

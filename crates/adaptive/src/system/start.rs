@@ -16,17 +16,44 @@ use crate::system::body::BodyForm;
 use crate::system::body::BodyModel;
 use crate::system::imported::ImportedModel;
 
+/// Instants of the run at which the rates of prescribed motions are looked at.
+const LOOKS: u32 = 64;
+
 /// Motions of all bodies at the start if they were rigid.
 ///
 /// # Errors
 /// [`AdaptiveError::Model`] if joints do not make a tree or loops do not close.
 pub fn poses(spec: &RunSpec) -> Result<Vec<BodyState>, AdaptiveError> {
+    let (mut system, y) = rigid_system(spec)?;
+    Ok(system.body_states(0.0, &y).to_vec())
+}
+
+/// Angular velocities of all bodies in their frames at the start, and as prescribed motions turn
+/// them later with all other coordinates as at the start: for each body a list [rad/s].
+///
+/// # Errors
+/// As [`poses`].
+pub fn turns(spec: &RunSpec) -> Result<Vec<Vec<Vector3<f64>>>, AdaptiveError> {
+    let (mut system, y) = rigid_system(spec)?;
+    let is_driven = spec.joints.iter().flat_map(|joint| &joint.coordinates).any(|c| c.motion.is_some());
+    let last = if is_driven { LOOKS } else { 0 };
+    let mut turns = vec![Vec::new(); spec.bodies.len()];
+    for k in 0..=last {
+        let time = spec.settings.end_time * f64::from(k) / f64::from(LOOKS);
+        for (turns, state) in turns.iter_mut().zip(system.body_states(time, &y)) {
+            turns.push(state.angular_velocity_in_body);
+        }
+    }
+    Ok(turns)
+}
+
+/// The bodies as rigid ones on their joints, and their state at the start.
+fn rigid_system(spec: &RunSpec) -> Result<(Multibody<Box<dyn ActiveForce>>, Vec<f64>), AdaptiveError> {
     let rigid = rigid_models(spec)?;
     let description = joints::system_spec(spec, &rigid)?;
-    let mut system =
-        Multibody::<Box<dyn ActiveForce>>::new(description, Vec::new()).map_err(AdaptiveError::Model)?;
+    let mut system = Multibody::new(description, Vec::new()).map_err(AdaptiveError::Model)?;
     let y = joint_state(spec, &mut system)?;
-    Ok(system.body_states(0.0, &y).to_vec())
+    Ok((system, y))
 }
 
 /// The bodies as rigid ones of unit mass with their places, for poses.

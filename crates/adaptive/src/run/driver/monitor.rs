@@ -8,6 +8,7 @@ use crate::error::AdaptiveError;
 use crate::impact::FineContact;
 use crate::record::{TransferDirection, TrialOutcome, TrialRecord};
 use crate::run::driver::impact::trial::Trial;
+use crate::spec::StressInstant;
 use crate::state::impact_monitor::{Change, ContactInstant, Impact, NearMotion};
 use crate::state::simulation::{motion_at, near_motion, normal_motion, smallest_gap};
 use crate::touch::parts::TouchKind;
@@ -188,7 +189,21 @@ impl Driver<'_> {
     /// Shows the present state to the stress requests.
     pub(super) fn update_stress_states(&mut self) {
         let slots = &self.slots;
-        self.model.update_stress_states(&mut self.run.stress, self.integrator.time(), |i| slots[i].fine());
+        let time = self.integrator.time();
+        self.model.update_stress_states(&mut self.run.stress, time, |_| true, |i| slots[i].fine());
+    }
+
+    /// Shows the states of a force-free step from `start` to `end` to the stress requests of instants
+    /// in it.
+    pub(super) fn update_free_stress(&mut self, (start, end): (f64, f64)) {
+        let times: Vec<f64> = self.model.stress_times().filter(|t| (start..=end).contains(t)).collect();
+        for time in times {
+            self.integrator.interpolate(time, &mut self.interpolated);
+            self.model.system.body_states(time, &self.interpolated);
+            let slots = &self.slots;
+            let at_time = |at| at == StressInstant::Time(time);
+            self.model.update_stress_states(&mut self.run.stress, time, at_time, |i| slots[i].fine());
+        }
     }
 
     /// Begins to monitor contact `i` at the present instant.

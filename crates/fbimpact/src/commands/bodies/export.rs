@@ -42,8 +42,8 @@ pub fn export_body(
     let places = Places { areas: scenario.areas(export.body), points: scenario.points(export.body) };
     let text = while_building(means.bar, || {
         let scenario = sized(&scenario, n_threads, &cache::open(&CacheSettings::of_environment()))?;
-        let start = adaptive::model::start_poses(&scenario.run).map_err(AppError::model)?;
-        let loads = StaticLoads::on_body(&scenario.run, index, &start[index]);
+        let turns = adaptive::model::turns(&scenario.run).map_err(AppError::model)?;
+        let loads = StaticLoads::on_body(&scenario.run, index, &turns[index]);
         write((export, is_full), &scenario.run.bodies[index], loads, &places)
     });
     print(&text?)

@@ -255,6 +255,6 @@ const STRESS: &[Key] = &[
         Kind::ChoiceOrNumber(STRESS_TIMES, Range { min: Bound::Closed(0.0), max: Bound::Closed(1e6) }),
         "s",
         Need::Default("\"peak-force\""),
-        "Instant.",
+        "Instant; in an impact the end of the step that is nearest to it.",
     ),
 ];

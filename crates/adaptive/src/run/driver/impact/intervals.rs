@@ -7,6 +7,9 @@ use crate::record::ZoneSize;
 /// Ratio of successive growths of a width of which nothing is known, as large as the first growth.
 const GROWTH: f64 = 1.5;
 
+/// Share of a width by which another one differs at least: zones are made of rounded widths.
+const SAME_WIDTH: f64 = 1e-4;
+
 /// Widths of the contacts' intervals in the trials of an impact.
 pub(crate) struct Intervals {
     /// Sizes of the zones of the next trial, where earlier ones have set them.
@@ -71,7 +74,8 @@ impl Bracket {
     /// before, so that a first width that says nothing takes few trials.
     fn next(&self, wanted: f64, n: usize) -> f64 {
         let wanted = wanted * GROWTH.powi(self.grown.saturating_sub(2) as i32);
-        if self.narrow == 0.0 || (self.narrow < wanted && wanted < self.holding) {
+        let is_new = self.narrow * (1.0 + SAME_WIDTH) < wanted && wanted < self.holding * (1.0 - SAME_WIDTH);
+        if self.narrow == 0.0 || is_new {
             wanted
         } else if self.is_closed(n) {
             self.holding
@@ -229,6 +233,15 @@ mod tests {
         bracket.touch(1.0);
         assert!(!bracket.is_closed(N));
         assert_relative_eq!(bracket.next(1.5, N), 1.5);
+    }
+
+    #[test]
+    fn a_width_that_was_touched_is_not_tried_again_for_the_sake_of_round_off() {
+        let mut bracket = Bracket::UNKNOWN;
+        bracket.touch(1.0);
+        bracket.hold(1.5);
+        // Algorithm 2 wants what was too narrow, rounded otherwise.
+        assert_relative_eq!(bracket.next(1.0 + 1e-6, N), 1.5_f64.sqrt());
     }
 
     #[test]

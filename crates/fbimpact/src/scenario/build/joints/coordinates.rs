@@ -13,6 +13,8 @@ use super::super::curves::curve;
 const TRANSITION: f64 = 1e-4;
 /// The same of an angle [rad/s].
 const ANGULAR_TRANSITION: f64 = 1e-3;
+/// Share of a coordinate that is round-off.
+const ROUND_OFF: f64 = 1e-12;
 
 /// Initial state of a joint and what acts along its coordinates.
 #[derive(Debug, Default)]
@@ -46,7 +48,10 @@ pub fn coordinates(
     let [stiffness, rest, damping] = constants;
     let (stiffness, rest, damping) = (stiffness?, rest?, damping?);
     let friction = friction(checker, section, kind)?;
-    let stops = stops(checker, section, kind, positions.as_deref())?;
+    // What is prescribed is not thrown back by a stop.
+    let is_free = |k: usize| motions.as_ref().is_some_and(|motions| motions[k].is_none());
+    let begins = |k: usize| positions.as_ref().filter(|_| is_free(k)).map(|x| x[k]);
+    let stops = stops(checker, section, kind, &begins)?;
     let bearing = section.optional("bearing", |joint, key| bearing(checker, joint.table(key)?, kind)).ok()?;
     check_rotation(checker, section, kind, &stiffness, &rest)?;
     let (drives, motions) = (drives?, motions?);
@@ -151,13 +156,13 @@ fn bearing(checker: &mut Checker, table: &Section, kind: JointKind) -> Option<Be
     })
 }
 
-/// Stops of the coordinates: the one of the only coordinate, or those of a list; `positions` at the
-/// start.
+/// Stops of the coordinates: the one of the only coordinate, or those of a list; `begins`: where a
+/// coordinate that is free begins.
 fn stops(
     checker: &mut Checker,
     section: &Section,
     kind: JointKind,
-    positions: Option<&[f64]>,
+    begins: &dyn Fn(usize) -> Option<f64>,
 ) -> Option<Vec<Option<Stop>>> {
     let mut stops = vec![None; kind.n_velocities()];
     if section.item("stops").is_some_and(|i| matches!(i.value, Checked::Invalid)) {
@@ -165,7 +170,7 @@ fn stops(
     }
     let mut is_sound = true;
     let mut take = |checker: &mut Checker, table: &Section, k: usize, stops: &mut Vec<Option<Stop>>| {
-        stops[k] = stop(checker, table, kind, k, positions.map(|x| x[k]));
+        stops[k] = stop(checker, table, kind, k, begins(k));
         is_sound &= stops[k].is_some();
     };
     if let Some(single) = section.table("stop") {
@@ -187,7 +192,7 @@ fn stops(
     is_sound.then_some(stops)
 }
 
-/// The stop of coordinate `k`, which begins at `position`.
+/// The stop of coordinate `k`, which begins at `position` if it is free.
 fn stop(
     checker: &mut Checker,
     section: &Section,
@@ -214,7 +219,9 @@ fn stop(
     }
     let x = position.unwrap_or(lower.max(upper.min(0.0)));
     let (key, beyond) = if x > upper { ("upper", x - upper) } else { ("lower", lower - x) };
-    if beyond > section.number("initial_overlap")? {
+    // Round-off of the difference of two numbers that are given is none.
+    let round_off = ROUND_OFF * x.abs().max(beyond);
+    if beyond > section.number("initial_overlap")? + round_off {
         let message = format!(
             "ends the travel, and the joint begins at {x}, {beyond:e} beyond it: it would be thrown back; begin within the travel, move \
              its end, or allow so much with \"initial_overlap\", as for a body that rests on its stop"
