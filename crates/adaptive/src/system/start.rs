@@ -47,8 +47,11 @@ pub fn turns(spec: &RunSpec) -> Result<Vec<Vec<Vector3<f64>>>, AdaptiveError> {
     Ok(turns)
 }
 
+/// A system without contacts.
+type Unloaded = Multibody<Box<dyn ActiveForce>>;
+
 /// The bodies as rigid ones on their joints, and their state at the start.
-fn rigid_system(spec: &RunSpec) -> Result<(Multibody<Box<dyn ActiveForce>>, Vec<f64>), AdaptiveError> {
+fn rigid_system(spec: &RunSpec) -> Result<(Unloaded, Vec<f64>), AdaptiveError> {
     let rigid = rigid_models(spec)?;
     let description = joints::system_spec(spec, &rigid)?;
     let mut system = Multibody::new(description, Vec::new()).map_err(AdaptiveError::Model)?;
