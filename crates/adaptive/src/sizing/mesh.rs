@@ -92,7 +92,7 @@ impl fmt::Display for ChosenMesh {
 /// Elements per direction that resolve `n_modes` modes of `candidate`, and the estimated error of
 /// their frequencies, of the [`CHECKED`] lowest of them; `solved` holds what is known of some meshes.
 ///
-/// A mesh that errs by more than [`PROMISED`] is refined by as much as may be solved; one for more
+/// A mesh that errs by more than 0.3 % is refined by as much as may be solved; one for more
 /// modes than are checked is finer than what is checked in any case.
 ///
 /// # Errors
