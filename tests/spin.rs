@@ -18,10 +18,11 @@ const LENGTH: f64 = 0.2;
 const FREE: &str = "angular_velocity = [0.0, 0.0, 300.0]";
 const DISC: &str =
     "model = \"plane-stress\"\nmaterial = \"steel\"\ngeometry = { shape = \"disc\", radius = 0.1 }";
-const STRIP: &str = "model = \"plane-stress\"\nmaterial = \"steel\"\ngeometry = { shape = \"rectangle\", size = [0.2, 0.01] }";
+const STRIP: &str =
+    "model = \"plane-stress\"\nmaterial = \"bar\"\ngeometry = { shape = \"rectangle\", size = [0.2, 0.01] }";
 const CUBOID: &str =
-    "model = \"solid\"\nmaterial = \"steel\"\ngeometry = { shape = \"box\", size = [0.2, 0.01, 0.02] }";
-const MESHED: &str = "model = \"mesh\"\nmaterial = \"steel\"\nfile = \"spun.msh\"\nunits = \"mm\"";
+    "model = \"solid\"\nmaterial = \"bar\"\ngeometry = { shape = \"box\", size = [0.2, 0.01, 0.02] }";
+const MESHED: &str = "model = \"mesh\"\nmaterial = \"bar\"\nfile = \"spun.msh\"\nunits = \"mm\"";
 /// Turned by a shaft at its end.
 const SHAFT: &str = "[joints.shaft]\ntype = \"revolute\"\naxis = [0, 0, 1]\nparent = { body = \"ground\" }\n\
     child = { body = \"b\", face = \"x-\" }\nmotion = { kind = \"spin-up\", rate = 300.0, duration = 0.05 }";
@@ -39,7 +40,8 @@ fn folder() -> PathBuf {
 /// Stress along x in the middle of the body `keys`, `rest` of the scenario, over the last tenth of a run of `end` \[Pa\]: least and largest.
 fn in_the_middle(keys: &str, rest: &str, end: f64) -> [f64; 2] {
     let text = format!(
-        "[simulation]\nend_time = {end}\n[bodies.b]\n{keys}\ndamping = {{ modal = 0.7 }}\n{rest}\n\
+        "[simulation]\nend_time = {end}\n[materials.bar]\nyoungs_modulus = 210e9\npoissons_ratio = 0.0\ndensity = 7850.0\n\
+         [bodies.b]\n{keys}\ndamping = {{ modal = 0.7 }}\n{rest}\n\
          [output.points.p]\nbody = \"b\"\npoint = {}\nstress = true\n",
         if keys.contains("plane") { "[0.0, 0.0]" } else { "[0.0, 0.0, 0.0]" }
     );
@@ -67,7 +69,7 @@ fn bodies_that_turn_have_the_stress_of_their_centrifugal_force() {
     for (what, keys, rest, end, expected) in cases {
         let stress = in_the_middle(keys, rest, end);
         println!("{what}: {stress:?} of {expected:e}");
-        // Bars are as long as ten of their widths: their ends and their lateral contraction are of the order of its square, times Poisson's ratio.
+        // Without lateral contraction bars obey bar theory; straight lines in 40 elements follow its parabola of stress to (2/3)/40², 4e-4.
         assert!(
             stress.iter().all(|s| (s / expected - 1.0).abs() < 5e-3),
             "{what}: {stress:?} for {expected:e}"

@@ -253,13 +253,13 @@ fn warnings(name: &str, found: &Extremes) -> impl Iterator<Item = Warning> {
         }),
         (found.spin_strain.0 > SPIN_STRAIN).then(|| {
             let message = format!(
-                "it gets a spin on its way whose centrifugal force strains it by {:.0e} and more, and free modes alone answer that: stress by it \
-                 is off by up to a tenth",
+                "it has a spin whose centrifugal force strains it by {:.0e} and more and to which its modes have no static answer: stress by \
+                 it is off by up to a tenth",
                 found.spin_strain.0
             );
             let remedy = format!(
                 "give more bodies.{name}.reduction.modes until the stress stays; a spin that is given at the start, or prescribed, has its \
-                 static answer"
+                 static answer, unless static_answers = false"
             );
             warning(WarningKind::SpinStress, found.spin_strain, SPIN_STRAIN, message, &remedy)
         }),

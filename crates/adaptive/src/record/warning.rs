@@ -56,7 +56,7 @@ kinds! {
     LargeStrain = "large-strain": "A body strains so much that linear elasticity ends.",
     AxialLoad = "axial-load": "A body is loaded along itself by a share of its buckling load that changes how it bends.",
     FastSpin = "fast-spin": "A body spins so fast that centrifugal forces change its frequencies.",
-    SpinStress = "spin-stress": "A body gets a spin on its way whose centrifugal force its modes alone answer.",
+    SpinStress = "spin-stress": "A body has a spin to whose centrifugal force its modes have no static answer.",
     LargeContactStrain = "large-contact-strain": "A contact presses so hard that linear elasticity ends there.",
     MovingContact = "moving-contact": "Contact moved along its interval so far that few elements touched at one instant.",
     SoftContact = "soft-contact": "More of the approach of two bodies is penetration than a contact may have: its penalty factor is too low.",

@@ -217,17 +217,18 @@ fn stop(
         checker.fault_in(section, "upper", format!("must be > lower = {lower}"));
         return None;
     }
-    let x = position.unwrap_or(lower.max(upper.min(0.0)));
-    let (key, beyond) = if x > upper { ("upper", x - upper) } else { ("lower", lower - x) };
-    // Round-off of the difference of two numbers that are given is none.
-    let round_off = ROUND_OFF * x.abs().max(beyond);
-    if beyond > section.number("initial_overlap")? + round_off {
-        let message = format!(
-            "ends the travel, and the joint begins at {x}, {beyond:e} beyond it: it would be thrown back; begin within the travel, move \
-             its end, or allow so much with \"initial_overlap\", as for a body that rests on its stop"
-        );
-        checker.fault_in(section, key, message);
-        return None;
+    let allowed = section.number("initial_overlap")?;
+    if let Some(x) = position {
+        let (key, beyond) = if x > upper { ("upper", x - upper) } else { ("lower", lower - x) };
+        // The difference of two numbers that are given has round-off.
+        if beyond > allowed + ROUND_OFF * x.abs() {
+            let message = format!(
+                "ends the travel, and the joint begins at {x}, {beyond:e} beyond it: it would be thrown back; begin within the travel, \
+                 move its end, or allow so much with \"initial_overlap\", as for a body that rests on its stop"
+            );
+            checker.fault_in(section, key, message);
+            return None;
+        }
     }
     Some(Stop { lower, upper, stiffness: section.number("stiffness")?, damping: section.number("damping")? })
 }
