@@ -199,13 +199,13 @@ fn a_body_that_rests_on_its_stop_stays_there() {
             "[simulation]\nend_time = 0.05\ngravity = [-9.81, 0, 0]\n[bodies.a]\nmodel = \"rigid\"\nmass = 1.0\n\
              inertia = [1e-3, 1e-3, 1e-3]\n[joints.j]\ntype = \"prismatic\"\naxis = [1, 0, 0]\n\
              parent = {{ body = \"ground\", point = [0, 0, 0] }}\nchild = {{ body = \"a\", point = [0, 0, 0] }}\n\
-             displacement = -0.010981\nstop = {{ lower = -0.01, stiffness = 1e4{overlap} }}\n"
+             displacement = -0.031\nstop = {{ lower = -0.03, stiffness = 9810.0{overlap} }}\n"
         )
     };
     let faults = scenarios::parse(Path::new("."), &text(""), &[]).err().unwrap_or_default();
     assert!(faults.iter().any(|f| f.key == "joints.j.stop.lower" && f.message.contains("initial_overlap")));
-    // 0.010981 - 0.01 is another number in floating point.
-    let found = recorded(Path::new("."), &text(", initial_overlap = 0.000981"));
+    // 0.031 - 0.03 is more in floating point.
+    let found = recorded(Path::new("."), &text(", initial_overlap = 1e-3"));
     let [hit] = &found.impacts[..] else { panic!("{:?}", found.impacts) };
     // The given place is that of equilibrium to the last bit but one or two.
     assert!((hit.peak_force / 9.81 - 1.0).abs() < 1e-9 && hit.end >= 0.05, "{hit:?}");
