@@ -10,23 +10,28 @@
 # values of several keys. Options of `fbimpact collect` for the table, such as --column, may be given in COLLECT. Every run leaves in FOLDER, under a name made from its values,
 #   <run>.set   its KEY=VALUE lines      <run>.exit   its exit code
 #   <run>.h5    its result               <run>.log    what it said
-# and the table is FOLDER/table.csv and FOLDER/table.h5. Called again, it does what is missing: complete runs are skipped, killed ones
-# go on, failed ones are tried again, added values are added. One failed run stops no other; the exit code is then 1.
+# and the table is FOLDER/table.csv and FOLDER/table.h5. Called again, it does what is missing: runs that are complete are skipped unless
+# the scenario, a file that it names or the program has changed; killed ones go on, failed ones are tried again, added values are added.
+# One failed run stops no other; the exit code is then 1. Names may hold any character.
 #
 # Environment: FBIMPACT  the program (default: fbimpact)       JOBS     runs at a time (default: number of cores)
-#              THREADS   threads of a run (default: 1)         RUNNER   parallel or xargs (default: GNU parallel if there)
-#              COLLECT   further arguments of `fbimpact collect`, as a shell has them: "--column 'v=bodies.ball.velocity[-1].z'"
+#              THREADS   threads of a run (default: 1)
+#              COLLECT   further arguments of `fbimpact collect`, quoted as in a shell: "--column 'v=bodies.ball.velocity[-1].z'"
 #
-# For schedulers: `--plan SCENARIO FOLDER KEY=…` only writes the .set files and FOLDER/plan, one run a line;
-# `--one SCENARIO FOLDER RUN` does one run; `--collect FOLDER` writes the table.
+# For schedulers: `--plan SCENARIO FOLDER KEY=…` only writes the .set files and FOLDER/plan, one run a line; `--todo SCENARIO FOLDER`
+# prints the runs of the plan that are not done; `--one SCENARIO FOLDER RUN` does one run; `--collect FOLDER` writes the table.
 set -euo pipefail
 
 FBIMPACT=${FBIMPACT:-fbimpact}
 THREADS=${THREADS:-1}
 JOBS=${JOBS:-$(nproc 2>/dev/null || echo 1)}
 
-fail() {
+say() {
     printf 'sweep.sh: %s\n' "$1" >&2
+}
+
+fail() {
+    say "$1"
     exit 2
 }
 
@@ -109,16 +114,20 @@ check() {
 
 # Writes FOLDER/plan and a .set file for each run.
 plan() {
-    local scenario=$1 folder=$2 sum block name
+    local scenario=$1 folder=$2 path block name
     shift 2
-    [ -f "$scenario" ] || fail "$scenario: no such scenario"
+    [ -f "$scenario" ] || fail "$(printf '%q: no such scenario' "$scenario")"
     check "$@"
-    mkdir -p "$folder"
-    sum=$(sha256sum <"$scenario")
-    if [ -e "$folder/scenario.sha256" ] && [ "$(cat "$folder/scenario.sha256")" != "$sum" ]; then
-        fail "$scenario has changed since $folder was begun, use another folder"
+    mkdir -p -- "$folder"
+    # Files of another scenario, or of no sweep, are not replaced.
+    if [ -e "$folder/plan" ] && [ ! -e "$folder/scenario.path" ] && [ ! -e "$folder/scenario.sha256" ]; then
+        fail "$(printf '%q is of no sweep, use another folder' "$folder/plan")"
     fi
-    printf '%s\n' "$sum" >"$folder/scenario.sha256"
+    path=$(realpath -- "$scenario")
+    if [ -e "$folder/scenario.path" ] && [ "$(cat -- "$folder/scenario.path")" != "$path" ]; then
+        fail "$(printf '%q was begun with %q, use another folder' "$folder" "$(cat -- "$folder/scenario.path")")"
+    fi
+    printf '%s\n' "$path" >"$folder/scenario.path"
     : >"$folder/plan.new"
     block=
     while IFS= read -r line; do
@@ -137,28 +146,41 @@ plan() {
 # Does one run, unless it is done; always succeeds, the run's exit code goes to its .exit file.
 one() {
     local scenario=$1 folder=$2 name=$3 line code=0 begun=$SECONDS
-    local stem=$folder/$name arguments=() new=yes
-    if [ -f "$stem.h5" ] && [ "$(cat "$stem.exit" 2>/dev/null)" = 0 ]; then
+    local stem=$folder/$name
+    if is_done "$scenario" "$folder" "$name"; then
         return 0
     fi
-    while IFS= read -r line; do arguments+=(--set "$line"); done <"$stem.set"
-    rm -f "$stem.exit"
-    if [ -f "$stem.h5.restart" ]; then
-        $FBIMPACT run --resume "$stem.h5" --force --threads "$THREADS" >"$stem.log" 2>&1 || code=$?
-        # What cannot be taken up, as on another kind of machine, is run anew.
-        case $code in 4 | 6) code=0 ;; *) new=no ;; esac
-    fi
-    if [ "$new" = yes ]; then
-        $FBIMPACT run "$scenario" -o "$stem.h5" --force --threads "$THREADS" "${arguments[@]}" >"$stem.log" 2>&1 || code=$?
-    fi
+    rm -f -- "$stem.exit"
+    update "$scenario" "$stem" --threads "$THREADS" >"$stem.log" 2>&1 || code=$?
     printf '%s\n' "$code" >"$stem.exit.new"
-    mv "$stem.exit.new" "$stem.exit"
+    mv -- "$stem.exit.new" "$stem.exit"
     if [ "$code" = 0 ]; then
         line="complete in $((SECONDS - begun)) s"
     else
-        line="failed with exit code $code, see $stem.log"
+        line=$(printf 'failed with exit code %s, see %q' "$code" "$stem.log")
     fi
-    printf 'sweep.sh: %s%s %s%s\n' "$(place "$folder")" "$name" "$line" "$(left "$folder")" >&2
+    say "$(place "$folder")$name $line$(left "$folder")"
+}
+
+# Brings the result $2.h5 up to date: complete ones stay, killed runs go on, all else is run anew.
+update() {
+    local scenario=$1 stem=$2 line arguments=()
+    shift 2
+    while IFS= read -r line; do arguments+=(--set "$line"); done <"$stem.set"
+    "$FBIMPACT" run --update --force -o "$stem.h5" "$@" "${arguments[@]}" -- "$scenario"
+}
+
+# Whether a run is complete, of the scenario, the files that it names and the program as they are now.
+is_done() {
+    [ "$(cat -- "$2/$3.exit" 2>/dev/null)" = 0 ] && update "$1" "$2/$3" --dry-run >/dev/null 2>&1
+}
+
+# Prints the runs of the plan that are not done.
+todo() {
+    local name
+    while IFS= read -r name; do
+        is_done "$1" "$2" "$name" </dev/null || printf '%s\n' "$name"
+    done <"$2/plan"
 }
 
 # Number of runs of the plan that have ended.
@@ -187,39 +209,48 @@ left() {
 
 # Writes the table; fails if a run of the plan is not complete.
 collect() {
-    local folder=$1 name failed=0
-    local more=()
-    eval "more=(${COLLECT:-})"
-    $FBIMPACT collect "$folder" -o "$folder/table.csv" "${more[@]}"
-    $FBIMPACT collect "$folder" -o "$folder/table.h5" -q "${more[@]}"
+    local folder=$1 name words failed=0 more=()
+    # Words as a shell has them, of which nothing is executed.
+    words=$(printf '%s' "${COLLECT:-}" | xargs printf '%s\n') || fail "COLLECT: $COLLECT: a quote is not closed"
+    [ -z "$words" ] || mapfile -t more <<<"$words"
+    "$FBIMPACT" collect -o "$folder/table.csv" "${more[@]}" -- "$folder"
+    "$FBIMPACT" collect -o "$folder/table.h5" -q "${more[@]}" -- "$folder"
     while IFS= read -r name; do
         [ "$(cat "$folder/$name.exit" 2>/dev/null)" = 0 ] || failed=$((failed + 1))
     done <"$folder/plan"
-    [ "$failed" = 0 ] || printf 'sweep.sh: %s of %s runs failed\n' "$failed" "$(wc -l <"$folder/plan")" >&2
+    [ "$failed" = 0 ] || say "$failed of $(wc -l <"$folder/plan") runs failed"
     [ "$failed" = 0 ]
 }
 
 run_all() {
     local scenario=$1 folder=$2
-    local runner=${RUNNER:-$(parallel --version 2>/dev/null | grep -q GNU && echo parallel || echo xargs)}
     export FBIMPACT THREADS
     printf '%s %s\n' "$(date +%s)" "$(ended "$folder")" >"$folder/begun"
-    case $runner in
-    parallel) parallel --will-cite -j "$JOBS" "$0" --one "$scenario" "$folder" {} <"$folder/plan" ;;
-    xargs) xargs -P "$JOBS" -I {} "$0" --one "$scenario" "$folder" {} <"$folder/plan" ;;
-    *) fail "RUNNER is $runner, must be parallel or xargs" ;;
-    esac
-    rm -f "$folder/begun"
+    # Names stand before the run, where xargs looks for nothing to replace.
+    xargs -P "$JOBS" -n 1 bash "$0" --one "$scenario" "$folder" <"$folder/plan"
+    rm -f -- "$folder/begun"
 }
 
+task=all
 case ${1:-} in
---plan) shift && [ $# -ge 3 ] || fail "usage: --plan SCENARIO FOLDER KEY=VALUE…" && plan "$@" ;;
---one) shift && [ $# -eq 3 ] || fail "usage: --one SCENARIO FOLDER RUN" && one "$@" ;;
---collect) shift && [ $# -eq 1 ] || fail "usage: --collect FOLDER" && collect "$@" ;;
-*)
-    [ $# -ge 3 ] || fail "usage: sweep.sh SCENARIO.toml FOLDER 'KEY=VALUE VALUE…'…"
-    plan "$@"
-    run_all "$1" "$2"
-    collect "$2"
+--plan | --todo | --one | --collect) task=${1#--} && shift ;;
+esac
+case $task:$# in
+all:[012] | plan:[012]) fail "usage: sweep.sh [--plan] SCENARIO.toml FOLDER 'KEY=VALUE VALUE…'…" ;;
+all:* | plan:* | todo:2 | one:3 | collect:1) ;;
+*) fail "usage: sweep.sh --todo SCENARIO FOLDER, --one SCENARIO FOLDER RUN or --collect FOLDER" ;;
+esac
+# No name may look like an option.
+names=()
+for name in "${@:1:2}"; do
+    case $name in -*) name=./$name ;; esac
+    names+=("$name")
+done
+case $task in
+all)
+    plan "${names[@]}" "${@:3}"
+    run_all "${names[@]}"
+    collect "${names[1]}"
     ;;
+*) "$task" "${names[@]}" "${@:3}" ;;
 esac

@@ -3,43 +3,44 @@
 #
 #   scripts/sweep_slurm.sh SCENARIO.toml FOLDER 'KEY=VALUE VALUE…' ['KEY=VALUE VALUE…']…
 #
-# FOLDER must be on a disk that all nodes see. Called again, it submits what is not complete. Prints the numbers of both jobs.
+# FOLDER must be on a disk that all nodes see. Called again, it submits what is not done. Prints the numbers of both jobs.
 #
 # Environment: FBIMPACT, THREADS as for sweep.sh (THREADS is also the number of CPUs asked for)
 #              JOBS           tasks at a time (default: as many as Slurm allows)
 #              SBATCH_EXTRA   further options of sbatch, such as "--partition=short --time=10:00 --mem=2G"
 set -euo pipefail
 
-sweep=$(cd "$(dirname "$0")" && pwd)/sweep.sh
 if [ $# -lt 3 ]; then
     printf 'usage: sweep_slurm.sh SCENARIO.toml FOLDER KEY=VALUE…\n' >&2
     exit 2
 fi
-scenario=$(realpath "$1")
-folder=$(realpath -m "$2")
-shift 2
-"$sweep" --plan "$scenario" "$folder" "$@"
-
-: >"$folder/todo"
-while IFS= read -r name; do
-    [ -f "$folder/$name.h5" ] && [ "$(cat "$folder/$name.exit" 2>/dev/null)" = 0 ] || printf '%s\n' "$name" >>"$folder/todo"
-done <"$folder/plan"
-n=$(wc -l <"$folder/todo")
-
+# Tasks get all names in their environment: there is nothing that a shell could take for something else.
+export SWEEP SWEEP_SCENARIO SWEEP_FOLDER SWEEP_TODO
+SWEEP=$(cd -- "$(dirname -- "$0")" && pwd)/sweep.sh
+SWEEP_SCENARIO=$(realpath -- "$1")
+SWEEP_FOLDER=$(realpath -m -- "$2")
 export FBIMPACT=${FBIMPACT:-fbimpact} THREADS=${THREADS:-1}
+shift 2
+"$SWEEP" --plan "$SWEEP_SCENARIO" "$SWEEP_FOLDER" "$@"
+
+# The list of this call is its own: a later call does not change what waiting tasks do.
+SWEEP_TODO=$(mktemp "$SWEEP_FOLDER/todo.XXXXXX")
+"$SWEEP" --todo "$SWEEP_SCENARIO" "$SWEEP_FOLDER" >"$SWEEP_TODO"
+n=$(wc -l <"$SWEEP_TODO")
+
 read -ra extra <<<"${SBATCH_EXTRA:-}"
-common=(--parsable --export=ALL --chdir="$PWD" "${extra[@]}")
+common=(--parsable --export=ALL --chdir="${PWD//%/%%}" "${extra[@]}")
 depend=()
 if [ "$n" -gt 0 ]; then
-    # The list of this call is kept apart: a later call does not change what waiting tasks do.
-    list=$(mktemp "$folder/todo.XXXXXX")
-    mv "$folder/todo" "$list"
-    # shellcheck disable=SC2016  # the task number is for the task to fill in
+    # shellcheck disable=SC2016  # for the task to fill in
     array=$(sbatch "${common[@]}" --job-name=fbimpact --array="1-$n${JOBS:+%$JOBS}" --cpus-per-task="$THREADS" --output=/dev/null \
-        --wrap "$(printf '%q --one %q %q "$(sed -n "${SLURM_ARRAY_TASK_ID}p" %q)"' "$sweep" "$scenario" "$folder" "$list")")
+        --wrap 'exec "$SWEEP" --one "$SWEEP_SCENARIO" "$SWEEP_FOLDER" "$(sed -n "${SLURM_ARRAY_TASK_ID}p" "$SWEEP_TODO")"')
     depend=(--dependency="afterany:$array")
     printf 'array of %s runs: job %s\n' "$n" "$array"
+else
+    rm -f -- "$SWEEP_TODO"
 fi
-table=$(sbatch "${common[@]}" --job-name=fbimpact-table "${depend[@]}" --output="$folder/table.log" \
-    --wrap "$(printf '%q --collect %q' "$sweep" "$folder")")
-printf 'table: job %s, writes %s/table.csv\n' "$table" "$folder"
+# shellcheck disable=SC2016
+table=$(sbatch "${common[@]}" --job-name=fbimpact-table "${depend[@]}" --output="${SWEEP_FOLDER//%/%%}/table.log" \
+    --wrap 'exec "$SWEEP" --collect "$SWEEP_FOLDER"')
+printf 'table: job %s, writes %q\n' "$table" "$SWEEP_FOLDER/table.csv"

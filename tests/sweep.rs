@@ -16,7 +16,10 @@ fn scratch() -> TempDir {
 fn output(program: &str, directory: &Path, arguments: &[&str]) -> (i32, String, String) {
     let mut command = Command::new(program);
     command.args(arguments).current_dir(directory).env("FBIMPACT", PROGRAM).env("JOBS", "2");
-    let output = command.env("RUNNER", "xargs").output().expect("the program starts");
+    // `sbatch` of a test that has one stands in its folder.
+    let path = std::env::var("PATH").unwrap_or_default();
+    let output =
+        command.env("PATH", format!("{}:{path}", directory.display())).output().expect("the program starts");
     let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
     (output.status.code().expect("no signal"), text(output.stdout), text(output.stderr))
 }
@@ -29,7 +32,7 @@ fn scenario() -> String {
     format!("{ROOT}/scenarios/sphere_on_plane.toml")
 }
 
-/// Rows of a CSV table without line ends in its cells, sorted, by the names of the columns.
+/// Rows of a CSV table by the names of the columns.
 struct Csv {
     names: Vec<String>,
     rows: Vec<Vec<String>>,
@@ -38,18 +41,17 @@ struct Csv {
 impl Csv {
     fn read(path: &Path) -> Self {
         let text = std::fs::read_to_string(path).expect("readable");
-        let cells = |line: &str| {
-            let (mut cells, mut quoted) = (vec![String::new()], false);
-            for c in line.chars() {
-                match c {
-                    '"' => quoted = !quoted,
-                    ',' if !quoted => cells.push(String::new()),
-                    c => cells.last_mut().expect("one at least").push(c),
-                }
+        let (mut rows, mut quoted) = (vec![vec![String::new()]], false);
+        for c in text.chars() {
+            let row = rows.last_mut().expect("one at least");
+            match c {
+                '"' => quoted = !quoted,
+                ',' if !quoted => row.push(String::new()),
+                '\n' if !quoted => rows.push(vec![String::new()]),
+                c => row.last_mut().expect("one at least").push(c),
             }
-            cells
-        };
-        let mut rows: Vec<Vec<String>> = text.lines().map(cells).collect();
+        }
+        rows.pop(); // behind the last line end
         let names = rows.remove(0);
         assert!(rows.iter().all(|r| r.len() == names.len()), "{text}");
         Self { names, rows }
@@ -119,9 +121,96 @@ fn sweep_survives_failed_runs_skips_finished_ones_and_can_be_extended() {
     assert_eq!(peak.read_raw::<f64>().expect("numbers").iter().filter(|p| p.is_finite()).count(), 3);
 
     assert_eq!(sweep(&["novalue"]).0, 2);
-    std::fs::write(at.join("out/scenario.sha256"), "of another one").expect("written");
+    std::fs::write(at.join("out/scenario.path"), "of another one").expect("written");
     let (code, _, err) = sweep(&[speeds]);
-    assert!(code == 2 && err.contains("has changed"), "{err}");
+    assert!(code == 2 && err.contains("was begun with"), "{err}");
+    std::fs::create_dir(at.join("mine")).expect("made");
+    std::fs::write(at.join("mine/plan"), "of a house").expect("written");
+    let (code, _, err) = output(&script, at, &[&scenario(), "mine", speeds]);
+    assert!(code == 2 && err.contains("of no sweep"), "{err}");
+    assert_eq!(std::fs::read_to_string(at.join("mine/plan")).expect("there"), "of a house");
+}
+
+/// A block that is pushed by a force from a file beside the scenario: a run takes milliseconds.
+fn pushed_block(scenario: &Path) {
+    let text = "[simulation]\nend_time = 1e-3\n[bodies.block]\nmodel = \"rigid\"\nmass = 0.5\ninertia = [1e-4, 1e-4, 1e-4]\n\
+                [loads.push]\nbody = \"block\"\npoint = [0.0, 0.0, 0.0]\n\
+                force_x = { kind = \"table\", file = \"push.csv\", interpolation = \"linear\" }\n";
+    std::fs::write(scenario, text).expect("written");
+    std::fs::write(scenario.with_file_name("push.csv"), "t,F\n0,0\n1,10\n").expect("written");
+}
+
+/// Names that a shell, `xargs`, Slurm, TOML or a terminal may take for something else.
+const HOSTILE: [&str; 9] = [
+    "my drop",
+    "o'neill",
+    "x;touch RAN;",
+    "$(touch RAN)",
+    "`touch RAN`",
+    "-rf {} %j",
+    "a\nb\"c",
+    "\\x && touch RAN #",
+    "ö*?[a]",
+];
+
+#[test]
+fn sweeps_take_any_name_for_a_name() {
+    let slurm = "#!/bin/sh\nfor word; do case $last in --wrap) wrap=$word ;; esac; last=$word\n\
+                 case $word in --array=*) n=${word#--array=1-} n=${n%%%*} ;; esac; done\n\
+                 for SLURM_ARRAY_TASK_ID in $(seq ${n:-1}); do export SLURM_ARRAY_TASK_ID; sh -c \"$wrap\" >&2; done; echo 7\n";
+    for (script, hostile) in ["sweep.sh", "sweep_slurm.sh"].iter().flat_map(|s| HOSTILE.map(|h| (s, h))) {
+        let directory = scratch();
+        let at = directory.path();
+        std::fs::write(at.join("sbatch"), slurm).expect("written");
+        std::fs::set_permissions(at.join("sbatch"), std::os::unix::fs::PermissionsExt::from_mode(0o755))
+            .expect("made");
+        let (name, folder) = (format!("{hostile}.toml"), format!("out {hostile}"));
+        pushed_block(&at.join(&name));
+        let script = format!("{ROOT}/scripts/{script}");
+        let (code, _, err) = output(&script, at, &[&name, &folder, "bodies.block.mass=1 2"]);
+        assert_eq!(code, 0, "{script} {hostile}: {err}");
+        let csv = Csv::read(&at.join(&folder).join("table.csv"));
+        assert_eq!(csv.column("set.bodies.block.mass"), ["1", "2"], "{script} {hostile}");
+        assert_eq!(csv.column("status"), ["complete"; 2], "{script} {hostile}");
+        assert!(!at.join("RAN").exists() && !at.join(&folder).join("RAN").exists(), "{script} {hostile}");
+    }
+}
+
+/// The scenario, a file that it names, the program: what has changed runs again, and nothing else does.
+#[test]
+fn rows_of_a_sweep_are_of_the_scenario_and_its_files_as_they_are() {
+    let directory = scratch();
+    let at = directory.path();
+    pushed_block(&at.join("push.toml"));
+    let script = format!("{ROOT}/scripts/sweep.sh");
+    let speed = || {
+        let column = "v=bodies.block.velocity[-1].x";
+        let words = ["push.toml", "out", "bodies.block.mass=1 2"];
+        let (code, _, err) = output(&script, at, &words);
+        assert_eq!(code, 0, "{err}");
+        assert_eq!(fbimpact(at, &["collect", "out", "-o", "t.csv", "--column", column]).0, 0);
+        let csv = Csv::read(&at.join("t.csv"));
+        let hashes = ["scenario_sha256", "inputs_sha256"]
+            .map(|c| csv.column(c).into_iter().map(str::to_owned).collect::<Vec<_>>());
+        let v = csv.column("v")[0].parse::<f64>().expect("a number");
+        (v, hashes, err.matches("complete in").count())
+    };
+    let (first, hashes, runs) = speed();
+    assert_eq!(runs, 2);
+    assert_eq!((hashes[0][0].len(), hashes[1][0].len()), (64, 64), "{hashes:?}");
+    assert!(hashes[0][0] == hashes[0][1] && hashes[1][0] != hashes[1][1], "{hashes:?}");
+    assert_eq!(speed(), (first, hashes.clone(), 0), "nothing has changed");
+    std::fs::write(at.join("push.csv"), "t,F\n0,0\n1,20\n").expect("written");
+    let (second, others, runs) = speed();
+    // Twice the force, twice the speed: round-off of the integration is left.
+    assert!(runs == 2 && (second / first - 2.0).abs() < 1e-9, "{first} {second}");
+    assert!(others[0] == hashes[0] && others[1] != hashes[1], "{hashes:?} {others:?}");
+    let text = std::fs::read_to_string(at.join("push.toml")).expect("there");
+    std::fs::write(at.join("push.toml"), text.replace("1e-3", "2e-3")).expect("written");
+    let (third, _, runs) = speed();
+    assert!(runs == 2 && third > 3.0 * second, "{second} {third}");
+    std::fs::write(at.join("push.toml"), text.replace("1e-3", "2e-3") + "# a remark\n").expect("written");
+    assert_eq!(speed().2, 0, "the same scenario in other words");
 }
 
 #[test]

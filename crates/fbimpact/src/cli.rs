@@ -411,6 +411,13 @@ pub struct RunArguments {
     /// Let an incomplete result, too, replace an existing file, even one that is no result file
     #[arg(long)]
     pub force: bool,
+    /// Do nothing if the output is complete and of this very scenario, the files that it names and
+    /// this program; go on with a run of them that was interrupted or killed
+    #[arg(long, conflicts_with = "resume")]
+    pub update: bool,
+    /// With --update: only ask; exit code 1 if there is something to do
+    #[arg(long, requires = "update")]
+    pub dry_run: bool,
     /// Go on with the run that was to write this file, and was interrupted or killed
     #[arg(long, value_name = "OUT.h5", conflicts_with_all = ["scenario", "output", "set"])]
     pub resume: Option<PathBuf>,

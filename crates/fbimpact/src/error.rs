@@ -50,6 +50,12 @@ pub enum AppError {
     /// Reading or writing failed.
     #[error(transparent)]
     Io(#[from] FileError),
+    /// A result that is asked for is not there.
+    #[error("{} is missing, incomplete, or of another scenario, other files or another program", output.display())]
+    NotCurrent {
+        /// The result.
+        output: PathBuf,
+    },
     /// The user stopped the run.
     #[error("interrupted at t = {time:.9e} s, the results so far are in {0}; go on with: fbimpact run --resume {0}", output.display())]
     Interrupted {
@@ -244,7 +250,7 @@ impl AppError {
     /// The documented exit code.
     pub fn code(&self) -> u8 {
         match self {
-            Self::Differs { .. } | Self::Unconverged { .. } => 1,
+            Self::Differs { .. } | Self::Unconverged { .. } | Self::NotCurrent { .. } => 1,
             Self::Command(_) => 2,
             Self::Scenario(_) => 3,
             Self::OfScenario { error, .. } => error.code(),

@@ -24,6 +24,7 @@ use std::sync::Arc;
 use result_files::toml_text::document::{self, Origin, SourceText, Value};
 use sha2::{Digest, Sha256};
 
+use crate::process::provenance;
 use check::Checker;
 
 pub use changes::overrides::{Override, OverrideFault};
@@ -63,7 +64,15 @@ pub fn parse(path: &Path, bytes: &[u8], overrides: &[Override]) -> Result<Scenar
     let copy = root.clone();
     conditions::check(&mut checker, conditions::Scope::of(&copy));
     let resolved = if checker.faults.is_empty() { written::resolved::write(&copy) } else { String::new() };
-    let source = Source { path: path.to_owned(), sha256: hex(&Sha256::digest(bytes)), resolved };
+    let source = Source {
+        path: path.to_owned(),
+        sha256: hex(&Sha256::digest(bytes)),
+        inputs_sha256: hex(&Sha256::new()
+            .chain_update(provenance::hash())
+            .chain_update(&resolved)
+            .finalize()),
+        resolved,
+    };
     let scenario = build::scenario(&mut checker, &root, source);
     if scenario.is_some() {
         // A material may be described of which no body is made, or whose stiffness rigid ones leave out.

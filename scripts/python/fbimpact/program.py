@@ -130,11 +130,17 @@ def call(arguments: Sequence[str | os.PathLike[str]], *, log: bool = False) -> s
     """
     program = find_program()
     _warn_of_version(program)
-    command = [program, *(os.fspath(argument) for argument in arguments)]
+    command = [program, *map(_word, arguments)]
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=None if log else subprocess.PIPE, text=True)
     if done.returncode != 0:
         raise error_of(done.returncode, done.stderr or "")
     return done.stdout
+
+
+def _word(argument: str | os.PathLike[str]) -> str:
+    """An argument; no path is taken for an option."""
+    word = os.fspath(argument)
+    return f"./{word}" if word.startswith("-") and not isinstance(argument, str) else word
 
 
 def error_of(exit_code: int, said: str) -> Error:

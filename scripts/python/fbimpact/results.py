@@ -14,8 +14,11 @@ import h5py
 import numpy as np
 import xarray as xr
 
+from .guards import open_file
 from .program import FileError, call
 
+VERSION = 1
+"""The latest version of results that is read."""
 TABLES = ("phases", "impacts", "tries", "transfers")
 
 
@@ -40,11 +43,14 @@ class Result:
         self.path = pathlib.Path(path)
         with self._open() as file:
             attributes = dict(file.attrs)
+            has_scenario = isinstance(file.get("scenario"), h5py.Dataset)
         if _text(attributes.get("format", "")) != "fbimpact":
             raise FileError(f"{self.path}: is no result of fbimpact")
-        version = int(attributes.get("format_version", 1))
-        if version > 1:
-            raise FileError(f"{self.path}: has format version {version}, this package reads version 1")
+        version = attributes.get("format_version", 1)
+        if not np.isscalar(version) or version not in range(VERSION + 1):
+            raise FileError(f"{self.path}: has format version {version}, this package reads up to {VERSION}: install the package of its program")
+        if not has_scenario or "status" not in attributes:
+            raise FileError(f"{self.path}: has no {'status' if has_scenario else 'scenario'}, it is damaged or no whole result: run it again")
         self.attributes = {name: _plain(value) for name, value in attributes.items()}
 
     def __repr__(self) -> str:
@@ -249,12 +255,7 @@ class Result:
         return _probed(json.loads(call(["probe", "-q", self.path, *arguments])))
 
     def _open(self) -> Any:
-        for locking in (None, False):  # a run that goes on holds a lock on its file
-            try:
-                return h5py.File(self.path, "r", locking=locking)
-            except OSError as error:
-                reason = error
-        raise FileError(f"{self.path}: cannot be read: {reason}")
+        return open_file(self.path)
 
 
 class Groups(Mapping[str, xr.Dataset]):

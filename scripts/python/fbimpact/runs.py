@@ -30,7 +30,8 @@ def run(
 ) -> Result:
     """Runs a scenario and opens its result.
 
-    `scenario` is a file, or a dictionary, which is written beside the result under its name with `.toml`. `changes` are keys with
+    `scenario` is a file, or a dictionary, which is written beside the result under its name with `.toml` (`write_scenario`: no file of
+    somebody else is replaced). `changes` are keys with
     values, as `--set`. `output` is the result, by default the scenario's name with `.h5` in the working directory; an earlier result
     is replaced by a complete one alone. `threads` is 0 for all cores. With `log` the program's messages go to standard error.
 

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import os
 import pathlib
 import re
+import tempfile
 import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import tomli_w
+
+from .program import FileError
 
 Scenario = Mapping[str, Any]
 """Tables, lists, texts, numbers and truth values, as `docs/scenario.md` has them."""
@@ -19,15 +23,71 @@ Scenario = Mapping[str, Any]
 
 def read_scenario(path: str | os.PathLike[str]) -> dict[str, Any]:
     """The scenario file as a dictionary, as it stands, without defaults (`Result.scenario` has them)."""
+    if not os.path.isfile(path):
+        raise FileError(f"{path}: is no file, or a pipe or device: name a scenario")
     with open(path, "rb") as file:
         return tomllib.load(file)
 
 
-def write_scenario(scenario: Scenario, path: str | os.PathLike[str]) -> pathlib.Path:
-    """Writes a scenario; files that it names are sought in the folder of `path`."""
+def write_scenario(scenario: Scenario, path: str | os.PathLike[str], *, force: bool = False) -> pathlib.Path:
+    """Writes a scenario; files that it names are sought in the folder of `path`.
+
+    A file that holds the same scenario stays as it is, one that this function wrote is replaced. Raises `FileError` for any other unless
+    `force` is set.
+    """
     path = pathlib.Path(path)
-    path.write_text(tomli_w.dumps(plain(scenario)), encoding="utf-8")
+    values = plain(scenario)
+    text = tomli_w.dumps(values)
+    if not force and os.path.lexists(path):
+        there = read_text(path)
+        if _is_same(there, values):
+            return path
+        if not _is_ours(there):
+            raise FileError(f"{path}: exists and holds another scenario, which is not replaced: choose another name")
+    write_whole(path, f"{MARK}{_digest(text)}\n{text}".encode())
     return path
+
+
+MARK = "# Written by the Python package fbimpact, which replaces it unless it is changed: "
+
+
+def _digest(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _is_ours(text: str) -> bool:
+    """Whether `write_scenario` wrote the text, and nobody has changed it since."""
+    first, _, rest = text.partition("\n")
+    return first == MARK + _digest(rest)
+
+
+def _is_same(text: str, values: Any) -> bool:
+    try:
+        return bool(tomllib.loads(text) == values)
+    except tomllib.TOMLDecodeError:
+        return False
+
+
+def read_text(path: pathlib.Path) -> str:
+    """The text of a file, in which anything may stand. Raises `FileError` for what is none."""
+    if not path.is_file():
+        raise FileError(f"{path}: is a folder, pipe or device, or a link to nothing: name a file")
+    return path.read_text(encoding="utf-8", errors="replace")
+
+
+def write_whole(path: pathlib.Path, data: bytes) -> None:
+    """Writes a file in whole or not at all: aside first, under a name that nobody else has."""
+    number, name = tempfile.mkstemp(dir=path.parent, prefix=f"{path.name}.", suffix=".tmp")
+    try:
+        with open(number, "wb") as file:
+            file.write(data)
+            umask = os.umask(0)
+            os.umask(umask)
+            os.chmod(name, 0o666 & ~umask)
+        os.replace(name, path)
+    except BaseException:
+        pathlib.Path(name).unlink(missing_ok=True)
+        raise
 
 
 def override(scenario: Scenario, changes: Mapping[str, Any]) -> dict[str, Any]:

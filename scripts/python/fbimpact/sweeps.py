@@ -11,13 +11,13 @@ import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from typing import IO, Any
 
 import h5py
 import numpy as np
 import xarray as xr
 
-from .program import call, find_program
+from .program import FileError, call, find_program
 from .results import Metric, Result, open_result
 from .sampling import full_factorial
 from .scenario import Scenario, plain, set_lines, write_scenario
@@ -146,12 +146,12 @@ def sweep(
 
     `values` are lists of values by key, of which all combinations are run, or the combinations themselves, such as those of
     `latin_hypercube`. `jobs` runs go on at a time, 0: as many as there are cores, each with `threads` threads. Runs that are complete in
-    `folder` are not made again, interrupted and killed ones go on, failed ones are tried again. `progress` is called after each run
+    `folder` are not made again unless the scenario, a file that it names or the program has changed, interrupted and killed ones go on, failed ones are tried again. `progress` is called after each run
     with it, the number of runs that have ended and the number of all.
 
     A failed run stops no other: see `Sweep.failed`. Ctrl-C stops the runs that go on as it stops a single one; the next call goes on.
 
-    Raises `ValueError` in a folder that was begun with another scenario.
+    Raises `ValueError` in a folder that was begun with another scenario file.
     """
     folder = pathlib.Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
@@ -184,12 +184,15 @@ def sweep(
 
 
 def _begin(folder: pathlib.Path, scenario: pathlib.Path) -> None:
-    """Notes which scenario the folder is of, as `sha256sum` writes it."""
-    digest = f"{hashlib.sha256(scenario.read_bytes()).hexdigest()}  -\n"
-    note = folder / "scenario.sha256"
-    if note.exists() and note.read_text() != digest:
-        raise ValueError(f"{scenario} has changed since {folder} was begun, use another folder")
-    note.write_text(digest)
+    """Notes which scenario the folder is of: files of another one, or of no sweep, are not replaced."""
+    path = os.fsencode(os.path.realpath(scenario))
+    note = folder / "scenario.path"
+    if note.exists():
+        if note.read_bytes().rstrip(b"\n") != path.rstrip(b"\n"):
+            raise ValueError(f"{folder} was begun with {os.fsdecode(note.read_bytes()).strip()}, use another folder")
+    elif (folder / "plan").exists() and not (folder / "scenario.sha256").exists():
+        raise FileError(f"{folder / 'plan'}: is of no sweep, use another folder")
+    note.write_bytes(path + b"\n")
 
 
 def _planned(folder: pathlib.Path, values: Mapping[str, Any]) -> SweepRun:
@@ -211,38 +214,34 @@ class _Work:
         self._lock = threading.Lock()
 
     def do(self, run: SweepRun) -> None:
-        """Does a run, unless it is complete; its exit code goes to its file."""
-        if run.is_complete or self.is_stopped:
-            return
+        """Does a run, unless it is done; its exit code goes to its file."""
         stem = run.folder / run.name
         ended = stem.with_name(f"{run.name}.exit")
+        changes = [word for line in set_lines(run.values) for word in ("--set", line)]
+        # Killed runs go on; all is run anew if the scenario, a file that it names or the program has changed.
+        command = [self.program, "run", "--update", "--force", "-o", str(run.path.absolute()), *changes]
+        scenario = ["--", str(self.scenario.absolute())]
+        if self.is_stopped or (run.is_complete and self._call([*command, "--dry-run", *scenario], subprocess.DEVNULL) == 0):
+            return
         ended.unlink(missing_ok=True)
-        code: int | None = None
-        if stem.with_name(f"{run.name}.h5.restart").exists():
-            code = self._call(stem, ["--resume", str(run.path)])
-            # What cannot be taken up, as on another kind of machine, is run anew.
-            code = None if code in (4, 6) else code
-        if code is None:
-            changes = [word for line in set_lines(run.values) for word in ("--set", line)]
-            code = self._call(stem, [str(self.scenario), "-o", str(run.path), *changes])
+        with open(stem.with_name(f"{run.name}.log"), "wb") as log:
+            code = self._call([*command, *self.threads, *scenario], log)
         new = stem.with_name(f"{run.name}.exit.new")
         new.write_text(f"{code}\n")
         new.replace(ended)
 
-    def _call(self, stem: pathlib.Path, arguments: list[str]) -> int:
-        with open(stem.with_name(f"{stem.name}.log"), "wb") as log:
+    def _call(self, command: list[str], log: int | IO[bytes]) -> int:
+        with self._lock:
+            if self.is_stopped:
+                return 130
+            # A group of its own: Ctrl-C reaches this process alone, which stops the runs once.
+            process = subprocess.Popen(command, stdout=log, stderr=log, stdin=subprocess.DEVNULL, start_new_session=True)
+            self._running.add(process)
+        try:
+            return process.wait()
+        finally:
             with self._lock:
-                if self.is_stopped:
-                    return 130
-                command = [self.program, "run", *arguments, "--force", *self.threads]
-                # A group of its own: Ctrl-C reaches this process alone, which stops the runs once.
-                process = subprocess.Popen(command, stdout=log, stderr=log, stdin=subprocess.DEVNULL, start_new_session=True)
-                self._running.add(process)
-            try:
-                return process.wait()
-            finally:
-                with self._lock:
-                    self._running.discard(process)
+                self._running.discard(process)
 
     def stop(self) -> None:
         """Lets runs store what they have and end; begins no others."""

@@ -1,4 +1,5 @@
 import math
+import os
 
 import h5py
 import numpy as np
@@ -97,3 +98,58 @@ def test_what_is_no_result_is_refused(tmp_path):
         file.attrs["format"], file.attrs["format_version"] = "fbimpact", 2
     with pytest.raises(fbimpact.FileError, match="version 2"):
         fbimpact.open_result(tmp_path / "new.h5")
+
+
+def of_one_file(path, **others):
+    """The least that is a result, with what `others` add."""
+    with h5py.File(path, "w") as file:
+        file.attrs["format"], file.attrs["format_version"], file.attrs["status"] = "fbimpact", 1, "complete"
+        file["scenario"], file["time"] = "", [0.0]
+        for name, make in others.items():
+            make(file, name)
+    return path
+
+
+def test_nothing_outside_the_file_is_read(tmp_path):
+    of_one_file(tmp_path / "secret.h5")
+    (tmp_path / "secret.bin").write_bytes(bytes(64))
+    virtual = h5py.VirtualLayout(shape=(1,), dtype="f8")
+    virtual[:] = h5py.VirtualSource(str(tmp_path / "secret.h5"), "time", shape=(1,))
+    whole = (2**40,)
+    for words, make in (
+        ("link into another file", lambda file, name: file.__setitem__(name, h5py.ExternalLink(str(tmp_path / "secret.h5"), "/time"))),
+        ("link into another file", lambda file, name: file.create_group("a/b").__setitem__(name, h5py.ExternalLink("secret.h5", "/time"))),
+        ("lies in other files", lambda file, name: file.create_dataset(name, (8,), "f8", external=[(str(tmp_path / "secret.bin"), 0, 64)])),
+        ("lies in other files", lambda file, name: file.create_virtual_dataset(name, virtual)),
+        ("more than the file holds", lambda file, name: file.create_dataset(name, whole, "f8", chunks=(1024,))),
+    ):
+        with pytest.raises(fbimpact.FileError, match=words):
+            fbimpact.open_result(of_one_file(tmp_path / "made.h5", force=make))
+    # A link within the file is no way out.
+    linked = fbimpact.open_result(of_one_file(tmp_path / "soft.h5", again=lambda file, name: file.__setitem__(name, h5py.SoftLink("/time"))))
+    assert linked["again"].values.tolist() == [0.0]
+
+
+def test_what_is_no_whole_result_is_told(tmp_path):
+    os.mkfifo(tmp_path / "pipe.h5")
+    for name, words in (("pipe.h5", "pipe or device"), (".", "folder"), ("none.h5", "No such file")):
+        with pytest.raises(fbimpact.FileError, match=words):
+            fbimpact.open_result(tmp_path / name)
+    os.mkfifo(tmp_path / "pipe.toml")
+    with pytest.raises(fbimpact.FileError, match="pipe or device"):
+        fbimpact.read_scenario(tmp_path / "pipe.toml")
+
+    def without(attribute):
+        return lambda file, _: file.attrs.__delitem__(attribute)
+
+    for words, change in (
+        ("no status", without("status")),
+        ("no result of", without("format")),
+        ("no scenario", lambda file, _: file.__delitem__("scenario")),
+        ("format version 2.*install", lambda file, _: file.attrs.__setitem__("format_version", 2)),
+        ("format version", lambda file, _: file.attrs.__setitem__("format_version", [1, 2])),
+        ("format version", lambda file, _: file.attrs.__setitem__("format_version", "1.5")),
+    ):
+        with pytest.raises(fbimpact.FileError, match=words):
+            fbimpact.open_result(of_one_file(tmp_path / "changed.h5", change=change))
+    assert fbimpact.open_result(of_one_file(tmp_path / "old.h5", change=without("format_version"))).status == "complete"

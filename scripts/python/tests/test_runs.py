@@ -134,3 +134,36 @@ def test_spectrum_of_a_harmonic_has_its_amplitude():
     found = figures.amplitudes(series)
     assert float(found["frequency"][found.values.argmax()]) == pytest.approx(25.0, rel=1e-12)
     assert float(found.max()) == pytest.approx(3.0, rel=1e-12)
+
+
+def test_no_file_of_somebody_else_is_written(scenarios, tmp_path):
+    mine = tmp_path / "drop.toml"
+    mine.write_text("# my remarks\n" + (scenarios / "sphere_on_plane.toml").read_text())
+    before = mine.read_text()
+    # The same scenario needs not be written; another one is refused before anything runs, a faulty one too.
+    fbimpact.run(fbimpact.read_scenario(mine), output=tmp_path / "drop.h5", threads=1)
+    changed = fbimpact.override(fbimpact.read_scenario(mine), {"title": "another"})
+    for scenario in (changed, {"bodies": {}}):
+        with pytest.raises(fbimpact.FileError, match="choose another name"):
+            fbimpact.run(scenario, output=tmp_path / "drop.h5")
+        with pytest.raises(fbimpact.FileError, match="choose another name"):
+            fbimpact.write_scenario(scenario, mine)
+    for value in (object(), None):
+        with pytest.raises(TypeError):
+            fbimpact.write_scenario({"title": value}, tmp_path / "none.toml")
+    assert mine.read_text() == before and not (tmp_path / "none.toml").exists()
+    (tmp_path / "scenario.toml").write_text(before)
+    with pytest.raises(fbimpact.FileError, match="choose another name"):
+        fbimpact.sweep(changed, {"bodies.ball.velocity[2]": [-0.1]}, tmp_path)
+    assert (tmp_path / "scenario.toml").read_text() == before and not (tmp_path / "plan").exists()
+    # What the package wrote it replaces, unless somebody has changed it; a link is replaced and not followed.
+    ours = fbimpact.write_scenario(changed, tmp_path / "ours.toml")
+    fbimpact.write_scenario({"title": "third"}, ours)
+    assert fbimpact.read_scenario(ours) == {"title": "third"}
+    ours.write_text(ours.read_text() + "# kept\n")
+    with pytest.raises(fbimpact.FileError, match="choose another name"):
+        fbimpact.write_scenario(changed, ours)
+    (tmp_path / "link.toml").symlink_to(ours)
+    fbimpact.write_scenario(changed, tmp_path / "link.toml", force=True)
+    assert "# kept" in ours.read_text() and fbimpact.read_scenario(tmp_path / "link.toml") == changed
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["drop.h5", "drop.toml", "link.toml", "ours.toml", "scenario.toml"]

@@ -34,6 +34,35 @@ def test_failed_runs_are_rows_and_finished_ones_are_not_made_again(scenarios, tm
     assert [m.value for m in again.metric("max(impacts.peak_force)")] == [peaks[0], peaks[2]]
     with pytest.raises(ValueError, match="another folder"):
         fbimpact.sweep(scenarios / "rod_on_plane.toml", values, tmp_path)
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "plan").write_text("of a house")
+    with pytest.raises(fbimpact.FileError, match="of no sweep"):
+        fbimpact.sweep(path, values, tmp_path / "mine")
+
+
+def test_what_has_changed_runs_again(tmp_path):
+    scenario = {
+        "simulation": {"end_time": 1e-3},
+        "bodies": {"block": {"model": "rigid", "mass": 0.5, "inertia": [1e-4] * 3}},
+        "loads": {"push": {"body": "block", "point": [0.0] * 3, "force_x": {"kind": "table", "file": "push.csv"}}},
+    }
+    values = {"bodies.block.mass": [1.0, 2.0]}
+
+    def stamps(folder):
+        return [run.path.stat().st_mtime_ns for run in fbimpact.sweep(scenario, values, folder).runs]
+
+    (tmp_path / "-$(touch RAN)").mkdir()
+    for folder in (tmp_path / "-$(touch RAN)", tmp_path / "o'neill"):
+        folder.mkdir(exist_ok=True)
+        (folder / "push.csv").write_text("t,F\n0,0\n1,10\n")
+        first = stamps(folder)
+        assert stamps(folder) == first
+        (folder / "push.csv").write_text("t,F\n0,0\n1,20\n")
+        second = stamps(folder)
+        assert all(a != b for a, b in zip(first, second))
+        scenario["simulation"]["end_time"] += 1e-3
+        assert all(a != b for a, b in zip(second, stamps(folder)))
+        scenario["simulation"]["end_time"] = 1e-3
 
 
 def test_a_sweep_is_a_grid_with_numeric_axes(scenarios, tmp_path):
@@ -66,7 +95,7 @@ def test_shell_and_package_go_on_with_each_other(scenarios, tmp_path):
     made = fbimpact.sweep(path, {"bodies.ball.velocity[2]": [-0.05]}, tmp_path)
     [run] = made.runs
     stamp = run.path.stat().st_mtime_ns
-    environment = {**os.environ, "FBIMPACT": fbimpact.find_program(), "RUNNER": "xargs", "JOBS": "1"}
+    environment = {**os.environ, "FBIMPACT": fbimpact.find_program(), "JOBS": "1"}
     script = [str(ROOT / "scripts/sweep.sh"), str(path), str(tmp_path), "bodies.ball.velocity[2]=-0.05 -0.06"]
     subprocess.run(script, env=environment, check=True, capture_output=True)
     assert run.path.stat().st_mtime_ns == stamp
@@ -141,7 +170,7 @@ def test_sampling_as_a_command_feeds_the_shell(scenarios, tmp_path):
     command = [sys.executable, str(ROOT / "scripts/python/fbimpact/sampling.py"), "3"]
     ranges = ["bodies.ball.velocity[2]=-0.2..-0.05", "materials.aluminium.youngs_modulus=60e9..80e9:log"]
     word = subprocess.run([*command, *ranges], check=True, capture_output=True, text=True).stdout.strip()
-    environment = {**os.environ, "FBIMPACT": fbimpact.find_program(), "RUNNER": "xargs", "JOBS": "2"}
+    environment = {**os.environ, "FBIMPACT": fbimpact.find_program(), "JOBS": "2"}
     script = [str(ROOT / "scripts/sweep.sh"), str(scenarios / "sphere_on_plane.toml"), str(tmp_path), word]
     subprocess.run(script, env=environment, check=True, capture_output=True)
     assert len(list(tmp_path.glob("run-*.h5"))) == 3

@@ -1,6 +1,5 @@
 //! Which program builds a model, on which kind of processor.
 
-use std::fs::File;
 use std::time::UNIX_EPOCH;
 
 use sha2::{Digest, Sha256};
@@ -10,28 +9,19 @@ use crate::process::provenance;
 
 /// Hash of the program and of what its arithmetic depends on.
 ///
-/// A build from a clean commit is known by version, commit, compiler and target, together with
-/// length and time of its file, for the commit is that of the last full build. Other builds are
-/// known by every byte of the program. The processor counts because matrix products add up in
-/// another order on another kind.
+/// Length and time of its file count as well, for the commit is that of the last full build; the processor does because matrix
+/// products add up in another order on another kind.
 pub fn fingerprint() -> Name {
     let mut hash = Sha256::new();
-    for text in provenance::build().iter().copied().chain(processor()) {
+    hash.update(provenance::hash());
+    for text in processor() {
         hash.update((text.len() as u64).to_le_bytes());
         hash.update(text);
     }
-    let file = std::env::current_exe().and_then(File::open);
-    if let Ok(mut file) = file {
-        if let Ok(data) = file.metadata() {
-            hash.update(data.len().to_le_bytes());
-            let written = data.modified().ok().and_then(|t| t.duration_since(UNIX_EPOCH).ok());
-            hash.update(written.map_or(0, |t| t.as_nanos()).to_le_bytes());
-        }
-        let [_, commit, ..] = provenance::build();
-        if (commit == "unknown" || commit.ends_with("-dirty")) && std::io::copy(&mut file, &mut hash).is_err()
-        {
-            tracing::debug!("the program's own file cannot be read");
-        }
+    if let Ok(data) = std::env::current_exe().and_then(std::fs::metadata) {
+        hash.update(data.len().to_le_bytes());
+        let written = data.modified().ok().and_then(|t| t.duration_since(UNIX_EPOCH).ok());
+        hash.update(written.map_or(0, |t| t.as_nanos()).to_le_bytes());
     }
     hash.finalize().into()
 }

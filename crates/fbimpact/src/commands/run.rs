@@ -4,6 +4,7 @@ pub mod stop;
 pub mod recording;
 mod begin;
 mod resume;
+mod left;
 
 use std::path::{Path, PathBuf};
 
@@ -16,6 +17,7 @@ use crate::commands::scenario_file;
 use crate::error::{AppError, CommandFault};
 use crate::results::OutputFile;
 use begin::begin;
+use left::Left;
 use stop::Stop;
 
 /// Runs a scenario file.
@@ -49,6 +51,22 @@ fn run_scenario(
         None => default_output(path),
     };
     check_distinct(&scenario, &target)?;
+    let left = if arguments.update { left::left(&target, &scenario)? } else { Left::Nothing };
+    if arguments.dry_run {
+        return if left == Left::Complete { Ok(()) } else { Err(AppError::NotCurrent { output: target }) };
+    }
+    match left {
+        Left::Complete => {
+            tracing::info!("{} is complete, of this scenario, its files and this program", target.display());
+            return Ok(());
+        }
+        Left::Part => match resume::resume(&target, arguments, n_threads, stop, bar.clone()) {
+            // As on another kind of machine.
+            Err(error) if [4, 6].contains(&error.code()) => tracing::warn!("{error}; the run is made anew"),
+            outcome => return outcome,
+        },
+        Left::Nothing => {}
+    }
     tell_units(None, &scenario);
     stop.begin();
     let output = OutputFile::claim(&target, arguments.force)?;

@@ -1,6 +1,10 @@
 //! What a build and a run are: version, commit, compiler, target, time.
 
+use std::fs::File;
+use std::sync::OnceLock;
 use std::time::{SystemTime, UNIX_EPOCH};
+
+use sha2::{Digest, Sha256};
 
 /// Version of the program.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -22,6 +26,27 @@ pub const LONG_VERSION: &str = concat!(
 /// Version, commit, compiler and target.
 pub fn build() -> [&'static str; 4] {
     [VERSION, env!("FBIMPACT_COMMIT"), env!("FBIMPACT_COMPILER"), env!("FBIMPACT_TARGET")]
+}
+
+/// Hash of the program: of version, commit, compiler and target, and of every byte of a build that no commit describes.
+pub fn hash() -> [u8; 32] {
+    static HASH: OnceLock<[u8; 32]> = OnceLock::new();
+    *HASH.get_or_init(|| {
+        let mut hash = Sha256::new();
+        for text in build() {
+            hash.update((text.len() as u64).to_le_bytes());
+            hash.update(text);
+        }
+        if COMMIT == "unknown" || COMMIT.ends_with("-dirty") {
+            let read = std::env::current_exe()
+                .and_then(File::open)
+                .and_then(|mut file| std::io::copy(&mut file, &mut hash));
+            if let Err(error) = read {
+                tracing::debug!("the program's own file cannot be read: {error}");
+            }
+        }
+        hash.finalize().into()
+    })
 }
 
 /// Attributes that every result file carries.

@@ -22,7 +22,7 @@ use crate::process::provenance;
 use crate::scenario::Scenario;
 
 /// First bytes of the file; the last one is the version of the format.
-const MAGIC: &[u8; 17] = b"fbimpact restart\x07";
+const MAGIC: &[u8; 17] = b"fbimpact restart\x08";
 /// Bytes collected before they are written; restart points are written at once.
 const BUFFER: usize = 1 << 20;
 /// Longest record that can be meant: a damaged length must not ask for more memory than there is.
@@ -41,6 +41,8 @@ pub struct Header {
     pub absolute: String,
     /// SHA-256 of the scenario file.
     pub sha256: String,
+    /// SHA-256 of what the result follows from, see [`crate::scenario::Source`].
+    pub inputs_sha256: String,
     /// The scenario with overrides applied and defaults filled in.
     pub resolved: String,
 }
@@ -56,6 +58,7 @@ impl Header {
             scenario: path.display().to_string(),
             absolute: absolute.display().to_string(),
             sha256: scenario.source.sha256.clone(),
+            inputs_sha256: scenario.source.inputs_sha256.clone(),
             resolved: scenario.source.resolved.clone(),
         }
     }
@@ -334,6 +337,7 @@ mod tests {
             scenario: text(),
             absolute: text(),
             sha256: text(),
+            inputs_sha256: text(),
             resolved: "title = \"µ\"".into(),
         }
     }

@@ -30,7 +30,7 @@ const FIXED: [(&str, &str, &str, &str); 14] = [
         "/scenario",
         "text",
         "",
-        "Scenario with overrides, defaults and the sizes chosen by the program filled in, as TOML; attributes `sha256` of the file as read, `file`.",
+        "Scenario with overrides, defaults and the sizes chosen by the program filled in, as TOML; attributes `sha256` of the file as read, `file`, `inputs_sha256` of what the result follows from: scenario, files that it names, program.",
     ),
     (
         "/warnings",

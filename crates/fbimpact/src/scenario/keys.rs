@@ -2,6 +2,7 @@
 //! the JSON schema and the reference page `docs/scenario.md` all follow.
 
 pub(super) mod units;
+pub(super) mod column_units;
 
 /// One key of a table.
 #[derive(Debug)]

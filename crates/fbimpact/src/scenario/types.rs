@@ -81,6 +81,9 @@ pub struct Source {
     pub path: PathBuf,
     /// SHA-256 of the file as read, in hexadecimal.
     pub sha256: String,
+    /// SHA-256 of what the result follows from, in hexadecimal: the scenario with overrides and defaults, before sizes are chosen,
+    /// with numbers or checksums of the files that it names, and the program.
+    pub inputs_sha256: String,
     /// The scenario with overrides applied and defaults filled in, as TOML that reads back to the
     /// same scenario.
     pub resolved: String,

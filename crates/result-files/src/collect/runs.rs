@@ -14,6 +14,7 @@ use crate::expression::source::Source;
 use crate::file::fault::Access;
 use crate::file::plain_file;
 use crate::stored::Stored;
+use crate::stored::open;
 use crate::stored::reactions::PeakReaction;
 use crate::stored::scenario_values::{self, Values};
 use crate::stored::summary;
@@ -34,6 +35,10 @@ pub struct Run {
     pub exit_code: Option<i32>,
     /// Values of the scenario; of runs without a result only what was set.
     pub values: Values,
+    /// SHA-256 of the scenario file, and of all that the result follows from.
+    pub hashes: [String; 2],
+    /// Version and commit of the program.
+    pub program: String,
     /// Last stored time \[s\].
     pub end_time: Option<f64>,
     /// Stored instants.
@@ -157,6 +162,8 @@ fn fill(run: &mut Run, file: &Path, wanted: &[NamedExpression]) -> Result<(), Re
     run.status = stored.attribute("status");
     run.message = stored.attribute("message");
     run.values = scenario_values::read(&stored.scenario);
+    run.hashes = ["sha256", open::INPUTS].map(|name| open::of_scenario(stored.file(), name));
+    run.program = format!("{} {}", stored.attribute("program_version"), stored.attribute("commit"));
     run.end_time = stored.time.last().copied();
     run.n_samples = Some(stored.time.len());
     run.impacts.clone_from(&stored.impacts);

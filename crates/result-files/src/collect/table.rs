@@ -156,6 +156,9 @@ fn run_columns(rows: &[Row<'_>]) -> Vec<Column> {
         texts("warning", rows, |(run, _)| run.warnings.as_ref().map_or_else(String::new, |w| w.join(" "))),
         numbers("wall_time", "s", rows, |(run, _)| run.wall_time),
         numbers("impacts", "–", rows, |(run, _)| run.n_samples.map(|_| run.impacts.len() as f64)),
+        texts("scenario_sha256", rows, |(run, _)| run.hashes[0].clone()),
+        texts("inputs_sha256", rows, |(run, _)| run.hashes[1].clone()),
+        texts("program", rows, |(run, _)| run.program.clone()),
     ]
 }
 

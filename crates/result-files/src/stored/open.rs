@@ -37,6 +37,15 @@ pub fn attribute(file: &File, name: &str) -> Option<String> {
     Some(value.as_str().to_owned())
 }
 
+/// Attribute of `/scenario`: SHA-256 of what the result follows from.
+pub const INPUTS: &str = "inputs_sha256";
+
+/// A text attribute of `/scenario`, or an empty text.
+pub fn of_scenario(file: &File, name: &str) -> String {
+    let value = || file.dataset("scenario").ok()?.attr(name).ok()?.read_scalar::<VarLenUnicode>().ok();
+    value().map(|text| text.as_str().to_owned()).unwrap_or_default()
+}
+
 /// The resolved scenario that the file was made from.
 ///
 /// # Errors

@@ -111,6 +111,7 @@ fn scenario_of(restart: &Restart) -> Result<Scenario, AppError> {
     let mut scenario = scenario::parse(Path::new(&header.absolute), header.resolved.as_bytes(), &[])?;
     scenario.source.path = PathBuf::from(&header.scenario);
     scenario.source.sha256.clone_from(&header.sha256);
+    scenario.source.inputs_sha256.clone_from(&header.inputs_sha256);
     // With the reasons of the sizes chosen, which stand in comments.
     scenario.source.resolved.clone_from(&header.resolved);
     Ok(scenario)

@@ -10,7 +10,7 @@ use hdf5::plist::file_access::{
 use hdf5::types::VarLenUnicode;
 use result_files::dataset::{Table, describe, text_attribute, unicode, write_text};
 use result_files::file::fault::{Access, FileFault};
-use result_files::stored::open::{FORMAT, FORMAT_VERSION};
+use result_files::stored::open::{FORMAT, FORMAT_VERSION, INPUTS};
 use result_files::tables::{self, ImpactRow, PhaseRow, TransferRow, TrialRow};
 
 use super::super::columns::{Column, Stage, TIMINGS};
@@ -95,6 +95,7 @@ impl Open {
         text_attribute(&file, "message", "")?;
         let text = write_text(&file, "scenario", &scenario.source.resolved)?;
         text_attribute(&text, "sha256", &scenario.source.sha256)?;
+        text_attribute(&text, INPUTS, &scenario.source.inputs_sha256)?;
         // Body files are found beside it from any folder.
         let path = std::path::absolute(&scenario.source.path);
         let path = path.as_ref().unwrap_or(&scenario.source.path);

@@ -88,33 +88,10 @@ pub fn in_place_of(unit: &str, is_angle: bool) -> Option<&'static str> {
     })
 }
 
-/// The unit that a name of a column ends with, `F [kN]`, `F (kN)`, `F / kN` or `F_kN`, one in which
-/// a key with the unit `unit` may be given: the unit of keys in its place, and the factor to it.
-/// `None` of a name without unit, or if the key has none.
-///
-/// # Errors
-/// What is wrong with a unit in brackets, or with a known one elsewhere, that does not belong to
-/// `unit`.
-pub fn of_column(name: &str, unit: &str) -> Result<Option<(&'static str, f64)>, String> {
-    let between = |open: char, close: char| name.strip_suffix(close)?.rsplit_once(open).map(|(_, unit)| unit);
-    let behind = |mark: char| name.split_once(mark).map(|(_, unit)| unit);
-    let (list, brackets) = (of(unit), between('[', ']'));
-    if list.is_empty() {
-        return Ok(None);
-    }
-    let marked = brackets.or_else(|| between('(', ')')).or_else(|| behind('/')).map(str::trim);
-    let ending = name.rsplit_once('_').map(|(_, unit)| unit);
-    let found = |given: &str| list.iter().find(|(known, _)| *known == given);
-    if let Some((given, factor)) = marked.and_then(found).or_else(|| ending.and_then(found)) {
-        let own = UNITS.iter().find(|units| units.iter().any(|(known, _)| known == given));
-        return Ok(own.map(|units| (units[0].0, *factor)));
-    }
-    let is_known =
-        |given: &str| UNITS.iter().flat_map(|units| units.iter()).any(|(known, _)| *known == given);
-    match marked.filter(|given| brackets.is_some() || is_known(given)) {
-        None | Some("" | "-") => Ok(None),
-        Some(given) => Err(format!("unknown unit \"{given}\", known here are {}", names(unit))),
-    }
+/// The unit of keys that `name` is a multiple of, and the factor to it, of all units there are.
+pub fn known(name: &str) -> impl Iterator<Item = (&'static str, f64)> {
+    let of_list = move |units: &Units| Some((units[0].0, units.iter().find(|(known, _)| *known == name)?.1));
+    UNITS.iter().filter_map(of_list)
 }
 
 /// The number and the unit of a text such as `10 mm` or `10mm`: a number, a space if anything but a
@@ -194,23 +171,6 @@ mod tests {
         assert!(of("–").is_empty() && of("").is_empty());
         for (along, about) in PAIRS {
             assert!(!of(along).is_empty() && !of(about).is_empty(), "{along}, {about}");
-        }
-    }
-    #[test]
-    fn columns_name_their_unit_in_several_ways() {
-        for name in ["F [kN]", "F(kN)", "force / kN", "F_kN", "F/kN"] {
-            assert_eq!(of_column(name, "N"), Ok(Some(("N", 1e3))), "{name}");
-        }
-        assert_eq!(of_column("t [ms]", "s"), Ok(Some(("s", 1e-3))));
-        assert_eq!(of_column("angle [deg]", "m, rad"), Ok(Some(("rad", PI / 180.0))));
-        // A name, a remark, a quotient, and what has no unit.
-        for name in ["F", "F_contact", "F (measured)", "F [-]", "pressure/area", "F_in", ""] {
-            assert_eq!(of_column(name, "N"), Ok(None), "{name}");
-        }
-        assert_eq!(of_column("F [kN]", ""), Ok(None));
-        for name in ["F [kip]", "F [s]", "F (ms)", "F / mm"] {
-            let message = of_column(name, "N").expect_err(name);
-            assert!(message.ends_with("known here are N, mN, kN"), "{message}");
         }
     }
 }

@@ -121,8 +121,9 @@ name_variants!(CurveKind {
                 Kind::Name,
                 "",
                 Need::Optional("`times` and `values` must be given"),
-                "Text file with columns of numbers between commas, semicolons or blanks, relative to the scenario; the first line may name them, with their units, \
-                 `t [ms]`, `F (kN)`, `F / kN` or `F_kN`, lines that begin with `#` count for nothing. The resolved scenario of a result holds the numbers.",
+                "Text file with columns of numbers between commas, semicolons, tabs or blanks, relative to the scenario. A line may name them, with their units, \
+                 `t [ms]`, `F (kN)`, `F / kN`, `F in kN` or `F_kN`, and a line below it hold units; a unit that is unknown is refused. Numbers may have commas for points where no commas stand between them. \
+                 Lines that begin with `#` count for nothing, other lines above the names are refused. The resolved scenario of a result holds the numbers.",
             ),
             Key::new(
                 "time_column",
