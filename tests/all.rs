@@ -49,6 +49,7 @@ mod meshed;
 mod meshed_rods;
 mod moving_contact;
 mod one_body;
+mod one_contact;
 mod own_part;
 mod plausibility;
 mod plot;

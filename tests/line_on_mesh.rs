@@ -4,7 +4,7 @@
 use crate::blocks::block;
 use crate::support::scenarios::{self, run};
 use crate::writers::inp;
-use adaptive::model::check_contacts;
+use adaptive::model::check_unbuilt;
 use fe_mesh::ElementKind;
 use std::path::{Path, PathBuf};
 
@@ -61,7 +61,7 @@ fn lines_that_a_mesh_does_not_carry_are_refused_with_what_does() {
     let folder = files();
     let said = |bar: &str, roll: &str, contact: &str| {
         let scenario = scenarios::valid(&folder, &text(bar, roll, contact), &[]);
-        check_contacts(&scenario.run).err().map(|error| error.to_string())
+        check_unbuilt(&scenario.run).err().map(|error| error.to_string())
     };
     let wide = format!("{STATIC}\ninterval = {{ width = 1e-3 }}");
     for contact in [STATIC, &wide] {
@@ -80,7 +80,7 @@ fn lines_that_a_mesh_does_not_carry_are_refused_with_what_does() {
     assert_eq!(said(SPLINES, RIGID, ""), None);
     let ball = text(&of_mesh("coarse.inp"), RIGID, STATIC)
         .replace("shape = \"cylinder\", radius = 5e-3, length = 16e-3", "shape = \"sphere\", radius = 5e-3");
-    assert!(check_contacts(&scenarios::valid(&folder, &ball, &[]).run).is_ok());
+    assert!(check_unbuilt(&scenarios::valid(&folder, &ball, &[]).run).is_ok());
 }
 
 #[test]

@@ -240,7 +240,7 @@ pub enum AdaptiveError {
     },
     /// Bodies lie in each other where their contact does not know of it.
     #[error(
-        "contact \"{contact}\": body \"{body}\" lies {depth:.3e} m deep in {target} at t = {time:.6e} s, at {place} m, and the contact knows of {known:.3e} m: no force keeps them apart there; leave contacts.{contact}.interval, model and places out so that the program finds where they touch, or give the zone more elements"
+        "contact \"{contact}\": body \"{body}\" lies {depth:.3e} m deep in {target} at t = {time:.6e} s, at {place} m, and the contact knows of {known:.3e} m: no force keeps them apart there; if contacts.{contact} gives interval, model or places, leave them out so that the program finds where they touch, else give its bodies more elements"
     )]
     PassedThrough {
         /// Name of the contact.

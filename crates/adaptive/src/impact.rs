@@ -461,12 +461,9 @@ impl FineContact {
         self.flags.is_any()
     }
 
-    /// Algorithm 2 for the impact so far. `is_rising`: the simulated time ended while the contact
-    /// still grew, so that its interval is not used up yet.
-    ///
-    /// An interval is not made narrower than the smallest contact that round-off of places lets the
+    /// Algorithm 2 for the impact so far. An interval is not made narrower than the smallest contact that round-off of places lets the
     /// bodies see.
-    pub fn assess(&self, settings: &IntervalSettings, is_rising: bool) -> IntervalAssessment {
+    pub fn assess(&self, settings: &IntervalSettings) -> IntervalAssessment {
         let n = self.interval.ends.len();
         let flags: Vec<Vec<bool>> = (0..n).map(|d| self.flags.along(d)).collect();
         let directions: Vec<DirectionUse<'_>> = (0..n)
@@ -480,7 +477,7 @@ impl FineContact {
         for (d, least) in assessment.directions.iter_mut().zip(self.least) {
             let is_least = d.width < least;
             d.width = d.width.max(least);
-            if d.verdict == Verdict::UnderUtilised && (is_rising || is_least && self.has_least_width()) {
+            if d.verdict == Verdict::UnderUtilised && is_least && self.has_least_width() {
                 d.verdict = Verdict::BelowTarget;
             }
         }

@@ -4,21 +4,22 @@
 
 use std::time::Instant;
 
-use contact_qs::Sphere;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::system::Multibody;
 use ffr_dynamics::system::model::gear::Gear;
+use iga_core::space::PatchSpace;
 
+use crate::body::mesh::part_of;
 use crate::body::point_compliance::{PointCompliance, of_body};
 use crate::body::{FullModel, Workshop};
 use crate::error::AdaptiveError;
-use crate::impact::{AdaptiveContact, TrialSizes};
+use crate::impact::TrialSizes;
 use crate::record::work::{self, Work};
 use crate::record::{BodyLayout, JointLayout, PointLayout, RunLayout, Timings};
 use crate::sizing::impact_time::{ForceNeeds, force_needs};
 use crate::sizing::mesh_touch::{MeshTouch, touches};
-use crate::spec::{BodySpec, PointSpec, RunSpec, StressSpec, Target};
+use crate::spec::{BodyKind, BodySpec, Extent, Place, PointSpec, RunSpec, StressSpec};
 use crate::state::simulation::{Observed, ObservedPoint, System};
 use crate::store::ModelCache;
 use crate::system::body::{BodyModel, FlexibleModel};
@@ -30,6 +31,7 @@ mod arrangement;
 mod default_penalty;
 mod held_damping;
 mod plan;
+mod facts;
 mod contacts;
 mod fine_modes;
 mod resolution;
@@ -44,6 +46,7 @@ use contacts::{
     BuiltContact, adaptive_contacts, build_contact, check_mesh_zones, interfaces, refinements, zones,
 };
 pub use cost::{ModelCost, costs};
+pub use facts::ContactModel;
 use fine_modes::needs_fine_modes;
 use plan::ContactPlan;
 pub use resolution::{Subjects, subjects};
@@ -77,42 +80,6 @@ pub struct RunModel {
     pub force_needs: Vec<ForceNeeds>,
     /// As [`RunSpec::frequency_errors`].
     pub frequency_errors: Vec<Option<f64>>,
-}
-
-/// The parts of a contact that do not change in a run.
-pub struct ContactModel {
-    /// Name.
-    pub name: String,
-    /// Index of the contact body.
-    pub body: usize,
-    /// Widths of the contact interval \[m\]; zero where there is none.
-    pub widths: [f64; 2],
-    /// Size of the contact body \[m\].
-    pub size: f64,
-    /// What the contact body meets.
-    pub target: Target,
-    /// Overlap at the start that is allowed \[m\].
-    pub allowed_overlap: f64,
-    /// Radii of the two partners of a Hertz contact, infinite of a plane \[m\].
-    pub radii: Option<[f64; 2]>,
-    /// These partners, the second one unless it is a plane.
-    pub spheres: Option<(Sphere, Option<Sphere>)>,
-    /// A flexible body whose surface meets another by Hertz's law: its modes yield at the touch,
-    /// too.
-    pub flexible_under_hertz: Option<usize>,
-    /// Speed of waves in the slower of the materials that meet [m/s].
-    pub wave_speed: f64,
-    /// Time that a wave takes to run to and fro through the flexible body that is crossed soonest;
-    /// infinite of none \[s\].
-    pub round_trip: f64,
-    /// Modulus `E*` of the materials that meet; infinite between rigid ones \[Pa\].
-    pub modulus: f64,
-    /// Whether its forces act on the interfaces that its bodies were reduced for: quasistatic ones
-    /// with one model for the whole run.
-    pub loads_interface: bool,
-    /// What refines it when its bodies touch; none of a contact that has one model for the whole
-    /// run.
-    pub refinement: Option<AdaptiveContact>,
 }
 
 impl RunModel {
@@ -152,7 +119,7 @@ impl RunModel {
             .collect::<Result<_, AdaptiveError>>()?;
         let contacts = spec.contacts.iter().zip(plans.iter().zip(&zones));
         let contacts =
-            contacts.map(|(c, (plan, zones))| build_contact(c, plan, zones.as_ref(), &bodies, &poses));
+            contacts.map(|(c, (plan, zones))| build_contact(spec, c, plan, zones.as_ref(), &bodies, &poses));
         let contacts: Vec<BuiltContact> = contacts.collect::<Result<_, AdaptiveError>>()?;
         for (built, contact) in contacts.iter().zip(&spec.contacts) {
             built.check_start(&poses[contact.body])?;
@@ -250,6 +217,11 @@ impl RunModel {
         }
     }
 
+    /// Name of the observed point `k`.
+    pub fn point_name(&self, k: usize) -> &str {
+        &self.points[k].name
+    }
+
     /// Sizes of the models of contact `i`, those of both bodies together.
     pub fn trial_sizes(&self, i: usize) -> TrialSizes {
         let (body, target) = self.system.forces()[i].contact.bodies();
@@ -279,17 +251,54 @@ impl RunModel {
     }
 }
 
-/// Checks that every contact of `spec` can be simulated, as far as the shapes and the motions at
-/// the start tell; builds nothing.
+/// Checks that `spec` can be simulated, as far as shapes, meshes and the motions at the start tell;
+/// builds nothing.
 ///
 /// # Errors
-/// [`AdaptiveError`] as a run, for contacts that have no plan and bodies that overlap.
-pub fn check_contacts(spec: &RunSpec) -> Result<(), AdaptiveError> {
+/// [`AdaptiveError`] as a run, for contacts that have no plan, stress that they do not give, bodies that
+/// overlap and places that leave their body.
+pub fn check_unbuilt(spec: &RunSpec) -> Result<(), AdaptiveError> {
+    check_places(spec)?;
     let poses = start::poses(spec)?;
     let first = FirstTouches::new(spec, &poses);
     let plans = plan::plans(&first)?;
+    stress::check(spec, &plans)?;
     check_mesh_zones(&first, &plans)?;
     check_undeformed(spec, &poses)
+}
+
+/// Checks that the parts of bodies that joints and loads hold, that move like rigid ones or are observed
+/// are parts of them.
+///
+/// # Errors
+/// [`AdaptiveError::Geometry`] or [`AdaptiveError::Mesh`] with the name of the body.
+fn check_places(spec: &RunSpec) -> Result<(), AdaptiveError> {
+    let joints = spec.joints.iter().chain(&spec.loops).flat_map(|joint| [&joint.parent, &joint.child]);
+    let attached = joints.chain(spec.loads.iter().map(|load| &load.at));
+    let attached = attached.filter_map(|at| Some((at.body?, &at.place)));
+    let places = attached.chain(spec.points.iter().map(|point| (point.body, &point.place)));
+    let held = places.filter_map(|(body, place)| match place {
+        Place::Area(area) => Some((body, area)),
+        Place::Point(_) | Place::Marker(_) => None,
+    });
+    let bodies = spec.bodies.iter().enumerate().filter_map(|(b, body)| Some((b, body.kind.flexible()?)));
+    let rigid = bodies.flat_map(|(b, flexible)| flexible.rigid_areas.iter().map(move |area| (b, area)));
+    held.chain(rigid).try_for_each(|(b, area)| {
+        let BodySpec { name, kind, .. } = &spec.bodies[b];
+        check_extent(name, kind, &area.extent)
+    })
+}
+
+/// Checks that `extent` is a part of the body `name`.
+fn check_extent(name: &str, kind: &BodyKind, extent: &Extent) -> Result<(), AdaptiveError> {
+    if let Some(meshed) = kind.meshed() {
+        let found = part_of(&meshed.mesh, extent);
+        return found.map(|_| ()).map_err(|source| AdaptiveError::Mesh { body: name.into(), source });
+    }
+    let Some(elastic) = kind.elastic() else { return Ok(()) };
+    let space = PatchSpace::new(elastic.shape.patches.clone());
+    let found = space.and_then(|space| extent.points(&elastic.shape, &space, &elastic.model));
+    found.map(|_| ()).map_err(|source| AdaptiveError::Geometry { body: name.into(), source })
 }
 
 /// Begins work at body `i`.

@@ -21,8 +21,7 @@ pub struct RunLayout {
     pub bodies: Vec<BodyLayout>,
     /// Names of contacts in the order of [`Sample::contacts`].
     pub contacts: Vec<String>,
-    /// Names of the stops of joints. In records of impacts their indices follow those of the
-    /// contacts.
+    /// Names of the stops of joints, whose indices in records of impacts follow those of the contacts.
     pub stops: Vec<String>,
     /// Observed points in the order of [`Sample::points`].
     pub points: Vec<PointLayout>,
@@ -464,6 +463,23 @@ pub struct StressState {
     pub interface_forces: Vec<f64>,
     /// Forces of contacts that were refined in the run.
     pub zones: Vec<ZoneLoad>,
+    /// Forces of which the elastic coordinates alone tell.
+    pub bare: Vec<BareForce>,
+}
+
+/// The force of a contact on a body whose modes alone tell of it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct BareForce {
+    /// Index of the contact.
+    pub contact: u32,
+    /// Index of the body.
+    pub body: u32,
+    /// Where it acts, in the frame of the body \[m\].
+    pub place: [f64; 3],
+    /// Its size \[N\].
+    pub force: f64,
+    /// Radius of the circle over which it is spread, of plane models half the width \[m\].
+    pub radius: f64,
 }
 
 /// What a zone covers of the surface of its body.

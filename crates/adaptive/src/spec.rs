@@ -24,8 +24,8 @@ pub use body::{
     InitialMotion, MeshedSpec, Place, RefinementSpec, RigidSpec,
 };
 pub use contact::{
-    ContactLaw, ContactSpec, DivisionRule, HertzPartner, HertzSpec, HertzSphere, IntervalSpec, LowModes,
-    PenaltySearch, PointRule, SurfaceLaw, Target, TransferMethod, TransferSpec, Treatment,
+    ContactLaw, ContactSpec, DivisionRule, HertzPartner, HertzSpec, HertzSphere, IntervalSpec, LocalField,
+    LowModes, PenaltySearch, PointRule, SurfaceLaw, Target, TransferMethod, TransferSpec, Treatment,
 };
 pub use iga_core::extent::Extent;
 pub use imported::ImportedSpec;
@@ -101,9 +101,11 @@ pub struct RunSettings {
     pub free_interval: Option<f64>,
     /// Least time between stored states in impact phases; zero: every step is stored \[s\].
     pub impact_interval: f64,
-    /// Least time between stored states as a share of the time since the start of their phase: long
-    /// phases do not fill the disk.
+    /// Least time between stored states of impact phases as a share of the time since the start of
+    /// their phase: long phases do not fill the disk.
     pub phase_share: f64,
+    /// The same of free phases; zero where their interval is given.
+    pub free_share: f64,
     /// Whether stored states have the pressures at contact points.
     pub pressure: bool,
 }

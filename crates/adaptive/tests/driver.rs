@@ -221,7 +221,7 @@ fn states_of_a_long_phase_are_stored_at_growing_intervals() {
     let stored = |share: f64| {
         let mut spec = ball(0.1e-3, 0.1, 4e-2);
         spec.settings.free_interval = Some(1e-5);
-        spec.settings.phase_share = share;
+        (spec.settings.phase_share, spec.settings.free_share) = (share, share);
         finished(&spec)
     };
     let (all, few) = (stored(0.0), stored(0.02));

@@ -143,7 +143,7 @@ pub fn broken(spec: &RunSpec, change: impl FnOnce(&mut RunModel)) -> (Trace, Res
 
 pub fn drop_contact(model: &mut RunModel) {
     // The check of the start asks the contact for the distance of spheres.
-    (model.contacts[0].refinement, model.contacts[0].radii) = (None, None);
+    (model.contacts[0].refinement, model.contacts[0].spheres) = (None, None);
     let (body, target) = model.system.forces()[0].contact.bodies();
     let nothing = Active::new(InactiveContact::new(body, target));
     model.system.forces_mut()[0] = RunContact::new(Box::new(nothing));

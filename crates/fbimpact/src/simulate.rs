@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::time::Instant;
 
 use adaptive::AdaptiveError;
+use adaptive::checks::start::of_bodies;
 use adaptive::model::RunModel;
 use adaptive::record::Timings;
 use adaptive::run::driver;
@@ -168,7 +169,7 @@ pub fn modes_with(
     let alone = body.map(|body| one_body::alone(&sized, body));
     let scenario = alone.as_ref().unwrap_or(&sized);
     let spec = &scenario.run;
-    let model = build(spec, threads, cache)?;
+    let model = told(build(spec, threads, cache)?);
     let notes = chosen_sizes::notes(&scenario.source.resolved);
     let wanted = body.map(|b| scenario.bodies[b].name.as_str());
     let bodies = model.bodies.iter().zip(&spec.bodies);
@@ -208,10 +209,16 @@ pub fn system_modes_with(
     let scenario = &*sized(scenario, threads, cache)?;
     let mut spec = scenario.run.clone();
     spec.settings.static_start |= is_static;
-    let model = build(&spec, threads, cache)?;
+    let model = told(build(&spec, threads, cache)?);
     let modes = model.system.small_vibrations(0.0, &model.initial);
     let names = model.bodies.iter().map(|b| b.name.clone()).collect();
     Ok((names, modes.map_err(|e| AppError::model(AdaptiveError::Model(e)))?))
+}
+
+/// Tells of bodies what a run would tell of them.
+fn told(model: RunModel) -> RunModel {
+    of_bodies(&model).iter().for_each(|(_, warning)| tracing::warn!("{}", warning.line()));
+    model
 }
 
 fn body_modes(body: &BodyModel, spec: &BodySpec) -> BodyModes {

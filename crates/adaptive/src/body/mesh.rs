@@ -159,11 +159,18 @@ pub fn dofs_of(n: usize) -> Vec<Dof> {
 
 /// [`Field::points_of`] of `field` on the nodes of `mesh`.
 pub fn points_of(field: &dyn Field, mesh: &Mesh, extent: &Extent) -> Result<Vec<ExtentPoint>, AdaptiveError> {
-    let points = match extent {
+    part_of(mesh, extent).map_err(|source| AdaptiveError::Mesh { body: field.name().to_owned(), source })
+}
+
+/// The points of a part of the body of `mesh`.
+///
+/// # Errors
+/// [`MeshFault`] if it has no such part.
+pub fn part_of(mesh: &Mesh, extent: &Extent) -> Result<Vec<ExtentPoint>, MeshFault> {
+    match extent {
         Extent::Face(name) => mesh.face_part(name),
         Extent::Around { point, radius } => mesh.around(point, *radius),
-    };
-    points.map_err(|source| AdaptiveError::Mesh { body: field.name().to_owned(), source })
+    }
 }
 
 /// [`Field::named_place`] of the same: a mesh has no points with names.

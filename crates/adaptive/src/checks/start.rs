@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use ffr_dynamics::force::BodyState;
 
 use super::motion::fast_approach;
+use super::resolution::{coarse_mesh, coarse_place};
 use super::watch::WatchedPair;
 use crate::error::AdaptiveError;
 use crate::model::{ContactModel, RunModel};
@@ -30,10 +31,12 @@ pub fn check(
 ) -> Result<Vec<(usize, Warning)>, AdaptiveError> {
     let y = model.initial.clone();
     let states = model.system.body_states(0.0, &y).to_vec();
-    let mut warnings = Vec::new();
+    let spins = |b: usize| Some((b, sudden_spin(model, b, &states[b])?));
+    let mut warnings: Vec<(usize, Warning)> = (0..states.len()).filter_map(spins).collect();
     for (i, search) in searches.iter_mut().enumerate() {
         let (mut normal, motion) = normal_motion(&mut model.system, 0.0, &y, i);
-        let overlap = match model.contacts[i].radii {
+        let spheres = model.contacts[i].spheres.as_ref();
+        let overlap = match spheres.map(|(own, other)| (own.radius, other.as_ref().map(|o| o.radius))) {
             Some(radii) => of_spheres(model, i, radii, (&states, &y))?,
             None => {
                 let (pair, detector) = (pair(model, i), detector(model, i, search)?);
@@ -55,6 +58,57 @@ pub fn check(
         warnings.push((i, allowed(&facts.name, &overlap, facts.allowed_overlap)));
     }
     Ok(warnings)
+}
+
+/// The warnings of bodies by themselves: of meshes too coarse for their modes, and for the places that
+/// joints and loads hold; each with the index of its body.
+pub fn of_bodies(model: &RunModel) -> Vec<(usize, Warning)> {
+    let bodies = model.bodies.iter().enumerate();
+    let found = bodies.flat_map(|(b, body)| {
+        let known = model.frequency_errors.get(b).copied().flatten();
+        [coarse_mesh(body, known), coarse_place(body)].into_iter().flatten().map(move |warning| (b, warning))
+    });
+    found.collect()
+}
+
+/// Strain `(ω a/c)²` by a spin at the start above which stress that rings with it is told; 2 MPa in
+/// steel.
+const STRAIN_OF_SPIN: f64 = 1e-5;
+
+/// The warning of body `b`, in which stress is asked for and which starts undeformed in the motion
+/// `state`, at a spin that strains it.
+fn sudden_spin(model: &RunModel, b: usize, state: &BodyState) -> Option<Warning> {
+    let (body, flexible) = (&model.bodies[b], model.bodies[b].flexible()?);
+    let rate = state.angular_velocity_in_body.norm();
+    let crossing = 0.5 * flexible.body.size() / flexible.body.slowest_material()?.bar_speed();
+    let strain = (rate * crossing).powi(2);
+    let is_undeformed = state.elastic.iter().all(|q| *q == 0.0) && !state.elastic.is_empty();
+    (is_undeformed && strain > STRAIN_OF_SPIN && model.is_stress_asked(b)).then(|| Warning {
+        kind: WarningKind::SuddenSpin,
+        subject: format!("body \"{}\"", body.name),
+        time: 0.0,
+        value: strain,
+        limit: STRAIN_OF_SPIN,
+        message: format!(
+            "it starts undeformed at {rate:.4e} rad/s, whose centrifugal force strains it by some {strain:.0e}: its stress rings between \
+             none and twice that of the spin"
+        ),
+        remedy: "set simulation.static_start = true".into(),
+    })
+}
+
+/// The warning of the contact `name`, closed at a start in equilibrium.
+pub fn static_contact(name: &str) -> Warning {
+    Warning {
+        kind: WarningKind::StaticContact,
+        subject: format!("contact \"{name}\""),
+        time: 0.0,
+        message: "it is closed at the start, and the equilibrium of simulation.static_start holds joints and does not know of contacts: \
+                  what presses the bodies does so at once, and the force rings between none and twice what it settles at"
+            .into(),
+        remedy: "read the force after its ringing, with damping of bodies and joints that is enough for that, or raise the load slowly".into(),
+        ..Warning::default()
+    }
 }
 
 /// The warning of a contact by Hertz's law whose body `body` has modes that yield at the touch,
@@ -156,7 +210,7 @@ fn surfaces(model: &RunModel, i: usize) -> Result<Detector, AdaptiveError> {
 fn of_spheres(
     model: &mut RunModel,
     i: usize,
-    radii: [f64; 2],
+    (radius, other_radius): (f64, Option<f64>),
     (states, y): (&[BodyState], &[f64]),
 ) -> Result<Option<Overlap>, AdaptiveError> {
     let (force, motion) = model.system.force_in_motion(0.0, y, i);
@@ -165,14 +219,14 @@ fn of_spheres(
     match facts.target {
         Target::Body(other) if !gap.is_finite() || !normal.x.is_finite() => {
             let bodies = [facts.body, other].map(|body| model.bodies[body].name.clone());
-            let (contact, distance) = (facts.name.clone(), radii[0] + radii[1]);
+            let (contact, distance) = (facts.name.clone(), radius + other_radius.unwrap_or(0.0));
             return Err(AdaptiveError::CentresCoincide { contact, bodies, distance });
         }
-        Target::Plane { .. } if gap <= -2.0 * radii[0] => {
-            return Err(pair(model, i).behind_plane(-gap - 2.0 * radii[0], &(normal * -gap)));
+        Target::Plane { .. } if gap <= -2.0 * radius => {
+            return Err(pair(model, i).behind_plane(-gap - 2.0 * radius, &(normal * -gap)));
         }
         _ => {}
     }
-    let point = states[facts.body].position - normal * radii[0];
-    Ok((gap < 0.0).then(|| Overlap { depth: -gap, point, shift: normal * -gap, size: radii[0] }))
+    let point = states[facts.body].position - normal * radius;
+    Ok((gap < 0.0).then(|| Overlap { depth: -gap, point, shift: normal * -gap, size: radius }))
 }

@@ -3,12 +3,13 @@
 use contact_qs::ContactError;
 use contact_qs::contact_element::ActiveContact;
 use contact_qs::plane::Plane;
-use contact_qs::{HertzContact, PressureRecovery, Sphere};
+use contact_qs::{HertzContact, PressureRecovery};
 use ffr_dynamics::force::BodyState;
 use ffr_dynamics::force::active::Active;
 use nalgebra::{Unit, Vector3};
 
 use super::default_penalty::{self, Side};
+use super::facts::sphere;
 use super::plan::{ContactPlan, request, requests};
 use super::{BodyModel, ContactModel};
 use crate::body::FullModel;
@@ -23,16 +24,14 @@ use crate::impact::AdaptiveContact;
 use crate::sizing::zone::{predicted_line, predicted_zone};
 use crate::spec::unsupported::Unsupported;
 use crate::spec::{
-    ContactLaw, ContactSpec, FlexibleSpec, HertzSpec, HertzSphere, ReductionSpec, RefinementSpec, RunSpec,
-    SurfaceLaw, Target, Treatment,
+    ContactLaw, ContactSpec, FlexibleSpec, HertzSpec, ReductionSpec, RefinementSpec, RunSpec, SurfaceLaw,
+    Target, Treatment,
 };
 use crate::state::simulation::RunContact;
 use crate::store::ModelCache;
 use crate::surface::{MeshSurface, SurfacePlace};
 use crate::touch::detection::InactiveContact;
 use crate::touch::first::FirstTouches;
-use crate::touch::hertz::contact_modulus;
-use crate::touch::wave::wave_speed;
 
 /// A contact ready for the system.
 pub struct BuiltContact {
@@ -66,25 +65,16 @@ pub fn adaptive_contacts(
     let is_refined = |i: usize| plans[i] == ContactPlan::AtTouch;
     let takes_part = |i: usize| {
         let mut contacts = spec.contacts.iter().enumerate();
-        contacts.any(|(k, c)| is_refined(k) && takes_part(c, i))
+        contacts.any(|(k, c)| is_refined(k) && c.acts_on(i))
     };
     let surface = |(i, body): (usize, &BodyModel)| if takes_part(i) { body.surface() } else { Ok(None) };
     let surfaces = bodies.iter().enumerate().map(surface).collect::<Result<Vec<_>, AdaptiveError>>()?;
-    let refined = || spec.contacts.iter().enumerate().filter(|(i, _)| is_refined(*i));
-    refined()
-        .filter_map(|(i, contact)| match &contact.law {
-            ContactLaw::Surface(law) => {
-                let adaptive = AdaptiveContact::new(contact, law, (bodies, &surfaces), cache);
-                Some(adaptive.map(|adaptive| (i, adaptive)))
-            }
-            ContactLaw::Hertz(_) => None,
-        })
-        .collect()
-}
-
-/// Whether `contact` acts on body `index`.
-pub fn takes_part(contact: &ContactSpec, index: usize) -> bool {
-    contact.body == index || contact.target == Target::Body(index)
+    let refined = spec.contacts.iter().enumerate().filter(|(i, _)| is_refined(*i));
+    let adaptive = |(i, contact): (usize, &ContactSpec)| {
+        let adaptive = AdaptiveContact::new(contact, contact.law.surface()?, (bodies, &surfaces), cache);
+        Some(adaptive.map(|adaptive| (i, adaptive)))
+    };
+    refined.filter_map(adaptive).collect()
 }
 
 /// Refinements that the contacts of body `index` ask for.
@@ -115,7 +105,7 @@ impl Zones {
         if contact.body == index {
             Some(&self.contact_body)
         } else {
-            self.target.as_ref().filter(|_| takes_part(contact, index))
+            self.target.as_ref().filter(|_| contact.acts_on(index))
         }
     }
 }
@@ -130,19 +120,14 @@ pub fn zones(
     full: &[FullModel<'_>],
 ) -> Result<Vec<Option<Zones>>, AdaptiveError> {
     let of = |(contact, plan): (&ContactSpec, &ContactPlan)| {
-        let ContactLaw::Surface(law) = &contact.law else { return Ok(None) };
-        let sites = match plan {
-            ContactPlan::FromStart(sites) => sites,
-            ContactPlan::Point | ContactPlan::AtTouch => {
-                check_line(first, contact, plan)?;
-                return Ok(None);
-            }
-        };
         check_line(first, contact, plan)?;
+        let (Some(law), ContactPlan::FromStart(sites)) = (contact.law.surface(), plan) else {
+            return Ok(None);
+        };
         let zone = |body: usize, site: SurfacePlace| {
             let FullModel::Flexible(full) = &full[body] else { return Err(no_surface(contact)) };
             let zone = start_zone(first, contact, law, body, site, |wanted| full.zone_at_start(wanted))?;
-            let other = if body == contact.body { contact.target.body() } else { Some(contact.body) };
+            let other = contact.bodies().find(|other| *other != body);
             let thickness = |body: usize| first.spec.bodies[body].kind.thickness();
             Ok(zone.over_both(thickness(body), other.and_then(thickness)))
         };
@@ -194,9 +179,8 @@ fn check_line(
     plan: &ContactPlan,
 ) -> Result<(), AdaptiveError> {
     let spec = first.spec;
-    let ContactLaw::Surface(law) = &contact.law else { return Ok(()) };
-    let other = contact.target.body();
-    let bodies = || [Some(contact.body), other].into_iter().flatten().map(|body| &spec.bodies[body]);
+    let Some(law) = contact.law.surface() else { return Ok(()) };
+    let bodies = || contact.bodies().map(|body| &spec.bodies[body]);
     let mesh = bodies().find(|body| body.kind.brings_mesh());
     let Some(mesh) = mesh.filter(|_| law.treatment != Treatment::Coarse) else { return Ok(()) };
     let Some(line) = predicted_line(first, contact) else { return Ok(()) };
@@ -223,12 +207,9 @@ pub fn check_mesh_zones(first: &FirstTouches<'_>, plans: &[ContactPlan]) -> Resu
     let spec = first.spec;
     for (contact, plan) in spec.contacts.iter().zip(plans) {
         check_line(first, contact, plan)?;
-        let (ContactLaw::Surface(law), ContactPlan::FromStart(sites)) = (&contact.law, plan) else {
-            continue;
-        };
-        let other = contact.target.body();
-        for (body, site) in [(Some(contact.body), Some(sites.contact_body)), (other, sites.target)] {
-            let (Some(body), Some(site)) = (body, site) else { continue };
+        let (Some(law), ContactPlan::FromStart(sites)) = (contact.law.surface(), plan) else { continue };
+        for (body, site) in contact.bodies().zip([Some(sites.contact_body), sites.target]) {
+            let Some(site) = site else { continue };
             if let Some(mesh) = spec.bodies[body].kind.meshed() {
                 let (name, surface) = (&spec.bodies[body].name, MeshSurface::of(&mesh.mesh));
                 let wanted = |wanted: &StartZone<'_>| zone_on_mesh(name, &surface, wanted).map(|_| ());
@@ -273,7 +254,7 @@ fn interface_of(spec: &RunSpec, index: usize, zones: &[Option<Zones>]) -> Result
     let mut unknowns = Vec::new();
     let unsupported = |what| Err(AdaptiveError::unsupported_body(&body.name, what));
     for (contact, zones) in spec.contacts.iter().zip(zones) {
-        let (Some(zones), ContactLaw::Surface(law)) = (zones, &contact.law) else { continue };
+        let (Some(zones), Some(law)) = (zones, contact.law.surface()) else { continue };
         let Some(zone) = zones.on(contact, index) else { continue };
         let wanted = match law.treatment {
             Treatment::Quasistatic => InterfaceModes::Quasistatic,
@@ -295,7 +276,7 @@ fn interface_of(spec: &RunSpec, index: usize, zones: &[Option<Zones>]) -> Result
     }
     let has_others = !unknowns.is_empty() && modes != InterfaceModes::Quasistatic;
     let is_refined = |c: &ContactSpec, zones: &Option<Zones>| {
-        zones.is_none() && matches!(c.law, ContactLaw::Surface(_)) && takes_part(c, index)
+        zones.is_none() && c.law.surface().is_some() && c.acts_on(index)
     };
     if has_others && spec.contacts.iter().zip(zones).any(|(c, z)| is_refined(c, z)) {
         return unsupported(Unsupported::MixedWithRefined { model: modes.name() });
@@ -308,6 +289,7 @@ fn interface_of(spec: &RunSpec, index: usize, zones: &[Option<Zones>]) -> Result
 /// # Errors
 /// [`AdaptiveError::Contact`] if its values make no contact.
 pub fn build_contact(
+    run: &RunSpec,
     spec: &ContactSpec,
     plan: &ContactPlan,
     zones: Option<&Zones>,
@@ -320,21 +302,14 @@ pub fn build_contact(
     let size = flexible(spec.body).map_or(0.0, |e| e.body.size());
     let (element, width, size): (Box<dyn ActiveContact>, _, _) = match (&spec.law, spec.target, zones) {
         (ContactLaw::Surface(_), target, _) if *plan == ContactPlan::AtTouch => {
-            let target = match target {
-                Target::Plane { .. } => None,
-                Target::Body(other) => Some(other),
-            };
-            (Box::new(Active::new(InactiveContact::new(spec.body, target))), 0.0, size)
+            (Box::new(Active::new(InactiveContact::new(spec.body, target.body()))), 0.0, size)
         }
         (ContactLaw::Surface(law), target, Some(zones)) => {
             let side = |body: usize, zone| Some(Side { body, model: flexible(body)?, zone });
             let own = side(spec.body, &zones.contact_body);
             let own =
                 own.ok_or_else(|| without_model(ContactModelFault::Settings("the contact body is rigid")))?;
-            let other = match target {
-                Target::Plane { .. } => None,
-                Target::Body(body) => zones.target.as_ref().and_then(|zone| side(body, zone)),
-            };
+            let other = target.body().zip(zones.target.as_ref()).and_then(|(body, zone)| side(body, zone));
             let contact = zone_contact(law, target, own, other, bodies, poses).map_err(fail)?;
             (contact, zones.contact_body.widths[0], size)
         }
@@ -348,60 +323,9 @@ pub fn build_contact(
             return Err(without_model(fault));
         }
     };
-    let is_static = matches!(&spec.law, ContactLaw::Surface(law) if law.treatment == Treatment::Quasistatic);
-    let model = ContactModel {
-        name: spec.name.clone(),
-        body: spec.body,
-        widths: [width, 0.0],
-        size,
-        target: spec.target,
-        allowed_overlap: spec.initial_overlap,
-        radii: radii(spec),
-        spheres: spheres(spec, bodies)?,
-        flexible_under_hertz: flexible_under_hertz(spec, bodies),
-        wave_speed: slowest_wave(spec, bodies),
-        round_trip: shortest_round_trip(spec, bodies),
-        modulus: modulus(spec, bodies),
-        loads_interface: is_static && zones.is_some(),
-        refinement: None,
-    };
+    let model = ContactModel::new(run, spec, bodies, size, zones.map(|_| width))?;
     let recovery = zones.map(|zones| PressureRecovery::new(&zones.contact_body.points));
     Ok(BuiltContact { element: RunContact::new(element).with_pressures(recovery), model })
-}
-
-/// Radii of the spheres of a Hertz contact, infinite of a plane; none of other surfaces.
-fn radii(spec: &ContactSpec) -> Option<[f64; 2]> {
-    let ContactLaw::Hertz(law) = &spec.law else { return None };
-    let (own, other) = law.spheres(spec.target)?;
-    Some([own.radius, other.map_or(f64::INFINITY, |sphere| sphere.radius)])
-}
-
-/// The spheres of a Hertz contact; none of other surfaces.
-fn spheres(
-    spec: &ContactSpec,
-    bodies: &[BodyModel],
-) -> Result<Option<(Sphere, Option<Sphere>)>, AdaptiveError> {
-    let ContactLaw::Hertz(law) = &spec.law else { return Ok(None) };
-    let Some((own, other)) = law.spheres(spec.target) else { return Ok(None) };
-    let other = match (other, spec.target) {
-        (Some(facing), Target::Body(target)) => Some(sphere(target, facing, bodies)?),
-        _ => None,
-    };
-    Ok(Some((sphere(spec.body, own, bodies)?, other)))
-}
-
-/// The first flexible body whose surface meets another by Hertz's law; spheres meet with their
-/// centres.
-fn flexible_under_hertz(spec: &ContactSpec, bodies: &[BodyModel]) -> Option<usize> {
-    let ContactLaw::Hertz(law) = &spec.law else { return None };
-    let target = match spec.target {
-        Target::Body(target) => Some(target),
-        Target::Plane { .. } => None,
-    };
-    let has_modes = |body: &usize| bodies[*body].data.n_modes() > 0;
-    law.spheres(spec.target)
-        .is_none()
-        .then(|| [Some(spec.body), target].into_iter().flatten().find(has_modes))?
 }
 
 /// The force element of a contact by Hertz's law.
@@ -439,70 +363,6 @@ fn hertz_contact(
     contact.and_then(|contact| contact.with_friction(law.friction)).map_err(fail)
 }
 
-/// Largest density of a solid, that of osmium: if the sphere of Hertz's law would be denser, it is
-/// only a part of its body [kg/m³].
-const DENSEST: f64 = 2.26e4;
-
-/// Time that a wave takes to run to and fro through the flexible body of a contact that is crossed
-/// soonest; infinite of none \[s\].
-fn shortest_round_trip(spec: &ContactSpec, bodies: &[BodyModel]) -> f64 {
-    let target = match spec.target {
-        Target::Body(body) => Some(body),
-        Target::Plane { .. } => None,
-    };
-    let of_body = |body: usize| {
-        let body = bodies[body].flexible()?.body.as_ref();
-        let material = body.slowest_material()?;
-        Some(2.0 * body.size() / material.bar_speed())
-    };
-    [Some(spec.body), target].into_iter().flatten().filter_map(of_body).fold(f64::INFINITY, f64::min)
-}
-
-/// Speed of waves in the slower of the materials that meet; infinite between rigid ones [m/s].
-fn slowest_wave(spec: &ContactSpec, bodies: &[BodyModel]) -> f64 {
-    let material =
-        |body: usize| bodies[body].flexible().and_then(|flexible| flexible.body.slowest_material());
-    let of_body = |body: usize, sphere: Option<&HertzSphere>| match (material(body), sphere) {
-        (Some(material), _) => material.bar_speed(),
-        (None, Some(sphere)) => {
-            let volume = 4.0 / 3.0 * std::f64::consts::PI * sphere.radius.powi(3);
-            wave_speed(sphere.solid.young, (bodies[body].data.mass / volume).min(DENSEST))
-        }
-        (None, None) => f64::INFINITY,
-    };
-    let (own, other) = match &spec.law {
-        ContactLaw::Hertz(law) => {
-            law.spheres(spec.target).map_or((None, None), |(own, other)| (Some(own), other))
-        }
-        ContactLaw::Surface(_) => (None, None),
-    };
-    let target = match spec.target {
-        Target::Body(body) => of_body(body, other),
-        Target::Plane { .. } => f64::INFINITY,
-    };
-    of_body(spec.body, own).min(target)
-}
-
-/// Modulus `E*` of the two materials that meet \[Pa\].
-fn modulus(spec: &ContactSpec, bodies: &[BodyModel]) -> f64 {
-    if let ContactLaw::Hertz(law) = &spec.law {
-        return contact_modulus(&law.solids().map(|solid| (solid.young, solid.poisson)));
-    }
-    let of_body = |body: usize| {
-        let material = bodies[body].flexible().and_then(|flexible| flexible.body.slowest_material());
-        material.map_or((f64::INFINITY, 0.0), |m| (m.youngs_modulus(), m.poissons_ratio()))
-    };
-    match spec.target {
-        Target::Body(target) => contact_modulus(&[of_body(spec.body), of_body(target)]),
-        Target::Plane { .. } => contact_modulus(&[of_body(spec.body)]),
-    }
-}
-
-fn sphere(body: usize, sphere: &HertzSphere, bodies: &[BodyModel]) -> Result<Sphere, AdaptiveError> {
-    let centre = bodies[body].point(&sphere.centre)?;
-    Ok(Sphere { body, centre, radius: sphere.radius, solid: sphere.solid })
-}
-
 /// Contact with one model for the whole run (theory section C.8), the `bodies` being in the motions
 /// `poses` at the start.
 fn zone_contact(
@@ -515,10 +375,7 @@ fn zone_contact(
 ) -> Result<Box<dyn ActiveContact>, ContactError> {
     // The factor is replaced where none is given.
     let penalty = law.penalty.unwrap_or(FALLBACK_PENALTY);
-    let rigid = match target {
-        Target::Body(body) => bodies[body].rigid_surface().map(|surface| (body, surface)),
-        Target::Plane { .. } => None,
-    };
+    let rigid = target.body().and_then(|body| Some((body, bodies[body].rigid_surface()?)));
     let on_target = match (&other, rigid) {
         (Some(side), _) => Some(side.of_contact(law)),
         (None, rigid) => rigid.map(|(body, surface)| surface.side(body, false)),

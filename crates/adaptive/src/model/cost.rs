@@ -3,7 +3,7 @@
 use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::reduction::Pencil;
 
-use super::contacts::{interfaces, takes_part, zones};
+use super::contacts::{interfaces, zones};
 use super::plan::{self, ContactPlan};
 use super::{full_models, resolution};
 use crate::body::FullModel;
@@ -12,7 +12,7 @@ use crate::error::AdaptiveError;
 use crate::record::ZoneSite;
 use crate::record::ZoneSize;
 use crate::sizing::zone::predicted_zone;
-use crate::spec::{ContactLaw, ContactSpec, ImportedSpec, RunSpec, SurfaceLaw, Target};
+use crate::spec::{ContactSpec, ImportedSpec, RunSpec, SurfaceLaw};
 use crate::surface::SurfacePlace;
 use crate::system::start;
 use crate::touch::first::FirstTouches;
@@ -69,17 +69,16 @@ pub fn costs(spec: &RunSpec) -> Result<Vec<ModelCost>, AdaptiveError> {
         let contacts = spec.contacts.iter().zip(&plans).filter(|(_, plan)| **plan == ContactPlan::AtTouch);
         let (whole, smooth): (Vec<_>, Vec<_>) = contacts
             .map(|(contact, _)| contact)
-            .filter(|contact| takes_part(contact, index))
+            .filter(|contact| contact.acts_on(index))
             .partition(|contact| plan::is_whole(&first, contact));
         let touches = smooth.into_iter().filter_map(|contact| touch(&first, contact, index));
         match full {
             FullModel::Flexible(coarse) => {
                 let n_elements = coarse.space().n_elements();
                 costs.push(cost(coarse.assembled(), n_elements, &interface.unknowns)?);
-                let whole = whole.into_iter().filter_map(|contact| {
-                    let ContactLaw::Surface(law) = &contact.law else { return None };
-                    Some((contact, law, ZoneSite::WHOLE))
-                });
+                let whole = whole
+                    .into_iter()
+                    .filter_map(|contact| Some((contact, contact.law.surface()?, ZoneSite::WHOLE)));
                 let touches = touches.map(|touch| {
                     let site =
                         ZoneSite::about((touch.site.face, touch.site.xi), ZoneSize::usual([touch.width; 2]));
@@ -113,13 +112,8 @@ struct Touch<'a> {
 /// The first touch of `contact`, which gets fine models then, on body `index`; none if Hertz's
 /// theory has no answer.
 fn touch<'a>(first: &FirstTouches<'_>, contact: &'a ContactSpec, index: usize) -> Option<Touch<'a>> {
-    let ContactLaw::Surface(law) = &contact.law else { return None };
-    let zone = predicted_zone(first, contact)?;
-    let side = match contact.target {
-        _ if contact.body == index => 0,
-        Target::Body(other) if other == index => 1,
-        _ => return None,
-    };
+    let (law, zone) = (contact.law.surface()?, predicted_zone(first, contact)?);
+    let side = contact.bodies().position(|body| body == index)?;
     Some(Touch { contact, law, site: zone.sites[side]?, width: law.interval.width.unwrap_or(zone.width) })
 }
 

@@ -6,7 +6,6 @@ use contact_qs::search::SurfaceModel;
 use ffr_dynamics::body::RigidMotion;
 use tracing::warn;
 
-use super::contacts::takes_part;
 use super::plan::ContactPlan;
 use super::{BodyModel, FlexibleModel, RunModel, held_damping, observed_points};
 use crate::error::AdaptiveError;
@@ -14,13 +13,13 @@ use crate::impact::FineBasis;
 use crate::paper::fine_modes::{FineModes, check_fine_modes};
 use crate::spec::LowModes;
 use crate::spec::unsupported::Unsupported;
-use crate::spec::{ContactLaw, ContactSpec, RunSpec};
+use crate::spec::{ContactSpec, RunSpec};
 use crate::system::body::FineState;
 use crate::system::joints;
 
 /// Whether fine models of `contact` have modes of their own.
-fn has_fine_modes(contact: &ContactSpec) -> bool {
-    matches!(&contact.law, ContactLaw::Surface(law) if law.transfer.modes == LowModes::Fine)
+pub fn has_fine_modes(contact: &ContactSpec) -> bool {
+    contact.law.surface().is_some_and(|law| law.transfer.modes == LowModes::Fine)
 }
 
 /// Whether bodies will change their modes.
@@ -40,8 +39,8 @@ pub fn needs_fine_modes(
         if *plan != ContactPlan::AtTouch {
             return refuse(Unsupported::FineModesFromStart);
         }
-        for (i, body) in bodies.iter().enumerate().filter(|(i, _)| takes_part(contact, *i)) {
-            let other = all().find(|(c, plan)| takes_part(c, i) && **plan != ContactPlan::AtTouch);
+        for (i, body) in bodies.iter().enumerate().filter(|(i, _)| contact.acts_on(*i)) {
+            let other = all().find(|(c, plan)| c.acts_on(i) && **plan != ContactPlan::AtTouch);
             if let Some((other, _)) = other {
                 let (body, other) = (body.name.clone(), other.name.clone());
                 return refuse(Unsupported::FineModesShared { body, other });

@@ -5,7 +5,7 @@ use contact_qs::ContactError;
 use crate::body::zone::at_start::{ZoneRequest, refined_width};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::spec::unsupported::Unsupported;
-use crate::spec::{ContactLaw, ContactSpec, ElasticSpec, RunSpec, SurfaceLaw, Target, Treatment};
+use crate::spec::{ContactLaw, ContactSpec, ElasticSpec, RunSpec, SurfaceLaw, Treatment};
 use crate::surface::{self, SurfacePlace};
 use crate::touch::first::FirstTouches;
 use crate::touch::parts::{TouchKind, TouchZone};
@@ -17,7 +17,8 @@ use crate::touch::sites::Sites;
 /// pairs are too, with the width and penalty factor given, unless both bodies, as far as they are
 /// flexible, are refined by their own discretisation at the places where they are nearest at the
 /// start and no interval is given: then that refinement is the model of the whole run, as it always
-/// is of coarse contacts and of those with a plane.
+/// is of coarse contacts and of those with a plane, unless these are quasistatic and nobody has given
+/// a zone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum ContactPlan {
     /// No zone is built: Hertz's law.
@@ -58,8 +59,7 @@ fn plan(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Result<ContactPlan
             }
             TouchZone::Whole => return Ok(ContactPlan::AtTouch),
             TouchZone::Unseen => {
-                let is_rigid =
-                    matches!(contact.target, Target::Body(other) if spec.bodies[other].kind.is_rigid());
+                let is_rigid = contact.target.body().is_some_and(|other| spec.bodies[other].kind.is_rigid());
                 return without_model(ContactModelFault::BetweenPoints { is_rigid });
             }
         }
@@ -67,20 +67,17 @@ fn plan(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Result<ContactPlan
     if law.treatment == Treatment::Adaptive {
         return Ok(ContactPlan::AtTouch);
     }
-    let other = match &contact.target {
-        Target::Body(other) => *other,
-        Target::Plane { .. } => return from_start(touches, contact),
-    };
-    // A mesh is not refined: it keeps its zone, and so does its partner.
-    if [contact.body, other].into_iter().any(|body| spec.bodies[body].kind.brings_mesh()) {
-        return from_start(touches, contact);
-    }
     // A rigid target needs no elements.
-    let bodies: Vec<&ElasticSpec> =
-        [contact.body, other].into_iter().filter_map(|body| spec.bodies[body].elastic()).collect();
-    let may_be_refined = law.interval.width.is_none()
-        && law.interval.elements.is_none()
-        && bodies.iter().all(|b| !b.discretisation.refine.is_empty());
+    let bodies: Vec<&ElasticSpec> = contact.bodies().filter_map(|body| spec.bodies[body].elastic()).collect();
+    let is_refined = bodies.iter().all(|b| !b.discretisation.refine.is_empty());
+    let has_mesh = contact.bodies().any(|body| spec.bodies[body].kind.brings_mesh());
+    let is_left_open = !law.treatment.is_vibrating() && law.interval.width.is_none() && !is_refined;
+    // A mesh is not refined: it keeps its zone, and so does its partner. So do bodies on a plane whose
+    // zone is given, or part of their modes.
+    if has_mesh || contact.target.body().is_none() && !is_left_open {
+        return find_sites(touches, contact).map(ContactPlan::FromStart);
+    }
+    let may_be_refined = is_refined && law.interval.width.is_none() && law.interval.elements.is_none();
     let is_coarse = law.treatment == Treatment::Coarse;
     if !is_coarse && !may_be_refined {
         return Ok(ContactPlan::AtTouch);
@@ -97,8 +94,8 @@ fn plan(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Result<ContactPlan
 /// Whether flat faces, edges or corners touch first in `contact`, so that its zones are the whole
 /// surfaces then.
 pub fn is_whole(touches: &FirstTouches<'_>, contact: &ContactSpec) -> bool {
-    let ContactLaw::Surface(law) = &contact.law else { return false };
-    open_touch(touches, contact, law).is_some_and(|kind| kind.zone() == TouchZone::Whole)
+    let kind = contact.law.surface().and_then(|law| open_touch(touches, contact, law));
+    kind.is_some_and(|kind| kind.zone() == TouchZone::Whole)
 }
 
 /// What touches first in a contact whose zone nobody has given and that is quasistatic, or refined
@@ -109,11 +106,7 @@ fn open_touch(touches: &FirstTouches<'_>, contact: &ContactSpec, law: &SurfaceLa
     if is_left_open && is_quasistatic { touches.kind(contact) } else { None }
 }
 
-/// The plan of a contact with zones about the places where the bodies are nearest at the start.
-fn from_start(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Result<ContactPlan, AdaptiveError> {
-    find_sites(touches, contact).map(ContactPlan::FromStart)
-}
-
+/// Places about which a contact has zones from the start: where the bodies are nearest then.
 fn find_sites(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Result<Sites, AdaptiveError> {
     let none = Err(ContactError::Nothing { what: "a body has no surface to touch" });
     let sites = touches.at_start(contact).unwrap_or(none);
@@ -127,7 +120,7 @@ fn check_surfaces(spec: &RunSpec, contact: &ContactSpec) -> Result<(), AdaptiveE
     if !own.kind.has_elements() {
         return refused(Unsupported::RigidContactBody { body: own.name.clone() });
     }
-    let Target::Body(other) = contact.target else { return Ok(()) };
+    let Some(other) = contact.target.body() else { return Ok(()) };
     let target = &spec.bodies[other];
     if surface::address(&target.kind).is_none() {
         return refused(Unsupported::NoSurface { body: target.name.clone() });
@@ -144,14 +137,12 @@ pub fn requests<'a>(
 ) -> impl Iterator<Item = ZoneRequest<'a>> {
     let is_meshed_here = spec.bodies[index].kind.is_meshed_here();
     let contacts = spec.contacts.iter().zip(plans).filter(move |_| is_meshed_here);
-    let sites = contacts.filter_map(|(contact, plan)| match (plan, &contact.law) {
-        (ContactPlan::FromStart(sites), ContactLaw::Surface(law)) => Some((contact, law, sites)),
-        _ => None,
+    let sites = contacts.filter_map(|(contact, plan)| match plan {
+        ContactPlan::FromStart(sites) => Some((contact, contact.law.surface()?, sites)),
+        ContactPlan::Point | ContactPlan::AtTouch => None,
     });
     sites.flat_map(move |(contact, law, sites)| {
-        let own = (contact.body == index).then_some(sites.contact_body);
-        let target = sites.target.filter(|_| contact.target == Target::Body(index));
-        own.into_iter().chain(target).map(move |site| request(contact, law, site))
+        sites.on(contact, index).map(move |site| request(contact, law, site))
     })
 }
 

@@ -9,7 +9,7 @@ use crate::body::zone::at_start::is_about;
 use crate::error::AdaptiveError;
 use crate::spec::{
     BodyKind, BodySpec, ContactLaw, ContactSpec, PenaltySearch, ReductionSpec, RefinementSpec, RunSpec,
-    SurfaceLaw, Target, Treatment,
+    SurfaceLaw, Treatment,
 };
 use crate::system::start;
 use crate::touch::first::FirstTouches;
@@ -40,7 +40,7 @@ pub fn subjects(spec: &RunSpec) -> Result<Subjects, AdaptiveError> {
     };
     let contacts = |wanted: &dyn Fn(usize, &SurfaceLaw) -> bool| {
         let named = spec.contacts.iter().enumerate();
-        let named = named.filter(|(i, c)| matches!(&c.law, ContactLaw::Surface(law) if wanted(*i, law)));
+        let named = named.filter(|(i, c)| c.law.surface().is_some_and(|law| wanted(*i, law)));
         named.map(|(_, c)| c.name.clone()).collect()
     };
     Ok(Subjects {
@@ -70,15 +70,11 @@ fn has_penalty(law: &SurfaceLaw) -> bool {
 
 /// Whether a contact whose law names no elements has its zone in `refinement` of body `body`.
 fn is_zone_of(contact: &ContactSpec, plan: &ContactPlan, body: usize, refinement: &RefinementSpec) -> bool {
-    let (ContactPlan::FromStart(sites), ContactLaw::Surface(law)) = (plan, &contact.law) else {
-        return false;
-    };
+    let (ContactPlan::FromStart(sites), Some(law)) = (plan, contact.law.surface()) else { return false };
     if law.treatment == Treatment::Coarse || law.interval.elements.is_some() {
         return false;
     }
-    let own = (contact.body == body).then_some(sites.contact_body);
-    let target = sites.target.filter(|_| contact.target == Target::Body(body));
-    own.into_iter().chain(target).any(|site| is_about(refinement, &site.point))
+    sites.on(contact, body).any(|site| is_about(refinement, &site.point))
 }
 
 /// `spec` with its factors applied.

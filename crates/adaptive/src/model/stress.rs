@@ -1,25 +1,29 @@
 //! Stress requests of a run: the states that they wait for, and their evaluation at its end.
 
+use nalgebra::Vector3;
+
 use super::RunModel;
+use super::fine_modes::has_fine_modes;
 use super::plan::ContactPlan;
 use crate::error::{AdaptiveError, ContactModelFault};
-use crate::impact::stress::evaluate;
+use crate::impact::stress::{LeftOut, evaluate};
 use crate::impact::{FineContact, ZoneModel};
-use crate::record::{StressState, ZoneLoad};
+use crate::record::{BareForce, StressState, ZoneLoad};
 use crate::spec::unsupported::Unsupported;
-use crate::spec::{ContactLaw, ContactSpec, LowModes, RunSpec, StressInstant, Target};
+use crate::spec::{LocalField, RunSpec, StressInstant};
 use crate::state::observer::Observer;
 
 impl RunModel {
     /// Takes the present state at time `time` as that of the stress requests, `held`, of the instants
     /// `which` that it serves better than the one they hold; the system was evaluated at it last, with the models
-    /// `fine` of the contacts that are refined at present.
+    /// `fine` of the contacts that are refined at present and the `bare` forces.
     pub fn update_stress_states<'a>(
         &self,
         held: &mut [Option<StressState>],
         time: f64,
         which: impl Fn(StressInstant) -> bool,
         fine: impl Fn(usize) -> Option<&'a FineContact>,
+        bare: &[BareForce],
     ) {
         for (request, held) in self.stress.iter().zip(held).filter(|(request, _)| which(request.at)) {
             let body = request.body;
@@ -30,6 +34,8 @@ impl RunModel {
             }
             let state = held.get_or_insert_with(StressState::default);
             (state.time, state.force) = (time, force);
+            state.bare.clear();
+            state.bare.extend(bare.iter().filter(|bare| bare.body as usize == body));
             state.elastic.clone_from(&self.system.last_evaluation().0[body].elastic);
             let residual = self.bodies[body].flexible().and_then(|e| e.reduced.residual.as_ref());
             let n = residual.map_or(0, |r| r.interface().len());
@@ -105,9 +111,46 @@ impl RunModel {
                 built = Some((body, self.zone_models(body, &state.zones)?, &state.zones));
             }
             let zones = built.as_ref().map_or(&[][..], |(_, zones, _)| zones);
-            observer.stress(&evaluate(request, flexible, zones, state)?)?;
+            let record = evaluate(request, flexible, zones, state)?;
+            observer.stress(&record)?;
+            let shown = || record.points.iter().map(|p| Vector3::from(*p)).zip(&record.von_mises);
+            let left_out = state.bare.iter().flat_map(|bare| {
+                let thickness = flexible.body.model().thickness();
+                shown().map(move |(place, shown)| LeftOut::new(bare, thickness, &place, *shown))
+            });
+            if let Some(worst) = left_out.filter(LeftOut::counts).reduce(LeftOut::or_worse) {
+                let subject = format!("output.stress.{}", request.name);
+                observer.warning(&worst.warning(subject, self.name_of(&worst), state.time))?;
+            }
         }
         Ok(())
+    }
+
+    /// Name of the contact whose stress is left out.
+    pub fn name_of(&self, left_out: &LeftOut) -> &str {
+        &self.contacts[left_out.contact()].name
+    }
+
+    /// Whether stress is asked for in body `index`, at a point or along a line.
+    pub fn is_stress_asked(&self, index: usize) -> bool {
+        let points = self.observed.points.iter().filter(|point| point.gauge.is_some());
+        points.map(|point| point.body).chain(self.stress.iter().map(|line| line.body)).any(|b| b == index)
+    }
+
+    /// What the stress of observed points, which shows `shown` \[Pa\], leaves out of the force `bare`:
+    /// of the one that leaves out most, with its name.
+    pub fn left_out_at_points(
+        &self,
+        bare: &BareForce,
+        shown: impl Fn(usize) -> f64,
+    ) -> Option<(usize, LeftOut)> {
+        let thickness = self.bodies[bare.body as usize].flexible()?.body.model().thickness();
+        let points = self.observed.points.iter().enumerate();
+        let points = points.filter(|(_, p)| p.gauge.is_some() && p.body == bare.body as usize);
+        points
+            .map(|(k, p)| (k, LeftOut::new(bare, thickness, &p.point.position, shown(k))))
+            .filter(|(_, left_out)| left_out.counts())
+            .reduce(|a, b| if a.1.or_worse(b.1) == a.1 { a } else { b })
     }
 
     /// Fine models of body `index`, which is flexible, for `loads`.
@@ -163,16 +206,12 @@ pub fn check(spec: &RunSpec, plans: &[ContactPlan]) -> Result<(), AdaptiveError>
     let points = points.map(|point| (format!("output.points.{}", point.name), point.body, false));
     for (subject, body, is_line) in lines.chain(points) {
         let refined = spec.contacts.iter().zip(plans).filter(|(_, plan)| **plan == ContactPlan::AtTouch);
-        let takes_part = |c: &ContactSpec| c.body == body || c.target == Target::Body(body);
-        for (contact, _) in refined.filter(|(c, _)| takes_part(c)) {
-            let remedy = match &contact.law {
-                ContactLaw::Surface(law) if is_line && law.transfer.modes == LowModes::Fine => {
-                    "modes = \"prolonged\""
-                }
-                ContactLaw::Surface(law) if law.treatment.is_vibrating() => {
-                    "model \"adaptive\" or \"quasistatic\""
-                }
-                _ => continue,
+        for (contact, _) in refined.filter(|(contact, _)| contact.acts_on(body)) {
+            let has_own_modes = has_fine_modes(contact);
+            let remedy = match contact.law.local_field() {
+                _ if is_line && has_own_modes => "modes = \"prolonged\"",
+                LocalField::Vibrating => "model \"adaptive\" or \"quasistatic\"",
+                LocalField::Static | LocalField::ModesAlone => continue,
             };
             let what = Unsupported::StressInZone { contact: contact.name.clone(), remedy };
             return Err(AdaptiveError::Unsupported { subject, what: Box::new(what) });

@@ -9,7 +9,7 @@ use ffr_dynamics::system::model::stops::StopSite;
 
 use crate::checks::linearity::LinearLimits;
 use crate::checks::motion::MotionLimits;
-use crate::checks::start::watched_pairs;
+use crate::checks::start::{static_contact, watched_pairs};
 use crate::checks::watch::WatchedPair;
 use crate::error::AdaptiveError;
 use crate::impact::local_deformation::LocalDeformation;
@@ -245,7 +245,12 @@ impl<'a> Driver<'a> {
     }
 
     fn run(&mut self, from: Option<&RunState>) -> Result<RunEnd, AdaptiveError> {
-        let warnings = if from.is_none() { self.check_start()? } else { Vec::new() };
+        let mut warnings = if from.is_none() { self.check_start()? } else { Vec::new() };
+        let closed = if from.is_none() { self.closed()? } else { Vec::new() };
+        if self.settings.static_start {
+            let pressed = closed.iter().map(|&i| (i, static_contact(&self.model.contacts[i].name)));
+            warnings.extend(pressed);
+        }
         self.output.observer.start(&self.model.layout(self.settings.end_time))?;
         self.warn(warnings)?;
         let mut kind = match from {
@@ -254,7 +259,7 @@ impl<'a> Driver<'a> {
                 state.phase.kind
             }
             None => {
-                let kind = if self.is_touching()? { PhaseKind::Impact } else { PhaseKind::Free };
+                let kind = if closed.is_empty() { PhaseKind::Free } else { PhaseKind::Impact };
                 self.note()?;
                 if kind == PhaseKind::Free || !self.begins_with_overlap() {
                     self.send()?;
@@ -291,6 +296,7 @@ impl<'a> Driver<'a> {
         }
         if !is_interrupted {
             self.report_pressed_stops()?;
+            self.report_unended_impacts()?;
             self.check_end()?;
         }
         Ok(RunEnd { time: self.integrator.time(), is_interrupted })
@@ -302,9 +308,13 @@ impl<'a> Driver<'a> {
         self.is_enough() || self.is_at_rest() || self.integrator.time() >= self.settings.end_time
     }
 
-    /// Whether the wanted number of impacts has ended, those with stops of joints among them.
+    /// Whether the wanted number of impacts has ended, those with stops of joints among them, and none
+    /// of them may go on with another touch.
     fn is_enough(&self) -> bool {
-        self.settings.stop_after_impacts.is_some_and(|n| self.run.n_rows() >= n)
+        let time = self.integrator.time();
+        let are_over =
+            || self.run.contacts.iter().all(|c| c.impact.is_none_or(|impact| impact.is_over(time)));
+        self.settings.stop_after_impacts.is_some_and(|n| self.run.n_rows() >= n && are_over())
     }
 
     /// The record of the running phase up to now.
@@ -337,23 +347,25 @@ impl<'a> Driver<'a> {
         self.slots.iter_mut().for_each(|slot| slot.nearest.forget());
     }
 
-    /// Whether a contact is closed, or open by no more than round-off.
-    fn is_touching(&mut self) -> Result<bool, AdaptiveError> {
+    /// The contacts that are closed, or open by no more than round-off.
+    fn closed(&mut self) -> Result<Vec<usize>, AdaptiveError> {
         let (t, y) = (self.integrator.time(), self.integrator.state());
-        let system = &mut self.model.system;
-        let mut contacts = self.model.contacts.iter().enumerate();
-        if contacts.any(|(i, contact)| smallest_gap(system, t, y, i) <= TOUCHING * contact.size) {
-            return Ok(true);
-        }
-        system.body_states(t, y);
-        let states = system.last_evaluation().0;
-        for (slot, contact) in self.slots.iter_mut().zip(&self.model.contacts) {
-            let Some(refinement) = &contact.refinement else { continue };
-            if refinement.nearest(states, &mut slot.nearest)?.gap <= TOUCHING * refinement.detector.size() {
-                return Ok(true);
+        let mut closed = Vec::new();
+        for (i, contact) in self.model.contacts.iter().enumerate() {
+            let (gap, size) = match &contact.refinement {
+                None => (smallest_gap(&mut self.model.system, t, y, i), contact.size),
+                Some(refinement) => {
+                    self.model.system.body_states(t, y);
+                    let states = self.model.system.last_evaluation().0;
+                    let nearest = refinement.nearest(states, &mut self.slots[i].nearest)?;
+                    (nearest.gap, refinement.detector.size())
+                }
+            };
+            if gap <= TOUCHING * size {
+                closed.push(i);
             }
         }
-        Ok(false)
+        Ok(closed)
     }
 
     /// Integrates until a contact closes, the bodies are at rest or time is up; returns whether the

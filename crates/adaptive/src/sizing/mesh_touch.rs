@@ -3,7 +3,7 @@
 
 use crate::record::warning::{Warning, WarningKind};
 use crate::sizing::zone::{PredictedZone, predicted_zone};
-use crate::spec::{ContactLaw, ContactSpec, MeshedSpec, Treatment};
+use crate::spec::{ContactSpec, MeshedSpec, Treatment};
 use crate::surface::smooth_fit::SmoothFit;
 use crate::surface::{MeshSurface, Surface, SurfacePlace};
 use crate::touch::first::FirstTouches;
@@ -61,6 +61,8 @@ impl MeshTouch {
     /// The warning of sides whose shape follows the part too roughly.
     fn warning_of_shape(&self) -> Warning {
         let Self { contact, name, length, radius, shape_error, .. } = self;
+        let share = 100.0 * shape_error;
+        let off = if share < 100.0 { format!("{share:.1} %") } else { "as much as itself".to_owned() };
         Warning {
             kind: WarningKind::CoarseShape,
             subject: format!("body \"{name}\""),
@@ -69,8 +71,7 @@ impl MeshTouch {
             limit: SHAPE_ERROR,
             message: format!(
                 "contact \"{contact}\" touches it with a radius of {radius:.3e} m, where normals of its sides of {length:.3e} m change at their edges; \
-                 the force may be off by {:.1} % for that",
-                100.0 * shape_error
+                 the force may be off by {off} for that"
             ),
             remedy: "mesh it with shorter or quadratic sides there, whose middle nodes lie on the part (gmsh -order 2): sides half as long err a \
                      quarter to an eighth of that"
@@ -105,7 +106,7 @@ pub fn touches(first: &FirstTouches<'_>, contact: &ContactSpec) -> Vec<MeshTouch
     let other = contact.target.body();
     let bodies = [Some(contact.body), other];
     let has_mesh = bodies.iter().flatten().any(|b| on_mesh(*b).is_some());
-    let ContactLaw::Surface(law) = &contact.law else { return Vec::new() };
+    let Some(law) = contact.law.surface() else { return Vec::new() };
     if !has_mesh {
         return Vec::new();
     }

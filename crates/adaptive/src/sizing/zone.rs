@@ -8,9 +8,7 @@ use super::ChosenZone;
 use super::extent::extent;
 use super::impact_time::{Impact, Scene};
 use crate::body::fine::refined::ELEMENTS;
-use crate::spec::{
-    ContactLaw, ContactSpec, IntervalSpec, RefinementSpec, RunSpec, SurfaceLaw, Target, Treatment,
-};
+use crate::spec::{ContactSpec, IntervalSpec, RefinementSpec, RunSpec, SurfaceLaw, Treatment};
 use crate::surface::SurfacePlace;
 use crate::touch::first::FirstTouches;
 use crate::touch::hertz::{HertzLaw, LocalSurface, across_line, hertz_impact, interval_width, line_impact};
@@ -31,17 +29,13 @@ pub(super) fn zones(touches: &FirstTouches<'_>, index: usize) -> Vec<ChosenZone>
 
 /// The zone that `contact` needs on body `index`.
 fn zone(touches: &FirstTouches<'_>, contact: &ContactSpec, index: usize) -> Option<ChosenZone> {
-    let ContactLaw::Surface(law) = &contact.law else { return None };
+    let law = contact.law.surface()?;
     if !keeps_its_model(touches.spec, contact, law) {
         return None;
     }
     let (touch, sites) = (touches.of(contact)?, touches.at_start(contact)?.ok()?);
     let scene = Scene::at(touches, Some(&touch));
-    let site = match contact.target {
-        _ if contact.body == index => sites.contact_body,
-        Target::Body(other) if other == index => sites.target?,
-        _ => return None,
-    };
+    let site = sites.on(contact, index).next()?;
     let elastic = scene.spec.bodies[index].elastic()?;
     let touch = predicted(&scene, contact)?;
     let from_axis = elastic.model == Model::Axisymmetric;
@@ -56,15 +50,15 @@ fn zone(touches: &FirstTouches<'_>, contact: &ContactSpec, index: usize) -> Opti
 }
 
 /// Whether a contact of surfaces has one model for the whole run, with a zone that is refined
-/// beforehand: with a plane, and with a mesh.
+/// beforehand: with a mesh, and with a plane where the zone is part of the modes.
 fn keeps_its_model(spec: &RunSpec, contact: &ContactSpec, law: &SurfaceLaw) -> bool {
-    let is_refined_before = !matches!(law.treatment, Treatment::Adaptive | Treatment::Coarse);
-    let is_mesh = |body: usize| spec.bodies[body].kind.brings_mesh();
-    let is_lasting = match contact.target {
-        Target::Plane { .. } => true,
-        Target::Body(other) => is_mesh(contact.body) || is_mesh(other),
+    let has_mesh = contact.bodies().any(|body| spec.bodies[body].kind.brings_mesh());
+    let is_refined_before = match law.treatment {
+        Treatment::Adaptive | Treatment::Coarse => false,
+        Treatment::Quasistatic => has_mesh,
+        Treatment::Damped | Treatment::Dynamic => has_mesh || contact.target.body().is_none(),
     };
-    is_refined_before && law.interval.width.is_none() && is_lasting
+    is_refined_before && law.interval.width.is_none()
 }
 
 /// The first touch of a contact as Hertz's theory and the motions at the start have it.

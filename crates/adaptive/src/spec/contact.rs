@@ -24,6 +24,18 @@ pub struct ContactSpec {
     pub initial_overlap: f64,
 }
 
+impl ContactSpec {
+    /// The bodies that meet: the contact body, and the target if that is one.
+    pub fn bodies(&self) -> impl Iterator<Item = usize> + use<> {
+        [Some(self.body), self.target.body()].into_iter().flatten()
+    }
+
+    /// Whether it acts on body `index`.
+    pub fn acts_on(&self, index: usize) -> bool {
+        self.bodies().any(|body| body == index)
+    }
+}
+
 /// The target of a contact, whose surface the contact body meets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Target {
@@ -55,6 +67,37 @@ pub enum ContactLaw {
     Surface(SurfaceLaw),
     /// Hertz's force between smooth surfaces that are curved against each other.
     Hertz(HertzSpec),
+}
+
+impl ContactLaw {
+    /// What displacement, strain and stress of the bodies hold of its forces.
+    pub fn local_field(&self) -> LocalField {
+        match self {
+            Self::Hertz(_) => LocalField::ModesAlone,
+            Self::Surface(law) => law.treatment.local_field(),
+        }
+    }
+
+    /// The law of points on surfaces, if it is one.
+    pub fn surface(&self) -> Option<&SurfaceLaw> {
+        match self {
+            Self::Surface(law) => Some(law),
+            Self::Hertz(_) => None,
+        }
+    }
+}
+
+/// What displacement, strain and stress at a point of a body hold of the forces of a contact.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LocalField {
+    /// What the modes make of them and what follows them statically: all.
+    Static,
+    /// All, in coordinates that vibrate: the body's own, or those of a zone that is refined at a
+    /// touch.
+    Vibrating,
+    /// What the modes make of them. How the bodies yield at the touch is a law of its own, or left
+    /// out.
+    ModesAlone,
 }
 
 /// Contact by Hertz's law.
@@ -162,8 +205,8 @@ pub struct TransferSpec {
 /// All but [`Treatment::Adaptive`] use the penalty factor as given, or as predicted (Eq. A.25),
 /// without a search. Pairs are refined where they touch, for the time of the impact, as long as an
 /// interval is given or a body is not refined by its own discretisation at the place where the
-/// undeformed bodies are nearest at the start. Otherwise, with a plane, and in coarse contacts one
-/// model about that place serves the whole run.
+/// undeformed bodies are nearest at the start. Otherwise, with a plane unless they are quasistatic and
+/// nobody has given a zone, and in coarse contacts one model about that place serves the whole run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Treatment {
     /// Refined by the program during the run; high-frequency modes follow statically.
@@ -186,7 +229,16 @@ pub enum Treatment {
 impl Treatment {
     /// Whether high-frequency modes are dynamic.
     pub fn is_vibrating(self) -> bool {
-        matches!(self, Self::Damped | Self::Dynamic)
+        self.local_field() == LocalField::Vibrating
+    }
+
+    /// As [`ContactLaw::local_field`].
+    pub fn local_field(self) -> LocalField {
+        match self {
+            Self::Adaptive | Self::Quasistatic => LocalField::Static,
+            Self::Damped | Self::Dynamic => LocalField::Vibrating,
+            Self::Coarse => LocalField::ModesAlone,
+        }
     }
 }
 

@@ -113,10 +113,9 @@ impl ImpactMonitor {
         self.running.as_ref().map(|r| r.end)
     }
 
-    /// Whether the force of this phase is at its largest now.
-    pub fn is_rising(&self) -> bool {
-        let now = self.last.map(|l| l.time);
-        self.is_running() && self.phase.peak_force > 0.0 && Some(self.phase.peak_time) == now
+    /// Longest time that a touch of this phase has lasted \[s\].
+    pub fn longest_touch(&self) -> f64 {
+        self.impacts().map(|impact| impact.longest).fold(0.0, f64::max)
     }
 
     /// Whether no force acted and the bodies approached each other at the instant seen last.

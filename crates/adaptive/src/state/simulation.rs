@@ -235,11 +235,15 @@ pub fn near_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> Near
 }
 
 /// Rigid motion of the bodies of contact `index` relative to each other at the place `near`, in the
-/// motions of the last evaluation (theory Eq. Q.2).
+/// motions of the last evaluation (theory Eq. Q.2); bodies that `fixed` joints connect move as one.
 pub fn motion_at(system: &System, index: usize, near: &Vector3<f64>) -> NearMotion {
     let (body, target) = system.forces()[index].contact.bodies();
     let (states, _) = system.last_evaluation();
-    let motion = |body: usize| MeanMotion::of(&system.model().bodies[body].data, &states[body]);
+    let alone = |body: usize| MeanMotion::of(&system.model().bodies[body].data, &states[body]);
+    let motion = |body: usize| {
+        let others = system.model().fixed_to(body).filter(|other| *other != body);
+        others.fold(alone(body), |sum, other| sum.with(&alone(other)))
+    };
     let motions = [Some(body), target].map(|body| body.map(motion));
     let [own, other] =
         motions.map(|motion| motion.map_or_else(Vector3::zeros, |motion| motion.velocity_at(near)));

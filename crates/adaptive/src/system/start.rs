@@ -86,13 +86,7 @@ pub fn state<F: DerefMut<Target: ActiveForce>>(
 ) -> Result<Vec<f64>, AdaptiveError> {
     let mut y = joint_state(spec, system)?;
     if spec.settings.static_start {
-        let moving = y.clone();
         system.static_start(0.0, &mut y).map_err(AdaptiveError::Model)?;
-        // The equilibrium is that of a system at rest; the motion given starts from it.
-        for body in &system.model().bodies {
-            let velocities = body.layout.velocities();
-            y[velocities.clone()].copy_from_slice(&moving[velocities]);
-        }
     }
     Ok(y)
 }

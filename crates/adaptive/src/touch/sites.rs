@@ -22,6 +22,14 @@ pub struct Sites {
     pub target: Option<SurfacePlace>,
 }
 
+impl Sites {
+    /// Those of `contact` that lie on body `index`.
+    pub fn on(&self, contact: &ContactSpec, index: usize) -> impl Iterator<Item = SurfacePlace> + use<> {
+        let sites = contact.bodies().zip([Some(self.contact_body), self.target]);
+        sites.filter(move |(body, _)| *body == index).filter_map(|(_, site)| site)
+    }
+}
+
 /// The surface of an undeformed body, and the same for searches.
 #[derive(Clone)]
 pub(crate) struct KnownSurface {

@@ -223,6 +223,7 @@ pub fn spec(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, end_time: f64) ->
             free_interval: Some(0.01 * end_time),
             impact_interval: 0.0,
             phase_share: 0.0,
+            free_share: 0.0,
             pressure: true,
         },
         resolution: Resolution::default(),
@@ -253,6 +254,7 @@ pub fn explicit(end_time: f64) -> RunSettings {
         free_interval: Some(1e-5),
         impact_interval: 0.0,
         phase_share: 0.0,
+        free_share: 0.0,
         pressure: true,
     }
 }

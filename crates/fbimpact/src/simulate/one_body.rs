@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use adaptive::sizing::SizeRequest;
-use adaptive::spec::{BodyKind, BodySpec, ContactSpec, DampingSpec, RigidSpec, RunSpec, Target};
+use adaptive::spec::{BodyKind, BodySpec, ContactSpec, DampingSpec, RigidSpec, RunSpec};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::scenario::Scenario;
@@ -53,10 +53,7 @@ pub fn alone(scenario: &Scenario, body: usize) -> Scenario {
 fn involved(run: &RunSpec, body: Option<usize>) -> Vec<bool> {
     let mut involved: Vec<bool> = (0..run.bodies.len()).map(|i| Some(i) == body).collect();
     for contact in run.contacts.iter().filter(|contact| is_of(contact, run, body)) {
-        involved[contact.body] = true;
-        if let Target::Body(other) = contact.target {
-            involved[other] = true;
-        }
+        contact.bodies().for_each(|body| involved[body] = true);
     }
     involved
 }
@@ -64,10 +61,7 @@ fn involved(run: &RunSpec, body: Option<usize>) -> Vec<bool> {
 /// Whether `contact` matters to body `body` of the run: what a rigid one meets changes nothing of
 /// it.
 fn is_of(contact: &ContactSpec, run: &RunSpec, body: Option<usize>) -> bool {
-    let Some(body) = body.filter(|&i| !run.bodies[i].kind.is_rigid()) else {
-        return false;
-    };
-    contact.body == body || matches!(contact.target, Target::Body(other) if other == body)
+    body.is_some_and(|body| !run.bodies[body].kind.is_rigid() && contact.acts_on(body))
 }
 
 /// A rigid body of unit mass in the place of `body`; one from a file stays, for joints take hold of

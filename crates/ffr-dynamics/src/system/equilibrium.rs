@@ -20,8 +20,9 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
     /// Sets the elastic coordinates in `y` such that `d²q_e/dt² = 0` at time `t`, and their rates
     /// to zero.
     ///
-    /// Joint coordinates are held; joint velocities are set to zero as well. The joints are free to
-    /// accelerate: released from this state, the bodies begin to move without vibration.
+    /// Joint coordinates are held, and joint velocities stay as they are, with their centrifugal and
+    /// damping forces. The joints are free to accelerate: released from this state, the bodies begin to
+    /// move without vibration.
     ///
     /// # Errors
     /// [`DynamicsError::StaticStart`] if the corrections do not converge (too soft bodies), a force element refuses, or there are
@@ -32,7 +33,6 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
             return fail(StaticStartFault::LoopClosing);
         }
         for body in &self.model.bodies {
-            y[body.layout.velocities()].fill(0.0);
             y[body.layout.elastic_rates()].fill(0.0);
         }
         if self.model.bodies.iter().all(|b| b.layout.n_modes == 0) {

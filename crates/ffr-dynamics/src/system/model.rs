@@ -210,6 +210,8 @@ pub struct MultibodyModel {
     pub loads: Vec<Load>,
     /// Gravity [m/s²].
     pub gravity: Vector3<f64>,
+    /// For each body the number of the group that `fixed` joints connect it with.
+    fixed: Vec<usize>,
 }
 
 impl MultibodyModel {
@@ -256,7 +258,10 @@ impl MultibodyModel {
             }
         }
         let gears = resolve_gears(&spec.gears, &bodies.iter().map(TreeBody::gear_joint).collect::<Vec<_>>())?;
-        Ok(Self { bodies, order, children, loops, gears, loads, gravity: spec.gravity })
+        let (gravity, fixed) = (spec.gravity, Vec::new());
+        let mut model = Self { bodies, order, children, loops, gears, loads, gravity, fixed };
+        model.fixed = model.groups_by(|kind| kind == JointKind::Fixed);
+        Ok(model)
     }
 
     /// Whether there are constraints beside the joints of the tree.
@@ -281,10 +286,22 @@ impl MultibodyModel {
 
     /// For each body the number of the group that it is joined to, those with ground left aside.
     pub fn groups(&self) -> Vec<usize> {
+        self.groups_by(|kind| kind != JointKind::Free)
+    }
+
+    /// The bodies that `fixed` joints connect with `body`, itself among them.
+    pub fn fixed_to(&self, body: usize) -> impl Iterator<Item = usize> + '_ {
+        let group = self.fixed[body];
+        self.fixed.iter().enumerate().filter(move |(_, other)| **other == group).map(|(i, _)| i)
+    }
+
+    /// The groups of bodies that joints of some kinds connect.
+    fn groups_by(&self, connects: impl Fn(JointKind) -> bool) -> Vec<usize> {
         let mut group: Vec<usize> = (0..self.bodies.len()).collect();
-        let in_tree = self.bodies.iter().enumerate().filter_map(|(i, b)| Some((i, b.joint.parent.body?)));
-        let in_loops = self.loops.iter().filter_map(|joint| Some((joint.child.body?, joint.parent.body?)));
-        for (a, b) in in_tree.filter(|(i, _)| self.bodies[*i].joint.kind != JointKind::Free).chain(in_loops) {
+        let tree = self.bodies.iter().enumerate();
+        let in_tree = tree.filter_map(|(i, b)| Some((b.joint.kind, i, b.joint.parent.body?)));
+        let in_loops = self.loops.iter().filter_map(|j| Some((j.kind, j.child.body?, j.parent.body?)));
+        for (_, a, b) in in_tree.chain(in_loops).filter(|(kind, ..)| connects(*kind)) {
             let (from, to) = (group[a], group[b]);
             group.iter_mut().filter(|g| **g == from).for_each(|g| *g = to);
         }

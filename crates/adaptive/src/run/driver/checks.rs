@@ -1,12 +1,15 @@
 //! What a run checks of itself: warnings, and errors that end it.
 
+use std::f64::consts::PI;
+
+use ffr_dynamics::body::RigidMotion;
+
 use super::Driver;
 use crate::adaptivity::interval::fewest_at_once;
 use crate::adaptivity::overlap::Overlap;
 use crate::checks::contact_strain::{HUGE_CONTACT_STRAIN, contact_strain, large_contact_strain};
 use crate::checks::resolution::{
-    coarse_mesh, coarse_place, few_modes, highest_vibration, ringing_force, shown_interval, slow_rise,
-    sparse_output,
+    few_modes, highest_vibration, ringing_force, shown_interval, slow_rise, sparse_output,
 };
 use crate::checks::{motion, start};
 use crate::error::AdaptiveError;
@@ -14,9 +17,14 @@ use crate::record::ImpactRecord;
 use crate::record::finding::ContactQuantity;
 use crate::record::warning::{Warning, WarningKind};
 use crate::run::driver::impact::judgement::MINOR;
+use crate::spec::LocalField;
 use crate::state::simulation::smallest_gap;
 use crate::touch::detection::Search;
 use crate::touch::parts::TouchKind;
+
+/// Points across a contact at its peak below which they are too few: as many as elements of a zone that
+/// the program refines (theory section A.1).
+const FEWEST_ACROSS: f64 = 5.0;
 
 /// Gap of a contact that has closed.
 const CLOSED: f64 = f64::NEG_INFINITY;
@@ -62,11 +70,7 @@ impl Driver<'_> {
     pub(super) fn check_start(&mut self) -> Result<Vec<(usize, Warning)>, AdaptiveError> {
         let mut searches: Vec<&mut Search> = self.slots.iter_mut().map(|slot| &mut slot.nearest).collect();
         let mut warnings = start::check(self.model, &mut searches)?;
-        for (b, body) in self.model.bodies.iter().enumerate() {
-            let known = self.model.frequency_errors.get(b).copied().flatten();
-            let found = [coarse_mesh(body, known), coarse_place(body)];
-            warnings.extend(found.into_iter().flatten().map(|warning| (b, warning)));
-        }
+        warnings.extend(start::of_bodies(self.model));
         for touch in &self.model.touches {
             warnings.extend(touch.warnings().map(|warning| (touch.body, warning)));
         }
@@ -125,6 +129,13 @@ impl Driver<'_> {
         let contact = &mut self.run.contacts[i];
         (contact.smallest_gap, contact.smallest_gap_time) = (CLOSED, impact.start);
         self.check_contact_strain(impact)?;
+        if let Some((point, left_out)) = self.slots[i].left_out {
+            let subject = format!("output.points.{}", self.model.point_name(point));
+            let warning = left_out.warning(subject, self.model.name_of(&left_out), impact.peak_time);
+            self.warn(vec![(point, warning)])?;
+        }
+        let coarse = self.coarse_zone(i, impact);
+        self.warn(coarse.map(|warning| (i, warning)).into_iter().collect())?;
         let name = &self.model.contacts[i].name;
         let (body, target) = self.model.system.forces()[i].contact.bodies();
         let bodies = [Some(body), target].into_iter().flatten();
@@ -147,6 +158,37 @@ impl Driver<'_> {
             warnings.push((i, minor_contact(name, impact)));
         }
         self.warn(warnings)
+    }
+
+    /// The warning of contact `i`, whose zone lasts for the run, of few points that carried the force at
+    /// the peak of `impact`.
+    fn coarse_zone(&self, i: usize, impact: &ImpactRecord) -> Option<Warning> {
+        let (facts, element) = (&self.model.contacts[i], &self.model.system.forces()[i].contact);
+        element.point(0)?;
+        if facts.refinement.is_some() || facts.local_field == LocalField::ModesAlone {
+            return None;
+        }
+        let n = self.slots[i].n_active as f64;
+        let across = match self.model.bodies[facts.body].data.motion {
+            RigidMotion::Spatial => (4.0 * n / PI).sqrt(),
+            RigidMotion::Planar | RigidMotion::Axial => n,
+        };
+        (across < FEWEST_ACROSS).then(|| Warning {
+            kind: WarningKind::CoarseZone,
+            subject: format!("contact \"{}\"", facts.name),
+            time: impact.peak_time,
+            value: across,
+            limit: FEWEST_ACROSS,
+            message: format!(
+                "{across:.1} points across carried the {:.3e} N at its peak, of a zone {:.2e} m wide that stays as it is for the run: the \
+                 force may be off by several per cent, and by more when it is smaller",
+                impact.peak_force, facts.widths[0]
+            ),
+            remedy: format!(
+                "leave contacts.{0}.model and contacts.{0}.interval out, so that the program refines the zone; else give more elements there",
+                facts.name
+            ),
+        })
     }
 
     /// Looks at how hard the bodies pressed each other at the peak of `impact` (Eq. P.15).
@@ -239,9 +281,8 @@ impl Driver<'_> {
     pub(super) fn check_contact(&self, i: usize, time: f64, approach: f64) -> Result<(), AdaptiveError> {
         let facts = &self.model.contacts[i];
         let depth = self.model.system.forces()[i].contact.report().penetration;
-        let size = facts.radii.map_or(facts.size, |radii| radii[0].min(radii[1]));
         let fast = motion::fast_approach(&facts.name, time, approach, facts.wave_speed);
-        match fast.or_else(|| motion::deep_penetration(&facts.name, time, depth, size)) {
+        match fast.or_else(|| motion::deep_penetration(&facts.name, time, depth, facts.deepest)) {
             Some(error) => Err(error),
             None => Ok(()),
         }

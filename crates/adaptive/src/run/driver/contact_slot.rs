@@ -2,6 +2,7 @@
 
 use crate::adaptivity::penalty_search::PenaltySearch;
 use crate::impact::FineContact;
+use crate::impact::stress::LeftOut;
 use crate::state::impact_monitor::ImpactMonitor;
 use crate::state::simulation::RunContact;
 use crate::touch::detection::Search;
@@ -15,6 +16,11 @@ pub(super) struct ContactSlot {
     /// Mean pressure at the peak of the running impact; zero where too few points carry it to tell
     /// \[Pa\].
     pub pressure: f64,
+    /// Points that carried force at the peak of the running impact.
+    pub n_active: usize,
+    /// What the stress of an observed point leaves out of the contact at the peak of the running
+    /// impact, with the number of the point.
+    pub left_out: Option<(usize, LeftOut)>,
     /// Peak force that a preview of the running impact gave \[N\].
     pub preview: Option<f64>,
     /// Search for the nearest points of the surfaces.
@@ -48,6 +54,8 @@ impl ContactSlot {
             phase: if is_refined { ContactPhase::Watching } else { ContactPhase::Lasting },
             monitor: ImpactMonitor::default(),
             pressure: 0.0,
+            n_active: 0,
+            left_out: None,
             preview: None,
             nearest: Search::new(),
             whole: None,

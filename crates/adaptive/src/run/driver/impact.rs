@@ -56,7 +56,7 @@ impl Driver<'_> {
                 Err(error) => return self.fail(&trial, &[], error),
             };
             let minor = self.minor_contacts(&ending);
-            let mut verdicts = self.assess(&ending, &minor);
+            let mut verdicts = self.assess(&minor);
             match self.judge(&ending, (&verdicts, &minor), &mut intervals, number) {
                 Err(error) => return self.fail(&trial, &verdicts, error),
                 Ok(Judgement::Accept(acceptance)) => {

@@ -1,14 +1,17 @@
 //! What is monitored and logged of the contacts in an impact phase.
 
+use std::f64::consts::PI;
+
 use ffr_dynamics::integration::DenseOutput;
+use iga_core::elasticity::kinematics::von_mises;
 
 use super::{Driver, TOUCHING};
 use crate::adaptivity::interval::IntervalAssessment;
 use crate::error::AdaptiveError;
 use crate::impact::FineContact;
-use crate::record::{TransferDirection, TrialOutcome, TrialRecord};
+use crate::record::{BareForce, TransferDirection, TrialOutcome, TrialRecord};
 use crate::run::driver::impact::trial::Trial;
-use crate::spec::StressInstant;
+use crate::spec::{LocalField, StressInstant};
 use crate::state::impact_monitor::{Change, ContactInstant, Impact, NearMotion};
 use crate::state::simulation::{motion_at, near_motion, normal_motion, smallest_gap};
 use crate::touch::parts::TouchKind;
@@ -56,6 +59,18 @@ impl Driver<'_> {
         self.check_output()?;
         self.integrator.invalidate();
         self.run.next_output = self.integrator.time() + self.run.free_interval;
+        Ok(())
+    }
+
+    /// Reports the last impacts again, without restitution, if the run ended before it is known that
+    /// their bodies do not touch again in them.
+    pub(super) fn report_unended_impacts(&mut self) -> Result<(), AdaptiveError> {
+        let time = self.integrator.time();
+        for (i, contact) in self.run.contacts.iter().enumerate() {
+            if let Some(record) = contact.impact.and_then(|impact| impact.unended(i as u32, time)) {
+                self.output.observer.impact(&record)?;
+            }
+        }
         Ok(())
     }
 
@@ -180,6 +195,12 @@ impl Driver<'_> {
             let (touch, release) = self.changes(i)?;
             if self.slots[i].monitor.step(now, touch, release) {
                 self.slots[i].pressure = self.mean_pressure(i);
+                self.slots[i].n_active = self.model.system.forces()[i].contact.report().n_active;
+                let bare = self.bare_forces(i);
+                let sample = &self.output.sample;
+                let shown = |point: usize| von_mises(&sample.points[point].state.stress);
+                let left_out = bare.iter().filter_map(|bare| self.model.left_out_at_points(bare, shown));
+                self.slots[i].left_out = left_out.reduce(|a, b| if a.1.or_worse(b.1) == a.1 { a } else { b });
             }
         }
         self.update_stress_states();
@@ -188,9 +209,42 @@ impl Driver<'_> {
 
     /// Shows the present state to the stress requests.
     pub(super) fn update_stress_states(&mut self) {
+        let n = if self.model.n_stress_requests() > 0 { self.slots.len() } else { 0 };
+        let bare: Vec<BareForce> = (0..n).flat_map(|i| self.bare_forces(i)).collect();
         let slots = &self.slots;
         let time = self.integrator.time();
-        self.model.update_stress_states(&mut self.run.stress, time, |_| true, |i| slots[i].fine());
+        self.model.update_stress_states(&mut self.run.stress, time, |_| true, |i| slots[i].fine(), &bare);
+    }
+
+    /// The present force of contact `i` on bodies in which stress is asked for, where their modes alone
+    /// tell of it.
+    fn bare_forces(&mut self, i: usize) -> Vec<BareForce> {
+        let report = *self.model.system.forces()[i].contact.report();
+        if self.model.contacts[i].local_field != LocalField::ModesAlone || report.normal_force <= 0.0 {
+            return Vec::new();
+        }
+        let (time, y) = (self.integrator.time(), self.integrator.state());
+        let (force, motion) = self.model.system.force_in_motion(time, y, i);
+        let (place, (own, target)) = (force.contact.place(motion), force.contact.bodies());
+        let states = self.model.system.last_evaluation().0;
+        let on = |body: usize| {
+            let flexible = self.model.bodies[body].flexible()?;
+            let radius = match flexible.body.model().thickness() {
+                Some(thickness) => 0.5 * report.contact_area / thickness,
+                None => (report.contact_area / PI).sqrt(),
+            };
+            let state = &states[body];
+            let place = state.rotation.inverse_transform_vector(&(place - state.position)).into();
+            Some(BareForce {
+                contact: i as u32,
+                body: body as u32,
+                place,
+                force: report.normal_force,
+                radius,
+            })
+        };
+        let bodies = [Some(own), target].into_iter().flatten();
+        bodies.filter(|body| self.model.is_stress_asked(*body)).filter_map(on).collect()
     }
 
     /// Shows the states of a force-free step from `start` to `end` to the stress requests of instants
@@ -202,7 +256,7 @@ impl Driver<'_> {
             self.model.system.body_states(time, &self.interpolated);
             let slots = &self.slots;
             let at_time = |at| at == StressInstant::Time(time);
-            self.model.update_stress_states(&mut self.run.stress, time, at_time, |i| slots[i].fine());
+            self.model.update_stress_states(&mut self.run.stress, time, at_time, |i| slots[i].fine(), &[]);
         }
     }
 
@@ -211,19 +265,20 @@ impl Driver<'_> {
         let now = self.instant(i);
         self.check_contact(i, now.time, -now.motion.along(&now.normal))?;
         self.slots[i].monitor.begin(now);
-        self.slots[i].pressure = 0.0;
+        (self.slots[i].pressure, self.slots[i].left_out) = (0.0, None);
         Ok(())
     }
 
     /// Mean pressure of contact `i`; zero where too few points carry its force to tell, and where
     /// it has no bound \[Pa\].
     fn mean_pressure(&self, i: usize) -> f64 {
-        let report = self.model.system.forces()[i].contact.report();
+        let element = &self.model.system.forces()[i].contact;
+        let report = element.report();
         let is_smooth = self.slots[i].fine().is_none_or(|fine| {
             fine.whole.is_none_or(TouchKind::bounds_pressure)
                 && fine.zones.iter().all(|zone| zone.site.meets.is_none())
         });
-        let has_points = self.model.contacts[i].radii.is_some() || report.n_active >= TELLING_POINTS;
+        let has_points = element.point(0).is_none() || report.n_active >= TELLING_POINTS;
         if is_smooth && has_points && report.contact_area > 0.0 {
             report.normal_force / report.contact_area
         } else {

@@ -22,16 +22,11 @@ impl Driver<'_> {
             self.report(self.run.next_output)?;
             self.note_gaps(self.run.next_output)?;
             self.watch(self.run.next_output, PhaseKind::Free)?;
-            let interval = self.interval(self.run.free_interval, self.run.next_output);
+            let stretched = self.settings.free_share * (self.run.next_output - self.work.start);
+            let interval = self.run.free_interval.max(stretched);
             self.run.next_output += of_hits.map_or(interval, |of_hits| of_hits.min(interval));
         }
         Ok(())
-    }
-
-    /// Least time from a state stored at time `t` to the next one, `wanted` being that of short
-    /// phases \[s\].
-    pub(super) fn interval(&self, wanted: f64, t: f64) -> f64 {
-        wanted.max(self.settings.phase_share * (t - self.work.start))
     }
 
     /// Whether the run is at its start and bodies may overlap there: then the trials of the impact
@@ -62,7 +57,8 @@ impl Driver<'_> {
         self.interpolated.copy_from_slice(self.integrator.state());
         let t = self.integrator.time();
         self.fill(t);
-        if t >= self.run.last_output + self.interval(self.settings.impact_interval, t) {
+        let stretched = self.settings.phase_share * (t - self.work.start);
+        if t >= self.run.last_output + self.settings.impact_interval.max(stretched) {
             self.send()?;
         }
         self.watch(t, PhaseKind::Impact)?;

@@ -3,12 +3,17 @@
 
 use ffr_dynamics::integration::DenseOutput;
 
+use ffr_dynamics::system::model::stops::StopSite;
+
 use super::Driver;
 use crate::error::AdaptiveError;
+use crate::state::stop_hit::Seen;
 
 /// Instants of a step at which a stop is looked at, and stored in free phases: steps follow the
 /// force of a hit to the tolerance, four instants of each show its course.
 const INSTANTS: u32 = 4;
+/// Halvings of the time in which a stop is met or left, to a millionth of it.
+const HALVINGS: u32 = 20;
 
 impl Driver<'_> {
     /// Time between the states to be stored in the step from `start` to `end`, if a stop presses in
@@ -17,7 +22,7 @@ impl Driver<'_> {
         let (before, now) = (self.integrator.previous_state(), self.integrator.state());
         let mut hits = self.stops.iter().zip(&self.run.hits);
         let is_hit = hits.any(|(stop, hit)| {
-            let presses = stop.force(start, before).0 > 0.0 || stop.force(end, now).0 > 0.0;
+            let presses = stop.force(start, before) > 0.0 || stop.force(end, now) > 0.0;
             presses && (hit.is_short() || !hit.is_pressed())
         });
         is_hit.then(|| (end - start) / f64::from(INSTANTS))
@@ -35,9 +40,18 @@ impl Driver<'_> {
                 if i == INSTANTS { end } else { start + (end - start) * f64::from(i) / f64::from(INSTANTS) };
             self.integrator.interpolate(time, &mut self.interpolated);
             for (s, (stop, hit)) in self.stops.iter().zip(&mut self.run.hits).enumerate() {
-                let (force, rate) = stop.force(time, &self.interpolated);
-                if let Some(record) = hit.step(time, force, rate, (n_contacts + s) as u32) {
-                    self.output.hit(record);
+                let now = Seen::at(stop, time, &self.interpolated);
+                let crossing = hit.crossing(&now).then(|| {
+                    let mut y = self.interpolated.clone();
+                    locate((hit.seen().time, time), now.compression > 0.0, |t| {
+                        self.integrator.interpolate(t, &mut y);
+                        Seen::at(stop, t, &y)
+                    })
+                });
+                for seen in crossing.into_iter().chain([now]) {
+                    if let Some(record) = hit.step(seen, (n_contacts + s) as u32) {
+                        self.output.hit(record);
+                    }
                 }
             }
         }
@@ -58,4 +72,25 @@ impl Driver<'_> {
         self.run.n_hits += self.output.send_hits(self.run.n_rows())?;
         Ok(())
     }
+}
+
+impl Seen {
+    /// The `stop` at time `time` in the state `y`.
+    fn at(stop: &StopSite, time: f64, y: &[f64]) -> Self {
+        let [compression, rate] = stop.compression(time, y);
+        Self { time, force: stop.force(time, y), compression, rate }
+    }
+}
+
+/// The instant between two times at which a stop is met, if it `is_closing`, or left: the last one
+/// without compression before, or the first one after it.
+fn locate((mut open, mut closed): (f64, f64), is_closing: bool, mut at: impl FnMut(f64) -> Seen) -> Seen {
+    if !is_closing {
+        (open, closed) = (closed, open);
+    }
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (open + closed);
+        if at(middle).compression > 0.0 { closed = middle } else { open = middle }
+    }
+    Seen { force: 0.0, ..at(open) }
 }

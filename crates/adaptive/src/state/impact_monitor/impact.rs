@@ -72,6 +72,12 @@ impl Impact {
         touch - self.end <= self.longest
     }
 
+    /// Whether no touch at `time` or later is one of this impact, or none is to come: the bodies part
+    /// faster than they vibrate.
+    pub fn is_over(&self, time: f64) -> bool {
+        !self.is_joined_by(time) || self.speeds().1 > self.after.vibration
+    }
+
     /// Takes in the impact before, if the bodies were apart for no longer than the longest touch of
     /// either lasted.
     pub(super) fn absorb(&mut self, earlier: &Self) -> bool {
@@ -113,6 +119,13 @@ impl Impact {
         let least = LEAST_APPROACH * self.before.speed.max(self.after.speed);
         let is_quiet = self.before.vibration <= MOST_RINGING * approach;
         if approach > least && is_quiet && separation >= 0.0 { separation / approach } else { f64::NAN }
+    }
+
+    /// The record of an impact that has been reported, if the run has ended at `time` before it is known
+    /// to be over.
+    pub fn unended(&self, contact: u32, time: f64) -> Option<ImpactRecord> {
+        let record = self.record(contact, self.row?, false);
+        (self.end < time && !self.is_over(time)).then_some(record)
     }
 
     pub(super) fn record(&self, contact: u32, row: u32, is_open: bool) -> ImpactRecord {

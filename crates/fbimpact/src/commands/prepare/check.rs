@@ -7,7 +7,6 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use adaptive::checks::units;
-use adaptive::spec::{ContactSpec, Target};
 
 use crate::commands::scenario_file;
 use crate::commands::{Means, print, threads};
@@ -71,7 +70,7 @@ pub fn check(
 /// Tells what is in a scenario without faults, and whether a run would accept its contacts, which
 /// is known from the shapes and the motions at the start.
 fn accept(path: &Path, scenario: &Scenario) -> Result<(), AppError> {
-    let contacts = adaptive::model::check_contacts(&scenario.run);
+    let contacts = adaptive::model::check_unbuilt(&scenario.run);
     tracing::info!(
         "{}: {}, {} bodies, {} joints, {} contacts",
         path.display(),
@@ -119,10 +118,7 @@ fn under_constrained(scenario: &Scenario) -> Vec<&str> {
     }
     let bodies = scenario.run.bodies.iter().enumerate();
     // What is thrown at others, or lies on them, moves freely on purpose.
-    let touches = |i: usize| {
-        let is_target = |c: &ContactSpec| matches!(c.target, Target::Body(other) if other == i);
-        scenario.run.contacts.iter().any(|c| c.body == i || is_target(c))
-    };
+    let touches = |i: usize| scenario.run.contacts.iter().any(|contact| contact.acts_on(i));
     let free = bodies.filter(|(i, _)| tree.iter().all(|j| j.child.body != Some(*i)) && !touches(*i));
     free.map(|(_, body)| body.name.as_str()).collect()
 }

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use adaptive::model::check_contacts;
+use adaptive::model::check_unbuilt;
 use indicatif::ProgressBar;
 
 use super::recording::record;
@@ -31,7 +31,7 @@ pub(super) fn begin(
     let begin = Instant::now();
     // What a run refuses whatever its meshes are comes before they are chosen, which may take
     // minutes.
-    if let Err(error) = check_contacts(&scenario.run) {
+    if let Err(error) = check_unbuilt(&scenario.run) {
         output.discard();
         bar.finish_and_clear();
         return Err(error.into());

@@ -1,7 +1,7 @@
 //! The models of a result, built again from its scenario.
 
 use adaptive::model::RunModel;
-use adaptive::spec::{ContactLaw, RunSpec};
+use adaptive::spec::RunSpec;
 use adaptive::store::ModelCache;
 
 use super::local::{LeftOut, LocalContacts};
@@ -44,7 +44,7 @@ impl<View> Rebuilt<View> {
         check_frequencies(&model, &motions)?;
         let has_friction = |name: &str| {
             let contact = spec.contacts.iter().find(|c| c.name == name);
-            contact.is_some_and(|c| matches!(&c.law, ContactLaw::Surface(law) if law.friction.is_some()))
+            contact.and_then(|c| c.law.surface()).is_some_and(|law| law.friction.is_some())
         };
         let zones = RefinedZones::new(states.spans()?, view);
         let contacts = LocalContacts::new(&model, |name| states.contact(name), has_friction, zones);

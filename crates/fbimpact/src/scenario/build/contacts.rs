@@ -65,15 +65,14 @@ fn check_interface_modes(
     bodies: &BuiltBodies,
     contacts: &[ContactSpec],
 ) {
-    let has_interface = |law: &ContactLaw| {
-        matches!(law, ContactLaw::Surface(law)
-            if !matches!(law.treatment, Treatment::Adaptive | Treatment::Coarse))
+    let has_interface = |contact: &ContactSpec| {
+        let treatment = contact.law.surface().map(|law| law.treatment);
+        treatment.is_some_and(|of| !matches!(of, Treatment::Adaptive | Treatment::Coarse))
     };
     for (i, (_, section)) in root.named("bodies").iter().enumerate() {
         let reduction = section.table("reduction").filter(|table| table.given("fixed_interface_modes"));
         let (Some(reduction), Some(body)) = (reduction, bodies.index(i)) else { continue };
-        let touches = |c: &ContactSpec| c.body == body || c.target == Target::Body(body);
-        if !contacts.iter().any(|c| touches(c) && has_interface(&c.law)) {
+        if !contacts.iter().any(|contact| contact.acts_on(body) && has_interface(contact)) {
             let message = "nothing depends on it: only contacts of the models \"quasistatic\", \"massless\", \"damped\" and \"dynamic\" \
                  have an interface, and none of them is on this body; leave it out";
             checker.fault_in(reduction, "fixed_interface_modes", message.into());

@@ -10,9 +10,16 @@ use super::super::section::Section;
 /// resolves the mode.
 const STEP_SHARE: f64 = 0.5;
 
+/// States of a phase before they are stored ever more rarely, where nobody has given their number.
+const PHASE_STATES: f64 = 1000.0;
+
 /// The settings of the tables `[simulation]` and `[output]` at a level of `accuracy`, before
 /// factors on the resolution.
 pub fn settings(simulation: &Section, output: &Section, accuracy: Accuracy) -> Option<RunSettings> {
+    let (free_interval, states) = (output.number("free_interval"), output.number("phase_states"));
+    let phase_share = 1.0 / states.unwrap_or(PHASE_STATES);
+    // An interval that is asked for is kept, unless states are counted as well.
+    let is_even = free_interval.is_some() && states.is_none();
     Some(RunSettings {
         end_time: simulation.number("end_time")?,
         gravity: simulation.vector::<3>("gravity")?.into(),
@@ -24,9 +31,10 @@ pub fn settings(simulation: &Section, output: &Section, accuracy: Accuracy) -> O
         stop_after_impacts: simulation.integer("stop_after_impacts").and_then(|n| u32::try_from(n).ok()),
         stop_at_rest: rest(simulation),
         energy_tolerance: simulation.number("energy_tolerance")?,
-        free_interval: output.number("free_interval"),
+        free_interval,
         impact_interval: output.number("impact_interval")?,
-        phase_share: 1.0 / output.number("phase_states")?,
+        phase_share,
+        free_share: if is_even { 0.0 } else { phase_share },
         pressure: output.boolean("pressure")?,
     })
 }

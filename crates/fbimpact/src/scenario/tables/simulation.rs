@@ -41,13 +41,13 @@ pub const SIMULATION: &[Key] = &[
         Kind::Boolean,
         "",
         Need::Default("false"),
-        "Whether elastic coordinates start from equilibrium with the joint coordinates held and everything at rest, from which the velocities given set out; undeformed otherwise. Not with joints that close loops, nor with gears.",
+        "Whether elastic coordinates start from equilibrium with the joint coordinates held, under weight, springs, loads and the centrifugal and damping forces of the velocities given; undeformed otherwise. Contacts do not take part. Not with joints that close loops, nor with gears.",
     ),
     Key::new(
         "quiet_time",
         Kind::Number(TIME),
         "s",
-        Need::Optional("chosen from the step size"),
+        Need::Optional("chosen from the step size, no longer than a touch lasts"),
         "An impact has ended when no contact force has acted for so long and the bodies separate.",
     ),
     Key::new(
@@ -55,7 +55,7 @@ pub const SIMULATION: &[Key] = &[
         Kind::Integer(1, 1_000_000),
         "–",
         Need::Optional("the run goes on to `end_time`"),
-        "The run ends with the impact phase, or the step, in which so many impacts, rows of `/impacts`, have ended, or at `end_time`.",
+        "The run ends when so many impacts, rows of `/impacts`, have ended and no further touch can belong to them, or at `end_time`.",
     ),
     Key::new(
         "stop_at_rest",
@@ -170,7 +170,7 @@ pub const OUTPUT: &[Key] = &[
         "phase_states",
         Kind::Number(Range { min: Bound::Closed(10.0), max: Bound::Closed(1e12) }),
         "–",
-        Need::Default("1000.0"),
+        Need::Optional("1000, none in free phases whose `free_interval` is given"),
         "States of one phase are stored at intervals of at least the time since its start over this number: a phase that goes on and on has so \
          many more for each factor of 2.7 in time.",
     ),

@@ -24,22 +24,28 @@ enum Coordinate {
 }
 
 impl StopSite {
-    /// Size of the force \[N or N m\] in the state `y` at time `t`, and the rate at which the stop
-    /// is compressed [m/s or rad/s]; zeros between the ends.
-    pub fn force(&self, t: f64, y: &[f64]) -> (f64, f64) {
-        let (position, velocity) = match &self.coordinate {
-            Coordinate::InState { position, velocity } => (y[*position], y[*velocity]),
+    /// Size of the force \[N or N m\] in the state `y` at time `t`; zero between the ends.
+    pub fn force(&self, t: f64, y: &[f64]) -> f64 {
+        let [position, velocity] = self.motion(t, y);
+        self.stop.force(position, velocity).0.abs()
+    }
+
+    /// How far the nearer end is compressed [m or rad], negative as far as it is away, and the rate of
+    /// that [m/s or rad/s].
+    pub fn compression(&self, t: f64, y: &[f64]) -> [f64; 2] {
+        let [position, velocity] = self.motion(t, y);
+        let (above, below) = (position - self.stop.upper, self.stop.lower - position);
+        if above >= below { [above, velocity] } else { [below, -velocity] }
+    }
+
+    /// Position and velocity of the coordinate.
+    fn motion(&self, t: f64, y: &[f64]) -> [f64; 2] {
+        match &self.coordinate {
+            Coordinate::InState { position, velocity } => [y[*position], y[*velocity]],
             Coordinate::Prescribed(motion) => {
                 let [position, velocity, _] = motion.at(t);
-                (position, velocity)
+                [position, velocity]
             }
-        };
-        let (force, _) = self.stop.force(position, velocity);
-        let inwards = if position > self.stop.upper { velocity } else { -velocity };
-        if position > self.stop.upper || position < self.stop.lower {
-            (force.abs(), inwards)
-        } else {
-            (0.0, 0.0)
         }
     }
 }

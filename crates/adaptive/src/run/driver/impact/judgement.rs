@@ -67,15 +67,13 @@ impl Driver<'_> {
             && [Some(body), target].into_iter().flatten().all(is_fine)
     }
 
-    /// Answer of Algorithm 2 for every refined contact that touched in a trial that ended as said,
-    /// but for the `minor` ones.
-    pub(crate) fn assess(&self, ending: &Ending, minor: &[bool]) -> Vec<Option<IntervalAssessment>> {
+    /// Answer of Algorithm 2 for every refined contact that touched, but for the `minor` ones.
+    pub(crate) fn assess(&self, minor: &[bool]) -> Vec<Option<IntervalAssessment>> {
         let mut verdicts = vec![None; self.slots.len()];
         for (i, (slot, contact)) in self.slots.iter().zip(&self.model.contacts).enumerate() {
             let Some(refinement) = &contact.refinement else { continue };
             let fine = slot.fine().filter(|f| f.has_touched() && !minor[i]);
-            let is_rising = *ending == Ending::Complete && slot.monitor.is_rising();
-            verdicts[i] = fine.map(|f| f.assess(&refinement.interval_settings(), is_rising));
+            verdicts[i] = fine.map(|f| f.assess(&refinement.interval_settings()));
         }
         verdicts
     }
@@ -146,7 +144,7 @@ impl Driver<'_> {
         let resolution = fine.resolution();
         debug!(contact = self.model.contacts[i].name, resolution, finer = fine.finer(), "elements at once");
         let finer = fine.wanted_finer(settings.target);
-        // An interval that grows till the end of the run, or is as narrow as can be, need not be used.
+        // An interval that is as narrow as can be need not be used.
         let is_spared =
             verdict.directions.iter().any(|d| d.verdict.is_acceptable() && d.utilisation < settings.minimum);
         if is_spared || !fine.is_coarse(&settings) || finer <= fine.finer() {

@@ -300,9 +300,8 @@ impl Driver<'_> {
 
     /// Notes peak forces of the refined contacts `which`, which touch, and of those that bodies
     /// come into meanwhile, if Hertz's law, or that of a line contact, held in their contact zones:
-    /// from one run with the dynamic modes alone, which goes on beyond the end of the simulated
-    /// time as the impact would. Nothing is noted while other contacts are closed, or where there
-    /// is no law.
+    /// from one run with the dynamic modes alone, to the end of the simulated time at most. Nothing is
+    /// noted while other contacts are closed, or where there is no law.
     pub(crate) fn preview(&mut self, which: &[usize]) -> Result<(), AdaptiveError> {
         let (t, y) = (self.integrator.time(), self.integrator.state().to_vec());
         let RunModel { system, contacts, bodies, .. } = &mut *self.model;
@@ -348,9 +347,10 @@ impl Driver<'_> {
         let mut integrator = Integrator::explicit(steps, t, y).map_err(AdaptiveError::Dynamics)?;
         let quiet = self.settings.quiet_time.unwrap_or(QUIET_STEPS * self.impact_step);
         let (mut peaks, mut last_force, mut latest) = (vec![0.0_f64; which.len()], t, 0);
-        let end = t + LONGEST_PREVIEW as f64 * self.impact_step;
+        let end = self.settings.end_time;
         for n in 0..LONGEST_PREVIEW {
-            let is_over = which.is_empty() || n - latest > PREVIEW_STEPS.max(latest);
+            let is_idle = which.is_empty() || integrator.time() >= end;
+            let is_over = is_idle || n - latest > PREVIEW_STEPS.max(latest);
             if is_over || self.output.observer.is_interrupted() || integrator.step(system, end).is_err() {
                 break;
             }

@@ -77,7 +77,6 @@ impl Driver<'_> {
         trial: &mut Trial,
         sizes: &[Option<ZoneSize>],
     ) -> Result<Ending, AdaptiveError> {
-        let quiet = self.settings.quiet_time.unwrap_or(QUIET_STEPS * self.impact_step);
         self.linear.begin(&self.run.loads, self.integrator.time());
         self.run.hits.clone_from(&self.marked_hits);
         self.output.discard_hits();
@@ -145,7 +144,7 @@ impl Driver<'_> {
             if self.is_at_rest() {
                 break;
             }
-            if step.end - trial.last_force >= quiet && self.is_separating()? {
+            if step.end - trial.last_force >= self.quiet_time() && self.is_separating()? {
                 if !self.is_yet_to_touch() {
                     break;
                 }
@@ -155,6 +154,13 @@ impl Driver<'_> {
         self.check_resolved(false)?;
         self.end_watch()?;
         Ok(Ending::Complete)
+    }
+
+    /// For how long all contacts are to be open at the end of an impact: several steps, but no longer
+    /// than a touch has lasted, after which another one is another impact (Eq. Q.1) \[s\].
+    fn quiet_time(&self) -> f64 {
+        let longest = self.slots.iter().map(|slot| slot.monitor.longest_touch()).fold(0.0, f64::max);
+        self.settings.quiet_time.unwrap_or((QUIET_STEPS * self.impact_step).min(longest))
     }
 
     /// Whether points of a whole surface come nearer of which none has touched: an edge that bends

@@ -117,7 +117,7 @@ fn states(spec: &RunSpec) -> f64 {
     let settings = &spec.settings;
     let (end, interval) =
         (settings.end_time, settings.free_interval.unwrap_or(FREE_INTERVAL).max(f64::MIN_POSITIVE));
-    let even = 1.0 / settings.phase_share.max(f64::MIN_POSITIVE);
+    let even = 1.0 / settings.free_share.max(f64::MIN_POSITIVE);
     let turn = even * interval;
     if end <= turn { end / interval + 1.0 } else { even * (1.0 + (end / turn).ln()) + 1.0 }
 }
@@ -183,7 +183,7 @@ mod tests {
         let scenario = crate::scenario::parse(Path::new("t.toml"), text.as_bytes(), &[]).expect("a scenario");
         let (mut count, mut t) = (1.0, 0.0);
         while t < 40.0 {
-            t += f64::max(1e-2, scenario.run.settings.phase_share * t);
+            t += f64::max(1e-2, scenario.run.settings.free_share * t);
             count += 1.0;
         }
         // The sum of growing intervals is half of one of them, 1/500, off the integral, per state

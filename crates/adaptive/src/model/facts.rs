@@ -1,0 +1,166 @@
+//! What is asked of a contact beside its force, answered once for every law.
+
+use std::f64::consts::PI;
+
+use contact_qs::Sphere;
+use iga_core::elasticity::Material;
+use iga_core::elasticity::mass_properties::MassProperties;
+
+use super::BodyModel;
+use crate::error::AdaptiveError;
+use crate::impact::AdaptiveContact;
+use crate::spec::{ContactLaw, ContactSpec, HertzPartner, HertzSphere, LocalField, RunSpec, Target};
+use crate::touch::hertz::contact_modulus;
+use crate::touch::wave::wave_speed;
+
+/// The parts of a contact that do not change in a run.
+pub struct ContactModel {
+    /// Name.
+    pub name: String,
+    /// Index of the contact body.
+    pub body: usize,
+    /// Widths of the contact interval \[m\]; zero where there is none.
+    pub widths: [f64; 2],
+    /// Size of the contact body, by Hertz's law of the smaller one \[m\].
+    pub size: f64,
+    /// Approach of the bodies from which on it is none: half of that size by Hertz's law, the radius
+    /// of spheres \[m\].
+    pub deepest: f64,
+    /// What the contact body meets.
+    pub target: Target,
+    /// Overlap at the start that is allowed \[m\].
+    pub allowed_overlap: f64,
+    /// The spheres that meet by Hertz's law, the second one unless it is a plane; none of other
+    /// surfaces.
+    pub spheres: Option<(Sphere, Option<Sphere>)>,
+    /// A flexible body whose surface meets another by Hertz's law: its modes yield at the touch,
+    /// too.
+    pub flexible_under_hertz: Option<usize>,
+    /// Speed of waves in the slower of the materials that meet; infinite between rigid ones [m/s].
+    pub wave_speed: f64,
+    /// Time that a wave takes to run to and fro through the flexible body that is crossed soonest;
+    /// infinite of none \[s\].
+    pub round_trip: f64,
+    /// Modulus `E*` of the materials that meet; infinite between rigid ones \[Pa\].
+    pub modulus: f64,
+    /// What displacement, strain and stress of the bodies hold of its forces.
+    pub local_field: LocalField,
+    /// Whether its forces act on the interfaces that its bodies were reduced for: quasistatic ones
+    /// with one model for the whole run.
+    pub loads_interface: bool,
+    /// What refines it when its bodies touch; none of a contact that has one model for the whole
+    /// run.
+    pub refinement: Option<AdaptiveContact>,
+}
+
+impl ContactModel {
+    /// What the law of `contact` and its `bodies` tell; `has_zone`: whether it has zones from the
+    /// start, which have the width `width` on the contact body \[m\]; `size` as
+    /// [`ContactModel::size`].
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] if the centre of a sphere is no place of its body.
+    pub fn new(
+        run: &RunSpec,
+        contact: &ContactSpec,
+        bodies: &[BodyModel],
+        size: f64,
+        zone_width: Option<f64>,
+    ) -> Result<Self, AdaptiveError> {
+        let partners = partners(contact);
+        let is_hertz = partners[0].is_some();
+        let spheres = spheres(contact, bodies)?;
+        let materials = || contact.bodies().filter_map(|body| Some((body, material(&bodies[body])?)));
+        let round_trip = |(body, material): (usize, &Material)| {
+            Some(2.0 * bodies[body].flexible()?.body.size() / material.bar_speed())
+        };
+        let has_modes = |body: &usize| bodies[*body].data.n_modes() > 0;
+        let waves = contact.bodies().zip(partners).map(|(body, of)| slowest_wave(run, bodies, body, of));
+        let local_field = contact.law.local_field();
+        Ok(Self {
+            name: contact.name.clone(),
+            body: contact.body,
+            widths: [zone_width.unwrap_or(0.0), 0.0],
+            size,
+            deepest: if is_hertz { 0.5 * size } else { size },
+            target: contact.target,
+            allowed_overlap: contact.initial_overlap,
+            flexible_under_hertz: (is_hertz && spheres.is_none())
+                .then(|| contact.bodies().find(has_modes))
+                .flatten(),
+            spheres,
+            wave_speed: waves.fold(f64::INFINITY, f64::min),
+            round_trip: materials().filter_map(round_trip).fold(f64::INFINITY, f64::min),
+            modulus: modulus(contact, bodies),
+            local_field,
+            loads_interface: local_field == LocalField::Static && zone_width.is_some(),
+            refinement: None,
+        })
+    }
+}
+
+/// The parts of contact body and target that touch by Hertz's law; none by others.
+fn partners(contact: &ContactSpec) -> [Option<&HertzPartner>; 2] {
+    match &contact.law {
+        ContactLaw::Hertz(law) => [Some(&law.contact), Some(&law.target)],
+        ContactLaw::Surface(_) => [None; 2],
+    }
+}
+
+/// The material with the slowest waves of a flexible body.
+fn material(body: &BodyModel) -> Option<&Material> {
+    body.flexible().and_then(|flexible| flexible.body.slowest_material())
+}
+
+/// The spheres of a Hertz contact; none of other surfaces.
+fn spheres(
+    contact: &ContactSpec,
+    bodies: &[BodyModel],
+) -> Result<Option<(Sphere, Option<Sphere>)>, AdaptiveError> {
+    let ContactLaw::Hertz(law) = &contact.law else { return Ok(None) };
+    let Some((own, other)) = law.spheres(contact.target) else { return Ok(None) };
+    let other = other.zip(contact.target.body()).map(|(facing, target)| sphere(target, facing, bodies));
+    Ok(Some((sphere(contact.body, own, bodies)?, other.transpose()?)))
+}
+
+/// The sphere on body `body`.
+///
+/// # Errors
+/// [`AdaptiveError`] if its centre is no place of the body.
+pub fn sphere(body: usize, sphere: &HertzSphere, bodies: &[BodyModel]) -> Result<Sphere, AdaptiveError> {
+    let centre = bodies[body].point(&sphere.centre)?;
+    Ok(Sphere { body, centre, radius: sphere.radius, solid: sphere.solid })
+}
+
+/// Largest density of a solid, that of osmium: a body that would be denser is more than its shape,
+/// or the sphere of Hertz's law, of which its volume is taken [kg/m³].
+const DENSEST: f64 = 2.26e4;
+
+/// Speed of waves in body `index`: those of its material, or of the one that Hertz's law has for it,
+/// the `partner`; infinite of a rigid one [m/s].
+fn slowest_wave(run: &RunSpec, bodies: &[BodyModel], index: usize, partner: Option<&HertzPartner>) -> f64 {
+    let of_material = material(&bodies[index]).map(Material::bar_speed);
+    let of_partner = |partner: &HertzPartner| {
+        let shape = run.bodies[index].geometry();
+        let of_shape =
+            shape.and_then(|s| MassProperties::of(s.shape, s.model).ok()).map(|found| found.volume);
+        let volume = match partner {
+            HertzPartner::Sphere(sphere) => of_shape.or(Some(4.0 / 3.0 * PI * sphere.radius.powi(3))),
+            HertzPartner::Surface(_) => of_shape,
+        };
+        let density = bodies[index].data.mass / volume?;
+        Some(wave_speed(partner.solid().young, density.min(DENSEST)))
+    };
+    of_material.or_else(|| of_partner(partner?)).unwrap_or(f64::INFINITY)
+}
+
+/// Modulus `E*` of the two materials that meet \[Pa\].
+fn modulus(contact: &ContactSpec, bodies: &[BodyModel]) -> f64 {
+    let of_body = |body: usize| {
+        material(&bodies[body]).map_or((f64::INFINITY, 0.0), |m| (m.youngs_modulus(), m.poissons_ratio()))
+    };
+    match &contact.law {
+        ContactLaw::Hertz(law) => contact_modulus(&law.solids().map(|solid| (solid.young, solid.poisson))),
+        ContactLaw::Surface(_) => contact_modulus(&contact.bodies().map(of_body).collect::<Vec<_>>()),
+    }
+}
