@@ -218,7 +218,7 @@ mod tests {
         };
         let half = |mass: f64, x: f64| {
             let (centre, inertia) =
-                (Vector3::new(x, 0.1, -0.2), Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 2.5)));
+                (Vector3::new(x, 0.1, -0.2), Matrix3::from_diagonal(&Vector3::new(3.0, 4.0, 4.5)));
             let data = StandardInputData::rigid(RigidMotion::Spatial, mass, centre, inertia).unwrap();
             MeanMotion::of(&data, &state)
         };
