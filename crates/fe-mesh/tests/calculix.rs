@@ -28,7 +28,7 @@ fn deviation(matrix: &SparseColMat<u32, f64>, reference: &[(usize, usize, f64)])
 }
 
 fn deviations(name: &str) -> [f64; 2] {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/calculix");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/fe-mesh/tests/calculix");
     let mesh =
         read(&std::fs::read(folder.join(format!("{name}.inp"))).expect("readable"), 1.0).expect("a mesh");
     let matrices = assemble(&MeshSpace::new(mesh.clone(), MassRule::AsStiffness), &Model::Solid, &steel());

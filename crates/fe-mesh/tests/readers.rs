@@ -343,7 +343,7 @@ fn damaged_files_are_read_or_refused() {
 
 #[test]
 fn files_of_gmsh_itself() {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/gmsh");
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("crates/fe-mesh/tests/gmsh");
     for (name, kind) in [
         ("tet10_text41", ElementKind::Tet10),
         ("tet10_binary41", ElementKind::Tet10),
