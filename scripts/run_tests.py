@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Builds the tests and runs each in a process of its own, two at a time on two cores, those of what changed last first; measures their time of
-processor, children included, prints the ten slowest, and refuses what is above the budget of the first tier: so many seconds a test, and in all.
+"""Builds the tests and runs them, each module in a process of its own, as many at a time as there are cores, those of what changed last first;
+measures their time of processor, children included, prints the ten slowest, and refuses what is above the budget of the first tier: so many
+seconds a test, and in all.
 
 Usage: scripts/run_tests.py [--ignored] [--no-budget] [NAME…]
 
@@ -13,9 +14,9 @@ import concurrent.futures
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
-import tempfile
 import threading
 import time
 
@@ -80,18 +81,34 @@ def listed(executable, is_second):
     return sorted(second if is_second else names() - second)
 
 
+def processor_time(process):
+    """Seconds of processor of a process and of its children that have ended; zero where the system does not tell."""
+    try:
+        fields = pathlib.Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
+        return sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK")
+    except OSError:
+        return 0.0
+
+
 def run(task):
-    """Runs one test: seconds of processor, whether it passed, what it printed."""
-    _, executable, name, is_second = task
-    with tempfile.TemporaryFile() as output:
-        words = [executable, "--exact", name, "--test-threads=1"] + ["--ignored", "--nocapture"] * is_second
-        process = subprocess.Popen(words, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=output, stderr=subprocess.STDOUT)
-        _, status, usage = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-        output.seek(0)
-        text = output.read().decode(errors="replace")
-    is_run = "1 passed" in text
-    return usage.ru_utime + usage.ru_stime, process.returncode == 0 and is_run, text
+    """Runs the tests of one module, one after the other in one process, for they may share what they look at: seconds of processor, whether
+    it passed and what was printed of each."""
+    executable, names, is_second = task
+    words = [executable, "--test-threads=1", "--exact", *names] + ["--ignored", "--nocapture"] * is_second
+    process = subprocess.Popen(words, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace")
+    found, before, lines, running = {}, 0.0, [], None
+    for line in process.stdout:
+        lines.append(line)
+        if begun := re.match(r"test (\S+) (?:- should panic )?\.\.\. ", line):
+            running = begun[1]
+        # What the test and its children print may stand between.
+        if running and (end := re.search(r"(?:^|\W)(ok|FAILED)$", line)):
+            now = processor_time(process)
+            found[running] = (now - before, end[1] == "ok")
+            before, running = now, None
+    process.wait()
+    text = "".join(lines)
+    return {name: found.get(name, (0.0, False)) for name in names}, text
 
 
 def main():
@@ -104,22 +121,29 @@ def main():
     os.environ.setdefault("FBIMPACT_CACHE", "off")
     tasks = []
     for suite, executable in executables():
+        modules = {}
         for name in listed(executable, arguments.ignored):
             if not arguments.names or any(part in f"{suite}::{name}" for part in arguments.names):
-                tasks.append((f"{suite}::{name}", executable, name, arguments.ignored))
+                modules.setdefault(name.partition("::")[0], []).append(name)
+        tasks += [(suite, (executable, names, arguments.ignored)) for names in modules.values()]
     jobs = 1 if arguments.ignored else int(os.environ.get("FBIMPACT_TEST_JOBS") or os.cpu_count())
     factor = 1.0 if arguments.no_budget or arguments.ignored else pace()
     start, seconds, failed, lock = time.monotonic(), {}, [], threading.Lock()
 
     def one(task):
-        time_used, is_right, text = run(task)
+        found, text = run(task[1])
         with lock:
-            seconds[task[0]] = time_used
-            if not is_right:
-                failed.append(task[0])
-                print(f"test {task[0]} ... FAILED\n{text}", flush=True)
-            elif arguments.ignored:
-                print(f"test {task[0]} ... ok, {time_used:.1f} s\n{text}", flush=True)
+            for name, (used, is_right) in found.items():
+                name = f"{task[0]}::{name}"
+                seconds[name] = used
+                if not is_right:
+                    failed.append(name)
+                    print(f"test {name} ... FAILED")
+                elif used > OF_A_TEST or arguments.ignored:
+                    print(f"test {name} ... ok, {used:.1f} s")
+            if arguments.ignored or not all(is_right for _, is_right in found.values()):
+                print(text)
+            sys.stdout.flush()
 
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         list(pool.map(one, tasks))
@@ -130,7 +154,7 @@ def main():
     print(f"{time.monotonic() - start:.0f} s, {total:.0f} s of processor; the slowest:")
     for name in slowest[:10]:
         print(f"{seconds[name]:8.2f} s  {name}")
-    print(f"{len(tasks) - len(failed)} passed, {len(failed)} failed")
+    print(f"{len(seconds) - len(failed)} passed, {len(failed)} failed")
     faults = [f"the test {name} failed" for name in failed]
     if not (arguments.no_budget or arguments.ignored):
         faults += [f"{name} takes {s:.1f} s of processor, {OF_A_TEST * factor:.1f} s at most" for name, s in seconds.items() if s > OF_A_TEST * factor]

@@ -245,10 +245,19 @@ fn specimen_forces(t: f64, trip: f64, [outer, inner]: [f64; 2], speed: f64) -> [
 
 #[test]
 fn a_specimen_between_two_bars_is_pressed_as_waves_in_it_say() {
-    // The force rises with the time constants 1.2, 1.8, 2.4 and 5.7 us; the bars' modes follow within 0.6 us.
-    for (young, density, length) in
-        [(70e9_f64, 2700.0_f64, 0.005), (114e9, 4430.0, 0.01), (210e9, 7850.0, 0.02), (70e9, 2700.0, 0.02)]
-    {
+    pressed_as_waves_say(&[(114e9, 4430.0, 0.01)]);
+}
+
+#[test]
+#[ignore = "second tier: half a dozen seconds"]
+fn other_specimens_between_two_bars_are_pressed_as_waves_in_them_say() {
+    pressed_as_waves_say(&[(70e9, 2700.0, 0.005), (210e9, 7850.0, 0.02), (70e9, 2700.0, 0.02)]);
+}
+
+/// Young's modulus, density and length of specimens.
+fn pressed_as_waves_say(specimens: &[(f64, f64, f64)]) {
+    // The force rises with the time constants 1.2 to 5.7 us; the bars' modes follow within 0.6 us.
+    for &(young, density, length) in specimens {
         let specimen = format!(
             r#"
             [materials.soft]

@@ -60,9 +60,20 @@ fn scenario(r: f64) -> String {
 }
 
 #[test]
+fn a_roller_presses_the_flank_as_hertz_says_with_the_radius_of_the_involute() {
+    rollers_press(&[PITCH + 3e-3]);
+}
+
+#[test]
+#[ignore = "second tier: half a dozen seconds"]
 fn rollers_press_the_flank_as_hertz_says_with_the_radius_of_the_involute() {
-    let pitch = 0.5 * MODULE * TEETH;
-    for r in [pitch - 2e-3, pitch, pitch + 3e-3] {
+    rollers_press(&[PITCH - 2e-3, PITCH]);
+}
+
+const PITCH: f64 = 0.5 * MODULE * TEETH;
+
+fn rollers_press(radii: &[f64]) {
+    for &r in radii {
         let (_, _, radius) = flank(r);
         let found = scenarios::run(&scenarios::valid(Path::new("."), &scenario(r), &[]));
         let force = |s: &&adaptive::record::Sample| s.contacts[0].normal_force;

@@ -86,6 +86,7 @@ fn matrices_of_calculix_have_the_frequencies_of_the_mesh() {
 }
 
 #[test]
+#[ignore = "second tier: ten seconds; its frequencies on a hinge are in the first (cantilever)"]
 fn imported_bar_swings_as_a_pendulum() {
     let rest = "[joints.hinge]\ntype = \"revolute\"\naxis = [0.0, 1.0, 0.0]\nangle = 0.02\n\
                 parent = { body = \"ground\", point = [0.0, 0.0, 0.0] }\nchild = { body = \"bar\", marker = \"hinge\" }\n\

@@ -104,10 +104,14 @@ fn check(pair: Pair, zone: (Option<f64>, f64), pose: (f64, f64)) {
 }
 
 #[test]
+fn a_disc_lies_where_it_begins() {
+    check(Pair::Disc, (Some(1e-2), -1e-9), (37.0, 45.0));
+}
+
+#[test]
+#[ignore = "second tier: half a minute"]
 fn discs_lie_where_they_begin() {
-    for (width, gap, pose) in
-        [(Some(5e-3), 0.0, (0.0, 0.0)), (Some(1e-2), -1e-9, (37.0, 45.0)), (None, 1e-9, (90.0, 0.0))]
-    {
+    for (width, gap, pose) in [(Some(5e-3), 0.0, (0.0, 0.0)), (None, 1e-9, (90.0, 0.0))] {
         check(Pair::Disc, (width, gap), pose);
     }
 }

@@ -22,7 +22,9 @@ fn main() {
     // the program's in its own folder and the one at the top, whose tests compile the unit tests of the program.
     let sources = ["Cargo.toml", "crates", "../../Cargo.toml", ".."].map(str::to_owned);
     let is_at_top = std::path::Path::new("crates").exists();
-    for path in of_git.into_iter().flatten().chain(sources.into_iter().skip(if is_at_top { 0 } else { 2 }).take(2)) {
+    for path in
+        of_git.into_iter().flatten().chain(sources.into_iter().skip(if is_at_top { 0 } else { 2 }).take(2))
+    {
         if std::path::Path::new(&path).exists() {
             println!("cargo:rerun-if-changed={path}");
         }

@@ -268,8 +268,8 @@ fn rigid_discs_hold_elements_beyond_their_rim() {
     // Functions of an element that the rim crosses are rigid on the whole of it: the error falls like h, and is ten times that of the mean.
     let size = [0.016, 0.016, 0.008];
     let disc = Extent::Around { point: [0.0003, 0.0002, 0.004], radius: 4e-3 };
-    let found = [4, 8].map(|n| compliance(size, [2 * n, 2 * n, n], &disc, Coupling::Rigid));
-    let average = compliance(size, [16, 16, 8], &disc, Coupling::Average);
+    let found = [3, 6].map(|n| compliance(size, [2 * n, 2 * n, n], &disc, Coupling::Rigid));
+    let average = compliance(size, [12, 12, 6], &disc, Coupling::Average);
     for c in 0..6 {
         // On a half space a rigid punch yields π/4 · 3π/8 = 0.925 of a uniform pressure's mean, what sticks to it and what turns less.
         assert!(found[0][c] < found[1][c] && found[1][c] < 0.925 * average[c], "{c}: {found:?} {average:?}");

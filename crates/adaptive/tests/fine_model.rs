@@ -275,9 +275,20 @@ fn compliance_of_pressure(coarse: &ElasticBody, place: [f64; 3], widths: [f64; 2
 
 #[test]
 fn the_mesh_around_an_elongated_interval_does_not_stiffen_it() {
+    // As the contact of crossed cylinders.
+    does_not_stiffen(&[[0.3e-3, 1.2e-3]]);
+}
+
+#[test]
+#[ignore = "second tier: ten seconds"]
+fn the_mesh_around_an_interval_does_not_stiffen_it() {
+    // Equal widths, and as the contact of a cylinder that lies on its side.
+    does_not_stiffen(&[[0.3e-3, 0.3e-3], [2.4e-3, 0.3e-3]]);
+}
+
+fn does_not_stiffen(cases: &[[f64; 2]]) {
     let place = [0.0, 0.0, 0.01];
-    // Equal widths, and as the contacts of crossed cylinders and of a cylinder that lies on its side.
-    for widths in [[0.3e-3, 0.3e-3], [0.3e-3, 1.2e-3], [2.4e-3, 0.3e-3]] {
+    for &widths in cases {
         let [rough, finer] = [4, 8].map(|n| compliance_of_pressure(&block(n), place, widths));
         // A tenth of the 1e-3 that the elements of the interval itself may cost.
         assert_relative_eq!(rough, finer, max_relative = 1e-4);

@@ -417,7 +417,13 @@ fn chosen(all: std::ops::Range<u64>) -> std::ops::Range<u64> {
 
 #[test]
 fn pairs_drawn_at_random_are_simulated_without_any_setting() {
-    check(0..24, ROUND);
+    check(0..8, ROUND);
+}
+
+#[test]
+#[ignore = "second tier: ten seconds"]
+fn more_pairs_drawn_at_random_are_simulated_without_any_setting() {
+    check(8..24, ROUND);
 }
 
 #[test]

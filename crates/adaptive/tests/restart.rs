@@ -132,6 +132,7 @@ fn impacts_of_whole_surfaces_go_on_to_the_last_bit() {
 }
 
 #[test]
+#[ignore = "second tier: a minute; a restart of whole surfaces is in the first"]
 fn impacts_of_rims_go_on_to_the_last_bit() {
     // A ring, its axis almost level, that falls on the rim of one end and then on that of the other, between the points of its elements.
     let (outer, lean) = (10e-3, 1.0_f64.to_radians());
@@ -254,8 +255,18 @@ fn pairs_that_rub_with_one_model_go_on_to_the_last_bit() {
 }
 
 #[test]
-fn long_free_phases_are_taken_up_in_their_midst_with_either_integrator() {
-    for method in [Method::DormandPrince, Method::TrBdf2, Method::Esdirk4] {
+fn long_free_phases_are_taken_up_in_their_midst() {
+    taken_up_in_their_midst(&[Method::DormandPrince, Method::Esdirk4]);
+}
+
+#[test]
+#[ignore = "second tier: the other integrators are in the first"]
+fn long_free_phases_of_two_stages_are_taken_up_in_their_midst() {
+    taken_up_in_their_midst(&[Method::TrBdf2]);
+}
+
+fn taken_up_in_their_midst(methods: &[Method]) {
+    for &method in methods {
         let mut spec = bounces(|_| {});
         spec.bodies[0].motion.position.z += 4.0 * GAP;
         spec.contacts.pop();
@@ -271,6 +282,16 @@ fn long_free_phases_are_taken_up_in_their_midst_with_either_integrator() {
 
 #[test]
 fn bearings_rub_on_to_the_last_bit() {
+    rub_on(&[Method::Gauss]);
+}
+
+#[test]
+#[ignore = "second tier: another integrator is in the first"]
+fn bearings_rub_on_to_the_last_bit_with_other_integrators() {
+    rub_on(&[Method::DormandPrince, Method::TrBdf2]);
+}
+
+fn rub_on(methods: &[Method]) {
     let rest = InitialMotion {
         position: Vector3::zeros(),
         rotation: UnitQuaternion::identity(),
@@ -300,7 +321,7 @@ fn bearings_rub_on_to_the_last_bit() {
         coordinates: vec![CoordinateSpec::default()],
         bearing: Some(Bearing { coefficient: 0.2, radius: 0.01, length: 0.03, collar: 0.0, velocity: 1e-3 }),
     };
-    for method in [Method::DormandPrince, Method::TrBdf2, Method::Gauss] {
+    for &method in methods {
         let mut spec = spec(vec![link("upper"), link("lower")], Vec::new(), 0.05);
         spec.joints = vec![hinge("shoulder", None, 0, 0.0), hinge("elbow", Some(0), 1, 0.4)];
         spec.settings.gravity = Vector3::y() * -9.81;

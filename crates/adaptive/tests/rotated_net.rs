@@ -62,31 +62,40 @@ fn second_moment(body: &AssembledBody, a: usize) -> f64 {
 
 #[test]
 fn an_ellipsoid_is_refined_where_its_net_is_singular_and_stays_the_same_body() {
+    // A corner of the cube.
+    stays_the_same_body([1.0, 1.0, 1.0], 4);
+}
+
+#[test]
+#[ignore = "second tier: half a minute"]
+fn an_ellipsoid_is_refined_on_an_edge_of_its_net_and_stays_the_same_body() {
+    stays_the_same_body([1.0, 1.0, 1.0], 6);
+    stays_the_same_body([1.0, -1.0, 0.0], 6);
+}
+
+fn stays_the_same_body(u: [f64; 3], elements: usize) {
     let coarse = ellipsoid();
-    // A corner and an edge of the cube.
-    for u in [[1.0, 1.0, 1.0], [1.0, -1.0, 0.0]] {
-        let place: [f64; 3] = std::array::from_fn(|c| SEMI_AXES[c] * u[c] / norm(&u));
-        let wanted = wanted_at(&coarse, place, 1e-3);
-        let turn = NetRotation::new(&coarse, &wanted).unwrap().expect("the net is singular there");
-        let off = off_in_linear_fields(&coarse, &RotatedNet::new(&coarse, turn).unwrap());
-        // As of the ball.
-        assert!(off < 1e-7, "{off:e}");
-        let settings = FineSettings { elements: 6, ..FineSettings::default() };
-        let mesh = FineMesh::build(&coarse, &[wanted], &settings).unwrap();
-        assert!(mesh.turn(&coarse).is_none(), "the map changes lengths");
-        let assembled = mesh.assemble(&coarse).unwrap();
-        let mass = 4.0 / 3.0 * std::f64::consts::PI * DENSITY * SEMI_AXES.iter().product::<f64>();
-        for (a, axis) in SEMI_AXES.iter().enumerate() {
-            // Gauss points leave an error in rational integrands; a surface off by a thousandth would change this by five thousandths.
-            let ratio = second_moment(&assembled, a) / (0.2 * mass * axis * axis);
-            assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
-        }
-        let zone = mesh.zone(0, PointRule::Gauss).unwrap();
-        let away = |p: &[f64; 3]| norm(&difference(p, &place));
-        let nearest = zone.points.iter().map(|p| away(&p.position)).fold(f64::INFINITY, f64::min);
-        // Within an element, six of which are across the interval.
-        assert!(nearest < 1e-3 / 6.0, "{nearest}");
+    let place: [f64; 3] = std::array::from_fn(|c| SEMI_AXES[c] * u[c] / norm(&u));
+    let wanted = wanted_at(&coarse, place, 1e-3);
+    let turn = NetRotation::new(&coarse, &wanted).unwrap().expect("the net is singular there");
+    let off = off_in_linear_fields(&coarse, &RotatedNet::new(&coarse, turn).unwrap());
+    // As of the ball.
+    assert!(off < 1e-7, "{off:e}");
+    let settings = FineSettings { elements, ..FineSettings::default() };
+    let mesh = FineMesh::build(&coarse, &[wanted], &settings).unwrap();
+    assert!(mesh.turn(&coarse).is_none(), "the map changes lengths");
+    let assembled = mesh.assemble(&coarse).unwrap();
+    let mass = 4.0 / 3.0 * std::f64::consts::PI * DENSITY * SEMI_AXES.iter().product::<f64>();
+    for (a, axis) in SEMI_AXES.iter().enumerate() {
+        // Gauss points leave an error in rational integrands; a surface off by a thousandth would change this by five thousandths.
+        let ratio = second_moment(&assembled, a) / (0.2 * mass * axis * axis);
+        assert!((ratio - 1.0).abs() < 1e-4, "{ratio}");
     }
+    let zone = mesh.zone(0, PointRule::Gauss).unwrap();
+    let away = |p: &[f64; 3]| norm(&difference(p, &place));
+    let nearest = zone.points.iter().map(|p| away(&p.position)).fold(f64::INFINITY, f64::min);
+    // Within an element, so many of which are across the interval.
+    assert!(nearest < 1e-3 / elements as f64, "{nearest}");
 }
 
 #[test]

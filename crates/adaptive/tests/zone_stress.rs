@@ -187,6 +187,7 @@ fn states_of_trials_given_up_are_no_stress_states() {
 
 /// A solid aluminium ball falls on a plane with a pole of its net below, so that its net is turned for the contact.
 #[test]
+#[ignore = "second tier: ten seconds; an axisymmetric ball is in the first"]
 fn solid_ball_refined_about_a_pole_of_its_net_has_the_stress_of_hertz() {
     let material = Material::new(ALUMINIUM.youngs, ALUMINIUM.poisson, ALUMINIUM.density).expect("a material");
     let discretisation = DiscretisationSpec {
