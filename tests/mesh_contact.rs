@@ -208,10 +208,13 @@ fn pair(upper: &str, lower: &str) -> Recording {
 
 #[test]
 fn meshed_balls_hit_each_other_and_keep_their_momenta() {
-    for [upper, lower] in [["coarse_hex20", "coarse_tet10"], ["coarse_tet10", "coarse_hex20"]] {
-        let (recording, name) = (pair(upper, lower), format!("{upper} on {lower}"));
-        check_momenta(&name, &recording);
-    }
+    check_momenta("hexahedra on tetrahedra", &pair("coarse_hex20", "coarse_tet10"));
+}
+
+#[test]
+#[ignore = "second tier: half a dozen seconds"]
+fn meshed_balls_keep_their_momenta_in_the_other_role() {
+    check_momenta("tetrahedra on hexahedra", &pair("coarse_tet10", "coarse_hex20"));
 }
 
 #[test]
@@ -244,13 +247,26 @@ fn adaptive() -> String {
 }
 
 #[test]
+fn a_very_coarse_ball_is_divided_where_it_hits_a_plane() {
+    let recording = run(&format!("{}{}", adaptive(), meshed("upper", "coarse_hex20", 1.0)));
+    // A sixth of the circumference a side: curvature of sides errs by a tenth, the force by a fifth of that (above), and modes of so few elements as much.
+    compare("coarse hex20", &recording, [5e-2, 5e-2]);
+    check_transfers(&recording);
+}
+
+#[test]
+#[ignore = "second tier: ten seconds"]
 fn a_coarse_ball_is_divided_where_it_hits_a_plane() {
     let recording = run(&format!("{}{}", adaptive(), meshed("upper", "ten_hex20", 1.0)));
     compare("ten hex20 across", &recording, [1e-2, 1e-2]);
     // Means over corners and what lies straight between them are (5/12) (h/a)^2 below the peak of a pressure like Hertz', 6 % with sides of a/2.6;
     // as much at the edge, where a side more or less is a fifth of the area.
     check_pressure("ten hex20 across", &recording, [0.1, 0.1, 0.2]);
-    // What comes and goes at a touch keeps the state: the field of the dynamic modes is the same on both meshes.
+    check_transfers(&recording);
+}
+
+/// What comes and goes at a touch keeps the state: the field of the dynamic modes is the same on both meshes.
+fn check_transfers(recording: &Recording) {
     for transfer in &recording.transfers {
         assert!((transfer.energy_after / transfer.energy_before - 1.0).abs() < 1e-12, "{transfer:?}");
         assert!(transfer.momentum_change < 1e-12 * 11.7e-3 * 10.0, "{transfer:?}");
@@ -276,6 +292,7 @@ fn pyramids_at_the_touch_are_refused_by_number() {
 }
 
 #[test]
+#[ignore = "second tier: ten seconds; stress of given zones and of divided meshes is in the first (mesh_stress)"]
 fn stress_over_time_below_the_touch_is_that_of_splines() {
     stress_below_the_touch(WORLD, "hex20");
 }

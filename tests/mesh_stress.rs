@@ -105,6 +105,16 @@ fn pictures(folder: &TempDir, result: &Path) -> [PathBuf; 2] {
 /// built again in `probe`, nodes of the picture. The contact problem of the stored state is the one of the run.
 #[test]
 fn history_line_probe_and_picture_show_the_same() {
+    show_the_same("given", &GRADED, "\"quasistatic\"");
+}
+
+#[test]
+fn history_line_probe_and_picture_of_a_divided_mesh_show_the_same() {
+    // Four elements across the zone do for identities.
+    show_the_same("divided", &COARSE, "\"adaptive\"\ninterval = { elements = 4 }");
+}
+
+fn show_the_same(name: &str, ball: &Ball, model: &str) {
     let output = r#"
         [output.points.below]
         body = "ball"
@@ -117,46 +127,41 @@ fn history_line_probe_and_picture_show_the_same() {
         samples = 29
         at = 1.0e-5
     "#;
-    // Four elements across the zone do for identities.
-    let divided = "\"adaptive\"\ninterval = { elements = 4 }";
-    for (name, ball, model) in [("given", GRADED, "\"quasistatic\""), ("divided", COARSE, divided)] {
-        let folder = TempDir::new().unwrap();
-        let result = run(&folder, &ball, &scenario(10.0, 1.0e-5, model, output));
-        let (time, history) = (stored(&result, "time"), stored(&result, "points/below/stress"));
-        let line = stored(&result, "stress/axis/stress");
-        let at = stored(&result, "stress/axis/points").chunks(3).position(|x| (x[2] + 9.2e-3).abs() < 1e-12);
-        let at_line = &line[6 * at.unwrap()..][..6];
-        let now = &history[6 * (time.len() - 1)..];
-        let line = deviation(at_line, now);
-        let [body, pressure] = pictures(&folder, &result);
-        // Nodes of the divided elements about the touch: the frame does not turn.
-        let (points, moved) = (array(&body, "Points"), array(&body, "displacement [m]"));
-        let lift = stored(&result, "bodies/ball/position")[3 * (time.len() - 1) + 2];
-        let places = points.chunks(3).zip(moved.chunks(3));
-        let places = places.map(|(x, u)| [x[0] - u[0], x[1] - u[1], x[2] - u[2] - lift]);
-        let from_touch = |x: &[f64; 3]| x[0].hypot(x[1]).hypot(x[2] + RADIUS);
-        let mut nodes: Vec<(usize, [f64; 3])> = places.enumerate().collect();
-        nodes.sort_by(|a, b| from_touch(&a.1).total_cmp(&from_touch(&b.1)));
-        let nodes: Vec<(usize, [f64; 3])> = nodes.into_iter().step_by(5).take(16).collect();
-        let stress = array(&body, "stress [Pa]");
-        let places: Vec<[f64; 3]> =
-            [[0.0, 0.0, -9.2e-3]].into_iter().chain(nodes.iter().map(|(_, x)| *x)).collect();
-        let all = probed(&result, &places);
-        let probe = deviation(&all[0], &history);
-        let probed: Vec<f64> =
-            all[1..].iter().flat_map(|rows| rows[6 * (time.len() - 1)..].to_vec()).collect();
-        let drawn: Vec<f64> = nodes.iter().flat_map(|(n, _)| stress[6 * n..][..6].to_vec()).collect();
-        let picture = deviation(&drawn, &probed);
-        println!("{name}: line {line:.1e}, probe {probe:.1e}, picture {picture:.1e}, {} nodes", nodes.len());
-        // Static problems of some ten thousand unknowns; the contact problem is solved to 1e-12 of the forces.
-        assert!(line < 1e-9 && probe < 1e-9, "{name}: {line:e} {probe:e}");
-        // Pictures have numbers of single precision. Divided elements show the modes' part of the stress, some hundredth of all, without the averaging over
-        // the body's own elements that history and line have it with, which are a sixth of the ball.
-        let limit = if name == "given" { 1e-6 } else { 1e-3 };
-        assert!(picture < limit, "{name}: {picture:e}");
-        let penalty = stored(&result, "contacts/impact/penalty")[time.len() - 1];
-        check_floor(name, &pressure, penalty);
-    }
+    let folder = TempDir::new().unwrap();
+    let result = run(&folder, ball, &scenario(10.0, 1.0e-5, model, output));
+    let (time, history) = (stored(&result, "time"), stored(&result, "points/below/stress"));
+    let line = stored(&result, "stress/axis/stress");
+    let at = stored(&result, "stress/axis/points").chunks(3).position(|x| (x[2] + 9.2e-3).abs() < 1e-12);
+    let at_line = &line[6 * at.unwrap()..][..6];
+    let now = &history[6 * (time.len() - 1)..];
+    let line = deviation(at_line, now);
+    let [body, pressure] = pictures(&folder, &result);
+    // Nodes of the divided elements about the touch: the frame does not turn.
+    let (points, moved) = (array(&body, "Points"), array(&body, "displacement [m]"));
+    let lift = stored(&result, "bodies/ball/position")[3 * (time.len() - 1) + 2];
+    let places = points.chunks(3).zip(moved.chunks(3));
+    let places = places.map(|(x, u)| [x[0] - u[0], x[1] - u[1], x[2] - u[2] - lift]);
+    let from_touch = |x: &[f64; 3]| x[0].hypot(x[1]).hypot(x[2] + RADIUS);
+    let mut nodes: Vec<(usize, [f64; 3])> = places.enumerate().collect();
+    nodes.sort_by(|a, b| from_touch(&a.1).total_cmp(&from_touch(&b.1)));
+    let nodes: Vec<(usize, [f64; 3])> = nodes.into_iter().step_by(5).take(16).collect();
+    let stress = array(&body, "stress [Pa]");
+    let places: Vec<[f64; 3]> =
+        [[0.0, 0.0, -9.2e-3]].into_iter().chain(nodes.iter().map(|(_, x)| *x)).collect();
+    let all = probed(&result, &places);
+    let probe = deviation(&all[0], &history);
+    let probed: Vec<f64> = all[1..].iter().flat_map(|rows| rows[6 * (time.len() - 1)..].to_vec()).collect();
+    let drawn: Vec<f64> = nodes.iter().flat_map(|(n, _)| stress[6 * n..][..6].to_vec()).collect();
+    let picture = deviation(&drawn, &probed);
+    println!("{name}: line {line:.1e}, probe {probe:.1e}, picture {picture:.1e}, {} nodes", nodes.len());
+    // Static problems of some ten thousand unknowns; the contact problem is solved to 1e-12 of the forces.
+    assert!(line < 1e-9 && probe < 1e-9, "{name}: {line:e} {probe:e}");
+    // Pictures have numbers of single precision. Divided elements show the modes' part of the stress, some hundredth of all, without the averaging over
+    // the body's own elements that history and line have it with, which are a sixth of the ball.
+    let limit = if name == "given" { 1e-6 } else { 1e-3 };
+    assert!(picture < limit, "{name}: {picture:e}");
+    let penalty = stored(&result, "contacts/impact/penalty")[time.len() - 1];
+    check_floor(name, &pressure, penalty);
 }
 
 /// Contact points lie on the floor, as deep in it as their pressure and the penalty factor have them (theory Eq. C.3).

@@ -221,7 +221,7 @@ fn zones_that_cannot_be_solved_again_are_named() {
         &folder,
         "sphere_on_plane.toml",
         &[
-            "simulation.end_time=5e-5",
+            "simulation.end_time=1.5e-5",
             "contacts.impact.friction=0.3",
             "output.points.top.body=ball",
             "output.points.top.marker=top",

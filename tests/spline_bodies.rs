@@ -169,6 +169,7 @@ fn quarters() -> String {
 }
 
 #[test]
+#[ignore = "second tier: ten seconds; zones over seams are in the first (patch_zones of adaptive)"]
 fn a_ball_meets_a_block_of_four_patches_over_a_seam_as_one_of_one_patch() {
     meet_over_a_seam(["ball", "block"]);
 }

@@ -18,6 +18,7 @@ fn impact_drift(trace: &Trace) -> f64 {
 }
 
 #[test]
+#[ignore = "second tier: half a minute; the pendulum with Hertz' law is below"]
 fn first_impact_of_the_double_pendulums_is_that_of_hertz_and_a_little_harder() {
     let (hertz, elastic) = (run("double_pendulum/hertz", &[END]), run("double_pendulum", &[END]));
     assert_eq!((hertz.impacts.len(), elastic.impacts.len()), (1, 1));
@@ -37,6 +38,15 @@ fn first_impact_of_the_double_pendulums_is_that_of_hertz_and_a_little_harder() {
     let last = elastic.samples.last().expect("samples");
     let momentum = elastic.samples.iter().map(|s| s.linear_momentum[0].abs()).fold(0.0, f64::max);
     assert_below("motion out of the plane", last.linear_momentum[1].abs(), 300.0 * 1e-8 * momentum);
+}
+
+#[test]
+fn first_impact_of_the_double_pendulums_with_hertz_law_is_that_of_an_independent_program() {
+    let found = run("double_pendulum/hertz", &[END]);
+    let [impact] = found.impacts[..] else { panic!("{} impacts", found.impacts.len()) };
+    // Rods as shear beams: 299.8 N; the limits stand in docs/verification.md.
+    assert_close("peak with Hertz spheres", impact.peak_force, 299.8, 5e-3);
+    assert_close("start of the impact", impact.start, 166.82e-3, 0.1 / 166.82);
 }
 
 /// Half a cycle is lost between two impacts if the first bending frequency is off by 1e-3: the later impacts need it to 1e-5.
