@@ -7,35 +7,34 @@ use crate::support::vtu::array;
 use crate::support::{fbimpact, simulate};
 use tempfile::TempDir;
 
+/// Each is made by the first test that asks for it.
 struct Results {
-    _folder: TempDir,
-    ball: PathBuf,
+    ball: LazyLock<PathBuf>,
     /// The same, its zone found by the program during the run.
-    found: PathBuf,
-    pair: PathBuf,
-    rigid: PathBuf,
+    found: LazyLock<PathBuf>,
+    pair: LazyLock<PathBuf>,
+    rigid: LazyLock<PathBuf>,
 }
 
-static RESULTS: LazyLock<Results> = LazyLock::new(|| {
-    let folder = TempDir::new().expect("a folder");
-    let at = folder.path();
-    Results {
-        ball: simulate(at, "sphere_on_plane.toml", "ball.h5", &[]),
-        found: simulate(
-            at,
-            "sphere_on_plane.toml",
-            "found.h5",
-            &[
-                "contacts.impact={contact_body=\"ball\",target_body=\"floor\"}",
-                "bodies.ball.discretisation.refine=[]",
-                "bodies.ball.position=[0.0,0.0,0.0100001]",
-            ],
-        ),
-        pair: simulate(at, "sphere_rod_sphere.toml", "pair.h5", &["simulation.end_time=2.5e-4"]),
-        rigid: simulate(at, "rigid_double_pendulums.toml", "rigid.h5", &["simulation.end_time=0.01"]),
-        _folder: folder,
-    }
-});
+static FOLDER: LazyLock<TempDir> = LazyLock::new(|| TempDir::new().expect("a folder"));
+
+static RESULTS: Results = Results {
+    ball: LazyLock::new(|| simulate(FOLDER.path(), "sphere_on_plane.toml", "ball.h5", &[])),
+    found: LazyLock::new(|| {
+        let sets = [
+            "contacts.impact={contact_body=\"ball\",target_body=\"floor\"}",
+            "bodies.ball.discretisation.refine=[]",
+            "bodies.ball.position=[0.0,0.0,0.0100001]",
+        ];
+        simulate(FOLDER.path(), "sphere_on_plane.toml", "found.h5", &sets)
+    }),
+    pair: LazyLock::new(|| {
+        simulate(FOLDER.path(), "sphere_rod_sphere.toml", "pair.h5", &["simulation.end_time=2.5e-4"])
+    }),
+    rigid: LazyLock::new(|| {
+        simulate(FOLDER.path(), "rigid_double_pendulums.toml", "rigid.h5", &["simulation.end_time=0.01"])
+    }),
+};
 
 /// Exports and returns the folder with what was said.
 fn export(result: &Path, options: &[&str]) -> (TempDir, String) {
@@ -380,7 +379,7 @@ fn films_are_asked_of_pvpython() {
     let export = |movie: &str, pvpython: &str| {
         let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_fbimpact"));
         command.args(["export", "--times", "peak", "--vtk"]).arg(at("files")).arg("--movie").arg(at(movie));
-        let run = command.arg(&RESULTS.ball).env("FBIMPACT_PVPYTHON", pvpython).output().expect("it starts");
+        let run = command.arg(&*RESULTS.ball).env("FBIMPACT_PVPYTHON", pvpython).output().expect("it starts");
         let text = |bytes| String::from_utf8(bytes).expect("UTF-8");
         (run.status.code(), text(run.stdout), text(run.stderr))
     };

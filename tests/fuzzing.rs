@@ -112,7 +112,7 @@ fn damaged_body_file_is_read_or_refused() {
 #[test]
 fn damaged_result_is_read_or_refused_by_every_reader() {
     let folder = tempfile::tempdir().expect("a folder");
-    cases(15, |bytes| {
+    cases(8, |bytes| {
         bodies::result_reading(bytes, folder.path());
         let path = folder.path().join("damaged.h5");
         for result in &*RESULTS {

@@ -69,22 +69,12 @@ fn kind(text: &str) -> Option<TouchKind> {
 }
 
 #[test]
+#[ignore = "second tier: half a minute; crossed and lying cylinders against Hertz are in the first (zones of adaptive)"]
 fn a_cylinder_on_its_side_lies_between_plane_stress_and_plane_strain() {
-    // Six elements across are off by some half a per cent in the force (below).
-    lies_between(&["contacts.c.interval.elements=6", "bodies.part.reduction.modes=10"]);
-}
-
-#[test]
-#[ignore = "second tier: half a minute"]
-fn a_cylinder_with_sizes_of_the_program_lies_between_plane_stress_and_plane_strain() {
-    lies_between(&[]);
-}
-
-fn lies_between(set: &[&str]) {
     let up = [0.0, 1.0, 0.0];
     let [stress, strain] =
         ["plane-stress", "plane-strain"].map(|model| peak(&run(&on_plane(&disc(model), up), &[])));
-    let found = run(&on_plane(&lying("part", RADIUS, RADIUS, -SPEED, 0.0), [0.0, 0.0, 1.0]), set);
+    let found = run(&on_plane(&lying("part", RADIUS, RADIUS, -SPEED, 0.0), [0.0, 0.0, 1.0]), &[]);
     let force = peak(&found);
     println!("plane stress {stress:.2}, cylinder {force:.2}, plane strain {strain:.2} N");
     // The ends are free, its middle is held by its length: 5 % lie between the two.

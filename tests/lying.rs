@@ -13,8 +13,8 @@ use crate::writers::{Form, gmsh};
 
 const GRAVITY: f64 = 9.81; // m/s²
 const RADIUS: f64 = 20e-3; // m
-/// Bodies swing on their contact with some 0.1 mm/s: that is 0.2 % of g t.
 const TIME: f64 = 6e-3; // s
+const SHORT: f64 = 1.5e-3; // s
 
 /// A ball of finite elements on a file that all tests read.
 fn folder() -> &'static Path {
@@ -42,7 +42,7 @@ enum Pair {
 }
 
 /// The scenario: the way up is turned by `tilt`, the body by `turn` \[degrees\].
-fn text(pair: Pair, (width, gap): (Option<f64>, f64), (tilt, turn): (f64, f64)) -> String {
+fn text(pair: Pair, time: f64, (width, gap): (Option<f64>, f64), (tilt, turn): (f64, f64)) -> String {
     let (sine, cosine) = tilt.to_radians().sin_cos();
     let up = if matches!(pair, Pair::Ball | Pair::Mesh) { [0.0, sine, cosine] } else { [sine, cosine, 0.0] };
     let times = |s: f64| up.map(|c| s * c);
@@ -75,7 +75,7 @@ fn text(pair: Pair, (width, gap): (Option<f64>, f64), (tilt, turn): (f64, f64)) 
     };
     let width = width.map_or_else(String::new, |w| format!("interval = {{ width = {w} }}\n"));
     format!(
-        "[simulation]\nend_time = {TIME}\ngravity = {:?}\n[bodies.body]\n{body}\nposition = {:?}\n[bodies.floor]\n{floor}\n{held}\
+        "[simulation]\nend_time = {time}\ngravity = {:?}\n[bodies.body]\n{body}\nposition = {:?}\n[bodies.floor]\n{floor}\n{held}\
          [contacts.c]\ncontact_body = \"body\"\ntarget_body = \"floor\"\ninitial_overlap = 2e-9\n{width}",
         times(-GRAVITY),
         times(RADIUS + gap)
@@ -96,23 +96,27 @@ fn carried(text: &str) -> (f64, f64) {
     (impulse.norm() / weight.norm(), (place(end) - place(0)).norm())
 }
 
-fn check(pair: Pair, zone: (Option<f64>, f64), pose: (f64, f64)) {
-    let (share, way) = carried(&text(pair, zone, pose));
-    assert!((share - 1.0).abs() < 5e-3, "{pair:?} {zone:?} {pose:?}: {share} of the weight");
-    // Falling for so long is 0.18 mm.
+fn check(pair: Pair, time: f64, zone: (Option<f64>, f64), pose: (f64, f64)) {
+    let (share, way) = carried(&text(pair, time, zone, pose));
+    // Bodies swing on their contact with some 0.1 mm/s, a share of g t, twice and more of which is let pass.
+    assert!(
+        (share - 1.0).abs() < 3e-4 / (GRAVITY * time),
+        "{pair:?} {zone:?} {pose:?}: {share} of the weight"
+    );
+    // Falling for so long is 11 um and more.
     assert!(way < 1e-7, "{pair:?} {zone:?} {pose:?}: moved by {way:e} m");
 }
 
 #[test]
 fn a_disc_lies_where_it_begins() {
-    check(Pair::Disc, (Some(1e-2), -1e-9), (37.0, 45.0));
+    check(Pair::Disc, SHORT, (Some(1e-2), -1e-9), (37.0, 45.0));
 }
 
 #[test]
 #[ignore = "second tier: half a minute"]
 fn discs_lie_where_they_begin() {
     for (width, gap, pose) in [(Some(5e-3), 0.0, (0.0, 0.0)), (None, 1e-9, (90.0, 0.0))] {
-        check(Pair::Disc, (width, gap), pose);
+        check(Pair::Disc, TIME, (width, gap), pose);
     }
 }
 
@@ -124,7 +128,7 @@ fn bodies_lie_where_they_begin_whatever_the_zone() {
             for (gap, pose) in [(-1e-9, (0.0, 0.0)), (0.0, (37.0, 45.0)), (1e-9, (90.0, 45.0))] {
                 // The axis of axisymmetric bodies is z of the world.
                 let pose = if matches!(pair, Pair::Ball) { (0.0, 0.0) } else { pose };
-                check(pair, (width, gap), pose);
+                check(pair, TIME, (width, gap), pose);
             }
         }
     }

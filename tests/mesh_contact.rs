@@ -247,15 +247,7 @@ fn adaptive() -> String {
 }
 
 #[test]
-fn a_very_coarse_ball_is_divided_where_it_hits_a_plane() {
-    let recording = run(&format!("{}{}", adaptive(), meshed("upper", "coarse_hex20", 1.0)));
-    // A sixth of the circumference a side: curvature of sides errs by a tenth, the force by a fifth of that (above), and modes of so few elements as much.
-    compare("coarse hex20", &recording, [5e-2, 5e-2]);
-    check_transfers(&recording);
-}
-
-#[test]
-#[ignore = "second tier: ten seconds"]
+#[ignore = "second tier: ten seconds; a mesh is divided in the first (mesh_stress, mesh_zones of adaptive)"]
 fn a_coarse_ball_is_divided_where_it_hits_a_plane() {
     let recording = run(&format!("{}{}", adaptive(), meshed("upper", "ten_hex20", 1.0)));
     compare("ten hex20 across", &recording, [1e-2, 1e-2]);

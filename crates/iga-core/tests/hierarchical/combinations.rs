@@ -133,8 +133,18 @@ fn matrices_of_solids_are_those_of_their_elements() {
 
 #[test]
 fn matrices_of_several_patches_are_those_of_their_elements() {
+    check_regions(0..1);
+}
+
+#[test]
+#[ignore = "second tier: ten seconds"]
+fn matrices_of_several_patches_are_those_of_their_elements_wherever_they_are_refined() {
+    check_regions(1..usize::MAX);
+}
+
+fn check_regions(numbers: std::ops::Range<usize>) {
     let patches = ball();
-    for (k, regions) in regions(&patches).iter().enumerate() {
+    for (k, regions) in regions(&patches).iter().enumerate().filter(|(k, _)| numbers.contains(k)) {
         check(&refined_about(&patches, regions, 2), &Model::Solid, &format!("ball, regions {k}"));
     }
 }
