@@ -47,7 +47,7 @@ pub const SIMULATION: &[Key] = &[
         "quiet_time",
         Kind::Number(TIME),
         "s",
-        Need::Optional("chosen from the step size, no longer than a touch lasts"),
+        Need::Optional("chosen from the step size, no longer than a touch of rigid bodies lasts"),
         "An impact has ended when no contact force has acted for so long and the bodies separate.",
     ),
     Key::new(
