@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Checks what is published: complete metadata of all crates, permissive licences of all that is linked, and of each file of others that the
-program carries its origin, version, licence and contents.
+program carries its origin, version, licence and contents. Where `cargo deny` is installed it looks as well, at security advisories if it can
+get them.
 
 Usage: scripts/check_packages.py; needs cargo and what it has downloaded for a build.
 """
@@ -9,6 +10,7 @@ import hashlib
 import json
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 
@@ -142,12 +144,26 @@ def check_assets(folder):
         check(False, f"{file}: is in vendored.json or in the folder of assets, and not in both")
 
 
+def check_deny():
+    """What `deny.toml` forbids; advisories come from a network, or from what was fetched before."""
+    if shutil.which("cargo-deny") is None:
+        print("packages: cargo-deny is not installed, advisories are not looked at")
+        return
+    for words, needs_network in ((["licenses", "bans", "sources"], False), (["advisories"], True)):
+        done = subprocess.run(["cargo", "deny", "check", *words], cwd=ROOT, capture_output=True, text=True)
+        if needs_network and done.returncode != 0 and "failed to fetch" in done.stderr:
+            print("packages: the network gives no advisories, they are not looked at")
+        else:
+            check(done.returncode == 0, f"cargo deny check {' '.join(words)}:\n{done.stderr}")
+
+
 def main():
     check_expressions()
     check_vendored()
     data = metadata()
     check_licences(data)
     check_own(data)
+    check_deny()
     for fault in faults:
         print(fault, file=sys.stderr)
     if faults:

@@ -50,6 +50,7 @@ mod meshed_rods;
 mod moving_contact;
 mod one_body;
 mod one_contact;
+mod outputs;
 mod own_part;
 mod plausibility;
 mod plot;
@@ -80,6 +81,7 @@ mod system_modes;
 mod touches;
 mod traces;
 mod verification;
+mod versions;
 mod whole_surfaces;
 #[path = "../crates/fe-mesh/tests/balls/mod.rs"]
 mod balls;

@@ -56,6 +56,76 @@ fn a_factor_larger_than_the_addresses_left_is_refused_with_its_size() {
     assert!(!err.contains(" 0.00 GB") && !err.contains(" 0 GB of"), "{err}");
 }
 
+#[test]
+fn small_stacks_and_long_expressions_end_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let sum = format!("1{}", "+1".repeat(12_000));
+    let run = [
+        "run",
+        "-q",
+        &scenario("rigid_double_pendulums"),
+        "-o",
+        "out.h5",
+        "--set",
+        "simulation.end_time=1e-2",
+    ];
+    for (kibibytes, arguments) in [64, 128, 8192].into_iter().flat_map(|stack| {
+        [&run[..], &["check", &scenario("sphere_on_plane")], &["metric", "out.h5", &sum], &["man", "run"]]
+            .map(|arguments| (stack, arguments.iter().map(|a| (*a).to_owned()).collect::<Vec<_>>()))
+    }) {
+        let script = format!("ulimit -s {kibibytes} && exec \"$0\" \"$@\"");
+        let output = Command::new("sh")
+            .args(["-c", &script, PROGRAM])
+            .args(&arguments)
+            .current_dir(folder.path())
+            .output();
+        let output = output.expect("a shell");
+        if arguments[0] == "metric" {
+            assert!(String::from_utf8_lossy(&output.stdout).contains("12001"), "{output:?}");
+        }
+        let (code, err) = ended(output);
+        assert_eq!(code, Some(0), "{kibibytes} KiB, {}: {err}", arguments[0]);
+    }
+}
+
+/// A run that is interrupted on a small stack closes its files as ever.
+#[test]
+fn a_run_on_a_small_stack_obeys_signals() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let script = "ulimit -s 64; \"$0\" run -q \"$1\" -o out.h5 --set simulation.end_time=1000.0 & \
+        pid=$!; while [ ! -s out.h5.restart ]; do sleep 0.05; done; sleep 0.3; kill -TERM $pid; wait $pid";
+    let output = Command::new("sh")
+        .args(["-c", script, PROGRAM, &scenario("rigid_double_pendulums")])
+        .current_dir(folder.path())
+        .output();
+    let (code, err) = ended(output.expect("a shell"));
+    assert!(code == Some(130) && err.contains("go on with: fbimpact run --resume out.h5"), "{code:?} {err}");
+}
+
+#[test]
+fn a_run_whose_files_may_not_grow_is_taken_up_when_they_may() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let run = [
+        "run",
+        "-q",
+        &scenario("rigid_double_pendulums"),
+        "-o",
+        "out.h5",
+        "--set",
+        "simulation.end_time=1.0",
+    ];
+    // 2000 blocks of 512 bytes hold the first states.
+    let script = "ulimit -f 2000; exec \"$0\" \"$@\"";
+    let output =
+        Command::new("sh").args(["-c", script, PROGRAM]).args(run).current_dir(folder.path()).output();
+    let (code, err) = ended(output.expect("a shell"));
+    assert!(code == Some(6) && err.contains("ulimit -f"), "{code:?} {err}");
+    let output =
+        Command::new(PROGRAM).args(["run", "-q", "--resume", "out.h5"]).current_dir(folder.path()).output();
+    let (code, err) = ended(output.expect("the program starts"));
+    assert_eq!(code, Some(0), "{err}");
+}
+
 /// A run of the rigid pendulums in `at` that has stored states and goes on for long.
 fn long_run(at: &Path) -> Child {
     let mut command = Command::new(PROGRAM);

@@ -220,7 +220,7 @@ fn page_goes_to_standard_output_or_whole_into_its_file() {
     assert_eq!((code, out == page.text), (0, true));
     let missing = fbimpact(&["report", "missing.h5", "-o", "-"]);
     assert_eq!((missing.0, missing.1.as_str()), (6, ""));
-    assert_eq!(fbimpact(&["report", &file, "-o", &file]).0, 2, "the result is not written over");
+    assert_eq!(fbimpact(&["report", &file, "-o", &file]).0, 6, "the result is not written over");
     let (code, _, err) = fbimpact(&["report", &file, "-o", "-", "--bodies", "bell"]);
     assert!(code == 2 && err.contains("the result has ball"), "{err}");
     assert_eq!(fbimpact(&["report", &file, "-o", "-", "--max-size", "0"]).0, 2);

@@ -408,7 +408,7 @@ fn two_runs_cannot_claim_one_output() {
 #[test]
 fn part_file_of_a_dead_run_is_replaced() {
     let (_directory, path) = directory();
-    std::fs::write(path.with_file_name("out.h5.part"), "left behind").expect("written");
+    std::fs::write(path.with_file_name("out.h5.part"), b"\x89HDF\r\n\x1a\nleft behind").expect("written");
     runs(&path, false, false, complete).expect("complete");
     assert_eq!(status(&path), "complete");
 }

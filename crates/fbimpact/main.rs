@@ -6,5 +6,5 @@ static ALLOCATOR: fbimpact::process::allocation::EndingAllocator =
 
 fn main() -> std::process::ExitCode {
     fbimpact::process::allocation::prepare();
-    fbimpact::main_with(std::env::args_os())
+    fbimpact::process::allocation::on_enough_stack(|| fbimpact::main_with(std::env::args_os()))
 }

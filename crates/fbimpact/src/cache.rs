@@ -39,6 +39,9 @@ impl DiskStore {
     fn name(&self, key: &ModelKey) -> Name {
         let mut hash = Sha256::new();
         hash.update(self.program.get_or_init(program::fingerprint));
+        // Nobody takes models that somebody else has written.
+        #[cfg(unix)]
+        hash.update(nix::unistd::geteuid().as_raw().to_le_bytes());
         hash.update((key.kind.len() as u64).to_le_bytes());
         hash.update(key.kind);
         hash.update(&key.definition);

@@ -85,6 +85,9 @@ pub struct ImportArguments {
     /// Body file
     #[arg(short, long, value_name = "FILE.h5")]
     pub output: PathBuf,
+    /// Replace an existing file, even one that is not of this program
+    #[arg(long)]
+    pub force: bool,
 }
 
 /// Unit of length of matrices.
@@ -207,6 +210,9 @@ pub enum Command {
         /// Gmsh script with a field of sizes
         #[arg(short, long, value_name = "SIZES.geo")]
         output: Option<PathBuf>,
+        /// Replace an existing file, even one that is not of this program
+        #[arg(long)]
+        force: bool,
         /// Changes to the scenario
         #[command(flatten)]
         set: SetArguments,
@@ -222,6 +228,9 @@ pub enum Command {
         /// Body file, or with --nurbs a file of splines
         #[arg(short, long, value_name = "FILE")]
         output: PathBuf,
+        /// Replace an existing file, even one that is not of this program
+        #[arg(long)]
+        force: bool,
         /// Write the unreduced matrices instead of the reduced body
         #[arg(long)]
         full: bool,
@@ -276,6 +285,9 @@ pub enum Command {
         /// Table
         #[arg(short, long, value_name = "TABLE.csv|TABLE.h5")]
         output: PathBuf,
+        /// Replace an existing file, even one that is not of this program
+        #[arg(long)]
+        force: bool,
         /// One more column: a number, or a row of them, over the datasets of each result
         /// (docs/expressions.md); may be repeated
         #[arg(long, value_name = "NAME=EXPRESSION", value_parser = column)]
@@ -345,6 +357,9 @@ pub enum Command {
         /// Write the pages of all commands into this folder, created if it does not exist
         #[arg(long, value_name = "DIR", conflicts_with = "command")]
         all: Option<PathBuf>,
+        /// With --all: replace existing files, even those that are not of this program
+        #[arg(long, requires = "all")]
+        force: bool,
     },
 }
 

@@ -14,7 +14,7 @@ use std::path::Path;
 
 use indicatif::ProgressBar;
 use result_files::file::fault::FileFault;
-use result_files::file::whole_file;
+use result_files::file::output::Gate;
 use result_files::words::shown::shown;
 
 use crate::error::{AppError, CommandFault};
@@ -39,32 +39,10 @@ pub fn print(text: &str) -> Result<(), AppError> {
     }
 }
 
-/// Rejects an output that cannot be written, before any work is done for it.
-///
-/// # Errors
-/// [`AppError::Io`] for the output.
-pub fn check_folder(output: &Path) -> Result<(), AppError> {
-    whole_file::check(output).map_err(|fault| AppError::io(output, fault))
-}
-
-/// Rejects an output that is the scenario itself or a file that it reads.
-///
-/// # Errors
-/// [`AppError::Io`] for the output.
-pub fn check_distinct(scenario: &Scenario, output: &Path) -> Result<(), AppError> {
-    // An output that does not exist yet is none of them.
-    let Ok(target) = output.canonicalize() else { return Ok(()) };
-    let is_target = |path: &Path| path.canonicalize().is_ok_and(|path| path == target);
-    if is_target(&scenario.source.path) {
-        return Err(AppError::io(output, "is the scenario itself, name another output"));
-    }
-    for body in &scenario.bodies {
-        if body.file.as_ref().is_some_and(|file| is_target(&file.path)) {
-            let reason = format!("is the file of body \"{}\", name another output", body.name);
-            return Err(AppError::io(output, reason));
-        }
-    }
-    Ok(())
+/// The gate for outputs of a command that reads `scenario`.
+pub fn gate_of(scenario: &Scenario, force: bool) -> Gate {
+    let own = (scenario.source.path.clone(), "the scenario itself".to_owned());
+    Gate::new(std::iter::once(own).chain(scenario.files.iter().cloned()), force)
 }
 
 /// A body of a scenario and the file to which it is written.
@@ -76,6 +54,8 @@ pub struct BodyExport<'a> {
     pub body: &'a str,
     /// File to be written.
     pub output: &'a Path,
+    /// Whether it may replace a file of others.
+    pub force: bool,
 }
 
 /// What a command computes with.

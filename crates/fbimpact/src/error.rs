@@ -10,6 +10,7 @@ use result_files::expression::fault::ExpressionFault;
 use result_files::file::fault::{Access, FileError, FileFault};
 use result_files::toml_text::fault::Faults;
 use result_files::words::percent::percent;
+use result_files::words::shown::for_shell;
 
 use crate::interchange::body_file::BodyFileError;
 use crate::scenario::OverrideFault;
@@ -57,7 +58,7 @@ pub enum AppError {
         output: PathBuf,
     },
     /// The user stopped the run.
-    #[error("interrupted at t = {time:.9e} s, the results so far are in {0}; go on with: fbimpact run --resume {0}", output.display())]
+    #[error("interrupted at t = {time:.9e} s, the results so far are in {}; go on with: fbimpact run --resume {}", output.display(), for_shell(output))]
     Interrupted {
         /// Time reached, in s.
         time: f64,
@@ -91,7 +92,7 @@ pub enum AppError {
     InterruptedEarly,
     /// The user stopped a run that was taken up before it had gone on; what was stored before
     /// stays.
-    #[error("interrupted before the first instant; go on with: fbimpact run --resume {}", output.display())]
+    #[error("interrupted before the first instant; go on with: fbimpact run --resume {}", for_shell(output))]
     InterruptedResumption {
         /// Where the results are.
         output: PathBuf,
@@ -194,11 +195,6 @@ impl CommandFault {
     /// Two columns of one name.
     pub fn column_twice(name: &str) -> Self {
         Self::request(format!("the table has a column \"{name}\" already, choose another name"))
-    }
-
-    /// A result that would be written over itself.
-    pub fn output_is_input(output: &Path) -> Self {
-        Self::argument("-o", output.display().to_string(), "is the result itself")
     }
 }
 

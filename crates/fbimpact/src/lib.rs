@@ -86,21 +86,22 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
             &cache,
         ),
         Command::Cache { action } => commands::program::cache::cache(&action),
-        Command::MeshSize { scenario, body, output, set } => {
+        Command::MeshSize { scenario, body, output, force, set } => {
             let asked = commands::prepare::mesh_size::MeshSize {
                 scenario: &scenario,
                 body: body.as_deref(),
                 output: output.as_deref(),
+                force,
             };
             commands::prepare::mesh_size::mesh_size(&asked, &set.set)
         }
-        Command::ExportBody { scenario, body, output, nurbs: Some(format), units, set, .. } => {
-            let export = commands::BodyExport { scenario: &scenario, body: &body, output: &output };
+        Command::ExportBody { scenario, body, output, force, nurbs: Some(format), units, set, .. } => {
+            let export = commands::BodyExport { scenario: &scenario, body: &body, output: &output, force };
             let form = (format, units.metres());
             commands::bodies::splines::export_splines(&export, form, &set.set)
         }
-        Command::ExportBody { scenario, body, output, full, threads, set, .. } => {
-            let export = commands::BodyExport { scenario: &scenario, body: &body, output: &output };
+        Command::ExportBody { scenario, body, output, force, full, threads, set, .. } => {
+            let export = commands::BodyExport { scenario: &scenario, body: &body, output: &output, force };
             commands::bodies::export::export_body(&export, full, &set.set, Means { threads, bar: &bar })
         }
         Command::ImportBody(arguments) => commands::bodies::import::import_body(&arguments),
@@ -124,14 +125,14 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
         Command::Reference { page: Page::Expressions } => {
             commands::print(&result_files::expression::function::markdown())
         }
-        Command::Collect { runs, output, column, long } => {
-            commands::results::collect::collect(&runs, &output, &column, long)
+        Command::Collect { runs, output, force, column, long } => {
+            commands::results::collect::collect(&runs, (&output, force), &column, long)
         }
         Command::Metric { file, expressions } => commands::results::metric::metric(&file, &expressions),
         Command::New { name, template, force } => commands::prepare::new::new(&name, template, force),
         Command::Completions { shell } => commands::program::shell::completions(shell),
-        Command::Man { all: Some(folder), .. } => commands::program::shell::manuals(&folder),
-        Command::Man { command, all: None } => commands::program::shell::manual(&command),
+        Command::Man { all: Some(folder), force, .. } => commands::program::shell::manuals(&folder, force),
+        Command::Man { command, all: None, .. } => commands::program::shell::manual(&command),
     }
 }
 

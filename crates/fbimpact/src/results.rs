@@ -27,5 +27,5 @@ mod recorder;
 mod file;
 pub mod reference;
 
-pub use file::{OutputFile, linked, part_path, restart_path};
+pub use file::{OutputFile, RESULT, linked, part_path, restart_path};
 pub use recorder::{Recorder, Status};

@@ -6,3 +6,4 @@ pub mod plain_file;
 pub mod hdf5_integrity;
 pub mod fault;
 pub mod whole_file;
+pub mod output;

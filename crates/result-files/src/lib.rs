@@ -9,6 +9,7 @@
 pub mod toml_text;
 pub mod dataset;
 pub mod tables;
+pub mod words;
 pub mod file;
 pub mod error;
 pub mod stored;
@@ -16,5 +17,4 @@ pub mod expression;
 pub mod compare;
 pub mod collect;
 pub mod plot;
-pub mod words;
 pub mod converge;

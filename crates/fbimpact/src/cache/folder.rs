@@ -5,8 +5,8 @@
 
 #![expect(clippy::disallowed_methods, reason = "ages of files are wall time")]
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
+use std::fs::{self, Metadata, OpenOptions};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
@@ -72,15 +72,22 @@ impl Folder {
     /// If it is there and cannot be read.
     pub fn read(&self, name: &Name) -> io::Result<Option<Vec<u8>>> {
         let path = self.file(name);
-        let bytes = match plain_file::read(&path) {
-            Ok(bytes) => bytes,
+        if path.is_symlink() {
+            return Err(io::Error::other("it is a link"));
+        }
+        let mut file = match plain_file::open(&path) {
+            Ok(file) => file,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(None),
             Err(error) => return Err(error),
         };
+        let data = file.metadata()?;
+        if !is_own(&data) || is_writable(&data) {
+            return Err(io::Error::other("others may have written it"));
+        }
+        let mut bytes = Vec::with_capacity(data.len() as usize);
+        file.read_to_end(&mut bytes)?;
         // In a folder that may only be read, the order of use stays as it is.
-        let touched =
-            OpenOptions::new().append(true).open(&path).and_then(|file| file.set_modified(SystemTime::now()));
-        if let Err(error) = touched {
+        if let Err(error) = file.set_modified(SystemTime::now()) {
             tracing::debug!("{}: {error}", path.display());
         }
         Ok(Some(bytes))
@@ -188,6 +195,8 @@ impl Folder {
             let path = file.path();
             let Some(is_model) = kind(&path) else { continue };
             match file.metadata() {
+                // In a folder that several people use, each looks after their own.
+                Ok(data) if !is_own(&data) => {}
                 Ok(data) => {
                     let used = data.modified()?;
                     entries.push(Entry { path, bytes: data.len(), used, is_model });
@@ -199,6 +208,26 @@ impl Folder {
         }
         Ok(entries)
     }
+}
+
+/// Whether a file belongs to the user of this process.
+#[cfg(unix)]
+fn is_own(data: &Metadata) -> bool {
+    std::os::unix::fs::MetadataExt::uid(data) == nix::unistd::geteuid().as_raw()
+}
+
+#[cfg(not(unix))]
+fn is_own(_: &Metadata) -> bool {
+    true
+}
+
+/// Whether others than its owner may write a file, or it is no file.
+fn is_writable(data: &Metadata) -> bool {
+    #[cfg(unix)]
+    let others = std::os::unix::fs::MetadataExt::mode(data) & 0o022 != 0;
+    #[cfg(not(unix))]
+    let others = false;
+    others || !data.is_file()
 }
 
 /// Whether a file is a model or one that is being written; none for files of others.
@@ -214,7 +243,12 @@ fn kind(path: &Path) -> Option<bool> {
 }
 
 fn write_new(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut file = File::create_new(path)?;
+    let mut options = OpenOptions::new();
+    options.write(true).create_new(true);
+    // Whatever the user's usual mode is: what others may write is not read again.
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o644);
+    let mut file = options.open(path)?;
     file.write_all(bytes)?;
     // Otherwise a crash of the machine may leave a name without its contents; the checksum would
     // find that, too.
@@ -288,6 +322,43 @@ mod tests {
         folder.write(&[2; 32], &[0; 60]).unwrap();
         assert_eq!(folder.clear().unwrap(), Contents { models: 1, bytes: 60 });
         assert!(others.iter().all(|path| path.exists()));
+    }
+
+    /// What others may have written is not read, and links are left as they are.
+    #[cfg(unix)]
+    #[test]
+    fn entries_that_others_may_have_written_are_not_read() {
+        use std::os::unix::fs::{PermissionsExt, chown, symlink};
+        let (_directory, folder) = folder(100);
+        let name = [1; 32];
+        folder.write(&name, b"abc").unwrap();
+        let path = folder.file(&name);
+        for mode in [0o666, 0o664, 0o646] {
+            fs::set_permissions(&path, fs::Permissions::from_mode(mode)).unwrap();
+            assert!(folder.read(&name).is_err(), "{mode:o}");
+        }
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o644)).unwrap();
+        assert!(folder.read(&name).unwrap().is_some());
+        // Only root may give files away.
+        if chown(&path, Some(65534), None).is_ok() {
+            assert!(folder.read(&name).is_err());
+            assert_eq!(folder.contents().unwrap(), Contents::default());
+            folder.clear().unwrap();
+            assert!(path.exists(), "what belongs to others stays");
+        }
+        fs::remove_file(&path).unwrap();
+        let target = folder.path().join("precious");
+        fs::write(&target, b"abc").unwrap();
+        let before = SystemTime::UNIX_EPOCH + Duration::from_secs(1_000_000_000);
+        OpenOptions::new().append(true).open(&target).unwrap().set_modified(before).unwrap();
+        symlink(&target, &path).unwrap();
+        assert!(folder.read(&name).is_err());
+        assert_eq!(target.metadata().unwrap().modified().unwrap(), before);
+        folder.write(&name, b"new").unwrap();
+        assert_eq!(
+            (fs::read(&target).unwrap(), folder.read(&name).unwrap()),
+            (b"abc".to_vec(), Some(b"new".to_vec()))
+        );
     }
 
     #[test]

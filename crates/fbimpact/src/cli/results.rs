@@ -21,6 +21,9 @@ pub struct PlotArguments {
     /// Folder for the figures, created if it does not exist
     #[arg(short, long, value_name = "DIR", default_value = ".")]
     pub output: PathBuf,
+    /// Replace existing files, even those that are not of this program
+    #[arg(long)]
+    pub force: bool,
     /// Write SVG, for print and for the web; also if no format is named
     #[arg(long)]
     pub svg: bool,
@@ -60,6 +63,9 @@ pub struct ReportArguments {
     /// Page, - for standard output
     #[arg(short, long, value_name = "REPORT.html", default_value = "report.html")]
     pub output: PathBuf,
+    /// Replace an existing file, even one that is not of this program
+    #[arg(long)]
+    pub force: bool,
     /// Only these bodies in motion
     #[arg(long, value_name = "NAME", value_delimiter = ',')]
     pub bodies: Vec<String>,
@@ -90,6 +96,9 @@ pub struct ExportArguments {
     /// exist
     #[arg(long, value_name = "DIR")]
     pub vtk: PathBuf,
+    /// Replace existing files, even those that are not of this program
+    #[arg(long)]
+    pub force: bool,
     /// Factor on the elastic displacement in the drawn shape
     #[arg(long, value_name = "F", default_value_t = 1.0, allow_negative_numbers = true, value_parser = finite)]
     pub scale: f64,

@@ -11,11 +11,11 @@ use std::path::{Path, PathBuf};
 use indicatif::ProgressBar;
 
 use super::prepare::check::tell_units;
-use super::{check_distinct, threads};
+use super::{gate_of, threads};
 use crate::cli::RunArguments;
 use crate::commands::scenario_file;
 use crate::error::{AppError, CommandFault};
-use crate::results::OutputFile;
+use crate::results::{OutputFile, RESULT, linked};
 use begin::begin;
 use left::Left;
 use stop::Stop;
@@ -50,7 +50,7 @@ fn run_scenario(
         Some(target) => target.clone(),
         None => default_output(path),
     };
-    check_distinct(&scenario, &target)?;
+    gate_of(&scenario, arguments.force).check(&linked(&target)?, RESULT)?;
     let left = if arguments.update { left::left(&target, &scenario)? } else { Left::Nothing };
     if arguments.dry_run {
         return if left == Left::Complete { Ok(()) } else { Err(AppError::NotCurrent { output: target }) };

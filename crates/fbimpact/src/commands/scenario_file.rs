@@ -5,6 +5,7 @@ use std::path::Path;
 
 use result_files::file::fault::Access;
 use result_files::file::plain_file;
+use result_files::words::shown::for_shell;
 
 use crate::error::AppError;
 use crate::scenario::{self, Override, Scenario};
@@ -15,6 +16,13 @@ use crate::scenario::{self, Override, Scenario};
 /// [`AppError::Io`] if the file cannot be read, [`AppError::Scenario`] with all faults otherwise.
 pub fn read(path: &Path, overrides: &[Override]) -> Result<Scenario, AppError> {
     let bytes = plain_file::read(path).map_err(|e| AppError::system(path, Access::Read, e))?;
+    if bytes.starts_with(b"\x89HDF\r\n\x1a\n") {
+        let name = for_shell(path);
+        let reason = format!(
+            "is HDF5 and no scenario; of a result: fbimpact info {name}, fbimpact report {name}, or fbimpact run --resume {name}"
+        );
+        return Err(AppError::io(path, reason));
+    }
     parsed(path, &bytes, overrides)
 }
 

@@ -110,7 +110,8 @@ impl Setting {
         self.write(&job.name, ".program", &format!("{}\n", self.fingerprint))?;
         self.write(&job.name, ".set", &job.set.iter().map(|s| format!("{s}\n")).collect::<String>())?;
         let path = self.file(&job.name, ".log");
-        let log = File::create(&path).map_err(|e| AppError::system(&path, Access::Write, e))?;
+        let _ = fs::remove_file(&path);
+        let log = File::create_new(&path).map_err(|e| AppError::system(&path, Access::Write, e))?;
         let mut command = Command::new(&self.program);
         command.arg("run");
         if is_taken_up {

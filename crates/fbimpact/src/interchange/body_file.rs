@@ -15,6 +15,7 @@ use std::sync::Arc;
 
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::interchange::{FullBody, ReducedModel};
+use result_files::file::output::Kind;
 
 pub use fault::{BodyFault, BodyFileError};
 pub use read::read;
@@ -22,6 +23,8 @@ pub use write::{write_full, write_reduced};
 
 /// Value of the root attribute `format`.
 pub const FORMAT: &str = "fbimpact-body";
+/// A body file.
+pub const KIND: Kind = Kind::hdf5("a body file", FORMAT);
 /// Value of the root attribute `format_version`; raised whenever an old reader would misread a new
 /// file.
 pub const FORMAT_VERSION: u32 = 1;

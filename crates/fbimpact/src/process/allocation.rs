@@ -1,6 +1,6 @@
 //! What a process does that gets no more memory: it says so, what a run holds open is closed, and
-//! it ends with the exit code of a model that cannot be built. Large requests are compared with
-//! what is left first: a control group does not refuse, it kills.
+//! it ends with the exit code of a model that cannot be built. Requests are compared with what is
+//! left first: a control group does not refuse, it kills.
 #![expect(
     unsafe_code,
     reason = "an allocator can only be written so; it hands everything on to the system's"
@@ -10,6 +10,7 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 #[cfg(not(unix))]
 use std::io::Write;
+use std::process::ExitCode;
 use std::ptr::null_mut;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicPtr, Ordering};
@@ -20,8 +21,12 @@ use ffr_dynamics::memory::{self, gigabytes};
 
 /// Exit code when memory ends: that of a model that cannot be built.
 pub const EXIT_CODE: u8 = 4;
-/// Requests from here on are compared with what is left: far more than looking costs \[bytes\].
-const LARGE: usize = 1 << 26;
+/// What a thread may ask for before it looks again, as a part of what was left: so many threads may do so at once.
+const PART: u64 = 64;
+/// Requests that count \[bytes\].
+const COUNTED: usize = 1 << 10;
+/// What is not given away: the message and the libraries need it \[bytes\].
+const KEPT: u64 = 1 << 22;
 /// What is given back when memory ends, for the message and for closing files \[bytes\].
 const RESERVE: usize = 1 << 22;
 /// Time for closing what a run holds open.
@@ -33,6 +38,8 @@ static CLOSER: OnceLock<Thread> = OnceLock::new();
 
 thread_local! {
     static IS_TELLING: Cell<bool> = const { Cell::new(false) };
+    /// Bytes after which this thread looks at what is left.
+    static UNSEEN: Cell<usize> = const { Cell::new(0) };
 }
 
 /// The system's allocator, which ends the process where that refuses.
@@ -63,14 +70,28 @@ unsafe impl GlobalAlloc for EndingAllocator {
 
 /// The answer of `ask` to a request of so many more bytes.
 fn given(bytes: usize, ask: impl FnOnce() -> *mut u8) -> *mut u8 {
-    if bytes >= LARGE && memory::free().is_some_and(|free| bytes as u64 > free) {
-        end(bytes);
+    if bytes >= COUNTED {
+        match UNSEEN.get().checked_sub(bytes) {
+            Some(unseen) => UNSEEN.set(unseen),
+            None => look(bytes),
+        }
     }
     let pointer = ask();
     if pointer.is_null() {
         end(bytes);
     }
     pointer
+}
+
+/// Ends the process if less is left than `bytes`: a control group does not refuse, it kills.
+fn look(bytes: usize) {
+    // What looking itself asks for is not looked at.
+    UNSEEN.set(usize::MAX);
+    let Some(free) = memory::free() else { return };
+    if bytes as u64 > free.saturating_sub(KEPT) && !IS_TELLING.get() && !has_ended() {
+        end(bytes);
+    }
+    UNSEEN.set(usize::try_from(free / PART).unwrap_or(usize::MAX));
 }
 
 /// Sets memory aside for the end; comes first.
@@ -83,6 +104,53 @@ pub fn prepare() {
     {
         end_aborts();
         end_panics();
+        answer_long_files();
+    }
+}
+
+/// Has writes beyond `ulimit -f` refused as those to a full disk are, in place of a signal that ends the process.
+#[cfg(unix)]
+fn answer_long_files() {
+    use nix::sys::signal::{SigHandler, Signal, signal};
+    // SAFETY: to ignore a signal runs nothing.
+    let _ = unsafe { signal(Signal::SIGXFSZ, SigHandler::SigIgn) };
+}
+
+/// Does `work` on a stack that suffices, where `ulimit -s` leaves the first thread less.
+pub fn on_enough_stack(work: fn() -> ExitCode) -> ExitCode {
+    #[cfg(unix)]
+    if has_small_stack() {
+        return on_own_stack(work);
+    }
+    work()
+}
+
+/// Stack of the program: what systems usually give \[bytes\].
+#[cfg(unix)]
+const STACK: usize = 1 << 23;
+
+#[cfg(unix)]
+fn has_small_stack() -> bool {
+    use nix::libc::{RLIMIT_STACK, getrlimit, rlimit};
+    let mut limit = rlimit { rlim_cur: 0, rlim_max: 0 };
+    // SAFETY: it writes the limit and nothing else.
+    unsafe { getrlimit(RLIMIT_STACK, &raw mut limit) == 0 && limit.rlim_cur < STACK as u64 }
+}
+
+#[cfg(unix)]
+fn on_own_stack(work: fn() -> ExitCode) -> ExitCode {
+    use nix::sys::signal::SigSet;
+    // Signals are for the thread that works, and for those that it starts.
+    let usual = SigSet::thread_get_mask();
+    let _ = SigSet::all().thread_block();
+    let thread = std::thread::Builder::new().name("program".into()).stack_size(STACK);
+    let working = thread.spawn(move || {
+        let _ = usual.map(|mask| mask.thread_set_mask());
+        work()
+    });
+    match working {
+        Ok(working) => working.join().unwrap_or(ExitCode::from(101)),
+        Err(_) => end_without_room(),
     }
 }
 

@@ -5,17 +5,22 @@
 //! complete run, or with `--force`.
 
 use std::fs::{File, OpenOptions, TryLockError};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use result_files::file::fault::Access;
 use result_files::file::hdf5_integrity;
+use result_files::file::output::{Gate, Kind};
+use result_files::file::plain_file;
 use result_files::file::whole_file;
 use result_files::stored::open::FORMAT;
 
 use crate::error::AppError;
 
-use super::Status;
+use super::{Status, journal};
 
+/// A result.
+pub const RESULT: Kind = Kind::hdf5("a result file", FORMAT);
 /// Links that lead from one to the next at most, as in Linux.
 const MOST_LINKS: usize = 40;
 
@@ -37,6 +42,13 @@ impl OutputFile {
     /// [`AppError::Io`] if the directory does not exist or cannot be written, if another run writes the file, or if the
     /// target exists, is no result file and `force` is not set.
     pub fn claim(target: &Path, force: bool) -> Result<Self, AppError> {
+        let restart = restart_path(&linked(target)?);
+        if !force && restart.is_file() && !restart.is_symlink() && !journal::is_own(&restart) {
+            return Err(AppError::io(
+                restart,
+                "exists and is no restart file, choose another name or add --force",
+            ));
+        }
         let output = Self::claim_again(target, force)?;
         if !output.is_fresh() {
             tracing::warn!("{} of a run that did not end is replaced", output.part.display());
@@ -70,7 +82,9 @@ impl OutputFile {
     /// Removes the restart file of a run that needs it no more.
     pub fn remove_restart(&self) {
         // Left behind it would be replaced by the next run.
-        let _ = std::fs::remove_file(&self.restart);
+        if journal::is_own(&self.restart) {
+            let _ = std::fs::remove_file(&self.restart);
+        }
     }
 
     /// Gives the claim up and leaves everything as it was.
@@ -150,30 +164,38 @@ pub fn linked(target: &Path) -> Result<PathBuf, AppError> {
 }
 
 fn check_target(target: &Path, force: bool) -> Result<(), AppError> {
-    let fail = |reason: &'static str| Err(AppError::io(target, reason));
     if target.to_str().is_none() {
-        return fail("is no name in UTF-8, which HDF5 needs; choose another name with -o");
+        return Err(AppError::io(
+            target,
+            "is no name in UTF-8, which HDF5 needs; choose another name with -o",
+        ));
     }
-    whole_file::check(target).map_err(|fault| AppError::io(target, fault))?;
-    // They are written as well; what stands there is a file or nothing.
-    for beside in [part_path(target), restart_path(target)] {
+    // They are written as well; what stands there is a file of this program or nothing.
+    let (part, restart) = (part_path(target), restart_path(target));
+    for beside in [&part, &restart] {
+        if beside.is_symlink() {
+            return Err(AppError::io(
+                beside,
+                "is a link, which is not followed: remove it or choose another name with -o",
+            ));
+        }
         if beside.exists() && !beside.is_file() {
             return Err(AppError::io(beside, whole_file::DEVICE));
         }
     }
-    if target.exists() && !force && !is_result(target) {
-        return fail("exists and is not a result file, choose another name or add --force");
+    if !force && part.exists() && !journal::is_own(&restart) && !is_part(&part) {
+        return Err(AppError::io(part, "exists and is not of a run, choose another name or add --force"));
     }
-    Ok(())
+    Ok(Gate::new([], force).check(target, RESULT)?)
 }
 
-/// Whether `path` is an HDF5 file that this program wrote.
-fn is_result(path: &Path) -> bool {
-    let open = || {
-        let file = hdf5_integrity::open(path).ok()?;
-        file.attr("format").and_then(|a| a.read_scalar::<hdf5::types::VarLenUnicode>()).ok()
-    };
-    open().is_some_and(|format| format.as_str() == FORMAT)
+/// Whether `path` is what a run has written so far: nothing, a result, or what is left of one that was killed.
+fn is_part(path: &Path) -> bool {
+    const SIGNATURE: [u8; 8] = *b"\x89HDF\r\n\x1a\n";
+    let mut begin = [0; 8];
+    let read = plain_file::open(path).and_then(|mut file| file.read(&mut begin));
+    let is_broken = || hdf5_integrity::open(path).is_err();
+    read.is_ok() && (begin == [0; 8] || begin == SIGNATURE && (RESULT.is_own(path) || is_broken()))
 }
 
 /// How often a lock that is taken is tried, 20 ms apart: a process that another thread is about to
@@ -195,13 +217,17 @@ fn lock(part: &Path) -> Result<File, AppError> {
     // Another run may rename its part file between our opening and locking it: then we hold the
     // wrong file, try again.
     for _ in 0..10 {
-        let file = OpenOptions::new()
-            .read(true)
-            .write(true)
-            .create(true)
-            .truncate(false)
-            .open(part)
-            .map_err(fail)?;
+        let mut options = OpenOptions::new();
+        options.read(true).write(true).create(true).truncate(false);
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::custom_flags(&mut options, nix::libc::O_NOFOLLOW);
+        let file = options.open(part).map_err(fail)?;
+        if has_other_names(&file) {
+            return Err(AppError::io(
+                part,
+                "has another name as well, remove it or choose another name with -o",
+            ));
+        }
         match try_lock(&file) {
             Ok(()) => {}
             Err(TryLockError::WouldBlock) => {
@@ -218,6 +244,14 @@ fn lock(part: &Path) -> Result<File, AppError> {
         }
     }
     Err(AppError::io(part, "other runs keep replacing this file, choose another name with -o"))
+}
+
+/// Whether a hard link leads to the file from elsewhere.
+fn has_other_names(file: &File) -> bool {
+    #[cfg(unix)]
+    return file.metadata().is_ok_and(|m| std::os::unix::fs::MetadataExt::nlink(&m) > 1);
+    #[cfg(not(unix))]
+    return false;
 }
 
 #[cfg(unix)]

@@ -184,6 +184,13 @@ fn checksum(payload: &[u8]) -> u64 {
     rest.iter().fold(mix(hash, payload.len() as u64), |h, b| mix(h, u64::from(*b)))
 }
 
+/// Whether `path` is a restart file, of whatever version.
+pub fn is_own(path: &Path) -> bool {
+    let mut begin = [0; MAGIC.len() - 1];
+    plain_file::open(path).and_then(|mut file| file.read_exact(&mut begin)).is_ok()
+        && MAGIC.starts_with(&begin)
+}
+
 /// Reads the records of a restart file one after the other, up to the first that is not whole.
 pub struct Entries {
     reader: BufReader<File>,

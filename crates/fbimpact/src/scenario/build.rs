@@ -84,6 +84,10 @@ pub fn scenario(checker: &mut Checker, root: &Section, source: Source) -> Option
         frequency_errors: Vec::new(),
     };
     let compression = requests.compression;
+    let of_bodies = file_bodies.iter().filter_map(|body| {
+        Some((body.file.as_ref()?.path.clone(), format!("the file of body \"{}\"", body.name)))
+    });
+    let files = of_bodies.chain(std::mem::take(&mut checker.files)).collect();
     let scenario = Scenario {
         title,
         run,
@@ -93,6 +97,7 @@ pub fn scenario(checker: &mut Checker, root: &Section, source: Source) -> Option
         compression,
         doubts: Vec::new(),
         source,
+        files,
     };
     checker.faults.is_empty().then_some(scenario)
 }

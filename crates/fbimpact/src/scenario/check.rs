@@ -2,6 +2,7 @@
 //! every fault.
 
 use std::borrow::Cow;
+use std::path::PathBuf;
 
 use result_files::toml_text::document::{Entry, Node, Origin, Value, parse_value};
 use result_files::toml_text::fault::{Fault, meant, nearest};
@@ -104,6 +105,8 @@ const FOREIGN: &[Foreign] = &[
 /// Collects faults while tables are checked.
 #[derive(Debug, Default)]
 pub struct Checker {
+    /// Tables of numbers that the scenario names, each with what it is.
+    pub files: Vec<(PathBuf, String)>,
     /// Faults so far.
     pub faults: Vec<Fault>,
     /// Unit of the quantity over time whose table is checked.

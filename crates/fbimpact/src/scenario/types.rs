@@ -29,6 +29,8 @@ pub struct Scenario {
     pub doubts: Vec<String>,
     /// Where the scenario comes from.
     pub source: Source,
+    /// Files that it names, each with what it is.
+    pub files: Vec<(PathBuf, String)>,
 }
 
 impl Scenario {

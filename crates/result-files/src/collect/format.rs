@@ -1,18 +1,13 @@
 //! How a stored table is recognised, as different from a result.
 
-use std::path::Path;
-
-use hdf5::types::VarLenUnicode;
-
-use crate::file::hdf5_integrity;
+use crate::file::output::Kind;
 
 /// Value of the root attribute `format` of a table.
 pub const TABLE_FORMAT: &str = "fbimpact-table";
+/// Columns with which every table begins.
+const FIRST_COLUMNS: &str = "run,status,exit_code,message,end_time,samples,energy_drift,";
 
-/// Whether a file is a table that [`super::write::hdf5`] wrote.
-pub fn is_table(path: &Path) -> bool {
-    let format = || {
-        hdf5_integrity::open(path).ok()?.attr("format").and_then(|a| a.read_scalar::<VarLenUnicode>()).ok()
-    };
-    format().is_some_and(|format| format.as_str() == TABLE_FORMAT)
-}
+/// A table in HDF5.
+pub const HDF5_TABLE: Kind = Kind::hdf5("a table that fbimpact wrote", TABLE_FORMAT);
+/// A table in CSV.
+pub const CSV_TABLE: Kind = Kind::marked("a table that fbimpact wrote", FIRST_COLUMNS);

@@ -6,7 +6,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use super::format::is_table;
+use super::format::HDF5_TABLE;
 use crate::error::ResultError;
 use crate::expression::fault::ExpressionFault;
 use crate::expression::named::{Cell, NamedExpression};
@@ -26,6 +26,8 @@ use crate::tables::ImpactRow;
 pub struct Run {
     /// Path of the result without `.h5`.
     pub name: String,
+    /// Its result, or what is left of it.
+    pub file: PathBuf,
     /// `complete`, `interrupted`, `failed`, `running` (killed or still going on), `unreadable` or
     /// `missing` (nothing known).
     pub status: String,
@@ -113,7 +115,7 @@ fn found_in(directory: &Path) -> Result<BTreeSet<PathBuf>, ResultError> {
     let mut stems = BTreeSet::new();
     for entry in std::fs::read_dir(directory).map_err(fail)? {
         let path = entry.map_err(fail)?.path();
-        stems.extend(known_stem(&path).filter(|_| path.is_file() && !is_table(&path)));
+        stems.extend(known_stem(&path).filter(|_| path.is_file() && !HDF5_TABLE.is_own(&path)));
     }
     Ok(stems)
 }
@@ -128,8 +130,12 @@ fn read(stem: &Path, wanted: &[NamedExpression]) -> Run {
     let (result, part) = (with_end(stem, ".h5"), with_end(stem, ".h5.part"));
     let file = if !result.exists() && part.exists() { part } else { result };
     let exit = plain_file::text(&with_end(stem, ".exit")).unwrap_or_default();
-    let mut run =
-        Run { name: stem.display().to_string(), exit_code: exit.trim().parse().ok(), ..Run::default() };
+    let mut run = Run {
+        name: stem.display().to_string(),
+        file: file.clone(),
+        exit_code: exit.trim().parse().ok(),
+        ..Run::default()
+    };
     if !file.exists() {
         let is_failed = run.exit_code.is_some_and(|code| code != 0);
         run.status = if is_failed { "failed" } else { "missing" }.to_owned();

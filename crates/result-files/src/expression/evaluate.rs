@@ -29,19 +29,25 @@ fn value(node: &Node, source: &Source<'_>) -> Result<Value, FaultAt> {
             let values = arguments.iter().map(|a| value(a, source)).collect::<Result<Vec<_>, FaultAt>>()?;
             function.apply(&values, source.time()).map_err(|reason| (*at, reason))
         }
-        Node::Binary(sign, both, at) => {
-            let [a, b] = [value(&both[0], source)?, value(&both[1], source)?];
-            let unit = unit(*sign, &a, &b);
-            let of: fn(f64, f64) -> f64 = match sign {
-                '+' => |a, b| a + b,
-                '-' => |a, b| a - b,
-                '*' => |a, b| a * b,
-                '/' => |a, b| a / b,
-                _ => f64::powf,
-            };
-            a.with(&b, &unit, of).map_err(|reason| (*at, reason))
+        Node::Chain(first, rest) => {
+            let first = value(first, source)?;
+            rest.iter().try_fold(first, |a, (sign, next, at)| {
+                joined(*sign, &a, &value(next, source)?).map_err(|reason| (*at, reason))
+            })
         }
     }
+}
+
+/// Two values with `sign` between them.
+fn joined(sign: char, a: &Value, b: &Value) -> Result<Value, String> {
+    let of: fn(f64, f64) -> f64 = match sign {
+        '+' => |a, b| a + b,
+        '-' => |a, b| a - b,
+        '*' => |a, b| a * b,
+        '/' => |a, b| a / b,
+        _ => f64::powf,
+    };
+    a.with(b, &unit(sign, a, b), of)
 }
 
 /// What `steps` take of a value.

@@ -29,8 +29,9 @@ pub enum Node {
     Call(Function, Vec<Node>, usize),
     /// The negative of a value.
     Negative(Box<Node>),
-    /// Two values with the sign between them, and where that stands.
-    Binary(char, Box<[Node; 2]>, usize),
+    /// A value and those that follow it, each with the sign before it and where that stands, from left to right: however many they
+    /// are, the tree is no deeper.
+    Chain(Box<Node>, Vec<(char, Node, usize)>),
 }
 
 /// A step from a value to a part of it, with its place.
@@ -125,12 +126,13 @@ impl Parser<'_> {
         signs: &[char],
         part: fn(&mut Self) -> Result<Node, FaultAt>,
     ) -> Result<Node, FaultAt> {
-        let mut node = part(self)?;
+        let (first, mut rest) = (part(self)?, Vec::new());
         loop {
             let at = self.place();
-            let Some(sign) = signs.iter().copied().find(|sign| self.take(*sign)) else { return Ok(node) };
-            node = Node::Binary(sign, Box::new([node, part(self)?]), at);
+            let Some(sign) = signs.iter().copied().find(|sign| self.take(*sign)) else { break };
+            rest.push((sign, part(self)?, at));
         }
+        Ok(if rest.is_empty() { first } else { Node::Chain(Box::new(first), rest) })
     }
 
     fn factor(&mut self) -> Result<Node, FaultAt> {
@@ -143,7 +145,7 @@ impl Parser<'_> {
             return Ok(base);
         }
         let exponent = self.deeper(Self::factor)?;
-        Ok(Node::Binary('^', Box::new([base, exponent]), at))
+        Ok(Node::Chain(Box::new(base), vec![('^', exponent, at)]))
     }
 
     fn postfix(&mut self) -> Result<Node, FaultAt> {
@@ -253,10 +255,11 @@ mod tests {
     #[test]
     fn signs_bind_as_in_books() {
         let tree = |text: &str| parse(text).expect(text).tree;
-        let binary = |sign, a, b, at| Node::Binary(sign, Box::new([a, b]), at);
+        let binary = |sign, a, b, at| Node::Chain(Box::new(a), vec![(sign, b, at)]);
         let n = Node::Number;
         assert_eq!(tree("1+2*3"), binary('+', n(1.0), binary('*', n(2.0), n(3.0), 3), 1));
-        assert_eq!(tree("1-2-3"), binary('-', binary('-', n(1.0), n(2.0), 1), n(3.0), 3));
+        let rest = vec![('-', n(2.0), 1), ('-', n(3.0), 3)];
+        assert_eq!(tree("1-2-3"), Node::Chain(Box::new(n(1.0)), rest));
         assert_eq!(tree("-2^2"), Node::Negative(Box::new(binary('^', n(2.0), n(2.0), 2))));
         assert_eq!(tree("2^-1"), binary('^', n(2.0), Node::Negative(Box::new(n(1.0))), 1));
         let path = vec![
@@ -288,6 +291,10 @@ mod tests {
         ] {
             let (found, message) = fault(text);
             assert!(found == at && message.contains(words), "{text}: {found}: {message}");
+        }
+        // As long as one likes, the stack of a test is 2 MB.
+        for signs in ["+1", "*1", "-1", "/1"] {
+            assert!(parse(&format!("1{}", signs.repeat(1_000_000))).is_ok(), "{signs}");
         }
         for open in ["(", "-", "2^", "max("] {
             assert!(fault(&open.repeat(100_000)).1.contains("within each other"), "{open}");

@@ -1,12 +1,17 @@
 //! Files that are written in whole or not at all.
 
+use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::file::fault::{Access, FileFault};
 
 /// What is wrong with an output that is no file.
 pub const DEVICE: &str = "is a device or pipe, name a file with -o";
+
+/// Names that are tried for a file aside.
+const MOST_TRIES: u32 = 1000;
 
 /// Flushes and closes `file`, so that a full disk is an error and not a broken file.
 ///
@@ -22,7 +27,7 @@ pub fn close(file: hdf5::File) -> hdf5::Result<()> {
 /// # Errors
 /// Those of the file system; an earlier file then stays as it was.
 pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    replace(path, |part| std::fs::File::create(part)?.write_all(bytes))
+    replace(path, |part| File::create(part)?.write_all(bytes))
 }
 
 /// Has `write` write a file aside, and gives it its name if that succeeds.
@@ -30,7 +35,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
 /// # Errors
 /// Those of `write` and of the file system; an earlier file then stays as it was.
 pub fn replace<E: From<io::Error>>(path: &Path, write: impl FnOnce(&Path) -> Result<(), E>) -> Result<(), E> {
-    let part = aside(path);
+    let part = aside(path)?;
     let written = write(&part).and_then(|()| std::fs::rename(&part, path).map_err(E::from));
     if written.is_err() {
         // What cannot be written may not be there to be removed.
@@ -61,8 +66,7 @@ pub fn check(path: &Path) -> Result<(), FileFault> {
         return Err(DEVICE.into());
     }
     let fail = |e| FileFault::system(Access::Write, e);
-    let probe = aside(path);
-    std::fs::File::create(&probe).map_err(fail)?;
+    let probe = aside(path).map_err(fail)?;
     std::fs::remove_file(&probe).map_err(fail)?;
     if is_kept(path, directory) {
         return Err(fail(io::ErrorKind::PermissionDenied.into()));
@@ -86,11 +90,21 @@ fn is_kept(_: &Path, _: &Path) -> bool {
     false
 }
 
-/// A name next to `path` that no other process uses.
-fn aside(path: &Path) -> PathBuf {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.tmp", std::process::id()));
-    path.with_file_name(name)
+/// A new, empty file next to `path` under a name that nobody has: none is replaced, no link followed.
+fn aside(path: &Path) -> io::Result<PathBuf> {
+    static MADE: AtomicU64 = AtomicU64::new(0);
+    let mut tries = 0;
+    loop {
+        let mut name = path.file_name().unwrap_or_default().to_owned();
+        name.push(format!(".{}-{}.tmp", std::process::id(), MADE.fetch_add(1, Ordering::Relaxed)));
+        let part = path.with_file_name(name);
+        tries += 1;
+        match File::create_new(&part) {
+            // What a dead process of this number left stays.
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists && tries < MOST_TRIES => {}
+            made => return made.map(|_| part),
+        }
+    }
 }
 
 #[cfg(test)]
@@ -111,5 +125,22 @@ mod tests {
         assert!(failed.is_err());
         assert_eq!(std::fs::read(&path).expect("readable"), b"old");
         assert_eq!(std::fs::read_dir(folder.path()).expect("readable").count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn no_planted_link_is_followed() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let (path, precious) = (folder.path().join("table.csv"), folder.path().join("precious"));
+        std::fs::write(&precious, b"precious").expect("written");
+        // Names that this process may take next.
+        for number in 0..200 {
+            let name = format!("table.csv.{}-{number}.tmp", std::process::id());
+            std::os::unix::fs::symlink(&precious, folder.path().join(name)).expect("linked");
+        }
+        check(&path).expect("writable");
+        super::write(&path, b"new").expect("written");
+        assert_eq!(std::fs::read(&precious).expect("readable"), b"precious");
+        assert_eq!(std::fs::read(&path).expect("readable"), b"new");
     }
 }

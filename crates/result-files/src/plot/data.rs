@@ -8,7 +8,7 @@ use hdf5::{File, Group, Result};
 use crate::error::ResultError;
 use crate::file::fault::FileFault;
 use crate::file::hdf5_integrity;
-use crate::stored::open::{attribute, open, scenario_text};
+use crate::stored::open::{attribute, open, scenario_text, table};
 use crate::stored::pressure_series::PressureSeries;
 use crate::stored::scenario_values::{self, Values};
 use crate::tables::{ImpactRow, PhaseRow, TrialRow};
@@ -127,14 +127,14 @@ impl ResultData {
 }
 
 fn contents(file: &File) -> Result<ResultData> {
-    let scenario = scenario_text(file)?;
+    let scenario = if file.link_exists("scenario") { scenario_text(file)? } else { String::new() };
     let mut data = ResultData {
         scenario: scenario_values::read(&scenario),
         title: attribute(file, "title").unwrap_or_default(),
         time: hdf5_integrity::rows(&file.dataset("time")?)?,
-        phases: hdf5_integrity::rows(&file.dataset("phases")?)?,
-        impacts: hdf5_integrity::rows(&file.dataset("impacts")?)?,
-        trials: hdf5_integrity::rows(&file.dataset("tries")?)?,
+        phases: table(file, "phases")?,
+        impacts: table(file, "impacts")?,
+        trials: table(file, "tries")?,
         utilisation: utilisation(&scenario),
         ..ResultData::default()
     };

@@ -9,6 +9,16 @@ use resvg::usvg::{self, fontdb};
 
 use super::PlotError;
 use super::theme::FONT_DATA;
+use crate::file::output::Kind;
+
+/// A figure in any format, by the words that each has in a place of its own.
+pub const FIGURE: Kind = Kind::marked("a figure that fbimpact drew", MARK);
+const MARK: &str = "drawn by fbimpact";
+
+/// The drawing with a remark below its first line, by which it is known again.
+pub fn marked(svg: &str) -> String {
+    svg.replacen('\n', &format!("\n<!-- {MARK} -->\n"), 1)
+}
 
 /// The embedded font alone: system fonts would make pictures depend on the machine.
 static FONTS: LazyLock<Arc<fontdb::Database>> = LazyLock::new(|| {

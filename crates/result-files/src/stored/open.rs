@@ -9,6 +9,7 @@ use crate::error::ResultError;
 use crate::file::fault::Access;
 use crate::file::hdf5_integrity;
 use crate::file::plain_file;
+use crate::words::shown::for_shell;
 
 /// Value of the root attribute `format`.
 pub const FORMAT: &str = "fbimpact";
@@ -24,9 +25,27 @@ pub fn open(path: &Path) -> Result<File, ResultError> {
     if let Err(e) = plain_file::open(path) {
         return Err(ResultError::system(path, Access::Read, e));
     }
+    if path.extension().is_some_and(|ending| ending == "toml") {
+        let name = for_shell(path);
+        let reason = format!(
+            "is a scenario and no result; make one with: fbimpact run {name}, or look at it with: fbimpact check {name}"
+        );
+        return Err(ResultError::io(path, reason));
+    }
     let file = hdf5_integrity::open(path).map_err(|fault| ResultError::io(path, fault))?;
     if attribute(&file, "format").as_deref() != Some(FORMAT) {
         return Err(ResultError::io(path, "is not a result file of fbimpact"));
+    }
+    // Without a version: of a time before there were any.
+    let version = file.attr("format_version").and_then(|a| a.read_scalar::<i64>()).unwrap_or(1);
+    if version > i64::from(FORMAT_VERSION) {
+        let written = attribute(&file, "program_version").unwrap_or_else(|| "a later version".to_owned());
+        return Err(ResultError::io(
+            path,
+            format!(
+                "has format version {version}, this program reads up to {FORMAT_VERSION}: read it with fbimpact {written}, which wrote it, or a later one"
+            ),
+        ));
     }
     Ok(file)
 }
@@ -44,6 +63,15 @@ pub const INPUTS: &str = "inputs_sha256";
 pub fn of_scenario(file: &File, name: &str) -> String {
     let value = || file.dataset("scenario").ok()?.attr(name).ok()?.read_scalar::<VarLenUnicode>().ok();
     value().map(|text| text.as_str().to_owned()).unwrap_or_default()
+}
+
+/// Rows of a table; none if there is no such table, as in small copies and in files of earlier
+/// versions.
+///
+/// # Errors
+/// Those of HDF5.
+pub fn table<T: hdf5::H5Type>(file: &File, name: &str) -> hdf5::Result<Vec<T>> {
+    if file.link_exists(name) { hdf5_integrity::rows(&file.dataset(name)?) } else { Ok(Vec::new()) }
 }
 
 /// The resolved scenario that the file was made from.

@@ -2,14 +2,14 @@
 
 use std::path::Path;
 
-use hdf5::{File, H5Type, Result};
+use hdf5::{File, Result};
 use serde_json::{Value, json};
 
 use crate::error::ResultError;
 use crate::file::fault::FileFault;
 use crate::file::hdf5_integrity;
 use crate::stored::chosen_sizes::{self, Note};
-use crate::stored::open::{attribute, open, scenario_text};
+use crate::stored::open::{attribute, open, scenario_text, table};
 use crate::stored::reactions::{self, PeakReaction};
 use crate::stored::stages::STAGES;
 use crate::stored::warnings;
@@ -90,7 +90,7 @@ fn summary(file: &File) -> Result<Summary> {
             timings.push((name.to_owned(), hdf5_integrity::scalar(&group.dataset(name)?)?));
         }
     }
-    let transfers: Vec<TransferRow> = rows(file, "transfers")?;
+    let transfers: Vec<TransferRow> = table(file, "transfers")?;
     let energies = energies(file)?;
     let jumps = transfers.iter().map(|t| (t.energy_after - t.energy_before).abs());
     Ok(Summary {
@@ -101,9 +101,9 @@ fn summary(file: &File) -> Result<Summary> {
         end: time.last().copied(),
         bodies,
         chosen: scenario_text(file).map(|text| chosen_sizes::notes(&text)).unwrap_or_default(),
-        phases: rows(file, "phases")?,
-        impacts: rows(file, "impacts")?,
-        trials: rows(file, "tries")?,
+        phases: table(file, "phases")?,
+        impacts: table(file, "impacts")?,
+        trials: table(file, "tries")?,
         reactions: reactions::peaks(file, &time)?,
         energy_drift: energies.map(|(drift, scale)| drift / scale),
         numerical_damping: energies.and_then(|(_, scale)| removed(file).map(|removed| removed / scale)),
@@ -113,12 +113,6 @@ fn summary(file: &File) -> Result<Summary> {
         timings,
         fine_models,
     })
-}
-
-/// Rows of a table; none if there is no such table, as in small copies and in files of earlier
-/// versions.
-fn rows<T: H5Type>(file: &File, name: &str) -> Result<Vec<T>> {
-    if file.link_exists(name) { hdf5_integrity::rows(&file.dataset(name)?) } else { Ok(Vec::new()) }
 }
 
 /// Energy that a dissipative integrator removed \[J\]; none in files of earlier versions.

@@ -10,6 +10,7 @@ use crate::dataset::{text_attribute, unicode, write_text};
 use crate::error::ResultError;
 use crate::file::fault::FileFault;
 use crate::file::whole_file;
+use crate::stored::open::FORMAT_VERSION;
 use crate::stored::{Entry, Kind, Stored};
 use crate::tables::{self, ImpactRow};
 
@@ -65,8 +66,7 @@ fn header(source: &Stored, file: &File, rows: &[usize]) -> Result<()> {
     for name in ATTRIBUTES {
         text_attribute(file, name, &source.attribute(name))?;
     }
-    let version = source.file().attr("format_version")?.read_scalar::<u32>()?;
-    file.new_attr::<u32>().create("format_version")?.write_scalar(&version)?;
+    file.new_attr::<u32>().create("format_version")?.write_scalar(&FORMAT_VERSION)?;
     let scenario = write_text(file, "scenario", &source.scenario)?;
     if let Ok(hash) = source.file().dataset("scenario").and_then(|d| d.attr("sha256")) {
         let hash = hash.read_scalar::<VarLenUnicode>()?;

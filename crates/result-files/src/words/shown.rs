@@ -3,6 +3,7 @@
 
 use std::borrow::Cow;
 use std::fmt::Write;
+use std::path::Path;
 
 /// Characters of a text that a table of facts shows.
 const MOST: usize = 200;
@@ -30,6 +31,19 @@ pub fn shown(text: &str) -> Cow<'_, str> {
         }
     }
     Cow::Owned(out)
+}
+
+/// A name as a shell needs it in a command.
+pub fn for_shell(path: &Path) -> String {
+    let text = path.display().to_string();
+    let is_plain = |c: char| c.is_alphanumeric() || "_@%+=:,./-".contains(c);
+    if text.starts_with('-') {
+        return for_shell(&Path::new(".").join(path));
+    }
+    if !text.is_empty() && text.chars().all(is_plain) {
+        return text;
+    }
+    format!("'{}'", text.replace('\'', "'\\''"))
 }
 
 /// [`shown`] on one line that is not too long.
@@ -62,6 +76,22 @@ mod tests {
         );
         assert_eq!(shown(&shown("\u{1b}")), "\\u001b");
         assert_eq!(shown("größer → 1"), "größer → 1");
+    }
+
+    #[test]
+    fn names_in_commands_are_one_word_of_a_shell() {
+        for (name, word) in [
+            ("drop.toml", "drop.toml"),
+            ("größe/a-b_1.toml", "größe/a-b_1.toml"),
+            ("my part.toml", "'my part.toml'"),
+            ("o'neill", "'o'\\''neill'"),
+            ("x;$(y).toml", "'x;$(y).toml'"),
+            ("-q.toml", "./-q.toml"),
+            ("-a b", "'./-a b'"),
+            ("", "''"),
+        ] {
+            assert_eq!(for_shell(Path::new(name)), word);
+        }
     }
 
     #[test]

@@ -12,9 +12,7 @@ use nalgebra::UnitQuaternion;
 
 use crate::cache::{self, CacheSettings};
 use crate::commands::scenario_file;
-use crate::commands::{
-    BodyExport, Means, body_index, check_distinct, check_folder, no_full_model, print, threads,
-};
+use crate::commands::{BodyExport, Means, body_index, gate_of, no_full_model, print, threads};
 use crate::error::AppError;
 use crate::interchange::body_file;
 use crate::progress::while_building;
@@ -36,8 +34,7 @@ pub fn export_body(
 ) -> Result<(), AppError> {
     let n_threads = threads(means.threads)?;
     let scenario = scenario_file::read(export.scenario, overrides)?;
-    check_distinct(&scenario, export.output)?;
-    check_folder(export.output)?;
+    gate_of(&scenario, export.force).check(export.output, body_file::KIND)?;
     let index = body_index(export.body, scenario.run.bodies.iter().map(|b| &b.name))?;
     let places = Places { areas: scenario.areas(export.body), points: scenario.points(export.body) };
     let text = while_building(means.bar, || {

@@ -4,10 +4,11 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use result_files::file::fault::{Access, FileFault};
+use result_files::file::output::Gate;
 use result_files::file::plain_file;
 
 use crate::cli::{ImportArguments, ImportUnit};
-use crate::commands::{check_folder, print, threads};
+use crate::commands::{print, threads};
 use crate::error::{AppError, CommandFault};
 use crate::interchange::body_file;
 use crate::interchange::matrix_files::{Matrix, Parts, assemble, read_map, read_matrix, read_nodes};
@@ -24,15 +25,7 @@ const MAX_NAME: usize = 64;
 pub fn import_body(arguments: &ImportArguments) -> Result<(), AppError> {
     threads(0)?;
     let markers = arguments.marker.iter().map(|m| marker(m)).collect::<Result<Vec<_>, _>>()?;
-    check_folder(&arguments.output)?;
-    for input in inputs(arguments) {
-        let is_same = |a: &Path, b: &Path| {
-            a.canonicalize().ok().is_some_and(|a| b.canonicalize().is_ok_and(|b| a == b))
-        };
-        if is_same(&input, &arguments.output) {
-            return Err(AppError::io(&arguments.output, "is read as well, name another output"));
-        }
-    }
+    Gate::of_files(&inputs(arguments), arguments.force).check(&arguments.output, body_file::KIND)?;
     let stiffness = matrix(&arguments.stiffness)?;
     let mass = matrix(&arguments.mass)?;
     let nodes = parsed(&arguments.nodes, read_nodes)?;

@@ -2,13 +2,19 @@
 
 use iga_core::files::{write_gismo, write_mfem};
 use result_files::file::fault::Access;
+use result_files::file::output::Kind;
 use result_files::file::whole_file;
 
 use crate::cli::SplineFormat;
 use crate::commands::scenario_file;
-use crate::commands::{BodyExport, body_index, check_distinct, check_folder, no_full_model, print};
+use crate::commands::{BodyExport, body_index, gate_of, no_full_model, print};
 use crate::error::AppError;
 use crate::scenario::Override;
+
+/// Stands in a remark below the first line.
+const MARK: &str = "splines written by fbimpact";
+/// Splines in either format.
+const SPLINES: Kind = Kind::marked("a file of splines that fbimpact wrote", MARK);
 
 /// Writes the patches of the body's shape in `format`, in the components of its model, lengths in
 /// units of `unit` \[m\].
@@ -22,16 +28,16 @@ pub fn export_splines(
     overrides: &[Override],
 ) -> Result<(), AppError> {
     let scenario = scenario_file::read(export.scenario, overrides)?;
-    check_distinct(&scenario, export.output)?;
-    check_folder(export.output)?;
+    gate_of(&scenario, export.force).check(export.output, SPLINES)?;
     let index = body_index(export.body, scenario.bodies.iter().map(|b| &b.name))?;
     let Some((shape, _)) = scenario.bodies[index].places.shape() else {
         return Err(no_full_model(export.body, "a plane, from a file of another kind, or without a shape"));
     };
-    let text = match format {
-        SplineFormat::Gismo => write_gismo(&shape.patches, unit),
-        SplineFormat::Mfem => write_mfem(&shape.patches, unit),
+    let (text, remark) = match format {
+        SplineFormat::Gismo => (write_gismo(&shape.patches, unit), format!("<!-- {MARK} -->")),
+        SplineFormat::Mfem => (write_mfem(&shape.patches, unit), format!("# {MARK}")),
     };
+    let text = text.replacen('\n', &format!("\n{remark}\n"), 1);
     let written = whole_file::write(export.output, text.as_bytes());
     written.map_err(|e| AppError::system(export.output, Access::Write, e))?;
     let (n, points) = (shape.patches.len(), shape.patches.iter().map(|p| p.n_functions()).sum::<usize>());

@@ -7,11 +7,17 @@ use adaptive::model::start_poses;
 use adaptive::sizing::mesh_touch::{GROWTH, MeshTouch, touches, usual_length};
 use adaptive::touch::first::FirstTouches;
 use result_files::file::fault::Access;
+use result_files::file::output::Kind;
+use result_files::file::whole_file;
 
 use crate::commands::scenario_file;
-use crate::commands::{body_index, check_distinct, check_folder, print};
+use crate::commands::{body_index, gate_of, print};
 use crate::error::{AppError, CommandFault};
 use crate::scenario::{Override, Scenario};
+
+/// A script for Gmsh, by the words with which it begins.
+const SIZES: Kind =
+    Kind::marked("a field of sizes for Gmsh that fbimpact wrote", "// Sizes of elements for body ");
 
 /// What is asked for.
 #[derive(Debug, Clone, Copy)]
@@ -22,6 +28,8 @@ pub struct MeshSize<'a> {
     pub body: Option<&'a str>,
     /// Gmsh script with the sizes; only a table is printed otherwise.
     pub output: Option<&'a Path>,
+    /// Whether it may replace a file of others.
+    pub force: bool,
 }
 
 /// Prints the predicted radius of every contact on a mesh, the length of the sides there and the
@@ -33,8 +41,7 @@ pub struct MeshSize<'a> {
 pub fn mesh_size(asked: &MeshSize<'_>, overrides: &[Override]) -> Result<(), AppError> {
     let scenario = scenario_file::read(asked.scenario, overrides)?;
     if let Some(output) = asked.output {
-        check_distinct(&scenario, output)?;
-        check_folder(output)?;
+        gate_of(&scenario, asked.force).check(output, SIZES)?;
     }
     let poses = start_poses(&scenario.run).map_err(AppError::model)?;
     let first = FirstTouches::new(&scenario.run, &poses);
@@ -61,7 +68,8 @@ pub fn mesh_size(asked: &MeshSize<'_>, overrides: &[Override]) -> Result<(), App
             return Err(CommandFault::request(reason).into());
         }
         let field = field(&scenario, body, &all);
-        std::fs::write(output, field).map_err(|e| AppError::system(output, Access::Write, e))?;
+        whole_file::write(output, field.as_bytes())
+            .map_err(|e| AppError::system(output, Access::Write, e))?;
     }
     print(&text)
 }

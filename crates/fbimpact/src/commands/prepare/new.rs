@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use result_files::file::fault::Access;
 use result_files::file::whole_file;
+use result_files::words::shown::{for_shell, shown};
 
 use crate::cli::Template;
 use crate::error::{AppError, CommandFault};
@@ -58,7 +59,7 @@ pub fn new(name: &Path, template: Template, force: bool) -> Result<(), AppError>
     if !force && let Some(there) = files.iter().find(|f| f.exists()) {
         return Err(AppError::io(there, "exists, choose another name or add --force"));
     }
-    write(&path, &template.text().replace("NAME", &stem))?;
+    write(&path, &named(template.text(), &stem))?;
     if let Some((companion, text)) = &companion {
         write(companion, text)?;
     }
@@ -71,8 +72,20 @@ pub fn new(name: &Path, template: Template, force: bool) -> Result<(), AppError>
     if let Some((companion, _)) = &companion {
         tracing::info!("{} written, the mesh of its part", companion.display());
     }
-    tracing::info!("{} written, next: fbimpact run {}", path.display(), path.display());
+    tracing::info!("{} written, next: fbimpact run {}", path.display(), for_shell(&path));
     Ok(())
+}
+
+/// A template with the name of its scenario, quoted in the commands of its remarks.
+fn named(text: &str, stem: &str) -> String {
+    let mesh = toml::Value::String(format!("{stem}.msh")).to_string();
+    let text = text.replace("\"NAME.msh\"", &mesh);
+    let stem = shown(&stem.replace(['\n', '\t'], " ")).into_owned();
+    let in_commands = [".toml", ".h5"].iter().fold(text, |text, ending| {
+        let name = format!("{stem}{ending}");
+        text.replace(&format!(" NAME{ending}"), &format!(" {}", for_shell(Path::new(&name))))
+    });
+    in_commands.replace("NAME", &stem)
 }
 
 fn write(path: &Path, text: &str) -> Result<(), AppError> {

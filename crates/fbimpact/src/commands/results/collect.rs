@@ -3,12 +3,12 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use result_files::collect::{Run, Table, csv, find, gather, hdf5};
+use result_files::collect::{CSV_TABLE, HDF5_TABLE, Run, Table, csv, find, gather, hdf5};
 use result_files::expression::named::NamedExpression;
 use result_files::file::fault::Access;
+use result_files::file::output::Gate;
 use result_files::file::{error_text, whole_file};
 
-use crate::commands::check_folder;
 use crate::error::{AppError, CommandFault};
 
 /// Gathers runs into a table; runs without a readable result are rows with their status.
@@ -18,7 +18,7 @@ use crate::error::{AppError, CommandFault};
 /// read, the table cannot be written or there is no run at all.
 pub fn collect(
     places: &[PathBuf],
-    output: &Path,
+    (output, force): (&Path, bool),
     columns: &[NamedExpression],
     is_long: bool,
 ) -> Result<(), AppError> {
@@ -31,8 +31,10 @@ pub fn collect(
         }
     };
     check_names(columns)?;
-    check_folder(output)?;
+    let kind = if is_csv { CSV_TABLE } else { HDF5_TABLE };
+    Gate::of_files(places, force).check(output, kind)?;
     let runs = find(places, columns)?;
+    Gate::of_files(runs.iter().map(|run| &run.file), force).check(output, kind)?;
     if runs.is_empty() {
         return Err(AppError::io(&places[0], "holds no results (.h5) and no traces of runs (.exit, .set)"));
     }

@@ -5,22 +5,29 @@ pub mod setup;
 use std::path::{Path, PathBuf};
 
 use result_files::file::fault::{Access, FileFault};
+use result_files::file::output::{Gate, Kind};
 use result_files::file::whole_file;
+use result_files::words::shown::for_shell;
 
 use crate::cache;
 use crate::cli::ExportArguments;
-use crate::commands::{check_folder, print, threads};
+use crate::commands::{print, threads};
 use crate::error::{AppError, CommandFault};
 use crate::postprocessing::replay::states::States;
 use crate::postprocessing::vtk::bodies::assemble::View;
 use crate::postprocessing::vtk::bodies::splines::Cells;
 use crate::postprocessing::vtk::bodies::{Bodies, Shown};
 use crate::postprocessing::vtk::grid::Grid;
-use crate::postprocessing::vtk::grid::xml::{SeriesEntry, pvd, write_vtu};
+use crate::postprocessing::vtk::grid::xml::{MARK, SeriesEntry, pvd, write_vtu};
 use crate::postprocessing::vtk::paraview;
 use crate::postprocessing::vtk::pressure::contact_pressures;
 use crate::postprocessing::vtk::times::chosen;
 
+/// Grids, and files that list them.
+const VTK: Kind = Kind::marked("a file for ParaView that fbimpact wrote", MARK);
+/// What shows them.
+const SCRIPT: Kind =
+    Kind::marked("the script that fbimpact writes", "\"\"\"Shows an export of `fbimpact export` in ParaView");
 /// Up to so many instants are listed one by one.
 const TOLD: usize = 8;
 
@@ -38,8 +45,9 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
         .into());
     }
     let n_threads = threads(arguments.threads)?;
+    let gate = Gate::of_files([&arguments.file], arguments.force);
     if let Some(movie) = &arguments.movie {
-        check_folder(movie)?;
+        gate.check(movie, Kind::unmarked("known for a film of this program"))?;
     }
     let pvpython = arguments.movie.as_deref().map(movie_maker).transpose()?;
     let states = States::read(&arguments.file)?;
@@ -62,7 +70,7 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
             let Shown { name, motion, .. } = drawn.body;
             let grid = drawn.grid(&motion.pose(i), view)?;
             let file = file_name(name, number);
-            write_grid(&folder.join(&file), &grid, time)?;
+            write_grid(&gate, &folder.join(&file), &grid, time)?;
             series.push(SeriesEntry { time, part, name: name.clone(), file: format!("{stem}/{file}") });
         }
         for (k, contact) in contacts.iter_mut().enumerate() {
@@ -70,7 +78,7 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
             // No name has a dot in it.
             let name = format!("{}.pressure", contact.name);
             let file = file_name(&name, number);
-            write_grid(&folder.join(&file), &grid, time)?;
+            write_grid(&gate, &folder.join(&file), &grid, time)?;
             let part = all.len() + k;
             series.push(SeriesEntry { time, part, name, file: format!("{stem}/{file}") });
         }
@@ -82,7 +90,7 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
             instants.len()
         );
     }
-    let shown = write_series(&arguments.vtk, &stem, &series)?;
+    let shown = write_series(&gate, &arguments.vtk, &stem, &series)?;
     if let (Some(pvpython), Some(movie)) = (pvpython, &arguments.movie) {
         tracing::info!("{} is made by {}", movie.display(), pvpython.display());
         paraview::film(&pvpython, &shown, movie)
@@ -145,7 +153,8 @@ fn folder_of(arguments: &ExportArguments) -> Result<(String, PathBuf), AppError>
 ///
 /// # Errors
 /// [`AppError::Io`] if that fails.
-fn write_grid(path: &Path, grid: &Grid, time: f64) -> Result<(), AppError> {
+fn write_grid(gate: &Gate, path: &Path, grid: &Grid, time: f64) -> Result<(), AppError> {
+    gate.check(path, VTK)?;
     whole_file::replace(path, |part| write_vtu(part, grid, time))
         .map_err(|e| AppError::system(path, Access::Write, e))
 }
@@ -155,12 +164,17 @@ fn file_name(name: &str, number: usize) -> String {
     format!("{}_{number:05}.vtu", name.chars().map(safe).collect::<String>())
 }
 
+/// Writes a text file of `kind`.
+fn write_text(gate: &Gate, path: &Path, kind: Kind, text: &str) -> Result<(), AppError> {
+    gate.check(path, kind)?;
+    whole_file::write(path, text.as_bytes()).map_err(|e| AppError::system(path, Access::Write, e))
+}
+
 /// Writes the series and the script that shows it, and returns the path of the script.
-fn write_series(folder: &Path, stem: &str, series: &[SeriesEntry]) -> Result<PathBuf, AppError> {
+fn write_series(gate: &Gate, folder: &Path, stem: &str, series: &[SeriesEntry]) -> Result<PathBuf, AppError> {
     let path: PathBuf = folder.join(format!("{stem}.pvd"));
-    whole_file::write(&path, pvd(series).as_bytes())
-        .map_err(|e| AppError::system(&path, Access::Write, e))?;
-    write_script(&path)
+    write_text(gate, &path, VTK, &pvd(series))?;
+    write_script(gate, &path)
 }
 
 /// Writes the script that shows `export` into the folder of its parts, and prints the name of the
@@ -168,11 +182,10 @@ fn write_series(folder: &Path, stem: &str, series: &[SeriesEntry]) -> Result<Pat
 ///
 /// # Errors
 /// [`AppError::System`] if that fails.
-fn write_script(export: &Path) -> Result<PathBuf, AppError> {
+fn write_script(gate: &Gate, export: &Path) -> Result<PathBuf, AppError> {
     let path = export.with_extension("").join("show.py");
-    whole_file::write(&path, paraview::script(export).as_bytes())
-        .map_err(|e| AppError::system(&path, Access::Write, e))?;
-    tracing::info!("in colours that fit: paraview --script={}", path.display());
+    write_text(gate, &path, SCRIPT, &paraview::script(export))?;
+    tracing::info!("in colours that fit: paraview --script={}", for_shell(&path));
     print(&format!("{}\n", export.display()))?;
     Ok(path)
 }

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use adaptive::adaptivity::interval::least_utilisation;
 use result_files::error::ResultError;
 use result_files::file::fault::{Access, FileFault};
+use result_files::file::output::Gate;
 use result_files::file::whole_file;
 use result_files::plot::data::ResultData;
-use result_files::plot::drawing::{pdf, raster};
+use result_files::plot::drawing::{self, pdf, raster};
 use result_files::plot::figure::Figure;
 use result_files::plot::figures::Kind;
 use result_files::plot::labels::{LONGEST, Labels, by_values};
@@ -113,7 +114,7 @@ fn write(
     let svg = render::svg(figure, page).map_err(|e| fail(&path("svg"), e))?;
     let mut files = Vec::new();
     if wanted.svg || !(wanted.png || wanted.pdf) {
-        files.push((path("svg"), svg.clone().into_bytes()));
+        files.push((path("svg"), drawing::marked(&svg).into_bytes()));
     }
     if wanted.png {
         files.push((path("png"), raster::png(&svg).map_err(|e| fail(&path("png"), e))?));
@@ -121,6 +122,8 @@ fn write(
     if wanted.pdf {
         files.push((path("pdf"), pdf::pdf(&svg, &figure.title).map_err(|e| fail(&path("pdf"), e))?));
     }
+    let gate = Gate::of_files(&wanted.files, wanted.force);
+    files.iter().try_for_each(|(path, _)| gate.check(path, drawing::FIGURE))?;
     for (path, bytes) in &files {
         whole_file::write(path, bytes).map_err(|e| AppError::system(path, Access::Write, e))?;
     }

@@ -1,10 +1,11 @@
 //! `fbimpact report`: one page about results.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use result_files::error::ResultError;
 use result_files::file::fault::{Access, FileFault};
+use result_files::file::output::{Gate, Kind};
 use result_files::file::whole_file;
 use result_files::stored::open::{open, scenario_text};
 use result_files::stored::summary::{self, Summary};
@@ -13,7 +14,7 @@ use serde_json::Value;
 use super::plot::labelled;
 use crate::cache;
 use crate::cli::ReportArguments;
-use crate::commands::{check_folder, print, threads};
+use crate::commands::{print, threads};
 use crate::error::{AppError, CommandFault};
 use crate::postprocessing::replay::states::States;
 use crate::postprocessing::report::charts::charts;
@@ -22,6 +23,9 @@ use crate::postprocessing::report::tables::Told;
 use crate::postprocessing::report::whole::{Parts, Scene, report};
 use adaptive::store::ModelCache;
 
+/// The page, by an element of its head.
+const PAGE: Kind =
+    Kind::marked("a page that fbimpact wrote", "<meta name=\"generator\" content=\"fbimpact\">");
 /// Stands for standard output.
 const STANDARD_OUTPUT: &str = "-";
 
@@ -34,8 +38,7 @@ pub fn write_report(arguments: &ReportArguments) -> Result<(), AppError> {
     let output = &arguments.output;
     let is_piped = output.as_os_str() == STANDARD_OUTPUT;
     if !is_piped {
-        check_folder(output)?;
-        check_distinct(&arguments.files, output)?;
+        Gate::of_files(&arguments.files, arguments.force).check(output, PAGE)?;
     }
     let files = labelled(&arguments.files, arguments.labels)?;
     let summaries = arguments
@@ -72,15 +75,6 @@ pub fn write_report(arguments: &ReportArguments) -> Result<(), AppError> {
     whole_file::write(output, made.text.as_bytes())
         .map_err(|e| AppError::system(output, Access::Write, e))?;
     print(&format!("{}\n", output.display()))
-}
-
-/// Rejects an output that is one of the results.
-fn check_distinct(files: &[PathBuf], output: &Path) -> Result<(), AppError> {
-    let Ok(target) = output.canonicalize() else { return Ok(()) };
-    if files.iter().any(|file| file.canonicalize().is_ok_and(|file| file == target)) {
-        return Err(CommandFault::output_is_input(output).into());
-    }
-    Ok(())
 }
 
 /// The page as it is; a reader that closed the pipe is no error.

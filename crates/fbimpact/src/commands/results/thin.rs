@@ -2,23 +2,20 @@
 
 use std::path::Path;
 
+use result_files::file::output::Gate;
 use result_files::stored::Stored;
 use result_files::stored::thin as copy;
 
-use crate::error::{AppError, CommandFault};
-use crate::results::{OutputFile, Status};
+use crate::error::AppError;
+use crate::results::{OutputFile, RESULT, Status};
 
 /// Writes a small copy of `file` to `output`.
 ///
 /// # Errors
-/// [`AppError::Io`] if the files cannot be read or written, [`AppError::Command`] if they are the same.
+/// [`AppError::Io`] if the files cannot be read or written, or are the same.
 pub fn thin(file: &Path, output: &Path, rows: usize, force: bool) -> Result<(), AppError> {
     let source = Stored::open(file)?;
-    if let (Ok(a), Ok(b)) = (file.canonicalize(), output.canonicalize())
-        && a == b
-    {
-        return Err(CommandFault::output_is_input(output).into());
-    }
+    Gate::of_files([&file.to_owned()], force).check(output, RESULT)?;
     let target = OutputFile::claim(output, force)?;
     let part = target.part().to_owned();
     if let Err(error) = copy::write(&source, &part, rows) {

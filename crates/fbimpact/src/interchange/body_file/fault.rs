@@ -27,7 +27,7 @@ pub enum BodyFault {
     NotHdf5(#[from] OpenFault),
     /// A complete file that cannot be given its name.
     #[error("cannot be written: {}", error_text::of_io(.0))]
-    NotRenamed(std::io::Error),
+    Unwritten(#[from] std::io::Error),
     /// An attribute has another value than the format asks for.
     #[error("attribute {name} of {at} is {found}, expected {expected}")]
     Attribute {

@@ -36,11 +36,8 @@ fn write(
     motion: RigidMotion,
     contents: impl Fn(&Node) -> Result<(), BodyFault>,
 ) -> Result<(), BodyFileError> {
-    let mut part = path.file_name().unwrap_or_default().to_owned();
-    part.push(".part");
-    let part = path.with_file_name(part);
-    let store = || -> Result<(), BodyFault> {
-        let file = hdf5::File::with_options().with_fapl(|p| p.file_locking(false)).create(&part)?;
+    let stored = whole_file::replace(path, |part| -> Result<(), BodyFault> {
+        let file = hdf5::File::with_options().with_fapl(|p| p.file_locking(false)).create(part)?;
         let root = Node { group: file.group("/")?, path: "/".into() };
         root.text("format", FORMAT)?;
         root.group.new_attr::<u32>().create("format_version")?.write_scalar(&FORMAT_VERSION)?;
@@ -53,11 +50,6 @@ fn write(
         contents(&root)?;
         drop(root);
         Ok(whole_file::close(file)?)
-    };
-    let stored = store().and_then(|()| std::fs::rename(&part, path).map_err(BodyFault::NotRenamed));
-    stored.map_err(|fault| {
-        // What was written so far is of no use; the file may not even exist.
-        let _ = std::fs::remove_file(&part);
-        BodyFileError { path: path.to_owned(), fault: Box::new(fault) }
-    })
+    });
+    stored.map_err(|fault| BodyFileError { path: path.to_owned(), fault: Box::new(fault) })
 }

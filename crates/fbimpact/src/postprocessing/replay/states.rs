@@ -4,7 +4,7 @@ use adaptive::record::TransferDirection;
 use std::path::{Path, PathBuf};
 
 use ffr_dynamics::force::BodyState;
-use hdf5::{File, Group, Result};
+use hdf5::{Group, Result};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use result_files::file::fault::FileFault;
 use result_files::file::hdf5_integrity;
@@ -96,8 +96,20 @@ impl States {
     /// # Errors
     /// [`AppError::Io`] if it is not stored completely.
     pub fn motion(&self, name: &str) -> std::result::Result<BodyMotion, AppError> {
-        let read = |file: &File| motion(&file.group(&format!("bodies/{name}"))?);
-        let motion = read(&open(&self.file)?)
+        let file = open(&self.file)?;
+        let group = format!("bodies/{name}");
+        let is_small = file
+            .group(&group)
+            .is_ok_and(|g| g.link_exists("eigenfrequencies") && !g.link_exists("elastic_coordinates"));
+        if is_small {
+            let reason = format!(
+                "is a small copy without the deformation of body \"{name}\", name the result that it was made from"
+            );
+            return Err(AppError::io(&self.file, reason));
+        }
+        let motion = file
+            .group(&group)
+            .and_then(|group| motion(&group))
             .map_err(|source| self.unreadable(format!("motion of body \"{name}\""), source))?;
         let n = self.time.len();
         let is_short = |values: &[f64], width: usize| values.len() < n * width;

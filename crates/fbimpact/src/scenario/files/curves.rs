@@ -37,6 +37,7 @@ fn read_one(checker: &mut Checker, section: &mut Section, directory: &Path) {
     let Some(name) = section.text("file") else { return };
     let wanted = ["time_column", "value_column"].map(|key| section.text(key).map(str::to_owned));
     let quantities = ["s", section.quantity];
+    checker.files.push((directory.join(name), "a table of the scenario".to_owned()));
     let found = text(&directory.join(name)).and_then(|text| columns(&text, &wanted, quantities));
     let columns = match found {
         Ok(columns) => columns,

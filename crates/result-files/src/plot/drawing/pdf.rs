@@ -7,7 +7,7 @@ use miniz_oxide::deflate::compress_to_vec_zlib;
 use resvg::tiny_skia::{PathSegment, Point, Transform};
 use resvg::usvg::{FillRule, Group, LineCap, LineJoin, Node, Opacity, Paint, Path, Stroke};
 
-use super::tree;
+use super::{MARK, tree};
 use crate::plot::PlotError;
 
 /// Points of print a pixel of 1/96 inch.
@@ -35,7 +35,7 @@ pub fn pdf(svg: &str, title: &str) -> Result<Vec<u8>, PlotError> {
         number(height)
     ));
     file.stream(&packed);
-    file.object(&format!("<< /Title {} /Creator (fbimpact) >>", text(title)));
+    file.object(&format!("<< /Title {} /Creator (fbimpact) /Producer ({MARK}) >>", text(title)));
     Ok(file.end())
 }
 

@@ -2,7 +2,7 @@
 
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 
-use super::tree;
+use super::{MARK, tree};
 use crate::plot::PlotError;
 use crate::plot::theme::PNG_SCALE;
 
@@ -18,7 +18,25 @@ pub fn png(svg: &str) -> Result<Vec<u8>, PlotError> {
         .ok_or_else(|| PlotError::Convert("the picture is too large".into()))?;
     picture.fill(Color::WHITE);
     resvg::render(&tree, Transform::from_scale(PNG_SCALE, PNG_SCALE), &mut picture.as_mut());
-    picture.encode_png().map_err(|e| PlotError::Convert(e.to_string()))
+    let png = picture.encode_png().map_err(|e| PlotError::Convert(e.to_string()))?;
+    let (header, rest) = png.split_at(HEADER.min(png.len()));
+    Ok([header, &remark("Software", MARK), rest].concat())
+}
+
+/// Bytes of the signature and of the first chunk of a PNG.
+const HEADER: usize = 8 + 25;
+
+/// A chunk of text.
+fn remark(key: &str, text: &str) -> Vec<u8> {
+    let chunk = format!("tEXt{key}\0{text}").into_bytes();
+    let length = (chunk.len() - 4) as u32;
+    [&length.to_be_bytes()[..], &chunk, &checksum(&chunk).to_be_bytes()].concat()
+}
+
+/// CRC-32, as PNG has it.
+fn checksum(bytes: &[u8]) -> u32 {
+    let shifted = |c: u32| if c & 1 == 1 { 0xedb8_8320 ^ (c >> 1) } else { c >> 1 };
+    !bytes.iter().fold(!0, |sum, byte| (0..8).fold(sum ^ u32::from(*byte), |c, _| shifted(c)))
 }
 
 #[cfg(test)]
@@ -58,6 +76,15 @@ mod tests {
             panels: vec![panel; n_panels],
             legend,
         }
+    }
+
+    #[test]
+    fn pictures_with_a_remark_can_be_read() {
+        // The check value of CRC-32.
+        assert_eq!(checksum(b"123456789"), 0xcbf4_3926);
+        let svg = render::svg(&figure(1, 1), Page::default()).expect("a drawing");
+        let png = png(&svg).expect("a picture");
+        assert!(Pixmap::decode_png(&png).is_ok() && png.windows(MARK.len()).any(|w| w == MARK.as_bytes()));
     }
 
     #[test]

@@ -43,13 +43,21 @@ const FILES: [(&str, &str); 5] = [
 /// The page of the command with these words below the program, of the program itself without any;
 /// `None` if there is no such command.
 pub fn page(words: &[String]) -> Option<io::Result<String>> {
-    let mut program = Cli::command();
-    program.build();
-    let mut command = program;
+    Some(render(&command(words)?, &words.join(" ")))
+}
+
+fn command(words: &[String]) -> Option<Command> {
+    let mut command = Cli::command();
+    command.build();
     for word in words {
         command = command.find_subcommand(word).filter(|c| is_documented(c))?.clone();
     }
-    Some(render(&command, &words.join(" ")))
+    Some(command)
+}
+
+/// The same as plain text: what `--help` prints.
+pub fn plain(words: &[String]) -> Option<String> {
+    Some(command(words)?.render_long_help().to_string())
 }
 
 /// Words of all commands that have a page, the program itself first.

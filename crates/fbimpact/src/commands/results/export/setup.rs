@@ -1,13 +1,11 @@
 //! `fbimpact export SCENARIO.toml`: what a scenario describes, before any run, for ParaView.
 
 use adaptive::model::Arrangement;
-use result_files::file::fault::Access;
-use result_files::file::whole_file;
 
-use super::{folder_of, write_grid, write_script};
+use super::{VTK, folder_of, write_grid, write_script, write_text};
 use crate::cli::ExportArguments;
 use crate::commands::scenario_file;
-use crate::commands::{check_distinct, threads};
+use crate::commands::{gate_of, threads};
 use crate::error::{AppError, CommandFault};
 use crate::postprocessing::vtk::bodies::assemble::View;
 use crate::postprocessing::vtk::bodies::splines::Cells;
@@ -40,6 +38,7 @@ pub fn export_setup(arguments: &ExportArguments) -> Result<(), AppError> {
     let cells = if arguments.plain { Cells::Linear(1) } else { Cells::Bezier };
     let view = View { scale: 1.0, revolve: arguments.revolve };
     let blocks = blocks(&scenario, &arrangement, (cells, view))?;
+    let gate = gate_of(&scenario, arguments.force);
     let (stem, folder) = folder_of(arguments)?;
     let mut entries = Vec::new();
     for block in &blocks {
@@ -47,16 +46,14 @@ pub fn export_setup(arguments: &ExportArguments) -> Result<(), AppError> {
         for (number, (name, grid)) in block.parts.iter().enumerate() {
             // Names may differ in letters that file names lose.
             let file = format!("{}_{number:03}.vtu", block.name);
-            write_grid(&folder.join(&file), grid, 0.0)?;
+            write_grid(&gate, &folder.join(&file), grid, 0.0)?;
             parts.push((name.clone(), format!("{stem}/{file}")));
         }
         entries.push(BlockEntry { name: block.name.to_owned(), parts });
     }
     let path = arguments.vtk.join(format!("{stem}.vtm"));
-    check_distinct(&scenario, &path)?;
-    whole_file::write(&path, vtm(&entries).as_bytes())
-        .map_err(|e| AppError::system(&path, Access::Write, e))?;
-    write_script(&path).map(|_| ())
+    write_text(&gate, &path, VTK, &vtm(&entries))?;
+    write_script(&gate, &path).map(|_| ())
 }
 
 /// Where everything stands; with the coordinates as given where loops do not close.

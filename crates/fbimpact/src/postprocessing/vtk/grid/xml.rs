@@ -10,6 +10,9 @@ use std::path::Path;
 
 use super::Grid;
 
+/// Stands in all files that are written here.
+pub const MARK: &str = "<!-- written by fbimpact -->";
+
 /// Arrays of a file: their description in the text, and their bytes.
 #[derive(Default)]
 struct Appended {
@@ -57,7 +60,7 @@ fn vtu(grid: &Grid, time: f64) -> (String, Vec<u8>) {
     // reader knows version 1.0.
     let version = if is_rational { "2.2" } else { "1.0" };
     let mut text = format!(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"{version}\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n",
+        "<?xml version=\"1.0\"?>\n<!-- written by fbimpact -->\n<VTKFile type=\"UnstructuredGrid\" version=\"{version}\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n<UnstructuredGrid>\n",
     );
     let _ = write!(
         text,
@@ -151,7 +154,7 @@ pub struct SeriesEntry {
 /// The text of a `.pvd` file.
 pub fn pvd(entries: &[SeriesEntry]) -> String {
     let mut text = String::from(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n",
+        "<?xml version=\"1.0\"?>\n<!-- written by fbimpact -->\n<VTKFile type=\"Collection\" version=\"1.0\" byte_order=\"LittleEndian\">\n<Collection>\n",
     );
     for e in entries {
         let _ = writeln!(
@@ -178,7 +181,7 @@ pub struct BlockEntry {
 /// The text of a `.vtm` file.
 pub fn vtm(blocks: &[BlockEntry]) -> String {
     let mut text = String::from(
-        "<?xml version=\"1.0\"?>\n<VTKFile type=\"vtkMultiBlockDataSet\" version=\"1.0\" byte_order=\"LittleEndian\">\n<vtkMultiBlockDataSet>\n",
+        "<?xml version=\"1.0\"?>\n<!-- written by fbimpact -->\n<VTKFile type=\"vtkMultiBlockDataSet\" version=\"1.0\" byte_order=\"LittleEndian\">\n<vtkMultiBlockDataSet>\n",
     );
     for (i, block) in blocks.iter().enumerate() {
         let _ = writeln!(text, "<Block index=\"{i}\" name=\"{}\">", escaped(&block.name));
