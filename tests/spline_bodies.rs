@@ -104,6 +104,7 @@ fn pipe_of_four_patches_swings_as_a_pendulum() {
 }
 
 #[test]
+#[ignore = "second tier: half a dozen seconds; a pipe of four patches is in the first"]
 fn ball_of_seven_patches_is_hit_as_the_one_by_name() {
     // An odd number of elements has a contact point where the ball is lowest.
     let text = |geometry: &str| {
