@@ -104,7 +104,9 @@ def test_shell_and_package_go_on_with_each_other(scenarios, tmp_path):
 
 def test_interrupted_sweep_stops_its_runs_and_goes_on(scenarios, tmp_path):
     path = scenarios / "rigid_double_pendulums.toml"
-    program = f"import fbimpact; fbimpact.sweep({str(path)!r}, {{'simulation.end_time': [50.0, 60.0]}}, {str(tmp_path)!r}, jobs=2)"
+    # Started in the background of a shell, a process has its interrupt ignored.
+    program = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
+    program += f"import fbimpact; fbimpact.sweep({str(path)!r}, {{'simulation.end_time': [50.0, 60.0]}}, {str(tmp_path)!r}, jobs=2)"
     process = subprocess.Popen([sys.executable, "-c", program], stderr=subprocess.DEVNULL)
     # A restart point comes with the first phase, long before the fifty seconds of the runs are computed.
     deadline = time.monotonic() + 60.0
