@@ -115,6 +115,12 @@ def check_own(data):
         for dependency in package["dependencies"]:
             name = f"{package['name']}: {dependency['name']}"
             check(dependency["req"] != "*", f"{name} has a path and no version, it cannot be published")
+        command = ["cargo", "package", "--list", "--allow-dirty", "--offline", "--package", package["name"]]
+        packed = subprocess.run(command, check=True, capture_output=True, text=True, cwd=ROOT).stdout.splitlines()
+        for target in package["targets"]:
+            source = pathlib.Path(target["src_path"])
+            is_packed = source.is_relative_to(folder) and str(source.relative_to(folder)) in packed
+            check(is_packed or {"test", "bench", "example"} & set(target["kind"]), f"{package['name']}: {source.name} is not in its package")
 
 
 def check_vendored():

@@ -40,7 +40,7 @@ contact_body = "upper"
 target_body = "lower"
 model = "adaptive"
 friction = 0.3
-interval = { elements = 6 }
+interval = { elements = 4 }
 "#;
 
 /// Every dataset of a result with its contents, one per line, floating-point numbers by their bits; times of the machine left out.

@@ -190,7 +190,7 @@ fn pressure_times_area_of_a_pair_is_the_stored_force() {
 /// At every instant stored of a result, its name and the contact.
 fn sums_up_to_the_force(cases: &[(&Path, &str, &str)]) {
     for &(result, stem, contact) in cases {
-        let (folder, _) = export(result, &["--every", "7"]);
+        let (folder, _) = export(result, &["--every", "20"]);
         let (times, forces) = stored_forces(result, contact);
         let peak = forces.iter().copied().fold(0.0, f64::max);
         let (mut n_loaded, mut n_open) = (0, 0);
@@ -206,7 +206,7 @@ fn sums_up_to_the_force(cases: &[(&Path, &str, &str)]) {
             );
             if pressure.is_empty() { n_open += 1 } else { n_loaded += 1 }
         }
-        assert!(n_loaded > 20, "{contact}: {n_loaded}");
+        assert!(n_loaded > 6, "{contact}: {n_loaded}");
         assert!(n_open > 0, "open contacts have pieces without points");
     }
 }

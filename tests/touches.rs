@@ -203,7 +203,7 @@ impl Rim {
             velocity = [0.0, 0.0, -{}]
             orientation = [{w}, {i}, {j}, {k}]
             discretisation = {{ elements = 4 }}
-            reduction = {{ modes = 20 }}
+            reduction = {{ modes = 10 }}
             material = "steel"
             {FLOOR}
             "#,

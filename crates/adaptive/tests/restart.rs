@@ -177,6 +177,7 @@ fn impacts_on_a_rigid_body_go_on_to_the_last_bit() {
         mass: 0.05,
         centre_of_mass: Vector3::zeros(),
         inertia: Matrix3::zeros(),
+        density: None,
         shape: Some((elastic.shape, elastic.model)),
     });
     let contacts = vec![contact("front", 0, Target::Body(1)), horizontal("floor", -RADIUS - GAP, 1.0)];
@@ -306,6 +307,7 @@ fn rub_on(methods: &[Method]) {
             mass: 0.3,
             centre_of_mass: arm,
             inertia,
+            density: None,
             shape: None,
         });
         BodySpec { name: name.into(), kind, motion: rest.clone() }

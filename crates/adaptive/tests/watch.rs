@@ -103,6 +103,7 @@ fn rigid(mut body: BodySpec) -> BodySpec {
             mass: 0.03,
             centre_of_mass: Vector3::zeros(),
             inertia: Matrix3::zeros(),
+            density: None,
             shape: Some((elastic.shape, elastic.model)),
         });
     }

@@ -19,7 +19,7 @@ pub use results::{CompareArguments, ExportArguments, PlotArguments, ProbeArgumen
 
 /// Impacts in flexible multibody systems.
 #[derive(Debug, Parser)]
-#[command(name = "fbimpact", version = provenance::VERSION, long_version = provenance::LONG_VERSION)]
+#[command(name = "fbimpact", version = provenance::VERSION, long_version = provenance::long_version())]
 #[command(about, max_term_width = 100, arg_required_else_help = true)]
 pub struct Cli {
     /// What to do.

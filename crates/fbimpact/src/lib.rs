@@ -24,10 +24,12 @@ use cli::{Cli, Command, Page};
 use commands::Means;
 use commands::prepare::check::CostFormat;
 use error::AppError;
+use process::provenance::Build;
 
-/// Parses the command line, does what it says and returns the exit code. Never ends the process
+/// Parses the command line of an executable, does what it says and returns the exit code. Never ends the process
 /// itself: HDF5 files must be closed first.
-pub fn main_with(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+pub fn main_with(executable: Build, arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    executable.tell();
     result_files::file::hdf5_integrity::forbid();
     let matches = cli::tree::command().try_get_matches_from(arguments);
     let cli = match matches.and_then(|mut found| Cli::from_arg_matches_mut(&mut found)) {

@@ -4,7 +4,6 @@ use std::f64::consts::PI;
 
 use contact_qs::Sphere;
 use iga_core::elasticity::Material;
-use iga_core::elasticity::mass_properties::MassProperties;
 
 use super::BodyModel;
 use crate::error::AdaptiveError;
@@ -141,15 +140,14 @@ const DENSEST: f64 = 2.26e4;
 fn slowest_wave(run: &RunSpec, bodies: &[BodyModel], index: usize, partner: Option<&HertzPartner>) -> f64 {
     let of_material = material(&bodies[index]).map(Material::bar_speed);
     let of_partner = |partner: &HertzPartner| {
-        let shape = run.bodies[index].geometry();
-        let of_shape =
-            shape.and_then(|s| MassProperties::of(s.shape, s.model).ok()).map(|found| found.volume);
-        let volume = match partner {
-            HertzPartner::Sphere(sphere) => of_shape.or(Some(4.0 / 3.0 * PI * sphere.radius.powi(3))),
-            HertzPartner::Surface(_) => of_shape,
-        };
-        let density = bodies[index].data.mass / volume?;
-        Some(wave_speed(partner.solid().young, density.min(DENSEST)))
+        let of_shape = run.bodies[index].kind.rigid().and_then(|rigid| rigid.density);
+        let density = of_shape.or_else(|| match partner {
+            HertzPartner::Sphere(sphere) => {
+                Some(bodies[index].data.mass / (4.0 / 3.0 * PI * sphere.radius.powi(3)))
+            }
+            HertzPartner::Surface(_) => None,
+        });
+        Some(wave_speed(partner.solid().young, density?.min(DENSEST)))
     };
     of_material.or_else(|| of_partner(partner?)).unwrap_or(f64::INFINITY)
 }

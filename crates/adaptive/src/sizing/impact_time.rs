@@ -456,11 +456,19 @@ impl<'a> Scene<'a> {
             Some(_) => (-relative.dot(&meeting.normal)).max(0.0),
             None => relative.norm(),
         };
-        let bodies = self.poses.iter().enumerate();
-        let fastest =
-            bodies.map(|(i, p)| p.velocity.norm() + p.angular_velocity_in_body.norm() * self.size(i));
-        let candidates = [closing.hypot(falling), fastest.fold(0.0, f64::max), UNKNOWN_SPEED];
-        candidates.into_iter().find(|v| v.is_finite() && *v > 0.0).unwrap_or(UNKNOWN_SPEED)
+        let known = |speed: &f64| speed.is_finite() && *speed > 0.0;
+        // Looks at all bodies and measures those that turn: only where nothing closes.
+        let fastest = || {
+            let spin = |(i, p): (usize, &BodyState)| match p.angular_velocity_in_body.norm() {
+                0.0 => p.velocity.norm(),
+                spin => p.velocity.norm() + spin * self.size(i),
+            };
+            self.poses.iter().enumerate().map(spin).fold(0.0, f64::max)
+        };
+        Some(closing.hypot(falling))
+            .filter(known)
+            .or_else(|| Some(fastest()).filter(known))
+            .unwrap_or(UNKNOWN_SPEED)
     }
 
     /// Longest way through a body \[m\].

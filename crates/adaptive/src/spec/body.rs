@@ -117,6 +117,8 @@ pub struct RigidSpec {
     pub centre_of_mass: Vector3<f64>,
     /// Inertia about the centre of mass in the axes of the body's frame [kg m²].
     pub inertia: Matrix3<f64>,
+    /// Density of its material [kg/m³], where its mass follows from its shape.
+    pub density: Option<f64>,
     /// Its exact shape, by whose surface others may touch it; clones share it.
     pub shape: Option<(Arc<Shape>, Model)>,
 }

@@ -9,23 +9,38 @@ use sha2::{Digest, Sha256};
 /// Version of the program.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// Commit that the program was built from.
-pub const COMMIT: &str = env!("FBIMPACT_COMMIT");
+/// Where an executable comes from, which it says of itself when it starts ([`crate::main_with`]): so the library does not change with every commit.
+#[derive(Debug, Clone, Copy)]
+pub struct Build {
+    /// The commit its sources are of, as `git describe --always --dirty` says it.
+    pub commit: &'static str,
+    /// The compiler, as `rustc --version` says it.
+    pub compiler: &'static str,
+    /// The kind of machine it is for, as a target triple.
+    pub target: &'static str,
+}
+
+static BUILD: OnceLock<Build> = OnceLock::new();
+
+impl Build {
+    /// Says once where the executable comes from; what said it first stays.
+    pub(crate) fn tell(self) {
+        BUILD.get_or_init(|| self);
+    }
+}
+
+/// Where the executable comes from; "unknown" for one that has not said it.
+pub fn build() -> Build {
+    *BUILD.get_or_init(|| Build { commit: "unknown", compiler: "unknown", target: "unknown" })
+}
 
 /// Several lines for `--version`.
-pub const LONG_VERSION: &str = concat!(
-    env!("CARGO_PKG_VERSION"),
-    "\ncommit:   ",
-    env!("FBIMPACT_COMMIT"),
-    "\ncompiler: ",
-    env!("FBIMPACT_COMPILER"),
-    "\ntarget:   ",
-    env!("FBIMPACT_TARGET")
-);
-
-/// Version, commit, compiler and target.
-pub fn build() -> [&'static str; 4] {
-    [VERSION, env!("FBIMPACT_COMMIT"), env!("FBIMPACT_COMPILER"), env!("FBIMPACT_TARGET")]
+pub fn long_version() -> &'static str {
+    static TEXT: OnceLock<String> = OnceLock::new();
+    TEXT.get_or_init(|| {
+        let Build { commit, compiler, target } = build();
+        format!("{VERSION}\ncommit:   {commit}\ncompiler: {compiler}\ntarget:   {target}")
+    })
 }
 
 /// Hash of the program: of version, commit, compiler and target, and of every byte of a build that no commit describes.
@@ -33,11 +48,12 @@ pub fn hash() -> [u8; 32] {
     static HASH: OnceLock<[u8; 32]> = OnceLock::new();
     *HASH.get_or_init(|| {
         let mut hash = Sha256::new();
-        for text in build() {
+        let Build { commit, compiler, target } = build();
+        for text in [VERSION, commit, compiler, target] {
             hash.update((text.len() as u64).to_le_bytes());
             hash.update(text);
         }
-        if COMMIT == "unknown" || COMMIT.ends_with("-dirty") {
+        if commit == "unknown" || commit.ends_with("-dirty") {
             let read = std::env::current_exe()
                 .and_then(File::open)
                 .and_then(|mut file| std::io::copy(&mut file, &mut hash));
@@ -51,11 +67,12 @@ pub fn hash() -> [u8; 32] {
 
 /// Attributes that every result file carries.
 pub fn attributes() -> [(&'static str, String); 5] {
+    let Build { commit, compiler, target } = build();
     [
         ("program_version", VERSION.to_owned()),
-        ("commit", COMMIT.to_owned()),
-        ("compiler", env!("FBIMPACT_COMPILER").to_owned()),
-        ("target", env!("FBIMPACT_TARGET").to_owned()),
+        ("commit", commit.to_owned()),
+        ("compiler", compiler.to_owned()),
+        ("target", target.to_owned()),
         ("created", now()),
     ]
 }

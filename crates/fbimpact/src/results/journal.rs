@@ -54,7 +54,7 @@ impl Header {
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.clone());
         Self {
             version: provenance::VERSION.to_owned(),
-            commit: provenance::COMMIT.to_owned(),
+            commit: provenance::build().commit.to_owned(),
             scenario: path.display().to_string(),
             absolute: absolute.display().to_string(),
             sha256: scenario.source.sha256.clone(),

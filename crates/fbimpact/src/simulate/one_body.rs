@@ -73,5 +73,5 @@ fn make_rigid(body: &mut BodySpec) {
     let shape = body.kind.geometry().map(|of| (Arc::clone(of.shape), *of.model));
     let (motion, mass) = (body.kind.motion(), 1.0);
     let (centre_of_mass, inertia) = (Vector3::zeros(), Matrix3::identity());
-    body.kind = BodyKind::Rigid(RigidSpec { motion, mass, centre_of_mass, inertia, shape });
+    body.kind = BodyKind::Rigid(RigidSpec { motion, mass, centre_of_mass, inertia, density: None, shape });
 }

@@ -36,6 +36,8 @@ pub struct RecoveryWorkspace {
     basis: GridBasis,
     active: Vec<u32>,
     nodes: Vec<[f64; 3]>,
+    /// Derivatives of the functions along the model's components [1/m].
+    slopes: Vec<[f64; 3]>,
 }
 
 impl RecoveryWorkspace {
@@ -85,21 +87,56 @@ impl RecoveryWorkspace {
         xi: &[f64; 3],
     ) -> Result<PointState, SplineError> {
         let map = self.regular_map(space, e, xi)?;
+        self.take_slopes(&map, model.dimension());
+        Ok(self.state(model, material, displacement, &map))
+    }
+
+    /// The states of [`RecoveryWorkspace::stress`] by each of several `displacements`: functions and map are evaluated once.
+    ///
+    /// # Errors
+    /// As [`RecoveryWorkspace::stress`].
+    ///
+    /// # Panics
+    /// As [`RecoveryWorkspace::stress`].
+    pub fn stresses<'a>(
+        &'a mut self,
+        space: &dyn Space,
+        (model, material): (&'a Model, &'a Material),
+        displacements: &'a [Vec<f64>],
+        e: usize,
+        xi: &[f64; 3],
+    ) -> Result<impl Iterator<Item = PointState> + 'a, SplineError> {
+        let map = self.regular_map(space, e, xi)?;
+        self.take_slopes(&map, model.dimension());
+        let this: &'a Self = self;
+        Ok(displacements.iter().map(move |displacement| this.state(model, material, displacement, &map)))
+    }
+
+    /// Derivatives along the model's components at the point of `map`.
+    fn take_slopes(&mut self, map: &PointMap, n_components: usize) {
+        let (first, inverse) = (self.basis.first_at(0), map.inverse());
+        let slope = |local: usize, j: usize| -> f64 {
+            (0..n_components).map(|d| first[d][local] * inverse[d][j]).sum()
+        };
+        let of_function =
+            |local| std::array::from_fn(|j| if j < n_components { slope(local, j) } else { 0.0 });
+        self.slopes.clear();
+        self.slopes.extend((0..self.active.len()).map(of_function));
+    }
+
+    /// The state by `displacement` at the point of `map`, which the slopes are of.
+    fn state(&self, model: &Model, material: &Material, displacement: &[f64], map: &PointMap) -> PointState {
         let n_components = model.dimension();
-        let (values, first, inverse) = (self.basis.values_at(0), self.basis.first_at(0), map.inverse());
         let (mut gradient, mut radial) = ([[0.0; 3]; 3], 0.0);
-        for (local, &a) in self.active.iter().enumerate() {
+        for ((&a, value), slopes) in self.active.iter().zip(self.basis.values_at(0)).zip(&self.slopes) {
             let control = &displacement[a as usize * n_components..][..n_components];
-            radial += values[local] * control[0];
-            for j in 0..n_components {
-                let slope: f64 = (0..n_components).map(|d| first[d][local] * inverse[d][j]).sum();
-                for (row, u) in gradient.iter_mut().zip(control) {
-                    row[j] += u * slope;
-                }
+            radial += value * control[0];
+            for (row, u) in gradient.iter_mut().zip(control) {
+                row.iter_mut().zip(slopes).take(n_components).for_each(|(sum, slope)| *sum += u * slope);
             }
         }
-        let hoop = self.radius(&map).map_or(gradient[0][0], |radius| radial / radius);
-        Ok(PointState::new(model, material, &gradient, hoop))
+        let hoop = self.radius(map).map_or(gradient[0][0], |radius| radial / radius);
+        PointState::new(model, material, &gradient, hoop)
     }
 
     /// Strain and stress at `xi` of element `e` by a unit of each component of every function that
@@ -118,16 +155,14 @@ impl RecoveryWorkspace {
     ) -> Result<Vec<(u32, Vec<PointState>)>, SplineError> {
         let map = self.regular_map(space, e, xi)?;
         let n_components = model.dimension();
-        let (values, first, inverse) = (self.basis.values_at(0), self.basis.first_at(0), map.inverse());
+        self.take_slopes(&map, n_components);
         let radius = self.radius(&map);
-        let states = self.active.iter().enumerate().map(|(local, &a)| {
-            let slope =
-                |j: usize| -> f64 { (0..n_components).map(|d| first[d][local] * inverse[d][j]).sum() };
-            let row: [f64; 3] = std::array::from_fn(|j| if j < n_components { slope(j) } else { 0.0 });
+        let functions = self.active.iter().zip(self.basis.values_at(0)).zip(&self.slopes);
+        let states = functions.map(|((&a, value), row)| {
             let by_component = (0..n_components).map(|c| {
                 let mut gradient = [[0.0; 3]; 3];
-                gradient[c] = row;
-                let radial = if c == 0 { values[local] } else { 0.0 };
+                gradient[c] = *row;
+                let radial = if c == 0 { *value } else { 0.0 };
                 let hoop = radius.map_or(gradient[0][0], |r| radial / r);
                 PointState::new(model, material, &gradient, hoop)
             });
@@ -152,16 +187,15 @@ impl RecoveryWorkspace {
     ) -> Result<Vec<FunctionAtPoint>, SplineError> {
         space.evaluate_grid(e, xi.each_ref().map(std::slice::from_ref), &mut self.basis);
         let values = self.basis.values_at(0).to_vec();
-        let inverse = self.regular_map(space, e, xi)?.inverse();
-        let first = self.basis.first_at(0);
-        let dimension = space.dimension();
-        let slope = |local: usize, j: usize| (0..dimension).map(|d| first[d][local] * inverse[d][j]).sum();
-        let function = |((local, &number), &value): ((usize, &u32), &f64)| FunctionAtPoint {
+        let map = self.regular_map(space, e, xi)?;
+        self.take_slopes(&map, space.dimension());
+        let functions = self.active.iter().zip(&values).zip(&self.slopes);
+        let function = |((&number, &value), &gradient): ((&u32, &f64), &[f64; 3])| FunctionAtPoint {
             number,
             value,
-            gradient: std::array::from_fn(|j| if j < dimension { slope(local, j) } else { 0.0 }),
+            gradient,
         };
-        Ok(self.active.iter().enumerate().zip(&values).map(function).collect())
+        Ok(functions.map(function).collect())
     }
 
     /// Determinant of the map from parameters to space at `xi` of element `e`; on singular lines

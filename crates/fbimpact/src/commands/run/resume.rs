@@ -119,14 +119,14 @@ fn scenario_of(restart: &Restart) -> Result<Scenario, AppError> {
 
 fn compare_versions(restart: &Restart) {
     let Restart { header, path, .. } = restart;
-    if header.version != provenance::VERSION || header.commit != provenance::COMMIT {
+    if header.version != provenance::VERSION || header.commit != provenance::build().commit {
         tracing::warn!(
             "{} is of version {} ({}), this is {} ({}): the parts of the result may not fit to the last digit",
             path.display(),
             header.version,
             header.commit,
             provenance::VERSION,
-            provenance::COMMIT
+            provenance::build().commit
         );
     }
 }

@@ -16,7 +16,7 @@ use super::reduce::{Shapes, Sizes};
 use super::surface::Surface;
 use crate::error::AppError;
 use crate::postprocessing::replay::states::{Pose, States};
-use crate::postprocessing::vtk::bodies::assemble::View;
+use crate::postprocessing::vtk::bodies::assemble::{PointShapes, View};
 use crate::postprocessing::vtk::bodies::splines::Cells;
 use crate::postprocessing::vtk::bodies::{Bodies, Drawn, Shown};
 
@@ -171,26 +171,21 @@ const UNDEFORMED: View = View { scale: 0.0, revolve: None };
 impl MovingBody {
     fn new(bodies: &Bodies, shown: &Shown, instants: &[usize]) -> Result<Self, AppError> {
         let r = shown.motion.eigenfrequencies.len();
-        let unit = |k: usize| -> Vec<f64> { (0..r).map(|i| f64::from(u8::from(i == k))).collect() };
-        let none = vec![0.0; r];
-        let rest = bodies.displaced(shown, &none, &none);
+        let rest = bodies.at_rest(shown);
         let is_revolved = rest.motion() == RigidMotion::Axial;
         let grid = rest.grid(&at_origin(), UNDEFORMED)?;
         let surface = Surface::new(&grid, is_revolved);
         let points = surface.at_vertices(&grid.points).into_iter().flatten().collect();
-        let columns = (0..r).map(|k| {
-            let grid = bodies.displaced(shown, &unit(k), &none).grid(&at_origin(), UNDEFORMED)?;
-            let displacement: Vec<f64> =
-                surface.at_vertices(&grid.displacement).into_iter().flatten().collect();
-            let stress = if grid.stress.is_empty() { Vec::new() } else { surface.at_vertices(&grid.stress) };
-            Ok((displacement, stress.into_iter().flatten().collect::<Vec<f64>>()))
-        });
-        let columns = columns.collect::<Result<Vec<_>, AppError>>()?;
-        let n_stress = columns.first().map_or(0, |(_, stress)| stress.len());
+        let (seen, of_seen) = surface.gathered();
+        let columns = bodies.shapes(shown, &seen)?;
+        let displacement: Vec<_> = columns.iter().map(|c| of_seen.at_vertices(&c.displacement)).collect();
+        let has_stress = |c: &&PointShapes| !c.stress.is_empty();
+        let stress: Vec<_> =
+            columns.iter().filter(has_stress).map(|c| of_seen.at_vertices(&c.stress)).collect();
         let motion = &shown.motion;
         let shapes = Shapes {
-            displacement: Mat::from_fn(3 * surface.len(), r, |i, k| columns[k].0[i]),
-            stress: Mat::from_fn(n_stress, r, |i, k| columns[k].1[i]),
+            displacement: Mat::from_fn(3 * surface.len(), r, |i, k| displacement[k][i / 3][i % 3]),
+            stress: Mat::from_fn(6 * stress.first().map_or(0, Vec::len), r, |i, k| stress[k][i / 6][i % 6]),
             coordinates: Mat::from_fn(r, instants.len(), |k, t| motion.elastic(instants[t])[k]),
             rates: Mat::from_fn(r, instants.len(), |k, t| motion.rates(instants[t])[k]),
         };

@@ -91,6 +91,17 @@ impl Surface {
         numbered(&parts, (&vertex_of, n), if is_revolved { 2 } else { 3 })
     }
 
+    /// The points that the vertices are made of, rising, and the surface with points numbered as there.
+    pub fn gathered(&self) -> (Vec<u32>, Self) {
+        let mut points: Vec<u32> = self.sources.iter().flatten().copied().collect();
+        points.sort_unstable();
+        points.dedup();
+        let number = |point: &u32| points.partition_point(|p| p < point) as u32;
+        let sources = self.sources.iter().map(|of| of.iter().map(number).collect()).collect();
+        let gathered = Self { sources, ..self.clone() };
+        (points, gathered)
+    }
+
     /// Number of vertices.
     pub fn len(&self) -> usize {
         self.sources.len()

@@ -26,7 +26,7 @@ use crate::postprocessing::replay::rebuilt::Rebuilt;
 use crate::postprocessing::replay::states::{BodyMotion, Pose, States};
 use crate::scenario::{FileBody, Scenario};
 use adaptive::store::ModelCache;
-use assemble::{View, grid};
+use assemble::{PointShapes, View, grid};
 use local::{LocalDisplacement, displacements};
 use mesh::MeshGeometry;
 use shown::{ShownGeometry, ZoneGeometry};
@@ -137,10 +137,29 @@ impl Bodies {
         Ok(self.shown.iter().map(|body| self.drawn(body, &local[body.number], i)).collect())
     }
 
-    /// Body `body` of [`Self::shown`] displaced by the elastic coordinates `elastic` with the rates
-    /// `rates` on its own elements, without what contact zones add.
-    pub fn displaced<'a>(&'a self, body: &'a Shown, elastic: &[f64], rates: &[f64]) -> Drawn<'a> {
-        self.on_own_elements(body, (elastic, rates), &[])
+    /// Body `body` of [`Self::shown`] at rest on its own elements.
+    pub fn at_rest<'a>(&'a self, body: &'a Shown) -> Drawn<'a> {
+        let none = vec![0.0; body.motion.eigenfrequencies.len()];
+        self.on_own_elements(body, (&none, &none), &[])
+    }
+
+    /// Displacement and stress by a unit of each elastic coordinate of body `body` of [`Self::shown`] at the rising `points` of its grid at rest,
+    /// in its own axes.
+    ///
+    /// # Errors
+    /// [`AppError::Model`] where the geometry is folded.
+    pub fn shapes(&self, body: &Shown, points: &[u32]) -> Result<Vec<PointShapes>, AppError> {
+        let Some(flexible) = self.rebuilt.model.bodies[body.number].flexible() else { return Ok(Vec::new()) };
+        let column = |shape| {
+            let unknowns: Vec<f64> = flexible.reduced.shapes().col(shape).iter().copied().collect();
+            flexible.body.drawn_values(&unknowns)
+        };
+        let all: Vec<Vec<f64>> = (0..flexible.reduced.shapes().ncols()).map(column).collect();
+        let found = match body.geometry.drawn() {
+            DrawnGeometry::Splines(geometry) => assemble::shapes(geometry, &all, points),
+            DrawnGeometry::Mesh(geometry) => geometry.shapes(&all, points),
+        };
+        found.map_err(|source| AppError::model(AdaptiveError::Geometry { body: body.name.clone(), source }))
     }
 
     fn drawn<'a>(&'a self, body: &'a Shown, local: &LocalDisplacement, i: usize) -> Drawn<'a> {

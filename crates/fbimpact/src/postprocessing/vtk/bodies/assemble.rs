@@ -3,7 +3,8 @@
 use ffr_dynamics::body::RigidMotion;
 use iga_core::SplineError;
 use iga_core::elasticity::kinematics::von_mises;
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use rayon::prelude::*;
 
 use super::revolution::{ArcNode, arcs, polygon};
 use super::splines::{BodyGeometry, Cells, Element, ElementFields, control_values};
@@ -49,6 +50,62 @@ pub fn grid(
         }
     }
     Ok(grid)
+}
+
+/// Displacement \[m\] and stress \[Pa\] by each of `displacements`, control values of the body, at the rising `points` of its [`grid`] of linear cells
+/// that are not revolved, in the axes of the body.
+///
+/// # Errors
+/// [`SplineError`] where the geometry is folded.
+pub fn shapes(
+    body: &BodyGeometry,
+    displacements: &[Vec<f64>],
+    points: &[u32],
+) -> Result<Vec<PointShapes>, SplineError> {
+    // The points of each element, the number of the first of the element with them.
+    let (mut first, mut rest, mut groups) = (0, points, Vec::new());
+    for (e, element) in body.elements.iter().enumerate() {
+        let next = first + element.nodes.len();
+        let (of_element, others) = rest.split_at(rest.partition_point(|&p| (p as usize) < next));
+        if !of_element.is_empty() {
+            groups.push((e, first, of_element));
+        }
+        (first, rest) = (next, others);
+    }
+    let at = |&(e, first, points): &(usize, usize, &[u32])| {
+        let in_body = |fields: &ElementFields| {
+            let displacement = |p: &u32| {
+                vector(body.motion, &fields.displacement[*p as usize - first], &ArcNode::SECTION).into()
+            };
+            let stress = |p: &u32| Some(stress_in_body(body.motion, fields.stress.get(*p as usize - first)?));
+            PointShapes {
+                displacement: points.iter().map(displacement).collect(),
+                stress: points.iter().filter_map(stress).collect(),
+            }
+        };
+        Ok(body.shapes(e, displacements)?.iter().map(in_body).collect())
+    };
+    let parts: Vec<Vec<PointShapes>> = groups.par_iter().map(at).collect::<Result<_, SplineError>>()?;
+    let mut all = vec![PointShapes::default(); displacements.len()];
+    for (shape, part) in parts.into_iter().flat_map(|part| part.into_iter().enumerate()) {
+        all[shape].displacement.extend(part.displacement);
+        all[shape].stress.extend(part.stress);
+    }
+    Ok(all)
+}
+
+/// Stress of a model in the axes of its body, as `XX, YY, ZZ, XY, YZ, XZ`.
+pub fn stress_in_body(motion: RigidMotion, stress: &[f64; 6]) -> [f64; 6] {
+    rotated(&in_body(motion, stress), &Matrix3::identity())
+}
+
+/// Values of a field of displacements at points.
+#[derive(Debug, Clone, Default)]
+pub struct PointShapes {
+    /// Displacement \[m\].
+    pub displacement: Vec<[f64; 3]>,
+    /// Stress, `XX, YY, ZZ, XY, YZ, XZ` \[Pa\]; empty for rigid bodies.
+    pub stress: Vec<[f64; 6]>,
 }
 
 /// One element, revolved or not, on its way into the grid.

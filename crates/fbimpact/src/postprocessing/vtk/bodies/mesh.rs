@@ -8,8 +8,9 @@ use ffr_dynamics::body::RigidMotion;
 use iga_core::SplineError;
 use iga_core::elasticity::ElementMaterials;
 use iga_core::elasticity::kinematics::von_mises;
+use rayon::prelude::*;
 
-use super::assemble::{View, placed};
+use super::assemble::{PointShapes, View, placed, stress_in_body};
 use super::revolution::ArcNode;
 use super::tensor::{in_body, rotated};
 use crate::postprocessing::replay::states::Pose;
@@ -64,6 +65,28 @@ impl MeshGeometry {
             grid.stress.push(rotated(&in_body(RigidMotion::Spatial, &stress), &pose.rotation));
         }
         Ok(grid)
+    }
+}
+
+impl MeshGeometry {
+    /// As [`super::assemble::shapes`], at nodes.
+    ///
+    /// # Errors
+    /// As [`Self::grid`].
+    pub fn shapes(
+        &self,
+        displacements: &[Vec<f64>],
+        points: &[u32],
+    ) -> Result<Vec<PointShapes>, SplineError> {
+        let space = MeshSpace::new(Arc::clone(&self.mesh), MassRule::Exact);
+        let shape = |displacement: &Vec<f64>| {
+            let (nodes, stress) =
+                (displacement.as_chunks::<3>().0, space.nodal_stress(&self.materials, displacement)?);
+            let stress = points.iter().map(|&p| stress_in_body(RigidMotion::Spatial, &stress[p as usize]));
+            let displacement = points.iter().map(|&p| nodes[p as usize]);
+            Ok(PointShapes { displacement: displacement.collect(), stress: stress.collect() })
+        };
+        displacements.par_iter().map(shape).collect()
     }
 }
 

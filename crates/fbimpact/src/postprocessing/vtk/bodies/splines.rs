@@ -136,6 +136,40 @@ impl BodyGeometry {
         self.elements.par_iter().map_init(Workspace::default, one).collect()
     }
 
+    /// Displacement and stress of element `e` by each of `displacements`, control values as in [`Self::fields`]; for linear cells.
+    ///
+    /// # Errors
+    /// [`SplineError`] where the geometry is folded.
+    pub fn shapes(&self, e: usize, displacements: &[Vec<f64>]) -> Result<Vec<ElementFields>, SplineError> {
+        let (element, n, mut work) = (&self.elements[e], self.motion.n_components(), Workspace::default());
+        let mut of_all: Vec<ElementFields> = Vec::with_capacity(displacements.len());
+        let Workspace { basis, active, recovery } = &mut work;
+        self.space.active_functions(element.number, active);
+        of_all.resize_with(displacements.len(), ElementFields::default);
+        for xi in &element.points {
+            self.space.evaluate(element.number, xi, 0, basis);
+            for (fields, values) in of_all.iter_mut().zip(displacements) {
+                fields.displacement.push(combined(active, &basis.values, (values, n)));
+            }
+        }
+        let Some(Elasticity { model, material }) = &self.elasticity else { return Ok(of_all) };
+        let mut inner = vec![Vec::with_capacity(element.samples.len()); displacements.len()];
+        for xi in &element.samples {
+            let states = recovery.stresses(
+                self.space.as_ref(),
+                (model, material),
+                displacements,
+                element.number,
+                xi,
+            )?;
+            inner.iter_mut().zip(states).for_each(|(inner, state)| inner.push(state.stress));
+        }
+        let outwards = outwards(&element.steps);
+        let outwards: Vec<&Mat<f64>> = outwards.iter().collect();
+        of_all.iter_mut().zip(&inner).for_each(|(fields, inner)| fields.stress = apply(&outwards, inner));
+        Ok(of_all)
+    }
+
     /// Stress at the equally spaced points of an element, from points inside.
     fn stress(
         &self,
@@ -149,9 +183,23 @@ impl BodyGeometry {
             |xi| workspace.stress(self.space.as_ref(), model, material, displacement, element.number, xi);
         let inner =
             element.samples.iter().map(at).map(|s| s.map(|s| s.stress)).collect::<Result<Vec<_>, _>>()?;
-        let outwards: Vec<Mat<f64>> = element.steps.iter().map(|&n| extrapolation(n, INSET)).collect();
-        Ok(apply(&outwards.iter().collect::<Vec<_>>(), &inner))
+        Ok(apply(&outwards(&element.steps).iter().collect::<Vec<_>>(), &inner))
     }
+}
+
+/// From the points inside an element, at which stress is sampled, to its equally spaced ones, for each direction.
+fn outwards(steps: &[usize]) -> Vec<Mat<f64>> {
+    steps.iter().map(|&n| extrapolation(n, INSET)).collect()
+}
+
+/// The value of a field with node-major control values, `n` a function, by the functions `active` and their values.
+fn combined(active: &[u32], values: &[f64], (control, n): (&[f64], usize)) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for (&function, weight) in active.iter().zip(values) {
+        let control = &control[function as usize * n..][..n];
+        sum.iter_mut().zip(control).for_each(|(s, v)| *s += weight * v);
+    }
+    sum
 }
 
 /// A field with node-major control values, `n` a function, at parameters `points` of element `e`.
@@ -166,12 +214,7 @@ fn sampled(
     space.active_functions(e, active);
     let mut at = |xi| {
         space.evaluate(e, xi, 0, basis);
-        let mut sum = [0.0; 3];
-        for (&function, weight) in active.iter().zip(&basis.values) {
-            let control = &values[function as usize * n..][..n];
-            sum.iter_mut().zip(control).for_each(|(s, v)| *s += weight * v);
-        }
-        sum
+        combined(active, &basis.values, (values, n))
     };
     points.iter().map(&mut at).collect()
 }

@@ -101,6 +101,7 @@ fn from_shape(
         mass: material.density() * properties.volume,
         centre_of_mass: Vector3::from(properties.centre()),
         inertia: matrix(&properties.central_inertia(), material.density()),
+        density: Some(material.density()),
         shape: None,
     };
     Some((spec, (shape, model)))
@@ -124,6 +125,7 @@ fn given(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Optio
         mass: section.number("mass")?,
         centre_of_mass: Vector3::from(centre),
         inertia: inertia?,
+        density: None,
         shape: None,
     })
 }

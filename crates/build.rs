@@ -18,13 +18,9 @@ fn main() {
     println!("cargo:rustc-env=FBIMPACT_TARGET={}", std::env::var("TARGET").unwrap_or_else(|_| unknown()));
     // HEAD changes with the branch, its log with every commit; where they are, git knows: not below `.git` in a linked work tree.
     let of_git = ["HEAD", "logs/HEAD"].map(|file| output("git", &["rev-parse", "--git-path", file]));
-    // Sources that differ from the commit make the build dirty; without any path cargo would look at the whole package. Two packages run this,
-    // the program's in its own folder and the one at the top, whose tests compile the unit tests of the program.
-    let sources = ["Cargo.toml", "crates", "../../Cargo.toml", ".."].map(str::to_owned);
-    let is_at_top = std::path::Path::new("crates").exists();
-    for path in
-        of_git.into_iter().flatten().chain(sources.into_iter().skip(if is_at_top { 0 } else { 2 }).take(2))
-    {
+    // Sources that differ from the commit make the build dirty; without any path cargo would look at the whole package.
+    let sources = ["Cargo.toml", "crates"].map(str::to_owned);
+    for path in of_git.into_iter().flatten().chain(sources) {
         if std::path::Path::new(&path).exists() {
             println!("cargo:rerun-if-changed={path}");
         }
