@@ -5,7 +5,9 @@ use std::time::Instant;
 
 use crate::impacts::{ALUMINIUM, Numbers, STEEL, Solid, Trace, ball, law, spec, try_run};
 use adaptive::record::Sample;
-use adaptive::spec::{ContactLaw, ContactSpec, InitialMotion, IntervalSpec, RunSpec, SurfaceLaw, Target};
+use adaptive::spec::{
+    ContactLaw, ContactSpec, InitialMotion, IntervalSpec, PenaltySearch, RunSpec, SurfaceLaw, Target,
+};
 use contact_qs::law::Friction;
 use nalgebra::Vector3;
 
@@ -107,9 +109,13 @@ struct Outcome {
 }
 
 impl Outcome {
-    fn of(case: Case, elements: usize) -> Self {
+    fn of(case: Case, elements: usize, search: PenaltySearch) -> Self {
         let (mut trace, started) = (Trace::default(), Instant::now());
-        try_run(&case.spec(elements), &mut trace).unwrap_or_else(|e| panic!("{case:?}: {e}"));
+        let mut spec = case.spec(elements);
+        if let ContactLaw::Surface(law) = &mut spec.contacts[0].law {
+            law.search = search;
+        }
+        try_run(&spec, &mut trace).unwrap_or_else(|e| panic!("{case:?}: {e}"));
         Self { case, trace, seconds: started.elapsed().as_secs_f64() }
     }
 
@@ -268,10 +274,10 @@ const RESTITUTION: f64 = 1e-2;
 /// Permitted deviation of the peak force from Hertz's: finite size of the balls, friction between unlike materials.
 const HERTZ: f64 = 3e-2;
 
-fn check_all(numbers: impl Iterator<Item = u64>, elements: usize) {
+fn check_all(numbers: impl Iterator<Item = u64>, elements: usize, search: PenaltySearch) {
     let outcomes: Vec<Outcome> = numbers
         .map(|n| {
-            let outcome = Outcome::of(Case::draw(n), elements);
+            let outcome = Outcome::of(Case::draw(n), elements, search);
             println!("{}", outcome.line());
             outcome
         })
@@ -281,13 +287,14 @@ fn check_all(numbers: impl Iterator<Item = u64>, elements: usize) {
 
 #[test]
 fn solid_spheres_drawn_at_random_keep_momenta_and_energy() {
-    check_all([1].into_iter(), 6);
+    // One trial: the search is asked for by balls that are not solid.
+    check_all([1].into_iter(), 6, PenaltySearch::Fixed);
 }
 
 #[test]
 #[ignore = "second tier: minutes"]
 fn thirty_oblique_impacts_of_solid_spheres_keep_momenta_and_energy() {
-    check_all(0..30, 8);
+    check_all(0..30, 8, PenaltySearch::CONVERGED);
 }
 
 #[test]

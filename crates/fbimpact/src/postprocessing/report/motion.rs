@@ -171,7 +171,8 @@ const UNDEFORMED: View = View { scale: 0.0, revolve: None };
 impl MovingBody {
     fn new(bodies: &Bodies, shown: &Shown, instants: &[usize]) -> Result<Self, AppError> {
         let r = shown.motion.eigenfrequencies.len();
-        let rest = bodies.at_rest(shown);
+        let none = vec![0.0; r];
+        let rest = bodies.displaced(shown, &none, &none);
         let is_revolved = rest.motion() == RigidMotion::Axial;
         let grid = rest.grid(&at_origin(), UNDEFORMED)?;
         let surface = Surface::new(&grid, is_revolved);

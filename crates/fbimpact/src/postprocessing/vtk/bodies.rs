@@ -137,10 +137,10 @@ impl Bodies {
         Ok(self.shown.iter().map(|body| self.drawn(body, &local[body.number], i)).collect())
     }
 
-    /// Body `body` of [`Self::shown`] at rest on its own elements.
-    pub fn at_rest<'a>(&'a self, body: &'a Shown) -> Drawn<'a> {
-        let none = vec![0.0; body.motion.eigenfrequencies.len()];
-        self.on_own_elements(body, (&none, &none), &[])
+    /// Body `body` of [`Self::shown`] displaced by the elastic coordinates `elastic` with the rates
+    /// `rates` on its own elements, without what contact zones add.
+    pub fn displaced<'a>(&'a self, body: &'a Shown, elastic: &[f64], rates: &[f64]) -> Drawn<'a> {
+        self.on_own_elements(body, (elastic, rates), &[])
     }
 
     /// Displacement and stress by a unit of each elastic coordinate of body `body` of [`Self::shown`] at the rising `points` of its grid at rest,
