@@ -3,8 +3,10 @@
 use std::f64::consts::PI;
 
 use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::integration::OdeSystem;
+use nalgebra::Vector3;
 
-use super::Driver;
+use super::{Driver, touching};
 use crate::adaptivity::interval::fewest_at_once;
 use crate::adaptivity::overlap::Overlap;
 use crate::checks::contact_strain::{HUGE_CONTACT_STRAIN, contact_strain, large_contact_strain};
@@ -18,13 +20,22 @@ use crate::record::finding::ContactQuantity;
 use crate::record::warning::{Warning, WarningKind};
 use crate::run::driver::impact::judgement::MINOR;
 use crate::spec::LocalField;
-use crate::state::simulation::smallest_gap;
+use crate::state::simulation::motion_at;
 use crate::touch::detection::Search;
 use crate::touch::parts::TouchKind;
 
 /// Points across a contact at its peak below which they are too few: as many as elements of a zone that
 /// the program refines (theory section A.1).
 const FEWEST_ACROSS: f64 = 5.0;
+
+/// Bodies whose gap at the start is smaller than so many times what the equilibrium changes it by touch:
+/// what opened them is their deformation, and what they yield by in the contact is of its size.
+const MOVED_BY_EQUILIBRIUM: f64 = 10.0;
+/// Acceleration towards each other, as a share of all accelerations there, below which it is round-off.
+const LEAST_PRESS: f64 = 1e-6;
+/// Share of the contact force at the start by which it may miss what it settles at: less than the impacts of
+/// a run are right to.
+const SETTLED: f64 = 0.02;
 
 /// Gap of a contact that has closed.
 const CLOSED: f64 = f64::NEG_INFINITY;
@@ -94,7 +105,8 @@ impl Driver<'_> {
     pub(super) fn note_gaps(&mut self, t: f64) -> Result<(), AdaptiveError> {
         for i in 0..self.slots.len() {
             if self.run.contacts[i].smallest_gap > CLOSED {
-                let gap = self.gap(i, t)?;
+                let (system, facts) = (&mut self.model.system, &self.model.contacts[i]);
+                let gap = self.slots[i].gap(system, (i, facts), (t, &self.interpolated))?;
                 let contact = &mut self.run.contacts[i];
                 if gap < contact.smallest_gap {
                     (contact.smallest_gap, contact.smallest_gap_time) = (gap, t);
@@ -104,15 +116,54 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// Gap of contact `i` in the state `interpolated` at time `t`.
-    fn gap(&mut self, i: usize, t: f64) -> Result<f64, AdaptiveError> {
-        let y = &self.interpolated;
-        let Some(refinement) = &self.model.contacts[i].refinement else {
-            return Ok(smallest_gap(&mut self.model.system, t, y, i));
-        };
-        self.model.system.body_states(t, y);
-        let states = self.model.system.last_evaluation().0;
-        Ok(refinement.nearest(states, &mut self.slots[i].nearest)?.gap)
+    /// The warnings of contacts whose bodies touch at a start in equilibrium, as they are given or as it
+    /// deforms them, and which loads press together: it holds joints and knows of no force that is not there
+    /// yet. Bodies that overlap are pressed; others are by the acceleration of their rigid motions.
+    pub(super) fn pressed_in_equilibrium(&mut self) -> Result<Vec<(usize, Warning)>, AdaptiveError> {
+        let (t, y) = (self.integrator.time(), self.integrator.state());
+        let system = &mut self.model.system;
+        let (mut given, mut later) = (y.to_vec(), vec![0.0; y.len()]);
+        system.model().bodies.iter().for_each(|body| given[body.layout.elastic()].fill(0.0));
+        system.rhs(t, y, &mut later).map_err(|refusal| AdaptiveError::refused(t, refusal))?;
+        let forces: Vec<f64> =
+            system.forces().iter().map(|force| force.contact.report().normal_force).collect();
+        let after = self.impact_step;
+        later.iter_mut().zip(y).for_each(|(rate, y)| *rate = y + after * *rate);
+        let mut warnings = Vec::new();
+        for (i, (slot, facts)) in self.slots.iter_mut().zip(&self.model.contacts).enumerate() {
+            let (undeformed, gap) =
+                (slot.gap(system, (i, facts), (t, &given))?, slot.gap(system, (i, facts), (t, y))?);
+            let (touching, moved) = (touching(facts), MOVED_BY_EQUILIBRIUM * (gap - undeformed).abs());
+            if undeformed.min(gap) > touching + moved {
+                continue;
+            }
+            let (place, normal) = match &facts.refinement {
+                Some(refinement) => {
+                    system.body_states(t, y);
+                    let found = refinement.nearest(system.last_evaluation().0, &mut slot.nearest)?;
+                    (found.contact.point, found.normal)
+                }
+                None => {
+                    let (force, motion) = system.force_in_motion(t, y, i);
+                    (force.contact.place(motion), force.contact.normal(motion))
+                }
+            };
+            let mut velocity = |y: &[f64]| {
+                system.body_states(t, y);
+                Vector3::from(motion_at(system, i, &place).velocity)
+            };
+            let acceleration = (velocity(&later) - velocity(y)) / after;
+            let (closing, all) =
+                (-acceleration.dot(&normal), acceleration.norm() + self.settings.gravity.norm());
+            let (body, target) = system.forces()[i].contact.bodies();
+            let bodies = [Some(body), target].into_iter().flatten().map(|b| self.model.bodies[b].data.mass);
+            let unsettled = closing * bodies.fold(f64::INFINITY, f64::min);
+            let is_pressed = closing > LEAST_PRESS * all && unsettled > SETTLED * forces[i];
+            if is_pressed || facts.refinement.is_some() && gap < -touching {
+                warnings.push((i, start::static_contact(&facts.name)));
+            }
+        }
+        Ok(warnings)
     }
 
     /// Looks at a finished impact; `is_open`: whether the contact had let go; `is_minor`: whether
