@@ -165,14 +165,16 @@ fn linear_limits(model: &RunModel) -> Result<LinearLimits, AdaptiveError> {
 }
 
 impl<'a> Driver<'a> {
-    /// Adds up the time of searches and reports stresses, of runs that have failed as well; their
+    /// Adds up the time of searches and reports stresses and peaks, of runs that have failed as well; their
     /// own error goes first.
     fn finish_run(self, end: Result<RunEnd, AdaptiveError>) -> Result<RunEnd, AdaptiveError> {
         let searches = self.slots.iter().map(|slot| slot.nearest.elapsed().as_secs_f64());
         self.model.timings.search += searches.sum::<f64>();
+        let layout = self.model.layout(self.settings.end_time);
         let reported = self.model.report_stress(&self.run.stress, self.output.observer);
+        let peaks = self.output.observer.peaks(&layout, &self.run.peaks.records);
         let end = end?;
-        reported.map(|()| end)
+        reported.and(peaks.map_err(AdaptiveError::from)).map(|()| end)
     }
 
     fn new(
@@ -362,7 +364,7 @@ impl<'a> Driver<'a> {
         self.slots.iter_mut().for_each(|slot| slot.clearance = 0.0);
         self.begin_watch();
         while self.integrator.time() < end && !self.is_at_rest() && !self.is_enough() {
-            let step = self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
+            let step = self.free_step(end)?;
             // An impact that begins in the last instant has nothing to be resolved.
             let last = end - EVENT_TOLERANCE * self.impact_step;
             let closing = self.first_closing(step)?.filter(|time| *time < last);
@@ -374,6 +376,7 @@ impl<'a> Driver<'a> {
                 }
                 return Ok(false);
             }
+            self.note_peaks();
             if let Err(error) = self.check_motion() {
                 // The result is stored as far as it went; that the energy ledger is open as well is
                 // no further information.
@@ -495,7 +498,8 @@ impl<'a> Driver<'a> {
         self.interpolated.copy_from_slice(self.integrator.previous_state());
         self.integrator.restart(start, &self.interpolated);
         while self.integrator.time() < end {
-            let step = self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
+            let step = self.free_step(end)?;
+            self.note_peaks();
             self.store_until(step.end)?;
         }
         Ok(())
