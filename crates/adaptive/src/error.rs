@@ -240,7 +240,7 @@ pub enum AdaptiveError {
     },
     /// Bodies lie in each other where their contact does not know of it.
     #[error(
-        "contact \"{contact}\": body \"{body}\" lies {depth:.3e} m deep in {target} at t = {time:.6e} s, at {place} m, and the contact knows of {known:.3e} m: no force keeps them apart there; if contacts.{contact} gives interval, model or places, leave them out so that the program finds where they touch, else give its bodies more elements"
+        "contact \"{contact}\": body \"{body}\" lies {depth:.3e} m deep in {target} at t = {time:.6e} s, at {place} m, and the contact knows of {known:.3e} m: no force keeps them apart there; {remedy}"
     )]
     PassedThrough {
         /// Name of the contact.
@@ -257,6 +257,8 @@ pub enum AdaptiveError {
         place: Components,
         /// Overlap that the contact sees \[m\].
         known: f64,
+        /// What to change.
+        remedy: Box<str>,
     },
     /// The contact reached the end of its surface, where no interval can grow.
     #[error(

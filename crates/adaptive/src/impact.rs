@@ -43,6 +43,7 @@ mod fine_side;
 mod sides;
 pub mod local_deformation;
 pub mod stress;
+pub mod yielding;
 
 use fine_side::FineSide;
 pub use fine_side::RebuiltContact;
@@ -427,9 +428,14 @@ impl AdaptiveContact {
         }
     }
 
+    /// Whether the scenario gives the width of the interval.
+    pub fn has_width(&self) -> bool {
+        self.law.interval.width.is_some()
+    }
+
     /// Whether the width of the interval is the scenario's, not to be changed.
     pub fn is_width_given(&self) -> bool {
-        self.law.interval.width.is_some() && self.law.treatment != spec::Treatment::Adaptive
+        self.has_width() && self.law.treatment != spec::Treatment::Adaptive
     }
 }
 

@@ -89,6 +89,18 @@ pub struct ContactState {
     pub impact: Option<Impact>,
 }
 
+impl ContactState {
+    /// Notes that the contact has closed, at `time` \[s\].
+    pub fn close(&mut self, time: f64) {
+        (self.smallest_gap, self.smallest_gap_time) = (f64::NEG_INFINITY, time);
+    }
+
+    /// Whether the contact has closed.
+    pub fn has_closed(&self) -> bool {
+        self.smallest_gap <= f64::NEG_INFINITY
+    }
+}
+
 impl Default for ContactState {
     fn default() -> Self {
         Self {

@@ -64,6 +64,7 @@ kinds! {
     StaticContact = "static-contact": "Bodies that touch are pressed together at a start in equilibrium, which does not know of the force.",
     SuddenSpin = "sudden-spin": "A body starts undeformed at a spin that strains it, so that its stress rings.",
     LocalStress = "local-stress": "Stress is asked for so near to a contact that what its law leaves out of it counts.",
+    Yields = "yields": "A contact or a stress that is asked for exceeds what a material bears without yielding.",
     RingingForce = "ringing-force": "The springs between flat faces are stiffer than the modes kept follow: the force rings about its mean, and its peak is too high.",
 }
 

@@ -109,6 +109,8 @@ pub struct HertzSpec {
     pub target: HertzPartner,
     /// Coefficient of friction, of stick and slip alike.
     pub friction: f64,
+    /// Yield strength of the weaker material, infinite if none is known \[Pa\].
+    pub yield_strength: f64,
 }
 
 impl HertzSpec {

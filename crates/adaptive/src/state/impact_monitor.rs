@@ -239,20 +239,22 @@ impl ImpactMonitor {
         });
     }
 
-    /// Ends the phase and returns the records of its impacts, new ones in rows from `next` on;
-    /// `contact` is the contact's index, `is_alone` whether an impact's bodies were pressed by no
+    /// Ends the phase and returns the records of its impacts, new ones in rows from `next` on, but for
+    /// those without a row whose force was `least` at most, which are none \[N\]; `contact` is the contact's index, `is_alone` whether an impact's bodies were pressed by no
     /// other contact meanwhile: otherwise, and while force still acts, there is no restitution.
     pub fn finish(
         &mut self,
         contact: u32,
         next: u32,
+        least: f64,
         is_alone: impl Fn(&Impact) -> bool,
     ) -> Vec<ImpactRecord> {
         let is_open = self.last.is_some_and(|l| l.force <= 0.0);
         let n_ended = self.ended.len();
         let mut new = next;
         let impacts = self.ended.drain(..).chain(self.running.take());
-        let records = impacts.enumerate().map(|(k, mut impact)| {
+        let impacts = impacts.enumerate().filter(|(_, i)| i.row.is_some() || i.peak_force > least);
+        let records = impacts.map(|(k, mut impact)| {
             impact.is_alone &= is_alone(&impact);
             let row = impact.row.unwrap_or(new);
             new += u32::from(impact.row.is_none());
@@ -322,7 +324,7 @@ mod tests {
     }
 
     fn only(watch: &mut ImpactMonitor) -> ImpactRecord {
-        let mut records = watch.finish(0, 0, |_| true);
+        let mut records = watch.finish(0, 0, 0.0, |_| true);
         assert_eq!(records.len(), 1);
         records.remove(0)
     }
@@ -381,7 +383,7 @@ mod tests {
             let now = instant(t * duration, force, impulse, -2.0 + 3.9 * t);
             watch.step(now, touch.filter(|_| i == 1), release.filter(|_| i == n));
         }
-        let r = watch.finish(3, 0, |_| true).remove(0);
+        let r = watch.finish(3, 0, 0.0, |_| true).remove(0);
         assert_eq!((r.contact, r.start, r.end), (3, 0.0, 1.0));
         // A parabola through three points of a sine, spacing h: error of order (pi h)^4 / 64.
         assert!((r.peak_force / peak - 1.0).abs() < 1e-4, "{r:?}");
@@ -389,6 +391,15 @@ mod tests {
         assert!((r.impulse - 2.0 * peak / std::f64::consts::PI).abs() < 1e-12);
         assert!((r.approach_velocity - 2.0).abs() < 1e-15 && (r.restitution - 0.95).abs() < 1e-12);
         assert!(!watch.is_running());
+    }
+
+    #[test]
+    fn touches_of_round_off_are_no_impacts() {
+        // The second one, and no first one that has a row.
+        let mut watch = bounce(2.0, 1.5);
+        let of = |watch: &mut ImpactMonitor, least| watch.finish(0, 4, least, |_| true).len();
+        assert_eq!((of(&mut watch, 4.9), watch.reported().is_some()), (1, true));
+        assert_eq!((of(&mut bounce(2.0, 1.5), 6.0), of(&mut bounce(2.0, 1.5), 5.0)), (0, 0));
     }
 
     #[test]
@@ -455,7 +466,7 @@ mod tests {
         let (mut watch, mut records) = (ImpactMonitor::default(), Vec::<ImpactRecord>::new());
         let mut finish = |watch: &mut ImpactMonitor| {
             let next = records.iter().map(|r| r.row + 1).max().unwrap_or(0);
-            for record in watch.finish(0, next, |_| true) {
+            for record in watch.finish(0, next, 0.0, |_| true) {
                 records.retain(|r| r.row != record.row);
                 records.push(record);
             }
@@ -555,7 +566,7 @@ mod tests {
 
     #[test]
     fn restitution_is_no_number_where_it_has_no_meaning() {
-        let of = |mut watch: ImpactMonitor, is_alone| watch.finish(0, 0, |_| is_alone).remove(0);
+        let of = |mut watch: ImpactMonitor, is_alone| watch.finish(0, 0, 0.0, |_| is_alone).remove(0);
         // Pushed from behind at rest, and with nothing but round-off.
         assert!(of(bounce(0.0, 1.5), true).restitution.is_nan());
         assert!(of(bounce(1e-14, 1.5), true).restitution.is_nan());

@@ -15,9 +15,10 @@ use crate::checks::resolution::{
 };
 use crate::checks::{motion, start};
 use crate::error::AdaptiveError;
-use crate::record::ImpactRecord;
+use crate::impact::yielding::{Spread, contact_yields, stress_yields};
 use crate::record::finding::ContactQuantity;
 use crate::record::warning::{Warning, WarningKind};
+use crate::record::{ImpactRecord, PeakOf};
 use crate::run::driver::impact::judgement::MINOR;
 use crate::spec::LocalField;
 use crate::state::simulation::motion_at;
@@ -36,9 +37,6 @@ const LEAST_PRESS: f64 = 1e-6;
 /// Share of the contact force at the start by which it may miss what it settles at: less than the impacts of
 /// a run are right to.
 const SETTLED: f64 = 0.02;
-
-/// Gap of a contact that has closed.
-const CLOSED: f64 = f64::NEG_INFINITY;
 
 /// What is doubtful about the zone of a contact and its penalty springs in an impact.
 pub(super) struct Doubts {
@@ -104,7 +102,7 @@ impl Driver<'_> {
     /// `t`.
     pub(super) fn note_gaps(&mut self, t: f64) -> Result<(), AdaptiveError> {
         for i in 0..self.slots.len() {
-            if self.run.contacts[i].smallest_gap > CLOSED {
+            if !self.run.contacts[i].has_closed() {
                 let (system, facts) = (&mut self.model.system, &self.model.contacts[i]);
                 let gap = self.slots[i].gap(system, (i, facts), (t, &self.interpolated))?;
                 let contact = &mut self.run.contacts[i];
@@ -177,8 +175,6 @@ impl Driver<'_> {
         doubts: &Doubts,
     ) -> Result<(), AdaptiveError> {
         let i = impact.contact as usize;
-        let contact = &mut self.run.contacts[i];
-        (contact.smallest_gap, contact.smallest_gap_time) = (CLOSED, impact.start);
         self.check_contact_strain(impact)?;
         if let Some((point, left_out)) = self.slots[i].left_out {
             let subject = format!("output.points.{}", self.model.point_name(point));
@@ -189,6 +185,7 @@ impl Driver<'_> {
         self.warn(coarse.map(|warning| (i, warning)).into_iter().collect())?;
         let name = &self.model.contacts[i].name;
         let (body, target) = self.model.system.forces()[i].contact.bodies();
+        let penalty = self.model.system.forces()[i].contact.penalty();
         let bodies = [Some(body), target].into_iter().flatten();
         let touching: Vec<_> = bodies.clone().map(|b| &self.model.bodies[b]).collect();
         let rings = ringing_force(name, &touching, impact, doubts.beyond_modes).map(|warning| (i, warning));
@@ -204,7 +201,7 @@ impl Driver<'_> {
         }
         let few_at_once = doubts.few_at_once.map(|shares| (i, moving_contact(name, impact, shares)));
         warnings.extend(few_at_once);
-        warnings.extend(doubts.too_soft.map(|overlap| (i, soft_contact(name, impact, overlap))));
+        warnings.extend(doubts.too_soft.map(|overlap| (i, soft_contact((name, penalty), impact, overlap))));
         if is_minor && self.model.contacts[i].refinement.is_some() {
             warnings.push((i, minor_contact(name, impact)));
         }
@@ -236,7 +233,7 @@ impl Driver<'_> {
                 impact.peak_force, facts.widths[0]
             ),
             remedy: format!(
-                "leave contacts.{0}.model and contacts.{0}.interval out, so that the program refines the zone; else give more elements there",
+                "leave contacts.{0}.model out, and contacts.{0}.interval if it is given, so that the program refines the zone; else give more elements there",
                 facts.name
             ),
         })
@@ -253,8 +250,15 @@ impl Driver<'_> {
             let (value, limit) = (strain, HUGE_CONTACT_STRAIN);
             return Err(AdaptiveError::ImplausibleContact { contact, time, quantity, value, limit });
         }
-        let warning = large_contact_strain(&facts.name, impact, (pressure, strain));
-        self.warn(warning.map(|warning| (i, warning)).into_iter().collect())
+        let is_flat = self.slots[i].fine().and_then(|fine| fine.whole).is_some_and(TouchKind::is_jump);
+        let spread = match self.model.bodies[facts.body].data.motion {
+            _ if is_flat => Spread::Even,
+            RigidMotion::Planar => Spread::Strip,
+            RigidMotion::Spatial | RigidMotion::Axial => Spread::Ellipse,
+        };
+        let large = large_contact_strain(&facts.name, impact, (pressure, strain));
+        let yields = contact_yields(&facts.name, impact, spread, (pressure, facts.yield_strength));
+        self.warn([large, yields].into_iter().flatten().map(|warning| (i, warning)).collect())
     }
 
     /// Looks at the vibrations that an impact has left: states are stored as often as they ask for,
@@ -285,7 +289,7 @@ impl Driver<'_> {
         self.interpolated.copy_from_slice(self.integrator.state());
         self.note_gaps(self.integrator.time())?;
         let contacts = self.model.contacts.iter().zip(&self.run.contacts).enumerate();
-        let open = contacts.filter(|(_, (_, c))| c.smallest_gap > CLOSED && c.smallest_gap.is_finite());
+        let open = contacts.filter(|(_, (_, c))| !c.has_closed() && c.smallest_gap.is_finite());
         let warnings = open.map(|(i, (facts, state))| {
             let (gap, time) = (state.smallest_gap, state.smallest_gap_time);
             let warning = Warning {
@@ -301,7 +305,15 @@ impl Driver<'_> {
             };
             (i, warning)
         });
-        let warnings = warnings.collect();
+        let stresses = self.run.peaks.records.iter().filter(|peak| peak.of == PeakOf::VonMises);
+        let yields = stresses.filter_map(|peak| {
+            let (k, n) = (peak.index as usize, self.model.contacts.len());
+            let strength = self.model.yield_strengths[self.model.observed.points[k].body];
+            let subject = format!("output.points.{}", self.model.point_name(k));
+            // Numbers of points follow those of contacts, which may yield as well.
+            Some((n + k, stress_yields(subject, (peak.value, peak.time), strength)?))
+        });
+        let warnings = warnings.chain(yields).collect();
         self.warn(warnings)
     }
 
@@ -342,7 +354,7 @@ impl Driver<'_> {
 
 /// The warning of a contact whose springs, of a factor that nobody may change, are as soft as the
 /// bodies (Eq. A.36).
-fn soft_contact(name: &str, impact: &ImpactRecord, overlap: Overlap) -> Warning {
+fn soft_contact((name, penalty): (&str, f64), impact: &ImpactRecord, overlap: Overlap) -> Warning {
     Warning {
         kind: WarningKind::SoftContact,
         subject: format!("contact \"{name}\""),
@@ -353,7 +365,10 @@ fn soft_contact(name: &str, impact: &ImpactRecord, overlap: Overlap) -> Warning 
             "{:.0} % of the approach of the bodies is penetration and not deformation: the contact is softer than they are",
             100.0 * overlap.share
         ),
-        remedy: format!("raise contacts.{name}.penalty.initial, or leave it out for the program to choose"),
+        remedy: format!(
+            "give contacts.{name}.penalty.initial, {:.0} times as large as the {penalty:.1e} N/m^3 in use",
+            (overlap.share / overlap.most()).ceil()
+        ),
     }
 }
 
