@@ -1,4 +1,4 @@
-//! What contacts and stresses a material bears before it yields (docs/theory.md Eq. P.18).
+//! What contacts and stresses a material bears before it yields (docs/theory.md Eq. P.19).
 
 use std::f64::consts::PI;
 

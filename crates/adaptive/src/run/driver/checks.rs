@@ -11,7 +11,7 @@ use crate::adaptivity::interval::fewest_at_once;
 use crate::adaptivity::overlap::Overlap;
 use crate::checks::contact_strain::{HUGE_CONTACT_STRAIN, contact_strain, large_contact_strain};
 use crate::checks::resolution::{
-    few_modes, highest_vibration, ringing_force, shown_interval, slow_rise, sparse_output,
+    few_modes, highest_vibration, ringing_force, ringing_peak, shown_interval, slow_rise, sparse_output,
 };
 use crate::checks::{motion, start};
 use crate::error::AdaptiveError;
@@ -21,6 +21,7 @@ use crate::record::warning::{Warning, WarningKind};
 use crate::record::{ImpactRecord, PeakOf};
 use crate::run::driver::impact::judgement::MINOR;
 use crate::spec::LocalField;
+use crate::state::impact_monitor::Ringing;
 use crate::state::simulation::motion_at;
 use crate::touch::detection::Search;
 use crate::touch::parts::TouchKind;
@@ -50,6 +51,8 @@ pub(super) struct Doubts {
     are_between_flat_faces: bool,
     /// How many times stiffer they were than the modes follow.
     beyond_modes: f64,
+    /// How its force rings.
+    ringing: Option<Ringing>,
 }
 
 impl Driver<'_> {
@@ -72,6 +75,7 @@ impl Driver<'_> {
             too_soft: self.overlap(i).filter(|overlap| !is_minor && overlap.is_too_much()),
             are_between_flat_faces: whole.is_some_and(TouchKind::is_jump),
             beyond_modes: whole.and_then(beyond).unwrap_or(0.0),
+            ringing: self.slots[i].monitor.ringing(),
         }
     }
 
@@ -188,7 +192,9 @@ impl Driver<'_> {
         let penalty = self.model.system.forces()[i].contact.penalty();
         let bodies = [Some(body), target].into_iter().flatten();
         let touching: Vec<_> = bodies.clone().map(|b| &self.model.bodies[b]).collect();
-        let rings = ringing_force(name, &touching, impact, doubts.beyond_modes).map(|warning| (i, warning));
+        let rings = ringing_force(name, &touching, impact, doubts.beyond_modes)
+            .or_else(|| doubts.ringing.and_then(|ringing| ringing_peak(name, &ringing)))
+            .map(|warning| (i, warning));
         if !is_open {
             return self.warn(rings.into_iter().collect());
         }

@@ -112,8 +112,7 @@ impl Driver<'_> {
         AdaptiveError::PassedThrough {
             remedy: remedy.into(),
             contact: facts.name.clone(),
-            body: self.model.bodies[facts.body].name.as_str().into(),
-            target: target.into(),
+            bodies: Box::new([self.model.bodies[facts.body].name.clone(), target]),
             time: unknown.time,
             depth: unknown.overlap.depth,
             place: Components(unknown.overlap.place),
