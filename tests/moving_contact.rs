@@ -1,5 +1,7 @@
 //! Contact that moves along a surface while it lasts: as exact as contact that stays, whichever body is called the contact body.
 
+use adaptive::record::warning::WarningKind;
+
 use crate::support::scenarios::{self, run};
 
 /// A disc falls at 1 m/s on a block while it slides over it without friction at `speed` \[m/s\], so that it passes the middle at its largest force.
@@ -30,7 +32,9 @@ fn slides_as_it_falls(roles: &[[&str; 2]], speeds: &[f64]) {
     let folder = scenarios::folder("moving_contact");
     let peak = |speed: f64, bodies: [&str; 2]| {
         let found = run(&scenarios::valid(&folder, &text(speed, bodies), &[]));
-        assert!(found.warnings.is_empty(), "{speed} m/s: {:?}", found.warnings);
+        // Aluminium yields at a hundredth of this speed.
+        let is_known = found.warnings.iter().all(|warning| warning.kind == WarningKind::Yields);
+        assert!(is_known, "{speed} m/s: {:?}", found.warnings);
         found.impacts[0].peak_force
     };
     let straight = peak(0.0, ["block", "disc"]);

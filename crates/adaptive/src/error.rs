@@ -240,15 +240,13 @@ pub enum AdaptiveError {
     },
     /// Bodies lie in each other where their contact does not know of it.
     #[error(
-        "contact \"{contact}\": body \"{body}\" lies {depth:.3e} m deep in {target} at t = {time:.6e} s, at {place} m, and the contact knows of {known:.3e} m: no force keeps them apart there; if contacts.{contact} gives interval, model or places, leave them out so that the program finds where they touch, else give its bodies more elements"
+        "contact \"{contact}\": body \"{}\" lies {depth:.3e} m deep in {} at t = {time:.6e} s, at {place} m, and the contact knows of {known:.3e} m: no force keeps them apart there; {remedy}", .bodies[0], .bodies[1]
     )]
     PassedThrough {
         /// Name of the contact.
         contact: String,
-        /// Name of the contact body.
-        body: Box<str>,
-        /// The target, in words.
-        target: Box<str>,
+        /// Name of the contact body, and the target in words.
+        bodies: Box<[String; 2]>,
         /// When \[s\].
         time: f64,
         /// Depth of the deepest place \[m\].
@@ -257,6 +255,8 @@ pub enum AdaptiveError {
         place: Components,
         /// Overlap that the contact sees \[m\].
         known: f64,
+        /// What to change.
+        remedy: Box<str>,
     },
     /// The contact reached the end of its surface, where no interval can grow.
     #[error(

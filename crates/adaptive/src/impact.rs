@@ -20,7 +20,6 @@ use crate::adaptivity::interval::{
 use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::body::fine::refined::FineBody;
 use crate::body::point_compliance::{ObservedPlace, PointCompliance, compliances, points_on};
-use crate::body::zone::contact::FALLBACK_PENALTY;
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::paper::fine_modes::FineModes;
 use crate::record::ZoneSite;
@@ -43,6 +42,7 @@ mod fine_side;
 mod sides;
 pub mod local_deformation;
 pub mod stress;
+pub mod yielding;
 
 use fine_side::FineSide;
 pub use fine_side::RebuiltContact;
@@ -54,6 +54,10 @@ pub use zone_model::ZoneModel;
 /// touches. It is far above the waves of ringing surfaces between points and far below the overlap
 /// of bodies that pass through each other.
 pub const MISSED_SURFACE: f64 = 1e-5;
+
+/// Points of whole surfaces that are farther than the nearest one by no more than this share of the
+/// smaller body's size are going to touch: bodies yield by less in all impacts that leave them elastic.
+const TOUCHED_SURFACE: f64 = 1e-3;
 
 /// Largest width of an interval, as a share of the body's size: with a centre at one end of the
 /// body it then reaches the other end.
@@ -309,11 +313,11 @@ impl AdaptiveContact {
         );
         let weight = match self.is_vibrating() {
             true => self.static_weight(&mut own, &mut other, bodies, states)?,
-            false => self.weight_of(element.as_mut(), states)?,
+            false => self.weight_of(element.as_mut(), states, whole.is_some())?,
         };
         let search = match (request.search, whole) {
             (Some(search), _) => search,
-            (None, Some(kind)) => self.penalty_of_whole(kind, bodies, weight),
+            (None, Some(kind)) => self.penalty_of_whole(kind, bodies, weight)?,
             (None, None) => self.penalty_search(&request.history, weight).map_err(|e| self.fail(e))?,
         };
         element.set_penalty(search.penalty()).map_err(|e| self.fail(e))?;
@@ -410,11 +414,7 @@ impl AdaptiveContact {
         if let Some(known) = earlier.or(history.penalty) {
             return Ok(PenaltySearch::from_accepted(strategy, known));
         }
-        let first = match self.law.penalty {
-            Some(given) => Some(given),
-            None => from_ratio(self.law.stiffness_ratio)?,
-        };
-        Ok(PenaltySearch::new(strategy, first.unwrap_or(FALLBACK_PENALTY)))
+        Ok(PenaltySearch::new(strategy, self.law.first_penalty(weight)?))
     }
 
     /// Settings of Algorithm 2.
@@ -427,9 +427,14 @@ impl AdaptiveContact {
         }
     }
 
+    /// Whether the scenario gives the width of the interval.
+    pub fn has_width(&self) -> bool {
+        self.law.interval.width.is_some()
+    }
+
     /// Whether the width of the interval is the scenario's, not to be changed.
     pub fn is_width_given(&self) -> bool {
-        self.law.interval.width.is_some() && self.law.treatment != spec::Treatment::Adaptive
+        self.has_width() && self.law.treatment != spec::Treatment::Adaptive
     }
 }
 

@@ -78,6 +78,8 @@ pub struct RunModel {
     /// Frequency up to which the modes of the bodies of each contact are to follow its force, if
     /// they touch along a line \[Hz\].
     pub force_needs: Vec<ForceNeeds>,
+    /// Least yield strengths of the bodies; infinite where none is known \[Pa\].
+    pub yield_strengths: Vec<f64>,
     /// As [`RunSpec::frequency_errors`].
     pub frequency_errors: Vec<Option<f64>>,
 }
@@ -149,6 +151,7 @@ impl RunModel {
             cache: cache.clone(),
             touches: spec.contacts.iter().flat_map(|c| touches(&first, c)).collect(),
             force_needs: force_needs(&first),
+            yield_strengths: spec.bodies.iter().map(|body| body.kind.yield_strength()).collect(),
             frequency_errors: spec.frequency_errors.clone(),
             system,
             initial,

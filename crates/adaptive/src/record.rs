@@ -413,6 +413,32 @@ impl TransferRecord {
     }
 }
 
+/// The largest value of something recorded, at the end of an accepted time step or at a stored instant.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PeakRecord {
+    /// What it is the largest value of.
+    pub of: PeakOf,
+    /// Number of the joint in [`RunLayout::joints`], or of the point in [`RunLayout::points`].
+    pub index: u32,
+    /// The value \[N, N m, m, Pa\].
+    pub value: f64,
+    /// When \[s\].
+    pub time: f64,
+}
+
+/// What a [`PeakRecord`] is the largest value of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum PeakOf {
+    /// Length of the force that a joint transmits.
+    ReactionForce,
+    /// Length of its moment.
+    ReactionMoment,
+    /// Distance of a point from where it was at the start.
+    Displacement,
+    /// Von Mises stress at a point; zero where stress is not recorded.
+    VonMises,
+}
+
 /// Stress along a line at one instant.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct StressRecord {

@@ -1,6 +1,6 @@
 //! The state of a run: all that its future depends on, and what is counted from its start: impacts
 //! that go on ([`impact_monitor`]), hits of stops ([`stop_hit`]), the ledger of energies
-//! ([`ledger`]); the system that it belongs to and a sample of it ([`simulation`]); who is told of
+//! ([`ledger`]), largest values ([`peaks`]); the system that it belongs to and a sample of it ([`simulation`]); who is told of
 //! it ([`observer`]). A restart file holds it as it is.
 //!
 //! Knows no bodies' models and no phases.
@@ -8,6 +8,7 @@
 pub mod impact_monitor;
 pub mod ledger;
 pub mod observer;
+pub mod peaks;
 pub mod simulation;
 pub mod stop_hit;
 
@@ -16,6 +17,7 @@ use serde::{Deserialize, Serialize};
 use crate::record::{PhaseRecord, StressState, ZoneSite};
 use crate::state::impact_monitor::Impact;
 use crate::state::ledger::{EnergyLedger, NumericalDamping};
+use crate::state::peaks::Peaks;
 use crate::state::stop_hit::StopHit;
 
 /// State of a run. Where it is reported as a restart point, a run taken up from it has the same
@@ -63,6 +65,8 @@ pub struct RunState {
     pub loads: Vec<f64>,
     /// States that the stress requests hold.
     pub stress: Vec<Option<StressState>>,
+    /// Largest values of joints and points.
+    pub peaks: Peaks,
 }
 
 impl RunState {
@@ -83,6 +87,18 @@ pub struct ContactState {
     pub smallest_gap_time: f64,
     /// The impact reported last, which another touch may join.
     pub impact: Option<Impact>,
+}
+
+impl ContactState {
+    /// Notes that the contact has closed, at `time` \[s\].
+    pub fn close(&mut self, time: f64) {
+        (self.smallest_gap, self.smallest_gap_time) = (f64::NEG_INFINITY, time);
+    }
+
+    /// Whether the contact has closed.
+    pub fn has_closed(&self) -> bool {
+        self.smallest_gap <= f64::NEG_INFINITY
+    }
 }
 
 impl Default for ContactState {

@@ -120,7 +120,8 @@ fn hertz(target: Target) -> ContactSpec {
     let solid = Solid { young: STEEL.youngs, poisson: STEEL.poisson };
     let partner =
         || HertzPartner::Sphere(HertzSphere { centre: Place::Point([0.0; 3]), radius: RADIUS, solid });
-    let law = HertzSpec { contact: partner(), target: partner(), friction: 0.0 };
+    let law =
+        HertzSpec { contact: partner(), target: partner(), friction: 0.0, yield_strength: f64::INFINITY };
     ContactSpec { law: ContactLaw::Hertz(law), ..contact("hertz", 0, target) }
 }
 

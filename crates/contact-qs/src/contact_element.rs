@@ -123,14 +123,14 @@ pub trait ContactElement: ForceElement<Found: ContactFindings> {
         Err(ContactError::NoPenalty { kind: self.kind() })
     }
 
-    /// `max_i(A_ii w_i)` of the points at `motion` (docs/theory.md Eq. A.25) [m³/N]; none without a
-    /// quasistatic zone. The state forgets where its iterations started.
+    /// `max_i(A_ii w_i)` of the points that are nearest at `motion`, or farther by `reach` \[m\] at most
+    /// (docs/theory.md Eq. A.25) [m³/N]; none without a quasistatic zone. The state forgets where its iterations started.
     ///
     /// # Errors
     /// [`EvaluationFailure`] if the points have no normals there.
     fn compliance_weight(
         &self,
-        _motion: Motion<'_>,
+        _at: (Motion<'_>, f64),
         _state: &mut Self::State,
         _workspace: &mut Self::Workspace,
         _found: &mut Self::Found,
@@ -196,7 +196,8 @@ pub trait ActiveContact: ActiveForce {
     ///
     /// # Errors
     /// Likewise.
-    fn compliance_weight(&mut self, motion: Motion<'_>) -> Result<Option<f64>, EvaluationFailure>;
+    fn compliance_weight(&mut self, motion: Motion<'_>, reach: f64)
+    -> Result<Option<f64>, EvaluationFailure>;
 
     /// Forgets the past, for a start from another state: what is left is a contact that has never
     /// been evaluated, to the last bit.
@@ -259,9 +260,13 @@ impl<E: ContactElement> ActiveContact for Active<E> {
         element.set_penalty(penalty, state)
     }
 
-    fn compliance_weight(&mut self, motion: Motion<'_>) -> Result<Option<f64>, EvaluationFailure> {
+    fn compliance_weight(
+        &mut self,
+        motion: Motion<'_>,
+        reach: f64,
+    ) -> Result<Option<f64>, EvaluationFailure> {
         let ActiveParts { element, state, workspace, found } = self.parts();
-        element.compliance_weight(motion, state, workspace, found)
+        element.compliance_weight((motion, reach), state, workspace, found)
     }
 
     fn forget(&mut self) {

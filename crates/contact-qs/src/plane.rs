@@ -382,14 +382,16 @@ impl ContactElement for PlaneContact {
 
     fn compliance_weight(
         &self,
-        motion: Motion<'_>,
+        (motion, reach): (Motion<'_>, f64),
         state: &mut PlaneState,
         _: &mut PlaneWorkspace,
         _: &mut PlaneFound,
     ) -> Result<Option<f64>, EvaluationFailure> {
-        let rotation = motion.bodies[self.settings.body].rotation;
-        let compliance = self.normal_compliance(&rotation, state).map_err(SolverFault::Alignment)?;
-        Ok(compliance.map(|a| penalty::compliance_weight(a, &self.submodel.areas)))
+        let body = &motion.bodies[self.settings.body];
+        let normal = self.normal_components(&body.rotation).map_err(SolverFault::Alignment)?;
+        let compliance = self.normal_compliance(&body.rotation, state).map_err(SolverFault::Alignment)?;
+        let gap = |i: usize| self.gap(i, self.offset(body), &normal, &body.elastic);
+        Ok(compliance.map(|a| penalty::compliance_weight(a, &self.submodel.areas, gap, reach)))
     }
 
     /// Forces on the interface unknowns, `f_b = N_bᵀ (n λ + t τ)` (Eq. C.19), for the recovery of

@@ -429,13 +429,16 @@ impl ContactElement for SurfacePair {
 
     fn compliance_weight(
         &self,
-        motion: Motion<'_>,
+        (motion, reach): (Motion<'_>, f64),
         state: &mut PairState,
         workspace: &mut PairWorkspace,
         found: &mut PairFound,
     ) -> Result<Option<f64>, EvaluationFailure> {
-        let compliance = self.normal_compliance(motion.bodies, state, workspace, found)?;
-        Ok(compliance.map(|a| penalty::compliance_weight(a, &self.areas)))
+        self.normal_compliance(motion.bodies, state, workspace, found)?;
+        let gaps = &state.start.proximity.gaps;
+        let gap = |i: usize| if found.is_wanted[i] { gaps[i] } else { f64::INFINITY };
+        let compliance = state.zone.as_ref().map(solver::PairZone::normal_compliance);
+        Ok(compliance.map(|a| penalty::compliance_weight(a, &self.areas, gap, reach)))
     }
 
     /// Forces on the interface unknowns, `f_b = ±N_bᵀ λ` (Eq. C.19), for the recovery of stresses;

@@ -103,8 +103,8 @@ fn contact(n: usize, penalty: Option<f64>, method: Method) -> PlaneContact {
         rim: vec![n - 1],
         facing: Vec::new(),
     };
-    let penalty =
-        penalty.unwrap_or_else(|| DEFAULT_STIFFNESS_RATIO / compliance_weight(&a, &areas_for_penalty));
+    let penalty = penalty
+        .unwrap_or_else(|| DEFAULT_STIFFNESS_RATIO / compliance_weight(&a, &areas_for_penalty, |_| 0.0, 0.0));
     let plane = Plane { point: Vector3::zeros(), normal: Vector3::z_axis() };
     PlaneContact::new(submodel, PlaneContactSettings { body: 0, plane, penalty, method }).unwrap()
 }

@@ -3,6 +3,7 @@
 
 pub mod chosen_sizes;
 pub mod open;
+pub mod peak;
 pub mod pressure_series;
 pub mod reactions;
 pub mod scenario_values;

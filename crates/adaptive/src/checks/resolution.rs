@@ -13,6 +13,7 @@ use crate::record::ImpactRecord;
 use crate::record::warning::{Warning, WarningKind};
 use crate::sizing::impact_time::ForceNeeds;
 use crate::spec::Coupling;
+use crate::state::impact_monitor::Ringing;
 use crate::system::body::BodyModel;
 use crate::touch::wave::Wave;
 
@@ -89,18 +90,22 @@ pub fn slow_rise(contact: &str, bodies: &[&BodyModel], impact: &ImpactRecord) ->
     let lowest = bodies.iter().filter_map(|body| highest_free_mode(body)).reduce(f64::min)?;
     let duration = impact.end - impact.start;
     let share = 1.0 / (lowest * duration);
-    (share > LATE).then(|| Warning {
+    let rise = 0.5 / lowest;
+    // The force of waves stays at its peak, impulse over peak its time: the exact impulse is that of a jump.
+    let cost = rise * impact.peak_force / impact.impulse.abs();
+    (share.max(cost) > LATE).then(|| Warning {
         kind: WarningKind::SlowRise,
         subject: format!("contact \"{contact}\""),
         time: impact.end,
-        value: share,
+        value: share.max(cost),
         limit: LATE,
         message: format!(
-            "modes up to {lowest:.4e} Hz let the force between its flat faces rise within {:.2e} s and end the impact {:.1} % of its duration late",
-            0.5 / lowest,
-            100.0 * share
+            "modes up to {lowest:.4e} Hz let the force between its flat faces rise within {rise:.2e} s and end the impact {:.1} % of its duration \
+             late; impulse and separating speeds may be off by {:.1} % for that",
+            100.0 * share,
+            100.0 * cost
         ),
-        remedy: "raise reduction.modes of its bodies, or take time and shape of the force as no sharper than that, and the restitution of a compact body as an upper bound".into(),
+        remedy: "raise reduction.modes of its bodies, or take time, impulse and shape of the force as no sharper than that, and the restitution of a compact body as an upper bound".into(),
     })
 }
 
@@ -128,6 +133,28 @@ pub fn ringing_force(
             "read the force as a mean over {:.1e} s, or raise reduction.modes of its bodies",
             PERIODS / lowest
         ),
+    })
+}
+
+/// Share of the mean of a force that rings by which its peak may be above it without a word.
+const RINGS: f64 = 0.02;
+
+/// The warning of contact `contact`, whose force rings about its mean at the peak.
+pub fn ringing_peak(contact: &str, ringing: &Ringing) -> Option<Warning> {
+    let Ringing { mean, time, share, period } = *ringing;
+    (share > RINGS).then(|| Warning {
+        kind: WarningKind::RingingForce,
+        subject: format!("contact \"{contact}\""),
+        time,
+        value: share,
+        limit: RINGS,
+        message: format!(
+            "its force rings at {:.3e} Hz by {:.1} % about a mean of {mean:.4e} N at t = {time:.6e} s, the peak; impulse, motion and energy do \
+             not depend on that",
+            1.0 / period,
+            100.0 * share
+        ),
+        remedy: "read the force as that mean, or damp the modes of the body that ring (bodies.NAME.damping)".into(),
     })
 }
 

@@ -97,14 +97,14 @@ fn sudden_spin(model: &RunModel, b: usize, state: &BodyState) -> Option<Warning>
     })
 }
 
-/// The warning of the contact `name`, closed at a start in equilibrium.
+/// The warning of the contact `name`, pressed at a start in equilibrium.
 pub fn static_contact(name: &str) -> Warning {
     Warning {
         kind: WarningKind::StaticContact,
         subject: format!("contact \"{name}\""),
         time: 0.0,
-        message: "it is closed at the start, and the equilibrium of simulation.static_start holds joints and does not know of contacts: \
-                  what presses the bodies does so at once, and the force rings between none and twice what it settles at"
+        message: "its bodies touch at the start and are pressed together, and the equilibrium of simulation.static_start holds joints and \
+                  does not know of the contact: the force sets in at once and rings between none and twice what it settles at"
             .into(),
         remedy: "read the force after its ringing, with damping of bodies and joints that is enough for that, or raise the load slowly".into(),
         ..Warning::default()

@@ -11,14 +11,14 @@ use ffr_dynamics::reduction::{FreeFlexibility, ResidualFlexibility, ResidualMode
 use nalgebra::Vector3;
 
 use super::zone_model::ZoneModel;
-use super::{AdaptiveContact, CancelCheck, FineBasis, WIDEST};
+use super::{AdaptiveContact, CancelCheck, FineBasis, TOUCHED_SURFACE, WIDEST};
 use crate::body::fine::FineModel;
 use crate::body::fine::refined::FineBody;
 use crate::body::point_compliance::{ObservedPlace, PlaceFunctions, n_columns, point_rows};
 use crate::body::reduced::damping::damping;
 use crate::body::reduced::with_critical;
 use crate::body::whole::fine_model;
-use crate::body::zone::contact::{ContactSide, FALLBACK_PENALTY, ZoneContact};
+use crate::body::zone::contact::{ContactSide, ZoneContact};
 use crate::body::zone::{ContactZone, ZoneExtent};
 use crate::error::AdaptiveError;
 use crate::paper::fine_modes::FineModes;
@@ -389,13 +389,18 @@ impl AdaptiveContact {
         contact.vibrating(zones, bodies.len()).map_err(|e| self.fail(e))
     }
 
-    /// `max_i(A_ii w_i)` of `contact` in the motions `states` (Eq. A.25) [m³/N].
+    /// `max_i(A_ii w_i)` of the points of `contact` that are going to touch from the motions `states` on
+    /// (Eq. A.25): all of an interval, and of whole surfaces, `is_whole`, the nearest ones [m³/N].
     pub(super) fn weight_of(
         &self,
         contact: &mut dyn ActiveContact,
         states: &[BodyState],
+        is_whole: bool,
     ) -> Result<Option<f64>, AdaptiveError> {
-        contact.compliance_weight(Motion::new(0.0, states)).map_err(|failure| self.fail(failure.into()))
+        let reach = if is_whole { TOUCHED_SURFACE * self.detector.least_size() } else { f64::INFINITY };
+        contact
+            .compliance_weight(Motion::new(0.0, states), reach)
+            .map_err(|failure| self.fail(failure.into()))
     }
 
     /// `max_i(A_ii w_i)` of a contact whose zones vibrate, for the static answer, which is the sum
@@ -414,7 +419,7 @@ impl AdaptiveContact {
         if let (Some((_, side)), Some(answer)) = (other.as_mut(), moving_target) {
             side.answer = answer;
         }
-        self.weight_of(contact?.active().as_mut(), states)
+        self.weight_of(contact?.active().as_mut(), states, false)
     }
 
     fn contact_of_points(
@@ -430,9 +435,7 @@ impl AdaptiveContact {
         let other = other.map(|((body, side), shapes)| side.contact_side(*body, shapes.as_ref().as_ref()));
         let rigid = self.rigid_target(bodies).map(|(body, surface)| surface.side(body, has_edges));
         let other = other.or(rigid);
-        // The factor is replaced before the first evaluation.
-        ZoneContact::new(&self.law, FALLBACK_PENALTY, self.target, &own, other.as_ref())
-            .map_err(|e| self.fail(e))
+        ZoneContact::new(&self.law, self.target, &own, other.as_ref()).map_err(|e| self.fail(e))
     }
 }
 

@@ -13,7 +13,6 @@ use super::{
 use crate::adaptivity::interval::finer_elements;
 use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::body::fine::refined::ELEMENTS;
-use crate::body::zone::contact::FALLBACK_PENALTY;
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::record::{TargetPlace, ZoneSite, ZoneSize};
 use crate::spec::Target;
@@ -208,20 +207,23 @@ impl AdaptiveContact {
     /// The penalty factor of a contact of whole surfaces: as stiff as the modes can follow (theory
     /// section C.9), and raised where penetration is too large a share of the approach (theory
     /// section A.9).
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Contact`] if no point that is going to touch yields.
     pub(super) fn penalty_of_whole(
         &self,
         kind: TouchKind,
         bodies: &[BodyModel],
         weight: Option<f64>,
-    ) -> PenaltySearch {
-        let suggested = || {
-            let most = self.penalty_of_modes(kind, bodies);
-            weight.map_or(FALLBACK_PENALTY, |weight| self.law.stiffness_ratio / weight).min(most)
-        };
-        match self.law.penalty {
+    ) -> Result<PenaltySearch, AdaptiveError> {
+        let first = self.law.first_penalty(weight).map_err(|e| self.fail(e))?;
+        Ok(match self.law.penalty {
             Some(given) => PenaltySearch::new(PenaltyStrategy::Fixed, given),
-            None => PenaltySearch::new(PenaltyStrategy::UntilStiff, suggested()),
-        }
+            None => {
+                let first = first.min(self.penalty_of_modes(kind, bodies));
+                PenaltySearch::new(PenaltyStrategy::UntilStiff, first)
+            }
+        })
     }
 
     /// The stiffest springs that the modes of the bodies follow where flat faces touch (theory
@@ -248,8 +250,8 @@ impl AdaptiveContact {
         let Some(kind) = fine.whole else { return Ok(()) };
         element.forget();
         fine.clear();
-        (fine.activation, fine.weight) = (activation, self.weight_of(element, states)?);
-        fine.search = search.unwrap_or_else(|| self.penalty_of_whole(kind, bodies, fine.weight));
+        (fine.activation, fine.weight) = (activation, self.weight_of(element, states, true)?);
+        fine.search = search.map_or_else(|| self.penalty_of_whole(kind, bodies, fine.weight), Ok)?;
         element.set_penalty(fine.search.penalty()).map_err(|e| self.fail(e))
     }
 

@@ -17,7 +17,7 @@ use crate::body::loads::StaticLoads;
 use crate::body::reduced::{Interface, InterfaceModes};
 use crate::body::zone::ContactZone;
 use crate::body::zone::at_start::{LineOnBody, StartZone, wanted_refinement};
-use crate::body::zone::contact::{FALLBACK_PENALTY, ZoneContact};
+use crate::body::zone::contact::ZoneContact;
 use crate::body::zone::on_mesh::zone_on_mesh;
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::impact::AdaptiveContact;
@@ -373,18 +373,15 @@ fn zone_contact(
     bodies: &[BodyModel],
     poses: &[BodyState],
 ) -> Result<Box<dyn ActiveContact>, ContactError> {
-    // The factor is replaced where none is given.
-    let penalty = law.penalty.unwrap_or(FALLBACK_PENALTY);
     let rigid = target.body().and_then(|body| Some((body, bodies[body].rigid_surface()?)));
     let on_target = match (&other, rigid) {
         (Some(side), _) => Some(side.of_contact(law)),
         (None, rigid) => rigid.map(|(body, surface)| surface.side(body, false)),
     };
-    let mut contact =
-        ZoneContact::new(law, penalty, target, &own.of_contact(law), on_target.as_ref())?.active();
+    let mut contact = ZoneContact::new(law, target, &own.of_contact(law), on_target.as_ref())?.active();
     if law.penalty.is_none() {
         let sides: Vec<Side<'_>> = [Some(own), other].into_iter().flatten().collect();
-        default_penalty::set(contact.as_mut(), law.stiffness_ratio, &sides, bodies, poses)?;
+        default_penalty::set(contact.as_mut(), law, &sides, bodies, poses)?;
     }
     Ok(contact)
 }

@@ -3,7 +3,6 @@
 
 use std::f64::consts::PI;
 
-use contact_qs::law::penalty;
 use contact_qs::zone::points::{InterfaceCompliance, contact_submodel};
 use contact_qs::{ActiveContact, ContactError};
 use ffr_dynamics::force::{BodyState, Motion};
@@ -28,9 +27,8 @@ pub struct Side<'a> {
     pub zone: &'a ContactZone,
 }
 
-/// Gives `contact`, whose zones are `sides`, the penalty factor that its compliance suggests, in
-/// the motions `poses` of the undeformed bodies: `stiffness_ratio` times the stiffness of the
-/// bodies under a point.
+/// Gives `contact`, whose zones are `sides`, the first penalty factor of `law` in the motions `poses` of the
+/// undeformed bodies. Its zones lie where the bodies are going to touch.
 ///
 /// The compliance is that of the quasistatic zone; where all modes are dynamic, that of the modes;
 /// of bodies without modes that of a half space under each point's area.
@@ -39,7 +37,7 @@ pub struct Side<'a> {
 /// [`ContactError`] if there is no compliance, or points have no normals.
 pub fn set(
     contact: &mut dyn ActiveContact,
-    stiffness_ratio: f64,
+    law: &SurfaceLaw,
     sides: &[Side<'_>],
     bodies: &[BodyModel],
     poses: &[BodyState],
@@ -50,7 +48,7 @@ pub fn set(
     };
     let poses: Vec<BodyState> = poses.iter().zip(bodies).map(at_rest).collect();
     let motion = Motion::new(0.0, &poses);
-    let weight = contact.compliance_weight(motion)?;
+    let weight = contact.compliance_weight(motion, f64::INFINITY)?;
     let normal = contact.normal(motion);
     let weight = match weight {
         Some(weight) => weight,
@@ -62,7 +60,7 @@ pub fn set(
             weights.sum::<Result<f64, ContactError>>()?
         }
     };
-    contact.set_penalty(penalty::from_weight(stiffness_ratio, weight)?)
+    contact.set_penalty(law.first_penalty(Some(weight))?)
 }
 
 impl<'a> Side<'a> {

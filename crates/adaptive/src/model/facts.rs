@@ -42,6 +42,8 @@ pub struct ContactModel {
     pub round_trip: f64,
     /// Modulus `E*` of the materials that meet; infinite between rigid ones \[Pa\].
     pub modulus: f64,
+    /// Yield strength of the weaker material that it presses; infinite where none is known \[Pa\].
+    pub yield_strength: f64,
     /// What displacement, strain and stress of the bodies hold of its forces.
     pub local_field: LocalField,
     /// Whether its forces act on the interfaces that its bodies were reduced for: quasistatic ones
@@ -91,6 +93,13 @@ impl ContactModel {
             wave_speed: waves.fold(f64::INFINITY, f64::min),
             round_trip: materials().filter_map(round_trip).fold(f64::INFINITY, f64::min),
             modulus: modulus(contact, bodies),
+            yield_strength: match &contact.law {
+                ContactLaw::Hertz(law) => law.yield_strength,
+                ContactLaw::Surface(_) => {
+                    let of_bodies = contact.bodies().map(|body| run.bodies[body].kind.yield_strength());
+                    of_bodies.fold(f64::INFINITY, f64::min)
+                }
+            },
             local_field,
             loads_interface: local_field == LocalField::Static && zone_width.is_some(),
             refinement: None,

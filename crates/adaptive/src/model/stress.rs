@@ -7,6 +7,7 @@ use super::fine_modes::has_fine_modes;
 use super::plan::ContactPlan;
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::impact::stress::{LeftOut, evaluate};
+use crate::impact::yielding::stress_yields;
 use crate::impact::{FineContact, ZoneModel};
 use crate::record::{BareForce, StressState, ZoneLoad};
 use crate::spec::unsupported::Unsupported;
@@ -113,6 +114,11 @@ impl RunModel {
             let zones = built.as_ref().map_or(&[][..], |(_, zones, _)| zones);
             let record = evaluate(request, flexible, zones, state)?;
             observer.stress(&record)?;
+            let most = record.von_mises.iter().copied().fold(0.0, f64::max);
+            let subject = format!("output.stress.{}", request.name);
+            if let Some(warning) = stress_yields(subject, (most, state.time), self.yield_strengths[body]) {
+                observer.warning(&warning)?;
+            }
             let shown = || record.points.iter().map(|p| Vector3::from(*p)).zip(&record.von_mises);
             let left_out = state.bare.iter().flat_map(|bare| {
                 let thickness = flexible.body.model().thickness();

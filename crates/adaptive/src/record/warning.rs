@@ -61,10 +61,11 @@ kinds! {
     MovingContact = "moving-contact": "Contact moved along its interval so far that few elements touched at one instant.",
     SoftContact = "soft-contact": "More of the approach of two bodies is penetration than a contact may have: its penalty factor is too low.",
     CoarseZone = "coarse-zone": "So few points of a contact zone that is not refined in the run carried its force that their distance shows in it.",
-    StaticContact = "static-contact": "A contact is closed at a start in equilibrium, which does not know of its force.",
+    StaticContact = "static-contact": "Bodies that touch are pressed together at a start in equilibrium, which does not know of the force.",
     SuddenSpin = "sudden-spin": "A body starts undeformed at a spin that strains it, so that its stress rings.",
     LocalStress = "local-stress": "Stress is asked for so near to a contact that what its law leaves out of it counts.",
-    RingingForce = "ringing-force": "The springs between flat faces are stiffer than the modes kept follow: the force rings about its mean, and its peak is too high.",
+    Yields = "yields": "A contact or a stress that is asked for exceeds what a material bears without yielding.",
+    RingingForce = "ringing-force": "A force rings about its mean, as that of springs between flat faces that are stiffer than the modes kept follow, and its peak is too high.",
 }
 
 /// A warning.

@@ -9,11 +9,11 @@ use ffr_dynamics::system::model::stops::StopSite;
 
 use crate::checks::linearity::LinearLimits;
 use crate::checks::motion::MotionLimits;
-use crate::checks::start::{static_contact, watched_pairs};
+use crate::checks::start::watched_pairs;
 use crate::checks::watch::WatchedPair;
 use crate::error::AdaptiveError;
 use crate::impact::local_deformation::LocalDeformation;
-use crate::model::RunModel;
+use crate::model::{ContactModel, RunModel};
 use crate::record::{PhaseKind, PhaseRecord};
 use crate::spec::{FREE_INTERVAL, RunSettings};
 use crate::state::ledger::{EnergyLedger, Imbalance};
@@ -165,14 +165,16 @@ fn linear_limits(model: &RunModel) -> Result<LinearLimits, AdaptiveError> {
 }
 
 impl<'a> Driver<'a> {
-    /// Adds up the time of searches and reports stresses, of runs that have failed as well; their
+    /// Adds up the time of searches and reports stresses and peaks, of runs that have failed as well; their
     /// own error goes first.
     fn finish_run(self, end: Result<RunEnd, AdaptiveError>) -> Result<RunEnd, AdaptiveError> {
         let searches = self.slots.iter().map(|slot| slot.nearest.elapsed().as_secs_f64());
         self.model.timings.search += searches.sum::<f64>();
+        let layout = self.model.layout(self.settings.end_time);
         let reported = self.model.report_stress(&self.run.stress, self.output.observer);
+        let peaks = self.output.observer.peaks(&layout, &self.run.peaks.records);
         let end = end?;
-        reported.map(|()| end)
+        reported.and(peaks.map_err(AdaptiveError::from)).map(|()| end)
     }
 
     fn new(
@@ -246,10 +248,8 @@ impl<'a> Driver<'a> {
 
     fn run(&mut self, from: Option<&RunState>) -> Result<RunEnd, AdaptiveError> {
         let mut warnings = if from.is_none() { self.check_start()? } else { Vec::new() };
-        let closed = if from.is_none() { self.closed()? } else { Vec::new() };
-        if self.settings.static_start {
-            let pressed = closed.iter().map(|&i| (i, static_contact(&self.model.contacts[i].name)));
-            warnings.extend(pressed);
+        if from.is_none() && self.settings.static_start {
+            warnings.extend(self.pressed_in_equilibrium()?);
         }
         self.output.observer.start(&self.model.layout(self.settings.end_time))?;
         self.warn(warnings)?;
@@ -259,7 +259,7 @@ impl<'a> Driver<'a> {
                 state.phase.kind
             }
             None => {
-                let kind = if closed.is_empty() { PhaseKind::Free } else { PhaseKind::Impact };
+                let kind = if self.is_any_closed()? { PhaseKind::Impact } else { PhaseKind::Free };
                 self.note()?;
                 if kind == PhaseKind::Free || !self.begins_with_overlap() {
                     self.send()?;
@@ -347,25 +347,14 @@ impl<'a> Driver<'a> {
         self.slots.iter_mut().for_each(|slot| slot.nearest.forget());
     }
 
-    /// The contacts that are closed, or open by no more than round-off.
-    fn closed(&mut self) -> Result<Vec<usize>, AdaptiveError> {
-        let (t, y) = (self.integrator.time(), self.integrator.state());
-        let mut closed = Vec::new();
-        for (i, contact) in self.model.contacts.iter().enumerate() {
-            let (gap, size) = match &contact.refinement {
-                None => (smallest_gap(&mut self.model.system, t, y, i), contact.size),
-                Some(refinement) => {
-                    self.model.system.body_states(t, y);
-                    let states = self.model.system.last_evaluation().0;
-                    let nearest = refinement.nearest(states, &mut self.slots[i].nearest)?;
-                    (nearest.gap, refinement.detector.size())
-                }
-            };
-            if gap <= TOUCHING * size {
-                closed.push(i);
-            }
+    /// Whether a contact is closed, or open by no more than round-off.
+    fn is_any_closed(&mut self) -> Result<bool, AdaptiveError> {
+        let (at, system) = ((self.integrator.time(), self.integrator.state()), &mut self.model.system);
+        let mut is_any = false;
+        for (i, facts) in self.model.contacts.iter().enumerate() {
+            is_any |= self.slots[i].gap(system, (i, facts), at)? <= touching(facts);
         }
-        Ok(closed)
+        Ok(is_any)
     }
 
     /// Integrates until a contact closes, the bodies are at rest or time is up; returns whether the
@@ -375,7 +364,7 @@ impl<'a> Driver<'a> {
         self.slots.iter_mut().for_each(|slot| slot.clearance = 0.0);
         self.begin_watch();
         while self.integrator.time() < end && !self.is_at_rest() && !self.is_enough() {
-            let step = self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
+            let step = self.free_step(end)?;
             // An impact that begins in the last instant has nothing to be resolved.
             let last = end - EVENT_TOLERANCE * self.impact_step;
             let closing = self.first_closing(step)?.filter(|time| *time < last);
@@ -387,6 +376,7 @@ impl<'a> Driver<'a> {
                 }
                 return Ok(false);
             }
+            self.note_peaks();
             if let Err(error) = self.check_motion() {
                 // The result is stored as far as it went; that the energy ledger is open as well is
                 // no further information.
@@ -508,11 +498,17 @@ impl<'a> Driver<'a> {
         self.interpolated.copy_from_slice(self.integrator.previous_state());
         self.integrator.restart(start, &self.interpolated);
         while self.integrator.time() < end {
-            let step = self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
+            let step = self.free_step(end)?;
+            self.note_peaks();
             self.store_until(step.end)?;
         }
         Ok(())
     }
+}
+
+/// Gap below which the bodies of a contact count as touching \[m\].
+fn touching(facts: &ContactModel) -> f64 {
+    TOUCHING * facts.refinement.as_ref().map_or(facts.size, |refinement| refinement.detector.size())
 }
 
 /// Search for events in steps of `step` seconds at most, in states of `n` numbers.

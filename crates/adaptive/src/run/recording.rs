@@ -3,7 +3,8 @@
 use crate::error::ObserverError;
 use crate::record::warning::Warning;
 use crate::record::{
-    ImpactRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord, TransferRecord, TrialRecord,
+    ImpactRecord, PeakRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord, TransferRecord,
+    TrialRecord,
 };
 use crate::state::RunState;
 use crate::state::observer::{Continue, Observer};
@@ -27,6 +28,8 @@ pub struct Recording {
     pub warnings: Vec<Warning>,
     /// Stresses.
     pub stresses: Vec<StressRecord>,
+    /// Largest values of joints and points.
+    pub peaks: Vec<PeakRecord>,
     /// Restart points, each with [`Recording::counts`] at its time: what was reported before
     /// belongs to it.
     pub restarts: Vec<(RunState, [usize; 5])>,
@@ -80,6 +83,11 @@ impl Observer for Recording {
 
     fn phase(&mut self, record: &PhaseRecord) -> Result<(), ObserverError> {
         self.phases.push(*record);
+        Ok(())
+    }
+
+    fn peaks(&mut self, _: &RunLayout, peaks: &[PeakRecord]) -> Result<(), ObserverError> {
+        self.peaks = peaks.to_vec();
         Ok(())
     }
 

@@ -1,5 +1,7 @@
 //! Contacts: pairs of surfaces or spheres, and how they are modelled.
 
+use contact_qs::ContactError;
+use contact_qs::law::penalty::from_weight;
 use contact_qs::law::{Friction, Solid};
 use contact_qs::quasistatic::Method;
 use nalgebra::Vector3;
@@ -109,6 +111,8 @@ pub struct HertzSpec {
     pub target: HertzPartner,
     /// Coefficient of friction, of stick and slip alike.
     pub friction: f64,
+    /// Yield strength of the weaker material, infinite if none is known \[Pa\].
+    pub yield_strength: f64,
 }
 
 impl HertzSpec {
@@ -158,6 +162,17 @@ pub struct HertzSphere {
     pub radius: f64,
     /// Elastic constants.
     pub solid: Solid,
+}
+
+impl SurfaceLaw {
+    /// The penalty factor to begin with: the one given, or [`SurfaceLaw::stiffness_ratio`] over the `weight`
+    /// `max(A_ii w_i)` of the points that are going to touch (Eq. A.25) [N/m³].
+    ///
+    /// # Errors
+    /// [`ContactError::NoCompliance`] if none is given and none of these points yields.
+    pub fn first_penalty(&self, weight: Option<f64>) -> Result<f64, ContactError> {
+        self.penalty.map_or_else(|| from_weight(self.stiffness_ratio, weight.unwrap_or(0.0)), Ok)
+    }
 }
 
 /// Contact of surfaces.

@@ -141,6 +141,11 @@ impl BodyKind {
         }
     }
 
+    /// The least yield strength of its materials; infinite where none is known \[Pa\].
+    pub fn yield_strength(&self) -> f64 {
+        self.materials().iter().map(Material::yield_strength).fold(f64::INFINITY, f64::min)
+    }
+
     /// The diagonal of the box about its control points or nodes \[m\]; none of a body without a
     /// shape.
     pub fn diagonal(&self) -> Option<f64> {

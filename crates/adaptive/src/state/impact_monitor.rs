@@ -90,7 +90,27 @@ struct PhaseExtremes {
     /// Beginning of the touch, and that instant \[s\].
     start: f64,
     approach_time: f64,
+    /// Times and forces of the last lull since force acts, and of those next to the peak \[s, N\].
+    lull: Option<(f64, f64)>,
+    around_peak: [Option<(f64, f64)>; 2],
 }
+
+/// A force that rings about its mean at its peak.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ringing {
+    /// The mean there \[N\].
+    pub mean: f64,
+    /// When \[s\].
+    pub time: f64,
+    /// How far the peak is above it, as a share of it.
+    pub share: f64,
+    /// Period \[s\].
+    pub period: f64,
+}
+
+/// Share of the time since the first touch that a period of ringing takes at most: longer ones are what
+/// waves and sub-impacts make.
+const SHORT_PERIOD: f64 = 0.1;
 
 impl ImpactMonitor {
     /// A monitor after the impact `reported`, which goes on if another touch belongs to it.
@@ -144,6 +164,17 @@ impl ImpactMonitor {
         let approach = phase.largest_approach.max(before);
         let says_something = self.is_running() && approach > 0.0 && phase.penetration > round_off;
         says_something.then(|| (phase.penetration / approach, phase.approach_time - phase.start))
+    }
+
+    /// How the force rings at the peak of this phase, between the lulls before and after it; none if it does
+    /// not.
+    pub fn ringing(&self) -> Option<Ringing> {
+        let PhaseExtremes { peak_force, peak_time, around_peak, start, .. } = self.phase;
+        let [(first, before), (last, after)] = [around_peak[0]?, around_peak[1]?];
+        let (period, lasted) = (last - first, self.last_touch()? - start);
+        let mean = 0.5 * (peak_force + 0.5 * (before + after));
+        let is_ringing = before.min(after) > 0.0 && period < SHORT_PERIOD * lasted;
+        is_ringing.then(|| Ringing { mean, time: peak_time, share: peak_force / mean - 1.0, period })
     }
 
     /// Peak force of this phase so far \[N\].
@@ -204,9 +235,17 @@ impl ImpactMonitor {
             impact.normal = normal_at(time, [self.before_last.as_ref(), self.last.as_ref()], &now).into();
         }
         let is_new_peak = now.force > phase.peak_force;
+        if let Some((a, b)) = earlier
+            && b.force < a.force
+            && b.force <= now.force
+        {
+            phase.lull = Some((b.time, b.force));
+            phase.around_peak[1] = phase.around_peak[1].or(phase.lull);
+        }
         let (time, force) = top(phase.peak_force);
         if force > phase.peak_force {
             (phase.peak_time, phase.peak_force) = (time, force);
+            phase.around_peak = [phase.lull, None];
         }
         (self.before_last, self.last) = (self.last, Some(now));
         is_new_peak
@@ -239,20 +278,22 @@ impl ImpactMonitor {
         });
     }
 
-    /// Ends the phase and returns the records of its impacts, new ones in rows from `next` on;
-    /// `contact` is the contact's index, `is_alone` whether an impact's bodies were pressed by no
+    /// Ends the phase and returns the records of its impacts, new ones in rows from `next` on, but for
+    /// those without a row whose force was `least` at most, which are none \[N\]; `contact` is the contact's index, `is_alone` whether an impact's bodies were pressed by no
     /// other contact meanwhile: otherwise, and while force still acts, there is no restitution.
     pub fn finish(
         &mut self,
         contact: u32,
         next: u32,
+        least: f64,
         is_alone: impl Fn(&Impact) -> bool,
     ) -> Vec<ImpactRecord> {
         let is_open = self.last.is_some_and(|l| l.force <= 0.0);
         let n_ended = self.ended.len();
         let mut new = next;
         let impacts = self.ended.drain(..).chain(self.running.take());
-        let records = impacts.enumerate().map(|(k, mut impact)| {
+        let impacts = impacts.enumerate().filter(|(_, i)| i.row.is_some() || i.peak_force > least);
+        let records = impacts.map(|(k, mut impact)| {
             impact.is_alone &= is_alone(&impact);
             let row = impact.row.unwrap_or(new);
             new += u32::from(impact.row.is_none());
@@ -322,7 +363,7 @@ mod tests {
     }
 
     fn only(watch: &mut ImpactMonitor) -> ImpactRecord {
-        let mut records = watch.finish(0, 0, |_| true);
+        let mut records = watch.finish(0, 0, 0.0, |_| true);
         assert_eq!(records.len(), 1);
         records.remove(0)
     }
@@ -381,7 +422,7 @@ mod tests {
             let now = instant(t * duration, force, impulse, -2.0 + 3.9 * t);
             watch.step(now, touch.filter(|_| i == 1), release.filter(|_| i == n));
         }
-        let r = watch.finish(3, 0, |_| true).remove(0);
+        let r = watch.finish(3, 0, 0.0, |_| true).remove(0);
         assert_eq!((r.contact, r.start, r.end), (3, 0.0, 1.0));
         // A parabola through three points of a sine, spacing h: error of order (pi h)^4 / 64.
         assert!((r.peak_force / peak - 1.0).abs() < 1e-4, "{r:?}");
@@ -389,6 +430,39 @@ mod tests {
         assert!((r.impulse - 2.0 * peak / std::f64::consts::PI).abs() < 1e-12);
         assert!((r.approach_velocity - 2.0).abs() < 1e-15 && (r.restitution - 0.95).abs() < 1e-12);
         assert!(!watch.is_running());
+    }
+
+    #[test]
+    fn ringing_at_the_peak_is_told_from_its_lulls() {
+        // A half sine of 1 s that rings by 5 % forty times a second; and one that does not.
+        let of = |share: f64| {
+            let mut watch = ImpactMonitor::default();
+            for i in 0..=2000 {
+                let t = f64::from(i) * 5e-4;
+                let wave = share * (80.0 * std::f64::consts::PI * t).cos();
+                watch.step(
+                    instant(t, 10.0 * (std::f64::consts::PI * t).sin() * (1.0 + wave), 0.0, 0.0),
+                    None,
+                    None,
+                );
+            }
+            watch.ringing()
+        };
+        let found = of(0.05).expect("it rings");
+        // The half sine falls by 0.08 % to the lulls.
+        assert!((found.mean / 10.0 - 1.0).abs() < 1e-3 && (found.share - 0.05).abs() < 1e-3, "{found:?}");
+        assert!((found.period - 0.025).abs() < 1e-3 && (found.time - 0.5).abs() < 1e-3, "{found:?}");
+        assert_eq!(of(0.0), None);
+    }
+
+    #[test]
+    fn touches_of_round_off_are_no_impacts() {
+        let of = |share: f64| {
+            let mut watch = bounce(2.0, 1.5);
+            let peak = watch.peak_force();
+            (watch.finish(0, 4, share * peak, |_| true).len(), watch.reported().is_some())
+        };
+        assert_eq!((of(1.0), of(0.99)), ((0, false), (1, true)));
     }
 
     #[test]
@@ -455,7 +529,7 @@ mod tests {
         let (mut watch, mut records) = (ImpactMonitor::default(), Vec::<ImpactRecord>::new());
         let mut finish = |watch: &mut ImpactMonitor| {
             let next = records.iter().map(|r| r.row + 1).max().unwrap_or(0);
-            for record in watch.finish(0, next, |_| true) {
+            for record in watch.finish(0, next, 0.0, |_| true) {
                 records.retain(|r| r.row != record.row);
                 records.push(record);
             }
@@ -555,7 +629,7 @@ mod tests {
 
     #[test]
     fn restitution_is_no_number_where_it_has_no_meaning() {
-        let of = |mut watch: ImpactMonitor, is_alone| watch.finish(0, 0, |_| is_alone).remove(0);
+        let of = |mut watch: ImpactMonitor, is_alone| watch.finish(0, 0, 0.0, |_| is_alone).remove(0);
         // Pushed from behind at rest, and with nothing but round-off.
         assert!(of(bounce(0.0, 1.5), true).restitution.is_nan());
         assert!(of(bounce(1e-14, 1.5), true).restitution.is_nan());

@@ -6,7 +6,8 @@
 use crate::error::ObserverError;
 use crate::record::warning::Warning;
 use crate::record::{
-    ImpactRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord, TransferRecord, TrialRecord,
+    ImpactRecord, PeakRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord, TransferRecord,
+    TrialRecord,
 };
 use crate::state::RunState;
 
@@ -105,6 +106,14 @@ pub trait Observer {
     /// # Errors
     /// [`ObserverError`] ends the run.
     fn warning(&mut self, _warning: &Warning) -> Result<(), ObserverError> {
+        Ok(())
+    }
+
+    /// Called at the end of the run with the largest values of the joints and points of `layout`.
+    ///
+    /// # Errors
+    /// [`ObserverError`] ends the run.
+    fn peaks(&mut self, _layout: &RunLayout, _peaks: &[PeakRecord]) -> Result<(), ObserverError> {
         Ok(())
     }
 

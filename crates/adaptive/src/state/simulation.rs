@@ -157,6 +157,14 @@ pub fn fill_sample(system: &mut System, observed: &Observed, t: f64, y: &[f64], 
     for ((body, state), slot) in system.model().bodies.iter().zip(states).zip(&mut sample.bodies) {
         fill_body(state, centre_of_mass(&body.data, state), slot);
     }
+    fill_places(system, observed, t, y, sample);
+    sample.gears.clear();
+    sample.gears.extend((0..system.model().gears.len()).map(|i| system.gear_force(i)));
+}
+
+/// Fills in points and joints of `sample` as [`fill_sample`].
+pub fn fill_places(system: &System, observed: &Observed, t: f64, y: &[f64], sample: &mut Sample) {
+    let states = system.last_evaluation().0;
     sample.points.clear();
     sample.points.extend(observed.points.iter().map(|p| p.sample(&states[p.body])));
     let n_joints = observed.joints.len() + system.model().loops.len();
@@ -173,8 +181,6 @@ pub fn fill_sample(system: &mut System, observed: &Observed, t: f64, y: &[f64], 
     for (i, slot) in sample.joints[observed.joints.len()..].iter_mut().enumerate() {
         fill_reaction(&system.loop_reaction(i), slot);
     }
-    sample.gears.clear();
-    sample.gears.extend((0..system.model().gears.len()).map(|i| system.gear_force(i)));
 }
 
 fn fill_reaction(reaction: &Reaction, slot: &mut JointSample) {

@@ -61,15 +61,23 @@ pub(crate) fn set_springs(
 
 /// Largest product `max_i(A_ii w_i)` of compliance and area [m³/N]: `β` over it is the penalty
 /// factor that makes every penalty spring at least `β` times stiffer than the surface under it
-/// (Eq. C.4). Zero if no point yields.
+/// (Eq. C.4). Of the points whose gap is the smallest one or wider by `reach` at most, which are going to
+/// touch: what yields elsewhere does not press. Zero if none of them yields.
 ///
 /// `compliance`: normal compliance of the points, `n_points × n_points` [m/N]; `areas`: tributary
-/// areas \[m²\].
+/// areas \[m²\]; `gap` of a point \[m\].
 ///
 /// # Panics
 /// If `compliance` has fewer rows than there are `areas`.
-pub fn compliance_weight(compliance: &Mat<f64>, areas: &[f64]) -> f64 {
-    areas.iter().enumerate().map(|(i, &w)| compliance[(i, i)] * w).fold(0.0, f64::max)
+pub fn compliance_weight(
+    compliance: &Mat<f64>,
+    areas: &[f64],
+    gap: impl Fn(usize) -> f64,
+    reach: f64,
+) -> f64 {
+    let least = (0..areas.len()).map(&gap).fold(f64::INFINITY, f64::min);
+    let near = areas.iter().enumerate().filter(|(i, _)| gap(*i) <= least + reach);
+    near.map(|(i, &w)| compliance[(i, i)] * w).fold(0.0, f64::max)
 }
 
 /// Penalty factor that makes penalty springs `stiffness_ratio` times stiffer than the softest point
@@ -88,11 +96,16 @@ mod tests {
     #[test]
     fn the_softest_point_weighs_most() {
         let compliance = Mat::from_fn(2, 2, |i, j| if i == j { [1e-8, 3e-8][i] } else { 1.0 });
-        assert!((compliance_weight(&compliance, &[2e-9, 1e-9]) - 3e-17).abs() < 1e-31);
-        assert!(compliance_weight(&Mat::zeros(2, 2), &[1.0, 1.0]).abs() < f64::MIN_POSITIVE);
+        let weight =
+            |gaps: [f64; 2], reach| compliance_weight(&compliance, &[2e-9, 1e-9], |i| gaps[i], reach);
+        assert!((weight([0.0, 1.0], f64::INFINITY) - 3e-17).abs() < 1e-31);
+        // Of those that are going to touch.
+        assert!((weight([1.0, 1.5], 0.1) - 2e-17).abs() < 1e-31);
+        assert!((weight([1.05, 1.0], 0.1) - 3e-17).abs() < 1e-31);
+        assert!(compliance_weight(&Mat::zeros(2, 2), &[1.0, 1.0], |_| 0.0, 0.0).abs() < f64::MIN_POSITIVE);
         assert!((from_weight(40.0, 4e-17).unwrap() / 1e18 - 1.0).abs() < 1e-15);
         // Round-off of a compliance that cancels may be negative.
-        let lost = compliance_weight(&Mat::from_fn(1, 1, |_, _| -1e-9), &[1.0]);
+        let lost = compliance_weight(&Mat::from_fn(1, 1, |_, _| -1e-9), &[1.0], |_| 0.0, 0.0);
         assert_eq!(from_weight(40.0, lost), Err(ContactError::NoCompliance));
         assert_eq!(from_weight(40.0, f64::NAN), Err(ContactError::NoCompliance));
     }

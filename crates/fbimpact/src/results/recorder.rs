@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 
 use adaptive::record::warning::Warning;
 use adaptive::record::{
-    ImpactRecord, PhaseRecord, RunLayout, Sample, StressRecord, Timings, TransferRecord, TrialRecord,
+    ImpactRecord, PeakRecord, PhaseRecord, RunLayout, Sample, StressRecord, Timings, TransferRecord,
+    TrialRecord,
 };
 use adaptive::spec::BodySpec;
 use iga_core::elasticity::Model;
@@ -22,7 +23,7 @@ mod layout;
 mod open_file;
 mod restart;
 
-use open_file::{Open, write_timings};
+use open_file::{Open, write_peaks, write_timings};
 
 /// Wall time between flushes, so that a killed process loses little.
 const FLUSH_INTERVAL: Duration = Duration::from_secs(5);
@@ -211,6 +212,14 @@ impl Recorder {
     pub fn stress(&mut self, record: &StressRecord) -> Result<(), Arc<RecordingFault>> {
         let model = self.stress_models.iter().find(|(n, _)| *n == record.name).and_then(|(_, m)| *m);
         self.with(|open| Ok(write_stress(&open.file, record, model)?))
+    }
+
+    /// Stores the largest values of joints and points as attributes of their datasets.
+    ///
+    /// # Errors
+    /// [`RecordingFault`] if the file cannot be written.
+    pub fn peaks(&mut self, layout: &RunLayout, peaks: &[PeakRecord]) -> Result<(), Arc<RecordingFault>> {
+        self.with(|open| Ok(write_peaks(&open.file, layout, peaks)?))
     }
 
     /// Writes what is buffered, the timings and the status, and closes the file.

@@ -8,6 +8,7 @@ pub struct Material {
     youngs_modulus: f64,
     poissons_ratio: f64,
     density: f64,
+    yield_strength: f64,
 }
 
 impl Material {
@@ -28,7 +29,24 @@ impl Material {
         if !is_positive(density) {
             return fail("density", density, "must be positive and finite");
         }
-        Ok(Self { youngs_modulus, poissons_ratio, density })
+        Ok(Self { youngs_modulus, poissons_ratio, density, yield_strength: f64::INFINITY })
+    }
+
+    /// The same material, which yields under a tension of `yield_strength`, its proof stress \[Pa\].
+    ///
+    /// # Errors
+    /// [`SplineError::Material`] if it is not positive.
+    pub fn with_yield_strength(self, yield_strength: f64) -> Result<Self, SplineError> {
+        if yield_strength > 0.0 {
+            return Ok(Self { yield_strength, ..self });
+        }
+        let reason = "must be positive";
+        Err(SplineError::Material { name: "yield_strength", value: yield_strength, reason })
+    }
+
+    /// Stress in tension at which it yields, infinite if none is known \[Pa\].
+    pub fn yield_strength(&self) -> f64 {
+        self.yield_strength
     }
 
     /// Young's modulus `E` \[Pa\].

@@ -3,6 +3,7 @@
 
 use crate::error::ResultError;
 use crate::stored::Stored;
+use crate::stored::peak::read_peak;
 
 /// What is largest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,10 +39,11 @@ pub fn peaks(stored: &Stored) -> Result<Vec<Peak>, ResultError> {
             (Some("stress"), Some(name), Some("von_mises")) => (PeakKind::Stress, "stress", name),
             _ => continue,
         };
-        let values = stored.values(path)?;
-        let value = match kind {
-            PeakKind::Displacement => displacement(&values),
-            _ => values.into_iter().fold(0.0, f64::max),
+        let of_steps = stored.file().dataset(path).ok().and_then(|dataset| read_peak(&dataset));
+        let value = match (of_steps, kind) {
+            (Some((value, _)), _) => value,
+            (None, PeakKind::Displacement) => displacement(&stored.values(path)?),
+            (None, PeakKind::Stress) => stored.values(path)?.into_iter().fold(0.0, f64::max),
         };
         found.push(Peak { kind, place: format!("{at} \"{name}\""), value });
     }

@@ -1,11 +1,13 @@
-//! Largest reactions of joints in a result file.
+//! Largest reactions of joints in a result file: of all time steps, of stored instants in files of earlier
+//! versions.
 
-use hdf5::{File, Result};
+use hdf5::{Dataset, File, Result};
 use serde_json::{Value, json};
 
 use crate::file::hdf5_integrity;
+use crate::stored::peak::read_peak;
 
-/// Largest force and moment that a joint transmitted at a stored instant.
+/// Largest force and moment that a joint transmitted.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PeakReaction {
     /// Name of the joint.
@@ -31,18 +33,23 @@ pub fn peaks(file: &File, time: &[f64]) -> Result<Vec<PeakReaction>> {
         if !(member.link_exists("reaction_force") && member.link_exists("reaction_moment")) {
             continue;
         }
-        let (force_time, force) = largest(&hdf5_integrity::rows::<f64>(&group.dataset(&force)?)?, time);
-        let (moment_time, moment) = largest(&hdf5_integrity::rows::<f64>(&group.dataset(&moment)?)?, time);
+        let [(force, force_time), (moment, moment_time)] =
+            [largest(&group.dataset(&force)?, time)?, largest(&group.dataset(&moment)?, time)?];
         all.push(PeakReaction { joint, force, force_time, moment, moment_time });
     }
     Ok(all)
 }
 
-/// The instant of the longest of the vectors `rows`, three numbers each, and its length.
-fn largest(rows: &[f64], time: &[f64]) -> (f64, f64) {
+/// Length of the longest of the vectors in `dataset`, three numbers each, and its instant.
+fn largest(dataset: &Dataset, time: &[f64]) -> Result<(f64, f64)> {
+    if let Some(peak) = read_peak(dataset) {
+        return Ok(peak);
+    }
+    let rows = hdf5_integrity::rows::<f64>(dataset)?;
     let lengths = rows.as_chunks::<3>().0.iter().map(|v| v.iter().map(|x| x * x).sum::<f64>().sqrt());
     let first = time.first().copied().unwrap_or(0.0);
-    time.iter().copied().zip(lengths).fold((first, 0.0), |most, now| if now.1 > most.1 { now } else { most })
+    let most = lengths.zip(time.iter().copied());
+    Ok(most.fold((0.0, first), |most, now| if now.0 > most.0 { now } else { most }))
 }
 
 impl PeakReaction {

@@ -18,9 +18,8 @@ use crate::body::zone::{ContactZone, ZoneExtent, ZoneRegion};
 use crate::record::TargetPlace;
 use crate::spec::{SurfaceLaw, Target};
 
-/// Penalty factor where no compliance is known: a modulus of 200 GPa over a length of a micrometre
-/// [N/m³].
-pub const FALLBACK_PENALTY: f64 = 2e17;
+/// Penalty factor of a contact to which none is given, until its compliance has told one [N/m³].
+const UNTIL_KNOWN: f64 = 1.0;
 
 /// Overhang of edges that lie on each other, over the size of the body: a third of the strain at
 /// which steel yields, on the half of a body.
@@ -112,19 +111,18 @@ pub enum ZoneContact {
 }
 
 impl ZoneContact {
-    /// Contact of `own` with `target`, on which `other` is the zone if it is a body, by `law` with
-    /// the factor `penalty` [N/m³].
+    /// Contact of `own` with `target`, on which `other` is the zone if it is a body, by `law`; a penalty
+    /// factor that it does not give is to be set before the first evaluation.
     ///
     /// # Errors
     /// [`ContactError`] if points, surfaces and settings do not fit each other.
     pub fn new(
         law: &SurfaceLaw,
-        penalty: f64,
         target: Target,
         own: &ContactSide<'_>,
         other: Option<&ContactSide<'_>>,
     ) -> Result<Self, ContactError> {
-        let (body, method) = (own.body, law.method);
+        let (body, method, penalty) = (own.body, law.method, law.penalty.unwrap_or(UNTIL_KNOWN));
         let submodel = own.submodel()?;
         match (target, other) {
             (Target::Plane { point, normal }, _) => {

@@ -3,22 +3,26 @@
 use std::f64::consts::PI;
 
 use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::integration::OdeSystem;
+use nalgebra::Vector3;
 
-use super::Driver;
+use super::{Driver, touching};
 use crate::adaptivity::interval::fewest_at_once;
 use crate::adaptivity::overlap::Overlap;
 use crate::checks::contact_strain::{HUGE_CONTACT_STRAIN, contact_strain, large_contact_strain};
 use crate::checks::resolution::{
-    few_modes, highest_vibration, ringing_force, shown_interval, slow_rise, sparse_output,
+    few_modes, highest_vibration, ringing_force, ringing_peak, shown_interval, slow_rise, sparse_output,
 };
 use crate::checks::{motion, start};
 use crate::error::AdaptiveError;
-use crate::record::ImpactRecord;
+use crate::impact::yielding::{Spread, contact_yields, stress_yields};
 use crate::record::finding::ContactQuantity;
 use crate::record::warning::{Warning, WarningKind};
+use crate::record::{ImpactRecord, PeakOf};
 use crate::run::driver::impact::judgement::MINOR;
 use crate::spec::LocalField;
-use crate::state::simulation::smallest_gap;
+use crate::state::impact_monitor::Ringing;
+use crate::state::simulation::motion_at;
 use crate::touch::detection::Search;
 use crate::touch::parts::TouchKind;
 
@@ -26,8 +30,14 @@ use crate::touch::parts::TouchKind;
 /// the program refines (theory section A.1).
 const FEWEST_ACROSS: f64 = 5.0;
 
-/// Gap of a contact that has closed.
-const CLOSED: f64 = f64::NEG_INFINITY;
+/// Bodies whose gap at the start is smaller than so many times what the equilibrium changes it by touch:
+/// what opened them is their deformation, and what they yield by in the contact is of its size.
+const MOVED_BY_EQUILIBRIUM: f64 = 10.0;
+/// Acceleration towards each other, as a share of all accelerations there, below which it is round-off.
+const LEAST_PRESS: f64 = 1e-6;
+/// Share of the contact force at the start by which it may miss what it settles at: less than the impacts of
+/// a run are right to.
+const SETTLED: f64 = 0.02;
 
 /// What is doubtful about the zone of a contact and its penalty springs in an impact.
 pub(super) struct Doubts {
@@ -41,6 +51,8 @@ pub(super) struct Doubts {
     are_between_flat_faces: bool,
     /// How many times stiffer they were than the modes follow.
     beyond_modes: f64,
+    /// How its force rings.
+    ringing: Option<Ringing>,
 }
 
 impl Driver<'_> {
@@ -63,6 +75,7 @@ impl Driver<'_> {
             too_soft: self.overlap(i).filter(|overlap| !is_minor && overlap.is_too_much()),
             are_between_flat_faces: whole.is_some_and(TouchKind::is_jump),
             beyond_modes: whole.and_then(beyond).unwrap_or(0.0),
+            ringing: self.slots[i].monitor.ringing(),
         }
     }
 
@@ -93,8 +106,9 @@ impl Driver<'_> {
     /// `t`.
     pub(super) fn note_gaps(&mut self, t: f64) -> Result<(), AdaptiveError> {
         for i in 0..self.slots.len() {
-            if self.run.contacts[i].smallest_gap > CLOSED {
-                let gap = self.gap(i, t)?;
+            if !self.run.contacts[i].has_closed() {
+                let (system, facts) = (&mut self.model.system, &self.model.contacts[i]);
+                let gap = self.slots[i].gap(system, (i, facts), (t, &self.interpolated))?;
                 let contact = &mut self.run.contacts[i];
                 if gap < contact.smallest_gap {
                     (contact.smallest_gap, contact.smallest_gap_time) = (gap, t);
@@ -104,15 +118,54 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// Gap of contact `i` in the state `interpolated` at time `t`.
-    fn gap(&mut self, i: usize, t: f64) -> Result<f64, AdaptiveError> {
-        let y = &self.interpolated;
-        let Some(refinement) = &self.model.contacts[i].refinement else {
-            return Ok(smallest_gap(&mut self.model.system, t, y, i));
-        };
-        self.model.system.body_states(t, y);
-        let states = self.model.system.last_evaluation().0;
-        Ok(refinement.nearest(states, &mut self.slots[i].nearest)?.gap)
+    /// The warnings of contacts whose bodies touch at a start in equilibrium, as they are given or as it
+    /// deforms them, and which loads press together: it holds joints and knows of no force that is not there
+    /// yet. Bodies that overlap are pressed; others are by the acceleration of their rigid motions.
+    pub(super) fn pressed_in_equilibrium(&mut self) -> Result<Vec<(usize, Warning)>, AdaptiveError> {
+        let (t, y) = (self.integrator.time(), self.integrator.state());
+        let system = &mut self.model.system;
+        let (mut given, mut later) = (y.to_vec(), vec![0.0; y.len()]);
+        system.model().bodies.iter().for_each(|body| given[body.layout.elastic()].fill(0.0));
+        system.rhs(t, y, &mut later).map_err(|refusal| AdaptiveError::refused(t, refusal))?;
+        let forces: Vec<f64> =
+            system.forces().iter().map(|force| force.contact.report().normal_force).collect();
+        let after = self.impact_step;
+        later.iter_mut().zip(y).for_each(|(rate, y)| *rate = y + after * *rate);
+        let mut warnings = Vec::new();
+        for (i, (slot, facts)) in self.slots.iter_mut().zip(&self.model.contacts).enumerate() {
+            let (undeformed, gap) =
+                (slot.gap(system, (i, facts), (t, &given))?, slot.gap(system, (i, facts), (t, y))?);
+            let (touching, moved) = (touching(facts), MOVED_BY_EQUILIBRIUM * (gap - undeformed).abs());
+            if undeformed.min(gap) > touching + moved {
+                continue;
+            }
+            let (place, normal) = match &facts.refinement {
+                Some(refinement) => {
+                    system.body_states(t, y);
+                    let found = refinement.nearest(system.last_evaluation().0, &mut slot.nearest)?;
+                    (found.contact.point, found.normal)
+                }
+                None => {
+                    let (force, motion) = system.force_in_motion(t, y, i);
+                    (force.contact.place(motion), force.contact.normal(motion))
+                }
+            };
+            let mut velocity = |y: &[f64]| {
+                system.body_states(t, y);
+                Vector3::from(motion_at(system, i, &place).velocity)
+            };
+            let acceleration = (velocity(&later) - velocity(y)) / after;
+            let (closing, all) =
+                (-acceleration.dot(&normal), acceleration.norm() + self.settings.gravity.norm());
+            let (body, target) = system.forces()[i].contact.bodies();
+            let bodies = [Some(body), target].into_iter().flatten().map(|b| self.model.bodies[b].data.mass);
+            let unsettled = closing * bodies.fold(f64::INFINITY, f64::min);
+            let is_pressed = closing > LEAST_PRESS * all && unsettled > SETTLED * forces[i];
+            if is_pressed || facts.refinement.is_some() && gap < -touching {
+                warnings.push((i, start::static_contact(&facts.name)));
+            }
+        }
+        Ok(warnings)
     }
 
     /// Looks at a finished impact; `is_open`: whether the contact had let go; `is_minor`: whether
@@ -126,8 +179,6 @@ impl Driver<'_> {
         doubts: &Doubts,
     ) -> Result<(), AdaptiveError> {
         let i = impact.contact as usize;
-        let contact = &mut self.run.contacts[i];
-        (contact.smallest_gap, contact.smallest_gap_time) = (CLOSED, impact.start);
         self.check_contact_strain(impact)?;
         if let Some((point, left_out)) = self.slots[i].left_out {
             let subject = format!("output.points.{}", self.model.point_name(point));
@@ -138,9 +189,12 @@ impl Driver<'_> {
         self.warn(coarse.map(|warning| (i, warning)).into_iter().collect())?;
         let name = &self.model.contacts[i].name;
         let (body, target) = self.model.system.forces()[i].contact.bodies();
+        let penalty = self.model.system.forces()[i].contact.penalty();
         let bodies = [Some(body), target].into_iter().flatten();
         let touching: Vec<_> = bodies.clone().map(|b| &self.model.bodies[b]).collect();
-        let rings = ringing_force(name, &touching, impact, doubts.beyond_modes).map(|warning| (i, warning));
+        let rings = ringing_force(name, &touching, impact, doubts.beyond_modes)
+            .or_else(|| doubts.ringing.and_then(|ringing| ringing_peak(name, &ringing)))
+            .map(|warning| (i, warning));
         if !is_open {
             return self.warn(rings.into_iter().collect());
         }
@@ -153,7 +207,7 @@ impl Driver<'_> {
         }
         let few_at_once = doubts.few_at_once.map(|shares| (i, moving_contact(name, impact, shares)));
         warnings.extend(few_at_once);
-        warnings.extend(doubts.too_soft.map(|overlap| (i, soft_contact(name, impact, overlap))));
+        warnings.extend(doubts.too_soft.map(|overlap| (i, soft_contact((name, penalty), impact, overlap))));
         if is_minor && self.model.contacts[i].refinement.is_some() {
             warnings.push((i, minor_contact(name, impact)));
         }
@@ -185,7 +239,7 @@ impl Driver<'_> {
                 impact.peak_force, facts.widths[0]
             ),
             remedy: format!(
-                "leave contacts.{0}.model and contacts.{0}.interval out, so that the program refines the zone; else give more elements there",
+                "leave contacts.{0}.model out, and contacts.{0}.interval if it is given, so that the program refines the zone; else give more elements there",
                 facts.name
             ),
         })
@@ -202,8 +256,15 @@ impl Driver<'_> {
             let (value, limit) = (strain, HUGE_CONTACT_STRAIN);
             return Err(AdaptiveError::ImplausibleContact { contact, time, quantity, value, limit });
         }
-        let warning = large_contact_strain(&facts.name, impact, (pressure, strain));
-        self.warn(warning.map(|warning| (i, warning)).into_iter().collect())
+        let is_flat = self.slots[i].fine().and_then(|fine| fine.whole).is_some_and(TouchKind::is_jump);
+        let spread = match self.model.bodies[facts.body].data.motion {
+            _ if is_flat => Spread::Even,
+            RigidMotion::Planar => Spread::Strip,
+            RigidMotion::Spatial | RigidMotion::Axial => Spread::Ellipse,
+        };
+        let large = large_contact_strain(&facts.name, impact, (pressure, strain));
+        let yields = contact_yields(&facts.name, impact, spread, (pressure, facts.yield_strength));
+        self.warn([large, yields].into_iter().flatten().map(|warning| (i, warning)).collect())
     }
 
     /// Looks at the vibrations that an impact has left: states are stored as often as they ask for,
@@ -234,7 +295,7 @@ impl Driver<'_> {
         self.interpolated.copy_from_slice(self.integrator.state());
         self.note_gaps(self.integrator.time())?;
         let contacts = self.model.contacts.iter().zip(&self.run.contacts).enumerate();
-        let open = contacts.filter(|(_, (_, c))| c.smallest_gap > CLOSED && c.smallest_gap.is_finite());
+        let open = contacts.filter(|(_, (_, c))| !c.has_closed() && c.smallest_gap.is_finite());
         let warnings = open.map(|(i, (facts, state))| {
             let (gap, time) = (state.smallest_gap, state.smallest_gap_time);
             let warning = Warning {
@@ -250,7 +311,15 @@ impl Driver<'_> {
             };
             (i, warning)
         });
-        let warnings = warnings.collect();
+        let stresses = self.run.peaks.records.iter().filter(|peak| peak.of == PeakOf::VonMises);
+        let yields = stresses.filter_map(|peak| {
+            let (k, n) = (peak.index as usize, self.model.contacts.len());
+            let strength = self.model.yield_strengths[self.model.observed.points[k].body];
+            let subject = format!("output.points.{}", self.model.point_name(k));
+            // Numbers of points follow those of contacts, which may yield as well.
+            Some((n + k, stress_yields(subject, (peak.value, peak.time), strength)?))
+        });
+        let warnings = warnings.chain(yields).collect();
         self.warn(warnings)
     }
 
@@ -291,7 +360,7 @@ impl Driver<'_> {
 
 /// The warning of a contact whose springs, of a factor that nobody may change, are as soft as the
 /// bodies (Eq. A.36).
-fn soft_contact(name: &str, impact: &ImpactRecord, overlap: Overlap) -> Warning {
+fn soft_contact((name, penalty): (&str, f64), impact: &ImpactRecord, overlap: Overlap) -> Warning {
     Warning {
         kind: WarningKind::SoftContact,
         subject: format!("contact \"{name}\""),
@@ -302,7 +371,10 @@ fn soft_contact(name: &str, impact: &ImpactRecord, overlap: Overlap) -> Warning 
             "{:.0} % of the approach of the bodies is penetration and not deformation: the contact is softer than they are",
             100.0 * overlap.share
         ),
-        remedy: format!("raise contacts.{name}.penalty.initial, or leave it out for the program to choose"),
+        remedy: format!(
+            "give contacts.{name}.penalty.initial, {:.0} times as large as the {penalty:.1e} N/m^3 in use",
+            (overlap.share / overlap.most()).ceil()
+        ),
     }
 }
 

@@ -1,10 +1,12 @@
 //! A contact of the run: what its watching and its impacts need beside its model.
 
 use crate::adaptivity::penalty_search::PenaltySearch;
+use crate::error::AdaptiveError;
 use crate::impact::FineContact;
 use crate::impact::stress::LeftOut;
+use crate::model::ContactModel;
 use crate::state::impact_monitor::ImpactMonitor;
-use crate::state::simulation::RunContact;
+use crate::state::simulation::{RunContact, System, smallest_gap};
 use crate::touch::detection::Search;
 
 /// State of a contact between steps. What outlasts an impact is in [`crate::state::ContactState`].
@@ -90,6 +92,22 @@ impl ContactSlot {
                 None
             }
         }
+    }
+
+    /// Gap of this contact, number `i` of the `system`, at time `t` in the state `y`; of one that is refined
+    /// at a touch between the surfaces \[m\].
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Contact`] if the motions are not finite.
+    pub fn gap(
+        &mut self,
+        system: &mut System,
+        (i, facts): (usize, &ContactModel),
+        (t, y): (f64, &[f64]),
+    ) -> Result<f64, AdaptiveError> {
+        let Some(refinement) = &facts.refinement else { return Ok(smallest_gap(system, t, y, i)) };
+        system.body_states(t, y);
+        Ok(refinement.nearest(system.last_evaluation().0, &mut self.nearest)?.gap)
     }
 
     /// Whether the contact is watched, without a model.

@@ -18,6 +18,7 @@ use crate::run::driver::impact::judgement::{Ending, Judgement};
 use crate::run::driver::impact::trial::Trial;
 use crate::state::impact_monitor::ImpactMonitor;
 use crate::state::ledger::{EnergyLedger, NumericalDamping};
+use crate::state::peaks::Peaks;
 
 /// Most trials of one impact: widths change by half at least each time, penalty factors by a factor
 /// of ten.
@@ -29,6 +30,7 @@ pub(crate) struct Start {
     pub state: Vec<f64>,
     pub monitors: Vec<ImpactMonitor>,
     pub stress: Vec<Option<StressState>>,
+    pub peaks: Peaks,
     pub numerical: NumericalDamping,
     pub ledger: EnergyLedger,
     pub slow_since: Option<f64>,
@@ -87,6 +89,7 @@ impl Driver<'_> {
             state: self.integrator.state().to_vec(),
             monitors: self.slots.iter().map(|slot| slot.monitor.clone()).collect(),
             stress: self.run.stress.clone(),
+            peaks: self.run.peaks.clone(),
             numerical: self.run.numerical,
             ledger: self.run.ledger,
             slow_since: self.run.slow_since,

@@ -1,12 +1,12 @@
 //! States of a run on their way to the output: when they are due, and what is noted of them.
 
-use ffr_dynamics::integration::DenseOutput;
+use ffr_dynamics::integration::{DenseOutput, Step};
 
 use super::Driver;
 use crate::error::AdaptiveError;
 use crate::model::RunModel;
 use crate::record::PhaseKind;
-use crate::state::simulation::fill_sample;
+use crate::state::simulation::{fill_places, fill_sample};
 
 impl Driver<'_> {
     /// Stores the states due up to time `t` of the last step.
@@ -93,6 +93,7 @@ impl Driver<'_> {
         let RunModel { system, observed, .. } = &*self.model;
         let sample = &mut self.output.sample;
         self.local_deformation.add_to(&mut sample.points, &observed.points, system.last_evaluation().0);
+        self.run.peaks.note(t, sample);
         sample.phase = self.run.n_phases;
         if !self.settings.pressure {
             sample.pressures.clear();
@@ -102,6 +103,20 @@ impl Driver<'_> {
         self.run.numerical.record(&mut sample.energies, is_dissipative);
         self.imbalance = self.run.ledger.record(&sample.energies);
         self.output.is_noted = true;
+    }
+
+    /// Takes a force-free step to `end` at most, and fills in joints and points at its end for
+    /// [`Driver::note_peaks`].
+    pub(super) fn free_step(&mut self, end: f64) -> Result<Step, AdaptiveError> {
+        let RunModel { system, observed, .. } = &mut *self.model;
+        let step = self.integrator.step(system, end).map_err(AdaptiveError::Dynamics)?;
+        fill_places(system, observed, step.end, self.integrator.state(), &mut self.output.sample);
+        Ok(step)
+    }
+
+    /// Notes what is largest at the end of the force-free step just taken.
+    pub(super) fn note_peaks(&mut self) {
+        self.run.peaks.note(self.integrator.time(), &self.output.sample);
     }
 
     /// Takes the dents at observed points at time `t`, which the forces were evaluated at last.

@@ -98,10 +98,21 @@ impl Driver<'_> {
             Target::Body(other) => format!("body \"{}\"", self.model.bodies[other].name),
             Target::Plane { .. } => "the plane".to_owned(),
         };
+        // Contacts with one model for the whole run have their places by what the scenario gives.
+        let given = match &facts.refinement {
+            Some(refinement) if refinement.has_width() => Some("interval.width"),
+            Some(_) => None,
+            None => Some("model"),
+        };
+        let name = &facts.name;
+        let remedy = given.map_or_else(
+            || "give its bodies more elements".to_owned(),
+            |key| format!("leave contacts.{name}.{key} out, so that the program finds where they touch"),
+        );
         AdaptiveError::PassedThrough {
+            remedy: remedy.into(),
             contact: facts.name.clone(),
-            body: self.model.bodies[facts.body].name.as_str().into(),
-            target: target.into(),
+            bodies: Box::new([self.model.bodies[facts.body].name.clone(), target]),
             time: unknown.time,
             depth: unknown.overlap.depth,
             place: Components(unknown.overlap.place),

@@ -6,7 +6,8 @@ use std::time::Instant;
 use adaptive::error::ObserverError;
 use adaptive::record::warning::Warning;
 use adaptive::record::{
-    ImpactRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord, TransferRecord, TrialRecord,
+    ImpactRecord, PeakRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord, TransferRecord,
+    TrialRecord,
 };
 use adaptive::state::RunState;
 use adaptive::state::observer::{Continue, Observer, Stage};
@@ -210,6 +211,10 @@ impl Observer for RunObserver<'_> {
     fn warning(&mut self, warning: &Warning) -> Result<(), ObserverError> {
         tracing::warn!("{}", warning.line());
         self.record(|recorder| recorder.warning(warning))
+    }
+
+    fn peaks(&mut self, layout: &RunLayout, peaks: &[PeakRecord]) -> Result<(), ObserverError> {
+        self.record(|recorder| recorder.peaks(layout, peaks))
     }
 
     fn stress(&mut self, record: &StressRecord) -> Result<(), ObserverError> {

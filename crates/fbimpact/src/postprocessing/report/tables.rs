@@ -241,9 +241,9 @@ fn reactions(told: &Told<'_>, out: &mut String) {
     let [force, moment] = [force.unit, moment.unit].map(|unit| format!("peak [{unit}]"));
     let columns = [
         column("joint", "", "joint"),
-        column(&force, "largest force at a stored state", "peak_force"),
+        column(&force, "largest force at a time step", "peak_force"),
         column("at [s]", "when", "peak_force_time"),
-        column(&moment, "largest moment at a stored state", "peak_moment"),
+        column(&moment, "largest moment at a time step", "peak_moment"),
         column("at [s]", "when", "peak_moment_time"),
     ];
     let row = |r: &result_files::stored::reactions::PeakReaction| {

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use adaptive::record::{Sample, Timings};
+use adaptive::record::{PeakOf, PeakRecord, RunLayout, Sample, Timings};
 use hdf5::File;
 use hdf5::plist::file_access::{
     CacheDecreaseMode, CacheIncreaseMode, FlashIncreaseMode, MetadataCacheConfig,
@@ -11,6 +11,7 @@ use hdf5::types::VarLenUnicode;
 use result_files::dataset::{Table, describe, text_attribute, unicode, write_text};
 use result_files::file::fault::{Access, FileFault};
 use result_files::stored::open::{FORMAT, FORMAT_VERSION, INPUTS};
+use result_files::stored::peak::write_peak;
 use result_files::tables::{self, ImpactRow, PhaseRow, TransferRow, TrialRow};
 
 use super::super::columns::{Column, Stage, TIMINGS};
@@ -231,6 +232,31 @@ impl Open {
         self.pressures.iter_mut().try_for_each(Pressures::write)?;
         self.counts.iter_mut().try_for_each(|c| c.series.write())
     }
+}
+
+/// Writes the largest values of joints and points as attributes of the datasets that are there; those of
+/// a run that is taken up again replace earlier ones.
+pub(super) fn write_peaks(file: &File, layout: &RunLayout, peaks: &[PeakRecord]) -> hdf5::Result<()> {
+    for peak in peaks {
+        let index = peak.index as usize;
+        let (group, names, series) = match peak.of {
+            PeakOf::ReactionForce => ("joints", layout.joints.get(index).map(|j| &j.name), "reaction_force"),
+            PeakOf::ReactionMoment => {
+                ("joints", layout.joints.get(index).map(|j| &j.name), "reaction_moment")
+            }
+            PeakOf::Displacement => ("points", layout.points.get(index).map(|p| &p.name), "position"),
+            PeakOf::VonMises => ("points", layout.points.get(index).map(|p| &p.name), "von_mises"),
+        };
+        let Some(group) = names.map(|name| format!("{group}/{name}")).filter(|path| file.link_exists(path))
+        else {
+            continue;
+        };
+        let group = file.group(&group)?;
+        if group.link_exists(series) {
+            write_peak(&group.dataset(series)?, peak.value, peak.time)?;
+        }
+    }
+    Ok(())
 }
 
 /// Writes the wall seconds of the stages.

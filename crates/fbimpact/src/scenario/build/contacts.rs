@@ -20,7 +20,7 @@ use super::super::check::Checker;
 use super::super::section::Section;
 use super::super::tables::{BodyModel, ContactModel, Search, ShapeName, Solver};
 use super::accuracy::{accuracy, peak_tolerance};
-use super::bodies::parts::solid;
+use super::bodies::parts::{solid, yield_strength};
 use super::built_bodies::BuiltBodies;
 use super::places::{BodyFacts, body_index};
 use checks::{check_bodies, check_hertz, check_settings};
@@ -119,13 +119,17 @@ fn contact(
 fn hertz(root: &Section, section: &Section) -> Option<ContactLaw> {
     let body = |key| section.text(key).and_then(|name| BodyFacts::find(root, name));
     let (contact, target) = (body("contact_body")?, body("target_body")?);
+    let yield_strength = [&contact, &target]
+        .map(|body| yield_strength(root, body.section))
+        .into_iter()
+        .fold(f64::INFINITY, f64::min);
     let target = if target.is_plane() {
         HertzPartner::Surface(solid(root, target.section).unwrap_or(Solid::RIGID))
     } else {
         partner(root, &target)?
     };
     let (contact, friction) = (partner(root, &contact)?, section.number("friction")?);
-    Some(ContactLaw::Hertz(HertzSpec { contact, target, friction }))
+    Some(ContactLaw::Hertz(HertzSpec { contact, target, friction, yield_strength }))
 }
 
 /// What touches of a body with a shape, which stands about the origin of its frame if it is a

@@ -13,6 +13,8 @@ pub struct StandardMaterial {
     pub poissons_ratio: f64,
     /// Density [kg/m³].
     pub density: f64,
+    /// Yield strength, 0.2 % proof stress; infinite of what breaks before it yields \[Pa\].
+    pub yield_strength: f64,
     /// Where the values are from.
     pub source: &'static str,
 }
@@ -24,34 +26,39 @@ pub const STANDARD_MATERIALS: [StandardMaterial; 8] = [
         youngs_modulus: 210e9,
         poissons_ratio: 0.3,
         density: 7850.0,
-        source: "EN 1993-1-1, 3.2.6; EN 1991-1-1, table A.4",
+        yield_strength: 355e6,
+        source: "EN 1993-1-1, 3.2.6; EN 1991-1-1, table A.4; yield: EN 10025-2, S355 up to 16 mm",
     },
     StandardMaterial {
         name: "stainless-steel",
         youngs_modulus: 200e9,
         poissons_ratio: 0.3,
         density: 7900.0,
-        source: "EN 1993-1-4, 2.1.3; EN 10088-1, grade 1.4301",
+        yield_strength: 210e6,
+        source: "EN 1993-1-4, 2.1.3; EN 10088-1, grade 1.4301; proof stress: EN 10088-2, hot rolled plate",
     },
     StandardMaterial {
         name: "cast-iron",
         youngs_modulus: 110e9,
         poissons_ratio: 0.26,
         density: 7200.0,
-        source: "EN 1561, annex A, EN-GJL-250 (103 to 118 GPa)",
+        yield_strength: 165e6,
+        source: "EN 1561, annex A, EN-GJL-250 (103 to 118 GPa; 0.1 % proof stress 165 to 228 MPa)",
     },
     StandardMaterial {
         name: "aluminium",
         youngs_modulus: 70e9,
         poissons_ratio: 0.3,
         density: 2700.0,
-        source: "EN 1999-1-1, 3.2.5",
+        yield_strength: 240e6,
+        source: "EN 1999-1-1, 3.2.5; proof stress: its table 3.2, EN AW-6082 T6 (240 to 260 MPa)",
     },
     StandardMaterial {
         name: "titanium",
         youngs_modulus: 113.8e9,
         poissons_ratio: 0.342,
         density: 4430.0,
+        yield_strength: 880e6,
         source: "ASM data sheet of Ti-6Al-4V, annealed",
     },
     StandardMaterial {
@@ -59,21 +66,24 @@ pub const STANDARD_MATERIALS: [StandardMaterial; 8] = [
         youngs_modulus: 129.8e9,
         poissons_ratio: 0.343,
         density: 8960.0,
-        source: "Kaye and Laby, tables of physical constants, 2.2.2; CRC handbook",
+        yield_strength: 69e6,
+        source: "Kaye and Laby, tables of physical constants, 2.2.2; CRC handbook; proof stress: CDA data sheet of C11000, annealed (OS050)",
     },
     StandardMaterial {
         name: "brass",
         youngs_modulus: 100.6e9,
         poissons_ratio: 0.35,
         density: 8530.0,
-        source: "Kaye and Laby, 2.2.2, 70 % copper; CDA data sheet of C26000",
+        yield_strength: 105e6,
+        source: "Kaye and Laby, 2.2.2, 70 % copper; CDA data sheet of C26000; proof stress: the same, annealed (OS050)",
     },
     StandardMaterial {
         name: "glass",
         youngs_modulus: 70e9,
         poissons_ratio: 0.2,
         density: 2500.0,
-        source: "EN 572-1, soda lime silicate",
+        yield_strength: f64::INFINITY,
+        source: "EN 572-1, soda lime silicate, which breaks before it yields",
     },
 ];
 
@@ -96,8 +106,9 @@ pub fn fill(document: &mut Node) {
             ("youngs_modulus", material.youngs_modulus),
             ("poissons_ratio", material.poissons_ratio),
             ("density", material.density),
+            ("yield_strength", material.yield_strength),
         ];
-        for (key, value) in values {
+        for (key, value) in values.into_iter().filter(|(_, value)| value.is_finite()) {
             if keys.iter().all(|e| e.key != key) {
                 keys.push(entry(key, Value::Float(value)));
             }

@@ -23,6 +23,13 @@ pub const MATERIAL: &[Key] = &[
         "Poisson's ratio.",
     ),
     Key::new("density", Kind::Number(Range::positive(1e9)), "kg/m³", Need::Required, "Density."),
+    Key::new(
+        "yield_strength",
+        Kind::Number(Range::positive(1e15)),
+        "Pa",
+        Need::Optional("nothing is told of yielding"),
+        "Proof stress in tension: contacts and stresses beyond it are told by the warning `yields`; the run stays elastic.",
+    ),
 ];
 
 /// What the reference frame of a body follows.

@@ -52,12 +52,16 @@ fn materials(out: &mut String) {
         out,
         "\n## Materials by name\n\nA body may name one of these without a table; a table `[materials.NAME]` of the scenario's own takes its \
          place, `--set materials.NAME.KEY=VALUE` changes one value. The values used stand in the result file.\n\n\
-         | name | Young's modulus [GPa] | Poisson's ratio | density [kg/m³] | source |\n|---|---|---|---|---|"
+         | name | Young's modulus [GPa] | Poisson's ratio | density [kg/m³] | yield strength [MPa] | source |\n|---|---|---|---|---|---|"
     );
-    for StandardMaterial { name, youngs_modulus, poissons_ratio, density, source } in STANDARD_MATERIALS {
+    for StandardMaterial { name, youngs_modulus, poissons_ratio, density, yield_strength, source } in
+        STANDARD_MATERIALS
+    {
+        let strength =
+            if yield_strength.is_finite() { (yield_strength / 1e6).to_string() } else { "–".into() };
         let _ = writeln!(
             out,
-            "| `{name}` | {} | {poissons_ratio} | {density} | {source} |",
+            "| `{name}` | {} | {poissons_ratio} | {density} | {strength} | {source} |",
             youngs_modulus / 1e9
         );
     }

@@ -39,6 +39,7 @@ impl Driver<'_> {
             slot.monitor.clone_from(monitor);
         }
         self.run.stress.clone_from(&start.stress);
+        self.run.peaks.clone_from(&start.peaks);
         (self.run.numerical, self.run.ledger) = (start.numerical, start.ledger);
         self.run.slow_since = start.slow_since;
         let leaving = self.leaving(start.time, sizes);

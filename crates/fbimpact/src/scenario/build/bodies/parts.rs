@@ -138,7 +138,9 @@ fn named_material(checker: &mut Checker, root: &Section, section: &Section) -> O
         return None;
     }
     let [young, poisson, density] = constants(root, section)?;
+    let strength = yield_strength(root, section);
     let material = Material::new(young, poisson, density);
+    let material = material.and_then(|material| material.with_yield_strength(strength));
     material.map_err(|error| checker.fault_in(section, "material", error.to_string())).ok()
 }
 
@@ -146,6 +148,13 @@ fn named_material(checker: &mut Checker, root: &Section, section: &Section) -> O
 pub fn solid(root: &Section, section: &Section) -> Option<Solid> {
     let [young, poisson, _] = constants(root, section)?;
     Some(Solid { young, poisson })
+}
+
+/// Yield strength of a body's material; infinite if none is given \[Pa\].
+pub fn yield_strength(root: &Section, section: &Section) -> f64 {
+    let material = section.text("material").and_then(|name| root.one_of("materials", name));
+    let given = material.filter(|material| material.item("yield_strength").is_some());
+    given.and_then(|material| material.number("yield_strength")).unwrap_or(f64::INFINITY)
 }
 
 /// Young's modulus \[Pa\], Poisson's ratio and density [kg/m³] of a body's material.

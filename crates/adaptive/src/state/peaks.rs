@@ -1,0 +1,73 @@
+//! Largest reactions of joints, displacements and stresses of observed points, as a run goes on.
+
+use iga_core::elasticity::kinematics::von_mises;
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+use crate::record::{PeakOf, PeakRecord, Sample};
+
+/// Largest values up to now.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Peaks {
+    /// Where the points were at the start \[m\].
+    origins: Vec<[f64; 3]>,
+    /// The values, two for each joint and each point; empty before the first instant.
+    pub records: Vec<PeakRecord>,
+}
+
+impl Peaks {
+    /// Looks at the joints and points of `sample` at `time` \[s\].
+    pub fn note(&mut self, time: f64, sample: &Sample) {
+        if self.records.is_empty() {
+            let both = |[first, second]: [PeakOf; 2], n: usize| {
+                let of = move |index| [first, second].map(|of| PeakRecord { of, index, value: 0.0, time });
+                (0..n as u32).flat_map(of)
+            };
+            self.origins = sample.points.iter().map(|point| point.position).collect();
+            self.records = both([PeakOf::ReactionForce, PeakOf::ReactionMoment], sample.joints.len())
+                .chain(both([PeakOf::Displacement, PeakOf::VonMises], sample.points.len()))
+                .collect();
+        }
+        for record in &mut self.records {
+            let i = record.index as usize;
+            let length = |v: [f64; 3]| Vector3::from(v).norm();
+            let value = match record.of {
+                PeakOf::ReactionForce => length(sample.joints[i].reaction_force),
+                PeakOf::ReactionMoment => length(sample.joints[i].reaction_moment),
+                PeakOf::Displacement => {
+                    (Vector3::from(sample.points[i].position) - Vector3::from(self.origins[i])).norm()
+                }
+                PeakOf::VonMises => von_mises(&sample.points[i].state.stress),
+            };
+            if value > record.value {
+                (record.value, record.time) = (value, time);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::record::{JointSample, PointSample};
+
+    #[test]
+    fn peaks_are_the_largest_of_all_instants_seen() {
+        let at = |force: f64, x: f64| Sample {
+            joints: vec![JointSample { reaction_force: [0.0, force, 0.0], ..JointSample::default() }],
+            points: vec![PointSample { position: [x, 0.0, 0.0], ..PointSample::default() }],
+            ..Sample::default()
+        };
+        let mut peaks = Peaks::default();
+        for (time, force, x) in [(0.0, 1.0, 5.0), (1.0, -3.0, 4.0), (2.0, 2.0, 3.0), (3.0, 0.0, 6.0)] {
+            peaks.note(time, &at(force, x));
+        }
+        let found: Vec<_> = peaks.records.iter().map(|r| (r.of, r.value, r.time)).collect();
+        let none = (PeakOf::ReactionMoment, 0.0, 0.0);
+        let stress = (PeakOf::VonMises, 0.0, 0.0);
+        assert_eq!(
+            found,
+            [(PeakOf::ReactionForce, 3.0, 1.0), none, (PeakOf::Displacement, 2.0, 2.0), stress]
+        );
+    }
+}
