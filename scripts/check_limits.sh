@@ -38,7 +38,7 @@ for mebibytes in 100 200 400 1000 2000; do
     both "$mebibytes MiB of addresses" within_addresses "$((mebibytes << 10))"
 done
 
-# Whoever may make control groups of either version makes some of 60 MB to 1 GB; else systemd is asked for one.
+# Whoever may make control groups of either version makes some of 12 MB to 1 GB; else systemd is asked for one.
 within_group() { (echo "$BASHPID" > "$1/cgroup.procs"; shift; exec "$@"); }
 group=
 for parent in /sys/fs/cgroup/memory /sys/fs/cgroup; do
@@ -53,7 +53,7 @@ for parent in /sys/fs/cgroup/memory /sys/fs/cgroup; do
     fi
 done
 if [ -n "$group" ]; then
-    for megabytes in 60 120 250 1000; do
+    for megabytes in 12 60 120 250 1000; do
         echo "${megabytes}000000" > "$group/$limit"
         both "control group of $megabytes MB" within_group "$group"
     done

@@ -1,9 +1,8 @@
 //! Friction of bearings by the load of their joints from a scenario, against closed forms, and what is refused.
 
 use crate::support::scenarios;
+use crate::support::scenarios::{faults, run_text as run};
 use std::path::Path;
-
-use adaptive::run::recording::Recording;
 
 const G: f64 = 9.81;
 
@@ -28,15 +27,6 @@ fn block(angle: f64, more: &str) -> String {
         {more}
         "#
     )
-}
-
-fn run(text: &str) -> Recording {
-    scenarios::run(&scenarios::valid(Path::new("."), text, &[]))
-}
-
-fn faults(text: &str) -> String {
-    let list = scenarios::parse(Path::new("."), text, &[]).expect_err("a fault");
-    list.iter().map(|fault| format!("{}: {}\n", fault.key, fault.message)).collect()
 }
 
 #[test]

@@ -329,7 +329,7 @@ fn interrupted_study_keeps_its_runs_and_goes_on_with_them() {
     // The same study goes on where its runs were.
     let mut again =
         folder.command(&endless).stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("it starts");
-    let log = folder.at().join("study/base.program");
+    let log = folder.at().join("study/base.log");
     while folder.at().join("study/base.exit").exists() || !log.exists() {
         assert!(begin.elapsed() < Duration::from_secs(240), "the runs go on");
         std::thread::sleep(Duration::from_millis(20));

@@ -40,97 +40,56 @@ contact_body = "ball"
 target_body = "beam"
 "#;
 
-/// Asserts that as many impacts as expected are simulated, and that they are those of the doubled run.
-fn check(name: &str, text: &str, n_impacts: usize) {
-    let text = format!("{STEEL}{text}");
+/// How bodies of revolution and plane ones are described, and the way along which they move.
+type Kind = (&'static str, fn(f64) -> [f64; 3]);
+const ROUND: Kind = ("model = \"axisymmetric\"", |z| [0.0, 0.0, z]);
+const PLANE: Kind = ("model = \"plane-stress\"\nthickness = 0.01", |y| [0.0, y, 0.0]);
+
+/// A body of steel at a place of its way \[m\] with a speed [m/s].
+fn body(name: &str, (model, way): Kind, geometry: &str, place: f64, speed: f64) -> String {
+    let (place, speed) = (way(place), way(speed));
+    format!(
+        "[bodies.{name}]\n{model}\nmaterial = \"steel\"\ngeometry = {{ {geometry} }}\nposition = {place:?}\nvelocity = {speed:?}\n"
+    )
+}
+
+/// Asserts that one impact is simulated until `end_time`, and that it is that of the doubled run.
+fn check(name: &str, end_time: f64, parts: &[String]) {
+    let text = format!("[simulation]\nend_time = {end_time:?}\n{STEEL}{}", parts.concat());
     let found = run(&valid(Path::new(""), &text, &[]));
-    assert_eq!(found.impacts.len(), n_impacts, "{name}");
+    assert_eq!(found.impacts.len(), 1, "{name}");
     assert_same(name, &found, &run(&valid(Path::new(""), &text, &[DOUBLED])));
 }
 
 #[test]
 fn ball_on_a_plane() {
-    let ball = r#"
-        [simulation]
-        end_time = 1.5e-4
-        [bodies.ball]
-        model = "axisymmetric"
-        material = "steel"
-        geometry = { shape = "sphere", radius = 0.01 }
-        position = [0.0, 0.0, 0.010001]
-        velocity = [0.0, 0.0, -0.2]
-    "#;
-    check("ball on a plane", &format!("{ball}{}", floor("[0.0, 0.0, 1.0]")), 1);
+    let ball = body("ball", ROUND, r#"shape = "sphere", radius = 0.01"#, 0.010001, -0.2);
+    check("ball on a plane", 1.5e-4, &[ball, floor("[0.0, 0.0, 1.0]")]);
 }
 
 #[test]
 fn rod_with_a_round_end_on_a_plane() {
-    let rod = r#"
-        [simulation]
-        end_time = 3e-4
-        [bodies.ball]
-        model = "axisymmetric"
-        material = "steel"
-        geometry = { shape = "rod-spherical-end", radius = 0.01, length = 0.3 }
-        position = [0.0, 0.0, 1e-7]
-        velocity = [0.0, 0.0, -0.3]
-    "#;
-    check("rod on a plane", &format!("{rod}{}", floor("[0.0, 0.0, 1.0]")), 1);
+    let rod = body("ball", ROUND, r#"shape = "rod-spherical-end", radius = 0.01, length = 0.3"#, 1e-7, -0.3);
+    check("rod on a plane", 3e-4, &[rod, floor("[0.0, 0.0, 1.0]")]);
 }
 
 #[test]
 fn ball_on_a_rod() {
-    let bodies = r#"
-        [simulation]
-        end_time = 3e-4
-        [bodies.ball]
-        model = "axisymmetric"
-        material = "steel"
-        geometry = { shape = "sphere", radius = 0.01 }
-        position = [0.0, 0.0, -0.0100001]
-        velocity = [0.0, 0.0, 0.2]
-        [bodies.beam]
-        model = "axisymmetric"
-        material = "steel"
-        geometry = { shape = "rod", radius = 0.01, length = 0.5 }
-    "#;
-    check("ball on a rod", &format!("{bodies}{PAIR}"), 1);
+    let ball = body("ball", ROUND, r#"shape = "sphere", radius = 0.01"#, -0.0100001, 0.2);
+    let rod = body("beam", ROUND, r#"shape = "rod", radius = 0.01, length = 0.5"#, 0.0, 0.0);
+    check("ball on a rod", 3e-4, &[ball, rod, PAIR.to_owned()]);
 }
 
 #[test]
 fn disc_on_a_plane() {
-    let disc = r#"
-        [simulation]
-        end_time = 4e-4
-        [bodies.ball]
-        model = "plane-stress"
-        thickness = 0.01
-        material = "steel"
-        geometry = { shape = "disc", radius = 0.02 }
-        position = [0.0, 0.020001, 0.0]
-        velocity = [0.0, -0.2, 0.0]
-    "#;
-    check("disc on a plane", &format!("{disc}{}", floor("[0.0, 1.0, 0.0]")), 1);
+    let disc = body("ball", PLANE, r#"shape = "disc", radius = 0.02"#, 0.020001, -0.2);
+    check("disc on a plane", 4e-4, &[disc, floor("[0.0, 1.0, 0.0]")]);
 }
 
 #[test]
 #[ignore = "second tier: minutes"]
 fn disc_on_a_beam() {
-    let bodies = r#"
-        [simulation]
-        end_time = 5e-4
-        [bodies.ball]
-        model = "plane-stress"
-        thickness = 0.01
-        material = "steel"
-        geometry = { shape = "disc", radius = 0.01 }
-        position = [0.0, 0.015001, 0.0]
-        velocity = [0.0, -0.2, 0.0]
-        [bodies.beam]
-        model = "plane-stress"
-        thickness = 0.01
-        material = "steel"
-        geometry = { shape = "rectangle", size = [0.3, 0.01] }
-    "#;
-    check("disc on a beam", &format!("{bodies}{PAIR}"), 1);
+    let disc = body("ball", PLANE, r#"shape = "disc", radius = 0.01"#, 0.015001, -0.2);
+    let beam = body("beam", PLANE, r#"shape = "rectangle", size = [0.3, 0.01]"#, 0.0, 0.0);
+    check("disc on a beam", 5e-4, &[disc, beam, PAIR.to_owned()]);
 }

@@ -120,6 +120,28 @@ fn links_raw_storage_and_virtual_datasets_in_other_files_are_refused() {
     }
 }
 
+#[test]
+fn groups_that_lead_in_circles_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    result(at);
+    for link in [hdf5::Group::link_hard, hdf5::Group::link_soft] {
+        std::fs::copy(at.join("ok.h5"), at.join("bad.h5")).expect("copied");
+        let file = hdf5::File::open_rw(at.join("bad.h5")).expect("writable");
+        link(&file, "/", "energies/again").expect("linked");
+        file.close().expect("closed");
+        for arguments in [
+            &["metric", "bad.h5", "1"][..],
+            &["compare", "ok.h5", "bad.h5"],
+            &["thin", "bad.h5", "-o", "t.h5"],
+        ] {
+            let (code, _, err) = fbimpact(at, arguments);
+            let reason = "/energies/again is another name of a group of this file, take it out";
+            assert!(code == Some(6) && err.contains(reason), "{arguments:?}: {code:?} {err}");
+        }
+    }
+}
+
 #[cfg(unix)]
 #[test]
 fn what_is_no_file_is_refused_at_once_by_every_reader() {

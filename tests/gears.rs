@@ -1,9 +1,8 @@
 //! Gears from a scenario: a flexible shaft, a rack, faults.
 
 use crate::support::scenarios;
+use crate::support::scenarios::{faults, run_text as run};
 use std::path::Path;
-
-use adaptive::run::recording::Recording;
 
 /// A wheel of 0.02 kg m² and a body called `other` on a joint along z, geared; `more` are further tables.
 fn geared(other: &str, joint: &str, gear: &str, more: &str) -> String {
@@ -40,15 +39,6 @@ inertia = [0.01, 0.02, 0.03]"#;
 const GUIDE: &str = r#"type = "prismatic"
 parent = { body = "ground", point = [0.0, 0.0, 0.0] }
 child = { body = "other", point = [0.0, 0.0, 0.0] }"#;
-
-fn run(text: &str) -> Recording {
-    scenarios::run(&scenarios::valid(Path::new("."), text, &[]))
-}
-
-fn faults(text: &str) -> String {
-    let list = scenarios::parse(Path::new("."), text, &[]).expect_err("a fault");
-    list.iter().map(|fault| format!("{}: {}\n", fault.key, fault.message)).collect()
-}
 
 #[test]
 fn a_flexible_shaft_on_a_gear_takes_the_momentum_of_the_torque() {

@@ -1,6 +1,7 @@
 //! Generic joints, stops, dry friction and loads in lines and steps from a scenario, against closed forms.
 
 use crate::support::scenarios;
+use crate::support::scenarios::{faults, run_text as run};
 use std::path::Path;
 
 use adaptive::run::recording::Recording;
@@ -23,15 +24,6 @@ fn block(more: &str) -> String {
         {more}
         "#
     )
-}
-
-fn run(text: &str) -> Recording {
-    scenarios::run(&scenarios::valid(Path::new("."), text, &[]))
-}
-
-fn faults(text: &str) -> String {
-    let list = scenarios::parse(Path::new("."), text, &[]).expect_err("a fault");
-    list.iter().map(|fault| format!("{}: {}\n", fault.key, fault.message)).collect()
 }
 
 /// Coordinates and velocities of the guide at the end.

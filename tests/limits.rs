@@ -17,11 +17,20 @@ fn ended(output: Output) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8(output.stderr).expect("UTF-8"))
 }
 
-/// Runs the program in `at` with at most so many KiB of addresses.
-fn within(at: &Path, kibibytes: u64, arguments: &[&str]) -> (Option<i32>, String) {
-    let script = format!("ulimit -v {kibibytes} && exec \"$0\" \"$@\"");
-    let output = Command::new("sh").args(["-c", &script, PROGRAM]).args(arguments).current_dir(at).output();
+/// Runs a script of the shell in `at`, for which `$0` is the program and `$@` are `arguments`.
+fn shell(at: &Path, script: &str, arguments: &[&str]) -> (Option<i32>, String) {
+    let output = Command::new("sh").args(["-c", script, PROGRAM]).args(arguments).current_dir(at).output();
     ended(output.expect("a shell"))
+}
+
+/// Runs the program in `at` under a limit, option and number of `ulimit`.
+fn within(at: &Path, limit: &str, arguments: &[&str]) -> (Option<i32>, String) {
+    shell(at, &format!("ulimit {limit} && exec \"$0\" \"$@\""), arguments)
+}
+
+/// A run of the rigid pendulums to `out.h5`; what `--set` sets follows.
+fn pendulums() -> [String; 6] {
+    ["run", "-q", &scenario("rigid_double_pendulums"), "-o", "out.h5", "--set"].map(str::to_owned)
 }
 
 #[test]
@@ -34,7 +43,7 @@ fn runs_within_few_addresses_are_complete_or_say_that_memory_ends() {
             let arguments =
                 ["run", "-q", "--threads", "2", "-o", output.to_str().expect("UTF-8"), &scenario(name)];
             let arguments = [&arguments[..], &["--set", "simulation.end_time=1e-3"]].concat();
-            let (code, err) = within(folder.path(), mebibytes << 10, &arguments);
+            let (code, err) = within(folder.path(), &format!("-v {}", mebibytes << 10), &arguments);
             assert!(matches!(code, Some(0 | 4 | 5 | 6)), "{name}, {mebibytes} MiB: {code:?} {err}");
             assert!(!err.contains("panicked"), "{err}");
             if code == Some(4) {
@@ -60,31 +69,17 @@ fn a_factor_larger_than_the_addresses_left_is_refused_with_its_size() {
 fn small_stacks_and_long_expressions_end_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
     let sum = format!("1{}", "+1".repeat(12_000));
-    let run = [
-        "run",
-        "-q",
-        &scenario("rigid_double_pendulums"),
-        "-o",
-        "out.h5",
-        "--set",
-        "simulation.end_time=1e-2",
-    ];
-    for (kibibytes, arguments) in [64, 128, 8192].into_iter().flat_map(|stack| {
-        [&run[..], &["check", &scenario("sphere_on_plane")], &["metric", "out.h5", &sum], &["man", "run"]]
-            .map(|arguments| (stack, arguments.iter().map(|a| (*a).to_owned()).collect::<Vec<_>>()))
-    }) {
-        let script = format!("ulimit -s {kibibytes} && exec \"$0\" \"$@\"");
-        let output = Command::new("sh")
-            .args(["-c", &script, PROGRAM])
-            .args(&arguments)
-            .current_dir(folder.path())
-            .output();
-        let output = output.expect("a shell");
-        if arguments[0] == "metric" {
-            assert!(String::from_utf8_lossy(&output.stdout).contains("12001"), "{output:?}");
+    let run = pendulums();
+    let run = [&run.each_ref().map(String::as_str)[..], &["simulation.end_time=1e-2"]].concat();
+    for stack in ["-s 64", "-s 128", "-s 8192"] {
+        for arguments in
+            [&run[..], &["check", &scenario("sphere_on_plane")], &["metric", "out.h5", &sum], &["man", "run"]]
+        {
+            let (code, err) = within(folder.path(), stack, arguments);
+            assert_eq!(code, Some(0), "{stack}, {}: {err}", arguments[0]);
         }
-        let (code, err) = ended(output);
-        assert_eq!(code, Some(0), "{kibibytes} KiB, {}: {err}", arguments[0]);
+        let counted = "ulimit $2 && \"$0\" metric out.h5 \"$1\" | grep -q 12001";
+        assert_eq!(shell(folder.path(), counted, &[&sum, stack]).0, Some(0));
     }
 }
 
@@ -94,35 +89,19 @@ fn a_run_on_a_small_stack_obeys_signals() {
     let folder = tempfile::tempdir().expect("a folder");
     let script = "ulimit -s 64; \"$0\" run -q \"$1\" -o out.h5 --set simulation.end_time=1000.0 & \
         pid=$!; while [ ! -s out.h5.restart ]; do sleep 0.05; done; sleep 0.3; kill -TERM $pid; wait $pid";
-    let output = Command::new("sh")
-        .args(["-c", script, PROGRAM, &scenario("rigid_double_pendulums")])
-        .current_dir(folder.path())
-        .output();
-    let (code, err) = ended(output.expect("a shell"));
+    let (code, err) = shell(folder.path(), script, &[&scenario("rigid_double_pendulums")]);
     assert!(code == Some(130) && err.contains("go on with: fbimpact run --resume out.h5"), "{code:?} {err}");
 }
 
 #[test]
 fn a_run_whose_files_may_not_grow_is_taken_up_when_they_may() {
     let folder = tempfile::tempdir().expect("a folder");
-    let run = [
-        "run",
-        "-q",
-        &scenario("rigid_double_pendulums"),
-        "-o",
-        "out.h5",
-        "--set",
-        "simulation.end_time=1.0",
-    ];
+    let run = pendulums();
+    let run = [&run.each_ref().map(String::as_str)[..], &["simulation.end_time=1.0"]].concat();
     // 2000 blocks of 512 bytes hold the first states.
-    let script = "ulimit -f 2000; exec \"$0\" \"$@\"";
-    let output =
-        Command::new("sh").args(["-c", script, PROGRAM]).args(run).current_dir(folder.path()).output();
-    let (code, err) = ended(output.expect("a shell"));
+    let (code, err) = within(folder.path(), "-f 2000", &run);
     assert!(code == Some(6) && err.contains("ulimit -f"), "{code:?} {err}");
-    let output =
-        Command::new(PROGRAM).args(["run", "-q", "--resume", "out.h5"]).current_dir(folder.path()).output();
-    let (code, err) = ended(output.expect("the program starts"));
+    let (code, err) = shell(folder.path(), "exec \"$0\" run -q --resume out.h5", &[]);
     assert_eq!(code, Some(0), "{err}");
 }
 
@@ -173,11 +152,7 @@ fn signals_that_the_process_was_told_to_ignore_do_not_end_a_run() {
     let folder = tempfile::tempdir().expect("a folder");
     let script = "trap '' HUP; \"$0\" run -q \"$1\" -o out.h5 --set simulation.end_time=0.5 & \
         pid=$!; sleep 0.5; kill -HUP $pid; wait $pid";
-    let output = Command::new("sh")
-        .args(["-c", script, PROGRAM, &scenario("rigid_double_pendulums")])
-        .current_dir(folder.path())
-        .output();
-    let (code, err) = ended(output.expect("a shell"));
+    let (code, err) = shell(folder.path(), script, &[&scenario("rigid_double_pendulums")]);
     assert_eq!(code, Some(0), "{err}");
 }
 

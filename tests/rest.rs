@@ -1,14 +1,11 @@
 //! Runs that end as soon as their bodies are at rest.
 
 use crate::support::scenarios;
+use crate::support::scenarios::run_text as run;
 use std::path::Path;
 
 use adaptive::record::{PhaseKind, Sample};
 use adaptive::run::recording::Recording;
-
-fn run(text: &str) -> Recording {
-    scenarios::run(&scenarios::valid(Path::new("."), text, &[]))
-}
 
 fn last(recording: &Recording) -> &Sample {
     recording.samples.last().expect("samples")

@@ -176,6 +176,19 @@ fn sweeps_take_any_name_for_a_name() {
     }
 }
 
+/// What Snakemake puts into lines for a shell is a number and the name of a run; all else stands in the environment, quoted. The Python package's
+/// tests run it with such names where it is installed.
+#[test]
+fn snakemake_hands_no_name_to_a_shell() {
+    let text = std::fs::read_to_string(format!("{ROOT}/scripts/Snakefile")).expect("readable");
+    let shells: Vec<&str> = text.split("shell:").skip(1).filter_map(|s| s.split("\n\n").next()).collect();
+    let filled = |what: &str| shells.iter().map(|shell| shell.matches(what).count()).sum::<usize>();
+    assert_eq!((shells.len(), ["{threads}", "{wildcards.run}", "{"].map(filled)), (2, [1, 1, 2]));
+    assert!(text.contains("{{run,run-[0-9a-f]+}}"), "names of runs have no other characters");
+    let is_quoted = |shell: &str, at: usize| shell[..at].matches('"').count() % 2 == 1;
+    assert!(shells.iter().all(|shell| shell.match_indices('$').all(|(at, _)| is_quoted(shell, at))));
+}
+
 /// The scenario, a file that it names, the program: what has changed runs again, and nothing else does.
 #[test]
 fn rows_of_a_sweep_are_of_the_scenario_and_its_files_as_they_are() {

@@ -29,7 +29,18 @@ pub fn run(scenario: &Scenario) -> Recording {
     run_on(scenario, 1)
 }
 
-/// The same on so many threads.
+/// What a run of the scenario `text`, which names no files, records.
+pub fn run_text(text: &str) -> Recording {
+    run(&valid(Path::new("."), text, &[]))
+}
+
+/// The faults of such a scenario, a line each: key and message.
+pub fn faults(text: &str) -> String {
+    let list = parse(Path::new("."), text, &[]).expect_err("a fault");
+    list.iter().map(|fault| format!("{}: {}\n", fault.key, fault.message)).collect()
+}
+
+/// What a run of `scenario` on so many threads records.
 pub fn run_on(scenario: &Scenario, threads: usize) -> Recording {
     let mut recording = Recording::default();
     simulate(scenario, &mut recording, threads).unwrap_or_else(|e| panic!("{e}"));

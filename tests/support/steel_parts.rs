@@ -1,10 +1,8 @@
 //! Parts of steel that meet with flat faces and edges, as texts of a scenario, and what holds of all their runs.
 
-use std::path::Path;
-
 use adaptive::run::recording::Recording;
 
-use super::scenarios;
+pub use super::scenarios::run_text as run;
 
 /// Radius \[m\], length \[m\], modulus \[Pa\] and density [kg/m³] of the rods.
 pub const RADIUS: f64 = 1e-3;
@@ -13,11 +11,6 @@ pub const YOUNG: f64 = 210e9;
 pub const DENSITY: f64 = 7850.0;
 /// Modes of a rod that is so thin that all of them are axial.
 pub const MODES: usize = 60;
-
-/// What the run of `text` records.
-pub fn run(text: &str) -> Recording {
-    scenarios::run(&scenarios::valid(Path::new("."), text, &[]))
-}
 
 pub const STEEL: &str = r#"
     [materials.steel]

@@ -88,12 +88,6 @@ impl ModelStore for DiskStore {
     }
 }
 
-/// What makes models and results of this program, on this kind of processor, those of another one,
-/// in hexadecimal digits.
-pub fn fingerprint() -> String {
-    program::fingerprint().iter().map(|b| format!("{b:02x}")).collect()
-}
-
 /// The models of a run with `settings`.
 pub fn open(settings: &CacheSettings) -> ModelCache {
     match settings.folder() {

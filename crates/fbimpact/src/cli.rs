@@ -259,6 +259,9 @@ pub enum Command {
         /// Print JSON
         #[arg(long)]
         json: bool,
+        /// Refuse a file with a dataset that claims more than the file holds
+        #[arg(long)]
+        check: bool,
     },
     /// Compare a result with a reference: datasets, impacts, final state
     Compare(CompareArguments),

@@ -107,7 +107,7 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
             commands::bodies::export::export_body(&export, full, &set.set, Means { threads, bar: &bar })
         }
         Command::ImportBody(arguments) => commands::bodies::import::import_body(&arguments),
-        Command::Info { file, json } => commands::results::info::info(&file, json),
+        Command::Info { file, json, check } => commands::results::info::info(&file, json, check),
         Command::Compare(arguments) => commands::results::compare::compare(&arguments),
         Command::Thin { file, output, rows, force } => {
             commands::results::thin::thin(&file, &output, rows, force)

@@ -25,6 +25,7 @@ pub mod rows;
 pub mod journal;
 mod recorder;
 mod file;
+pub mod left;
 pub mod reference;
 
 pub use file::{OutputFile, RESULT, linked, part_path, restart_path};

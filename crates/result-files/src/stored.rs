@@ -16,7 +16,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use hdf5::types::{TypeDescriptor, VarLenUnicode};
-use hdf5::{Dataset, File, Group};
+use hdf5::{Dataset, File, Group, LocationToken};
 
 use crate::error::ResultError;
 use crate::file::fault::FileFault;
@@ -94,7 +94,7 @@ impl Stored {
             return Err(ResultError::io(path, reason));
         }
         let mut entries = BTreeMap::new();
-        walk(&file, "", time.len(), &mut entries).map_err(damaged)?;
+        walk(&file, "", time.len(), (&mut entries, &mut Vec::new())).map_err(damaged)?;
         let impacts = match entries.contains_key("impacts") {
             true => file.dataset("impacts").and_then(|d| hdf5_integrity::rows(&d)).map_err(damaged)?,
             false => Vec::new(),
@@ -121,6 +121,17 @@ impl Stored {
         open::attribute(&self.file, name).unwrap_or_default()
     }
 
+    /// Looks whether the file holds what each of its datasets claims.
+    ///
+    /// # Errors
+    /// [`ResultError::File`] with the first that claims more, or lies in another file.
+    pub fn check(&self) -> Result<(), ResultError> {
+        let names = self.entries.keys().map(String::as_str).chain(["time", "scenario"]);
+        let mut there = names.filter(|name| self.file.link_exists(name));
+        let checked = there.try_for_each(|name| hdf5_integrity::check(&self.file.dataset(name)?));
+        checked.map_err(|e| ResultError::io(&self.path, FileFault::part(e)))
+    }
+
     /// All numbers of a dataset in the order of rows.
     ///
     /// # Errors
@@ -134,14 +145,25 @@ impl Stored {
     }
 }
 
-fn walk(group: &Group, at: &str, n_times: usize, out: &mut BTreeMap<String, Entry>) -> hdf5::Result<()> {
+/// Notes the datasets of a group and of those in it, each of which has one name: links could lead in circles.
+fn walk(
+    group: &Group,
+    at: &str,
+    n_times: usize,
+    (out, seen): (&mut BTreeMap<String, Entry>, &mut Vec<LocationToken>),
+) -> hdf5::Result<()> {
+    let token = group.loc_info()?.token;
+    if seen.contains(&token) {
+        return Err(hdf5::Error::from(format!("/{at} is another name of a group of this file, take it out")));
+    }
+    seen.push(token);
     for name in group.member_names()? {
         let path = if at.is_empty() { name.clone() } else { format!("{at}/{name}") };
         if path == "time" || path == "scenario" {
             continue;
         }
         match group.group(&name) {
-            Ok(child) => walk(&child, &path, n_times, out)?,
+            Ok(child) => walk(&child, &path, n_times, (out, seen))?,
             Err(_) => {
                 let entry = entry(&group.dataset(&name)?, &path, n_times);
                 out.insert(path, entry);

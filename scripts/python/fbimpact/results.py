@@ -44,8 +44,6 @@ class Result:
         with self._open() as file:
             attributes = dict(file.attrs)
             has_scenario = isinstance(file.get("scenario"), h5py.Dataset)
-        if _text(attributes.get("format", "")) != "fbimpact":
-            raise FileError(f"{self.path}: is no result of fbimpact")
         version = attributes.get("format_version", 1)
         if not np.isscalar(version) or version not in range(VERSION + 1):
             raise FileError(f"{self.path}: has format version {version}, this package reads up to {VERSION}: install the package of its program")

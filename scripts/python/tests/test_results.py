@@ -92,11 +92,11 @@ def test_what_is_no_result_is_refused(tmp_path):
         fbimpact.open_result(tmp_path / "none.h5")
     with h5py.File(tmp_path / "other.h5", "w") as file:
         file["x"] = 1
-    with pytest.raises(fbimpact.FileError, match="no result"):
+    with pytest.raises(fbimpact.FileError, match="not a result file"):
         fbimpact.open_result(tmp_path / "other.h5")
     with h5py.File(tmp_path / "new.h5", "w") as file:
         file.attrs["format"], file.attrs["format_version"] = "fbimpact", 2
-    with pytest.raises(fbimpact.FileError, match="version 2"):
+    with pytest.raises(fbimpact.FileError, match="format version 2"):
         fbimpact.open_result(tmp_path / "new.h5")
 
 
@@ -125,6 +125,16 @@ def test_nothing_outside_the_file_is_read(tmp_path):
     ):
         with pytest.raises(fbimpact.FileError, match=words):
             fbimpact.open_result(of_one_file(tmp_path / "made.h5", force=make))
+    # Texts longer than the file, and a heap of texts that never ends: HDF5 would take the memory, and the time.
+    with h5py.File(of_one_file(tmp_path / "long.h5")) as file:
+        at = file["scenario"].id.get_offset()
+    sound = (tmp_path / "long.h5").read_bytes()
+    heap = sound.index(b"GCOL")
+    free = heap + 16 + 16 + -(-int.from_bytes(sound[heap + 24 : heap + 32], "little") // 8) * 8
+    for words, place, new in (("a text of 4294967280 bytes", at, b"\xf0\xff\xff\xff"), ("texts at byte .* are damaged", free, bytes(16))):
+        (tmp_path / "long.h5").write_bytes(sound[:place] + new + sound[place + len(new) :])
+        with pytest.raises(fbimpact.FileError, match=words):
+            fbimpact.open_result(tmp_path / "long.h5")
     # A link within the file is no way out.
     linked = fbimpact.open_result(of_one_file(tmp_path / "soft.h5", again=lambda file, name: file.__setitem__(name, h5py.SoftLink("/time"))))
     assert linked["again"].values.tolist() == [0.0]
@@ -144,9 +154,9 @@ def test_what_is_no_whole_result_is_told(tmp_path):
 
     for words, change in (
         ("no status", without("status")),
-        ("no result of", without("format")),
+        ("not a result file", without("format")),
         ("no scenario", lambda file, _: file.__delitem__("scenario")),
-        ("format version 2.*install", lambda file, _: file.attrs.__setitem__("format_version", 2)),
+        ("format version 2.*read it with", lambda file, _: file.attrs.__setitem__("format_version", 2)),
         ("format version", lambda file, _: file.attrs.__setitem__("format_version", [1, 2])),
         ("format version", lambda file, _: file.attrs.__setitem__("format_version", "1.5")),
     ):

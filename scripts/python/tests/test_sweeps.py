@@ -1,3 +1,4 @@
+import json
 import math
 import os
 import pathlib
@@ -178,3 +179,17 @@ def test_sampling_as_a_command_feeds_the_shell(scenarios, tmp_path):
     assert len(list(tmp_path.glob("run-*.h5"))) == 3
     wrong = subprocess.run([*command, "velocity=3"], capture_output=True, text=True)
     assert wrong.returncode != 0 and "KEY=LOW..HIGH" in wrong.stderr
+
+
+@pytest.mark.parametrize("hostile", ["x;touch RAN;$(touch RAN) `touch RAN`", "o'neill \"a\\b && touch RAN #", "-ö*?[a]"])
+def test_snakemake_takes_any_name_for_a_name(tmp_path, hostile):
+    pytest.importorskip("snakemake")
+    (tmp_path / f"{hostile}.toml").write_text("[simulation]\nend_time = 1e-3\n[bodies.block]\nmodel = 'rigid'\nmass = 0.5\ninertia = [1e-4, 1e-4, 1e-4]\n")
+    configuration = {"scenario": f"{hostile}.toml", "folder": f"out {hostile}", "grid": "bodies.block.mass=1 2"}
+    (tmp_path / "config.json").write_text(json.dumps(configuration))
+    command = [sys.executable, "-m", "snakemake", "-s", str(ROOT / "scripts" / "Snakefile"), "--cores", "2", "--configfile", "config.json"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    table = (tmp_path / f"out {hostile}" / "table.csv").read_text()
+    assert table.count(",complete,") == 2, table
+    assert not list(tmp_path.rglob("RAN"))

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
 
+use ffr_dynamics::memory;
 use result_files::file::plain_file;
 
 use super::Name;
@@ -83,6 +84,9 @@ impl Folder {
         let data = file.metadata()?;
         if !is_own(&data) || is_writable(&data) {
             return Err(io::Error::other("others may have written it"));
+        }
+        if data.len() > self.limit.min(memory::free().unwrap_or(u64::MAX)) {
+            return Err(io::Error::other("it is larger than the cache, or than the memory that is left"));
         }
         let mut bytes = Vec::with_capacity(data.len() as usize);
         file.read_to_end(&mut bytes)?;
@@ -338,6 +342,12 @@ mod tests {
             assert!(folder.read(&name).is_err(), "{mode:o}");
         }
         fs::set_permissions(&path, fs::Permissions::from_mode(0o644)).unwrap();
+        assert!(folder.read(&name).unwrap().is_some());
+        // A hole takes no room on the disk, and all of the memory when it is read.
+        let set_length = |n| OpenOptions::new().write(true).open(&path).unwrap().set_len(n).unwrap();
+        set_length(101);
+        assert!(folder.read(&name).is_err());
+        set_length(3);
         assert!(folder.read(&name).unwrap().is_some());
         // Only root may give files away.
         if chown(&path, Some(65534), None).is_ok() {

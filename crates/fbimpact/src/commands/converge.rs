@@ -12,7 +12,6 @@ use result_files::file::whole_file;
 
 use super::run::stop::Stop;
 use super::{print, threads};
-use crate::cache;
 use crate::cli::{CacheArguments, ConvergeArguments};
 use crate::commands::scenario_file;
 use crate::converge::execute::{Job, RunSetting, execute, prepare};
@@ -75,8 +74,7 @@ pub fn converge(arguments: &ConvergeArguments) -> Result<(), AppError> {
         verdict: &verdict,
     };
     let json = format!("{:#}\n", study.json());
-    let path = folder.join(report::FILE);
-    whole_file::write(&path, json.as_bytes()).map_err(|e| AppError::system(&path, Access::Write, e))?;
+    whole_file::write(&folder.join(report::FILE), json.as_bytes())?;
     let text = if arguments.json { json } else { study.table() };
     print(&text)?;
     if verdict.is_converged { Ok(()) } else { Err(AppError::Unconverged { tolerance }) }
@@ -130,7 +128,6 @@ impl Runs<'_> {
         }
         let setting = RunSetting {
             program: std::env::current_exe().map_err(|e| AppError::system("fbimpact", Access::Find, e))?,
-            fingerprint: cache::fingerprint(),
             scenario: self.arguments.scenario.clone(),
             folder: self.folder.to_owned(),
             arguments: passed,
@@ -145,13 +142,13 @@ impl Runs<'_> {
         let own = variant.set.iter().map(|s| s.parse().map_err(|fault| CommandFault::Override(fault).into()));
         let own = own.collect::<Result<Vec<Override>, AppError>>()?;
         let all: Vec<Override> = self.arguments.set.set.iter().cloned().chain(own).collect();
-        let resolved = match scenario_file::read(&self.arguments.scenario, &all) {
-            Ok(scenario) => scenario.source.resolved,
-            Err(AppError::Scenario(_)) => String::new(),
+        let inputs_sha256 = match scenario_file::read(&self.arguments.scenario, &all) {
+            Ok(scenario) => Some(scenario.source.inputs_sha256),
+            Err(AppError::Scenario(_)) => None,
             Err(error) => return Err(error),
         };
         let set = all.iter().map(|o| o.text().to_owned()).collect();
-        Ok(Job { name: variant.name.clone(), set, resolved })
+        Ok(Job { name: variant.name.clone(), set, inputs_sha256 })
     }
 }
 

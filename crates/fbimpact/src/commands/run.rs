@@ -4,7 +4,6 @@ pub mod stop;
 pub mod recording;
 mod begin;
 mod resume;
-mod left;
 
 use std::path::{Path, PathBuf};
 
@@ -15,9 +14,9 @@ use super::{gate_of, threads};
 use crate::cli::RunArguments;
 use crate::commands::scenario_file;
 use crate::error::{AppError, CommandFault};
+use crate::results::left::{Left, left};
 use crate::results::{OutputFile, RESULT, linked};
 use begin::begin;
-use left::Left;
 use stop::Stop;
 
 /// Runs a scenario file.
@@ -51,7 +50,7 @@ fn run_scenario(
         None => default_output(path),
     };
     gate_of(&scenario, arguments.force).check(&linked(&target)?, RESULT)?;
-    let left = if arguments.update { left::left(&target, &scenario)? } else { Left::Nothing };
+    let left = if arguments.update { left(&target, &scenario.source.inputs_sha256)? } else { Left::Nothing };
     if arguments.dry_run {
         return if left == Left::Complete { Ok(()) } else { Err(AppError::NotCurrent { output: target }) };
     }

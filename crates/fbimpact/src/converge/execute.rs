@@ -12,8 +12,9 @@ use result_files::file::fault::Access;
 
 use super::job::{Running, Setting};
 use crate::error::AppError;
+use crate::results::left::{Left, left};
 
-pub use super::job::{Job, Left, Setting as RunSetting, prepare};
+pub use super::job::{Job, Setting as RunSetting, prepare};
 
 /// Time between two looks at the processes.
 const PAUSE: Duration = Duration::from_millis(10);
@@ -63,9 +64,10 @@ impl Queue<'_> {
     /// Sorts the runs into those that are there and those that wait.
     fn fill(&mut self) -> Result<(), AppError> {
         for (i, job) in self.jobs.iter().enumerate() {
-            match self.setting.left(job) {
+            let result = self.setting.result(&job.name);
+            match job.inputs_sha256.as_ref().map_or(Ok(Left::Nothing), |inputs| left(&result, inputs))? {
                 Left::Complete => {
-                    let outcome = Outcome::read(&self.setting.result(&job.name))?;
+                    let outcome = Outcome::read(&result)?;
                     self.outcomes[i] = Outcome { is_reused: true, ..outcome };
                     tracing::info!("{}: finished earlier", job.name);
                 }

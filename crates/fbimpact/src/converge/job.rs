@@ -8,12 +8,9 @@ use std::time::Instant;
 use result_files::converge::outcome::Outcome;
 use result_files::converge::report;
 use result_files::file::fault::Access;
-use result_files::file::plain_file;
 use result_files::file::whole_file;
-use result_files::stored::Stored;
 
 use crate::error::AppError;
-use crate::results::journal::{Entries, Entry};
 use crate::results::restart_path;
 
 /// A run to be made.
@@ -23,8 +20,8 @@ pub struct Job {
     pub name: String,
     /// Changes of the scenario, `KEY=VALUE`.
     pub set: Vec<String>,
-    /// The scenario with these changes and its defaults, as it will stand in the result.
-    pub resolved: String,
+    /// SHA-256 of what the result follows from; none of a variant that is no valid scenario.
+    pub inputs_sha256: Option<String>,
 }
 
 /// What every run is made with.
@@ -32,8 +29,6 @@ pub struct Job {
 pub struct Setting {
     /// This program.
     pub program: PathBuf,
-    /// What makes results of another program another result.
-    pub fingerprint: String,
     /// The scenario file.
     pub scenario: PathBuf,
     /// Folder of the results.
@@ -42,17 +37,6 @@ pub struct Setting {
     pub arguments: Vec<String>,
     /// Threads of a run.
     pub threads: usize,
-}
-
-/// What an earlier call left of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Left {
-    /// The result.
-    Complete,
-    /// A state from which it can be taken up.
-    Part,
-    /// Nothing of use.
-    Nothing,
 }
 
 /// A run that goes on. Ends as if interrupted when its standard input is closed.
@@ -75,25 +59,6 @@ impl Setting {
         self.file(name, ".h5")
     }
 
-    /// What is left of `job` as this program makes it.
-    pub fn left(&self, job: &Job) -> Left {
-        let made_by = plain_file::text(&self.file(&job.name, ".program")).unwrap_or_default();
-        if made_by.trim() != self.fingerprint {
-            return Left::Nothing;
-        }
-        let result = self.result(&job.name);
-        let is_equal = |s: &Stored| s.scenario == job.resolved && s.attribute("status") == "complete";
-        if result.is_file() && Stored::open(&result).is_ok_and(|s| is_equal(&s)) {
-            return Left::Complete;
-        }
-        let restart = restart_path(&result);
-        let header = || Entries::open(&restart).and_then(|mut entries| entries.next_entry());
-        match restart.is_file().then(header) {
-            Some(Ok(Some(Entry::Header(header)))) if header.resolved == job.resolved => Left::Part,
-            _ => Left::Nothing,
-        }
-    }
-
     /// Starts `job`; what is left of another run of its name is removed unless it goes on from
     /// there.
     ///
@@ -107,7 +72,6 @@ impl Setting {
             let _ = fs::remove_file(&result);
             let _ = fs::remove_file(restart_path(&result));
         }
-        self.write(&job.name, ".program", &format!("{}\n", self.fingerprint))?;
         self.write(&job.name, ".set", &job.set.iter().map(|s| format!("{s}\n")).collect::<String>())?;
         let path = self.file(&job.name, ".log");
         let _ = fs::remove_file(&path);
@@ -145,8 +109,7 @@ impl Setting {
     }
 
     fn write(&self, name: &str, ending: &str, text: &str) -> Result<(), AppError> {
-        let path = self.file(name, ending);
-        whole_file::write(&path, text.as_bytes()).map_err(|e| AppError::system(&path, Access::Write, e))
+        Ok(whole_file::write(&self.file(name, ending), text.as_bytes())?)
     }
 }
 
@@ -187,5 +150,5 @@ pub fn prepare(folder: &Path) -> Result<(), AppError> {
             format!("holds files and no {}, name a new folder with -o", report::FILE),
         ));
     }
-    whole_file::write(&mark, b"{}\n").map_err(fail(Access::Write))
+    Ok(whole_file::write(&mark, b"{}\n")?)
 }

@@ -9,7 +9,7 @@ mod dataset;
 mod foreign;
 mod heaps;
 
-pub use dataset::{rows, scalar, text};
+pub use dataset::{check, rows, scalar, text};
 pub use foreign::forbid;
 
 use std::path::Path;

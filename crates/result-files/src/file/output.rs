@@ -1,6 +1,6 @@
 //! What a command may write: never over what it reads, over other files only if this program wrote them, or with `--force`.
 
-use std::io::{Read, Seek, SeekFrom};
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use hdf5::types::VarLenUnicode;
@@ -63,7 +63,7 @@ fn hdf5_format(path: &Path) -> Option<String> {
 }
 
 /// The first and the last bytes of a file.
-fn ends(path: &Path) -> std::io::Result<Vec<u8>> {
+fn ends(path: &Path) -> io::Result<Vec<u8>> {
     let mut file = plain_file::open(path)?;
     let mut bytes = Vec::new();
     (&mut file).take(SEARCHED).read_to_end(&mut bytes)?;
@@ -106,6 +106,20 @@ impl Gate {
             return refuse(format!("exists and is not {name}, choose another name or add --force"));
         }
         Ok(())
+    }
+
+    /// Has `write` write `output` as a file of `kind`, in whole or not at all.
+    ///
+    /// # Errors
+    /// What forbids it, and those of the file system.
+    pub fn write(
+        &self,
+        output: &Path,
+        kind: Kind,
+        write: impl FnOnce(&Path) -> io::Result<()>,
+    ) -> Result<(), FileError> {
+        self.check(output, kind)?;
+        whole_file::make(output, write)
     }
 }
 

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::file::fault::{Access, FileFault};
+use crate::file::fault::{Access, FileError, FileFault};
 
 /// What is wrong with an output that is no file.
 pub const DEVICE: &str = "is a device or pipe, name a file with -o";
@@ -26,8 +26,16 @@ pub fn close(file: hdf5::File) -> hdf5::Result<()> {
 ///
 /// # Errors
 /// Those of the file system; an earlier file then stays as it was.
-pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    replace(path, |part| File::create(part)?.write_all(bytes))
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), FileError> {
+    make(path, |part| File::create(part)?.write_all(bytes))
+}
+
+/// [`replace`] with errors that name the file.
+///
+/// # Errors
+/// Those of `write` and of the file system; an earlier file then stays as it was.
+pub fn make(path: &Path, write: impl FnOnce(&Path) -> io::Result<()>) -> Result<(), FileError> {
+    replace(path, write).map_err(|e| FileError::new(path, FileFault::system(Access::Write, e)))
 }
 
 /// Has `write` write a file aside, and gives it its name if that succeeds.

@@ -1,7 +1,6 @@
 //! `fbimpact export-body --nurbs`: the exact shape of a body as splines for another program.
 
 use iga_core::files::{write_gismo, write_mfem};
-use result_files::file::fault::Access;
 use result_files::file::output::Kind;
 use result_files::file::whole_file;
 
@@ -38,8 +37,7 @@ pub fn export_splines(
         SplineFormat::Mfem => (write_mfem(&shape.patches, unit), format!("# {MARK}")),
     };
     let text = text.replacen('\n', &format!("\n{remark}\n"), 1);
-    let written = whole_file::write(export.output, text.as_bytes());
-    written.map_err(|e| AppError::system(export.output, Access::Write, e))?;
+    whole_file::write(export.output, text.as_bytes())?;
     let (n, points) = (shape.patches.len(), shape.patches.iter().map(|p| p.n_functions()).sum::<usize>());
     print(&format!("{}: {}, {n} patches, {points} control points\n", export.output.display(), export.body))
 }

@@ -6,7 +6,6 @@ use std::path::Path;
 use adaptive::model::start_poses;
 use adaptive::sizing::mesh_touch::{GROWTH, MeshTouch, touches, usual_length};
 use adaptive::touch::first::FirstTouches;
-use result_files::file::fault::Access;
 use result_files::file::output::Kind;
 use result_files::file::whole_file;
 
@@ -67,9 +66,7 @@ pub fn mesh_size(asked: &MeshSize<'_>, overrides: &[Override]) -> Result<(), App
             let reason = format!("contacts touch the meshes of {names}; choose one with --body");
             return Err(CommandFault::request(reason).into());
         }
-        let field = field(&scenario, body, &all);
-        whole_file::write(output, field.as_bytes())
-            .map_err(|e| AppError::system(output, Access::Write, e))?;
+        whole_file::write(output, field(&scenario, body, &all).as_bytes())?;
     }
     print(&text)
 }

@@ -2,7 +2,6 @@
 
 use std::path::{Path, PathBuf};
 
-use result_files::file::fault::Access;
 use result_files::file::whole_file;
 use result_files::words::shown::{for_shell, shown};
 
@@ -59,13 +58,13 @@ pub fn new(name: &Path, template: Template, force: bool) -> Result<(), AppError>
     if !force && let Some(there) = files.iter().find(|f| f.exists()) {
         return Err(AppError::io(there, "exists, choose another name or add --force"));
     }
-    write(&path, &named(template.text(), &stem))?;
+    whole_file::write(&path, named(template.text(), &stem).as_bytes())?;
     if let Some((companion, text)) = &companion {
-        write(companion, text)?;
+        whole_file::write(companion, text.as_bytes())?;
     }
     let schema_path = path.with_file_name(SCHEMA);
     if force || !schema_path.exists() {
-        write(&schema_path, &schema::text())?;
+        whole_file::write(&schema_path, schema::text().as_bytes())?;
     } else {
         tracing::debug!("{} is there already", schema_path.display());
     }
@@ -86,8 +85,4 @@ fn named(text: &str, stem: &str) -> String {
         text.replace(&format!(" NAME{ending}"), &format!(" {}", for_shell(Path::new(&name))))
     });
     in_commands.replace("NAME", &stem)
-}
-
-fn write(path: &Path, text: &str) -> Result<(), AppError> {
-    whole_file::write(path, text.as_bytes()).map_err(|e| AppError::system(path, Access::Write, e))
 }

@@ -10,7 +10,6 @@ use std::process::{Command, Stdio};
 use clap::CommandFactory;
 use result_files::file::fault::{Access, FileFault};
 use result_files::file::output::{Gate, Kind};
-use result_files::file::whole_file;
 
 use crate::cli::Cli;
 use crate::commands::print;
@@ -66,10 +65,9 @@ pub fn manuals(folder: &Path, force: bool) -> Result<(), AppError> {
     for words in manual::all() {
         let name = [&["fbimpact".to_owned()][..], &words].concat().join("-");
         let path = folder.join(format!("{name}.1"));
-        Gate::new([], force).check(&path, PAGE)?;
         let Some(page) = manual::page(&words) else { continue };
         let page = page.map_err(|e| AppError::io(&path, FileFault::Stream(e)))?;
-        whole_file::write(&path, page.as_bytes()).map_err(|e| AppError::system(&path, Access::Write, e))?;
+        Gate::new([], force).write(&path, PAGE, |part| std::fs::write(part, page))?;
         print(&format!("{}\n", path.display()))?;
     }
     Ok(())

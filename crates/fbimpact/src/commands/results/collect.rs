@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 
 use result_files::collect::{CSV_TABLE, HDF5_TABLE, Run, Table, csv, find, gather, hdf5};
 use result_files::expression::named::NamedExpression;
-use result_files::file::fault::Access;
 use result_files::file::output::Gate;
 use result_files::file::{error_text, whole_file};
 
@@ -42,14 +41,10 @@ pub fn collect(
     let table = gather(&runs, is_long);
     check_columns(&table)?;
     // Written aside first: a table is never half there.
-    let written = if is_csv {
-        whole_file::write(output, csv(&table).as_bytes())
-    } else {
-        whole_file::replace(output, |part| {
-            hdf5(&table, part).map_err(|e| io::Error::other(error_text::of_hdf5(&e)))
-        })
-    };
-    written.map_err(|e| AppError::system(output, Access::Write, e))?;
+    whole_file::make(output, |part| match is_csv {
+        true => std::fs::write(part, csv(&table)),
+        false => hdf5(&table, part).map_err(|e| io::Error::other(error_text::of_hdf5(&e))),
+    })?;
     let complete = runs.iter().filter(|r| r.status == "complete").count();
     tracing::info!("{}: {} runs, {complete} complete", output.display(), runs.len());
     Ok(())

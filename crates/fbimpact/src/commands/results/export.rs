@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 
 use result_files::file::fault::{Access, FileFault};
 use result_files::file::output::{Gate, Kind};
-use result_files::file::whole_file;
 use result_files::words::shown::for_shell;
 
 use crate::cache;
@@ -17,7 +16,6 @@ use crate::postprocessing::replay::states::States;
 use crate::postprocessing::vtk::bodies::assemble::View;
 use crate::postprocessing::vtk::bodies::splines::Cells;
 use crate::postprocessing::vtk::bodies::{Bodies, Shown};
-use crate::postprocessing::vtk::grid::Grid;
 use crate::postprocessing::vtk::grid::xml::{MARK, SeriesEntry, pvd, write_vtu};
 use crate::postprocessing::vtk::paraview;
 use crate::postprocessing::vtk::pressure::contact_pressures;
@@ -70,7 +68,7 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
             let Shown { name, motion, .. } = drawn.body;
             let grid = drawn.grid(&motion.pose(i), view)?;
             let file = file_name(name, number);
-            write_grid(&gate, &folder.join(&file), &grid, time)?;
+            gate.write(&folder.join(&file), VTK, |part| write_vtu(part, &grid, time))?;
             series.push(SeriesEntry { time, part, name: name.clone(), file: format!("{stem}/{file}") });
         }
         for (k, contact) in contacts.iter_mut().enumerate() {
@@ -78,7 +76,7 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
             // No name has a dot in it.
             let name = format!("{}.pressure", contact.name);
             let file = file_name(&name, number);
-            write_grid(&gate, &folder.join(&file), &grid, time)?;
+            gate.write(&folder.join(&file), VTK, |part| write_vtu(part, &grid, time))?;
             let part = all.len() + k;
             series.push(SeriesEntry { time, part, name, file: format!("{stem}/{file}") });
         }
@@ -90,7 +88,9 @@ pub fn export(arguments: &ExportArguments) -> Result<(), AppError> {
             instants.len()
         );
     }
-    let shown = write_series(&gate, &arguments.vtk, &stem, &series)?;
+    let path = arguments.vtk.join(format!("{stem}.pvd"));
+    gate.write(&path, VTK, |part| std::fs::write(part, pvd(&series)))?;
+    let shown = write_script(&gate, &path)?;
     if let (Some(pvpython), Some(movie)) = (pvpython, &arguments.movie) {
         tracing::info!("{} is made by {}", movie.display(), pvpython.display());
         paraview::film(&pvpython, &shown, movie)
@@ -149,42 +149,19 @@ fn folder_of(arguments: &ExportArguments) -> Result<(String, PathBuf), AppError>
     Ok((stem, folder))
 }
 
-/// Writes one grid.
-///
-/// # Errors
-/// [`AppError::Io`] if that fails.
-fn write_grid(gate: &Gate, path: &Path, grid: &Grid, time: f64) -> Result<(), AppError> {
-    gate.check(path, VTK)?;
-    whole_file::replace(path, |part| write_vtu(part, grid, time))
-        .map_err(|e| AppError::system(path, Access::Write, e))
-}
-
 fn file_name(name: &str, number: usize) -> String {
     let safe = |c: char| if c.is_alphanumeric() || "._-".contains(c) { c } else { '_' };
     format!("{}_{number:05}.vtu", name.chars().map(safe).collect::<String>())
-}
-
-/// Writes a text file of `kind`.
-fn write_text(gate: &Gate, path: &Path, kind: Kind, text: &str) -> Result<(), AppError> {
-    gate.check(path, kind)?;
-    whole_file::write(path, text.as_bytes()).map_err(|e| AppError::system(path, Access::Write, e))
-}
-
-/// Writes the series and the script that shows it, and returns the path of the script.
-fn write_series(gate: &Gate, folder: &Path, stem: &str, series: &[SeriesEntry]) -> Result<PathBuf, AppError> {
-    let path: PathBuf = folder.join(format!("{stem}.pvd"));
-    write_text(gate, &path, VTK, &pvd(series))?;
-    write_script(gate, &path)
 }
 
 /// Writes the script that shows `export` into the folder of its parts, and prints the name of the
 /// export.
 ///
 /// # Errors
-/// [`AppError::System`] if that fails.
+/// [`AppError::Io`] if that fails.
 fn write_script(gate: &Gate, export: &Path) -> Result<PathBuf, AppError> {
     let path = export.with_extension("").join("show.py");
-    write_text(gate, &path, SCRIPT, &paraview::script(export))?;
+    gate.write(&path, SCRIPT, |part| std::fs::write(part, paraview::script(export)))?;
     tracing::info!("in colours that fit: paraview --script={}", for_shell(&path));
     print(&format!("{}\n", export.display()))?;
     Ok(path)

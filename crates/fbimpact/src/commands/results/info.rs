@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use result_files::stored::Stored;
 use result_files::stored::reactions::PeakReaction;
 use result_files::stored::summary::{self, Summary};
 use result_files::tables::{ImpactRow, PhaseRow, TrialRow};
@@ -13,11 +14,14 @@ use crate::commands::{print, ratio};
 use crate::error::AppError;
 use crate::results::columns;
 
-/// Prints the summary of a result file.
+/// Prints the summary of a result file, whose datasets are all looked at first if `check` is set.
 ///
 /// # Errors
 /// [`AppError::Io`] if the file cannot be read.
-pub fn info(file: &Path, json: bool) -> Result<(), AppError> {
+pub fn info(file: &Path, json: bool, check: bool) -> Result<(), AppError> {
+    if check {
+        Stored::open(file)?.check()?;
+    }
     let summary = summary::read(file)?;
     let text = if json { format!("{:#}\n", summary.json()) } else { for_people(&summary) };
     print(&text)

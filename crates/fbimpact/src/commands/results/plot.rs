@@ -125,7 +125,7 @@ fn write(
     let gate = Gate::of_files(&wanted.files, wanted.force);
     files.iter().try_for_each(|(path, _)| gate.check(path, drawing::FIGURE))?;
     for (path, bytes) in &files {
-        whole_file::write(path, bytes).map_err(|e| AppError::system(path, Access::Write, e))?;
+        whole_file::write(path, bytes)?;
     }
     Ok(files.into_iter().map(|(path, _)| path).collect())
 }

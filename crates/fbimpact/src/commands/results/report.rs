@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 
 use result_files::error::ResultError;
-use result_files::file::fault::{Access, FileFault};
+use result_files::file::fault::FileFault;
 use result_files::file::output::{Gate, Kind};
 use result_files::file::whole_file;
 use result_files::stored::open::{open, scenario_text};
@@ -72,8 +72,7 @@ pub fn write_report(arguments: &ReportArguments) -> Result<(), AppError> {
     if is_piped {
         return piped(&made.text);
     }
-    whole_file::write(output, made.text.as_bytes())
-        .map_err(|e| AppError::system(output, Access::Write, e))?;
+    whole_file::write(output, made.text.as_bytes())?;
     print(&format!("{}\n", output.display()))
 }
 

@@ -185,19 +185,24 @@ mod tests {
     use super::*;
     use crate::body::RigidMotion;
 
-    #[test]
-    fn rigid_velocity_of_a_rigid_body_is_that_of_its_points() {
-        let inertia = Matrix3::new(3.0, 0.1, -0.2, 0.1, 4.0, 0.3, -0.2, 0.3, 5.0);
-        let centre = Vector3::new(0.2, -0.1, 0.4);
-        let data = StandardInputData::rigid(RigidMotion::Spatial, 2.0, centre, inertia).unwrap();
-        let state = BodyState {
+    /// A rigid body that moves and turns.
+    fn turning() -> BodyState {
+        BodyState {
             position: Vector3::new(0.3, -0.2, 1.0),
             rotation: UnitQuaternion::from_scaled_axis(Vector3::new(0.4, -0.9, 0.2)),
             velocity: Vector3::new(1.0, 2.0, -0.5),
             angular_velocity_in_body: Vector3::new(-3.0, 0.7, 1.9),
             elastic: Vec::new(),
             elastic_rates: Vec::new(),
-        };
+        }
+    }
+
+    #[test]
+    fn rigid_velocity_of_a_rigid_body_is_that_of_its_points() {
+        let inertia = Matrix3::new(3.0, 0.1, -0.2, 0.1, 4.0, 0.3, -0.2, 0.3, 5.0);
+        let centre = Vector3::new(0.2, -0.1, 0.4);
+        let data = StandardInputData::rigid(RigidMotion::Spatial, 2.0, centre, inertia).unwrap();
+        let state = turning();
         let arm = Vector3::new(0.5, 0.6, -0.7);
         let place = state.position + state.rotation * arm;
         let expected = state.velocity + state.rotation * state.angular_velocity_in_body.cross(&arm);
@@ -208,14 +213,7 @@ mod tests {
     #[test]
     fn parts_of_a_rigid_body_move_as_the_whole() {
         // Two halves of it, each with its share of mass and inertia, in one motion.
-        let state = BodyState {
-            position: Vector3::new(0.3, -0.2, 1.0),
-            rotation: UnitQuaternion::from_scaled_axis(Vector3::new(0.4, -0.9, 0.2)),
-            velocity: Vector3::new(1.0, 2.0, -0.5),
-            angular_velocity_in_body: Vector3::new(-3.0, 0.7, 1.9),
-            elastic: Vec::new(),
-            elastic_rates: Vec::new(),
-        };
+        let state = turning();
         let half = |mass: f64, x: f64| {
             let (centre, inertia) =
                 (Vector3::new(x, 0.1, -0.2), Matrix3::from_diagonal(&Vector3::new(3.0, 4.0, 4.5)));

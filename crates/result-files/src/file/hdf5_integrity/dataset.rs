@@ -44,7 +44,11 @@ pub fn scalar<T: H5Type>(dataset: &Dataset) -> Result<T> {
     dataset.read_scalar()
 }
 
-fn check(dataset: &Dataset) -> Result<()> {
+/// Compares what a dataset claims with what the file holds.
+///
+/// # Errors
+/// Those of HDF5, and if it claims more, or lies in another file.
+pub fn check(dataset: &Dataset) -> Result<()> {
     check_place(dataset)?;
     let shape = dataset.shape();
     let kind = dataset.dtype()?;

@@ -2,14 +2,14 @@
 
 use adaptive::model::Arrangement;
 
-use super::{VTK, folder_of, write_grid, write_script, write_text};
+use super::{VTK, folder_of, write_script};
 use crate::cli::ExportArguments;
 use crate::commands::scenario_file;
 use crate::commands::{gate_of, threads};
 use crate::error::{AppError, CommandFault};
 use crate::postprocessing::vtk::bodies::assemble::View;
 use crate::postprocessing::vtk::bodies::splines::Cells;
-use crate::postprocessing::vtk::grid::xml::{BlockEntry, vtm};
+use crate::postprocessing::vtk::grid::xml::{BlockEntry, vtm, write_vtu};
 use crate::postprocessing::vtk::setup::blocks;
 use crate::scenario::Scenario;
 
@@ -46,13 +46,13 @@ pub fn export_setup(arguments: &ExportArguments) -> Result<(), AppError> {
         for (number, (name, grid)) in block.parts.iter().enumerate() {
             // Names may differ in letters that file names lose.
             let file = format!("{}_{number:03}.vtu", block.name);
-            write_grid(&gate, &folder.join(&file), grid, 0.0)?;
+            gate.write(&folder.join(&file), VTK, |part| write_vtu(part, grid, 0.0))?;
             parts.push((name.clone(), format!("{stem}/{file}")));
         }
         entries.push(BlockEntry { name: block.name.to_owned(), parts });
     }
     let path = arguments.vtk.join(format!("{stem}.vtm"));
-    write_text(&gate, &path, VTK, &vtm(&entries))?;
+    gate.write(&path, VTK, |part| std::fs::write(part, vtm(&entries)))?;
     write_script(&gate, &path).map(|_| ())
 }
 
