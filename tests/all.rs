@@ -13,6 +13,7 @@ mod compare;
 mod converge;
 mod crossing_edges;
 mod damaged;
+mod decks;
 mod determinism;
 mod doubled;
 mod export;
@@ -88,6 +89,7 @@ mod balls;
 #[expect(dead_code, reason = "other crates use the rest")]
 #[path = "../crates/fe-mesh/tests/blocks/mod.rs"]
 mod blocks;
+#[expect(dead_code, reason = "other crates use the rest")]
 #[path = "../crates/fe-mesh/tests/writers/mod.rs"]
 mod writers;
 #[expect(dead_code, reason = "other crates use the rest")]

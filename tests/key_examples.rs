@@ -37,7 +37,7 @@ fn look(keys: &'static [Key], given: &[&Table], path: &str, missing: &mut BTreeS
         let tables: Vec<&Table> = values.iter().filter_map(|value| value.as_table()).collect();
         match &key.kind {
             Kind::Table(keys) => look(keys, &tables, &at, missing),
-            Kind::Named(keys) => {
+            Kind::Named(keys) | Kind::NamedByFile(keys) => {
                 let named: Vec<&Table> =
                     tables.iter().flat_map(|t| t.values()).filter_map(Value::as_table).collect();
                 look(keys, &named, &at, missing);

@@ -74,7 +74,9 @@ fn defaults_of_the_key_tables_are_valid() {
                 assert!(format!("x = {text}").parse::<toml::Table>().is_ok(), "default of {}", key.name);
             }
             match &key.kind {
-                Kind::Table(keys) | Kind::Named(keys) | Kind::Tables(keys) => walk(keys),
+                Kind::Table(keys) | Kind::Named(keys) | Kind::NamedByFile(keys) | Kind::Tables(keys) => {
+                    walk(keys)
+                }
                 Kind::Variants { variants, .. } | Kind::NumberOrVariants { variants, .. } => {
                     variants.iter().for_each(|v| walk(v.keys))
                 }

@@ -118,7 +118,7 @@ fn each_key(keys: &'static [Key], path: &str, action: &mut dyn FnMut(&'static Ke
         match &key.kind {
             Kind::Table(keys) => each_key(keys, &name, action),
             Kind::Tables(keys) => each_key(keys, &format!("{name}[0]"), action),
-            Kind::Named(keys) => {
+            Kind::Named(keys) | Kind::NamedByFile(keys) => {
                 let entry = match name.as_str() {
                     "materials" => "m",
                     "bodies" => "rod",
@@ -219,6 +219,7 @@ fn bad_values(kind: &Kind) -> Vec<String> {
         Kind::ChoiceOrNumber(_, range) => [outside(range), vec!["\"never\"".into(), "[]".into()]].concat(),
         Kind::Table(_) | Kind::Variants { .. } => vec!["1".into(), "[]".into(), "\"a\"".into()],
         Kind::Named(_) => vec!["1".into(), "[]".into(), "{ a = 1 }".into(), "{ \"a/b\" = {} }".into()],
+        Kind::NamedByFile(_) => vec!["1".into(), "[]".into(), "{ a = 1 }".into(), "{ \"\" = {} }".into()],
         Kind::Tables(_) => vec!["1".into(), "{}".into(), "[1]".into()],
         Kind::Choices(_) => {
             ["1", "\"x\"", "[]", "[1]", "[\"never\"]", "[\"x\", \"x\"]"].map(str::to_owned).to_vec()

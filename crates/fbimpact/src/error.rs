@@ -34,6 +34,9 @@ pub enum AppError {
         /// Name of the body.
         body: String,
     },
+    /// Contacts whose bodies move away from each other, one sentence each.
+    #[error("{0}")]
+    NeverMet(String),
     /// The run failed; what was computed is kept.
     #[error("run failed: {0}")]
     Run(Box<AdaptiveError>),
@@ -250,7 +253,7 @@ impl AppError {
             Self::Command(_) => 2,
             Self::Scenario(_) => 3,
             Self::OfScenario { error, .. } => error.code(),
-            Self::Model(_) | Self::OtherModes { .. } => 4,
+            Self::Model(_) | Self::OtherModes { .. } | Self::NeverMet(_) => 4,
             Self::Run(_) | Self::Threads { .. } | Self::Json(_) => 5,
             Self::Io(_) => 6,
             Self::Interrupted { .. }

@@ -43,11 +43,16 @@ pub enum MeshError {
 pub enum ReadFault {
     /// Neither of the formats.
     #[error(
-        "neither a Gmsh file, which begins with $MeshFormat, nor an input file of Abaqus or CalculiX with *NODE and *ELEMENT"
+        "{found}; read are MSH of Gmsh, input files of Abaqus and CalculiX, bulk data of Nastran: {remedy}"
     )]
-    Format,
+    Format {
+        /// What the file seems to be.
+        found: &'static str,
+        /// The command that makes another of it.
+        remedy: &'static str,
+    },
     /// A version of Gmsh's format that is not read.
-    #[error("MSH version {found} is not read; write 4.1 or 2.2 (gmsh -save -format msh41 FILE)")]
+    #[error("MSH version {found} is not read; write 4.1: gmsh PART.msh -save -format msh41 -o NEW.msh")]
     Version {
         /// As it stands there.
         found: String,
@@ -113,6 +118,35 @@ pub enum ReadFault {
         what: String,
         /// What to do.
         remedy: &'static str,
+    },
+    /// A file that cannot be included.
+    #[error("\"{file}\" cannot be included: {reason}")]
+    Include {
+        /// As the file names it.
+        file: String,
+        /// Why.
+        reason: String,
+    },
+    /// A fault of a file that is included.
+    #[error("in \"{file}\", {place}: {fault}")]
+    Included {
+        /// As the file names it.
+        file: String,
+        /// Where in it.
+        place: Place,
+        /// What is wrong.
+        fault: Box<ReadFault>,
+    },
+    /// Several parts, none of which is chosen.
+    #[error(
+        "{} the file has the parts {names}; choose one by its name, as part = \"NAME\" in the table of the body",
+        asked.as_ref().map_or("several parts:".to_owned(), |name| format!("no part \"{name}\":"))
+    )]
+    Parts {
+        /// The name asked for.
+        asked: Option<String>,
+        /// Those that there are.
+        names: String,
     },
     /// A set that names nothing that exists.
     #[error("{user} names the set \"{set}\", which the file does not have above")]
@@ -203,14 +237,13 @@ pub enum MeshFault {
     NoSurface,
     /// Parts that are not connected.
     #[error(
-        "the mesh has {parts} parts that share no node, with elements {} and {}; merge coincident nodes (Coherence Mesh in Gmsh), or give each part a body of its own",
-        elements[0], elements[1]
+        "the mesh has {parts} parts that share no node: {names}; choose one by its name, as part = \"NAME\" in the table of the body, or merge coincident nodes (Coherence Mesh in Gmsh)"
     )]
     Parts {
         /// How many.
         parts: usize,
-        /// Numbers of elements of the first two.
-        elements: [u64; 2],
+        /// Their names: groups of elements, or "element N" for what hangs together with one.
+        names: String,
     },
     /// A side without a normal somewhere, which nothing can touch.
     #[error(

@@ -2,16 +2,18 @@
 
 pub mod raw;
 pub mod boundary;
+pub mod pieces;
 pub mod check;
+mod straight;
+
+use std::collections::HashMap;
 
 use boundary::{ByCorners, Face, boundary, key};
 
 use crate::element::kind::SideKind;
 use crate::fault::{MeshError, MeshFault};
-use raw::{Element, Elements, FaceSource, NO_NODE, RawMesh};
-
-/// Names that a message lists before it ends.
-const LISTED: usize = 20;
+use pieces::shown;
+use raw::{Element, Elements, FaceSource, RawMesh};
 
 /// A mesh of one part.
 #[derive(Clone, PartialEq)]
@@ -44,49 +46,51 @@ impl Mesh {
     ///
     /// # Errors
     /// [`MeshError::Mesh`] with the element that makes no body.
-    pub fn new(raw: RawMesh, unit: f64) -> Result<Self, MeshError> {
+    pub fn new(mut raw: RawMesh, unit: f64) -> Result<Self, MeshError> {
         if !(unit > 0.0 && unit.is_finite()) {
             return Err(MeshFault::Unit { unit }.into());
         }
-        let RawMesh { nodes, node_labels, mut elements, volumes, mut faces, mut notes } = raw;
-        check::orders(&elements)?;
-        let numbers = check::used_nodes(&elements, &node_labels, &mut notes);
-        let kept = |i: &usize| numbers[*i] != NO_NODE;
-        let node_labels: Vec<u64> = (0..nodes.len()).filter(kept).map(|i| node_labels[i]).collect();
-        let nodes: Vec<[f64; 3]> =
-            (0..nodes.len()).filter(kept).map(|i| nodes[i].map(|x| unit * x)).collect();
-        elements.renumber(&numbers);
-        let to_number = |n: u32| if n == NO_NODE { NO_NODE } else { numbers[n as usize] };
-        for (_, source) in &mut faces {
-            match source {
-                FaceSource::Corners(all) => all.iter_mut().for_each(|c| *c = c.map(to_number)),
-                FaceSource::Nodes(all) => {
-                    all.iter_mut().for_each(|n| *n = to_number(*n));
-                    all.retain(|n| *n != NO_NODE);
-                }
-                FaceSource::Sides(_) => {}
-            }
-        }
+        let numbers = check::used_nodes(&raw.elements, &raw.node_labels, &mut raw.notes);
+        raw.keep_nodes(&numbers);
+        let RawMesh { mut nodes, node_labels, elements, volumes, faces, mut notes } = raw;
+        nodes.iter_mut().for_each(|x| *x = x.map(|x| unit * x));
         check::distinct_nodes(&elements, &node_labels)?;
-        check::one_part(&elements, nodes.len())?;
+        pieces::one_piece(&elements, &volumes, nodes.len())?;
+        check::orders(&elements)?;
         let (surface, by_corners) = boundary(&elements)?;
         if surface.is_empty() {
             return Err(MeshFault::NoSurface.into());
         }
-        check::orientation(&elements, &nodes, &mut notes)?;
-        check::stiffness_of_kinds(&elements, &mut notes);
+        if check::orientation(&elements, &nodes, &mut notes).is_err() {
+            straight::straighten(&elements, &mut nodes, &mut notes);
+            check::orientation(&elements, &nodes, &mut notes)?;
+        }
+        check::stiffness(&elements, &nodes, &mut notes);
         check::size(&nodes, &mut notes);
-        let groups = faces.into_iter().map(|(name, source)| {
-            let found = group(&elements, nodes.len(), (&surface, &by_corners), &source);
-            if let (FaceSource::Corners(all), Some(inside)) = (&source, found.inside) {
+        let mut groups: Vec<(String, Vec<Face>)> = Vec::new();
+        let mut places: HashMap<String, usize> = HashMap::new();
+        for (name, source) in faces {
+            let Found { faces, inside } = group(&elements, nodes.len(), (&surface, &by_corners), &source);
+            if let (FaceSource::Corners(all), Some(inside)) = (&source, inside) {
                 let n = all.len();
                 notes.push(format!(
                     "{inside} of the {n} elements of group \"{name}\" are no sides of the surface"
                 ));
             }
-            (name, found.faces)
-        });
-        let groups = groups.collect();
+            // One name is one place, however many groups of the file have it.
+            match places.get(&name) {
+                Some(&place) => {
+                    let all = &mut groups[place].1;
+                    all.extend(faces);
+                    all.sort_unstable();
+                    all.dedup();
+                }
+                None => {
+                    places.insert(name.clone(), groups.len());
+                    groups.push((name, faces));
+                }
+            }
+        }
         Ok(Self { nodes, node_labels, elements, surface, volumes, faces: groups, notes })
     }
 
@@ -150,7 +154,7 @@ impl Mesh {
             Some((_, faces)) if faces.is_empty() => Err(MeshFault::NoSides { name: name.to_owned() }),
             Some((_, faces)) => Ok(faces),
             None => {
-                let known = listed(self.face_names());
+                let known = shown(self.face_names());
                 Err(MeshFault::UnknownGroup { what: "faces", name: name.to_owned(), known })
             }
         }
@@ -165,7 +169,7 @@ impl Mesh {
         found.map(|(_, elements)| elements.as_slice()).ok_or_else(|| MeshFault::UnknownGroup {
             what: "elements",
             name: name.to_owned(),
-            known: listed(self.volumes.iter().map(|(n, _)| n.as_str())),
+            known: shown(self.volumes.iter().map(|(n, _)| n.as_str())),
         })
     }
 
@@ -208,18 +212,6 @@ impl Mesh {
     pub fn size(&self) -> f64 {
         check::diagonal(&self.nodes)
     }
-}
-
-/// Names for a message.
-fn listed<'a>(names: impl Iterator<Item = &'a str>) -> String {
-    let mut names: Vec<&str> = names.take(LISTED + 1).collect();
-    if names.is_empty() {
-        return "none".to_owned();
-    }
-    if names.len() > LISTED {
-        names[LISTED] = "…";
-    }
-    names.join(", ")
 }
 
 /// Faces of a group.

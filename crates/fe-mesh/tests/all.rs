@@ -5,6 +5,7 @@
 mod balls;
 mod blocks;
 mod calculix;
+mod decks;
 mod matrices;
 mod places;
 mod readers;

@@ -202,5 +202,5 @@ fn materials_go_by_group() {
     let missing = mesh.materials(&[("left", steel())], None).expect_err("one group is missing").to_string();
     assert!(missing.contains("element 2 is in 0"), "{missing}");
     let unknown = mesh.materials(&[("top", steel())], None).expect_err("unknown").to_string();
-    assert!(unknown.contains("\"top\"") && unknown.contains("left, right"), "{unknown}");
+    assert!(unknown.contains("\"top\"") && unknown.contains("\"left\", \"right\""), "{unknown}");
 }

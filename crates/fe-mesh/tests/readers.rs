@@ -2,7 +2,7 @@
 
 use crate::blocks::{block, mixed, shaken};
 use crate::damage::mutated;
-use crate::writers::{Form, gmsh, inp};
+use crate::writers::{Fields, Form, gmsh, inp, nastran};
 use fe_mesh::fault::MeshError;
 use fe_mesh::mesh::raw::{FaceSource, RawMesh};
 use fe_mesh::read::{raw, read};
@@ -11,7 +11,15 @@ use iga_core::extent::measure;
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
 
-const FORMS: [Form; 5] = [Form::Text41, Form::Binary41, Form::BigEndian41, Form::Text22, Form::Binary22];
+const FORMS: [Form; 7] = [
+    Form::Text41,
+    Form::Binary41,
+    Form::BigEndian41,
+    Form::Text40,
+    Form::Binary40,
+    Form::Text22,
+    Form::Binary22,
+];
 
 fn sample(kind: ElementKind) -> RawMesh {
     let mut raw = block(kind, [2, 1, 1], |x| shaken(x, 0.05).map(|c| 20.0 * c));
@@ -111,10 +119,6 @@ fn one_part_with_one_instance() {
         notes.contains("*NODE of the assembly (line") && notes.contains("*ELEMENT of the assembly"),
         "{notes}"
     );
-    let moved = text.replace("0., 0., 0.\n*END", "0., 1., 0.\n*END");
-    assert!(refused(moved.as_bytes()).contains("moved or turned"));
-    let twice = text.replace("*ASSEMBLY", "*PART, NAME=Q\n*END PART\n*ASSEMBLY");
-    assert!(refused(twice.as_bytes()).contains("a second *PART"));
 }
 
 /// Nodes of a file with one tetrahedron, whose nodes have the numbers 1 to 4.
@@ -173,9 +177,6 @@ fn cards_that_make_geometry_are_refused() {
         ("*NMAP, TYPE=RECTANGULAR\n", "*NMAP"),
         ("*ELGEN\n1, 3\n", "*ELGEN"),
         ("*elcopy, element shift=10, old set=A, shift nodes=10\n", "*ELCOPY"),
-        ("*NODE, INPUT=nodes.txt\n", "*NODE with data in another file"),
-        ("*ELEMENT, TYPE=C3D8, INPUT=elements.txt\n", "*ELEMENT with data in another file"),
-        ("*NSET, NSET=A, INPUT=nodes.txt\n", "*NSET with data in another file"),
         ("*NSET, NSET=A, ELSET=NOWHERE\n", "NOWHERE"),
         ("*ELEMENT, TYPE=C3D4\n900, 10,, 13, 16, 19\n", "the number of a node or element"),
     ] {
@@ -232,8 +233,7 @@ fn refused(bytes: &[u8]) -> String {
 fn faults_name_the_place_and_the_remedy() {
     let good = String::from_utf8(gmsh(&sample(ElementKind::Tet10), Form::Text41)).expect("text");
     for (bytes, words) in [
-        (b"solid cube".to_vec(), &["neither a Gmsh file"][..]),
-        (b"$MeshFormat\n4.0 0 8\n$EndMeshFormat\n".to_vec(), &["line 2", "MSH version 4.0", "4.1 or 2.2"]),
+        (b"$MeshFormat\n4.2 0 8\n$EndMeshFormat\n".to_vec(), &["line 2", "MSH version 4.2", "msh41"][..]),
         (b"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n".to_vec(), &["no $Nodes"]),
         (good.replace("$EndNodes", "").into_bytes(), &["line ", "$EndNodes", "found \"$Elements\""]),
         (good.as_bytes()[..good.len() / 2].to_vec(), &["line ", "the file ends within $Nodes"]),
@@ -258,9 +258,12 @@ fn faults_name_the_place_and_the_remedy() {
         (b"*NODE\n1, 0, 0, 0\n*ELEMENT, TYPE=C3D4\n7, 1, 1,\n".to_vec(), &["ends within an element"]),
         (b"*NODE\n1,0,0,0\n1,0,0,1\n*NSET, NSET=A\n1\n".to_vec(), &["node 1 stands in the file twice"]),
         (b"*NODE\n1,0,0,nan\n".to_vec(), &["node 1 has a coordinate"]),
-        (b"*NODE\n1,0,0,0\n*INCLUDE, INPUT=a.inp\n".to_vec(), &["*INCLUDE", "one file"]),
+        (b"*NODE\n1,0,0,0\n*INCLUDE, INPUT=a.inp\n".to_vec(), &["\"a.inp\"", "one file"]),
         (b"*NODE\n1,0,0,0\n*ELSET, ELSET=A\nB\n".to_vec(), &["set \"A\" names the set \"B\""]),
-        (b"*NODE\n1,0,0,0\n*SURFACE, NAME=A\n1, T1\n".to_vec(), &["S1 to S6"]),
+        (
+            b"*NODE\n1,0,0,0\n2,1,0,0\n3,0,1,0\n4,0,0,1\n*ELEMENT, TYPE=C3D4\n1,1,2,3,4\n*SURFACE, NAME=A\n1, T1\n".to_vec(),
+            &["line 9", "S1 to S6"],
+        ),
     ] {
         let text = refused(&bytes);
         assert!(words.iter().all(|w| text.contains(w)), "{words:?}: {text}");
@@ -319,6 +322,11 @@ fn damaged_files_are_read_or_refused() {
     let raw = sample(ElementKind::Hex20);
     let mut files: Vec<Vec<u8>> = FORMS.iter().map(|form| gmsh(&raw, *form)).collect();
     files.push(inp(&raw).into_bytes());
+    let part = inp(&raw);
+    files.push(format!("*PART, NAME=P\n{part}*END PART\n*INSTANCE, NAME=I, PART=P\n1.\n*END INSTANCE\n*NSET, NSET=N\nI.x-\n").into_bytes());
+    files.extend(
+        [Fields::Short, Fields::Large, Fields::Free].map(|fields| nastran(&raw, fields).into_bytes()),
+    );
     for file in &files {
         // Cut at some hundred places.
         (0..file.len()).step_by(1 + file.len() / 200).for_each(|n| survives(&file[..n]));

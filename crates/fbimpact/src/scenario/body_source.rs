@@ -25,10 +25,12 @@ pub struct BodySource {
 pub struct MeshSource {
     /// The file, found from the directory of the scenario.
     pub path: PathBuf,
-    /// SHA-256 of the file.
+    /// SHA-256 of the file and those that it includes.
     pub sha256: String,
     /// Unit of length that the scenario gives it.
     pub units: LengthUnit,
+    /// The part that it names.
+    pub part: Option<String>,
     /// What is in it, in metres.
     pub mesh: Arc<Mesh>,
 }

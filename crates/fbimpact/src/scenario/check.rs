@@ -262,8 +262,8 @@ impl Checker {
             (Kind::Variants { tag, variants }, Value::Table(entries)) => {
                 return self.variant(tag, variants, entries, path, &node.origin);
             }
-            (Kind::Named(keys), Value::Table(entries)) => {
-                let list = entries.iter().filter_map(|e| self.named(keys, e, path)).collect();
+            (Kind::Named(_) | Kind::NamedByFile(_), Value::Table(entries)) => {
+                let list = entries.iter().filter_map(|e| self.named(key, e, path)).collect();
                 return Checked::Named(NamedSections::new(list));
             }
             (Kind::NameLists, Value::Table(entries)) => {
@@ -344,23 +344,33 @@ impl Checker {
         self.fault(&node.origin, path.to_owned(), Some(node.shown()), message);
     }
 
-    /// The name of an entry that the user has named.
-    fn name(&mut self, entry: &Entry, path: &str) -> Option<String> {
+    /// The name of an entry that the user has named, or that a file has.
+    fn name(&mut self, entry: &Entry, of_file: bool, path: &str) -> Option<String> {
         let name = &entry.key;
         let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-        if name.is_empty() || name.len() > MAX_NAME || !name.chars().all(plain) {
-            let message = format!(
-                "a name must have 1 to {MAX_NAME} characters out of letters, digits, \"_\" and \"-\", \
-                 for it becomes a path in the result file"
-            );
+        let message = if of_file {
+            let is_wrong = name.is_empty() || name.contains(char::is_control);
+            is_wrong
+                .then(|| "a name must have one character at least, none of them a control character".into())
+        } else {
+            let is_wrong = name.is_empty() || name.len() > MAX_NAME || !name.chars().all(plain);
+            is_wrong.then(|| {
+                format!(
+                    "a name must have 1 to {MAX_NAME} characters out of letters, digits, \"_\" and \"-\", \
+                     for it becomes a path in the result file"
+                )
+            })
+        };
+        if let Some(message) = message {
             self.fault(&entry.origin, format!("{path}.{name:?}"), None, message);
             return None;
         }
         Some(name.clone())
     }
 
-    fn named(&mut self, keys: &'static [Key], entry: &Entry, path: &str) -> Option<(String, Section)> {
-        let name = self.name(entry, path)?;
+    fn named(&mut self, key: &'static Key, entry: &Entry, path: &str) -> Option<(String, Section)> {
+        let (Kind::Named(keys) | Kind::NamedByFile(keys)) = key.kind else { return None };
+        let name = self.name(entry, matches!(key.kind, Kind::NamedByFile(_)), path)?;
         let full = join(path, &name);
         let Value::Table(entries) = &entry.node.value else {
             self.wrong(&entry.node, &full, "must be a table");
@@ -370,7 +380,7 @@ impl Checker {
     }
 
     fn name_list(&mut self, entry: &Entry, path: &str) -> Option<(String, Vec<String>)> {
-        let name = self.name(entry, path)?;
+        let name = self.name(entry, false, path)?;
         let texts = match &entry.node.value {
             Value::Array(nodes) => nodes.iter().map(text).collect(),
             _ => None,

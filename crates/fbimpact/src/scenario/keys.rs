@@ -365,6 +365,8 @@ pub enum Kind {
     Table(&'static [Key]),
     /// A table whose keys are names that the user gives.
     Named(&'static [Key]),
+    /// The same with names that a file gives, of any characters.
+    NamedByFile(&'static [Key]),
     /// A table of lists of strings, whose keys are names that the user gives.
     NameLists,
     /// An array of tables.
@@ -427,7 +429,7 @@ impl Kind {
                 format!("{} or a number {}{unit}", names(choices.iter().map(|c| c.name)), range.words())
             }
             Self::Table(_) | Self::Variants { .. } => "a table".into(),
-            Self::Named(_) => "a table of named tables".into(),
+            Self::Named(_) | Self::NamedByFile(_) => "a table of named tables".into(),
             Self::NameLists => "a table of named lists of strings".into(),
             Self::Tables(_) => "an array of tables".into(),
         }

@@ -359,9 +359,15 @@ impl Section {
     }
 }
 
-/// `path.name`, or `name` at the top level.
+/// `path.name`, or `name` at the top level; names of other characters than those of keys stand in quotes.
 pub fn join(path: &str, name: &str) -> String {
-    if path.is_empty() { name.to_owned() } else { format!("{path}.{name}") }
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    let name = if !name.is_empty() && name.chars().all(is_plain) {
+        name.to_owned()
+    } else {
+        format!("\"{}\"", name.replace('\\', "\\\\").replace('"', "\\\""))
+    };
+    if path.is_empty() { name } else { format!("{path}.{name}") }
 }
 
 #[cfg(test)]

@@ -224,6 +224,21 @@ impl ElementKind {
         }
     }
 
+    /// The corners in whose middle every other node of a straight element stands.
+    pub fn middles(self) -> Vec<&'static [u8]> {
+        let mut all: Vec<&[u8]> = Vec::new();
+        if self.is_quadratic() {
+            all.extend(self.edges().iter().map(|edge| edge.as_slice()));
+        }
+        if self.has_side_nodes() {
+            all.extend(self.sides().iter().filter(|side| side.len() == 4));
+        }
+        if self == Self::Hex27 {
+            all.push(&[0, 1, 2, 3, 4, 5, 6, 7]);
+        }
+        all
+    }
+
     /// Parameters of all nodes.
     pub fn node_parameters(self) -> Vec<[f64; 3]> {
         let corners = self.corners();
@@ -232,15 +247,7 @@ impl ElementKind {
             [0, 1, 2].map(|d| of.iter().map(|&c| share * corners[c as usize][d]).sum())
         };
         let mut all = corners.to_vec();
-        if self.is_quadratic() {
-            all.extend(self.edges().iter().map(|edge| mean(edge)));
-        }
-        if self.has_side_nodes() {
-            all.extend(self.sides().iter().filter(|side| side.len() == 4).map(|side| mean(side)));
-        }
-        if self == Self::Hex27 {
-            all.push([0.0; 3]);
-        }
+        all.extend(self.middles().into_iter().map(mean));
         all
     }
 

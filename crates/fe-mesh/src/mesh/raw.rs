@@ -91,3 +91,25 @@ pub struct RawMesh {
     /// What was left out, with its place.
     pub notes: Vec<String>,
 }
+
+impl RawMesh {
+    /// Gives nodes other numbers and leaves those out that get [`NO_NODE`], which no element has.
+    pub fn keep_nodes(&mut self, numbers: &[u32]) {
+        let mut is_kept = numbers.iter().map(|n| *n != NO_NODE);
+        self.nodes.retain(|_| is_kept.next() == Some(true));
+        let mut is_kept = numbers.iter().map(|n| *n != NO_NODE);
+        self.node_labels.retain(|_| is_kept.next() == Some(true));
+        self.elements.renumber(numbers);
+        let to_number = |n: u32| if n == NO_NODE { NO_NODE } else { numbers[n as usize] };
+        for (_, source) in &mut self.faces {
+            match source {
+                FaceSource::Corners(all) => all.iter_mut().for_each(|c| *c = c.map(to_number)),
+                FaceSource::Nodes(all) => {
+                    all.iter_mut().for_each(|n| *n = to_number(*n));
+                    all.retain(|n| *n != NO_NODE);
+                }
+                FaceSource::Sides(_) => {}
+            }
+        }
+    }
+}

@@ -1,4 +1,4 @@
-//! Gmsh's MSH 4.1 and 2.2 (Gmsh reference manual, "Gmsh file formats").
+//! Gmsh's MSH 4.1, 4.0 and 2.2 (Gmsh reference manual, "Gmsh file formats").
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
@@ -74,9 +74,17 @@ fn element_type(of_file: i32) -> Result<Type, (String, &'static str)> {
 /// Physical group: dimension and number.
 type Physical = (i32, i32);
 
+/// Version of the format.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Version {
+    V22,
+    V40,
+    V41,
+}
+
 /// What has been read.
-#[derive(Default)]
 struct Reader {
+    version: Version,
     mesh: RawMesh,
     labels: Labels,
     has_nodes: bool,
@@ -91,8 +99,6 @@ struct Reader {
     solids: HashMap<[u32; 4], (u32, i32)>,
     /// Further groups of elements.
     further: HashSet<(u32, i32)>,
-    /// Whether elements are repeated for each of their groups.
-    is_old: bool,
     /// How often elements are in groups, and how often they may be: a short list of groups
     /// multiplies what is in them.
     members: usize,
@@ -109,8 +115,23 @@ const FEW: usize = 200;
 /// Reads a file.
 pub fn read(bytes: &[u8]) -> Result<RawMesh, MeshError> {
     let mut numbers = Numbers::new(bytes);
-    let mut reader = Reader { limit: bytes.len() / BYTES_A_MEMBER + FEW, ..Reader::default() };
-    let is_new = format(&mut numbers)?;
+    let version = format(&mut numbers)?;
+    let mut reader = Reader {
+        version,
+        mesh: RawMesh::default(),
+        labels: Labels::default(),
+        has_nodes: false,
+        has_elements: false,
+        names: HashMap::new(),
+        of_entity: HashMap::new(),
+        volumes: BTreeMap::new(),
+        faces: BTreeMap::new(),
+        solids: HashMap::new(),
+        further: HashSet::new(),
+        members: 0,
+        limit: bytes.len() / BYTES_A_MEMBER + FEW,
+        skipped: Skipped::default(),
+    };
     while let Some(word) = numbers.word() {
         let name = String::from_utf8_lossy(word.strip_prefix(b"$").unwrap_or(word)).into_owned();
         if !word.starts_with(b"$") {
@@ -118,7 +139,7 @@ pub fn read(bytes: &[u8]) -> Result<RawMesh, MeshError> {
             return numbers.fail(fault);
         }
         numbers.section = format!("${name}");
-        reader.section(&mut numbers, &name, is_new)?;
+        reader.section(&mut numbers, &name)?;
     }
     numbers.section = "the file".into();
     if !reader.has_nodes {
@@ -132,15 +153,26 @@ pub fn read(bytes: &[u8]) -> Result<RawMesh, MeshError> {
     Ok(reader.finish())
 }
 
-/// Reads the header; whether the version is 4.1.
-fn format(numbers: &mut Numbers<'_>) -> Result<bool, MeshError> {
-    if numbers.word() != Some(b"$MeshFormat") {
-        return numbers.fail(ReadFault::Format);
+/// Reads the header.
+fn format(numbers: &mut Numbers<'_>) -> Result<Version, MeshError> {
+    match numbers.word() {
+        Some(b"$MeshFormat") => {}
+        Some(b"$Comments") => {
+            numbers.leave("Comments")?;
+            return format(numbers);
+        }
+        word => {
+            let found = String::from_utf8_lossy(word.unwrap_or_default()).into_owned();
+            return numbers.fail(ReadFault::Expected { expected: "$MeshFormat".into(), found });
+        }
     }
     let version = String::from_utf8_lossy(numbers.word().unwrap_or_default()).into_owned();
-    if version != "4.1" && version != "2.2" {
-        return numbers.fail(ReadFault::Version { found: version });
-    }
+    let known = match version.as_str() {
+        "4.1" => Version::V41,
+        "4.0" | "4" => Version::V40,
+        "2.2" => Version::V22,
+        _ => return numbers.fail(ReadFault::Version { found: version }),
+    };
     let (is_binary, width) = (numbers.int()?, numbers.int()?);
     if width != 8 {
         let what = format!("a width of {width} bytes");
@@ -159,12 +191,13 @@ fn format(numbers: &mut Numbers<'_>) -> Result<bool, MeshError> {
         }
     }
     numbers.close("MeshFormat")?;
-    Ok(version == "4.1")
+    Ok(known)
 }
 
 impl Reader {
-    fn section(&mut self, numbers: &mut Numbers<'_>, name: &str, is_new: bool) -> Result<(), MeshError> {
+    fn section(&mut self, numbers: &mut Numbers<'_>, name: &str) -> Result<(), MeshError> {
         let refuse = |remedy| ReadFault::Unsupported { what: format!("section ${name}"), remedy };
+        let is_new = self.version != Version::V22;
         match name {
             "PhysicalNames" => self.physical_names(numbers)?,
             "Entities" if is_new => {
@@ -196,7 +229,6 @@ impl Reader {
                     numbers.skip_line_break();
                     self.elements_new(numbers)?;
                 } else {
-                    self.is_old = true;
                     self.elements_old(numbers)?;
                 }
             }
@@ -219,7 +251,8 @@ impl Reader {
         for _ in 0..numbers.text_number()? {
             let mut number = || Ok::<_, MeshError>(i32::try_from(numbers.text_number()?).unwrap_or(i32::MAX));
             let group = (number()?, number()?);
-            let name = numbers.quoted()?;
+            // Names that come from MED are filled up with blanks.
+            let name = numbers.quoted()?.trim_end().to_owned();
             self.names.insert(group, name);
         }
         Ok(())
@@ -230,7 +263,7 @@ impl Reader {
         for (dimension, count) in (0i32..).zip(counts) {
             for _ in 0..count {
                 let tag = numbers.int()?;
-                for _ in 0..if dimension == 0 { 3 } else { 6 } {
+                for _ in 0..if dimension == 0 && self.version == Version::V41 { 3 } else { 6 } {
                     numbers.real()?;
                 }
                 for _ in 0..numbers.size()? {
@@ -256,20 +289,35 @@ impl Reader {
         Ok(())
     }
 
-    fn nodes_new(&mut self, numbers: &mut Numbers<'_>) -> Result<(), MeshError> {
+    /// Number of blocks of nodes or elements.
+    fn blocks(&self, numbers: &mut Numbers<'_>) -> Result<u64, MeshError> {
         let blocks = numbers.size()?;
-        for _ in 0..3 {
+        for _ in 0..if self.version == Version::V41 { 3 } else { 1 } {
             numbers.size()?;
         }
+        Ok(blocks)
+    }
+
+    /// Dimension and number of the entity of a block, and the integer behind them.
+    fn block(&self, numbers: &mut Numbers<'_>) -> Result<(i32, i32, i32), MeshError> {
+        let (first, second, third) = (numbers.int()?, numbers.int()?, numbers.int()?);
+        Ok(if self.version == Version::V41 { (first, second, third) } else { (second, first, third) })
+    }
+
+    fn nodes_new(&mut self, numbers: &mut Numbers<'_>) -> Result<(), MeshError> {
         let mut tags = Vec::new();
-        for _ in 0..blocks {
-            let (dimension, _, is_parametric) = (numbers.int()?, numbers.int()?, numbers.int()?);
+        for _ in 0..self.blocks(numbers)? {
+            let (dimension, _, is_parametric) = self.block(numbers)?;
             let count = numbers.size()?;
             tags.clear();
-            for _ in 0..count {
+            for _ in 0..if self.version == Version::V41 { count } else { 0 } {
                 tags.push(numbers.size()?);
             }
-            for &tag in &tags {
+            for i in 0..count {
+                let tag = match tags.get(i as usize) {
+                    Some(&tag) => tag,
+                    None => Self::old_label(numbers)?,
+                };
                 let at = [numbers.real()?, numbers.real()?, numbers.real()?];
                 self.node(numbers, tag, at)?;
                 for _ in 0..if is_parametric == 0 { 0 } else { dimension.clamp(0, 3) } {
@@ -284,15 +332,15 @@ impl Reader {
         let count = numbers.text_number()?;
         numbers.skip_line_break();
         for _ in 0..count {
-            let tag = self.old_label(numbers)?;
+            let tag = Self::old_label(numbers)?;
             let at = [numbers.real()?, numbers.real()?, numbers.real()?];
             self.node(numbers, tag, at)?;
         }
         Ok(())
     }
 
-    /// Number of a node or element: in binary files of version 2.2 a small integer.
-    fn old_label(&self, numbers: &mut Numbers<'_>) -> Result<u64, MeshError> {
+    /// Number of a node or element: before version 4.1 a small integer.
+    fn old_label(numbers: &mut Numbers<'_>) -> Result<u64, MeshError> {
         let number = numbers.int()?;
         match u64::try_from(number) {
             Ok(label) => Ok(label),
@@ -304,17 +352,15 @@ impl Reader {
     }
 
     fn elements_new(&mut self, numbers: &mut Numbers<'_>) -> Result<(), MeshError> {
-        let blocks = numbers.size()?;
-        for _ in 0..3 {
-            numbers.size()?;
-        }
-        for _ in 0..blocks {
-            let (dimension, entity, number) = (numbers.int()?, numbers.int()?, numbers.int()?);
+        let is_long = self.version == Version::V41;
+        let label = |n: &mut Numbers<'_>| if is_long { n.size() } else { Self::old_label(n) };
+        for _ in 0..self.blocks(numbers)? {
+            let (dimension, entity, number) = self.block(numbers)?;
             let count = numbers.size()?;
             let groups = self.of_entity.get(&(dimension, entity)).cloned().unwrap_or_default();
             for _ in 0..count {
-                let label = numbers.size()?;
-                self.element(numbers, (number, label), &groups, |n| n.size())?;
+                let own = label(numbers)?;
+                self.element(numbers, (number, own), &groups, label)?;
             }
         }
         Ok(())
@@ -328,7 +374,7 @@ impl Reader {
         let mut done = 0;
         while done < count {
             if is_text {
-                let (label, number, n_tags) = (self.old_label(numbers)?, numbers.int()?, numbers.int()?);
+                let (label, number, n_tags) = (Self::old_label(numbers)?, numbers.int()?, numbers.int()?);
                 let groups = tags(numbers, n_tags)?;
                 self.element(numbers, (number, label), &groups, node)?;
                 done += 1;
@@ -336,7 +382,7 @@ impl Reader {
             }
             let (number, following, n_tags) = (numbers.int()?, numbers.int()?, numbers.int()?);
             for _ in 0..following {
-                let label = self.old_label(numbers)?;
+                let label = Self::old_label(numbers)?;
                 let groups = tags(numbers, n_tags)?;
                 self.element(numbers, (number, label), &groups, node)?;
             }
@@ -382,7 +428,7 @@ impl Reader {
         }
         match found {
             Type::Solid(kind) => {
-                if let (true, &[group]) = (self.is_old, groups)
+                if let (Version::V22, &[group]) = (self.version, groups)
                     && let Some(e) = self.again(kind, &nodes[..n_nodes], group)
                 {
                     self.volumes.entry(group).or_default().push(e);

@@ -1,25 +1,25 @@
 //! What a reader leaves out, for a note.
 
-use crate::fault::Place;
+use std::fmt::Display;
 
 /// Names that a note lists before it ends.
 const LISTED: usize = 20;
 
-/// Names of sections or cards that are left out, with the place of the first of each.
+/// Names of sections, cards or elements that are left out, with the place of the first of each.
 #[derive(Debug, Default)]
 pub struct Skipped {
-    names: Vec<(String, Place)>,
+    names: Vec<(String, String)>,
     has_more: bool,
 }
 
 impl Skipped {
     /// Notes a name, once.
-    pub fn note(&mut self, name: &str, place: Place) {
+    pub fn note(&mut self, name: &str, place: impl Display) {
         if self.names.iter().any(|(known, _)| known == name) {
             return;
         }
         if self.names.len() < LISTED {
-            self.names.push((name.to_owned(), place));
+            self.names.push((name.to_owned(), place.to_string()));
         } else {
             self.has_more = true;
         }

@@ -11,6 +11,8 @@ pub enum Form {
     Text41,
     Binary41,
     BigEndian41,
+    Text40,
+    Binary40,
     Text22,
     Binary22,
 }
@@ -85,7 +87,32 @@ struct Out {
 
 impl Out {
     fn is_text(&self) -> bool {
-        matches!(self.form, Form::Text41 | Form::Text22)
+        matches!(self.form, Form::Text41 | Form::Text40 | Form::Text22)
+    }
+
+    /// Whether numbers of nodes and elements are short, and blocks begin otherwise.
+    fn is_40(&self) -> bool {
+        matches!(self.form, Form::Text40 | Form::Binary40)
+    }
+
+    /// Number of a node or element.
+    fn label(&mut self, value: u64) {
+        if self.is_40() { self.int(value as i32) } else { self.size(value) }
+    }
+
+    /// The beginning of the nodes or elements.
+    fn counts(&mut self, blocks: u64, n: u64) {
+        let all = [blocks, n, 1, n];
+        all[..if self.is_40() { 2 } else { 4 }].iter().for_each(|v| self.size(*v));
+        self.line();
+    }
+
+    /// The beginning of a block of `n`.
+    fn block(&mut self, [dimension, entity, third]: [i32; 3], n: u64) {
+        let all = if self.is_40() { [entity, dimension, third] } else { [dimension, entity, third] };
+        all.iter().for_each(|v| self.int(*v));
+        self.size(n);
+        self.line();
     }
 
     fn raw(&mut self, bytes: &[u8]) {
@@ -138,7 +165,14 @@ pub fn gmsh(raw: &RawMesh, form: Form) -> Vec<u8> {
     let is_new = !matches!(form, Form::Text22 | Form::Binary22);
     let mut out = Out { bytes: Vec::new(), form };
     let binary = i32::from(!out.is_text());
-    out.text(&format!("$MeshFormat\n{} {binary} 8\n", if is_new { "4.1" } else { "2.2" }));
+    out.text(&format!(
+        "$MeshFormat\n{} {binary} 8\n",
+        match form {
+            Form::Text22 | Form::Binary22 => "2.2",
+            Form::Text40 | Form::Binary40 => "4.0",
+            _ => "4.1",
+        }
+    ));
     if binary == 1 {
         out.raw(&1i32.to_le_bytes());
         out.text("\n");
@@ -163,12 +197,9 @@ pub fn gmsh(raw: &RawMesh, form: Form) -> Vec<u8> {
     out.text("$Nodes\n");
     let n = raw.nodes.len() as u64;
     if is_new {
-        [1, n, 1, n].iter().for_each(|v| out.size(*v));
-        out.line();
-        [3, 1, 0].iter().for_each(|v| out.int(*v));
-        out.size(n);
-        out.line();
-        for label in &raw.node_labels {
+        out.counts(1, n);
+        out.block([3, 1, 0], n);
+        for label in raw.node_labels.iter().filter(|_| !matches!(form, Form::Text40 | Form::Binary40)) {
             out.size(*label);
             out.line();
         }
@@ -176,7 +207,7 @@ pub fn gmsh(raw: &RawMesh, form: Form) -> Vec<u8> {
         out.text(&format!("{n}\n"));
     }
     for (label, place) in raw.node_labels.iter().zip(&raw.nodes) {
-        if !is_new {
+        if !is_new || out.is_40() {
             out.int(*label as i32);
         }
         place.iter().for_each(|x| out.real(*x));
@@ -193,7 +224,7 @@ fn entities(out: &mut Out, n_faces: usize) {
     [1, 0, n_faces as u64, 1].iter().for_each(|v| out.size(*v));
     out.line();
     out.int(1);
-    (0..3).for_each(|_| out.real(0.0));
+    (0..if out.is_40() { 6 } else { 3 }).for_each(|_| out.real(0.0));
     out.size(0);
     out.line();
     let mut entity = |tag: i32, n_bounds: u64| {
@@ -219,8 +250,7 @@ fn elements(out: &mut Out, raw: &RawMesh, faces: &[Vec<Vec<u32>>], is_new: bool)
         // A block has one type; wedges have two types of sides.
         let blocks: usize =
             faces.iter().map(|f| [3, 4].iter().filter(|k| f.iter().any(|s| s.len() == **k)).count()).sum();
-        [(blocks + runs.len()) as u64, total, 1, total].iter().for_each(|v| out.size(*v));
-        out.line();
+        out.counts((blocks + runs.len()) as u64, total);
     } else {
         out.text(&format!("{total}\n"));
     }
@@ -270,16 +300,14 @@ fn put(
 ) {
     let n = labels.len();
     if is_new {
-        [dimension, entity, number].iter().for_each(|v| out.int(*v));
-        out.size(n as u64);
-        out.line();
+        out.block([dimension, entity, number], n as u64);
     } else if !out.is_text() {
         [number, n as i32, 2].iter().for_each(|v| out.int(*v));
     }
     for (label, nodes) in labels.iter().zip(nodes) {
         if is_new {
-            out.size(*label);
-            nodes.iter().for_each(|n| out.size(*n));
+            out.label(*label);
+            nodes.iter().for_each(|n| out.label(*n));
         } else {
             out.int(*label as i32);
             if out.is_text() {
@@ -324,4 +352,79 @@ pub fn inp(raw: &RawMesh) -> String {
         }
     }
     text
+}
+
+/// Fields of Nastran's bulk data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fields {
+    Short,
+    Large,
+    Free,
+}
+
+/// An entry of bulk data.
+fn entry(name: &str, all: &[String], fields: Fields) -> String {
+    let (mut text, most) = (String::new(), if fields == Fields::Large { 4 } else { 8 });
+    for (i, line) in all.chunks(most).enumerate() {
+        text += &match (fields, i) {
+            (Fields::Free, 0) => name.to_owned(),
+            (Fields::Free, _) => String::new(),
+            (Fields::Large, 0) => format!("{:<8}", format!("{name}*")),
+            (Fields::Large, _) => "*       ".to_owned(),
+            (Fields::Short, 0) => format!("{name:<8}"),
+            (Fields::Short, _) => "+       ".to_owned(),
+        };
+        for field in line {
+            text += &match fields {
+                Fields::Free => format!(",{field}"),
+                Fields::Large => format!("{field:<16}"),
+                Fields::Short => format!("{field:<8}"),
+            };
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// Bulk data of Nastran: the groups of faces are shells with the properties 1, 2, …, the elements have the property 7 of material 9.
+pub fn nastran(raw: &RawMesh, fields: Fields) -> String {
+    let mut text =
+        String::from("$ a comment\nSOL 101\nCEND\nBEGIN BULK\nMAT1,9,2.1+11,,0.3,7850.\nPSOLID,7,9\n");
+    let whole = |all: &mut dyn Iterator<Item = u64>| all.map(|n| n.to_string()).collect::<Vec<_>>();
+    // Grid points may stand behind the elements.
+    for element in raw.elements.iter() {
+        let name = match element.kind.linear() {
+            ElementKind::Tet4 => "CTETRA",
+            ElementKind::Hex8 => "CHEXA",
+            ElementKind::Wedge6 => "CPENTA",
+            _ => "CPYRAM",
+        };
+        let kind = element.kind;
+        let mut middles: Vec<usize> = (kind.n_corners()..kind.n_nodes()).collect();
+        let base = kind.n_corners() / 2;
+        if matches!(kind, ElementKind::Hex20 | ElementKind::Wedge15) {
+            middles[base..].rotate_left(base);
+        }
+        let nodes = (0..kind.n_corners()).chain(middles).map(|i| raw.node_labels[element.nodes[i] as usize]);
+        text += &entry(name, &whole(&mut [element.label, 7].into_iter().chain(nodes)), fields);
+    }
+    let mut next = 1000;
+    for (i, (_, source)) in raw.faces.iter().enumerate() {
+        let FaceSource::Nodes(nodes) = source else { continue };
+        for side in sides(raw, nodes) {
+            next += 1;
+            let name = if side.len() == 3 { "CTRIA3" } else { "CQUAD4" };
+            let nodes = side.iter().map(|&n| raw.node_labels[n as usize]);
+            text += &entry(name, &whole(&mut [next, i as u64 + 1].into_iter().chain(nodes)), fields);
+        }
+    }
+    for (label, place) in raw.node_labels.iter().zip(&raw.nodes) {
+        let number = |x: &f64| {
+            if fields == Fields::Short { format!("{x:.5}") } else { format!("{x:.12e}").replace('e', "D") }
+        };
+        let mut all = vec![label.to_string(), String::new()];
+        all.extend(place.iter().map(number));
+        text += &entry("GRID", &all, fields);
+    }
+    text + "CBAR,9000,1,1,2\nENDDATA\nnothing is read here\n"
 }

@@ -2,6 +2,7 @@
 
 mod cost;
 mod joints;
+mod contacts;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -29,7 +30,7 @@ pub enum CostFormat {
 /// Checks every file and reports the faults of all.
 ///
 /// # Errors
-/// [`AppError::Threads`] if the threads cannot be started, [`AppError::Model`] for contacts that a run refuses or models that cannot be
+/// [`AppError::Threads`] if the threads cannot be started, [`AppError::NeverMet`], [`AppError::Model`] for contacts that a run refuses or models that cannot be
 /// made. The last error; those before it have been reported.
 pub fn check(
     scenarios: &[PathBuf],
@@ -71,10 +72,11 @@ pub fn check(
 /// is known from the shapes and the motions at the start.
 fn accept(path: &Path, scenario: &Scenario) -> Result<(), AppError> {
     let contacts = adaptive::model::check_unbuilt(&scenario.run);
+    let behind = contacts::behind(scenario);
     tracing::info!(
         "{}: {}, {} bodies, {} joints, {} contacts",
         path.display(),
-        if contacts.is_ok() { "valid" } else { "refused" },
+        if contacts.is_ok() && behind.is_empty() { "valid" } else { "refused" },
         scenario.bodies.len(),
         scenario.run.joints.len() + scenario.run.loops.len(),
         scenario.run.contacts.len()
@@ -87,7 +89,11 @@ fn accept(path: &Path, scenario: &Scenario) -> Result<(), AppError> {
             path.display()
         );
     }
-    contacts.map_err(|error| AppError::from(error).of_scenario(path))
+    contacts.map_err(|error| AppError::from(error).of_scenario(path))?;
+    if behind.is_empty() {
+        return Ok(());
+    }
+    Err(AppError::NeverMet(behind.join("; ")).of_scenario(path))
 }
 
 /// What messages call a scenario.

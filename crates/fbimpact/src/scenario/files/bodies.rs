@@ -5,6 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use fe_mesh::read::{Wanted, read_part};
 use result_files::file::plain_file;
 use result_files::toml_text::document::{Origin, SourceText, Value, parse_json, parse_toml};
 use sha2::{Digest, Sha256};
@@ -42,8 +43,9 @@ pub fn read_all(checker: &mut Checker, root: &mut Section, directory: &Path) {
                 read_one(checker, body, "body file", |_, _, path| known.body(directory, path).map_err(Some));
             }
             Some(BodyModel::Mesh) => {
+                let part = body.text("part").map(str::to_owned);
                 read_one(checker, body, "mesh", |_, units, path| {
-                    known.mesh(directory, path, units).map_err(Some)
+                    known.mesh(directory, path, (units, part.as_deref())).map_err(Some)
                 });
             }
             Some(
@@ -77,15 +79,18 @@ impl Known {
         &mut self,
         directory: &Path,
         text: &str,
-        units: Option<LengthUnit>,
+        (units, part): (Option<LengthUnit>, Option<&str>),
     ) -> Result<(Checked, String), String> {
         let path = directory.join(text);
         // Without a unit, which is a fault of its own, the mesh is read to find others.
         let units = units.unwrap_or(LengthUnit::Metre);
-        let source = match self.meshes.iter().find(|source| source.path == path && source.units == units) {
+        let is_known = |source: &&Arc<MeshSource>| {
+            source.path == path && source.units == units && source.part.as_deref() == part
+        };
+        let source = match self.meshes.iter().find(is_known) {
             Some(source) => Arc::clone(source),
             None => {
-                let source = Arc::new(read_mesh(path, units)?);
+                let source = Arc::new(read_mesh(path, units, part)?);
                 self.meshes.push(Arc::clone(&source));
                 source
             }
@@ -226,16 +231,24 @@ fn read_tables(
     spline_nets::patches(checker, &net, directions).ok_or(None)
 }
 
-/// Reads the mesh `path`; what is doubtful about it is logged as a warning.
-fn read_mesh(path: PathBuf, units: LengthUnit) -> Result<MeshSource, String> {
+/// Reads the mesh `path`, or a part of it; what is doubtful about it is logged as a warning.
+fn read_mesh(path: PathBuf, units: LengthUnit, part: Option<&str>) -> Result<MeshSource, String> {
     let cannot = |reason: String| format!("{}: {reason}", path.display());
     let bytes = plain_file::read(&path).map_err(|e| cannot(format!("cannot be read: {e}")))?;
-    let sha256 = hex(&Sha256::digest(&bytes));
-    let mesh = fe_mesh::read::read(&bytes, units.length()).map_err(|e| cannot(e.to_string()))?;
+    let mut hash = Sha256::new_with_prefix(&bytes);
+    // Names of files in a file are relative to its folder.
+    let mut include = |name: &str| {
+        let included = plain_file::read(&path.with_file_name(name)).map_err(|e| e.to_string())?;
+        hash.update(&included);
+        Ok(included)
+    };
+    let mut wanted = Wanted { part, include: &mut include };
+    let mesh = read_part(&bytes, units.length(), &mut wanted).map_err(|e| cannot(e.to_string()))?;
     for note in mesh.notes() {
         tracing::warn!("{}: {note}", path.display());
     }
-    Ok(MeshSource { path, sha256, units, mesh: Arc::new(mesh) })
+    let (sha256, part) = (hex(&hash.finalize()), part.map(str::to_owned));
+    Ok(MeshSource { path, sha256, units, part, mesh: Arc::new(mesh) })
 }
 
 /// Reads the body file `path`.

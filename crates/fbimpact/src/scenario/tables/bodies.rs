@@ -131,8 +131,16 @@ pub const BODY: &[Key] = &[
         "Unit of length of the mesh; files do not say it.",
     ).when(&[OF_MESH]),
     Key::new(
+        "part",
+        Kind::Name,
+        "",
+        Need::Optional("the only one"),
+        "The part of the mesh that is the body: name of an instance or part, of a group of elements, or \"element 7\", all that hangs together \
+         with element 7.",
+    ).when(&[OF_MESH]),
+    Key::new(
         "groups",
-        Kind::Named(GROUP),
+        Kind::NamedByFile(GROUP),
         "",
         Need::Default("{}"),
         "Groups of elements of the mesh that have a material of their own.",

@@ -8,7 +8,7 @@ pub(super) const FILE_SHA256: Key = Key::new(
     Kind::Name,
     "",
     Need::Optional("any"),
-    "SHA-256 that `file` must have, in hexadecimal digits; the resolved scenario of a result holds it.",
+    "SHA-256 that `file`, followed by the files that it includes, must have, in hexadecimal digits; the resolved scenario of a result holds it.",
 );
 
 /// Units of length, for files that do not say theirs.

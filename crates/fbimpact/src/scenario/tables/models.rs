@@ -29,7 +29,7 @@ name_values!(BodyModel {
     PlaneStrain: "plane-strain", "plane strain in (x, y)";
     PlaneStress: "plane-stress", "plane stress in (x, y)";
     Imported: "imported", "from the body file `file`, reduced or to be reduced (docs/body-file.md)";
-    Mesh: "mesh", "of finite elements, from the mesh `file` of Gmsh, Abaqus or CalculiX (docs/own_part.md)",
+    Mesh: "mesh", "of finite elements, from the mesh `file` of Gmsh, Abaqus, CalculiX or Nastran (docs/own_part.md)",
         elsewhere ["fem", "fe", "finite-element", "finite-elements"];
     Rigid: "rigid", "rigid; with the shape `plane` also at rest";
 });

@@ -87,7 +87,7 @@ fn section(keys: &[Key], path: &str, out: &mut String) {
         let name = if path.is_empty() { key.name.to_owned() } else { format!("{path}.{}", key.name) };
         match &key.kind {
             Kind::Table(keys) => chapter(&format!("[{name}]"), key.doc, keys, &name, out),
-            Kind::Named(keys) => {
+            Kind::Named(keys) | Kind::NamedByFile(keys) => {
                 let name = format!("{name}.NAME");
                 chapter(&format!("[{name}]"), key.doc, keys, &name, out);
             }

@@ -205,6 +205,7 @@ fn kind(kind: &Kind) -> Value {
             "propertyNames": { "pattern": "^[A-Za-z0-9_-]{1,64}$" },
             "additionalProperties": table(keys),
         }),
+        Kind::NamedByFile(keys) => json!({ "type": "object", "additionalProperties": table(keys) }),
         Kind::Tables(keys) => array(&table(keys), 0, None),
         Kind::Variants { tag, variants } => {
             let forms: Vec<Value> = variants.iter().map(|v| object(v.keys, Some((tag, v)))).collect();

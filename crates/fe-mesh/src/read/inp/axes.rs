@@ -1,16 +1,16 @@
 //! Axes in which coordinates of nodes stand: `*SYSTEM`, and the kind of coordinates of `*NODE`.
 
+use super::super::text::{expected, real, refuse};
 use super::card::Card;
-use super::{expected, fail};
-use crate::element::jacobian::{minus, norm};
-use crate::fault::{MeshError, ReadFault};
+use crate::element::jacobian::{cross, dot, minus, norm};
+use crate::fault::MeshError;
 
 /// Share of the length of an axis by which it may lean out of a plane: digits of a file.
 const LEANING: f64 = 1e-6;
 
 /// The axes of the nodes that are read.
 #[derive(Debug, Default)]
-pub(super) struct Axes {
+pub struct Axes {
     /// Line of the card whose data are read.
     line: usize,
     /// Data of the last `*SYSTEM`, as far as there are any: an origin, a point on the first axis,
@@ -20,11 +20,6 @@ pub(super) struct Axes {
     frame: Option<([f64; 3], [[f64; 3]; 3])>,
     /// Whether coordinates are a radius, an angle in degrees and a height.
     is_cylindrical: bool,
-}
-
-/// A number; Fortran writes exponents with d as well.
-pub(super) fn real(field: &str) -> Option<f64> {
-    field.replace(['d', 'D'], "e").parse().ok()
 }
 
 impl Axes {
@@ -64,8 +59,7 @@ impl Axes {
             "C" => true,
             _ => {
                 let what = format!("*NODE, SYSTEM={system}");
-                let remedy = "write rectangular (R) or cylindrical (C) coordinates";
-                return fail(card.line, ReadFault::Unsupported { what, remedy });
+                return refuse(card.line, &what, "write rectangular (R) or cylindrical (C) coordinates");
             }
         };
         Ok(())
@@ -98,9 +92,7 @@ impl Axes {
         let Some(on_first) = point(1) else { return Ok((origin, [x, y, z])) };
         let along = minus(&on_first, &origin);
         let line = if self.line > 0 { self.line } else { line };
-        let refuse = |what: &str, remedy| {
-            fail(line, ReadFault::Unsupported { what: format!("a *SYSTEM {what}"), remedy })
-        };
+        let refuse = |what: &str, remedy| refuse(line, &format!("a *SYSTEM {what}"), remedy);
         if norm(&along) == 0.0 {
             return refuse("without a direction", "give a second point away from the first one");
         }
@@ -121,6 +113,52 @@ impl Axes {
     }
 }
 
-fn cross(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
-    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+/// How an instance of a part is moved: first along a vector, then turned about an axis.
+#[derive(Debug, Clone, Default)]
+pub struct Movement {
+    along: [f64; 3],
+    /// Two points on the axis, and the angle in degrees.
+    turn: Option<[f64; 7]>,
+    lines: usize,
+}
+
+impl Movement {
+    /// A line of data of `*INSTANCE`.
+    pub fn data(&mut self, line: usize, text: &str) -> Result<(), MeshError> {
+        let mut values = [0.0; 7];
+        for (value, field) in values.iter_mut().zip(text.split(',').map(str::trim)) {
+            match real(field).or(field.is_empty().then_some(0.0)) {
+                Some(x) if x.is_finite() => *value = x,
+                _ => return expected(line, "a coordinate or an angle of an *INSTANCE", field),
+            }
+        }
+        self.lines += 1;
+        match self.lines {
+            1 => self.along.copy_from_slice(&values[..3]),
+            2 => {
+                let [a, b] = [0, 3].map(|i| [values[i], values[i + 1], values[i + 2]]);
+                if values[6] != 0.0 && norm(&minus(&b, &a)) == 0.0 {
+                    return refuse(line, "an axis of two points that coincide", "give points that differ");
+                }
+                self.turn = (values[6] != 0.0).then_some(values);
+            }
+            _ => return refuse(line, "a third line of an *INSTANCE", "give a translation and a rotation"),
+        }
+        Ok(())
+    }
+
+    /// Moves points.
+    pub fn apply(&self, points: &mut [[f64; 3]]) {
+        for point in points {
+            (0..3).for_each(|d| point[d] += self.along[d]);
+            let Some([ax, ay, az, bx, by, bz, angle]) = self.turn else { continue };
+            let (from, axis) = ([ax, ay, az], [bx - ax, by - ay, bz - az]);
+            let axis = axis.map(|c| c / norm(&axis));
+            let (sine, cosine) = angle.to_radians().sin_cos();
+            // Rodrigues: v cos φ + (a × v) sin φ + a (a · v) (1 - cos φ).
+            let arm = minus(point, &from);
+            let (side, height) = (cross(&axis, &arm), dot(&axis, &arm) * (1.0 - cosine));
+            *point = std::array::from_fn(|d| from[d] + arm[d] * cosine + side[d] * sine + axis[d] * height);
+        }
+    }
 }

@@ -1,13 +1,15 @@
 //! Cards of an input file, and the element types that they name.
 
+use super::super::text::split;
 use crate::element::kind::ElementKind;
 
 /// Parameters of cards that say something of the mesh; a file may have any number of others.
-const PARAMETERS: &[&str] = &["TYPE", "ELSET", "NSET", "NAME", "GENERATE", "SYSTEM", "INPUT", "FILE"];
+const PARAMETERS: &[&str] =
+    &["TYPE", "ELSET", "NSET", "NAME", "GENERATE", "SYSTEM", "INPUT", "FILE", "PART", "INSTANCE", "COMBINE"];
 
 /// A card with its parameters.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Card {
+pub struct Card {
     pub name: String,
     pub line: usize,
     parameters: Vec<(&'static str, String)>,
@@ -16,7 +18,7 @@ pub(super) struct Card {
 impl Card {
     /// The card of the line, or lines, `text`.
     pub fn new(text: &str, line: usize) -> Self {
-        let mut fields = text.trim_start_matches('*').split(',').map(str::trim);
+        let mut fields = split(text.trim_start_matches('*'));
         let mut name = String::new();
         for word in fields.next().unwrap_or_default().split_whitespace() {
             name += if name.is_empty() { "" } else { " " };
@@ -43,11 +45,12 @@ impl Card {
 }
 
 /// What an element type is here.
-pub(super) enum Type {
+#[derive(Debug, Clone, Copy)]
+pub enum Type {
     Solid(ElementKind),
-    /// Corners and nodes of an element on the surface.
-    Side(usize, usize),
-    /// Something else of so many nodes, left out.
+    /// An element of so many nodes on the surface.
+    Side(usize),
+    /// Something else, left out.
     Other,
 }
 
@@ -67,20 +70,24 @@ fn name_of(kind: ElementKind) -> Option<&'static str> {
     }
 }
 
-/// What an element type of a file is; `None` if nothing is known of it.
-pub(super) fn element_type(name: &str) -> Option<Type> {
-    // Letters behind the number of nodes choose an integration or a mixed formulation; the
-    // displacement element is computed.
+/// What the element type `name`, in capitals, is; none for a solid that is not known. Letters behind
+/// the number of nodes choose an integration or a mixed formulation; the displacement element is computed.
+pub fn element_type(name: &str) -> Option<Type> {
     let bare = name.trim_end_matches(|c: char| c.is_ascii_alphabetic());
     if let Some(kind) = ElementKind::ALL.into_iter().find(|kind| name_of(*kind) == Some(bare)) {
         return Some(Type::Solid(kind));
     }
-    Some(match bare {
-        "S3" | "CPS3" | "CPE3" | "CAX3" | "M3D3" | "SFM3D3" => Type::Side(3, 3),
-        "S4" | "CPS4" | "CPE4" | "CAX4" | "M3D4" | "SFM3D4" => Type::Side(4, 4),
-        "S6" | "STRI65" | "CPS6" | "CPE6" | "CAX6" | "M3D6" | "SFM3D6" => Type::Side(3, 6),
-        "S8" | "CPS8" | "CPE8" | "CAX8" | "M3D8" | "SFM3D8" => Type::Side(4, 8),
-        _ if name.starts_with("T3D") || name.starts_with("B3") => Type::Other,
-        _ => return None,
-    })
+    let n_nodes = ["S", "CPS", "CPE", "CAX", "M3D", "SFM3D", "STRI", "R3D"].iter().find_map(|family| {
+        let n = bare.strip_prefix(family)?.parse().ok()?;
+        match n {
+            65 => Some(6),
+            3 | 4 | 6 | 8 => Some(n),
+            _ => None,
+        }
+    });
+    match n_nodes {
+        Some(n) => Some(Type::Side(n)),
+        None if bare.starts_with("C3D") || name.is_empty() => None,
+        None => Some(Type::Other),
+    }
 }

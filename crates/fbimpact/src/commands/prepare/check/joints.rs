@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use adaptive::model::{Arrangement, PlacedJoint, coordinate_names};
-use adaptive::spec::{GearSpec, JointSpec};
+use adaptive::spec::{Attachment, Coupling, GearSpec, JointSpec, Place, RunSpec};
+use ffr_dynamics::system::JointKind;
 use nalgebra::Vector3;
 
 use crate::commands::prepare::digits::short;
@@ -30,6 +31,9 @@ pub fn report(path: &Path, scenario: &Scenario) {
     let size = extent(shown);
     for (joint, before) in shown.joints.iter().zip(&given.joints) {
         tracing::info!("{path}: {}", line(joint, size, |body| &run.bodies[body].name));
+        for told in [moved(run, shown, joint, size), averaged(run, joint)].into_iter().flatten() {
+            tracing::info!("{path}: {told}");
+        }
         if !joint.closes_loop {
             continue;
         }
@@ -48,6 +52,40 @@ pub fn report(path: &Path, scenario: &Scenario) {
             }
         }
     }
+}
+
+/// Where a joint puts a body that has axes of its own from a file.
+fn moved(run: &RunSpec, shown: &Arrangement, joint: &PlacedJoint, size: f64) -> Option<String> {
+    let body = joint.child.body.filter(|&body| !joint.closes_loop && run.bodies[body].kind.brings_mesh())?;
+    let pose = &shown.poses[body];
+    let angle = pose.rotation.angle();
+    let turned =
+        if angle > CLOSED { format!(" and turned by {:.4}°", angle.to_degrees()) } else { String::new() };
+    let is_moved = pose.position.norm() > CLOSED * size || !turned.is_empty();
+    is_moved.then(|| {
+        format!(
+            "joint \"{}\" moves body \"{}\": the origin of its file is at {} m{turned}",
+            joint.name,
+            run.bodies[body].name,
+            place(&pose.position, size)
+        )
+    })
+}
+
+/// What else a place that is held by its mean might be meant for.
+fn averaged(run: &RunSpec, joint: &PlacedJoint) -> Option<String> {
+    let spec = run.joints.iter().chain(&run.loops).find(|spec| spec.name == joint.name)?;
+    let is_mean = |side: &&Attachment| {
+        matches!(&side.place, Place::Area(area) if area.coupling == Coupling::Average)
+            && side.body.is_some_and(|body| !run.bodies[body].kind.is_rigid())
+    };
+    let side =
+        [&spec.child, &spec.parent].into_iter().find(is_mean).filter(|_| joint.kind == JointKind::Fixed)?;
+    Some(format!(
+        "joint \"{}\" holds body \"{}\" by the mean motion of its place, whose points move among each other, as a fit that yields does; a clamp that \
+         holds every one of them is coupling = \"rigid\" beside the place: stiffer, with higher frequencies and larger forces",
+        joint.name, run.bodies[side.body?].name
+    ))
 }
 
 /// A gear in words.
@@ -105,7 +143,7 @@ fn opening(joint: &PlacedJoint, size: f64) -> Option<String> {
 }
 
 /// A vector with the digits that count beside `size`.
-fn place(vector: &Vector3<f64>, size: f64) -> String {
+pub fn place(vector: &Vector3<f64>, size: f64) -> String {
     let round = |x: f64| if x.abs() < CLOSED * size { 0.0 } else { x };
     let text: Vec<String> = vector.iter().map(|x| short(round(*x))).collect();
     format!("({})", text.join(", "))
