@@ -479,7 +479,7 @@ impl<'a> Driver<'a> {
                 system.body_states(t, &y);
                 let states = system.last_evaluation().0;
                 let (gap, speed) =
-                    (detector.nearest(states, search)?.gap, detector.closing_speed_bound(states));
+                    (search.nearest(detector, states)?.gap, detector.closing_speed_bound(states));
                 *clearance = gap; // the last look is at the end of the step if there is no touch
                 Ok((gap, speed))
             });

@@ -7,6 +7,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use adaptive::checks::units;
+use adaptive::model::check_unbuilt;
+use adaptive::prepared::Prepared;
 
 use crate::commands::scenario_file;
 use crate::commands::{Means, print, threads};
@@ -70,7 +72,7 @@ pub fn check(
 /// Tells what is in a scenario without faults, and whether a run would accept its contacts, which
 /// is known from the shapes and the motions at the start.
 fn accept(path: &Path, scenario: &Scenario) -> Result<(), AppError> {
-    let contacts = adaptive::model::check_unbuilt(&scenario.run);
+    let contacts = Prepared::new(&scenario.run).and_then(|run| check_unbuilt(&run));
     tracing::info!(
         "{}: {}, {} bodies, {} joints, {} contacts",
         path.display(),
