@@ -62,7 +62,7 @@ fn cycles(recording: &Recording) -> f64 {
 fn kind(text: &str) -> Option<TouchKind> {
     let scenario = scenario::parse(Path::new("case.toml"), text.as_bytes(), &[]).unwrap();
     let spec = &scenario.run;
-    FirstTouches::new(spec, &start_poses(spec).unwrap()).kind(&spec.contacts[0])
+    FirstTouches::new(spec, start_poses(spec).unwrap()).kind(&spec.contacts[0])
 }
 
 /// A solid of steel, `shape` its geometry, that stands at the height `z` turned by the rotation vector `turn` \[degrees\] and falls on the floor.

@@ -96,7 +96,7 @@ fn run(folder: &Path, bodies: &str, target: &str) -> (Recording, Option<TouchKin
     );
     let scenario = scenarios::valid(folder, &text, &[]);
     let spec = &scenario.run;
-    let kind = FirstTouches::new(spec, &start_poses(spec).unwrap()).kind(&spec.contacts[0]);
+    let kind = FirstTouches::new(spec, start_poses(spec).unwrap()).kind(&spec.contacts[0]);
     (scenarios::run(&scenario), kind)
 }
 

@@ -64,8 +64,7 @@ fn peak(recording: &Recording) -> f64 {
 fn kind(text: &str) -> Option<TouchKind> {
     let scenario = scenario::parse(Path::new("line.toml"), text.as_bytes(), &[]).expect("a valid scenario");
     let spec = &scenario.run;
-    let poses = start_poses(spec).expect("poses");
-    FirstTouches::new(spec, &poses).kind(&spec.contacts[0])
+    FirstTouches::new(spec, start_poses(spec).expect("poses")).kind(&spec.contacts[0])
 }
 
 #[test]

@@ -317,7 +317,7 @@ fn poles_of_nets_are_smooth_places() {
     for tool in [rigid.clone(), rigid.replace("rigid", "solid")] {
         let scenario = valid(&[WORLD, &part, &tool].concat());
         let spec = &scenario.run;
-        let kind = FirstTouches::new(spec, &start_poses(spec).unwrap()).kind(&spec.contacts[0]);
+        let kind = FirstTouches::new(spec, start_poses(spec).unwrap()).kind(&spec.contacts[0]);
         assert_eq!(kind, Some(TouchKind::Smooth));
     }
 }

@@ -174,9 +174,9 @@ fn degrees_and_radians_agree_and_exclude_each_other() {
     // Round-off of the factor pi / 180.
     assert!(of(&deg).angle_to(&of(&rad)) < 1e-15);
     let turned = parse_with(&text, &["bodies.wall.orientation_deg=[90,0,0]"]).expect("valid");
-    let Target::Plane { normal, .. } = turned.run.contacts[1].target else { panic!("a plane") };
+    let Target::Plane(plane) = turned.run.contacts[1].target else { panic!("a plane") };
     // A quarter turn about x takes z to -y; round-off of one rotation.
-    assert!((normal[1] + 1.0).abs() < 1e-15);
+    assert!((plane.normal[1] + 1.0).abs() < 1e-15);
     let both = ["bodies.tilted.orientation=[1,0,0]", "bodies.tilted.orientation_deg=[90,0,0]"];
     assert!(parse_with(&text, &both).is_err());
 }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use adaptive::spec::{
-    BodyKind, ContactLaw, Coupling, DampingSpec, Extent, FrameSpec, Place, RunSpec, Target, TimeCurve,
+    BodyKind, ContactLaw, Coupling, DampingSpec, Extent, FrameSpec, Place, RunSpec, TimeCurve,
 };
 use contact_qs::law::Solid;
 use fbimpact::scenario::{self, Override};
@@ -159,10 +159,10 @@ fn loads_contacts_and_settings_are_handed_on() {
     assert!(load.at.rotation.angle() < ROUND_OFF, "following axes are those of the body");
     let steel = Solid { young: 2e11, poisson: 0.3 };
     let ContactLaw::Hertz(law) = &spec.contacts[0].law else { panic!("Hertz") };
-    let Some((contact, None)) = law.spheres(spec.contacts[0].target) else { panic!("a sphere on a plane") };
+    let (contact, other) = spec.contacts[0].spheres().expect("a sphere on a plane");
     assert_eq!(law.solids(), [steel; 2]);
     assert!((contact.radius - 0.1).abs() < ROUND_OFF && contact.centre == Place::Point([0.0; 3]));
-    assert!(matches!(spec.contacts[0].target, Target::Plane { .. }));
+    assert!(other.body().is_none());
     assert!(spec.settings.static_start);
     assert_eq!(spec.settings.free.method, Some(ffr_dynamics::integration::Method::TrBdf2));
     assert_eq!(spec.settings.impact.method, Some(ffr_dynamics::integration::Method::DormandPrince));

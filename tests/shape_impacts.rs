@@ -152,7 +152,7 @@ fn every_shape_is_a_rigid_target_that_a_ball_touches_smoothly() {
         let tool = format!("material = \"aluminium\"\ngeometry = {{ {geometry} }}");
         let scenario = scenarios::valid(Path::new("."), &world(&part, &tool), &[]);
         let spec = &scenario.run;
-        let kind = FirstTouches::new(spec, &start_poses(spec).unwrap()).kind(&spec.contacts[0]);
+        let kind = FirstTouches::new(spec, start_poses(spec).unwrap()).kind(&spec.contacts[0]);
         assert_eq!(kind, Some(TouchKind::Smooth), "{geometry}");
     }
 }

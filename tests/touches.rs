@@ -73,8 +73,7 @@ fn what_touches_first_decides_and_not_what_is_nearest_at_the_start() {
         &[],
     );
     let spec = &scenario.run;
-    let poses = start_poses(spec).unwrap();
-    let touches = FirstTouches::new(spec, &poses);
+    let touches = FirstTouches::new(spec, start_poses(spec).unwrap());
     let contact = &spec.contacts[0];
     let touch = touches.of(contact).expect("an egg has a surface");
     assert_eq!(touch.kind, Some(TouchKind::Smooth));

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use contact_qs::law::penalty;
 use contact_qs::search::{SurfaceModel, SurfaceSite};
-use contact_qs::{ActiveContact, ContactError, PressureRecovery};
+use contact_qs::{ActiveContact, ContactError, Detector, PressureRecovery};
 use ffr_dynamics::force::BodyState;
 
 use crate::adaptivity::interval::{
@@ -31,7 +31,7 @@ use crate::state::ImpactHistory;
 use crate::state::simulation::ObservedPoint;
 use crate::store::ModelCache;
 use crate::system::body::{BodyModel, FlexibleModel};
-use crate::touch::detection::{Detector, DetectorTarget, Nearest, Search};
+use crate::touch::detection::{Nearest, Search};
 use crate::touch::parts::{Touch, TouchKind};
 
 mod kept_zone;
@@ -208,30 +208,20 @@ impl AdaptiveContact {
         (bodies, surfaces): (&[BodyModel], &[Option<Arc<SurfaceModel>>]),
         cache: &ModelCache,
     ) -> Result<Self, AdaptiveError> {
-        let is_mesh = |body: usize| bodies[body].flexible().is_some_and(|f| f.body.mesh().is_some());
-        let other = spec.target.body();
-        let has_mesh = [Some(spec.body), other].into_iter().flatten().any(is_mesh);
-        if has_mesh && law.transfer.modes == LowModes::Fine {
-            return Err(AdaptiveError::unsupported_contact(&spec.name, Unsupported::FineModesOfMesh));
-        }
         let surface = |body: usize| {
             let none = || Unsupported::NoSurface { body: bodies[body].name.clone() };
             surfaces[body].clone().ok_or_else(|| AdaptiveError::unsupported_contact(&spec.name, none()))
         };
-        let target = match spec.target {
-            Target::Plane { point, normal } => DetectorTarget::plane(point, normal),
-            Target::Body(other) => DetectorTarget::Body(other, surface(other)?),
-        };
         let thickness = |body: usize| bodies[body].flexible().and_then(|f| f.body.model().thickness());
-        let both = [Some(spec.body), other].into_iter().flatten();
+        let flexible_target = spec.target.body().filter(|other| bodies[*other].flexible().is_some());
         Ok(Self {
-            thickness: both.filter_map(thickness).reduce(f64::min),
+            thickness: spec.bodies().filter_map(thickness).reduce(f64::min),
             name: spec.name.clone(),
             body: spec.body,
             target: spec.target,
-            flexible_target: other.filter(|other| bodies[*other].flexible().is_some()),
+            flexible_target,
             law: law.clone(),
-            detector: Detector::new(spec.body, surface(spec.body)?, target),
+            detector: Detector::of(spec.body, spec.target, surface)?,
             cache: cache.clone(),
         })
     }
@@ -254,7 +244,7 @@ impl AdaptiveContact {
     /// # Errors
     /// [`AdaptiveError::Contact`] if the motions are not finite.
     pub fn nearest(&self, states: &[BodyState], search: &mut Search) -> Result<Nearest, AdaptiveError> {
-        self.detector.nearest(states, search).map_err(|e| self.fail(e))
+        search.nearest(&self.detector, states).map_err(|e| self.fail(e))
     }
 
     /// Fine models at a `touch` in the motions `states`, with intervals of the widths wished for
@@ -352,10 +342,7 @@ impl AdaptiveContact {
     /// Whether the interval of the target side `other` ends where the surface of the target does. A
     /// rigid target has its whole surface.
     fn is_at_end_of_target(&self, other: Option<&FineSide>) -> bool {
-        match (other, self.target) {
-            (Some(other), _) => is_at_end(&other.body.grid()),
-            (None, target) => matches!(target, Target::Body(_)),
-        }
+        other.map_or(self.target.body().is_some(), |other| is_at_end(&other.body.grid()))
     }
 
     /// The widths and penalty factor of an accepted impact, from which the search of the next one
@@ -434,7 +421,7 @@ impl AdaptiveContact {
 
     /// Whether the width of the interval is the scenario's, not to be changed.
     pub fn is_width_given(&self) -> bool {
-        self.has_width() && self.law.treatment != spec::Treatment::Adaptive
+        self.has_width() && !self.law.treatment.is_searched()
     }
 }
 
@@ -442,7 +429,7 @@ impl FineContact {
     /// Marks the contact elements of the last evaluation of `element`.
     pub fn mark(&mut self, element: &dyn ActiveContact) {
         let (mut first, mut last) = ([usize::MAX; 2], [0; 2]);
-        for (force, index) in element.point_forces().iter().zip(&self.elements) {
+        for (force, index) in element.point_forces().into_iter().flatten().zip(&self.elements) {
             if *force > 0.0 {
                 self.flags.mark(*index);
                 for d in 0..2 {

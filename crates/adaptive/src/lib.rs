@@ -17,6 +17,7 @@
 //! | [`body`] | flexible bodies before their reduction, reduced, refined about a contact, with contact zones |
 //! | [`paper`] | variants of \[A\] for comparison |
 //! | [`system`] | the bodies of a run, rigid and from files among them, joined to a multibody system |
+//! | [`prepared`] | what is known of a run before any model is built: poses, first touches, plans of contacts |
 //! | [`sizing`] | mesh and modes that the program chooses |
 //! | [`impact`] | contacts that get fine models for an impact |
 //! | [`model`] | a run that is built |
@@ -34,6 +35,7 @@ pub mod state;
 pub mod body;
 pub mod paper;
 pub mod system;
+pub mod prepared;
 pub mod sizing;
 pub mod impact;
 pub mod model;

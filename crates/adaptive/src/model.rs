@@ -8,29 +8,26 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::system::Multibody;
 use ffr_dynamics::system::model::gear::Gear;
-use iga_core::space::PatchSpace;
 
-use crate::body::mesh::part_of;
 use crate::body::point_compliance::{PointCompliance, of_body};
 use crate::body::{FullModel, Workshop};
 use crate::error::AdaptiveError;
 use crate::impact::TrialSizes;
+use crate::prepared::Prepared;
 use crate::record::work::{self, Work};
 use crate::record::{BodyLayout, JointLayout, PointLayout, RunLayout, Timings};
 use crate::sizing::impact_time::{ForceNeeds, force_needs};
 use crate::sizing::mesh_touch::{MeshTouch, touches};
-use crate::spec::{BodyKind, BodySpec, Extent, Place, PointSpec, RunSpec, StressSpec};
+use crate::spec::{BodySpec, PointSpec, RunSpec, StressSpec};
 use crate::state::simulation::{Observed, ObservedPoint, System};
 use crate::store::ModelCache;
 use crate::system::body::{BodyModel, FlexibleModel};
 use crate::system::{joints, start};
-use crate::touch::first::FirstTouches;
 use crate::touch::overlap::check_undeformed;
 
 mod arrangement;
 mod default_penalty;
 mod held_damping;
-mod plan;
 mod facts;
 mod contacts;
 mod fine_modes;
@@ -42,13 +39,10 @@ pub use crate::system::joints::coordinate_names;
 pub use crate::system::start::poses as start_poses;
 pub use crate::system::start::turns;
 pub use arrangement::{Arrangement, PlacedJoint, PlacedMarker, PlacedTouch};
-use contacts::{
-    BuiltContact, adaptive_contacts, build_contact, check_mesh_zones, interfaces, refinements, zones,
-};
+use contacts::{adaptive_contacts, build_contact, check_mesh_zones, interfaces, refinements, zones};
 pub use cost::{ModelCost, costs};
-pub use facts::ContactModel;
+pub use facts::ContactFacts;
 use fine_modes::needs_fine_modes;
-use plan::ContactPlan;
 pub use resolution::{Subjects, subjects};
 
 /// Models, initial state and requests of a run.
@@ -60,7 +54,7 @@ pub struct RunModel {
     /// What is recorded besides bodies and contacts.
     pub observed: Observed,
     /// Contacts in the order of the system's force elements.
-    pub contacts: Vec<ContactModel>,
+    pub contacts: Vec<ContactFacts>,
     /// Time spent in contacts that have left the system \[s\].
     pub contact_time: f64,
     /// Bodies in the order of the system's.
@@ -93,25 +87,30 @@ impl RunModel {
         Self::build_with(spec, &ModelCache::default())
     }
 
-    /// Builds every model that is not in `cache`; fine models are looked up there as well when
+    /// As [`RunModel::build`], with the models that are in `cache`.
+    ///
+    /// # Errors
+    /// Likewise.
+    pub fn build_with(spec: &RunSpec, cache: &ModelCache) -> Result<Self, AdaptiveError> {
+        Self::of(Prepared::new(spec)?, cache)
+    }
+
+    /// Builds every model of a run that is not in `cache`; fine models are looked up there as well when
     /// contacts are refined.
     ///
     /// # Errors
     /// [`AdaptiveError`] with the name of the body, joint or contact.
-    pub fn build_with(spec: &RunSpec, cache: &ModelCache) -> Result<Self, AdaptiveError> {
+    pub fn of(run: Prepared<'_>, cache: &ModelCache) -> Result<Self, AdaptiveError> {
         let started = Instant::now();
-        let poses = start::poses(spec)?;
-        let first = FirstTouches::new(spec, &poses);
-        let plans = plan::plans(&first)?;
-        let refined = resolution::refined(spec, &plans);
-        let spec = refined.as_ref();
-        let first = first.with_sizes(spec);
-        stress::check(spec, &plans)?;
-        let full = full_models(spec, &plans)?;
+        check(&run)?;
+        let refined = resolution::refined(&run);
+        let run = run.refined(refined.as_ref());
+        let spec = run.spec();
+        let full = full_models(&run)?;
         let assembly = started.elapsed().as_secs_f64();
-        let zones = zones(&first, &plans, &full)?;
+        let zones = zones(&run, &full)?;
         let search = started.elapsed().as_secs_f64() - assembly;
-        let interfaces = interfaces(spec, &zones, &start::turns(spec)?)?;
+        let interfaces = interfaces(&run, &zones, &start::turns(spec)?)?;
         let bodies = spec.bodies.iter().zip(full).zip(interfaces).enumerate();
         let mut bodies: Vec<BodyModel> = bodies
             .map(|(k, ((b, full), i))| {
@@ -119,15 +118,10 @@ impl RunModel {
                 BodyModel::new(b.name.clone(), full, i, cache)
             })
             .collect::<Result<_, AdaptiveError>>()?;
-        let contacts = spec.contacts.iter().zip(plans.iter().zip(&zones));
-        let contacts =
-            contacts.map(|(c, (plan, zones))| build_contact(spec, c, plan, zones.as_ref(), &bodies, &poses));
-        let contacts: Vec<BuiltContact> = contacts.collect::<Result<_, AdaptiveError>>()?;
-        for (built, contact) in contacts.iter().zip(&spec.contacts) {
-            built.check_start(&poses[contact.body])?;
-        }
-        let (forces, mut contacts): (Vec<_>, Vec<_>) =
-            contacts.into_iter().map(|c| (c.element, c.model)).unzip();
+        let built =
+            run.contacts().zip(&zones).map(|(c, zones)| build_contact(&run, c, zones.as_ref(), &bodies));
+        let built = built.collect::<Result<Vec<_>, AdaptiveError>>()?;
+        let (forces, mut contacts): (Vec<_>, Vec<_>) = built.into_iter().unzip();
         let description = joints::system_spec(spec, &bodies)?;
         let mut system = Multibody::new(description, forces).map_err(AdaptiveError::Model)?;
         let initial = start::state(spec, &mut system)?;
@@ -137,7 +131,7 @@ impl RunModel {
             points: observed_points(spec, &bodies)?,
             joints: spec.joints.iter().filter_map(|j| j.child.body).collect(),
         };
-        for (i, refinement) in adaptive_contacts(spec, &plans, &bodies, cache)? {
+        for (i, refinement) in adaptive_contacts(&run, &bodies, cache)? {
             contacts[i].refinement = Some(refinement);
         }
         Ok(Self {
@@ -147,10 +141,10 @@ impl RunModel {
             timings: Timings { assembly, search, reduction, ..Timings::default() },
             points: spec.points.clone(),
             stress: spec.stress.clone(),
-            source: needs_fine_modes(spec, &plans, &bodies)?.then(|| Box::new(spec.clone())),
+            source: needs_fine_modes(spec, &bodies)?.then(|| Box::new(spec.clone())),
             cache: cache.clone(),
-            touches: spec.contacts.iter().flat_map(|c| touches(&first, c)).collect(),
-            force_needs: force_needs(&first),
+            touches: spec.contacts.iter().flat_map(|c| touches(&run.touches, c)).collect(),
+            force_needs: force_needs(&run.touches),
             yield_strengths: spec.bodies.iter().map(|body| body.kind.yield_strength()).collect(),
             frequency_errors: spec.frequency_errors.clone(),
             system,
@@ -227,7 +221,7 @@ impl RunModel {
 
     /// Sizes of the models of contact `i`, those of both bodies together.
     pub fn trial_sizes(&self, i: usize) -> TrialSizes {
-        let (body, target) = self.system.forces()[i].contact.bodies();
+        let (body, target) = self.system.forces()[i].contact.facts().bodies();
         let models = [Some(body), target].into_iter().flatten();
         models.filter_map(|b| self.bodies[b].flexible()).fold(TrialSizes::default(), |sum, e| TrialSizes {
             elements: sum.elements + e.body.space().n_elements() as u64,
@@ -254,54 +248,24 @@ impl RunModel {
     }
 }
 
-/// Checks that `spec` can be simulated, as far as shapes, meshes and the motions at the start tell;
+/// Refuses what a build refuses whatever its meshes are: stress that contacts do not give, modes that
+/// bodies cannot have for them.
+fn check(run: &Prepared<'_>) -> Result<(), AdaptiveError> {
+    stress::check(run)?;
+    fine_modes::check(run)?;
+    (0..run.spec().bodies.len()).try_for_each(|body| contacts::interface_modes(run, body).map(|_| ()))
+}
+
+/// Checks that a run can be simulated, as far as shapes, meshes and the motions at the start tell;
 /// builds nothing.
 ///
 /// # Errors
-/// [`AdaptiveError`] as a run, for contacts that have no plan, stress that they do not give, bodies that
-/// overlap and places that leave their body.
-pub fn check_unbuilt(spec: &RunSpec) -> Result<(), AdaptiveError> {
-    check_places(spec)?;
-    let poses = start::poses(spec)?;
-    let first = FirstTouches::new(spec, &poses);
-    let plans = plan::plans(&first)?;
-    stress::check(spec, &plans)?;
-    check_mesh_zones(&first, &plans)?;
-    check_undeformed(spec, &poses)
-}
-
-/// Checks that the parts of bodies that joints and loads hold, that move like rigid ones or are observed
-/// are parts of them.
-///
-/// # Errors
-/// [`AdaptiveError::Geometry`] or [`AdaptiveError::Mesh`] with the name of the body.
-fn check_places(spec: &RunSpec) -> Result<(), AdaptiveError> {
-    let joints = spec.joints.iter().chain(&spec.loops).flat_map(|joint| [&joint.parent, &joint.child]);
-    let attached = joints.chain(spec.loads.iter().map(|load| &load.at));
-    let attached = attached.filter_map(|at| Some((at.body?, &at.place)));
-    let places = attached.chain(spec.points.iter().map(|point| (point.body, &point.place)));
-    let held = places.filter_map(|(body, place)| match place {
-        Place::Area(area) => Some((body, area)),
-        Place::Point(_) | Place::Marker(_) => None,
-    });
-    let bodies = spec.bodies.iter().enumerate().filter_map(|(b, body)| Some((b, body.kind.flexible()?)));
-    let rigid = bodies.flat_map(|(b, flexible)| flexible.rigid_areas.iter().map(move |area| (b, area)));
-    held.chain(rigid).try_for_each(|(b, area)| {
-        let BodySpec { name, kind, .. } = &spec.bodies[b];
-        check_extent(name, kind, &area.extent)
-    })
-}
-
-/// Checks that `extent` is a part of the body `name`.
-fn check_extent(name: &str, kind: &BodyKind, extent: &Extent) -> Result<(), AdaptiveError> {
-    if let Some(meshed) = kind.meshed() {
-        let found = part_of(&meshed.mesh, extent);
-        return found.map(|_| ()).map_err(|source| AdaptiveError::Mesh { body: name.into(), source });
-    }
-    let Some(elastic) = kind.elastic() else { return Ok(()) };
-    let space = PatchSpace::new(elastic.shape.patches.clone());
-    let found = space.and_then(|space| extent.points(&elastic.shape, &space, &elastic.model));
-    found.map(|_| ()).map_err(|source| AdaptiveError::Geometry { body: name.into(), source })
+/// [`AdaptiveError`] as a run, for zones that are not found, stress and modes that contacts do not
+/// give, and bodies that overlap.
+pub fn check_unbuilt(run: &Prepared<'_>) -> Result<(), AdaptiveError> {
+    check(run)?;
+    check_mesh_zones(run)?;
+    check_undeformed(run.spec(), &run.touches.poses)
 }
 
 /// Begins work at body `i`.
@@ -310,11 +274,12 @@ fn at_body(spec: &RunSpec, i: usize, what: &str) -> Work {
 }
 
 /// Full models of the bodies; equal ones are built once.
-fn full_models<'a>(spec: &'a RunSpec, plans: &[ContactPlan]) -> Result<Vec<FullModel<'a>>, AdaptiveError> {
+fn full_models<'a>(run: &Prepared<'a>) -> Result<Vec<FullModel<'a>>, AdaptiveError> {
+    let spec = run.spec();
     let mut workshop = Workshop::default();
     let full = |(i, body): (usize, &'a BodySpec)| {
         let (name, _work) = (body.name.as_str(), at_body(spec, i, "matrices"));
-        workshop.build(name, &body.kind, refinements(spec, plans, i)?)
+        workshop.build(name, &body.kind, refinements(run, i)?)
     };
     spec.bodies.iter().enumerate().map(full).collect()
 }

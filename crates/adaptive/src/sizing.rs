@@ -20,11 +20,10 @@ pub mod mesh_touch;
 
 use crate::body::splines::{ElasticBody, rigid_motion};
 use crate::error::AdaptiveError;
-use crate::model::start_poses;
+use crate::prepared::Prepared;
 use crate::record::work::{self, Work};
-use crate::spec::{Accuracy, DiscretisationSpec, ElasticSpec, ReductionSpec, RefinementSpec, RunSpec};
+use crate::spec::{Accuracy, DiscretisationSpec, ElasticSpec, ReductionSpec, RefinementSpec};
 use crate::store::{ModelCache, StoredModel};
-use crate::touch::first::FirstTouches;
 use ffr_dynamics::body::RigidMotion;
 use iga_core::elasticity::Model;
 use impact_time::{ForceTime, TimeScale};
@@ -53,24 +52,23 @@ pub struct ChosenSizes {
     pub zones: Vec<ChosenZone>,
 }
 
-/// Chooses what `wishes`, one per body of `spec`, ask for: elements and modes of splines, modes of
+/// Chooses what `wishes`, one per body of `run`, ask for: elements and modes of splines, modes of
 /// meshes; others get nothing.
 ///
 /// # Errors
 /// [`AdaptiveError`] naming a body whose matrices or modes cannot be computed, or joints that do not fit.
 pub fn choose(
-    spec: &RunSpec,
+    run: &Prepared<'_>,
     wishes: &[SizeRequest],
     cache: &ModelCache,
 ) -> Result<Vec<ChosenSizes>, AdaptiveError> {
+    let (spec, touches) = (run.spec(), &run.touches);
     let mut chosen = vec![ChosenSizes::default(); spec.bodies.len()];
     if wishes.iter().all(|wish| *wish == SizeRequest::default()) {
         return Ok(chosen);
     }
-    let poses = start_poses(spec)?;
-    let touches = FirstTouches::new(spec, &poses);
     let accuracy = spec.accuracy;
-    let mut times = impact_time::shortest(&touches);
+    let mut times = impact_time::shortest(touches);
     times
         .iter_mut()
         .flatten()
@@ -87,7 +85,7 @@ pub fn choose(
         }
         chosen[i].warn(&body.name);
         if wish.elements {
-            chosen[i].zones = zone::zones(&touches, i);
+            chosen[i].zones = zone::zones(touches, i);
             let elements = chosen[i].mesh.as_ref().map_or(&[][..], |mesh| &mesh.elements);
             let places = held_place::zones(spec, i, elements);
             chosen[i].zones.extend(places);

@@ -24,8 +24,9 @@ pub use body::{
     InitialMotion, MeshedSpec, Place, RefinementSpec, RigidSpec,
 };
 pub use contact::{
-    ContactLaw, ContactSpec, DivisionRule, HertzPartner, HertzSpec, HertzSphere, IntervalSpec, LocalField,
-    LowModes, PenaltySearch, PointRule, SurfaceLaw, Target, TransferMethod, TransferSpec, Treatment,
+    ContactLaw, ContactSpec, DivisionRule, HertzPartner, HertzSpec, HertzSphere, InterfaceModes,
+    IntervalSpec, LocalField, LowModes, PenaltySearch, PointRule, SurfaceLaw, Target, TransferMethod,
+    TransferSpec, Treatment,
 };
 pub use iga_core::extent::Extent;
 pub use imported::ImportedSpec;

@@ -2,11 +2,11 @@
 //! Hertz's theory. Knows surfaces and motions of bodies; knows no matrices, and no zones.
 
 pub mod detection;
-pub mod sites;
 mod flight;
 pub(crate) mod tolerances;
 pub mod hertz;
-pub mod overlap;
 pub mod parts;
+pub mod sites;
+pub mod overlap;
 pub mod first;
 pub(crate) mod wave;

@@ -206,7 +206,7 @@ fn refusal(spec: &RunSpec) -> String {
 fn models_that_cannot_be_built_are_refused_with_a_remedy() {
     let spec = |treatment, interval| with(two_spheres(END), treatment, 1e16, interval);
     let mut on_plane = spec(Treatment::Damped, IntervalSpec::default());
-    on_plane.contacts[0].target = Target::Plane { point: Vector3::z(), normal: -Vector3::z() };
+    on_plane.contacts[0].target = Target::plane(Vector3::z(), -Vector3::z());
     let unrefined = refusal(&on_plane);
     assert!(
         unrefined.contains("\"left\" is not refined") && unrefined.contains("interval.width"),

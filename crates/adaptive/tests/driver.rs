@@ -30,7 +30,7 @@ fn plane(name: &str, height: f64, normal: f64) -> ContactSpec {
     ContactSpec {
         name: name.into(),
         body: 0,
-        target: Target::Plane { point, normal },
+        target: Target::plane(point, normal),
         law: ContactLaw::Surface(law),
         initial_overlap: 0.0,
     }
@@ -116,7 +116,7 @@ fn an_impact_in_the_last_instant_is_not_begun() {
         settings: explicit(end),
         ..spec(
             vec![sphere("ball", RADIUS, ALUMINIUM, (RADIUS + 10e-6, -SPEED))],
-            vec![contact("floor", 0, Target::Plane { point: Vector3::zeros(), normal: Vector3::z() })],
+            vec![contact("floor", 0, Target::plane(Vector3::zeros(), Vector3::z()))],
             end,
         )
     };

@@ -135,7 +135,7 @@ fn an_impact_has_the_same_peak_force_on_the_globally_refined_model() {
         elastic.flexible.reduction = ReductionSpec::CraigBampton { modes: 10, fixed_interface_modes: None };
         let mut ball = impacts::sphere("ball", 0.01, impacts::STEEL, (0.01, -0.1));
         ball.kind = BodyKind::Elastic(Box::new(elastic));
-        let plane = Target::Plane { point: Vector3::zeros(), normal: Vector3::z() };
+        let plane = Target::plane(Vector3::zeros(), Vector3::z());
         let mut contact = impacts::contact("floor", 0, plane);
         contact.law = ContactLaw::Surface(law);
         let trace = impacts::finished(&impacts::spec(vec![ball], vec![contact], 1e-4));

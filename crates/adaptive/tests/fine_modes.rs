@@ -67,7 +67,7 @@ fn momentum_limit(method: TransferMethod) -> f64 {
 
 #[test]
 fn sphere_hits_a_plane_as_it_does_with_prolonged_modes() {
-    let plane = Target::Plane { point: Vector3::zeros(), normal: Vector3::z() };
+    let plane = Target::plane(Vector3::zeros(), Vector3::z());
     let ball = sphere("ball", RADIUS, ALUMINIUM, (RADIUS + 1e-6, -SPEED));
     let default = spec(vec![ball], vec![contact("floor", 0, plane)], 1.5e-4);
     let reference = finished(&default);
@@ -185,7 +185,7 @@ fn body_keeps_its_modes_when_a_second_pair_joins() {
 
 #[test]
 fn own_modes_are_refused_where_a_body_has_one_model_for_the_whole_run() {
-    let plane = Target::Plane { point: Vector3::zeros(), normal: Vector3::z() };
+    let plane = Target::plane(Vector3::zeros(), Vector3::z());
     let ball = sphere("ball", RADIUS, ALUMINIUM, (RADIUS, -SPEED));
     let mut fixed = contact("floor", 0, plane);
     let ContactLaw::Surface(law) = &mut fixed.law else { panic!("a contact of surfaces") };

@@ -111,7 +111,7 @@ fn second_pair_joins_a_running_impact() {
 #[test]
 fn ball_between_two_planes_meets_them_again_and_again() {
     let clearance = 20e-6;
-    let plane = |z: f64, n: f64| Target::Plane { point: Vector3::z() * z, normal: Vector3::z() * n };
+    let plane = |z: f64, n: f64| Target::plane(Vector3::z() * z, Vector3::z() * n);
     let bodies = vec![sphere("ball", RADIUS, STEEL, (RADIUS, -SPEED))];
     let contacts = vec![
         contact("floor", 0, plane(0.0, 1.0)),
@@ -133,7 +133,7 @@ fn ball_between_two_planes_meets_them_again_and_again() {
 #[test]
 fn a_run_may_end_with_its_third_impact() {
     let clearance = 20e-6;
-    let plane = |z: f64, n: f64| Target::Plane { point: Vector3::z() * z, normal: Vector3::z() * n };
+    let plane = |z: f64, n: f64| Target::plane(Vector3::z() * z, Vector3::z() * n);
     let bodies = vec![sphere("ball", RADIUS, STEEL, (RADIUS, -SPEED))];
     let contacts = vec![
         contact("floor", 0, plane(0.0, 1.0)),

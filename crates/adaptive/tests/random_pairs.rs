@@ -248,8 +248,7 @@ impl Pair {
 
     fn spec(&self) -> RunSpec {
         let normal = if self.kind.is_flat() { Vector3::y() } else { Vector3::z() };
-        let (mut bodies, mut place) =
-            (vec![self.body(0)], (0, Target::Plane { point: Vector3::zeros(), normal }));
+        let (mut bodies, mut place) = (vec![self.body(0)], (0, Target::plane(Vector3::zeros(), normal)));
         if !self.kind.has_plane() {
             bodies.push(self.body(1));
             let first = usize::from(self.is_swapped);

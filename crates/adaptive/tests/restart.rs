@@ -26,7 +26,7 @@ const GAP: f64 = 1e-6; // m
 
 fn horizontal(name: &str, height: f64, normal: f64) -> ContactSpec {
     let point = Vector3::new(0.0, 0.0, height);
-    contact(name, 0, Target::Plane { point, normal: Vector3::new(0.0, 0.0, normal) })
+    contact(name, 0, Target::plane(point, Vector3::new(0.0, 0.0, normal)))
 }
 
 /// A ball that bounces between two planes: impact, free phase, impact, free phase.
@@ -120,7 +120,7 @@ fn impacts_of_whole_surfaces_go_on_to_the_last_bit() {
     plate.shape = Arc::new(plane::rectangle(20e-3, 10e-3).expect("a rectangle"));
     plate.discretisation.elements = vec![4, 2];
     let normal = Vector3::new(0.0, 1.0, 0.0);
-    let floor = contact("floor", 0, Target::Plane { point: Vector3::zeros(), normal });
+    let floor = contact("floor", 0, Target::plane(Vector3::zeros(), normal));
     let spec = spec(vec![body], vec![floor], 8e-4);
     let trace = finished(&spec);
     let penalties: Vec<f64> = trace.trials.iter().map(|t| t.penalty_start).collect();

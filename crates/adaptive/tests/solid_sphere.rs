@@ -15,7 +15,7 @@ const SPEED: f64 = 0.1;
 
 /// The sphere falls on the plane with its top, bottom or whatever point `rotation` brings down.
 fn fall(body: BodySpec) -> Trace {
-    let target = Target::Plane { point: Vector3::zeros(), normal: Vector3::z() };
+    let target = Target::plane(Vector3::zeros(), Vector3::z());
     let contact = ContactSpec {
         name: "impact".into(),
         body: 0,

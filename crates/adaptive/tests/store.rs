@@ -8,15 +8,15 @@ use crate::bodies::{block, sphere, wanted_at};
 use crate::impacts::{STEEL, contact, law, spec};
 use adaptive::body::fine::refined::FineSettings;
 use adaptive::body::fine::refined::zone_definition;
+use adaptive::body::reduced::Interface;
 use adaptive::body::reduced::modes_key;
-use adaptive::body::reduced::{Interface, InterfaceModes};
 use adaptive::model::RunModel;
 use adaptive::run::driver::run;
 use adaptive::run::recording::Recording;
 use adaptive::spec::DivisionRule;
 use adaptive::spec::{
-    BodyKind, DampingSpec, ElasticSpec, FrameSpec, IntervalSpec, PenaltySearch, Place, ReductionSpec,
-    RefinementSpec, RunSpec, Target, Treatment,
+    BodyKind, DampingSpec, ElasticSpec, FrameSpec, InterfaceModes, IntervalSpec, PenaltySearch, Place,
+    ReductionSpec, RefinementSpec, RunSpec, Target, Treatment,
 };
 use adaptive::store::{CacheUse, ModelCache, ModelKey, ModelStore, StoredModel, body_definition};
 use iga_core::elasticity::{Material, Model};

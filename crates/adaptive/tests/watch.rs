@@ -13,7 +13,7 @@ use adaptive::spec::{
     SurfaceLaw, Target, Treatment,
 };
 use adaptive::state::simulation::RunContact;
-use adaptive::touch::detection::InactiveContact;
+use adaptive::touch::hertz::preview::StandIn;
 use contact_qs::law::Solid;
 use fe_mesh::element::rules::MassRule;
 use fe_mesh::{ElementKind, Mesh};
@@ -29,7 +29,7 @@ const SPEED: f64 = 0.5; // m/s
 const END: f64 = 1e-4; // s
 
 fn floor() -> Target {
-    Target::Plane { point: Vector3::zeros(), normal: Vector3::z() }
+    Target::plane(Vector3::zeros(), Vector3::z())
 }
 
 /// A ball that touches the floor and falls.
@@ -118,8 +118,8 @@ fn anvil() -> BodySpec {
 /// Contact of the ball by Hertz' law.
 fn hertz(target: Target) -> ContactSpec {
     let solid = Solid { young: STEEL.youngs, poisson: STEEL.poisson };
-    let partner =
-        || HertzPartner::Sphere(HertzSphere { centre: Place::Point([0.0; 3]), radius: RADIUS, solid });
+    let sphere = HertzSphere { centre: Place::Point([0.0; 3]), radius: RADIUS };
+    let partner = || HertzPartner { solid, sphere: Some(sphere.clone()) };
     let law =
         HertzSpec { contact: partner(), target: partner(), friction: 0.0, yield_strength: f64::INFINITY };
     ContactSpec { law: ContactLaw::Hertz(law), ..contact("hertz", 0, target) }
@@ -146,8 +146,7 @@ pub fn broken(spec: &RunSpec, change: impl FnOnce(&mut RunModel)) -> (Trace, Res
 pub fn drop_contact(model: &mut RunModel) {
     // The check of the start asks the contact for the distance of spheres.
     (model.contacts[0].refinement, model.contacts[0].spheres) = (None, None);
-    let (body, target) = model.system.forces()[0].contact.bodies();
-    let nothing = Active::new(InactiveContact::new(body, target));
+    let nothing = Active::new(StandIn::inactive(model.system.forces()[0].contact.facts().bodies()));
     model.system.forces_mut()[0] = RunContact::new(Box::new(nothing));
 }
 

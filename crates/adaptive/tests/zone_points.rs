@@ -46,7 +46,7 @@ fn on_plane() -> RunSpec {
         search: PenaltySearch::Fixed,
         ..law()
     };
-    let plane = Target::Plane { point: Vector3::zeros(), normal: Vector3::z() };
+    let plane = Target::plane(Vector3::zeros(), Vector3::z());
     let contact = ContactSpec { law: ContactLaw::Surface(law), ..contact("impact", 0, plane) };
     let mut run = spec(vec![BodySpec { name, kind, motion }], vec![contact], 1.2e-4);
     run.points = vec![point("bottom", 0, -RADIUS)];

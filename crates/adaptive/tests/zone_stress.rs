@@ -209,7 +209,7 @@ fn solid_ball_refined_about_a_pole_of_its_net_has_the_stress_of_hertz() {
     let body = BodySpec { name: "ball".into(), kind: BodyKind::Elastic(Box::new(elastic)), motion };
     let mut settings = law();
     settings.interval.elements = Some(12);
-    let plane = Target::Plane { point: Vector3::zeros(), normal: Vector3::z() };
+    let plane = Target::plane(Vector3::zeros(), Vector3::z());
     let contact =
         adaptive::spec::ContactSpec { law: ContactLaw::Surface(settings), ..contact("impact", 0, plane) };
     let mut run = spec(vec![body], vec![contact], 1e-4);

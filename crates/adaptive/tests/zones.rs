@@ -16,8 +16,9 @@ use iga_core::nurbs::primitives::solid;
 use iga_core::space::Space;
 use nalgebra::{UnitQuaternion, Vector3};
 
-const FLOOR: Target =
-    Target::Plane { point: Vector3::new(0.0, 0.0, 0.0), normal: Vector3::new(0.0, 0.0, 1.0) };
+fn floor() -> Target {
+    Target::plane(Vector3::zeros(), Vector3::z())
+}
 
 fn with_law(run: &RunSpec, change: impl Fn(&mut SurfaceLaw)) -> RunSpec {
     let mut run = run.clone();
@@ -85,7 +86,7 @@ fn an_impact_that_the_end_of_the_run_cuts_off_has_a_zone_that_fits_it() {
     let bodies = || vec![sphere("ball", 0.01, STEEL, (0.01, -0.1))];
     let k = 4.0 / 3.0 * STEEL.youngs / (1.0 - STEEL.poisson * STEEL.poisson) * 0.1;
     for end in [1e-9, 1e-6, 1e-5] {
-        let short = finished(&spec(bodies(), vec![contact("floor", 0, FLOOR)], end));
+        let short = finished(&spec(bodies(), vec![contact("floor", 0, floor())], end));
         let last = short.trials.last().unwrap();
         // A first interval for all of the impact was 100, 3 and 1.7 times too wide.
         assert!((0.5..0.95).contains(&last.utilisation[0]), "{last:?}");
@@ -99,7 +100,7 @@ fn an_impact_that_the_end_of_the_run_cuts_off_has_a_zone_that_fits_it() {
 #[test]
 fn a_run_may_end_at_the_touch() {
     let bodies = vec![sphere("ball", 0.01, STEEL, (0.010_001, -0.1))];
-    let trace = finished(&spec(bodies, vec![contact("floor", 0, FLOOR)], 1e-5));
+    let trace = finished(&spec(bodies, vec![contact("floor", 0, floor())], 1e-5));
     assert!((trace.last().time - 1e-5).abs() < 1e-18);
     assert!(trace.energy_drift() < 1e-9, "{:e}", trace.energy_drift());
 }
@@ -112,7 +113,7 @@ fn a_body_that_slides_along_a_plane_without_pressing_is_simulated() {
         velocity: Vector3::x(),
         angular_velocity: Vector3::zeros(),
     };
-    let plane = Target::Plane { point: Vector3::zeros(), normal: Vector3::y() };
+    let plane = Target::plane(Vector3::zeros(), Vector3::y());
     let run = spec(vec![disc("disc", 0.1, 1.0, true, STEEL, motion)], vec![contact("floor", 0, plane)], 1e-3);
     let trace = finished(&with_law(&run, |law| law.friction = Some(Friction::new(0.3))));
     // It goes on as it did: what touches is round-off.
@@ -240,7 +241,7 @@ fn an_impact_where_the_last_one_was_has_its_contact_zone() {
     // A ball that bounces: the second impact has the speed of the first but for the modes that ring.
     let (speed, gravity) = (0.1, 9.81);
     let ball = sphere("ball", 0.01, STEEL, (0.01 + 1e-6, -speed));
-    let mut run = spec(vec![ball], vec![contact("floor", 0, FLOOR)], 2.1 * speed / gravity);
+    let mut run = spec(vec![ball], vec![contact("floor", 0, floor())], 2.1 * speed / gravity);
     run.settings.gravity = Vector3::z() * -gravity;
     let trace = finished(&run);
     assert_eq!(trace.impacts.len(), 2, "{:?}", trace.impacts);

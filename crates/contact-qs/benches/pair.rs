@@ -45,7 +45,7 @@ fn evaluate(bencher: divan::Bencher<'_, '_>, approach: f64) {
     let (mut pair, mut bodies) = (Active::new(pair()), bodies());
     let mut forces = vec![GeneralisedForce::zeros(N_MODES); 2];
     let mut stage = 0_u32;
-    bencher.counter(pair.n_points()).bench_local(move || {
+    bencher.counter(pair.facts().n_points()).bench_local(move || {
         stage += 1;
         bodies[0].position.z = 3.0 * RADIUS - approach - 1e-8 * f64::from(stage % 7);
         forces.iter_mut().for_each(GeneralisedForce::clear);
@@ -77,5 +77,5 @@ fn save_and_restore(bencher: divan::Bencher<'_, '_>) {
 fn smallest_gap(bencher: divan::Bencher<'_, '_>) {
     let (mut pair, mut bodies) = (Active::new(pair()), bodies());
     bodies[0].position.z = 3.1 * RADIUS;
-    bencher.bench_local(move || pair.smallest_gap(Motion::new(0.0, &bodies)));
+    bencher.bench_local(move || pair.meeting(Motion::new(0.0, &bodies)).gap);
 }

@@ -24,7 +24,7 @@ fn main() {
     let report = pair.report();
     eprintln!(
         "{} points, {} in contact, {} interface degrees of freedom, {:.1} N, {} passes from nothing, rim {}",
-        pair.n_points(),
+        pair.facts().n_points(),
         report.n_active,
         pair.element().surface().n_interface(),
         report.normal_force,
@@ -40,7 +40,7 @@ fn evaluate(bencher: divan::Bencher<'_, '_>, pair: SurfacePair, approach: f64, s
     let mut bodies = caps::pressed(approach);
     let mut forces = vec![GeneralisedForce::zeros(N_MODES); 2];
     let (mut stage, mut passes) = (0_u32, 0);
-    bencher.counter(pair.n_points()).bench_local(|| {
+    bencher.counter(pair.facts().n_points()).bench_local(|| {
         stage += 1;
         bodies[0].position.z = 2.0 * RADIUS - approach - 5e-9 * f64::from(stage % 7);
         bodies[0].position.x = slide * (0.05 * f64::from(stage)).sin();
@@ -80,7 +80,7 @@ fn apart(bencher: divan::Bencher<'_, '_>) {
 fn smallest_gap(bencher: divan::Bencher<'_, '_>) {
     let mut pair = Active::new(caps::caps(WIDTH, 18, 1e18));
     let bodies = caps::pressed(-1e-5);
-    bencher.bench_local(|| pair.smallest_gap(Motion::new(0.0, &bodies)));
+    bencher.bench_local(|| pair.meeting(Motion::new(0.0, &bodies)).gap);
 }
 
 #[divan::bench]
@@ -88,7 +88,7 @@ fn smallest_gap_in_contact(bencher: divan::Bencher<'_, '_>) {
     let mut pair = Active::new(caps::caps(WIDTH, 18, 1e18));
     let bodies = caps::pressed(APPROACH);
     pair.evaluate(Motion::new(0.0, &bodies), &mut vec![GeneralisedForce::zeros(N_MODES); 2]).unwrap();
-    bencher.bench_local(|| pair.smallest_gap(Motion::new(0.0, &bodies)));
+    bencher.bench_local(|| pair.meeting(Motion::new(0.0, &bodies)).gap);
 }
 
 #[divan::bench]

@@ -1,14 +1,82 @@
-//! What a driver asks of a contact, whatever its law: gap, direction, report, penalty factor.
-//!
-//! [`ContactElement`] is what a contact is, its state and workspace handed in; [`ActiveContact`] is what a driver holds.
+//! What is asked of a contact, whatever its law. [`Contact`] is what it is, [`ContactElement`] what it answers with state and workspace
+//! handed in, [`ActiveContact`] what a driver holds.
 
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::force::active::{Active, ActiveForce, ActiveParts};
 use ffr_dynamics::force::{Findings, ForceElement, ForceEnergies, Motion};
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{Unit, Vector3};
 
 use crate::ContactError;
 use crate::quasistatic::SolveReport;
+
+/// A fixed rigid plane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    /// A point of the plane in the inertial frame \[m\].
+    pub point: Vector3<f64>,
+    /// Normal in the inertial frame, towards the body.
+    pub normal: Unit<Vector3<f64>>,
+}
+
+impl Plane {
+    /// The point of the plane that is nearest to `point` \[m\].
+    pub fn foot(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        let normal = self.normal.into_inner();
+        point - normal * (point - self.point).dot(&normal)
+    }
+}
+
+/// What a contact body meets: a body `T`, by its index or with what is asked of it, or a plane at
+/// rest, a surface that nothing bounds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Target<T = usize> {
+    /// A fixed rigid plane.
+    Plane(Plane),
+    /// Another body.
+    Body(T),
+}
+
+impl<T> Target<T> {
+    /// The fixed plane through `point` whose `normal` points to the side of the contact body.
+    pub fn plane(point: Vector3<f64>, normal: Vector3<f64>) -> Self {
+        Self::Plane(Plane { point, normal: Unit::new_normalize(normal) })
+    }
+
+    /// The body; none of a plane.
+    pub fn body(self) -> Option<T> {
+        match self {
+            Self::Plane(_) => None,
+            Self::Body(body) => Some(body),
+        }
+    }
+
+    /// The same by reference.
+    pub fn as_ref(&self) -> Target<&T> {
+        match self {
+            Self::Plane(plane) => Target::Plane(*plane),
+            Self::Body(body) => Target::Body(body),
+        }
+    }
+
+    /// The same with what `of` says of the body.
+    pub fn map<U>(self, of: impl FnOnce(T) -> U) -> Target<U> {
+        match self {
+            Self::Plane(plane) => Target::Plane(plane),
+            Self::Body(body) => Target::Body(of(body)),
+        }
+    }
+
+    /// The same with what `of` says of the body.
+    ///
+    /// # Errors
+    /// Those of `of`.
+    pub fn try_map<U, E>(self, of: impl FnOnce(T) -> Result<U, E>) -> Result<Target<U>, E> {
+        Ok(match self.map(of) {
+            Target::Plane(plane) => Target::Plane(plane),
+            Target::Body(found) => Target::Body(found?),
+        })
+    }
+}
 
 /// What a contact evaluation found.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -62,33 +130,15 @@ impl ContactFindings for ContactReport {
     }
 }
 
-/// A contact of one body with another or with a fixed target.
+/// What a contact is, whatever the motion.
 ///
-/// The contact body is the first of [`ContactElement::bodies`]; directions and forces are those on
-/// it. Questions about a motion run no solver and change no state.
-pub trait ContactElement: ForceElement<Found: ContactFindings> {
+/// The contact body is the first of [`Contact::bodies`]; directions and forces are those on it.
+pub trait Contact {
     /// Kind of the contact for messages, such as `"sphere-plane"`.
     fn kind(&self) -> &'static str;
 
     /// Index of the contact body and of the target, none if that is fixed.
     fn bodies(&self) -> (usize, Option<usize>);
-
-    /// Smallest gap at `motion`: positive apart, zero where the force begins or ends \[m\]. NaN if
-    /// the gap is not a number.
-    fn smallest_gap(&self, motion: Motion<'_>, state: &Self::State, workspace: &mut Self::Workspace) -> f64;
-
-    /// Unit normal towards the contact body at `motion`, in the inertial frame.
-    fn normal(
-        &self,
-        motion: Motion<'_>,
-        state: &Self::State,
-        workspace: &mut Self::Workspace,
-    ) -> Vector3<f64>;
-
-    /// Place of the smallest gap at `motion`, on the contact body, in the inertial frame; NaN if
-    /// there is none \[m\].
-    fn place(&self, motion: Motion<'_>, state: &Self::State, workspace: &mut Self::Workspace)
-    -> Vector3<f64>;
 
     /// Penalty factor in use; infinite where there are no penalty springs \[N/m³\].
     fn penalty(&self) -> f64;
@@ -96,32 +146,45 @@ pub trait ContactElement: ForceElement<Found: ContactFindings> {
     /// Number of points that can carry force.
     fn n_points(&self) -> usize;
 
-    /// Checks that the contact can work when the contact body has the rotation `rotation`.
-    ///
-    /// # Errors
-    /// [`ContactError`] with the reason.
-    fn check_orientation(&self, _rotation: &UnitQuaternion<f64>) -> Result<(), ContactError> {
-        Ok(())
-    }
-
-    /// Normal forces of the points; empty for laws without points \[N\].
-    fn point_forces<'a>(&self, _state: &'a Self::State, _found: &'a Self::Found) -> &'a [f64] {
-        &[]
-    }
-
     /// Undeformed contact point `i` in the frame of the contact body \[m\], and its tributary area
     /// \[m²\]; none for laws without points.
-    fn point(&self, _i: usize) -> Option<([f64; 3], f64)> {
-        None
-    }
+    fn point(&self, i: usize) -> Option<([f64; 3], f64)>;
+}
+
+/// Where the surfaces of a contact are nearest, in the inertial frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Meeting {
+    /// Smallest gap: positive apart, zero where the force begins or ends \[m\]. NaN if it is not a
+    /// number.
+    pub gap: f64,
+    /// Unit normal towards the contact body.
+    pub normal: Vector3<f64>,
+    /// Where, on the contact body; NaN if that is not known \[m\].
+    pub place: Vector3<f64>,
+}
+
+impl Meeting {
+    /// That of a gap that is not a number.
+    pub const UNKNOWN: Self = {
+        let nowhere = Vector3::new(f64::NAN, f64::NAN, f64::NAN);
+        Self { gap: f64::NAN, normal: nowhere, place: nowhere }
+    };
+}
+
+/// A contact as a force element. Every law answers every question, if by saying that it has no
+/// answer. Questions about a motion run no solver and change no state.
+pub trait ContactElement: Contact + ForceElement<Found: ContactFindings> {
+    /// Where the surfaces are nearest at `motion`.
+    fn meeting(&self, motion: Motion<'_>, state: &Self::State, workspace: &mut Self::Workspace) -> Meeting;
+
+    /// Normal forces of the points; none for laws without points \[N\].
+    fn point_forces<'a>(&self, state: &'a Self::State, found: &'a Self::Found) -> Option<&'a [f64]>;
 
     /// Changes the penalty factor [N/m³]; allowed during a run.
     ///
     /// # Errors
     /// [`ContactError::Penalty`] if it is not positive, [`ContactError::NoPenalty`] for laws without one.
-    fn set_penalty(&mut self, _penalty: f64, _state: &mut Self::State) -> Result<(), ContactError> {
-        Err(ContactError::NoPenalty { kind: self.kind() })
-    }
+    fn set_penalty(&mut self, penalty: f64, state: &mut Self::State) -> Result<(), ContactError>;
 
     /// `max_i(A_ii w_i)` of the points that are nearest at `motion`, or farther by `reach` \[m\] at most
     /// (docs/theory.md Eq. A.25) [m³/N]; none without a quasistatic zone. The state forgets where its iterations started.
@@ -130,61 +193,38 @@ pub trait ContactElement: ForceElement<Found: ContactFindings> {
     /// [`EvaluationFailure`] if the points have no normals there.
     fn compliance_weight(
         &self,
-        _at: (Motion<'_>, f64),
-        _state: &mut Self::State,
-        _workspace: &mut Self::Workspace,
-        _found: &mut Self::Found,
-    ) -> Result<Option<f64>, EvaluationFailure> {
-        Ok(None)
-    }
+        at: (Motion<'_>, f64),
+        state: &mut Self::State,
+        workspace: &mut Self::Workspace,
+        found: &mut Self::Found,
+    ) -> Result<Option<f64>, EvaluationFailure>;
 
-    /// Replaces `out` by the forces found on the interface unknowns of body `body` \[N\]; zero
-    /// where there is no quasistatic zone.
-    fn interface_force(&self, _body: usize, _found: &Self::Found, out: &mut [f64]) {
-        out.fill(0.0);
-    }
+    /// Replaces `out` by the forces found on the interface unknowns of body `body` \[N\]; false,
+    /// and `out` as it was, if the contact has no quasistatic zone there.
+    #[must_use]
+    fn interface_force(&self, body: usize, found: &Self::Found, out: &mut [f64]) -> bool;
 }
 
-/// A contact at work, whatever its kind: what a driver asks of it. Implemented by [`Active`]
-/// contacts alone.
+/// A contact at work, whatever its law: what a driver asks of it. Implemented by [`Active`] contacts
+/// alone.
 ///
 /// What is asked for without a motion is that of the last evaluation.
 pub trait ActiveContact: ActiveForce {
-    /// As [`ContactElement::kind`].
-    fn kind(&self) -> &'static str;
-
-    /// As [`ContactElement::bodies`].
-    fn bodies(&self) -> (usize, Option<usize>);
-
-    /// As [`ContactElement::smallest_gap`].
-    fn smallest_gap(&mut self, motion: Motion<'_>) -> f64;
-
-    /// As [`ContactElement::normal`].
-    fn normal(&mut self, motion: Motion<'_>) -> Vector3<f64>;
-
-    /// As [`ContactElement::place`].
-    fn place(&mut self, motion: Motion<'_>) -> Vector3<f64>;
+    /// What it is.
+    fn facts(&self) -> &dyn Contact;
 
     /// What was found.
     fn report(&self) -> &ContactReport;
 
-    /// As [`ContactElement::penalty`].
-    fn penalty(&self) -> f64;
+    /// Forgets the past, for a start from another state: what is left is a contact that has never
+    /// been evaluated, to the last bit.
+    fn forget(&mut self);
 
-    /// As [`ContactElement::n_points`].
-    fn n_points(&self) -> usize;
-
-    /// As [`ContactElement::check_orientation`].
-    ///
-    /// # Errors
-    /// [`ContactError`] with the reason.
-    fn check_orientation(&self, rotation: &UnitQuaternion<f64>) -> Result<(), ContactError>;
+    /// As [`ContactElement::meeting`].
+    fn meeting(&mut self, motion: Motion<'_>) -> Meeting;
 
     /// As [`ContactElement::point_forces`].
-    fn point_forces(&self) -> &[f64];
-
-    /// As [`ContactElement::point`].
-    fn point(&self, i: usize) -> Option<([f64; 3], f64)>;
+    fn point_forces(&self) -> Option<&[f64]>;
 
     /// As [`ContactElement::set_penalty`].
     ///
@@ -199,60 +239,32 @@ pub trait ActiveContact: ActiveForce {
     fn compliance_weight(&mut self, motion: Motion<'_>, reach: f64)
     -> Result<Option<f64>, EvaluationFailure>;
 
-    /// Forgets the past, for a start from another state: what is left is a contact that has never
-    /// been evaluated, to the last bit.
-    fn forget(&mut self);
-
     /// As [`ContactElement::interface_force`].
-    fn interface_force(&self, body: usize, out: &mut [f64]);
+    #[must_use]
+    fn interface_force(&self, body: usize, out: &mut [f64]) -> bool;
 }
 
 impl<E: ContactElement> ActiveContact for Active<E> {
-    fn kind(&self) -> &'static str {
-        self.element().kind()
-    }
-
-    fn bodies(&self) -> (usize, Option<usize>) {
-        self.element().bodies()
-    }
-
-    fn smallest_gap(&mut self, motion: Motion<'_>) -> f64 {
-        let ActiveParts { element, state, workspace, .. } = self.parts();
-        element.smallest_gap(motion, state, workspace)
-    }
-
-    fn normal(&mut self, motion: Motion<'_>) -> Vector3<f64> {
-        let ActiveParts { element, state, workspace, .. } = self.parts();
-        element.normal(motion, state, workspace)
-    }
-
-    fn place(&mut self, motion: Motion<'_>) -> Vector3<f64> {
-        let ActiveParts { element, state, workspace, .. } = self.parts();
-        element.place(motion, state, workspace)
+    fn facts(&self) -> &dyn Contact {
+        self.element()
     }
 
     fn report(&self) -> &ContactReport {
         self.found().report()
     }
 
-    fn penalty(&self) -> f64 {
-        self.element().penalty()
+    fn forget(&mut self) {
+        let ActiveParts { element, state, workspace, found } = self.parts();
+        (*state, *workspace, *found) = element.start();
     }
 
-    fn n_points(&self) -> usize {
-        self.element().n_points()
+    fn meeting(&mut self, motion: Motion<'_>) -> Meeting {
+        let ActiveParts { element, state, workspace, .. } = self.parts();
+        element.meeting(motion, state, workspace)
     }
 
-    fn check_orientation(&self, rotation: &UnitQuaternion<f64>) -> Result<(), ContactError> {
-        self.element().check_orientation(rotation)
-    }
-
-    fn point_forces(&self) -> &[f64] {
+    fn point_forces(&self) -> Option<&[f64]> {
         self.element().point_forces(self.state(), self.found())
-    }
-
-    fn point(&self, i: usize) -> Option<([f64; 3], f64)> {
-        self.element().point(i)
     }
 
     fn set_penalty(&mut self, penalty: f64) -> Result<(), ContactError> {
@@ -269,12 +281,7 @@ impl<E: ContactElement> ActiveContact for Active<E> {
         element.compliance_weight((motion, reach), state, workspace, found)
     }
 
-    fn forget(&mut self) {
-        let ActiveParts { element, state, workspace, found } = self.parts();
-        (*state, *workspace, *found) = element.start();
-    }
-
-    fn interface_force(&self, body: usize, out: &mut [f64]) {
-        self.element().interface_force(body, self.found(), out);
+    fn interface_force(&self, body: usize, out: &mut [f64]) -> bool {
+        self.element().interface_force(body, self.found(), out)
     }
 }

@@ -11,15 +11,13 @@ use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::force::{BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
-use std::sync::Arc;
 
-use crate::ContactError;
-use crate::contact_element::{ContactElement, ContactFindings, ContactReport};
+use crate::contact_element::{Contact, ContactElement, ContactFindings, ContactReport, Meeting};
 use crate::law::{Friction, HertzPair, Solid};
-use crate::plane::Plane;
-use crate::search::{SearchWorkspace, SurfaceModel};
+use crate::search::{Detector, SearchWorkspace};
 use crate::solver_fault::SolverFault;
-use geometry::{Curved, Geometry, Target, Touch};
+use crate::{ContactError, Target};
+use geometry::{Curved, Geometry, Touch};
 use moment::StiffnessChange;
 use sliding::{Sliding, SlidingFound, SlidingState};
 use sphere::{Sphere, check_solid, hertz_pair};
@@ -71,68 +69,47 @@ impl ContactFindings for HertzFound {
 }
 
 impl HertzContact {
-    /// Contact of `sphere` with `plane`, a half space of `solid` ([`Solid::RIGID`] for a rigid
-    /// one).
+    /// Contact of `sphere`, on the contact body, with another one, or with a plane: a half space of
+    /// `solid` ([`Solid::RIGID`] for a rigid one), which a sphere brings with it.
     ///
     /// # Errors
-    /// [`ContactError::Data`] if a value is not positive, [`ContactError::RigidPair`] if both partners are rigid.
-    pub fn with_plane(sphere: Sphere, plane: Plane, solid: Solid) -> Result<Self, ContactError> {
+    /// [`ContactError::Data`] if a value is not positive, [`ContactError::RigidPair`] if both partners are rigid, [`ContactError::OneBody`] if both
+    /// belong to one body.
+    pub fn of_spheres(sphere: Sphere, target: Target<Sphere>, solid: Solid) -> Result<Self, ContactError> {
         sphere.validate()?;
-        check_solid(solid)?;
-        let solids = [sphere.solid, solid];
-        let pair = hertz_pair(solids, [sphere.radius, f64::INFINITY])?;
-        Ok(Self { geometry: Geometry::spheres(sphere, Target::Plane(plane), pair)?, solids, sliding: None })
-    }
-
-    /// Contact of `sphere`, on the contact body, with the sphere `target`.
-    ///
-    /// # Errors
-    /// [`ContactError`] as [`HertzContact::with_plane`], or if both belong to one body.
-    pub fn with_sphere(sphere: Sphere, target: Sphere) -> Result<Self, ContactError> {
-        sphere.validate()?;
-        target.validate()?;
-        if sphere.body == target.body {
+        let (solid, radius) = match &target {
+            Target::Plane(_) => (solid, f64::INFINITY),
+            Target::Body(other) => {
+                other.validate()?;
+                (other.solid, other.radius)
+            }
+        };
+        if target.as_ref().body().is_some_and(|other| other.body == sphere.body) {
             return Err(ContactError::OneBody { body: sphere.body });
         }
-        let solids = [sphere.solid, target.solid];
-        let pair = hertz_pair(solids, [sphere.radius, target.radius])?;
-        Ok(Self { geometry: Geometry::spheres(sphere, Target::Body(target), pair)?, solids, sliding: None })
+        check_solid(solid)?;
+        let solids = [sphere.solid, solid];
+        let pair = hertz_pair(solids, [sphere.radius, radius])?;
+        Ok(Self { geometry: Geometry::spheres(sphere, target, pair)?, solids, sliding: None })
     }
 
-    /// Contact of the surfaces of two bodies of `solids`, the contact body's first, which are
-    /// wherever they touch smooth and curved against each other.
+    /// Contact of `surfaces` of `solids`, the contact body's first, which are wherever they touch
+    /// smooth and curved against each other; a plane is a half space.
     ///
     /// # Errors
-    /// [`ContactError`] as [`HertzContact::with_sphere`], or if the bodies move in different ways.
-    pub fn of_surfaces(
-        bodies: [usize; 2],
-        models: [Arc<SurfaceModel>; 2],
-        solids: [Solid; 2],
-    ) -> Result<Self, ContactError> {
-        if bodies[0] == bodies[1] {
-            return Err(ContactError::OneBody { body: bodies[0] });
-        }
-        let [first, second] = [models[0].motion(), models[1].motion()];
-        if first != second {
-            return Err(ContactError::MixedModels { first, second });
+    /// [`ContactError`] as [`HertzContact::of_spheres`], or if the bodies move in different ways.
+    pub fn of_surfaces(surfaces: Detector, solids: [Solid; 2]) -> Result<Self, ContactError> {
+        if let Some(other) = surfaces.target.as_ref().body() {
+            let [first, second] = [surfaces.own.model.motion(), other.model.motion()];
+            if other.body == surfaces.own.body {
+                return Err(ContactError::OneBody { body: other.body });
+            }
+            if first != second {
+                return Err(ContactError::MixedModels { first, second });
+            }
         }
         let compliance = compliance(&solids)?;
-        Ok(Self { geometry: Geometry::surfaces(bodies, models, compliance), solids, sliding: None })
-    }
-
-    /// Contact of the surface of body `body` with a plane, a half space; `solids`: the body's and
-    /// the plane's.
-    ///
-    /// # Errors
-    /// [`ContactError`] as [`HertzContact::with_plane`].
-    pub fn of_surface_and_plane(
-        body: usize,
-        model: Arc<SurfaceModel>,
-        plane: Plane,
-        solids: [Solid; 2],
-    ) -> Result<Self, ContactError> {
-        let compliance = compliance(&solids)?;
-        Ok(Self { geometry: Geometry::on_plane(body, model, plane, compliance), solids, sliding: None })
+        Ok(Self { geometry: Geometry::Surfaces { surfaces, compliance }, solids, sliding: None })
     }
 
     /// The same with friction of coefficient `coefficient`, of stick and slip alike.
@@ -292,7 +269,7 @@ impl ForceElement for HertzContact {
     }
 }
 
-impl ContactElement for HertzContact {
+impl Contact for HertzContact {
     fn kind(&self) -> &'static str {
         self.geometry.kind()
     }
@@ -301,25 +278,45 @@ impl ContactElement for HertzContact {
         (self.geometry.body(0).unwrap_or(0), self.geometry.body(1))
     }
 
-    fn smallest_gap(&self, motion: Motion<'_>, _: &SlidingState, workspace: &mut HertzWorkspace) -> f64 {
-        self.touch(motion.bodies, workspace).gap
-    }
-
-    fn normal(&self, motion: Motion<'_>, _: &SlidingState, workspace: &mut HertzWorkspace) -> Vector3<f64> {
-        self.touch(motion.bodies, workspace).normal
-    }
-
-    fn place(&self, motion: Motion<'_>, _: &SlidingState, workspace: &mut HertzWorkspace) -> Vector3<f64> {
-        let touch = self.touch(motion.bodies, workspace);
-        // In the middle of the overlap.
-        touch.points[0] - touch.normal * (0.5 * touch.gap.min(0.0))
-    }
-
     fn penalty(&self) -> f64 {
         f64::INFINITY
     }
 
     fn n_points(&self) -> usize {
         1
+    }
+
+    fn point(&self, _: usize) -> Option<([f64; 3], f64)> {
+        None
+    }
+}
+
+impl ContactElement for HertzContact {
+    fn meeting(&self, motion: Motion<'_>, _: &SlidingState, workspace: &mut HertzWorkspace) -> Meeting {
+        let Touch { gap, normal, points, .. } = self.touch(motion.bodies, workspace);
+        // In the middle of the overlap.
+        Meeting { gap, normal, place: points[0] - normal * (0.5 * gap.min(0.0)) }
+    }
+
+    fn point_forces<'a>(&self, _: &'a SlidingState, _: &'a HertzFound) -> Option<&'a [f64]> {
+        None
+    }
+
+    fn set_penalty(&mut self, _: f64, _: &mut SlidingState) -> Result<(), ContactError> {
+        Err(ContactError::NoPenalty { kind: self.kind() })
+    }
+
+    fn compliance_weight(
+        &self,
+        _: (Motion<'_>, f64),
+        _: &mut SlidingState,
+        _: &mut HertzWorkspace,
+        _: &mut HertzFound,
+    ) -> Result<Option<f64>, EvaluationFailure> {
+        Ok(None)
+    }
+
+    fn interface_force(&self, _: usize, _: &HertzFound, _: &mut [f64]) -> bool {
+        false
     }
 }

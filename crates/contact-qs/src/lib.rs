@@ -19,14 +19,16 @@ pub mod search;
 pub mod hertz_contact;
 pub mod surface_pair;
 
-pub use contact_element::{ActiveContact, ContactElement, ContactFindings, ContactReport};
+pub use contact_element::{
+    ActiveContact, Contact, ContactElement, ContactFindings, ContactReport, Meeting, Plane, Target,
+};
 pub use error::ContactError;
 pub use hertz_contact::HertzContact;
 pub use hertz_contact::sphere::Sphere;
 pub use law::Friction;
 pub use piecewise::{PieceEdge, PiecewiseSurface, SurfacePiece};
-pub use plane::{Plane, PlaneContact, PlaneContactSettings};
-pub use search::{Proximity, SearchWorkspace, SurfaceModel, minimum_distance};
+pub use plane::{PlaneContact, PlaneContactSettings};
+pub use search::{BodySurface, Detector, Proximity, SearchWorkspace, SurfaceModel, minimum_distance};
 pub use surface_pair::{SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
 pub use vibrating_zone::{VibratingContact, ZoneVibration};
 pub use zone::points::{DofLookup, InterfaceCompliance, PressureMean, SurfacePoint, contact_submodel};

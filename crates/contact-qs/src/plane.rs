@@ -13,11 +13,11 @@ use crate::solver_fault::SolverFault;
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::force::{BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion};
 use iga_core::nurbs::jet::diagonal;
-use nalgebra::{Unit, UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::ContactError;
 pub use crate::contact_element::ContactReport;
-use crate::contact_element::{ContactElement, ContactFindings};
+use crate::contact_element::{Contact, ContactElement, ContactFindings, Meeting, Plane};
 use crate::law::{Friction, penalty};
 use crate::quasistatic::{Method, PointState, Quasistatic, ZoneSolver};
 use crate::zone::submodel::ContactSubmodel;
@@ -30,15 +30,6 @@ use friction::PlaneFriction;
 /// Largest part of the plane's normal across the directions that an axisymmetric or plane model can
 /// move in.
 const NORMAL_TOLERANCE: f64 = 1e-9;
-
-/// A fixed rigid plane.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Plane {
-    /// A point of the plane in the inertial frame \[m\].
-    pub point: Vector3<f64>,
-    /// Normal in the inertial frame, towards the body.
-    pub normal: Unit<Vector3<f64>>,
-}
 
 /// What a plane contact consists of besides the body's submodel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -325,28 +316,13 @@ impl ForceElement for PlaneContact {
     }
 }
 
-impl ContactElement for PlaneContact {
+impl Contact for PlaneContact {
     fn kind(&self) -> &'static str {
         "plane"
     }
 
     fn bodies(&self) -> (usize, Option<usize>) {
         (self.settings.body, None)
-    }
-
-    fn smallest_gap(&self, motion: Motion<'_>, _: &PlaneState, _: &mut PlaneWorkspace) -> f64 {
-        self.smallest_gap_at(&motion.bodies[self.settings.body])
-    }
-
-    fn normal(&self, _: Motion<'_>, _: &PlaneState, _: &mut PlaneWorkspace) -> Vector3<f64> {
-        self.settings.plane.normal.into_inner()
-    }
-
-    fn place(&self, motion: Motion<'_>, _: &PlaneState, _: &mut PlaneWorkspace) -> Vector3<f64> {
-        let body = &motion.bodies[self.settings.body];
-        self.nearest(body).map_or(Vector3::repeat(f64::NAN), |(i, _)| {
-            body.position + body.rotation * self.local_place(i, &body.elastic)
-        })
     }
 
     fn penalty(&self) -> f64 {
@@ -357,16 +333,21 @@ impl ContactElement for PlaneContact {
         self.submodel.n_points()
     }
 
-    fn check_orientation(&self, rotation: &UnitQuaternion<f64>) -> Result<(), ContactError> {
-        self.check_alignment(rotation)
-    }
-
-    fn point_forces<'a>(&self, _: &'a PlaneState, found: &'a PlaneFound) -> &'a [f64] {
-        &found.forces
-    }
-
     fn point(&self, i: usize) -> Option<([f64; 3], f64)> {
         Some((*self.submodel.points.get(i)?, self.submodel.areas[i]))
+    }
+}
+
+impl ContactElement for PlaneContact {
+    fn meeting(&self, motion: Motion<'_>, _: &PlaneState, _: &mut PlaneWorkspace) -> Meeting {
+        let (body, normal) = (&motion.bodies[self.settings.body], self.settings.plane.normal.into_inner());
+        let place = |i: usize| body.position + body.rotation * self.local_place(i, &body.elastic);
+        let nearest = self.nearest(body).map(|(i, gap)| Meeting { gap, normal, place: place(i) });
+        nearest.unwrap_or(Meeting { normal, ..Meeting::UNKNOWN })
+    }
+
+    fn point_forces<'a>(&self, _: &'a PlaneState, found: &'a PlaneFound) -> Option<&'a [f64]> {
+        Some(&found.forces)
     }
 
     fn set_penalty(&mut self, penalty: f64, state: &mut PlaneState) -> Result<(), ContactError> {
@@ -399,20 +380,18 @@ impl ContactElement for PlaneContact {
     ///
     /// # Panics
     /// If `out` is not as long as the interface.
-    fn interface_force(&self, body: usize, found: &PlaneFound, out: &mut [f64]) {
-        out.fill(0.0);
-        if body != self.settings.body {
-            return;
-        }
+    fn interface_force(&self, body: usize, found: &PlaneFound, out: &mut [f64]) -> bool {
         let rows = &self.submodel.interface;
-        assert_eq!(out.len(), rows.n_columns(), "number of interface degrees of freedom");
-        if rows.n_rows() == 0 {
-            return;
+        if body != self.settings.body || rows.n_rows() == 0 {
+            return false;
         }
+        assert_eq!(out.len(), rows.n_columns(), "number of interface degrees of freedom");
+        out.fill(0.0);
         for (row, &load) in found.loads.iter().enumerate().filter(|(_, load)| **load != 0.0) {
             for &(b, value) in rows.row(row) {
                 out[b] += value * load;
             }
         }
+        true
     }
 }

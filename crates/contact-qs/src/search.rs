@@ -20,17 +20,17 @@ mod query;
 mod penetration;
 mod minimum_distance;
 mod critical_pair;
-mod plane_distance;
 mod advancement;
+mod detector;
 
 pub use advancement::{
     Touch, TouchSettings, closing_speed_bound, first_touch, safe_time, surface_speed_bound,
 };
 pub use critical_pair::followed_overlap;
 pub use deformed::Site;
+pub use detector::{BodySurface, Detector, PlaneProximity, plane_distance};
 pub use local_shape::LocalShape;
 pub use minimum_distance::{Proximity, minimum_distance};
-pub use plane_distance::{PlaneProximity, plane_distance};
 pub use query::way_between;
 pub use query::{SearchReport, SearchWorkspace};
 pub use surface_model::{SurfaceModel, SurfaceSite};

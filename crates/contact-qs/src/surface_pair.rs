@@ -23,7 +23,7 @@ use iga_core::nurbs::jet::{diagonal, difference, norm};
 use nalgebra::Vector3;
 
 use crate::ContactError;
-use crate::contact_element::{ContactElement, ContactFindings, ContactReport};
+use crate::contact_element::{Contact, ContactElement, ContactFindings, ContactReport, Meeting};
 use crate::law::{Friction, penalty};
 use crate::quasistatic::Method;
 use crate::zone::submodel::{ContactSubmodel, SparseRows};
@@ -371,33 +371,13 @@ impl ForceElement for SurfacePair {
     }
 }
 
-impl ContactElement for SurfacePair {
+impl Contact for SurfacePair {
     fn kind(&self) -> &'static str {
         "surface-surface"
     }
 
     fn bodies(&self) -> (usize, Option<usize>) {
         (self.settings.contact_body, self.settings.target_body)
-    }
-
-    fn smallest_gap(&self, motion: Motion<'_>, state: &PairState, workspace: &mut PairWorkspace) -> f64 {
-        self.nearest(motion.bodies, &state.start, &mut workspace.search).map_or(f64::NAN, |found| found.gap)
-    }
-
-    fn normal(&self, motion: Motion<'_>, state: &PairState, workspace: &mut PairWorkspace) -> Vector3<f64> {
-        let (_, target) = self.states(motion.bodies);
-        let nearest = self.nearest(motion.bodies, &state.start, &mut workspace.search);
-        nearest.map_or(Vector3::repeat(f64::NAN), |found| {
-            relative_pose::direction(self.motion, &target.rotation, &found.normal)
-        })
-    }
-
-    fn place(&self, motion: Motion<'_>, state: &PairState, workspace: &mut PairWorkspace) -> Vector3<f64> {
-        let (own, _) = self.states(motion.bodies);
-        let nearest = self.nearest(motion.bodies, &state.start, &mut workspace.search);
-        nearest.map_or(Vector3::repeat(f64::NAN), |found| {
-            own.position + own.rotation * self.motion.in_space(&found.place)
-        })
     }
 
     fn penalty(&self) -> f64 {
@@ -408,12 +388,24 @@ impl ContactElement for SurfacePair {
         self.points.len()
     }
 
-    fn point_forces<'a>(&self, state: &'a PairState, _: &'a PairFound) -> &'a [f64] {
-        &state.start.forces
-    }
-
     fn point(&self, i: usize) -> Option<([f64; 3], f64)> {
         Some((self.motion.in_space(self.points.get(i)?).into(), self.areas[i]))
+    }
+}
+
+impl ContactElement for SurfacePair {
+    fn meeting(&self, motion: Motion<'_>, state: &PairState, workspace: &mut PairWorkspace) -> Meeting {
+        let (own, target) = self.states(motion.bodies);
+        let nearest = self.nearest(motion.bodies, &state.start, &mut workspace.search);
+        nearest.map_or(Meeting::UNKNOWN, |found| Meeting {
+            gap: found.gap,
+            normal: relative_pose::direction(self.motion, &target.rotation, &found.normal),
+            place: own.position + own.rotation * self.motion.in_space(&found.place),
+        })
+    }
+
+    fn point_forces<'a>(&self, state: &'a PairState, _: &'a PairFound) -> Option<&'a [f64]> {
+        Some(&state.start.forces)
     }
 
     fn set_penalty(&mut self, penalty: f64, state: &mut PairState) -> Result<(), ContactError> {
@@ -441,22 +433,24 @@ impl ContactElement for SurfacePair {
         Ok(compliance.map(|a| penalty::compliance_weight(a, &self.areas, gap, reach)))
     }
 
-    /// Forces on the interface unknowns, `f_b = ±N_bᵀ λ` (Eq. C.19), for the recovery of stresses;
-    /// zero for a body that is not part of the pair.
+    /// Forces on the interface unknowns, `f_b = ±N_bᵀ λ` (Eq. C.19), for the recovery of stresses.
     ///
     /// # Panics
     /// If `out` is not as long as the body's interface.
-    fn interface_force(&self, body: usize, found: &PairFound, out: &mut [f64]) {
-        out.fill(0.0);
+    fn interface_force(&self, body: usize, found: &PairFound, out: &mut [f64]) -> bool {
         if body == self.settings.contact_body && self.interface.n_rows() > 0 {
             assert_eq!(out.len(), self.interface.n_columns(), "number of interface degrees of freedom");
+            out.fill(0.0);
             for (row, &load) in found.loads.iter().enumerate().filter(|(_, load)| **load != 0.0) {
                 self.interface.row(row).iter().for_each(|&(b, value)| out[b] += value * load);
             }
-        } else if Some(body) == self.settings.target_body {
+        } else if Some(body) == self.settings.target_body && !found.interface_loads.is_empty() {
             assert_eq!(out.len(), found.interface_loads.len(), "number of interface degrees of freedom");
             out.copy_from_slice(&found.interface_loads);
+        } else {
+            return false;
         }
+        true
     }
 }
 

@@ -9,10 +9,10 @@
 use ffr_dynamics::data_error::DataError;
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::force::{BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion};
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 
 use crate::ContactError;
-use crate::contact_element::{ContactElement, ContactFindings, ContactReport};
+use crate::contact_element::{Contact, ContactElement, ContactFindings, ContactReport, Meeting};
 
 /// High-frequency modes of the contact zone of one body.
 #[derive(Debug, Clone, PartialEq)]
@@ -221,28 +221,13 @@ impl<C: ContactElement> ForceElement for VibratingContact<C> {
     }
 }
 
-impl<C: ContactElement> ContactElement for VibratingContact<C> {
+impl<C: Contact> Contact for VibratingContact<C> {
     fn kind(&self) -> &'static str {
         self.contact.kind()
     }
 
     fn bodies(&self) -> (usize, Option<usize>) {
         self.contact.bodies()
-    }
-
-    fn smallest_gap(&self, motion: Motion<'_>, state: &C::State, workspace: &mut Self::Workspace) -> f64 {
-        let seen = self.seen(motion, &mut workspace.states);
-        self.contact.smallest_gap(seen, state, &mut workspace.contact)
-    }
-
-    fn normal(&self, motion: Motion<'_>, state: &C::State, workspace: &mut Self::Workspace) -> Vector3<f64> {
-        let seen = self.seen(motion, &mut workspace.states);
-        self.contact.normal(seen, state, &mut workspace.contact)
-    }
-
-    fn place(&self, motion: Motion<'_>, state: &C::State, workspace: &mut Self::Workspace) -> Vector3<f64> {
-        let seen = self.seen(motion, &mut workspace.states);
-        self.contact.place(seen, state, &mut workspace.contact)
     }
 
     fn penalty(&self) -> f64 {
@@ -253,19 +238,37 @@ impl<C: ContactElement> ContactElement for VibratingContact<C> {
         self.contact.n_points()
     }
 
-    fn check_orientation(&self, rotation: &UnitQuaternion<f64>) -> Result<(), ContactError> {
-        self.contact.check_orientation(rotation)
-    }
-
-    fn point_forces<'a>(&self, state: &'a C::State, found: &'a Self::Found) -> &'a [f64] {
-        self.contact.point_forces(state, &found.contact)
-    }
-
     fn point(&self, i: usize) -> Option<([f64; 3], f64)> {
         self.contact.point(i)
+    }
+}
+
+/// What its zones do, their own coordinates tell: none of it is quasistatic.
+impl<C: ContactElement> ContactElement for VibratingContact<C> {
+    fn meeting(&self, motion: Motion<'_>, state: &C::State, workspace: &mut Self::Workspace) -> Meeting {
+        let seen = self.seen(motion, &mut workspace.states);
+        self.contact.meeting(seen, state, &mut workspace.contact)
+    }
+
+    fn point_forces<'a>(&self, state: &'a C::State, found: &'a Self::Found) -> Option<&'a [f64]> {
+        self.contact.point_forces(state, &found.contact)
     }
 
     fn set_penalty(&mut self, penalty: f64, state: &mut C::State) -> Result<(), ContactError> {
         self.contact.set_penalty(penalty, state)
+    }
+
+    fn compliance_weight(
+        &self,
+        _: (Motion<'_>, f64),
+        _: &mut C::State,
+        _: &mut Self::Workspace,
+        _: &mut Self::Found,
+    ) -> Result<Option<f64>, EvaluationFailure> {
+        Ok(None)
+    }
+
+    fn interface_force(&self, _: usize, _: &Self::Found, _: &mut [f64]) -> bool {
+        false
     }
 }

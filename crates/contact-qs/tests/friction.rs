@@ -169,7 +169,7 @@ fn every_point_obeys_coulombs_law() {
             let start = pressed(&contact, motion, 8e-3, &mut random);
             evaluate(&mut contact, &start);
             evaluate(&mut contact, &moved(&start, 3e-3 * random.next()));
-            let (normal, tangential) = (contact.point_forces(), contact.state().tangential_forces());
+            let (normal, tangential) = (contact.point_forces().unwrap(), contact.state().tangential_forces());
             let largest = normal.iter().copied().fold(0.0, f64::max);
             for (i, state) in contact.state().point_states().iter().enumerate() {
                 let force = size(&tangential[n_t * i..n_t * (i + 1)]);

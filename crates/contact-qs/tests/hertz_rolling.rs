@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use contact_qs::law::Solid;
-use contact_qs::{ActiveContact, DofLookup, HertzContact, Plane, Sphere, SurfaceModel};
+use contact_qs::{
+    ActiveContact, ContactError, Detector, DofLookup, HertzContact, Plane, Sphere, SurfaceModel, Target,
+};
 use faer::Mat;
 use ffr_dynamics::body::{Dof, RigidMotion};
 use ffr_dynamics::force::active::{Active, ActiveForce};
@@ -38,6 +40,12 @@ fn surface(shape: &Shape) -> Arc<SurfaceModel> {
 
 fn ball() -> Arc<SurfaceModel> {
     surface(&ellipsoid([RADIUS; 3]).unwrap())
+}
+
+/// Hertz' law between the surfaces `models`, of which a plane has none.
+fn of_surfaces(target: Target, models: &[Arc<SurfaceModel>]) -> HertzContact {
+    let surfaces = Detector::of(0, target, |body| Ok::<_, ContactError>(Arc::clone(&models[body])));
+    HertzContact::of_surfaces(surfaces.unwrap(), [STEEL; 2]).unwrap()
 }
 
 fn sphere(body: usize, radius: f64, shapes: &[Vector3<f64>]) -> Sphere {
@@ -182,9 +190,9 @@ fn cases() -> Vec<Rolling> {
         elastic: no_modes,
     };
     let plane = Plane { point: Vector3::zeros(), normal: Vector3::z_axis() };
-    let of_sphere = HertzContact::with_plane(sphere(0, RADIUS, &[]), plane, STEEL).unwrap();
-    let of_surface = HertzContact::of_surface_and_plane(0, ball(), plane, [STEEL; 2]).unwrap();
-    let of_soft = HertzContact::of_surface_and_plane(0, soft_ball(), plane, [STEEL; 2]).unwrap();
+    let of_sphere = HertzContact::of_spheres(sphere(0, RADIUS, &[]), Target::Plane(plane), STEEL).unwrap();
+    let of_surface = of_surfaces(Target::Plane(plane), &[ball()]);
+    let of_soft = of_surfaces(Target::Plane(plane), &[soft_ball()]);
     let direction = Vector3::new(0.36, 0.48, 0.8);
     let across = direction.cross(&x).normalize();
     let spheres = |name, contact, elastic| Rolling {
@@ -197,15 +205,21 @@ fn cases() -> Vec<Rolling> {
         is_swapped: false,
         elastic,
     };
-    let two = HertzContact::with_sphere(sphere(0, RADIUS, &[]), sphere(1, 0.02, &[])).unwrap();
+    let two =
+        HertzContact::of_spheres(sphere(0, RADIUS, &[]), Target::Body(sphere(1, 0.02, &[])), STEEL).unwrap();
     let shapes = [Vector3::new(0.3, -0.2, 0.9), Vector3::new(-0.5, 0.4, 0.1)];
-    let soft = HertzContact::with_sphere(sphere(0, RADIUS, &shapes), sphere(1, 0.02, &shapes[..1])).unwrap();
+    let soft = HertzContact::of_spheres(
+        sphere(0, RADIUS, &shapes),
+        Target::Body(sphere(1, 0.02, &shapes[..1])),
+        STEEL,
+    )
+    .unwrap();
     let surfaces = |shape: &Shape, is_swapped: bool| {
         let mut models = [ball(), surface(shape)];
         if is_swapped {
             models.reverse();
         }
-        HertzContact::of_surfaces([0, 1], models, [STEEL; 2]).unwrap()
+        of_surfaces(Target::Body(1), &models)
     };
     let around = turn(z, 0.3) * x;
     let on = |name, shape: &Shape, place, normal, along: f64, is_swapped| Rolling {
@@ -259,7 +273,7 @@ fn friction_acts_in_the_touch_along_both_surfaces() {
         let [contact, smooth] = &mut pair;
         let (force, normal) = (contact.report().friction_force, contact.report().normal_force);
         let motion = Motion::new(0.0, &poses);
-        let place = smooth.place(motion);
+        let place = smooth.meeting(motion).place;
         // Round-off of sums with the normal force; after the update, of places 0.05 m from the origin over the stretch.
         let noise = 1e-13 * normal;
         let renewed = noise + 10.0 * f64::EPSILON * 0.05 / STRETCH * force.norm();
@@ -276,7 +290,7 @@ fn friction_acts_in_the_touch_along_both_surfaces() {
                 assert!((before - after).abs() < renewed, "{}: modal force jumps", case.name);
             }
         }
-        let askew = force.dot(&smooth.normal(motion)).abs();
+        let askew = force.dot(&smooth.meeting(motion).normal).abs();
         assert!(askew < 1e-13 * force.norm(), "{}: {askew:e} along the normal", case.name);
     }
 }

@@ -1,7 +1,7 @@
 //! Friction of a Hertz contact over steps: what it depends on their length.
 
 use contact_qs::law::Solid;
-use contact_qs::{ActiveContact, HertzContact, Plane, Sphere};
+use contact_qs::{ActiveContact, HertzContact, Plane, Sphere, Target};
 use ffr_dynamics::force::active::{Active, ActiveForce};
 use ffr_dynamics::force::{BodyState, GeneralisedForce, Motion};
 use ffr_dynamics::kinematics::FlexiblePoint;
@@ -22,7 +22,7 @@ fn ball_on_plane(friction: f64) -> Active<HertzContact> {
     let centre = FlexiblePoint::rigid(Vector3::zeros());
     let sphere = Sphere { body: 0, centre, radius: RADIUS, solid: STEEL };
     let plane = Plane { point: Vector3::zeros(), normal: Vector3::z_axis() };
-    let contact = HertzContact::with_plane(sphere, plane, STEEL).unwrap();
+    let contact = HertzContact::of_spheres(sphere, Target::Plane(plane), STEEL).unwrap();
     Active::new(contact.with_friction(friction).unwrap())
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::free_motion::{body_state, free_system, state_vector};
 use crate::hertz_impact::HertzImpact;
 use contact_qs::law::Solid;
-use contact_qs::{ActiveContact, HertzContact, Plane, Sphere, SurfaceModel};
+use contact_qs::{ActiveContact, ContactError, Detector, HertzContact, Plane, Sphere, SurfaceModel, Target};
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::force::active::{Active, ActiveForce};
 use ffr_dynamics::force::{BodyState, GeneralisedForce, Motion};
@@ -22,6 +22,12 @@ const AXES: [f64; 3] = [0.02, 0.015, 0.01];
 fn surface(axes: [f64; 3]) -> Arc<SurfaceModel> {
     let shape = ellipsoid(axes).unwrap();
     Arc::new(SurfaceModel::rigid(RigidMotion::Spatial, &shape.patches).unwrap())
+}
+
+/// Hertz' law between the surfaces of two bodies.
+fn of_two(models: [Arc<SurfaceModel>; 2]) -> HertzContact {
+    let surfaces = Detector::of(0, Target::Body(1), |body| Ok::<_, ContactError>(Arc::clone(&models[body])));
+    HertzContact::of_surfaces(surfaces.unwrap(), [STEEL; 2]).unwrap()
 }
 
 fn solid_ellipsoid([a, b, c]: [f64; 3]) -> StandardInputData {
@@ -42,7 +48,10 @@ fn pair_pose(contact: &mut Active<HertzContact>, overlap: f64) -> [BodyState; 2]
     let mut poses = [first, second];
     for _ in 0..30 {
         let motion = Motion::new(0.0, &poses);
-        let (gap, normal) = (contact.smallest_gap(motion), contact.normal(motion));
+        let (gap, normal) = {
+            let found = contact.meeting(motion);
+            (found.gap, found.normal)
+        };
         poses[0].position -= normal * (gap + overlap);
     }
     poses
@@ -51,7 +60,7 @@ fn pair_pose(contact: &mut Active<HertzContact>, overlap: f64) -> [BodyState; 2]
 #[test]
 fn forces_and_couples_are_the_gradient_of_the_energy() {
     let models = [surface(AXES), surface([0.012, 0.03, 0.017])];
-    let mut contact = Active::new(HertzContact::of_surfaces([0, 1], models, [STEEL; 2]).unwrap());
+    let mut contact = Active::new(of_two(models));
     let overlap = 2e-4; // a fiftieth of the radii, so that what the change of the stiffness exerts is seen
     let poses = pair_pose(&mut contact, overlap);
     let mut evaluate = |poses: &[BodyState; 2]| {
@@ -96,14 +105,15 @@ fn forces_and_couples_are_the_gradient_of_the_energy() {
 #[test]
 fn surfaces_of_balls_are_spheres() {
     let models = [surface([0.01; 3]), surface([0.02; 3])];
-    let mut surfaces = Active::new(HertzContact::of_surfaces([0, 1], models, [STEEL; 2]).unwrap());
+    let mut surfaces = Active::new(of_two(models));
     let sphere = |body: usize, radius: f64| Sphere {
         body,
         centre: FlexiblePoint::rigid(Vector3::zeros()),
         radius,
         solid: STEEL,
     };
-    let mut spheres = Active::new(HertzContact::with_sphere(sphere(0, 0.01), sphere(1, 0.02)).unwrap());
+    let mut spheres =
+        Active::new(HertzContact::of_spheres(sphere(0, 0.01), Target::Body(sphere(1, 0.02)), STEEL).unwrap());
     let direction = Vector3::new(0.36, 0.48, 0.8);
     let turn = UnitQuaternion::from_euler_angles(0.1, 0.9, -0.6);
     let poses = [at(direction * (0.03 - 1e-5), turn), at(Vector3::zeros(), UnitQuaternion::identity())];
@@ -157,13 +167,13 @@ fn spinning_ellipsoids_keep_energy_and_momentum() {
     let bodies = || vec![("a", solid_ellipsoid(AXES)), ("b", solid_ellipsoid([0.012, 0.03, 0.017]))];
     for friction in [0.0, 0.3] {
         let models = [surface(AXES), surface([0.012, 0.03, 0.017])];
-        let contact = HertzContact::of_surfaces([0, 1], models, [STEEL; 2]).unwrap();
+        let contact = of_two(models);
         let contact = contact.with_friction(friction).unwrap();
         let mut poses = pair_pose(&mut Active::new(contact.clone()), -1e-9);
         // Spins that turn the bodies by 0.05 while they touch: the stiffness changes by per cents.
         poses[0].angular_velocity_in_body = Vector3::new(300.0, -200.0, 400.0);
         poses[1].angular_velocity_in_body = Vector3::new(-100.0, 500.0, 50.0);
-        let normal = Active::new(contact.clone()).normal(Motion::new(0.0, &poses));
+        let normal = Active::new(contact.clone()).meeting(Motion::new(0.0, &poses)).normal;
         poses[0].velocity = normal * -1.0;
         let mut system = free_system(bodies(), Vector3::zeros(), vec![Box::new(Active::new(contact))]);
         let (energy, momentum, _) = drift(&mut system, &poses, (1.5e-4, 2e-7));
@@ -185,7 +195,10 @@ fn oblique(psi: f64, friction: f64, step: f64) -> (f64, f64, f64) {
     let radius = 0.01;
     let sphere = Sphere { body: 0, centre: FlexiblePoint::rigid(Vector3::zeros()), radius, solid: STEEL };
     let plane = Plane { point: Vector3::zeros(), normal: Vector3::z_axis() };
-    let contact = HertzContact::with_plane(sphere, plane, STEEL).unwrap().with_friction(friction).unwrap();
+    let contact = HertzContact::of_spheres(sphere, Target::Plane(plane), STEEL)
+        .unwrap()
+        .with_friction(friction)
+        .unwrap();
     let body = solid_ellipsoid([radius; 3]);
     let duration = HertzImpact::new(contact.pair().unwrap(), [body.mass, f64::INFINITY], SPEED).duration();
     // Tangential over normal stiffness of a circle.
@@ -232,8 +245,10 @@ fn a_sliding_ball_ends_rolling_at_five_sevenths() {
     let rubber = Solid { young: 1e8, poisson: 0.3 };
     let sphere = Sphere { body: 0, centre: FlexiblePoint::rigid(Vector3::zeros()), radius, solid: rubber };
     let plane = Plane { point: Vector3::zeros(), normal: Vector3::z_axis() };
-    let contact =
-        HertzContact::with_plane(sphere, plane, Solid::RIGID).unwrap().with_friction(friction).unwrap();
+    let contact = HertzContact::of_spheres(sphere, Target::Plane(plane), Solid::RIGID)
+        .unwrap()
+        .with_friction(friction)
+        .unwrap();
     let body = solid_ellipsoid([radius; 3]);
     let mass = body.mass;
     let (sunk, contact_stiffness) =

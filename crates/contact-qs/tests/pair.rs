@@ -23,7 +23,7 @@ fn forces_are_equal_and_opposite_and_keep_the_angular_momentum() {
                 let bodies = random_bodies(pair.element(), motion, DEPTH, seed);
                 let (forces, energy) = evaluate(&mut pair, &bodies);
                 let case = format!("{motion:?} {quasistatic:?} {penalty:e} {seed}");
-                let gap = pair.smallest_gap(Motion::new(0.0, &bodies));
+                let gap = pair.meeting(Motion::new(0.0, &bodies)).gap;
                 let gaps = pair.state().gaps();
                 assert!(energy > 0.0 && pair.report().n_active > 0, "{case} {gaps:?} {gap}");
                 most = most.max(pair.report().n_active);
@@ -161,21 +161,21 @@ fn smallest_gap_is_the_distance_at_any_range() {
         let mut pair = Active::new(random_pair(motion, [true, true], 1e10, Method::ActiveSet, 3));
         let mut bodies = random_bodies(pair.element(), motion, 0.0, 3);
         // Where the loop of random_bodies has ended.
-        assert!(pair.smallest_gap(Motion::new(0.0, &bodies)).abs() < 1e-12);
-        let normal = pair.normal(Motion::new(0.0, &bodies));
+        assert!(pair.meeting(Motion::new(0.0, &bodies)).gap.abs() < 1e-12);
+        let normal = pair.meeting(Motion::new(0.0, &bodies)).normal;
         assert!((normal.norm() - 1.0).abs() < 1e-14);
         for distance in [1e-6, 1e-3, 0.1, 2.0] {
             let mut apart = bodies.clone();
             apart[2].position += normal * distance;
-            let gap = pair.smallest_gap(Motion::new(0.0, &apart));
+            let gap = pair.meeting(Motion::new(0.0, &apart)).gap;
             // Another point may be nearer than the one followed, but not by more than the extent of the zone.
             assert!(gap > 0.2 * distance && gap <= distance * (1.0 + 1e-6), "{motion:?} {distance} {gap}");
         }
         bodies[2].position -= normal * 1e-4;
-        let gap = pair.smallest_gap(Motion::new(0.0, &bodies));
+        let gap = pair.meeting(Motion::new(0.0, &bodies)).gap;
         assert!((-1.5e-4..-0.99e-4).contains(&gap), "{motion:?} {gap}");
         bodies[2].elastic[0] = f64::NAN;
-        assert!(pair.smallest_gap(Motion::new(0.0, &bodies)).is_nan());
+        assert!(pair.meeting(Motion::new(0.0, &bodies)).gap.is_nan());
         let mut f = forces(3, N_MODES);
         assert_eq!(
             pair.evaluate(Motion::new(0.0, &bodies), &mut f).unwrap_err().kind(),
@@ -185,7 +185,7 @@ fn smallest_gap_is_the_distance_at_any_range() {
         let mut apart = random_bodies(pair.element(), motion, -0.1, 3);
         pair.evaluate(Motion::new(0.0, &apart), &mut f).unwrap();
         apart[0].elastic[0] = f64::NAN;
-        assert!(pair.smallest_gap(Motion::new(0.0, &apart)).is_nan());
+        assert!(pair.meeting(Motion::new(0.0, &apart)).gap.is_nan());
         assert_eq!(
             pair.evaluate(Motion::new(0.0, &apart), &mut f).unwrap_err().kind(),
             FailureKind::NotFinite
@@ -266,10 +266,8 @@ fn hierarchical_targets_are_the_same_surface() {
     let mut bodies = vec![BodyState::at_rest(N_MODES); 3];
     for z in [0.14, 0.149, 0.16, 0.3] {
         bodies[2].position.z = z;
-        let (a, b) = (
-            on_fine.smallest_gap(Motion::new(0.0, &bodies)),
-            on_plain.smallest_gap(Motion::new(0.0, &bodies)),
-        );
+        let (a, b) =
+            (on_fine.meeting(Motion::new(0.0, &bodies)).gap, on_plain.meeting(Motion::new(0.0, &bodies)).gap);
         // Round-off of the fits.
         assert!((a - b).abs() < 1e-15, "{z}: {a} {b}");
     }
@@ -290,10 +288,15 @@ fn points_beyond_the_end_of_the_target_are_open() {
     let mut bodies = vec![BodyState::at_rest(N_MODES); 3];
     bodies[2].position.z = 0.14;
     evaluate(&mut pair, &bodies);
-    let beyond =
-        pair.state().gaps().iter().zip(pair.point_forces()).filter(|(g, f)| **g > 0.0 && **f <= 0.0).count();
+    let beyond = pair
+        .state()
+        .gaps()
+        .iter()
+        .zip(pair.point_forces().unwrap())
+        .filter(|(g, f)| **g > 0.0 && **f <= 0.0)
+        .count();
     assert!(beyond > 0 && pair.state().gaps().iter().all(|g| g.is_finite()));
-    assert_eq!(beyond + pair.report().n_active, pair.n_points());
+    assert_eq!(beyond + pair.report().n_active, pair.facts().n_points());
 }
 
 #[test]

@@ -29,7 +29,7 @@ fn evaluations_of_pairs_do_not_allocate() {
         let mut out = forces(3, N_MODES);
         // Libraries may set up thread-local buffers once.
         pair.evaluate(Motion::new(0.0, &bodies), &mut out).unwrap();
-        let mut smallest = pair.smallest_gap(Motion::new(0.0, &bodies));
+        let mut smallest = pair.meeting(Motion::new(0.0, &bodies)).gap;
         let before = allocations();
         for step in 0..10 {
             // Sliding and turning: projections, sets and factors change.
@@ -40,7 +40,7 @@ fn evaluations_of_pairs_do_not_allocate() {
             pair.save();
             pair.evaluate(Motion::new(0.0, &bodies), &mut out).unwrap();
             pair.restore();
-            smallest = smallest.min(pair.smallest_gap(Motion::new(0.0, &bodies)));
+            smallest = smallest.min(pair.meeting(Motion::new(0.0, &bodies)).gap);
         }
         let count = allocations() - before;
         assert!(pair.report().n_active > 0 && smallest < 0.0, "{motion:?} must be in contact");

@@ -75,7 +75,8 @@ fn forces_keep_both_momenta_and_obey_coulombs_law() {
                     assert!(moment.norm() < 50.0 * f64::EPSILON * scale, "{name} {}", moment.norm() / scale);
                 }
                 let n_t = motion.n_components() - 1;
-                for (i, &normal) in pair.point_forces().iter().enumerate().filter(|(_, f)| **f > 0.0) {
+                for (i, &normal) in pair.point_forces().unwrap().iter().enumerate().filter(|(_, f)| **f > 0.0)
+                {
                     let tangential = &pair.state().tangential_forces()[n_t * i..n_t * (i + 1)];
                     let size = tangential.iter().map(|x| x * x).sum::<f64>().sqrt();
                     // Components along tangents of the reference surface, whose lengths differ from one by the strain since
@@ -264,6 +265,6 @@ fn a_common_motion_of_both_bodies_is_no_slip() {
         // Projections end at round-off, passes at 1e-12.
         let scale = before.0[2].force.norm();
         assert!((turn * before.0[2].force - after.0[2].force).norm() < 1e-8 * scale, "{motion:?}");
-        assert!(pair.smallest_gap(Motion::new(0.0, &turned)) < 0.0);
+        assert!(pair.meeting(Motion::new(0.0, &turned)).gap < 0.0);
     }
 }

@@ -118,7 +118,7 @@ fn interface_forces_balance_and_algorithm_1_agrees() {
     let (force, _) = press(&mut by_set, [&small, &large], at);
     for (body, sphere, sign) in [(0, &small, 1.0), (1, &large, -1.0)] {
         let mut f = vec![0.0; sphere.interface.len()];
-        by_set.interface_force(body, &mut f);
+        assert!(by_set.interface_force(body, &mut f));
         let axial: f64 = sphere
             .interface
             .iter()
@@ -147,13 +147,12 @@ fn smallest_gap_of_spheres_is_that_of_their_poles() {
         bodies[0].position.z = 3.0 * RADIUS + gap;
         // Round-off of positions of 1e-2 m or the gap itself.
         assert!(
-            (pair.smallest_gap(Motion::new(0.0, &bodies)) - gap).abs()
-                < 1e-17 + 1e-14 * gap.abs().max(RADIUS),
+            (pair.meeting(Motion::new(0.0, &bodies)).gap - gap).abs() < 1e-17 + 1e-14 * gap.abs().max(RADIUS),
             "{gap}"
         );
-        assert_eq!(pair.normal(Motion::new(0.0, &bodies)), Vector3::z());
+        assert_eq!(pair.meeting(Motion::new(0.0, &bodies)).normal, Vector3::z());
     }
-    assert_eq!(pair.bodies(), (0, Some(1)));
+    assert_eq!(pair.facts().bodies(), (0, Some(1)));
     // The zone is the pole, whose face looks up.
     let (_, pole) = highest(&large.shape, RigidMotion::Axial, &[0.0, 1.0, 0.0]);
     assert!((pole.point[1] - 2.0 * RADIUS).abs() < 1e-15);

@@ -80,7 +80,7 @@ fn run(coefficient: f64, start: &[BodyState; 2]) -> Outcome {
         let y = integrator.state();
         let pair = &system.forces()[0];
         let report = *pair.report();
-        for (state, force) in pair.state().point_states().iter().zip(pair.point_forces()) {
+        for (state, force) in pair.state().point_states().iter().zip(pair.point_forces().unwrap()) {
             out.was_stuck |= *force > 0.0 && *state == PointState::Stick;
             out.was_sliding |= *force > 0.0 && *state == PointState::Slip;
         }

@@ -46,8 +46,7 @@ fn evaluations_that_leave_points_out_find_the_forces_of_those_that_look_at_all()
         bodies[0].position.z = bodies[0].position.z.clamp(2.0 * RADIUS - 2.5e-6, 2.0 * RADIUS + 1e-6);
         bodies[1].elastic[step % N_MODES] += size * 1e-8 * random.next();
         cold.forget();
-        let gaps =
-            (warm.smallest_gap(Motion::new(0.0, &bodies)), cold.smallest_gap(Motion::new(0.0, &bodies)));
+        let gaps = (warm.meeting(Motion::new(0.0, &bodies)).gap, cold.meeting(Motion::new(0.0, &bodies)).gap);
         // Both projections end at round-off of positions of 1e-2 m.
         assert!((gaps.0 - gaps.1).abs() < 1e-16, "{step}: {gaps:?}");
         let (found, energy) = evaluate(&mut warm, &bodies);
@@ -56,7 +55,7 @@ fn evaluations_that_leave_points_out_find_the_forces_of_those_that_look_at_all()
         // Gaps known to 1e-8 of the penetration from either side; forces go with its power 3/2.
         assert!((found[0].force - expected[0].force).norm() <= 1e-7 * scale, "{step}: {}", found[0].force);
         assert!((energy - other).abs() <= 1e-7 * other, "{step}: {energy} {other}");
-        let count = |f: &Active<SurfacePair>| f.point_forces().iter().filter(|f| **f > 0.0).count();
+        let count = |f: &Active<SurfacePair>| f.point_forces().unwrap().iter().filter(|f| **f > 0.0).count();
         assert_eq!(count(&warm), count(&cold), "{step}");
         most = most.max(count(&warm));
         n_open += usize::from(count(&warm) == 0);

@@ -3,7 +3,7 @@
 use crate::free_motion::{body_state, free_system, state_vector};
 use crate::hertz_impact::HertzImpact;
 use contact_qs::law::Solid;
-use contact_qs::{ActiveContact, ContactError, HertzContact, Plane, Sphere};
+use contact_qs::{ActiveContact, ContactError, HertzContact, Plane, Sphere, Target};
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::error::FailureKind;
 use ffr_dynamics::force::active::{Active, ActiveForce};
@@ -66,7 +66,7 @@ fn collide(
         assert!(
             (now.linear_momentum - before.linear_momentum).norm()
                 < 1e-13 * (1.0 + now.linear_momentum.norm())
-                || system.forces()[0].bodies().1.is_none()
+                || system.forces()[0].facts().bodies().1.is_none()
         );
         // Peak from the dense output: the force is highest where the normal velocity vanishes.
         let (a, b) = integrator.interval();
@@ -78,7 +78,7 @@ fn collide(
         }
         let crossing = search.first_crossing(&integrator, |t, y| {
             let states = system.body_states(t, y).to_vec();
-            -system.forces_mut()[0].smallest_gap(Motion::new(0.0, &states))
+            -system.forces_mut()[0].meeting(Motion::new(0.0, &states)).gap
         });
         if let Some(found) = crossing.unwrap() {
             duration = found.time;
@@ -94,9 +94,10 @@ fn two_spheres_follow_hertz_and_keep_momentum_and_energy() {
     let masses = [balls[0].mass, balls[1].mass];
     let [first, second] = balls;
     let bodies = vec![("a", first), ("b", second)];
-    let contact = HertzContact::with_sphere(
+    let contact = HertzContact::of_spheres(
         sphere(0, radii[0], Vector3::zeros()),
-        sphere(1, radii[1], Vector3::zeros()),
+        Target::Body(sphere(1, radii[1], Vector3::zeros())),
+        STEEL,
     )
     .unwrap();
     let law = HertzImpact::new(contact.pair().unwrap(), masses, 0.3);
@@ -124,7 +125,8 @@ fn sphere_on_a_plane_follows_hertz_with_its_centre_off_the_frame() {
     let body = ball(RADIUS, centre);
     let mass = body.mass;
     let plane = Plane { point: Vector3::new(1.0, 2.0, 3.0), normal: Vector3::z_axis() };
-    let contact = HertzContact::with_plane(sphere(0, RADIUS, centre), plane, Solid::RIGID).unwrap();
+    let contact =
+        HertzContact::of_spheres(sphere(0, RADIUS, centre), Target::Plane(plane), Solid::RIGID).unwrap();
     let law = HertzImpact::new(contact.pair().unwrap(), [mass, f64::INFINITY], 0.1);
     let rotation = UnitQuaternion::from_euler_angles(0.5, -0.3, 1.0);
     let position = Vector3::new(-1.0, 0.5, 3.0 + RADIUS) - rotation * centre;
@@ -145,7 +147,9 @@ fn force_is_minus_the_gradient_of_the_elastic_energy_on_flexible_bodies_too() {
     let shapes = vec![Vector3::new(0.3, -0.2, 0.9), Vector3::new(-0.5, 0.4, 0.1)];
     let mut first = sphere(0, RADIUS, Vector3::new(0.01, 0.0, -0.02));
     first.centre.shapes = shapes;
-    let contact = HertzContact::with_sphere(first, sphere(1, 2.0 * RADIUS, Vector3::zeros())).unwrap();
+    let contact =
+        HertzContact::of_spheres(first, Target::Body(sphere(1, 2.0 * RADIUS, Vector3::zeros())), STEEL)
+            .unwrap();
     let mut contact = Active::new(contact);
     let mut a = BodyState::at_rest(2);
     a.elastic = vec![1e-4, -2e-4];
@@ -156,7 +160,7 @@ fn force_is_minus_the_gradient_of_the_elastic_energy_on_flexible_bodies_too() {
     let mut evaluate = |a: &BodyState| {
         let mut forces = [GeneralisedForce::zeros(2), GeneralisedForce::zeros(0)];
         contact.evaluate(Motion::new(0.0, &[a.clone(), b.clone()]), &mut forces).unwrap();
-        let gap = contact.smallest_gap(Motion::new(0.0, &[a.clone(), b.clone()]));
+        let gap = contact.meeting(Motion::new(0.0, &[a.clone(), b.clone()])).gap;
         assert!((contact.report().penetration + gap).abs() < 1e-18);
         (forces, contact.energies().elastic_high)
     };
@@ -198,19 +202,45 @@ fn spheres_that_make_no_contact_are_refused() {
     let refused = |r: Result<HertzContact, ContactError>| {
         matches!(r, Err(ContactError::Data(_) | ContactError::RigidPair))
     };
-    assert!(refused(HertzContact::with_plane(rigid.clone(), plane, Solid::RIGID)));
-    assert!(refused(HertzContact::with_plane(sphere(0, -1.0, Vector3::zeros()), plane, STEEL)));
-    assert!(refused(HertzContact::with_plane(sphere(0, f64::NAN, Vector3::zeros()), plane, STEEL)));
-    assert!(HertzContact::with_plane(rigid, plane, STEEL).is_ok());
+    assert!(refused(HertzContact::of_spheres(rigid.clone(), Target::Plane(plane), Solid::RIGID)));
+    assert!(refused(HertzContact::of_spheres(
+        sphere(0, -1.0, Vector3::zeros()),
+        Target::Plane(plane),
+        STEEL
+    )));
+    assert!(refused(HertzContact::of_spheres(
+        sphere(0, f64::NAN, Vector3::zeros()),
+        Target::Plane(plane),
+        STEEL
+    )));
+    assert!(HertzContact::of_spheres(rigid, Target::Plane(plane), STEEL).is_ok());
     let on_body = |body: usize| sphere(body, RADIUS, Vector3::zeros());
-    assert!(HertzContact::with_sphere(on_body(1), on_body(1)).is_err());
+    assert!(HertzContact::of_spheres(on_body(1), Target::Body(on_body(1)), STEEL).is_err());
     // Centres that coincide have no direction.
-    let mut contact = Active::new(HertzContact::with_sphere(on_body(0), on_body(1)).unwrap());
+    let mut contact =
+        Active::new(HertzContact::of_spheres(on_body(0), Target::Body(on_body(1)), STEEL).unwrap());
     let bodies = [BodyState::at_rest(0), BodyState::at_rest(0)];
     let mut forces = [GeneralisedForce::zeros(0), GeneralisedForce::zeros(0)];
     assert_eq!(
         contact.evaluate(Motion::new(0.0, &bodies), &mut forces).unwrap_err().kind(),
         FailureKind::NotFinite
     );
-    assert!(contact.smallest_gap(Motion::new(0.0, &bodies)).is_nan());
+    assert!(contact.meeting(Motion::new(0.0, &bodies)).gap.is_nan());
+}
+
+#[test]
+fn a_law_without_points_says_so_whatever_it_is_asked() {
+    let spheres = [0, 1].map(|body| sphere(body, RADIUS, Vector3::zeros()));
+    let [own, other] = spheres;
+    let mut contact = Active::new(HertzContact::of_spheres(own, Target::Body(other), STEEL).unwrap());
+    let bodies = [BodyState::at_rest(0), at(Vector3::z() * RADIUS, Vector3::zeros())];
+    let mut forces = [GeneralisedForce::zeros(0), GeneralisedForce::zeros(0)];
+    contact.evaluate(Motion::new(0.0, &bodies), &mut forces).unwrap();
+    assert!(contact.report().normal_force > 0.0);
+    assert!(contact.facts().point(0).is_none() && contact.point_forces().is_none());
+    assert!(contact.compliance_weight(Motion::new(0.0, &bodies), 0.0).unwrap().is_none());
+    assert!(matches!(contact.set_penalty(1.0), Err(ContactError::NoPenalty { .. })));
+    let mut untouched = [7.0];
+    assert!(!contact.interface_force(0, &mut untouched));
+    assert_eq!(untouched, [7.0]);
 }

@@ -57,10 +57,10 @@ fn forces_are_those_of_the_same_contact_with_all_modes_in_the_bodies() {
             );
         }
         assert_eq!(
-            plain.smallest_gap(Motion::new(0.0, &bodies)).to_bits(),
-            vibrating.smallest_gap(seen).to_bits()
+            plain.meeting(Motion::new(0.0, &bodies)).gap.to_bits(),
+            vibrating.meeting(seen).gap.to_bits()
         );
-        assert_eq!(plain.normal(Motion::new(0.0, &bodies)), vibrating.normal(seen));
+        assert_eq!(plain.meeting(Motion::new(0.0, &bodies)).normal, vibrating.meeting(seen).normal);
         let (mut elastic, mut kinetic, mut lost) = (0.0, 0.0, 0.0);
         for (k, body) in zones.into_iter().enumerate() {
             let zone = zone(body);

@@ -10,6 +10,7 @@ use std::time::Instant;
 use adaptive::AdaptiveError;
 use adaptive::checks::start::of_bodies;
 use adaptive::model::RunModel;
+use adaptive::prepared::Prepared;
 use adaptive::record::Timings;
 use adaptive::run::driver;
 use adaptive::spec::{BodySpec, ImportedSpec, RunSpec};
@@ -23,7 +24,7 @@ use result_files::stored::chosen_sizes;
 use crate::error::AppError;
 
 use crate::scenario::Scenario;
-use sizing::sized;
+use sizing::{sized, sized_for};
 use thread_pool::thread_pool;
 
 /// How a run ended.
@@ -126,11 +127,28 @@ pub fn simulate_with(
 ) -> Result<RunReport, AppError> {
     let began = Instant::now();
     observer.stage(Stage::Sizes);
-    let scenario = &*sized(scenario, threads, cache)?;
+    let run = Prepared::new(&scenario.run)?;
+    let scenario = &*sized_for(scenario, &run, threads, cache)?;
     let sizes = began.elapsed().as_secs_f64();
-    let spec = &scenario.run;
+    let mut report = simulate_prepared(run.with_sizes(&scenario.run)?, point, observer, threads, cache)?;
+    report.timings.sizes = sizes;
+    Ok(report)
+}
+
+/// Runs what is prepared, whose sizes are known, as [`simulate_with`] does.
+///
+/// # Errors
+/// Likewise.
+pub fn simulate_prepared(
+    run: Prepared<'_>,
+    point: Option<&RunState>,
+    observer: &mut dyn Observer,
+    threads: usize,
+    cache: &ModelCache,
+) -> Result<RunReport, AppError> {
+    let spec = run.spec();
     observer.stage(Stage::Bodies);
-    let mut model = build(spec, threads, cache)?;
+    let mut model = thread_pool(threads)?.install(|| RunModel::of(run, cache))?;
     observer.stage(Stage::Motion);
     let (started, before) = (Instant::now(), model.timings());
     let end = match point {
@@ -138,7 +156,7 @@ pub fn simulate_with(
         None => driver::run(&mut model, &spec.settings, observer),
     };
     let end = end?;
-    let mut timings = Timings { sizes, ..model.timings() };
+    let mut timings = model.timings();
     // Fine models and searches in the run are not time integration.
     let other = |t: &Timings| t.contact + t.reduction + t.search;
     timings.integration = started.elapsed().as_secs_f64() - (other(&timings) - other(&before));

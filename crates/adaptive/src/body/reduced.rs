@@ -13,6 +13,7 @@ use ffr_dynamics::reduction::rigid::RigidModes;
 use ffr_dynamics::reduction::static_answers::{TakenLoads, with_static_answers};
 
 use crate::body::loads::StaticLoads;
+use crate::spec::InterfaceModes;
 use crate::store::{StoredModel, matrix, matrix_values};
 
 mod key;
@@ -55,30 +56,6 @@ pub struct Interface {
     pub modes: InterfaceModes,
     /// Loads to which the basis has static answers.
     pub loads: StaticLoads,
-}
-
-/// How a body has the modes that the interface adds to the low-frequency ones (\[A\] sections 2.4
-/// and 6).
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub enum InterfaceModes {
-    /// Statically: a residual flexibility takes their place.
-    Quasistatic,
-    /// As dynamic coordinates.
-    #[default]
-    Dynamic,
-    /// As dynamic coordinates with critical damping, on top of the body's own damping (Eq. F.28).
-    Damped,
-}
-
-impl InterfaceModes {
-    /// As scenarios call it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Quasistatic => "quasistatic",
-            Self::Dynamic => "dynamic",
-            Self::Damped => "damped",
-        }
-    }
 }
 
 /// The parts of a basis that the model store keeps: all but the rigid modes.

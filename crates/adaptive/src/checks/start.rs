@@ -2,20 +2,20 @@
 
 use std::borrow::Cow;
 
+use contact_qs::{Detector, Meeting, Sphere, Target};
 use ffr_dynamics::force::BodyState;
 
 use super::motion::fast_approach;
 use super::resolution::{coarse_mesh, coarse_place};
-use super::watch::WatchedPair;
+use super::watch::{Shapes, WatchedPair};
 use crate::error::AdaptiveError;
-use crate::model::{ContactModel, RunModel};
+use crate::model::{ContactFacts, RunModel};
 use crate::record::finding::Components;
 use crate::record::warning::{Warning, WarningKind};
-use crate::spec::Target;
 use crate::spec::unsupported::Unsupported;
 use crate::state::simulation::normal_motion;
 use crate::system::body::BodyModel;
-use crate::touch::detection::{Detector, DetectorTarget, Search};
+use crate::touch::detection::Search;
 use crate::touch::overlap::{Overlap, Pair};
 
 /// Checks the start of a run: warnings of overlaps that the scenario allows. `searches` are those
@@ -36,7 +36,10 @@ pub fn check(
     for (i, search) in searches.iter_mut().enumerate() {
         let (mut normal, motion) = normal_motion(&mut model.system, 0.0, &y, i);
         let spheres = model.contacts[i].spheres.as_ref();
-        let overlap = match spheres.map(|(own, other)| (own.radius, other.as_ref().map(|o| o.radius))) {
+        let radius = |(own, other): &(Sphere, Target<Sphere>)| {
+            (own.radius, other.as_ref().body().map_or(0.0, |other| other.radius))
+        };
+        let overlap = match spheres.map(radius) {
             Some(radii) => of_spheres(model, i, radii, (&states, &y))?,
             None => {
                 let (pair, detector) = (pair(model, i), detector(model, i, search)?);
@@ -157,7 +160,6 @@ fn pair(model: &RunModel, i: usize) -> Pair<'_> {
         body: facts.body,
         body_name: &body.name,
         motion: body.data.motion,
-        target: facts.target,
         allowed: facts.allowed_overlap,
     }
 }
@@ -180,10 +182,10 @@ fn detector<'a>(
 /// # Errors
 /// [`AdaptiveError::Unsupported`] if a body has no surface.
 pub fn watched_pairs(model: &RunModel) -> Result<Vec<WatchedPair>, AdaptiveError> {
-    let pair = |(i, facts): (usize, &ContactModel)| match (&facts.refinement, &facts.spheres) {
-        (Some(_), _) => Ok(WatchedPair::refined(facts.target)),
-        (None, Some((own, other))) => Ok(WatchedPair::of_spheres(own.clone(), other.clone(), facts.target)),
-        (None, None) => Ok(WatchedPair::of_surfaces(surfaces(model, i)?, facts.target)),
+    let pair = |(i, facts): (usize, &ContactFacts)| match (&facts.refinement, &facts.spheres) {
+        (Some(_), _) => Ok(WatchedPair::new(Shapes::Refined)),
+        (None, Some((own, other))) => Ok(WatchedPair::new(Shapes::Spheres(own.clone(), other.clone()))),
+        (None, None) => Ok(WatchedPair::new(Shapes::Lasting(Box::new(surfaces(model, i)?)))),
     };
     model.contacts.iter().enumerate().map(pair).collect()
 }
@@ -200,29 +202,25 @@ fn surfaces(model: &RunModel, i: usize) -> Result<Detector, AdaptiveError> {
             AdaptiveError::unsupported_contact(&facts.name, what)
         })
     };
-    let target = match facts.target {
-        Target::Plane { point, normal } => DetectorTarget::plane(point, normal),
-        Target::Body(other) => DetectorTarget::Body(other, surface(other)?),
-    };
-    Ok(Detector::new(facts.body, surface(facts.body)?, target))
+    Detector::of(facts.body, facts.target, surface)
 }
 
 fn of_spheres(
     model: &mut RunModel,
     i: usize,
-    (radius, other_radius): (f64, Option<f64>),
+    (radius, other_radius): (f64, f64),
     (states, y): (&[BodyState], &[f64]),
 ) -> Result<Option<Overlap>, AdaptiveError> {
     let (force, motion) = model.system.force_in_motion(0.0, y, i);
-    let (gap, normal) = (force.contact.smallest_gap(motion), force.contact.normal(motion));
+    let Meeting { gap, normal, .. } = force.contact.meeting(motion);
     let facts = &model.contacts[i];
-    match facts.target {
-        Target::Body(other) if !gap.is_finite() || !normal.x.is_finite() => {
+    match facts.target.body() {
+        Some(other) if !gap.is_finite() || !normal.x.is_finite() => {
             let bodies = [facts.body, other].map(|body| model.bodies[body].name.clone());
-            let (contact, distance) = (facts.name.clone(), radius + other_radius.unwrap_or(0.0));
+            let (contact, distance) = (facts.name.clone(), radius + other_radius);
             return Err(AdaptiveError::CentresCoincide { contact, bodies, distance });
         }
-        Target::Plane { .. } if gap <= -2.0 * radius => {
+        None if gap <= -2.0 * radius => {
             return Err(pair(model, i).behind_plane(-gap - 2.0 * radius, &(normal * -gap)));
         }
         _ => {}

@@ -2,14 +2,13 @@
 //! force of a contact: how deep do the whole surfaces of a pair overlap, and does the contact know
 //! of it (docs/theory.md Eq. P.12).
 
-use contact_qs::Sphere;
+use contact_qs::{Detector, Sphere, Target};
 use ffr_dynamics::force::BodyState;
-use nalgebra::{Unit, Vector3};
+use nalgebra::Vector3;
 
 use crate::error::AdaptiveError;
 use crate::impact::AdaptiveContact;
-use crate::spec::Target;
-use crate::touch::detection::{Detector, Search};
+use crate::touch::detection::Search;
 
 /// Ratio of the closing speed between two looks to that at the later one, at most, with the change
 /// by gravity and forces.
@@ -28,14 +27,14 @@ const LOOKS: f64 = 1.2;
 const AT_ONCE: f64 = 10.0;
 
 /// Surfaces of a pair, or the spheres that stand for them under Hertz's law.
-enum Shapes {
+pub enum Shapes {
     /// The surfaces of the detection of the contact, which follow the modes that its bodies have at
     /// present.
     Refined,
     /// Surfaces of their own, the same for the whole run.
     Lasting(Box<Detector>),
-    /// Two spheres, or one and the plane of the target.
-    Spheres(Sphere, Option<Sphere>),
+    /// A sphere and what it meets.
+    Spheres(Sphere, Target<Sphere>),
 }
 
 /// The overlap of two bodies.
@@ -61,7 +60,6 @@ pub struct Unknown {
 /// What the watch keeps of a contact in the running phase.
 pub struct WatchedPair {
     shapes: Shapes,
-    target: Target,
     search: Search,
     /// The part of the gap at the last look that cannot have been closed since, with the time and
     /// the closing speed of that look.
@@ -88,25 +86,10 @@ pub struct Seen {
 }
 
 impl WatchedPair {
-    /// The pair of a contact that the program refines.
-    pub fn refined(target: Target) -> Self {
-        Self::new(Shapes::Refined, target)
-    }
-
-    /// A pair of lasting surfaces.
-    pub fn of_surfaces(detector: Detector, target: Target) -> Self {
-        Self::new(Shapes::Lasting(Box::new(detector)), target)
-    }
-
-    /// A pair of spheres, or of one and a plane.
-    pub fn of_spheres(own: Sphere, other: Option<Sphere>, target: Target) -> Self {
-        Self::new(Shapes::Spheres(own, other), target)
-    }
-
-    fn new(shapes: Shapes, target: Target) -> Self {
+    /// A pair before its first phase.
+    pub fn new(shapes: Shapes) -> Self {
         Self {
             shapes,
-            target,
             search: Search::new(),
             clearance: 0.0,
             time: f64::NEG_INFINITY,
@@ -139,7 +122,7 @@ impl WatchedPair {
     pub fn size(&self, refinement: Option<&AdaptiveContact>) -> f64 {
         match (&self.shapes, refinement) {
             (Shapes::Spheres(own, other), _) => {
-                own.radius.min(other.as_ref().map_or(f64::INFINITY, |o| o.radius))
+                own.radius.min(other.as_ref().body().map_or(f64::INFINITY, |o| o.radius))
             }
             (Shapes::Lasting(detector), _) => detector.least_size(),
             (Shapes::Refined, refinement) => refinement.map_or(0.0, |r| r.detector.least_size()),
@@ -159,8 +142,8 @@ impl WatchedPair {
     ) -> Result<Option<Overlap>, AdaptiveError> {
         let detector = match (&self.shapes, refinement) {
             (Shapes::Spheres(own, other), _) => {
-                let (gap, place) = sphere_gap(own, other.as_ref(), self.target, states);
-                return Ok((gap < 0.0).then_some(Overlap { depth: -gap, place }));
+                let overlap = own.nearest(other.as_ref(), states).filter(|(gap, ..)| *gap < 0.0);
+                return Ok(overlap.map(|(gap, _, [place, _])| Overlap { depth: -gap, place }));
             }
             (Shapes::Lasting(detector), _) => detector,
             (Shapes::Refined, Some(refinement)) => &refinement.detector,
@@ -173,8 +156,9 @@ impl WatchedPair {
             (self.time, self.speed) = (time, speed);
             return Ok(None);
         }
-        let nearest = detector
-            .nearest(states, &mut self.search)
+        let nearest = self
+            .search
+            .nearest(detector, states)
             .map_err(|source| AdaptiveError::Contact { contact: contact.to_owned(), source })?;
         (self.clearance, self.time, self.speed) = (nearest.gap.max(0.0), time, speed);
         Ok((nearest.gap < 0.0).then_some(Overlap { depth: -nearest.gap, place: nearest.contact.point }))
@@ -212,34 +196,12 @@ impl Unknown {
     }
 }
 
-/// Gap of spheres in the motions `states`, and the place of the contact body's that is nearest.
-fn sphere_gap(
-    own: &Sphere,
-    other: Option<&Sphere>,
-    target: Target,
-    states: &[BodyState],
-) -> (f64, Vector3<f64>) {
-    let centre = own.centre.position(&states[own.body]);
-    let (direction, distance) = match (other, target) {
-        (Some(other), _) => {
-            let between = centre - other.centre.position(&states[other.body]);
-            (between.try_normalize(0.0).unwrap_or_else(Vector3::z), between.norm() - other.radius)
-        }
-        (None, Target::Plane { point, normal }) => {
-            let normal = Unit::new_normalize(normal);
-            (normal.into_inner(), normal.dot(&(centre - point)))
-        }
-        (None, Target::Body(_)) => (Vector3::z(), f64::INFINITY),
-    };
-    (distance - own.radius, centre - direction * own.radius)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     fn pair() -> WatchedPair {
-        WatchedPair::refined(Target::Plane { point: Vector3::zeros(), normal: Vector3::z() })
+        WatchedPair::new(Shapes::Refined)
     }
 
     fn overlap(depth: f64) -> Overlap {

@@ -24,7 +24,7 @@ use crate::error::AdaptiveError;
 use crate::paper::fine_modes::FineModes;
 use crate::record::ZoneSite;
 use crate::spec::unsupported::Unsupported;
-use crate::spec::{LowModes, Target, Treatment};
+use crate::spec::{InterfaceModes, LowModes};
 use crate::store::{ModelKey, StoredModel, matrix, matrix_values};
 use crate::system::body::{BodyModel, FlexibleModel};
 use crate::system::rigid_surface::RigidSurface;
@@ -312,12 +312,11 @@ impl AdaptiveContact {
         let stiffness: Vec<f64> = frequencies.collect();
         let own = damping(&elastic.body.settings().damping, &stiffness, stiffness.len())
             .map_err(|source| AdaptiveError::Reduction { body: body.name.clone(), source })?;
-        let all = match self.law.treatment {
-            Treatment::Damped => {
-                let omega: Vec<f64> = stiffness.iter().map(|k| k.sqrt()).collect();
-                with_critical(own, &omega, n_low)
-            }
-            _ => own,
+        let all = if self.law.treatment.interface_modes() == Some(InterfaceModes::Damped) {
+            let omega: Vec<f64> = stiffness.iter().map(|k| k.sqrt()).collect();
+            with_critical(own, &omega, n_low)
+        } else {
+            own
         };
         let damping = match all {
             ModalDamping::None => vec![0.0; modes.omega.len()],
@@ -330,7 +329,7 @@ impl AdaptiveContact {
 
     /// The target with its surface, if it is a rigid body.
     fn rigid_target<'a>(&self, bodies: &'a [BodyModel]) -> Option<(usize, &'a RigidSurface)> {
-        let Target::Body(body) = self.target else { return None };
+        let body = self.target.body()?;
         Some((body, bodies[body].rigid_surface()?))
     }
 
@@ -353,7 +352,7 @@ impl AdaptiveContact {
         if smooth_side(own, other).is_none() {
             return Ok((element, 0.0));
         }
-        let found = element.smallest_gap(Motion::new(0.0, states));
+        let found = element.meeting(Motion::new(0.0, states)).gap;
         let smooth = smooth_side(own, other).filter(|_| found.is_finite());
         let Some((outward, side)) = smooth else { return Ok((element, 0.0)) };
         let offset = found - gap;

@@ -109,12 +109,14 @@ impl LocalDeformation {
             let lasting = self.lasting.iter().filter(|p| loads_interface(i) && force.acts_on(p.body));
             let mut loaded = None;
             for p in refined.iter().chain(lasting) {
-                if loaded != Some((p.body, p.rows.len())) {
+                let of = Some((p.body, p.rows.len()));
+                if loaded != of {
                     self.forces.resize(p.rows.len(), 0.0);
-                    contact.interface_force(p.body, &mut self.forces);
-                    loaded = Some((p.body, p.rows.len()));
+                    loaded = of.filter(|_| contact.interface_force(p.body, &mut self.forces));
                 }
-                self.present.add(p, &self.forces);
+                if loaded.is_some() {
+                    self.present.add(p, &self.forces);
+                }
             }
         }
         self.differentiate(t);

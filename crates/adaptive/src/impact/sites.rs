@@ -15,7 +15,6 @@ use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::body::fine::refined::ELEMENTS;
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::record::{TargetPlace, ZoneSite, ZoneSize};
-use crate::spec::Target;
 use crate::state::ImpactHistory;
 use crate::system::body::BodyModel;
 use crate::system::whole_surface::resolved_penalty;
@@ -82,11 +81,8 @@ impl AdaptiveContact {
         states: &'a [BodyState],
     ) -> Option<(Moved<'a>, Option<Moved<'a>>)> {
         let of = |body: usize| Some((bodies[body].undeformed()?, &states[body]));
-        let other = match self.target {
-            Target::Plane { .. } => None,
-            Target::Body(other) => Some(of(other)?),
-        };
-        Some((of(self.body)?, other))
+        let other = self.target.try_map(|other| of(other).ok_or(())).ok()?;
+        Some((of(self.body)?, other.body()))
     }
 
     /// Where the zones lie: the whole surfaces if an edge or flat faces touch, else about the
@@ -146,8 +142,7 @@ impl AdaptiveContact {
             return ZoneSite { meets: Some(meets), ..site };
         }
         let is_bent = || body.height_between_points() > MISSED_SURFACE * self.detector.size();
-        let is_on_plane = matches!(self.target, Target::Plane { .. });
-        if is_on_plane && !is_bent() {
+        if self.target.body().is_none() && !is_bent() {
             return ZoneSite::WHOLE;
         }
         zone_site(&nearest.contact, ZoneSize::Whole)

@@ -11,11 +11,11 @@ use contact_qs::search::SurfaceSite;
 
 use super::{AdaptiveContact, WIDEST, flexible};
 use crate::error::AdaptiveError;
-use crate::spec::{Place, Target};
+use crate::spec::Place;
 use crate::system::body::{BodyModel, FlexibleModel};
 use crate::touch::detection::{Nearest, Search};
 use crate::touch::hertz::local_surface::{SurfaceView, plane_compliance};
-use crate::touch::hertz::preview::{HertzPoint, PointImpact};
+use crate::touch::hertz::preview::{HertzPoint, StandIn};
 use crate::touch::hertz::{
     HertzLaw, HertzPrediction, ImpactLaw, LineLaw, LocalSurface, StraightLine, half_extents, hertz_impact,
     interval_width, inverse_effective_mass, widths_along,
@@ -127,21 +127,16 @@ impl AdaptiveContact {
         };
         let curvature = own.surface.in_plane() + other.surface.in_plane();
         // A thin target yields more under the same force.
-        let share = match self.target {
-            Target::Body(target) => {
-                let of_target = bodies[target].flexible().and_then(thickness);
-                own_thickness / of_target.unwrap_or(own_thickness)
-            }
-            Target::Plane { .. } => 1.0,
-        };
+        let of_target = self.target.body().and_then(|target| bodies[target].flexible().and_then(thickness));
+        let share = own_thickness / of_target.unwrap_or(own_thickness);
         let compliance = own.surface.compliance + share * other.surface.compliance;
         LineLaw::new(curvature, compliance, body.body.size(), own_thickness).map(ImpactLaw::Line)
     }
 
     fn partners(&self, bodies: &[BodyModel], states: &[BodyState], nearest: &Nearest) -> Option<Partners> {
         let own = Partner::new(self.body, bodies, states, &nearest.contact)?;
-        let other = match (self.target, &nearest.target) {
-            (Target::Body(other), Some(site)) => Partner::new(other, bodies, states, site)?,
+        let other = match (self.target.body(), &nearest.target) {
+            (Some(other), Some(site)) => Partner::new(other, bodies, states, site)?,
             _ => Partner::fixed(&nearest.normal, &nearest.contact.point),
         };
         // The line between touching points has no direction, their surfaces have one.
@@ -160,7 +155,7 @@ impl AdaptiveContact {
         (bodies, is_touching): (&[BodyModel], bool),
         states: &[BodyState],
         search: &mut Search,
-    ) -> Result<Option<PointImpact>, AdaptiveError> {
+    ) -> Result<Option<StandIn>, AdaptiveError> {
         if self.law.interval.width.is_some() {
             return Ok(None);
         }
@@ -174,7 +169,7 @@ impl AdaptiveContact {
         };
         let Some(law) = self.impact_law(bodies, &own, &other) else { return Ok(None) };
         let gap = if is_touching { 0.0 } else { nearest.gap.max(0.0) };
-        Ok(Some(PointImpact::new(own.point, other.point, normal, law, states, gap)))
+        Ok(Some(StandIn::preview(own.point, other.point, normal, law, states, gap)))
     }
 }
 

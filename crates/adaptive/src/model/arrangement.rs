@@ -9,7 +9,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use super::BodyModel;
 use crate::error::AdaptiveError;
 use crate::sizing::zone::{PredictedZone, predicted_zone};
-use crate::spec::{Attachment, ContactLaw, ContactSpec, JointSpec, Place, RunSpec, Target};
+use crate::spec::{Attachment, ContactSpec, JointSpec, Place, RunSpec, Target};
 use crate::surface::SurfacePlace;
 use crate::system::start::{poses, rigid_models};
 use crate::touch::first::FirstTouches;
@@ -106,6 +106,30 @@ pub struct PlacedTouch {
     pub zone: Option<PredictedZone>,
 }
 
+impl PlacedTouch {
+    /// Where the bodies of `contact` are nearest, and what its first touch is going to be; `None`
+    /// where a body has no surface to touch, and by Hertz's law.
+    pub fn new(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Option<Self> {
+        contact.law.surface()?;
+        let at = |body: usize, site: &SurfacePlace| {
+            let (pose, motion) = (&touches.poses[body], touches.spec.bodies[body].kind.motion());
+            pose.position + pose.rotation * motion.in_space(&site.point)
+        };
+        let sites = touches.at_start(contact)?.ok()?;
+        let on_body = at(contact.body, &sites.contact_body);
+        let (on_target, normal) = match contact.target {
+            Target::Body(other) => {
+                let on_target = at(other, &sites.target?);
+                let apart = on_body - on_target;
+                let is_apart = apart.norm() > f64::MIN_POSITIVE.sqrt();
+                (on_target, if is_apart { apart.normalize() } else { Vector3::zeros() })
+            }
+            Target::Plane(plane) => (plane.foot(&on_body), plane.normal.into_inner()),
+        };
+        Some(Self { on_body, on_target, normal, zone: predicted_zone(touches, contact) })
+    }
+}
+
 /// Bodies, joints and loads in space at the start.
 #[derive(Debug, Clone)]
 pub struct Arrangement {
@@ -156,34 +180,6 @@ impl Arrangement {
         let point = |p: &crate::spec::PointSpec| in_space(&bodies[p.body], &poses[p.body], &p.place);
         let points = spec.points.iter().map(point).collect::<Result<_, AdaptiveError>>()?;
         Ok(Self { poses, joints, loads, points })
-    }
-
-    /// Where the bodies of `contact` are nearest, and what its first touch is going to be; `None`
-    /// where a body has no surface to touch.
-    pub fn touch(&self, spec: &RunSpec, contact: &ContactSpec) -> Option<PlacedTouch> {
-        let at = |body: usize, site: &SurfacePlace| {
-            let point = spec.bodies[body].kind.motion().in_space(&site.point);
-            self.poses[body].position + self.poses[body].rotation * point
-        };
-        let first = FirstTouches::new(spec, &self.poses);
-        let sites = match &contact.law {
-            ContactLaw::Surface(_) => first.at_start(contact)?.ok()?,
-            ContactLaw::Hertz { .. } => return None,
-        };
-        let on_body = at(contact.body, &sites.contact_body);
-        let (on_target, normal) = match (contact.target, &sites.target) {
-            (Target::Body(other), Some(site)) => {
-                let on_target = at(other, site);
-                let apart = on_body - on_target;
-                let is_apart = apart.norm() > f64::MIN_POSITIVE.sqrt();
-                (on_target, if is_apart { apart.normalize() } else { Vector3::zeros() })
-            }
-            (Target::Plane { point, normal }, _) => {
-                (on_body - normal * (on_body - point).dot(&normal), normal)
-            }
-            (Target::Body(_), None) => return None,
-        };
-        Some(PlacedTouch { on_body, on_target, normal, zone: predicted_zone(&first, contact) })
     }
 }
 

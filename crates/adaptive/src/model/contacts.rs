@@ -2,93 +2,62 @@
 
 use contact_qs::ContactError;
 use contact_qs::contact_element::ActiveContact;
-use contact_qs::plane::Plane;
-use contact_qs::{HertzContact, PressureRecovery};
+use contact_qs::{Detector, HertzContact, PressureRecovery};
 use ffr_dynamics::force::BodyState;
 use ffr_dynamics::force::active::Active;
-use nalgebra::{Unit, Vector3};
+use nalgebra::Vector3;
 
 use super::default_penalty::{self, Side};
-use super::facts::sphere;
-use super::plan::{ContactPlan, request, requests};
-use super::{BodyModel, ContactModel};
+use super::facts::spheres;
+use super::{BodyModel, ContactFacts};
 use crate::body::FullModel;
 use crate::body::loads::StaticLoads;
-use crate::body::reduced::{Interface, InterfaceModes};
+use crate::body::reduced::Interface;
 use crate::body::zone::ContactZone;
 use crate::body::zone::at_start::{LineOnBody, StartZone, wanted_refinement};
 use crate::body::zone::contact::ZoneContact;
 use crate::body::zone::on_mesh::zone_on_mesh;
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::impact::AdaptiveContact;
+use crate::prepared::{PlannedContact, Prepared};
 use crate::sizing::zone::{predicted_line, predicted_zone};
 use crate::spec::unsupported::Unsupported;
 use crate::spec::{
-    ContactLaw, ContactSpec, FlexibleSpec, HertzSpec, ReductionSpec, RefinementSpec, RunSpec, SurfaceLaw,
-    Target, Treatment,
+    ContactSpec, FlexibleSpec, InterfaceModes, ReductionSpec, RefinementSpec, SurfaceLaw, Target,
 };
 use crate::state::simulation::RunContact;
 use crate::store::ModelCache;
 use crate::surface::{MeshSurface, SurfacePlace};
-use crate::touch::detection::InactiveContact;
-use crate::touch::first::FirstTouches;
-
-/// A contact ready for the system.
-pub struct BuiltContact {
-    /// The force element.
-    pub element: RunContact,
-    /// The parts of it that do not change in the run.
-    pub model: ContactModel,
-}
-
-impl BuiltContact {
-    /// Checks that the contact can work in the motion of its body at the start.
-    ///
-    /// # Errors
-    /// [`AdaptiveError::Contact`] if it cannot.
-    pub fn check_start(&self, state: &BodyState) -> Result<(), AdaptiveError> {
-        let outcome = self.element.contact.check_orientation(&state.rotation);
-        outcome.map_err(|source| AdaptiveError::Contact { contact: self.model.name.clone(), source })
-    }
-}
+use crate::touch::hertz::preview::StandIn;
 
 /// The contacts that the program refines, with their indices.
 ///
 /// # Errors
 /// [`AdaptiveError`] if a body has no elastic surface.
 pub fn adaptive_contacts(
-    spec: &RunSpec,
-    plans: &[ContactPlan],
+    run: &Prepared<'_>,
     bodies: &[BodyModel],
     cache: &ModelCache,
 ) -> Result<Vec<(usize, AdaptiveContact)>, AdaptiveError> {
-    let is_refined = |i: usize| plans[i] == ContactPlan::AtTouch;
-    let takes_part = |i: usize| {
-        let mut contacts = spec.contacts.iter().enumerate();
-        contacts.any(|(k, c)| is_refined(k) && c.acts_on(i))
+    let refined = || run.contacts().enumerate().filter_map(|(i, c)| Some((i, c.spec, c.at_touch()?)));
+    let surface = |(i, body): (usize, &BodyModel)| {
+        if refined().any(|(_, contact, _)| contact.acts_on(i)) { body.surface() } else { Ok(None) }
     };
-    let surface = |(i, body): (usize, &BodyModel)| if takes_part(i) { body.surface() } else { Ok(None) };
     let surfaces = bodies.iter().enumerate().map(surface).collect::<Result<Vec<_>, AdaptiveError>>()?;
-    let refined = spec.contacts.iter().enumerate().filter(|(i, _)| is_refined(*i));
-    let adaptive = |(i, contact): (usize, &ContactSpec)| {
-        let adaptive = AdaptiveContact::new(contact, contact.law.surface()?, (bodies, &surfaces), cache);
-        Some(adaptive.map(|adaptive| (i, adaptive)))
+    let adaptive = |(i, contact, law): (usize, &ContactSpec, &SurfaceLaw)| {
+        AdaptiveContact::new(contact, law, (bodies, &surfaces), cache).map(|adaptive| (i, adaptive))
     };
-    refined.filter_map(adaptive).collect()
+    refined().map(adaptive).collect()
 }
 
-/// Refinements that the contacts of body `index` ask for.
+/// Refinements that the contacts of body `index` ask for, if that is of splines.
 ///
 /// # Errors
 /// See [`wanted_refinement`].
-pub fn refinements(
-    spec: &RunSpec,
-    plans: &[ContactPlan],
-    index: usize,
-) -> Result<Vec<RefinementSpec>, AdaptiveError> {
-    let wanted =
-        requests(spec, plans, index).map(|r| wanted_refinement(&r)).collect::<Result<Vec<_>, _>>()?;
-    Ok(wanted.into_iter().flatten().collect())
+pub fn refinements(run: &Prepared<'_>, index: usize) -> Result<Vec<RefinementSpec>, AdaptiveError> {
+    let contacts = run.contacts().filter(|_| run.spec().bodies[index].kind.is_meshed_here());
+    let wanted = contacts.flat_map(|contact| contact.requests(index)).map(|r| wanted_refinement(&r));
+    Ok(wanted.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
 }
 
 /// Zones of a contact.
@@ -114,32 +83,24 @@ impl Zones {
 ///
 /// # Errors
 /// See [`crate::body::zone::at_start::ZoneRequest::zone`].
-pub fn zones(
-    first: &FirstTouches<'_>,
-    plans: &[ContactPlan],
-    full: &[FullModel<'_>],
-) -> Result<Vec<Option<Zones>>, AdaptiveError> {
-    let of = |(contact, plan): (&ContactSpec, &ContactPlan)| {
-        check_line(first, contact, plan)?;
-        let (Some(law), ContactPlan::FromStart(sites)) = (contact.law.surface(), plan) else {
-            return Ok(None);
-        };
+pub fn zones(run: &Prepared<'_>, full: &[FullModel<'_>]) -> Result<Vec<Option<Zones>>, AdaptiveError> {
+    let of = |planned: PlannedContact<'_>| {
+        check_line(run, planned)?;
+        let (contact, Some((_, sites))) = (planned.spec, planned.from_start()) else { return Ok(None) };
         let zone = |body: usize, site: SurfacePlace| {
             let FullModel::Flexible(full) = &full[body] else { return Err(no_surface(contact)) };
-            let zone = start_zone(first, contact, law, body, site, |wanted| full.zone_at_start(wanted))?;
+            let zone = start_zone(run, planned, body, site, |wanted| full.zone_at_start(wanted));
+            let zone = zone.unwrap_or_else(|| Err(no_surface(contact)))?;
             let other = contact.bodies().find(|other| *other != body);
-            let thickness = |body: usize| first.spec.bodies[body].kind.thickness();
+            let thickness = |body: usize| run.spec().bodies[body].kind.thickness();
             Ok(zone.over_both(thickness(body), other.and_then(thickness)))
         };
-        let own = zone(contact.body, sites.contact_body)?;
-        let target = match (contact.target, sites.target) {
-            (Target::Body(other), _) if is_rigid(&full[other]) => None,
-            (Target::Body(other), Some(site)) => Some(zone(other, site)?),
-            _ => None,
-        };
-        Ok(Some(Zones { contact_body: own, target }))
+        let contact_body = zone(contact.body, sites.contact_body)?;
+        let target = contact.target.body().filter(|other| !is_rigid(&full[*other])).zip(sites.target);
+        let target = target.map(|(other, site)| zone(other, site)).transpose()?;
+        Ok(Some(Zones { contact_body, target }))
     };
-    first.spec.contacts.iter().zip(plans).map(of).collect()
+    run.contacts().map(of).collect()
 }
 
 /// The error of `contact` for a body that has no surface.
@@ -148,16 +109,16 @@ fn no_surface(contact: &ContactSpec) -> AdaptiveError {
     AdaptiveError::Contact { contact: contact.name.clone(), source }
 }
 
-/// Calls `make` with the zone that `contact` is to have from the start on the body of index `body`,
-/// about its place `site`.
+/// What `make` makes of the zone that the contact `planned` is to have from the start on the body of
+/// index `body`, about its place `site`; none by Hertz's law.
 fn start_zone<T>(
-    first: &FirstTouches<'_>,
-    contact: &ContactSpec,
-    law: &SurfaceLaw,
+    run: &Prepared<'_>,
+    planned: PlannedContact<'_>,
     body: usize,
     site: SurfacePlace,
     make: impl FnOnce(&StartZone<'_>) -> T,
-) -> T {
+) -> Option<T> {
+    let (first, contact) = (&run.touches, planned.spec);
     let touch = first.of(contact);
     let pose = touch.as_ref().map_or(&first.poses[body], |touch| &touch.poses[body]);
     let in_body = |v: &Vector3<f64>| pose.rotation.inverse_transform_vector(v);
@@ -168,34 +129,26 @@ fn start_zone<T>(
         Some(LineOnBody { half_width: line.half_width, width: line.width, across, outward })
     };
     let width = || predicted_zone(first, contact).map(|zone| zone.width);
-    make(&StartZone { request: request(contact, law, site), width: &width, line: &line })
+    Some(make(&StartZone { request: planned.request(site)?, width: &width, line: &line }))
 }
 
 /// Refuses contacts along a line with a mesh for which no zones can be made that are strips along
 /// the line: contacts that are refined at the touch, and contacts with a partner of splines.
-fn check_line(
-    first: &FirstTouches<'_>,
-    contact: &ContactSpec,
-    plan: &ContactPlan,
-) -> Result<(), AdaptiveError> {
-    let spec = first.spec;
+fn check_line(run: &Prepared<'_>, planned: PlannedContact<'_>) -> Result<(), AdaptiveError> {
+    let contact = planned.spec;
     let Some(law) = contact.law.surface() else { return Ok(()) };
-    let bodies = || contact.bodies().map(|body| &spec.bodies[body]);
+    let bodies = || contact.bodies().map(|body| &run.spec().bodies[body]);
     let mesh = bodies().find(|body| body.kind.brings_mesh());
-    let Some(mesh) = mesh.filter(|_| law.treatment != Treatment::Coarse) else { return Ok(()) };
-    let Some(line) = predicted_line(first, contact) else { return Ok(()) };
-    if *plan == ContactPlan::AtTouch {
-        let fault = ContactModelFault::RefinedLine { body: mesh.name.clone(), width: 2.0 * line.half_width };
-        return Err(AdaptiveError::ContactModel { contact: contact.name.clone(), fault });
-    }
-    match bodies().find(|body| body.kind.is_meshed_here()) {
-        Some(body) => {
-            let (contact, fault) =
-                (contact.name.clone(), ContactModelFault::LineOfSplines { body: body.name.clone() });
-            Err(AdaptiveError::ContactModel { contact, fault })
-        }
-        None => Ok(()),
-    }
+    let Some(mesh) = mesh.filter(|_| law.treatment.has_fine_zone()) else { return Ok(()) };
+    let Some(line) = predicted_line(&run.touches, contact) else { return Ok(()) };
+    let fault = if planned.at_touch().is_some() {
+        ContactModelFault::RefinedLine { body: mesh.name.clone(), width: 2.0 * line.half_width }
+    } else if let Some(body) = bodies().find(|body| body.kind.is_meshed_here()) {
+        ContactModelFault::LineOfSplines { body: body.name.clone() }
+    } else {
+        return Ok(());
+    };
+    Err(AdaptiveError::ContactModel { contact: contact.name.clone(), fault })
 }
 
 /// Checks the contacts of meshes: that those with one model for the whole run find their zones, and
@@ -203,17 +156,16 @@ fn check_line(
 ///
 /// # Errors
 /// As [`zone_on_mesh`]; [`AdaptiveError::ContactModel`] for a line that no strip of sides follows.
-pub fn check_mesh_zones(first: &FirstTouches<'_>, plans: &[ContactPlan]) -> Result<(), AdaptiveError> {
-    let spec = first.spec;
-    for (contact, plan) in spec.contacts.iter().zip(plans) {
-        check_line(first, contact, plan)?;
-        let (Some(law), ContactPlan::FromStart(sites)) = (contact.law.surface(), plan) else { continue };
-        for (body, site) in contact.bodies().zip([Some(sites.contact_body), sites.target]) {
-            let Some(site) = site else { continue };
-            if let Some(mesh) = spec.bodies[body].kind.meshed() {
-                let (name, surface) = (&spec.bodies[body].name, MeshSurface::of(&mesh.mesh));
-                let wanted = |wanted: &StartZone<'_>| zone_on_mesh(name, &surface, wanted).map(|_| ());
-                start_zone(first, contact, law, body, site, wanted)?;
+pub fn check_mesh_zones(run: &Prepared<'_>) -> Result<(), AdaptiveError> {
+    for planned in run.contacts() {
+        check_line(run, planned)?;
+        let (bodies, Some((_, sites))) = (planned.spec.bodies(), planned.from_start()) else { continue };
+        for (body, site) in bodies.zip([Some(sites.contact_body), sites.target]) {
+            let spec = &run.spec().bodies[body];
+            if let (Some(site), Some(mesh)) = (site, spec.kind.meshed()) {
+                let surface = MeshSurface::of(&mesh.mesh);
+                let wanted = |wanted: &StartZone<'_>| zone_on_mesh(&spec.name, &surface, wanted).map(|_| ());
+                start_zone(run, planned, body, site, wanted).unwrap_or(Ok(()))?;
             }
         }
     }
@@ -230,112 +182,97 @@ fn is_rigid(body: &FullModel<'_>) -> bool {
 /// # Errors
 /// [`AdaptiveError::Unsupported`] if contacts on one body want different things of its modes, or a reduction does not fit.
 pub fn interfaces(
-    spec: &RunSpec,
+    run: &Prepared<'_>,
     zones: &[Option<Zones>],
     turns: &[Vec<Vector3<f64>>],
 ) -> Result<Vec<Interface>, AdaptiveError> {
+    let spec = run.spec();
     let of_body = |b: usize| {
-        let mut interface = interface_of(spec, b, zones)?;
-        interface.unknowns.sort_unstable();
-        interface.unknowns.dedup();
-        if spec.bodies[b].kind.flexible().is_some_and(FlexibleSpec::has_static_answers) {
-            interface.loads = StaticLoads::on_body(spec, b, &turns[b]);
-        }
-        Ok(interface)
+        let modes = interface_modes(run, b)?;
+        let with_interface = |(c, _): &(PlannedContact<'_>, _)| added_modes(*c).is_some();
+        let contacts = run.contacts().zip(zones).filter(with_interface);
+        let zones = contacts.filter_map(|(c, zones)| zones.as_ref()?.on(c.spec, b));
+        let mut unknowns: Vec<usize> = zones.flat_map(|zone| zone.unknowns.iter().copied()).collect();
+        unknowns.sort_unstable();
+        unknowns.dedup();
+        let has_answers = spec.bodies[b].kind.flexible().is_some_and(FlexibleSpec::has_static_answers);
+        let loads =
+            if has_answers { StaticLoads::on_body(spec, b, &turns[b]) } else { StaticLoads::default() };
+        Ok(Interface { unknowns, modes, loads })
     };
     (0..spec.bodies.len()).map(of_body).collect()
 }
 
-/// The interface that the contacts of body `index` need in its reduction. Coarse and adaptive
-/// contacts need none: low-frequency modes are enough for them.
-fn interface_of(spec: &RunSpec, index: usize, zones: &[Option<Zones>]) -> Result<Interface, AdaptiveError> {
-    let body = &spec.bodies[index];
-    let mut modes: Option<InterfaceModes> = None;
-    let mut unknowns = Vec::new();
-    let unsupported = |what| Err(AdaptiveError::unsupported_body(&body.name, what));
-    for (contact, zones) in spec.contacts.iter().zip(zones) {
-        let (Some(zones), Some(law)) = (zones, contact.law.surface()) else { continue };
-        let Some(zone) = zones.on(contact, index) else { continue };
-        let wanted = match law.treatment {
-            Treatment::Quasistatic => InterfaceModes::Quasistatic,
-            Treatment::Damped => InterfaceModes::Damped,
-            Treatment::Dynamic => InterfaceModes::Dynamic,
-            Treatment::Adaptive | Treatment::Coarse => continue,
-        };
-        if let Some(other) = modes.filter(|m| *m != wanted) {
-            return unsupported(Unsupported::MixedContacts { models: [other.name(), wanted.name()] });
-        }
-        modes = Some(wanted);
-        unknowns.extend(&zone.unknowns);
-    }
-    let modes = modes.unwrap_or_default();
-    let needs_bounds = modes != InterfaceModes::Dynamic;
-    let flexible = body.kind.flexible().filter(|_| body.kind.has_elements());
-    if needs_bounds && !matches!(flexible.map(|f| f.reduction), Some(ReductionSpec::CraigBampton { .. })) {
-        return unsupported(Unsupported::NoInterfaceModes { model: modes.name() });
-    }
-    let has_others = !unknowns.is_empty() && modes != InterfaceModes::Quasistatic;
-    let is_refined = |c: &ContactSpec, zones: &Option<Zones>| {
-        zones.is_none() && c.law.surface().is_some() && c.acts_on(index)
-    };
-    if has_others && spec.contacts.iter().zip(zones).any(|(c, z)| is_refined(c, z)) {
-        return unsupported(Unsupported::MixedWithRefined { model: modes.name() });
-    }
-    Ok(Interface { unknowns, modes, loads: StaticLoads::default() })
+/// The modes that a contact adds to bodies by zones that it has from the start.
+fn added_modes(contact: PlannedContact<'_>) -> Option<InterfaceModes> {
+    contact.from_start()?.0.treatment.interface_modes()
 }
 
-/// The force element of a contact, `poses` being the motions at the start.
+/// The modes of the interface that the contacts of body `index` need in its reduction. Coarse and
+/// adaptive contacts need none: low-frequency modes are enough for them.
+///
+/// # Errors
+/// [`AdaptiveError::Unsupported`] if contacts want different ones, or the reduction does not fit.
+pub fn interface_modes(run: &Prepared<'_>, index: usize) -> Result<InterfaceModes, AdaptiveError> {
+    let body = &run.spec().bodies[index];
+    let unsupported = |what| Err(AdaptiveError::unsupported_body(&body.name, what));
+    let Some(flexible) = body.kind.flexible().filter(|_| body.kind.has_elements()) else {
+        return Ok(InterfaceModes::default());
+    };
+    let on_body = || run.contacts().filter(|contact| contact.spec.acts_on(index));
+    let mut wanted = on_body().filter_map(added_modes);
+    let Some(modes) = wanted.next() else { return Ok(InterfaceModes::default()) };
+    if let Some(other) = wanted.find(|other| *other != modes) {
+        return unsupported(Unsupported::MixedContacts { models: [modes.name(), other.name()] });
+    }
+    if modes.need_bounds() && !matches!(flexible.reduction, ReductionSpec::CraigBampton { .. }) {
+        return unsupported(Unsupported::NoInterfaceModes { model: modes.name() });
+    }
+    if modes != InterfaceModes::Quasistatic && on_body().any(|contact| contact.at_touch().is_some()) {
+        return unsupported(Unsupported::MixedWithRefined { model: modes.name() });
+    }
+    Ok(modes)
+}
+
+/// The force element of a contact and its facts.
 ///
 /// # Errors
 /// [`AdaptiveError::Contact`] if its values make no contact.
 pub fn build_contact(
-    run: &RunSpec,
-    spec: &ContactSpec,
-    plan: &ContactPlan,
+    run: &Prepared<'_>,
+    planned: PlannedContact<'_>,
     zones: Option<&Zones>,
     bodies: &[BodyModel],
-    poses: &[BodyState],
-) -> Result<BuiltContact, AdaptiveError> {
+) -> Result<(RunContact, ContactFacts), AdaptiveError> {
+    let (spec, poses) = (planned.spec, &run.touches.poses);
     let fail = |source| AdaptiveError::Contact { contact: spec.name.clone(), source };
-    let without_model = |fault| AdaptiveError::ContactModel { contact: spec.name.clone(), fault };
     let flexible = |body: usize| bodies[body].flexible();
-    let size = flexible(spec.body).map_or(0.0, |e| e.body.size());
-    let (element, width, size): (Box<dyn ActiveContact>, _, _) = match (&spec.law, spec.target, zones) {
-        (ContactLaw::Surface(_), target, _) if *plan == ContactPlan::AtTouch => {
-            (Box::new(Active::new(InactiveContact::new(spec.body, target.body()))), 0.0, size)
-        }
-        (ContactLaw::Surface(law), target, Some(zones)) => {
+    let mut size = flexible(spec.body).map_or(0.0, |e| e.body.size());
+    let element: Box<dyn ActiveContact> = match (spec.law.surface(), zones) {
+        (Some(law), Some(zones)) => {
             let side = |body: usize, zone| Some(Side { body, model: flexible(body)?, zone });
-            let own = side(spec.body, &zones.contact_body);
-            let own =
-                own.ok_or_else(|| without_model(ContactModelFault::Settings("the contact body is rigid")))?;
-            let other = target.body().zip(zones.target.as_ref()).and_then(|(body, zone)| side(body, zone));
-            let contact = zone_contact(law, target, own, other, bodies, poses).map_err(fail)?;
-            (contact, zones.contact_body.widths[0], size)
+            let own = side(spec.body, &zones.contact_body).ok_or_else(|| no_surface(spec))?;
+            let target = spec.target.body().zip(zones.target.as_ref());
+            let other = target.and_then(|(body, zone)| side(body, zone));
+            zone_contact(law, spec.target, own, other, bodies, poses).map_err(fail)?
         }
-        (ContactLaw::Hertz(law), ..) => {
-            let contact = hertz_contact(spec, law, bodies)?;
-            let size = contact.size();
-            (Box::new(Active::new(contact)), 0.0, size)
-        }
-        _ => {
-            let fault = ContactModelFault::Settings("law and target do not fit each other");
-            return Err(without_model(fault));
+        (Some(_), None) => Box::new(Active::new(StandIn::inactive((spec.body, spec.target.body())))),
+        (None, _) => {
+            let contact = hertz_contact(spec, bodies)?;
+            size = contact.size();
+            Box::new(Active::new(contact))
         }
     };
-    let model = ContactModel::new(run, spec, bodies, size, zones.map(|_| width))?;
+    let width = zones.map(|zones| zones.contact_body.widths[0]);
+    let facts = ContactFacts::new(run.spec(), spec, bodies, size, width)?;
     let recovery = zones.map(|zones| PressureRecovery::new(&zones.contact_body.points));
-    Ok(BuiltContact { element: RunContact::new(element).with_pressures(recovery), model })
+    Ok((RunContact::new(element).with_pressures(recovery), facts))
 }
 
 /// The force element of a contact by Hertz's law.
-fn hertz_contact(
-    spec: &ContactSpec,
-    law: &HertzSpec,
-    bodies: &[BodyModel],
-) -> Result<HertzContact, AdaptiveError> {
+fn hertz_contact(spec: &ContactSpec, bodies: &[BodyModel]) -> Result<HertzContact, AdaptiveError> {
+    let Some(law) = spec.law.hertz() else { return Err(no_surface(spec)) };
     let fail = |source| AdaptiveError::Contact { contact: spec.name.clone(), source };
-    let plane = |point, normal| Plane { point, normal: Unit::new_normalize(normal) };
     let surface = |body: usize| {
         let none = || {
             let what = Unsupported::NoSurface { body: bodies[body].name.clone() };
@@ -343,22 +280,10 @@ fn hertz_contact(
         };
         bodies[body].surface()?.ok_or_else(none)
     };
-    let [own, other] = law.solids();
-    let contact = match (law.spheres(spec.target), spec.target) {
-        (Some((ball, _)), Target::Plane { point, normal }) => {
-            HertzContact::with_plane(sphere(spec.body, ball, bodies)?, plane(point, normal), other)
-        }
-        (Some((ball, Some(facing))), Target::Body(target)) => {
-            HertzContact::with_sphere(sphere(spec.body, ball, bodies)?, sphere(target, facing, bodies)?)
-        }
-        (_, Target::Plane { point, normal }) => {
-            let plane = plane(point, normal);
-            HertzContact::of_surface_and_plane(spec.body, surface(spec.body)?, plane, [own, other])
-        }
-        (_, Target::Body(target)) => {
-            let models = [surface(spec.body)?, surface(target)?];
-            HertzContact::of_surfaces([spec.body, target], models, [own, other])
-        }
+    let solids = law.solids();
+    let contact = match spheres(spec, bodies)? {
+        Some((own, target)) => HertzContact::of_spheres(own, target, solids[1]),
+        None => HertzContact::of_surfaces(Detector::of(spec.body, spec.target, surface)?, solids),
     };
     contact.and_then(|contact| contact.with_friction(law.friction)).map_err(fail)
 }
@@ -378,7 +303,11 @@ fn zone_contact(
         (Some(side), _) => Some(side.of_contact(law)),
         (None, rigid) => rigid.map(|(body, surface)| surface.side(body, false)),
     };
-    let mut contact = ZoneContact::new(law, target, &own.of_contact(law), on_target.as_ref())?.active();
+    let contact = ZoneContact::new(law, target, &own.of_contact(law), on_target.as_ref())?;
+    if let ZoneContact::Plane(plane) = &contact {
+        plane.check_alignment(&poses[own.body].rotation)?;
+    }
+    let mut contact = contact.active();
     if law.penalty.is_none() {
         let sides: Vec<Side<'_>> = [Some(own), other].into_iter().flatten().collect();
         default_penalty::set(contact.as_mut(), law, &sides, bodies, poses)?;

@@ -4,16 +4,15 @@ use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::reduction::Pencil;
 
 use super::contacts::{interfaces, zones};
-use super::plan::{self, ContactPlan};
 use super::{full_models, resolution};
 use crate::body::FullModel;
 use crate::body::whole::fine_model;
 use crate::error::AdaptiveError;
+use crate::prepared::{Prepared, is_whole};
 use crate::record::ZoneSite;
 use crate::record::ZoneSize;
 use crate::sizing::zone::predicted_zone;
-use crate::spec::{ContactSpec, ImportedSpec, RunSpec, SurfaceLaw};
-use crate::surface::SurfacePlace;
+use crate::spec::{ContactSpec, ImportedSpec, SurfaceLaw};
 use crate::system::start;
 use crate::touch::first::FirstTouches;
 
@@ -46,7 +45,7 @@ pub struct ModelCost {
     pub work: f64,
 }
 
-/// Models of all elastic bodies of `spec`, with the zones that contacts have from the start, and
+/// Models of all elastic bodies of a run, with the zones that contacts have from the start, and
 /// the fine models that the first touch of each contact is predicted to need.
 ///
 /// Hertz's theory and the first touch in free flight predict zone and place of a touch, as in
@@ -55,35 +54,24 @@ pub struct ModelCost {
 ///
 /// # Errors
 /// [`AdaptiveError`] with the body's name if a mesh cannot be made, no memory holds a factor, or the motions at the start are not known.
-pub fn costs(spec: &RunSpec) -> Result<Vec<ModelCost>, AdaptiveError> {
-    let poses = start::poses(spec)?;
-    let first = FirstTouches::new(spec, &poses);
-    let plans = plan::plans(&first)?;
-    let refined = resolution::refined(spec, &plans);
-    let spec = refined.as_ref();
-    let first = first.with_sizes(spec);
-    let full = full_models(spec, &plans)?;
-    let interfaces = interfaces(spec, &zones(&first, &plans, &full)?, &start::turns(spec)?)?;
+pub fn costs(run: Prepared<'_>) -> Result<Vec<ModelCost>, AdaptiveError> {
+    let refined = resolution::refined(&run);
+    let run = run.refined(refined.as_ref());
+    let full = full_models(&run)?;
+    let interfaces = interfaces(&run, &zones(&run, &full)?, &start::turns(run.spec())?)?;
     let mut costs = Vec::new();
     for (index, (full, interface)) in full.iter().zip(&interfaces).enumerate() {
-        let contacts = spec.contacts.iter().zip(&plans).filter(|(_, plan)| **plan == ContactPlan::AtTouch);
-        let (whole, smooth): (Vec<_>, Vec<_>) = contacts
-            .map(|(contact, _)| contact)
-            .filter(|contact| contact.acts_on(index))
-            .partition(|contact| plan::is_whole(&first, contact));
-        let touches = smooth.into_iter().filter_map(|contact| touch(&first, contact, index));
+        let (whole, smooth): (Vec<_>, Vec<_>) = run
+            .contacts()
+            .filter_map(|contact| Some((contact.spec, contact.at_touch()?)))
+            .filter(|(contact, _)| contact.acts_on(index))
+            .partition(|(contact, law)| is_whole(&run.touches, contact, law));
+        let touches = smooth.into_iter().filter_map(|contact| touch(&run.touches, contact, index));
         match full {
             FullModel::Flexible(coarse) => {
                 let n_elements = coarse.space().n_elements();
                 costs.push(cost(coarse.assembled(), n_elements, &interface.unknowns)?);
-                let whole = whole
-                    .into_iter()
-                    .filter_map(|contact| Some((contact, contact.law.surface()?, ZoneSite::WHOLE)));
-                let touches = touches.map(|touch| {
-                    let site =
-                        ZoneSite::about((touch.site.face, touch.site.xi), ZoneSize::usual([touch.width; 2]));
-                    (touch.contact, touch.law, site)
-                });
+                let whole = whole.into_iter().map(|(contact, law)| (contact, law, ZoneSite::WHOLE));
                 for (contact, law, site) in whole.chain(touches) {
                     let fine = fine_model(coarse, &site, &law.interval)?;
                     let zone = fine.zone(law.points, &contact.name)?;
@@ -101,20 +89,17 @@ pub fn costs(spec: &RunSpec) -> Result<Vec<ModelCost>, AdaptiveError> {
     Ok(costs)
 }
 
-/// The first touch of a contact on one of its bodies.
-struct Touch<'a> {
-    contact: &'a ContactSpec,
-    law: &'a SurfaceLaw,
-    site: SurfacePlace,
-    width: f64,
-}
-
-/// The first touch of `contact`, which gets fine models then, on body `index`; none if Hertz's
+/// The zone of a contact, which gets fine models at its first touch, on body `index`; none if Hertz's
 /// theory has no answer.
-fn touch<'a>(first: &FirstTouches<'_>, contact: &'a ContactSpec, index: usize) -> Option<Touch<'a>> {
-    let (law, zone) = (contact.law.surface()?, predicted_zone(first, contact)?);
-    let side = contact.bodies().position(|body| body == index)?;
-    Some(Touch { contact, law, site: zone.sites[side]?, width: law.interval.width.unwrap_or(zone.width) })
+fn touch<'a>(
+    first: &FirstTouches<'_>,
+    (contact, law): (&'a ContactSpec, &'a SurfaceLaw),
+    index: usize,
+) -> Option<(&'a ContactSpec, &'a SurfaceLaw, ZoneSite)> {
+    let zone = predicted_zone(first, contact)?;
+    let site = zone.sites[contact.bodies().position(|body| body == index)?]?;
+    let width = law.interval.width.unwrap_or(zone.width);
+    Some((contact, law, ZoneSite::about((site.face, site.xi), ZoneSize::usual([width; 2]))))
 }
 
 /// A model from its matrices, the unknowns `interface` being eliminated last.

@@ -12,7 +12,7 @@ use super::BodyModel;
 use crate::body::splines::ElasticBody;
 use crate::body::zone::ContactZone;
 use crate::body::zone::contact::ContactSide;
-use crate::spec::{SurfaceLaw, Treatment};
+use crate::spec::SurfaceLaw;
 use crate::system::body::FlexibleModel;
 use crate::touch::hertz::local_surface::plane_compliance;
 
@@ -49,7 +49,7 @@ pub fn set(
     let poses: Vec<BodyState> = poses.iter().zip(bodies).map(at_rest).collect();
     let motion = Motion::new(0.0, &poses);
     let weight = contact.compliance_weight(motion, f64::INFINITY)?;
-    let normal = contact.normal(motion);
+    let normal = contact.meeting(motion).normal;
     let weight = match weight {
         Some(weight) => weight,
         None => {
@@ -67,7 +67,7 @@ impl<'a> Side<'a> {
     /// What the contact is built from; with a compliance of the interface if it is quasistatic.
     pub fn of_contact(&self, law: &SurfaceLaw) -> ContactSide<'a> {
         let FlexibleModel { body: full, reduced, interface, .. } = self.model;
-        let residual = reduced.residual.as_ref().filter(|_| law.treatment == Treatment::Quasistatic);
+        let residual = reduced.residual.as_ref().filter(|_| law.treatment.is_static());
         let compliance = residual
             .map(|r| InterfaceCompliance { dofs: &interface.unknowns, compliance: r.compliance().as_ref() });
         ContactSide {

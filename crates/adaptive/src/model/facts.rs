@@ -8,12 +8,12 @@ use iga_core::elasticity::Material;
 use super::BodyModel;
 use crate::error::AdaptiveError;
 use crate::impact::AdaptiveContact;
-use crate::spec::{ContactLaw, ContactSpec, HertzPartner, HertzSphere, LocalField, RunSpec, Target};
+use crate::spec::{ContactSpec, HertzPartner, HertzSphere, LocalField, RunSpec, Target};
 use crate::touch::hertz::contact_modulus;
 use crate::touch::wave::wave_speed;
 
 /// The parts of a contact that do not change in a run.
-pub struct ContactModel {
+pub struct ContactFacts {
     /// Name.
     pub name: String,
     /// Index of the contact body.
@@ -29,9 +29,8 @@ pub struct ContactModel {
     pub target: Target,
     /// Overlap at the start that is allowed \[m\].
     pub allowed_overlap: f64,
-    /// The spheres that meet by Hertz's law, the second one unless it is a plane; none of other
-    /// surfaces.
-    pub spheres: Option<(Sphere, Option<Sphere>)>,
+    /// The sphere that meets another one, or a plane, by Hertz's law; none of other surfaces.
+    pub spheres: Option<(Sphere, Target<Sphere>)>,
     /// A flexible body whose surface meets another by Hertz's law: its modes yield at the touch,
     /// too.
     pub flexible_under_hertz: Option<usize>,
@@ -54,10 +53,10 @@ pub struct ContactModel {
     pub refinement: Option<AdaptiveContact>,
 }
 
-impl ContactModel {
+impl ContactFacts {
     /// What the law of `contact` and its `bodies` tell; `has_zone`: whether it has zones from the
     /// start, which have the width `width` on the contact body \[m\]; `size` as
-    /// [`ContactModel::size`].
+    /// [`ContactFacts::size`].
     ///
     /// # Errors
     /// [`AdaptiveError`] if the centre of a sphere is no place of its body.
@@ -68,50 +67,43 @@ impl ContactModel {
         size: f64,
         zone_width: Option<f64>,
     ) -> Result<Self, AdaptiveError> {
-        let partners = partners(contact);
-        let is_hertz = partners[0].is_some();
+        let hertz = contact.law.hertz();
         let spheres = spheres(contact, bodies)?;
         let materials = || contact.bodies().filter_map(|body| Some((body, material(&bodies[body])?)));
         let round_trip = |(body, material): (usize, &Material)| {
             Some(2.0 * bodies[body].flexible()?.body.size() / material.bar_speed())
         };
         let has_modes = |body: &usize| bodies[*body].data.n_modes() > 0;
-        let waves = contact.bodies().zip(partners).map(|(body, of)| slowest_wave(run, bodies, body, of));
+        let partner = |side: usize| hertz.map(|law| if side == 0 { &law.contact } else { &law.target });
+        let waves = contact.bodies().enumerate();
+        let waves = waves.map(|(side, body)| slowest_wave(run, bodies, body, partner(side)));
         let local_field = contact.law.local_field();
         Ok(Self {
             name: contact.name.clone(),
             body: contact.body,
             widths: [zone_width.unwrap_or(0.0), 0.0],
             size,
-            deepest: if is_hertz { 0.5 * size } else { size },
+            deepest: if hertz.is_some() { 0.5 * size } else { size },
             target: contact.target,
             allowed_overlap: contact.initial_overlap,
-            flexible_under_hertz: (is_hertz && spheres.is_none())
+            flexible_under_hertz: (hertz.is_some() && spheres.is_none())
                 .then(|| contact.bodies().find(has_modes))
                 .flatten(),
             spheres,
             wave_speed: waves.fold(f64::INFINITY, f64::min),
             round_trip: materials().filter_map(round_trip).fold(f64::INFINITY, f64::min),
             modulus: modulus(contact, bodies),
-            yield_strength: match &contact.law {
-                ContactLaw::Hertz(law) => law.yield_strength,
-                ContactLaw::Surface(_) => {
+            yield_strength: hertz.map_or_else(
+                || {
                     let of_bodies = contact.bodies().map(|body| run.bodies[body].kind.yield_strength());
                     of_bodies.fold(f64::INFINITY, f64::min)
-                }
-            },
+                },
+                |law| law.yield_strength,
+            ),
             local_field,
             loads_interface: local_field == LocalField::Static && zone_width.is_some(),
             refinement: None,
         })
-    }
-}
-
-/// The parts of contact body and target that touch by Hertz's law; none by others.
-fn partners(contact: &ContactSpec) -> [Option<&HertzPartner>; 2] {
-    match &contact.law {
-        ContactLaw::Hertz(law) => [Some(&law.contact), Some(&law.target)],
-        ContactLaw::Surface(_) => [None; 2],
     }
 }
 
@@ -120,24 +112,20 @@ fn material(body: &BodyModel) -> Option<&Material> {
     body.flexible().and_then(|flexible| flexible.body.slowest_material())
 }
 
-/// The spheres of a Hertz contact; none of other surfaces.
-fn spheres(
-    contact: &ContactSpec,
-    bodies: &[BodyModel],
-) -> Result<Option<(Sphere, Option<Sphere>)>, AdaptiveError> {
-    let ContactLaw::Hertz(law) = &contact.law else { return Ok(None) };
-    let Some((own, other)) = law.spheres(contact.target) else { return Ok(None) };
-    let other = other.zip(contact.target.body()).map(|(facing, target)| sphere(target, facing, bodies));
-    Ok(Some((sphere(contact.body, own, bodies)?, other.transpose()?)))
-}
-
-/// The sphere on body `body`.
+/// The spheres of a contact by Hertz's law; none of other surfaces.
 ///
 /// # Errors
-/// [`AdaptiveError`] if its centre is no place of the body.
-pub fn sphere(body: usize, sphere: &HertzSphere, bodies: &[BodyModel]) -> Result<Sphere, AdaptiveError> {
-    let centre = bodies[body].point(&sphere.centre)?;
-    Ok(Sphere { body, centre, radius: sphere.radius, solid: sphere.solid })
+/// [`AdaptiveError`] if a centre is no place of its body.
+pub fn spheres(
+    contact: &ContactSpec,
+    bodies: &[BodyModel],
+) -> Result<Option<(Sphere, Target<Sphere>)>, AdaptiveError> {
+    let (Some(law), Some((own, other))) = (contact.law.hertz(), contact.spheres()) else { return Ok(None) };
+    let sphere = |(body, sphere): (usize, &HertzSphere), solid| -> Result<Sphere, AdaptiveError> {
+        Ok(Sphere { body, centre: bodies[body].point(&sphere.centre)?, radius: sphere.radius, solid })
+    };
+    let [own_solid, solid] = law.solids();
+    Ok(Some((sphere((contact.body, own), own_solid)?, other.try_map(|other| sphere(other, solid))?)))
 }
 
 /// Largest density of a solid, that of osmium: a body that would be denser is more than its shape,
@@ -150,13 +138,10 @@ fn slowest_wave(run: &RunSpec, bodies: &[BodyModel], index: usize, partner: Opti
     let of_material = material(&bodies[index]).map(Material::bar_speed);
     let of_partner = |partner: &HertzPartner| {
         let of_shape = run.bodies[index].kind.rigid().and_then(|rigid| rigid.density);
-        let density = of_shape.or_else(|| match partner {
-            HertzPartner::Sphere(sphere) => {
-                Some(bodies[index].data.mass / (4.0 / 3.0 * PI * sphere.radius.powi(3)))
-            }
-            HertzPartner::Surface(_) => None,
-        });
-        Some(wave_speed(partner.solid().young, density?.min(DENSEST)))
+        let of_sphere =
+            |sphere: &HertzSphere| bodies[index].data.mass / (4.0 / 3.0 * PI * sphere.radius.powi(3));
+        let density = of_shape.or_else(|| partner.sphere.as_ref().map(of_sphere));
+        Some(wave_speed(partner.solid.young, density?.min(DENSEST)))
     };
     of_material.or_else(|| of_partner(partner?)).unwrap_or(f64::INFINITY)
 }
@@ -166,8 +151,8 @@ fn modulus(contact: &ContactSpec, bodies: &[BodyModel]) -> f64 {
     let of_body = |body: usize| {
         material(&bodies[body]).map_or((f64::INFINITY, 0.0), |m| (m.youngs_modulus(), m.poissons_ratio()))
     };
-    match &contact.law {
-        ContactLaw::Hertz(law) => contact_modulus(&law.solids().map(|solid| (solid.young, solid.poisson))),
-        ContactLaw::Surface(_) => contact_modulus(&contact.bodies().map(of_body).collect::<Vec<_>>()),
+    match contact.law.hertz() {
+        Some(law) => contact_modulus(&law.solids().map(|solid| (solid.young, solid.poisson))),
+        None => contact_modulus(&contact.bodies().map(of_body).collect::<Vec<_>>()),
     }
 }

@@ -6,11 +6,11 @@ use contact_qs::search::SurfaceModel;
 use ffr_dynamics::body::RigidMotion;
 use tracing::warn;
 
-use super::plan::ContactPlan;
 use super::{BodyModel, FlexibleModel, RunModel, held_damping, observed_points};
 use crate::error::AdaptiveError;
 use crate::impact::FineBasis;
 use crate::paper::fine_modes::{FineModes, check_fine_modes};
+use crate::prepared::Prepared;
 use crate::spec::LowModes;
 use crate::spec::unsupported::Unsupported;
 use crate::spec::{ContactSpec, RunSpec};
@@ -22,36 +22,43 @@ pub fn has_fine_modes(contact: &ContactSpec) -> bool {
     contact.law.surface().is_some_and(|law| law.transfer.modes == LowModes::Fine)
 }
 
-/// Whether bodies will change their modes.
+/// Refuses modes of their own in fine models of meshes, of contacts that have none, and of bodies on
+/// which contacts without fine models act.
 ///
 /// # Errors
-/// [`AdaptiveError::Unsupported`] if one of them cannot.
-pub fn needs_fine_modes(
-    spec: &RunSpec,
-    plans: &[ContactPlan],
-    bodies: &[BodyModel],
-) -> Result<bool, AdaptiveError> {
-    let mut is_needed = false;
-    let all = || spec.contacts.iter().zip(plans);
-    for (contact, plan) in all().filter(|(contact, _)| has_fine_modes(contact)) {
-        is_needed = true;
-        let refuse = |what| Err(AdaptiveError::unsupported_contact(&contact.name, what));
-        if *plan != ContactPlan::AtTouch {
+/// [`AdaptiveError::Unsupported`] with the name of the contact.
+pub fn check(run: &Prepared<'_>) -> Result<(), AdaptiveError> {
+    let body = |body: usize| &run.spec().bodies[body];
+    for contact in run.contacts().filter(|contact| has_fine_modes(contact.spec)) {
+        let refuse = |what| Err(AdaptiveError::unsupported_contact(&contact.spec.name, what));
+        if contact.at_touch().is_none() {
             return refuse(Unsupported::FineModesFromStart);
         }
-        for (i, body) in bodies.iter().enumerate().filter(|(i, _)| contact.acts_on(*i)) {
-            let other = all().find(|(c, plan)| c.acts_on(i) && **plan != ContactPlan::AtTouch);
-            if let Some((other, _)) = other {
-                let (body, other) = (body.name.clone(), other.name.clone());
+        if contact.spec.bodies().any(|index| body(index).kind.meshed().is_some()) {
+            return refuse(Unsupported::FineModesOfMesh);
+        }
+        for index in contact.spec.bodies() {
+            let mut others = run.contacts().filter(|other| other.at_touch().is_none());
+            if let Some(other) = others.find(|other| other.spec.acts_on(index)) {
+                let (body, other) = (body(index).name.clone(), other.spec.name.clone());
                 return refuse(Unsupported::FineModesShared { body, other });
-            }
-            if let Some(flexible) = body.flexible() {
-                check_fine_modes(flexible.body.as_ref(), &flexible.reduced)?;
-                warn_of_cut_group(flexible);
             }
         }
     }
-    Ok(is_needed)
+    Ok(())
+}
+
+/// Whether bodies will change their modes.
+///
+/// # Errors
+/// As [`check_fine_modes`].
+pub fn needs_fine_modes(spec: &RunSpec, bodies: &[BodyModel]) -> Result<bool, AdaptiveError> {
+    let changing = || spec.contacts.iter().filter(|contact| has_fine_modes(contact));
+    for flexible in changing().flat_map(ContactSpec::bodies).filter_map(|body| bodies[body].flexible()) {
+        check_fine_modes(flexible.body.as_ref(), &flexible.reduced)?;
+        warn_of_cut_group(flexible);
+    }
+    Ok(changing().next().is_some())
 }
 
 /// Modes of equal frequency span a space, of which coarse and fine model have another part each if

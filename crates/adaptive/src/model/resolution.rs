@@ -3,16 +3,10 @@
 
 use std::borrow::Cow;
 
-use super::plan::{ContactPlan, plans};
 use crate::body::fine::refined::ELEMENTS;
 use crate::body::zone::at_start::is_about;
-use crate::error::AdaptiveError;
-use crate::spec::{
-    BodyKind, BodySpec, ContactLaw, ContactSpec, PenaltySearch, ReductionSpec, RefinementSpec, RunSpec,
-    SurfaceLaw, Treatment,
-};
-use crate::system::start;
-use crate::touch::first::FirstTouches;
+use crate::prepared::{PlannedContact, Prepared};
+use crate::spec::{BodyKind, BodySpec, PenaltySearch, ReductionSpec, RefinementSpec, RunSpec, SurfaceLaw};
 
 /// Names of the bodies and contacts that the factors of a [`crate::spec::Resolution`] act on.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -27,41 +21,36 @@ pub struct Subjects {
     pub penalty: Vec<String>,
 }
 
-/// The bodies and contacts of `spec` that factors act on.
-///
-/// # Errors
-/// [`AdaptiveError`] as a run, if motions at the start or places of contact cannot be found.
-pub fn subjects(spec: &RunSpec) -> Result<Subjects, AdaptiveError> {
-    let poses = start::poses(spec)?;
-    let plans = plans(&FirstTouches::new(spec, &poses))?;
+/// The bodies and contacts of a run that factors act on.
+pub fn subjects(run: &Prepared<'_>) -> Subjects {
+    let spec = run.spec();
     let bodies = |wanted: fn(&BodyKind) -> bool| {
         let named = spec.bodies.iter().filter(move |b| wanted(&b.kind));
         named.map(|b| b.name.clone()).collect()
     };
-    let contacts = |wanted: &dyn Fn(usize, &SurfaceLaw) -> bool| {
-        let named = spec.contacts.iter().enumerate();
-        let named = named.filter(|(i, c)| c.law.surface().is_some_and(|law| wanted(*i, law)));
-        named.map(|(_, c)| c.name.clone()).collect()
+    let contacts = |wanted: &dyn Fn(PlannedContact<'_>, &SurfaceLaw) -> bool| {
+        let named = run.contacts().filter(|c| c.spec.law.surface().is_some_and(|law| wanted(*c, law)));
+        named.map(|c| c.spec.name.clone()).collect()
     };
-    Ok(Subjects {
+    Subjects {
         modes: bodies(has_modes),
         mesh: bodies(|kind| kind.elastic().is_some()),
-        zone: contacts(&|i, law| has_zone(spec, &plans, i, law)),
+        zone: contacts(&|contact, law| has_zone(spec, contact, law)),
         penalty: contacts(&|_, law| has_penalty(law)),
-    })
+    }
 }
 
 fn has_modes(kind: &BodyKind) -> bool {
     kind.flexible().is_some_and(|flexible| flexible.reduction != ReductionSpec::All)
 }
 
-fn has_zone(spec: &RunSpec, plans: &[ContactPlan], contact: usize, law: &SurfaceLaw) -> bool {
+fn has_zone(spec: &RunSpec, contact: PlannedContact<'_>, law: &SurfaceLaw) -> bool {
     let in_body = |(body, spec_of): (usize, &BodySpec)| {
         let refinements = spec_of.elastic().map_or(&[][..], |e| &e.discretisation.refine);
-        refinements.iter().any(|r| is_zone_of(&spec.contacts[contact], &plans[contact], body, r))
+        refinements.iter().any(|r| is_zone_of(contact, body, r))
     };
-    let is_given = law.interval.elements.is_some() || plans[contact] == ContactPlan::AtTouch;
-    law.treatment != Treatment::Coarse && (is_given || spec.bodies.iter().enumerate().any(in_body))
+    let is_given = law.interval.elements.is_some() || contact.at_touch().is_some();
+    law.treatment.has_fine_zone() && (is_given || spec.bodies.iter().enumerate().any(in_body))
 }
 
 fn has_penalty(law: &SurfaceLaw) -> bool {
@@ -69,16 +58,15 @@ fn has_penalty(law: &SurfaceLaw) -> bool {
 }
 
 /// Whether a contact whose law names no elements has its zone in `refinement` of body `body`.
-fn is_zone_of(contact: &ContactSpec, plan: &ContactPlan, body: usize, refinement: &RefinementSpec) -> bool {
-    let (ContactPlan::FromStart(sites), Some(law)) = (plan, contact.law.surface()) else { return false };
-    if law.treatment == Treatment::Coarse || law.interval.elements.is_some() {
-        return false;
-    }
-    sites.on(contact, body).any(|site| is_about(refinement, &site.point))
+fn is_zone_of(contact: PlannedContact<'_>, body: usize, refinement: &RefinementSpec) -> bool {
+    let Some((law, sites)) = contact.from_start() else { return false };
+    let is_given = !law.treatment.has_fine_zone() || law.interval.elements.is_some();
+    !is_given && sites.on(contact.spec, body).any(|site| is_about(refinement, &site.point))
 }
 
-/// `spec` with its factors applied.
-pub fn refined<'a>(spec: &'a RunSpec, plans: &[ContactPlan]) -> Cow<'a, RunSpec> {
+/// The specification of `run` with its factors applied.
+pub fn refined<'a>(run: &Prepared<'a>) -> Cow<'a, RunSpec> {
+    let spec = run.spec();
     if spec.resolution.is_identity() {
         return Cow::Borrowed(spec);
     }
@@ -91,14 +79,14 @@ pub fn refined<'a>(spec: &'a RunSpec, plans: &[ContactPlan]) -> Cow<'a, RunSpec>
         if let Some(elastic) = body.kind.elastic_mut() {
             factors.apply(elastic);
             for refinement in &mut elastic.discretisation.refine {
-                let zone = zone_factor(spec, plans, index, refinement);
+                let zone = zone_factor(run, index, refinement);
                 factors.refinement(refinement, zone);
             }
         }
     }
-    for (index, contact) in fine.contacts.iter_mut().enumerate() {
-        if let ContactLaw::Surface(law) = &mut contact.law {
-            let usual = (plans[index] == ContactPlan::AtTouch).then(|| law.interval.elements_or(ELEMENTS));
+    for (index, (contact, planned)) in fine.contacts.iter_mut().zip(run.contacts()).enumerate() {
+        if let Some(law) = contact.law.surface_mut() {
+            let usual = planned.at_touch().map(|law| law.interval.elements_or(ELEMENTS));
             spec.resolution.contact(index).apply(law, usual);
         }
     }
@@ -107,13 +95,7 @@ pub fn refined<'a>(spec: &'a RunSpec, plans: &[ContactPlan]) -> Cow<'a, RunSpec>
 
 /// The largest factor of the contacts that have their zone in `refinement` of body `body`; none if
 /// it is no zone.
-fn zone_factor(
-    spec: &RunSpec,
-    plans: &[ContactPlan],
-    body: usize,
-    refinement: &RefinementSpec,
-) -> Option<usize> {
-    let contacts = spec.contacts.iter().zip(plans).enumerate();
-    let zones = contacts.filter(|(_, (contact, plan))| is_zone_of(contact, plan, body, refinement));
-    zones.map(|(i, _)| spec.resolution.contact(i).zone).max()
+fn zone_factor(run: &Prepared<'_>, body: usize, refinement: &RefinementSpec) -> Option<usize> {
+    let zones = run.contacts().enumerate().filter(|(_, contact)| is_zone_of(*contact, body, refinement));
+    zones.map(|(i, _)| run.spec().resolution.contact(i).zone).max()
 }

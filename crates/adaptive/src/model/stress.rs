@@ -4,14 +4,14 @@ use nalgebra::Vector3;
 
 use super::RunModel;
 use super::fine_modes::has_fine_modes;
-use super::plan::ContactPlan;
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::impact::stress::{LeftOut, evaluate};
 use crate::impact::yielding::stress_yields;
 use crate::impact::{FineContact, ZoneModel};
+use crate::prepared::Prepared;
 use crate::record::{BareForce, StressState, ZoneLoad};
 use crate::spec::unsupported::Unsupported;
-use crate::spec::{LocalField, RunSpec, StressInstant};
+use crate::spec::{LocalField, StressInstant};
 use crate::state::observer::Observer;
 
 impl RunModel {
@@ -44,10 +44,10 @@ impl RunModel {
             state.interface_forces.resize(n, 0.0);
             let mut part = vec![0.0; n];
             let forces = self.system.forces().iter().zip(&self.contacts);
-            let forces = forces.filter(|(f, facts)| n > 0 && facts.loads_interface && f.acts_on(body));
-            for (contact, _) in forces {
-                contact.contact.interface_force(body, &mut part);
-                state.interface_forces.iter_mut().zip(&part).for_each(|(sum, f)| *sum += f);
+            for (contact, _) in forces.filter(|(_, facts)| n > 0 && facts.loads_interface) {
+                if contact.contact.interface_force(body, &mut part) {
+                    state.interface_forces.iter_mut().zip(&part).for_each(|(sum, f)| *sum += f);
+                }
             }
             let mut n_zones = 0;
             for (i, contact) in self.system.forces().iter().enumerate() {
@@ -59,8 +59,7 @@ impl RunModel {
                     let load = &mut state.zones[n_zones];
                     (load.contact, load.site) = (i as u32, zone.site);
                     load.forces.resize(zone.n_unknowns, 0.0);
-                    contact.contact.interface_force(body, &mut load.forces);
-                    n_zones += 1;
+                    n_zones += usize::from(contact.contact.interface_force(body, &mut load.forces));
                 }
             }
             state.zones.truncate(n_zones);
@@ -206,13 +205,14 @@ fn same(a: &[ZoneLoad], b: &[ZoneLoad]) -> bool {
 ///
 /// # Errors
 /// [`AdaptiveError::Unsupported`] with the names of request and contact.
-pub fn check(spec: &RunSpec, plans: &[ContactPlan]) -> Result<(), AdaptiveError> {
+pub fn check(run: &Prepared<'_>) -> Result<(), AdaptiveError> {
+    let spec = run.spec();
     let lines = spec.stress.iter().map(|line| (format!("output.stress.{}", line.name), line.body, true));
     let points = spec.points.iter().filter(|point| point.gauge.is_any());
     let points = points.map(|point| (format!("output.points.{}", point.name), point.body, false));
     for (subject, body, is_line) in lines.chain(points) {
-        let refined = spec.contacts.iter().zip(plans).filter(|(_, plan)| **plan == ContactPlan::AtTouch);
-        for (contact, _) in refined.filter(|(contact, _)| contact.acts_on(body)) {
+        let refined = run.contacts().filter(|contact| contact.at_touch().is_some());
+        for contact in refined.map(|contact| contact.spec).filter(|contact| contact.acts_on(body)) {
             let has_own_modes = has_fine_modes(contact);
             let remedy = match contact.law.local_field() {
                 _ if is_line && has_own_modes => "modes = \"prolonged\"",

@@ -13,7 +13,7 @@ use crate::checks::start::watched_pairs;
 use crate::checks::watch::WatchedPair;
 use crate::error::AdaptiveError;
 use crate::impact::local_deformation::LocalDeformation;
-use crate::model::{ContactModel, RunModel};
+use crate::model::{ContactFacts, RunModel};
 use crate::record::{PhaseKind, PhaseRecord};
 use crate::spec::{FREE_INTERVAL, RunSettings};
 use crate::state::ledger::{EnergyLedger, Imbalance};
@@ -479,7 +479,7 @@ impl<'a> Driver<'a> {
                 system.body_states(t, &y);
                 let states = system.last_evaluation().0;
                 let (gap, speed) =
-                    (detector.nearest(states, search)?.gap, detector.closing_speed_bound(states));
+                    (search.nearest(detector, states)?.gap, detector.closing_speed_bound(states));
                 *clearance = gap; // the last look is at the end of the step if there is no touch
                 Ok((gap, speed))
             });
@@ -507,7 +507,7 @@ impl<'a> Driver<'a> {
 }
 
 /// Gap below which the bodies of a contact count as touching \[m\].
-fn touching(facts: &ContactModel) -> f64 {
+fn touching(facts: &ContactFacts) -> f64 {
     TOUCHING * facts.refinement.as_ref().map_or(facts.size, |refinement| refinement.detector.size())
 }
 

@@ -23,7 +23,7 @@ use super::extent::extent;
 use crate::sizing::impact_time::radiation::Radiation;
 pub use crate::sizing::impact_time::rise::TimeScale;
 use crate::sizing::impact_time::rise::{TouchLine, Touching, length_along, line_time, point_time};
-use crate::spec::{BodyKind, ContactLaw, ContactSpec, HertzSphere, Place, RunSpec, Target};
+use crate::spec::{BodyKind, ContactSpec, HertzSphere, Place, RunSpec, Target};
 use crate::surface::{self, SurfacePlace};
 use crate::touch::first::{FirstTouch, FirstTouches};
 use crate::touch::hertz::local_surface::{SurfaceView, plane_compliance};
@@ -233,14 +233,13 @@ pub(super) struct Impact {
 
 impl<'a> Scene<'a> {
     /// The bodies at `touch`, one of `touches`.
-    pub(super) fn at(touches: &FirstTouches<'a>, touch: Option<&'a FirstTouch>) -> Self {
-        let poses = touch.map_or(touches.poses, |touch| &touch.poses);
+    pub(super) fn at(touches: &'a FirstTouches<'_>, touch: Option<&'a FirstTouch>) -> Self {
+        let poses = touch.map_or(&touches.poses, |touch| &touch.poses);
         Self { spec: touches.spec, poses, sites: touch.map(|touch| touch.sites) }
     }
 
     /// The force of `contact` on each of its bodies.
     fn forces(&self, contact: &ContactSpec) -> Vec<BodyForce> {
-        let other = contact.target.body();
         let Impact { meeting, speed, inverse_mass, mobility, radiation } = self.impact(contact);
         let touching = Touching { inverse_mass, mobility, speed };
         let line = self.line(contact, &meeting);
@@ -270,7 +269,7 @@ impl<'a> Scene<'a> {
             let time = ForceTime { contact: contact.name.clone(), scale, duration, speed, frequency };
             BodyForce { body, time, of_force, radiation }
         };
-        [Some(contact.body), other].into_iter().flatten().zip(radiation).map(force).collect()
+        contact.bodies().zip(radiation).map(force).collect()
     }
 
     /// Whether the force of a touch on `body` is a single pulse, and the share of its energy that
@@ -296,20 +295,20 @@ impl<'a> Scene<'a> {
             2.0 * PI * at.x.hypot(at.y)
         } else {
             let along = meeting.normal.cross(&across).try_normalize(0.0)?;
-            let other = contact.target.body();
-            let bodies = [Some(contact.body), other].into_iter().flatten();
-            bodies.map(|body| extent(self.spec, self.poses, body, &along)).fold(f64::INFINITY, f64::min)
+            contact
+                .bodies()
+                .map(|body| extent(self.spec, self.poses, body, &along))
+                .fold(f64::INFINITY, f64::min)
         };
         (length > SHORTEST_LINE * size && length.is_finite()).then_some(TouchLine { length, curvature, size })
     }
 
     /// Estimate of the first impact of `contact`.
     pub(super) fn impact(&self, contact: &ContactSpec) -> Impact {
-        let other = contact.target.body();
-        let meeting = self.meeting(contact, other);
-        let bodies = [Some(contact.body), other].into_iter().zip(meeting.points);
+        let meeting = self.meeting(contact);
+        let bodies = contact.bodies().zip(meeting.points);
         let partners: Vec<Partner> =
-            bodies.filter_map(|(body, point)| Some(self.partner(body?, point, &meeting.normal))).collect();
+            bodies.map(|(body, point)| self.partner(body, point, &meeting.normal)).collect();
         let sum = |of: fn(&Partner) -> f64| partners.iter().map(of).sum::<f64>();
         let (inverse_mass, mobility) = (sum(|p| p.inverse_mass), sum(|p| p.mobility));
         let radiation = partners.iter().map(|p| p.radiation).collect();
@@ -322,73 +321,70 @@ impl<'a> Scene<'a> {
     }
 
     /// Where the partners meet; if no touch is found, at the origins of their frames.
-    fn meeting(&self, contact: &ContactSpec, other: Option<usize>) -> Meeting {
-        let found = match &contact.law {
-            ContactLaw::Hertz(law) => match law.spheres(contact.target) {
-                Some((own, target)) => {
-                    let plane = law.target.solid().compliance();
-                    self.meeting_of_spheres(contact, own, target.zip(other), plane)
-                }
-                None => self.meeting_of_surfaces(contact, other).map(|mut meeting| {
-                    // Of rigid bodies the material given for Hertz's law counts.
-                    for (surface, solid) in meeting.surfaces.iter_mut().flatten().zip(law.solids()) {
-                        surface.compliance = solid.compliance();
-                    }
-                    meeting
-                }),
-            },
-            ContactLaw::Surface(_) => self.meeting_of_surfaces(contact, other),
+    fn meeting(&self, contact: &ContactSpec) -> Meeting {
+        let mut found = match contact.spheres() {
+            Some((own, target)) => self.meeting_of_spheres((contact.body, own), target),
+            None => self.meeting_of_surfaces(contact),
         };
+        // Of rigid bodies the material given for Hertz's law counts.
+        let surfaces = found.as_mut().and_then(|meeting| meeting.surfaces.as_mut());
+        if let (Some(law), Some(surfaces)) = (contact.law.hertz(), surfaces) {
+            surfaces
+                .iter_mut()
+                .zip(law.solids())
+                .for_each(|(surface, of)| surface.compliance = of.compliance());
+        }
         found.unwrap_or_else(|| {
             let origin = self.poses[contact.body].position;
-            let points = [origin, other.map_or(origin, |b| self.poses[b].position)];
+            let other = contact.target.body().map_or(origin, |b| self.poses[b].position);
+            let points = [origin, other];
             Meeting { surfaces: None, miss: 0.0, normal: Vector3::z(), points }
         })
     }
 
     fn meeting_of_spheres(
         &self,
-        contact: &ContactSpec,
-        own: &HertzSphere,
-        target: Option<(&HertzSphere, usize)>,
-        plane: f64,
+        (body, own): (usize, &HertzSphere),
+        target: Target<(usize, &HertzSphere)>,
     ) -> Option<Meeting> {
         let centre = |sphere: &HertzSphere, body: usize| match &sphere.centre {
             Place::Point(point) => Some(self.in_space(body, point)),
             Place::Area(area) => Some(self.in_space(body, &area.centre)),
             Place::Marker(_) => None,
         };
-        let surface = |s: &HertzSphere| LocalSurface::sphere(s.radius, s.solid.compliance());
-        let at = centre(own, contact.body)?;
-        match (target, contact.target) {
-            (Some((sphere, body)), _) => {
+        let surface = |s: &HertzSphere| LocalSurface::sphere(s.radius, 0.0);
+        let at = centre(own, body)?;
+        match target {
+            Target::Body((body, sphere)) => {
                 let to = centre(sphere, body)?;
                 let normal = (at - to).try_normalize(0.0)?;
                 let points = [at - normal * own.radius, to + normal * sphere.radius];
                 Some(Meeting { surfaces: Some([surface(own), surface(sphere)]), miss: 0.0, normal, points })
             }
-            (None, Target::Plane { point, normal }) => {
+            Target::Plane(half_space) => {
+                let normal = half_space.normal.into_inner();
                 let touching = at - normal * own.radius;
-                let below = touching - normal * (touching - point).dot(&normal);
-                let surfaces = Some([surface(own), LocalSurface::plane(plane)]);
-                Some(Meeting { surfaces, miss: 0.0, normal, points: [touching, below] })
+                let surfaces = Some([surface(own), LocalSurface::plane(0.0)]);
+                Some(Meeting { surfaces, miss: 0.0, normal, points: [touching, half_space.foot(&touching)] })
             }
-            (None, Target::Body(_)) => None,
         }
     }
 
-    fn meeting_of_surfaces(&self, contact: &ContactSpec, other: Option<usize>) -> Option<Meeting> {
+    fn meeting_of_surfaces(&self, contact: &ContactSpec) -> Option<Meeting> {
         let sites = self.sites?;
         let view = |body: usize, site: &SurfacePlace| self.view(body, site);
         let own = view(contact.body, &sites.contact_body)?;
         let at = self.in_space(contact.body, &own.point);
-        if let Target::Plane { point, normal } = contact.target {
-            let below = at - normal * (at - point).dot(&normal);
-            let surfaces = Some([own.surface, LocalSurface::plane(0.0)]);
-            let miss = own.outward.angle(&-normal);
-            return Some(Meeting { surfaces, miss, normal, points: [at, below] });
-        }
-        let (target, site) = (other?, sites.target?);
+        let target = match contact.target {
+            Target::Body(target) => target,
+            Target::Plane(plane) => {
+                let (surfaces, normal) =
+                    (Some([own.surface, LocalSurface::plane(0.0)]), plane.normal.into_inner());
+                let miss = own.outward.angle(&-normal);
+                return Some(Meeting { surfaces, miss, normal, points: [at, plane.foot(&at)] });
+            }
+        };
+        let site = sites.target?;
         let facing = view(target, &site)?;
         // What is nearest may be an edge of several sides of a mesh, or where a line of a face
         // ends, of which any face may have been found.

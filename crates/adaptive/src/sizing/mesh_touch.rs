@@ -3,7 +3,7 @@
 
 use crate::record::warning::{Warning, WarningKind};
 use crate::sizing::zone::{PredictedZone, predicted_zone};
-use crate::spec::{ContactSpec, MeshedSpec, Treatment};
+use crate::spec::{ContactSpec, MeshedSpec};
 use crate::surface::smooth_fit::SmoothFit;
 use crate::surface::{MeshSurface, Surface, SurfacePlace};
 use crate::touch::first::FirstTouches;
@@ -103,14 +103,9 @@ impl MeshTouch {
 pub fn touches(first: &FirstTouches<'_>, contact: &ContactSpec) -> Vec<MeshTouch> {
     let spec = first.spec;
     let on_mesh = |body: usize| spec.bodies[body].kind.meshed();
-    let other = contact.target.body();
-    let bodies = [Some(contact.body), other];
-    let has_mesh = bodies.iter().flatten().any(|b| on_mesh(*b).is_some());
-    let Some(law) = contact.law.surface() else { return Vec::new() };
-    if !has_mesh {
-        return Vec::new();
-    }
-    let is_refined = law.treatment == Treatment::Adaptive;
+    let has_mesh = contact.bodies().any(|body| on_mesh(body).is_some());
+    let Some(law) = contact.law.surface().filter(|_| has_mesh) else { return Vec::new() };
+    let is_refined = law.treatment.is_searched();
     let Some(zone) = predicted_zone(first, contact) else { return Vec::new() };
     let touch = |(body, site): (usize, SurfacePlace)| {
         let mesh = on_mesh(body)?;
@@ -129,7 +124,7 @@ pub fn touches(first: &FirstTouches<'_>, contact: &ContactSpec) -> Vec<MeshTouch
             shape_error: shape_error(&surface, &site, &zone),
         })
     };
-    let sites = bodies.into_iter().zip(zone.sites).filter_map(|(body, site)| Some((body?, site?)));
+    let sites = contact.bodies().zip(zone.sites).filter_map(|(body, site)| Some((body, site?)));
     sites.filter_map(touch).collect()
 }
 

@@ -8,7 +8,7 @@ use super::ChosenZone;
 use super::extent::extent;
 use super::impact_time::{Impact, Scene};
 use crate::body::fine::refined::ELEMENTS;
-use crate::spec::{ContactSpec, IntervalSpec, RefinementSpec, RunSpec, SurfaceLaw, Treatment};
+use crate::spec::{ContactSpec, IntervalSpec, RefinementSpec, RunSpec, SurfaceLaw};
 use crate::surface::SurfacePlace;
 use crate::touch::first::FirstTouches;
 use crate::touch::hertz::{HertzLaw, LocalSurface, across_line, hertz_impact, interval_width, line_impact};
@@ -53,12 +53,9 @@ fn zone(touches: &FirstTouches<'_>, contact: &ContactSpec, index: usize) -> Opti
 /// beforehand: with a mesh, and with a plane where the zone is part of the modes.
 fn keeps_its_model(spec: &RunSpec, contact: &ContactSpec, law: &SurfaceLaw) -> bool {
     let has_mesh = contact.bodies().any(|body| spec.bodies[body].kind.brings_mesh());
-    let is_refined_before = match law.treatment {
-        Treatment::Adaptive | Treatment::Coarse => false,
-        Treatment::Quasistatic => has_mesh,
-        Treatment::Damped | Treatment::Dynamic => has_mesh || contact.target.body().is_none(),
-    };
-    is_refined_before && law.interval.width.is_none()
+    let is_part_of_modes = law.treatment.is_vibrating() && contact.target.body().is_none();
+    let keeps = law.treatment.interface_modes().is_some() && (has_mesh || is_part_of_modes);
+    keeps && law.interval.width.is_none()
 }
 
 /// The first touch of a contact as Hertz's theory and the motions at the start have it.
@@ -114,10 +111,10 @@ pub fn predicted_line(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Opti
     let (surfaces, size) = (meeting.surfaces?, scene.size(contact.body));
     let (curvature, across) = across_line(&surfaces, size).filter(|_| meeting.miss <= FACING)?;
     let along = meeting.normal.cross(&across).try_normalize(0.0)?;
-    let other = contact.target.body();
-    let bodies = [Some(contact.body), other].into_iter().flatten();
-    let length =
-        bodies.map(|body| extent(scene.spec, scene.poses, body, &along)).fold(f64::INFINITY, f64::min);
+    let length = contact
+        .bodies()
+        .map(|body| extent(scene.spec, scene.poses, body, &along))
+        .fold(f64::INFINITY, f64::min);
     let compliance = surfaces[0].compliance + surfaces[1].compliance;
     let (half_width, _) = line_impact(curvature, compliance, inverse_mass * length, speed, size)?;
     let width = interval_width(half_width, IntervalSpec::default().target_utilisation, false);

@@ -1,10 +1,10 @@
 //! Contacts: pairs of surfaces or spheres, and how they are modelled.
 
 use contact_qs::ContactError;
+pub use contact_qs::Target;
 use contact_qs::law::penalty::from_weight;
 use contact_qs::law::{Friction, Solid};
 use contact_qs::quasistatic::Method;
-use nalgebra::Vector3;
 
 use super::accuracy::Accuracy;
 use super::body::Place;
@@ -32,33 +32,17 @@ impl ContactSpec {
         [Some(self.body), self.target.body()].into_iter().flatten()
     }
 
+    /// What Hertz's law has spheres for: the one of the contact body and, with its body, that of the
+    /// target, unless it is a plane; none where other surfaces or another law meet.
+    pub fn spheres(&self) -> Option<(&HertzSphere, Target<(usize, &HertzSphere)>)> {
+        let law = self.law.hertz()?;
+        let other = |body: usize| law.target.sphere.as_ref().map(|other| (body, other)).ok_or(());
+        Some((law.contact.sphere.as_ref()?, self.target.try_map(other).ok()?))
+    }
+
     /// Whether it acts on body `index`.
     pub fn acts_on(&self, index: usize) -> bool {
         self.bodies().any(|body| body == index)
-    }
-}
-
-/// The target of a contact, whose surface the contact body meets.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Target {
-    /// A fixed rigid plane.
-    Plane {
-        /// A point of the plane \[m\].
-        point: Vector3<f64>,
-        /// Unit normal that points to the body's side.
-        normal: Vector3<f64>,
-    },
-    /// Another body, by index.
-    Body(usize),
-}
-
-impl Target {
-    /// The body that is touched; none of a plane.
-    pub fn body(&self) -> Option<usize> {
-        match self {
-            Self::Plane { .. } => None,
-            Self::Body(body) => Some(*body),
-        }
     }
 }
 
@@ -85,6 +69,22 @@ impl ContactLaw {
         match self {
             Self::Surface(law) => Some(law),
             Self::Hertz(_) => None,
+        }
+    }
+
+    /// The same to change it.
+    pub fn surface_mut(&mut self) -> Option<&mut SurfaceLaw> {
+        match self {
+            Self::Surface(law) => Some(law),
+            Self::Hertz(_) => None,
+        }
+    }
+
+    /// Hertz's law, if it is that.
+    pub fn hertz(&self) -> Option<&HertzSpec> {
+        match self {
+            Self::Surface(_) => None,
+            Self::Hertz(law) => Some(law),
         }
     }
 }
@@ -116,41 +116,19 @@ pub struct HertzSpec {
 }
 
 impl HertzSpec {
-    /// The two spheres, or the one that meets `target`, if that is a plane; none where other
-    /// surfaces touch.
-    pub fn spheres(&self, target: Target) -> Option<(&HertzSphere, Option<&HertzSphere>)> {
-        match (&self.contact, &self.target, target) {
-            (HertzPartner::Sphere(own), HertzPartner::Sphere(other), Target::Body(_)) => {
-                Some((own, Some(other)))
-            }
-            (HertzPartner::Sphere(own), _, Target::Plane { .. }) => Some((own, None)),
-            _ => None,
-        }
-    }
-
     /// Elastic constants of both partners.
     pub fn solids(&self) -> [Solid; 2] {
-        [self.contact.solid(), self.target.solid()]
+        [self.contact.solid, self.target.solid]
     }
 }
 
-/// A partner of a Hertz contact.
+/// A partner of a Hertz contact: the surface of the body's shape, or a plane.
 #[derive(Debug, Clone, PartialEq)]
-pub enum HertzPartner {
-    /// A sphere.
-    Sphere(HertzSphere),
-    /// The surface of the body's shape, or a plane, with its elastic constants.
-    Surface(Solid),
-}
-
-impl HertzPartner {
+pub struct HertzPartner {
     /// Elastic constants.
-    pub fn solid(&self) -> Solid {
-        match self {
-            Self::Sphere(sphere) => sphere.solid,
-            Self::Surface(solid) => *solid,
-        }
-    }
+    pub solid: Solid,
+    /// Where its surface is a sphere: which.
+    pub sphere: Option<HertzSphere>,
 }
 
 /// A sphere of a Hertz contact.
@@ -160,8 +138,6 @@ pub struct HertzSphere {
     pub centre: Place,
     /// Radius \[m\].
     pub radius: f64,
-    /// Elastic constants.
-    pub solid: Solid,
 }
 
 impl SurfaceLaw {
@@ -241,19 +217,87 @@ pub enum Treatment {
     Coarse,
 }
 
+/// How a body has the modes that an interface adds to the low-frequency ones (\[A\] sections 2.4
+/// and 6).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum InterfaceModes {
+    /// Statically: a residual flexibility takes their place.
+    Quasistatic,
+    /// As dynamic coordinates.
+    #[default]
+    Dynamic,
+    /// As dynamic coordinates with critical damping, on top of the body's own damping (Eq. F.28).
+    Damped,
+}
+
+impl InterfaceModes {
+    /// As scenarios call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Quasistatic => "quasistatic",
+            Self::Dynamic => "dynamic",
+            Self::Damped => "damped",
+        }
+    }
+
+    /// Whether they need modes with bounds at the interface, those of Craig and Bampton.
+    pub fn need_bounds(self) -> bool {
+        self != Self::Dynamic
+    }
+}
+
+/// What makes the elements of a contact zone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum ZoneRule {
+    /// The program, which finds width and penalty factor.
+    Searched,
+    /// The scenario, or the program as it says.
+    Given,
+    /// The body's own mesh.
+    Own,
+}
+
 impl Treatment {
+    /// All that a contact is asked of its treatment.
+    const fn answers(self) -> (LocalField, ZoneRule, Option<InterfaceModes>) {
+        match self {
+            Self::Adaptive => (LocalField::Static, ZoneRule::Searched, None),
+            Self::Quasistatic => (LocalField::Static, ZoneRule::Given, Some(InterfaceModes::Quasistatic)),
+            Self::Damped => (LocalField::Vibrating, ZoneRule::Given, Some(InterfaceModes::Damped)),
+            Self::Dynamic => (LocalField::Vibrating, ZoneRule::Given, Some(InterfaceModes::Dynamic)),
+            Self::Coarse => (LocalField::ModesAlone, ZoneRule::Own, None),
+        }
+    }
+
+    /// As [`ContactLaw::local_field`].
+    pub fn local_field(self) -> LocalField {
+        self.answers().0
+    }
+
     /// Whether high-frequency modes are dynamic.
     pub fn is_vibrating(self) -> bool {
         self.local_field() == LocalField::Vibrating
     }
 
-    /// As [`ContactLaw::local_field`].
-    pub fn local_field(self) -> LocalField {
-        match self {
-            Self::Adaptive | Self::Quasistatic => LocalField::Static,
-            Self::Damped | Self::Dynamic => LocalField::Vibrating,
-            Self::Coarse => LocalField::ModesAlone,
-        }
+    /// Whether high-frequency modes follow statically.
+    pub fn is_static(self) -> bool {
+        self.local_field() == LocalField::Static
+    }
+
+    /// Whether the contact has a zone of small elements.
+    pub fn has_fine_zone(self) -> bool {
+        self.answers().1 != ZoneRule::Own
+    }
+
+    /// Whether the program finds zone and penalty factor.
+    pub fn is_searched(self) -> bool {
+        self.answers().1 == ZoneRule::Searched
+    }
+
+    /// The modes that a zone from the start adds to its bodies; none where low-frequency modes are
+    /// enough.
+    pub fn interface_modes(self) -> Option<InterfaceModes> {
+        self.answers().2
     }
 }
 

@@ -2,8 +2,8 @@
 
 use std::ops::{Deref, DerefMut};
 
-use contact_qs::PressureRecovery;
 use contact_qs::contact_element::ActiveContact;
+use contact_qs::{Meeting, PressureRecovery};
 use ffr_dynamics::force::BodyState;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::system::free_body::invariants::{MeanMotion, centre_of_mass};
@@ -37,7 +37,7 @@ impl RunContact {
     /// Points under pressure at the last evaluation.
     fn pressures(&mut self, out: &mut Vec<PressurePoint>) {
         out.clear();
-        let (contact, forces) = (&self.contact, self.contact.point_forces());
+        let (contact, Some(forces)) = (self.contact.facts(), self.contact.point_forces()) else { return };
         let mut add = |i: usize, pressure: &dyn Fn(f64) -> f64| {
             let point = contact.point(i);
             out.extend(point.map(|(position, area)| PressurePoint {
@@ -60,7 +60,7 @@ impl RunContact {
 
     /// Whether the contact acts on body `body`.
     pub fn acts_on(&self, body: usize) -> bool {
-        let (contact, target) = self.contact.bodies();
+        let (contact, target) = self.contact.facts().bodies();
         contact == body || target == Some(body)
     }
 }
@@ -198,7 +198,7 @@ fn contact_sample(contact: &dyn ActiveContact) -> ContactSample {
         active_points: report.n_active as u32,
         sliding_points: report.n_sliding as u32,
         contact_area: report.contact_area,
-        penalty: contact.penalty(),
+        penalty: contact.facts().penalty(),
     }
 }
 
@@ -216,7 +216,7 @@ fn fill_body(state: &BodyState, centre_of_mass: Vector3<f64>, slot: &mut BodySam
 /// Smallest gap of contact `index` at time `t` in the state `y` \[m\].
 pub fn smallest_gap(system: &mut System, t: f64, y: &[f64], index: usize) -> f64 {
     let (force, motion) = system.force_in_motion(t, y, index);
-    force.contact.smallest_gap(motion)
+    force.contact.meeting(motion).gap
 }
 
 /// The normal of contact `index` at time `t` in the state `y`, and the relative motion of its
@@ -224,26 +224,26 @@ pub fn smallest_gap(system: &mut System, t: f64, y: &[f64], index: usize) -> f64
 /// without force it is that of the nearest point, off by the turn of the surface over half their
 /// spacing.
 pub fn normal_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> (Vector3<f64>, NearMotion) {
-    let near = near_motion(system, t, y, index);
     let (force, motion) = system.force_in_motion(t, y, index);
+    let Meeting { normal, place, .. } = force.contact.meeting(motion);
     let report = force.contact.report();
     let pressed = (report.force - report.friction_force).try_normalize(0.0);
-    let normal = pressed.filter(|_| report.normal_force > 0.0);
-    (normal.unwrap_or_else(|| force.contact.normal(motion)), near)
+    let pressed = pressed.filter(|_| report.normal_force > 0.0);
+    (pressed.unwrap_or(normal), motion_at(system, index, &place))
 }
 
 /// Rigid motion of the bodies of contact `index` relative to each other at its nearest point, at
 /// time `t` in the state `y`.
 pub fn near_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> NearMotion {
     let (force, motion) = system.force_in_motion(t, y, index);
-    let near = force.contact.place(motion);
+    let near = force.contact.meeting(motion).place;
     motion_at(system, index, &near)
 }
 
 /// Rigid motion of the bodies of contact `index` relative to each other at the place `near`, in the
 /// motions of the last evaluation (theory Eq. Q.2); bodies that `fixed` joints connect move as one.
 pub fn motion_at(system: &System, index: usize, near: &Vector3<f64>) -> NearMotion {
-    let (body, target) = system.forces()[index].contact.bodies();
+    let (body, target) = system.forces()[index].contact.facts().bodies();
     let (states, _) = system.last_evaluation();
     let alone = |body: usize| MeanMotion::of(&system.model().bodies[body].data, &states[body]);
     let motion = |body: usize| {

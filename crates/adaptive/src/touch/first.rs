@@ -1,9 +1,8 @@
 //! Where and how the contacts of a run touch first, before anything is built: one answer for plans,
 //! sizes, checks, costs and pictures.
 
-use std::cell::RefCell;
 use std::collections::HashMap;
-use std::rc::Rc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use contact_qs::ContactError;
 use contact_qs::search::SurfaceSite;
@@ -11,14 +10,14 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::force::BodyState;
 use nalgebra::Vector3;
 
-use crate::spec::{ContactSpec, HertzSpec, RunSpec, Target};
+use crate::spec::{ContactSpec, RunSpec};
 use crate::surface::{POLE, SurfacePlace};
 use crate::touch::flight::touch_in_flight;
 use crate::touch::hertz::local_surface::SurfaceView;
 use crate::touch::hertz::{HertzLaw, LocalSurface};
 use crate::touch::parts::side::{Moved, Side};
 use crate::touch::parts::{NO_ELLIPSE, Touch, TouchKind};
-use crate::touch::sites::{KnownSurface, Sites, Surfaces, nearest_sites};
+use crate::touch::sites::{Pair, Sites, Surfaces};
 use crate::touch::tolerances::PARALLEL_AT_START;
 
 /// The first touch of a contact.
@@ -38,18 +37,18 @@ pub struct FirstTouches<'a> {
     /// Bodies and contacts.
     pub spec: &'a RunSpec,
     /// Motions of the bodies at the start.
-    pub poses: &'a [BodyState],
+    pub poses: Vec<BodyState>,
     surfaces: Surfaces<'a>,
-    known: RefCell<HashMap<String, Found>>,
+    known: Mutex<HashMap<String, Found>>,
 }
 
 /// What was found of a contact; none if one of its bodies has no surface.
-type Found = Option<Result<Rc<FirstTouch>, ContactError>>;
+type Found = Option<Result<Arc<FirstTouch>, ContactError>>;
 
 impl<'a> FirstTouches<'a> {
     /// Those of the contacts of `spec` with the motions `poses` at the start.
-    pub fn new(spec: &'a RunSpec, poses: &'a [BodyState]) -> Self {
-        Self { spec, poses, surfaces: Surfaces::new(&spec.bodies), known: RefCell::default() }
+    pub fn new(spec: &'a RunSpec, poses: Vec<BodyState>) -> Self {
+        Self { spec, poses, surfaces: Surfaces::new(&spec.bodies), known: Mutex::default() }
     }
 
     /// The same touches of the same bodies and contacts, whose sizes alone are those of `spec` now.
@@ -65,7 +64,7 @@ impl<'a> FirstTouches<'a> {
     /// [`ContactError`] if these places cannot be found.
     pub fn at_start(&self, contact: &ContactSpec) -> Option<Result<Sites, ContactError>> {
         let pair = Pair::new(&self.surfaces, contact).transpose()?;
-        Some(pair.and_then(|pair| nearest_sites(contact, &pair.own, pair.target.as_ref(), self.poses)))
+        Some(pair.and_then(|pair| pair.sites(&self.poses)))
     }
 
     /// The first touch of `contact`; `None` if one of its bodies has no surface.
@@ -73,16 +72,15 @@ impl<'a> FirstTouches<'a> {
     /// # Errors
     /// [`ContactError`] if nearest places cannot be found.
     fn find(&self, contact: &ContactSpec) -> Found {
-        if let Some(known) = self.known.borrow().get(&contact.name) {
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(known) = known.get(&contact.name) {
             return known.clone();
         }
-        let found = self.look(contact);
-        self.known.borrow_mut().insert(contact.name.clone(), found.clone());
-        found
+        known.entry(contact.name.clone()).or_insert(self.look(contact)).clone()
     }
 
     /// The same, without the reason where there is none.
-    pub fn of(&self, contact: &ContactSpec) -> Option<Rc<FirstTouch>> {
+    pub fn of(&self, contact: &ContactSpec) -> Option<Arc<FirstTouch>> {
         self.find(contact)?.ok()
     }
 
@@ -96,11 +94,10 @@ impl<'a> FirstTouches<'a> {
             Ok(pair) => pair?,
             Err(error) => return Some(Err(error)),
         };
-        let flight = touch_in_flight(self.spec, &self.surfaces, contact, self.poses);
+        let flight = touch_in_flight(self.spec, pair.detector(), contact, &self.poses);
         let Some((poses, nearest)) = flight else {
-            let sites = nearest_sites(contact, &pair.own, pair.target.as_ref(), self.poses);
-            let at_start = |sites| Rc::new(FirstTouch { poses: self.poses.to_vec(), sites, kind: None });
-            return Some(sites.map(at_start));
+            let at_start = |sites| Arc::new(FirstTouch { poses: self.poses.clone(), sites, kind: None });
+            return Some(pair.sites(&self.poses).map(at_start));
         };
         let (own, other) = pair.in_motion(&poses);
         let Touch { nearest, kind, normal } = Touch::at(own, other, &nearest, PARALLEL_AT_START);
@@ -111,13 +108,13 @@ impl<'a> FirstTouches<'a> {
             contact_body: place(own, &nearest.contact, &-normal),
             target: other.zip(nearest.target.as_ref()).map(|(other, site)| place(other, site, &normal)),
         };
-        Some(Ok(Rc::new(FirstTouch { poses, sites, kind: Some(kind) })))
+        Some(Ok(Arc::new(FirstTouch { poses, sites, kind: Some(kind) })))
     }
 
-    /// The reason for which Hertz's law `law` does not hold for the first touch of `contact`;
+    /// The reason for which Hertz's law, if `contact` has it, does not hold for its first touch;
     /// `None` if it holds, or if the touch is not known.
-    pub fn no_hertz_point(&self, contact: &ContactSpec, law: &HertzSpec) -> Option<&'static str> {
-        if law.spheres(contact.target).is_some() {
+    pub fn no_hertz_point(&self, contact: &ContactSpec) -> Option<&'static str> {
+        if contact.law.hertz().is_none() || contact.spheres().is_some() {
             return None;
         }
         let touch = self.of(contact)?;
@@ -138,34 +135,5 @@ impl<'a> FirstTouches<'a> {
             _ => LocalSurface::plane(1.0),
         };
         HertzLaw::new(&[own_view.surface, other]).is_none().then_some(NO_ELLIPSE)
-    }
-}
-
-/// The surfaces of a contact body and its target, none of a plane, with the numbers of the bodies.
-struct Pair {
-    own: (usize, KnownSurface),
-    target: Option<(usize, KnownSurface)>,
-}
-
-impl Pair {
-    /// The two surfaces of `contact`; `None` if one of its bodies has none.
-    ///
-    /// # Errors
-    /// [`ContactError`] if a surface cannot be searched.
-    fn new(surfaces: &Surfaces<'_>, contact: &ContactSpec) -> Result<Option<Self>, ContactError> {
-        let Some(own) = surfaces.of(contact.body)? else { return Ok(None) };
-        let target = match contact.target {
-            Target::Plane { .. } => None,
-            Target::Body(other) => match surfaces.of(other)? {
-                Some(target) => Some((other, target)),
-                None => return Ok(None),
-            },
-        };
-        Ok(Some(Self { own: (contact.body, own), target }))
-    }
-
-    fn in_motion<'a>(&'a self, poses: &'a [BodyState]) -> (Moved<'a>, Option<Moved<'a>>) {
-        let moved = |(body, known): &'a (usize, KnownSurface)| (known.surface.as_ref(), &poses[*body]);
-        (moved(&self.own), self.target.as_ref().map(moved))
     }
 }

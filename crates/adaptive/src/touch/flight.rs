@@ -1,13 +1,12 @@
 //! Two undeformed bodies, or one and a plane, until they touch, if they fly freely.
 
-use contact_qs::search::{TouchSettings, first_touch};
+use contact_qs::search::{Detector, TouchSettings, first_touch};
 use ffr_dynamics::force::BodyState;
 use iga_core::nurbs::SAME_PLACE;
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::spec::{ContactSpec, JointSpec, RunSpec, Target};
-use crate::touch::detection::{Detector, DetectorTarget, Nearest, Search};
-use crate::touch::sites::Surfaces;
+use crate::spec::{ContactSpec, JointSpec, RunSpec};
+use crate::touch::detection::{Nearest, Search};
 
 /// Shortest step of the search for a touch, over the simulated time.
 const SHORTEST: f64 = 1e-6;
@@ -17,20 +16,18 @@ const SHORTEST: f64 = 1e-6;
 const LOOKS_BACK: usize = 10;
 
 /// Motions and nearest places of the first touch of `contact`, with the motions `poses` at the
-/// start. `None` for bodies that move on joints or under loads, that have no surface, or that do
-/// not meet before the end of the run.
+/// start, between the surfaces of `detector`. `None` for bodies that move on joints or under loads,
+/// or that do not meet before the end of the run.
 pub(super) fn touch_in_flight(
     spec: &RunSpec,
-    surfaces: &Surfaces<'_>,
+    detector: Detector,
     contact: &ContactSpec,
     poses: &[BodyState],
 ) -> Option<(Vec<BodyState>, Nearest)> {
-    let other = contact.target.body();
-    let mut bodies = [Some(contact.body), other].into_iter().flatten();
-    if bodies.any(|body| !is_free(spec, body) && !spec.is_held(body)) {
+    if contact.bodies().any(|body| !is_free(spec, body) && !spec.is_held(body)) {
         return None;
     }
-    Flight::new(spec, surfaces, contact, poses)?.touch(spec.settings.end_time)
+    Flight::new(spec, detector, contact, poses).touch(spec.settings.end_time)
 }
 
 /// Whether nothing but gravity and contacts acts on body `body`.
@@ -55,27 +52,14 @@ struct Flight<'a> {
 }
 
 impl<'a> Flight<'a> {
-    fn new(
-        spec: &RunSpec,
-        surfaces: &Surfaces<'_>,
-        contact: &ContactSpec,
-        poses: &'a [BodyState],
-    ) -> Option<Self> {
-        let model = |body: usize| Some(surfaces.of(body).ok()??.model);
-        let own = model(contact.body)?;
-        let size = own.radius();
-        let (target, other) = match contact.target {
-            Target::Plane { point, normal } => (DetectorTarget::plane(point, normal), None),
-            Target::Body(other) => (DetectorTarget::Body(other, model(other)?), Some(other)),
-        };
-        let detector = Detector::new(contact.body, own, target);
+    fn new(spec: &RunSpec, detector: Detector, contact: &ContactSpec, poses: &'a [BodyState]) -> Self {
+        let size = detector.own.model.radius();
         let gravity = spec.settings.gravity;
-        let falls = |body: &usize| !spec.is_held(*body);
-        let bodies: Vec<usize> = [Some(contact.body), other].into_iter().flatten().filter(falls).collect();
+        let bodies: Vec<usize> = contact.bodies().filter(|body| !spec.is_held(*body)).collect();
         // Gravity accelerates two free bodies alike, so that they do not approach each other by it.
         let acceleration = if bodies.len() == 2 { 0.0 } else { gravity.norm() };
         let overlap = contact.initial_overlap;
-        Some(Self { detector, poses, bodies, gravity, acceleration, size, overlap })
+        Self { detector, poses, bodies, gravity, acceleration, size, overlap }
     }
 
     /// Motions after the time `t`: parabolas, and turns at constant rate.
@@ -102,7 +86,7 @@ impl<'a> Flight<'a> {
         };
         let mut sample = |t: f64| {
             let poses = self.at(t);
-            let gap = self.detector.nearest(&poses, &mut search)?.gap;
+            let gap = search.nearest(&self.detector, &poses)?.gap;
             Ok((gap, self.detector.closing_speed_bound(&poses)))
         };
         // Bodies that lie on each other touch, whether they close or not.
@@ -122,7 +106,7 @@ impl<'a> Flight<'a> {
         let mut back = 2.0 * (settings.gap - gap.min(0.0)) / speed;
         for _ in 0..LOOKS_BACK {
             let poses = self.at(time - back);
-            let nearest = self.detector.nearest(&poses, &mut search).ok()?;
+            let nearest = search.nearest(&self.detector, &poses).ok()?;
             if nearest.gap > 0.0 {
                 let has_direction = nearest.normal.norm() > 0.5;
                 return has_direction.then_some((poses, nearest));

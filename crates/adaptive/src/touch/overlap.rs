@@ -1,15 +1,16 @@
 //! How far two bodies overlap, and by what move they would not (docs/theory.md part P).
 
-use contact_qs::search::SurfaceModel;
+use contact_qs::search::Detector;
+use contact_qs::{Plane, Target};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::force::BodyState;
 use nalgebra::Vector3;
 
 use crate::error::AdaptiveError;
 use crate::record::finding::Components;
-use crate::spec::{ContactLaw, ContactSpec, RunSpec, Target};
-use crate::touch::detection::{Detector, DetectorTarget, Nearest, Search};
-use crate::touch::sites::Surfaces;
+use crate::spec::{ContactSpec, RunSpec};
+use crate::touch::detection::{Nearest, Search};
+use crate::touch::sites::{self, Surfaces};
 use crate::touch::tolerances::ROUND_OFF;
 
 /// Moves in search of a place where two bodies no longer overlap.
@@ -43,8 +44,6 @@ pub(crate) struct Pair<'a> {
     pub body_name: &'a str,
     /// Rigid motions of the contact body.
     pub motion: RigidMotion,
-    /// What it meets.
-    pub target: Target,
     /// Overlap that is allowed \[m\].
     pub allowed: f64,
 }
@@ -66,9 +65,10 @@ impl Pair<'_> {
         if first.gap >= -ROUND_OFF * size {
             return Ok(None);
         }
-        if let Target::Plane { point, normal } = self.target {
-            let back = DetectorTarget::plane(point, -normal);
-            let farthest = self.nearest(&detector.against(back), &mut Search::new(), states)?.gap;
+        if let Target::Plane(Plane { point, normal }) = detector.target {
+            let target = Target::Plane(Plane { point, normal: -normal });
+            let from_behind = Detector { target, own: detector.own.clone() };
+            let farthest = self.nearest(&from_behind, &mut Search::new(), states)?.gap;
             if farthest >= 0.0 {
                 return Err(self.behind_plane(farthest, &(first.normal * -first.gap)));
             }
@@ -98,8 +98,9 @@ impl Pair<'_> {
         search: &mut Search,
         states: &[BodyState],
     ) -> Result<Nearest, AdaptiveError> {
-        let nearest = detector.nearest(states, search);
-        nearest.map_err(|source| AdaptiveError::Contact { contact: self.contact.to_owned(), source })
+        search
+            .nearest(detector, states)
+            .map_err(|source| AdaptiveError::Contact { contact: self.contact.to_owned(), source })
     }
 
     /// Direction in which the contact body can be moved along `normal`, and how much of a move that
@@ -148,12 +149,8 @@ impl Pair<'_> {
 /// # Errors
 /// [`AdaptiveError::InitialOverlap`]; [`AdaptiveError::BehindPlane`] for a body on the wrong side of a plane; [`AdaptiveError::Contact`] if nearest places cannot be found.
 pub fn check_undeformed(spec: &RunSpec, poses: &[BodyState]) -> Result<(), AdaptiveError> {
-    let is_of_surfaces = |c: &&ContactSpec| match &c.law {
-        ContactLaw::Surface(_) => true,
-        ContactLaw::Hertz(law) => law.spheres(c.target).is_none(),
-    };
     let surfaces = Surfaces::new(&spec.bodies);
-    let contacts = spec.contacts.iter().filter(is_of_surfaces);
+    let contacts = spec.contacts.iter().filter(|contact| contact.spheres().is_none());
     for contact in contacts.filter(|_| !spec.settings.static_start) {
         if let Some(overlap) = of_undeformed(spec, &surfaces, contact, poses)? {
             return Err(overlap);
@@ -171,33 +168,27 @@ fn of_undeformed(
 ) -> Result<Option<AdaptiveError>, AdaptiveError> {
     let fail = |source| AdaptiveError::Contact { contact: contact.name.clone(), source };
     let body = &spec.bodies[contact.body];
-    let model = |body: usize| surfaces.of(body).map_err(fail).map(|known| known.map(|known| known.model));
-    let Some(own) = model(contact.body)? else { return Ok(None) };
-    let target = match contact.target {
-        Target::Plane { point, normal } => DetectorTarget::plane(point, normal),
-        Target::Body(other) => match model(other)? {
-            Some(there) if are_apart([&own, &there], [contact.body, other].map(|i| &poses[i])) => {
-                return Ok(None);
-            }
-            Some(there) => DetectorTarget::Body(other, there),
-            None => return Ok(None),
-        },
-    };
+    let Some(surfaces) = sites::Pair::new(surfaces, contact).map_err(fail)? else { return Ok(None) };
+    let detector = surfaces.detector();
+    if are_apart(&detector, poses) {
+        return Ok(None);
+    }
     let pair = Pair {
         contact: &contact.name,
         body: contact.body,
         body_name: &body.name,
         motion: body.kind.motion(),
-        target: contact.target,
         allowed: contact.initial_overlap,
     };
-    let detector = Detector::new(contact.body, own, target);
     let overlap = pair.overlap(&detector, &mut Search::new(), poses)?;
     let overlap = overlap.filter(|overlap| overlap.is_real() && overlap.depth > pair.allowed);
     Ok(overlap.map(|overlap| pair.refused(&overlap)))
 }
 
 /// Whether the balls about the origins of two bodies that hold their surfaces do not meet.
-fn are_apart(surfaces: [&SurfaceModel; 2], poses: [&BodyState; 2]) -> bool {
-    (poses[0].position - poses[1].position).norm() > surfaces[0].radius() + surfaces[1].radius()
+fn are_apart(Detector { own, target }: &Detector, poses: &[BodyState]) -> bool {
+    target.as_ref().body().is_some_and(|other| {
+        let distance = (poses[own.body].position - poses[other.body].position).norm();
+        distance > own.model.radius() + other.model.radius()
+    })
 }

@@ -1,17 +1,17 @@
 //! Surfaces of undeformed bodies, and where they are nearest.
 
-use std::cell::RefCell;
 use std::collections::HashMap;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use contact_qs::ContactError;
-use contact_qs::search::{SearchWorkspace, SurfaceModel, minimum_distance};
+use contact_qs::search::{BodySurface, Detector, SearchWorkspace, SurfaceModel, SurfaceSite};
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::force::BodyState;
 use nalgebra::Vector3;
 
 use crate::spec::{BodySpec, ContactSpec, Target};
 use crate::surface::{self, Surface, SurfacePlace};
+use crate::touch::parts::side::Moved;
 
 /// First places of contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,13 +44,13 @@ type OfShape = Vec<(RigidMotion, KnownSurface)>;
 /// memory.
 pub(crate) struct Surfaces<'a> {
     bodies: &'a [BodySpec],
-    known: RefCell<HashMap<usize, OfShape>>,
+    known: Mutex<HashMap<usize, OfShape>>,
 }
 
 impl<'a> Surfaces<'a> {
     /// Those of `bodies`, of which none is known yet.
     pub fn new(bodies: &'a [BodySpec]) -> Self {
-        Self { bodies, known: RefCell::default() }
+        Self { bodies, known: Mutex::default() }
     }
 
     /// The same of bodies with the same shapes and meshes.
@@ -63,7 +63,7 @@ impl<'a> Surfaces<'a> {
         let body = &self.bodies[body];
         let Some(address) = surface::address(&body.kind) else { return Ok(None) };
         let motion = body.kind.motion();
-        let mut known = self.known.borrow_mut();
+        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
         let known = known.entry(address).or_default();
         if let Some((_, surface)) = known.iter().find(|(of, _)| *of == motion) {
             return Ok(Some(surface.clone()));
@@ -87,36 +87,64 @@ fn lowest(
     surface.lowest(&direction.into()).ok_or(ContactError::Empty { width: 0.0 })
 }
 
-/// Nearest places of two undeformed bodies in the motions `poses`.
-fn pair_sites(surfaces: [&KnownSurface; 2], poses: [&BodyState; 2]) -> Result<Sites, ContactError> {
-    let models = surfaces.map(|known| known.model.as_ref());
-    let nearest = minimum_distance(models, poses, &mut SearchWorkspace::new())?;
-    let [own, target] = [0, 1].map(|i| {
-        let site = &nearest.sites[i];
-        surfaces[i].surface.place(site.face, &site.xi)
-    });
-    Ok(Sites { contact_body: own, target: Some(target) })
+/// The undeformed surface of a body.
+pub(crate) type OfBody = (usize, KnownSurface);
+
+/// The undeformed surfaces of a contact body and of its target.
+pub(crate) struct Pair {
+    own: OfBody,
+    target: Target<OfBody>,
 }
 
-/// Places where the undeformed bodies of a contact are nearest to each other, or lowest over a
-/// plane, in the motions `poses`; `own` and `target` are their numbers and surfaces.
-///
-/// # Errors
-/// [`ContactError`] if they cannot be found.
-pub(super) fn nearest_sites(
-    contact: &ContactSpec,
-    (body, own): &(usize, KnownSurface),
-    target: Option<&(usize, KnownSurface)>,
-    poses: &[BodyState],
-) -> Result<Sites, ContactError> {
-    match (contact.target, target) {
-        (Target::Plane { normal, .. }, _) => {
-            let contact_body = lowest(own.surface.as_ref(), &poses[*body], &normal)?;
-            Ok(Sites { contact_body, target: None })
+impl Pair {
+    /// Those of `contact`; `None` if one of its bodies has none.
+    ///
+    /// # Errors
+    /// [`ContactError`] if a surface cannot be searched.
+    pub fn new(surfaces: &Surfaces<'_>, contact: &ContactSpec) -> Result<Option<Self>, ContactError> {
+        let of = |body: usize| match surfaces.of(body) {
+            Ok(known) => known.map(|known| (body, known)).ok_or(None),
+            Err(error) => Err(Some(error)),
+        };
+        let pair = || Ok(Self { own: of(contact.body)?, target: contact.target.try_map(of)? });
+        match pair() {
+            Ok(pair) => Ok(Some(pair)),
+            Err(None) => Ok(None),
+            Err(Some(error)) => Err(error),
         }
-        (Target::Body(_), Some((other, target))) => {
-            pair_sites([own, target], [&poses[*body], &poses[*other]])
+    }
+
+    /// The surfaces in the motions `poses`; none of a plane.
+    pub fn in_motion<'a>(&'a self, poses: &'a [BodyState]) -> (Moved<'a>, Option<Moved<'a>>) {
+        let moved = |(body, known): &'a OfBody| (known.surface.as_ref(), &poses[*body]);
+        (moved(&self.own), self.target.as_ref().body().map(moved))
+    }
+
+    /// The same for searches.
+    pub fn detector(&self) -> Detector {
+        let of = |(body, known): &OfBody| BodySurface { body: *body, model: Arc::clone(&known.model) };
+        Detector { own: of(&self.own), target: self.target.as_ref().map(of) }
+    }
+
+    /// Places where the bodies are nearest to each other, or lowest over a plane, in the motions
+    /// `poses`.
+    ///
+    /// # Errors
+    /// [`ContactError`] if they cannot be found.
+    pub fn sites(&self, poses: &[BodyState]) -> Result<Sites, ContactError> {
+        let (body, own) = &self.own;
+        match &self.target {
+            Target::Plane(plane) => {
+                let contact_body = lowest(own.surface.as_ref(), &poses[*body], &plane.normal)?;
+                Ok(Sites { contact_body, target: None })
+            }
+            Target::Body((_, other)) => {
+                let nearest = self.detector().nearest(poses, &mut SearchWorkspace::new())?;
+                let place =
+                    |known: &KnownSurface, site: &SurfaceSite| known.surface.place(site.face, &site.xi);
+                let [at, there] = &nearest.sites;
+                Ok(Sites { contact_body: place(own, at), target: Some(place(other, there)) })
+            }
         }
-        (Target::Body(_), None) => Err(ContactError::Nothing { what: "a body has no surface to touch" }),
     }
 }

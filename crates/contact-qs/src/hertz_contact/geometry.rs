@@ -3,17 +3,13 @@
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::force::{BodyState, Motion};
 use nalgebra::{Matrix3, Vector3};
-use std::sync::Arc;
 
 use super::moment::{Bent, StiffnessChange, stiffness_change};
-use crate::ContactError;
 use crate::hertz_contact::sphere::Sphere;
 use crate::law::{HertzEllipse, HertzPair};
-use crate::plane::Plane;
-use crate::search::{
-    LocalShape, SearchWorkspace, Site, SurfaceModel, followed_overlap, minimum_distance, plane_distance,
-};
+use crate::search::{BodySurface, Detector, LocalShape, SearchWorkspace, Site};
 use crate::solver_fault::SolverFault;
+use crate::{ContactError, Target};
 
 /// Cosine of the angle between the normal of a surface and the line to the other body below which
 /// an edge is nearest: 8 degrees, for faces that only approximate a smooth surface.
@@ -29,33 +25,7 @@ pub(super) enum Geometry {
     /// A sphere and a sphere or a plane.
     Spheres { sphere: Sphere, target: Target<Sphere>, pair: HertzPair, ellipse: HertzEllipse },
     /// Any surfaces, or a surface and a plane.
-    Surfaces { own: Surface, target: Target<Surface>, compliance: f64 },
-}
-
-/// What the contact body meets.
-#[derive(Debug, Clone)]
-pub(super) enum Target<T> {
-    /// Another body.
-    Body(T),
-    /// A half space.
-    Plane(Plane),
-}
-
-impl<T> Target<T> {
-    /// The body; none of a plane.
-    fn body(&self) -> Option<&T> {
-        match self {
-            Self::Body(body) => Some(body),
-            Self::Plane(_) => None,
-        }
-    }
-}
-
-/// A body with its surface.
-#[derive(Debug, Clone)]
-pub(super) struct Surface {
-    pub body: usize,
-    pub model: Arc<SurfaceModel>,
+    Surfaces { surfaces: Detector, compliance: f64 },
 }
 
 /// Where two bodies are nearest, in space.
@@ -95,24 +65,13 @@ impl Geometry {
         Ok(Self::Spheres { sphere, target, pair, ellipse })
     }
 
-    pub fn surfaces(bodies: [usize; 2], [own, target]: [Arc<SurfaceModel>; 2], compliance: f64) -> Self {
-        Self::Surfaces {
-            own: Surface { body: bodies[0], model: own },
-            target: Target::Body(Surface { body: bodies[1], model: target }),
-            compliance,
-        }
-    }
-
-    pub fn on_plane(body: usize, model: Arc<SurfaceModel>, plane: Plane, compliance: f64) -> Self {
-        Self::Surfaces { own: Surface { body, model }, target: Target::Plane(plane), compliance }
-    }
-
     pub fn kind(&self) -> &'static str {
+        let is_on_plane = self.body(1).is_none();
         match self {
-            Self::Spheres { target: Target::Body(_), .. } => "sphere-sphere",
-            Self::Spheres { target: Target::Plane(_), .. } => "sphere-plane",
-            Self::Surfaces { target: Target::Body(_), .. } => "surface-surface",
-            Self::Surfaces { target: Target::Plane(_), .. } => "surface-plane",
+            Self::Spheres { .. } if is_on_plane => "sphere-plane",
+            Self::Spheres { .. } => "sphere-sphere",
+            Self::Surfaces { .. } if is_on_plane => "surface-plane",
+            Self::Surfaces { .. } => "surface-surface",
         }
     }
 
@@ -127,9 +86,8 @@ impl Geometry {
     pub fn body(&self, side: usize) -> Option<usize> {
         match (self, side) {
             (Self::Spheres { sphere, .. }, 0) => Some(sphere.body),
-            (Self::Spheres { target, .. }, _) => target.body().map(|sphere| sphere.body),
-            (Self::Surfaces { own, .. }, 0) => Some(own.body),
-            (Self::Surfaces { target, .. }, _) => target.body().map(|surface| surface.body),
+            (Self::Spheres { target, .. }, _) => target.as_ref().body().map(|sphere| sphere.body),
+            (Self::Surfaces { surfaces, .. }, _) => surface(surfaces, side).map(|surface| surface.body),
         }
     }
 
@@ -137,12 +95,9 @@ impl Geometry {
     pub fn size(&self) -> f64 {
         match self {
             Self::Spheres { sphere, target, .. } => {
-                2.0 * target.body().map_or(sphere.radius, |other| other.radius.min(sphere.radius))
+                2.0 * target.as_ref().body().map_or(sphere.radius, |other| other.radius.min(sphere.radius))
             }
-            Self::Surfaces { own, target, .. } => {
-                let size = own.model.size();
-                target.body().map_or(size, |other| other.model.size().min(size))
-            }
+            Self::Surfaces { surfaces, .. } => surfaces.least_size(),
         }
     }
 
@@ -150,12 +105,12 @@ impl Geometry {
     pub fn shapes(&self) -> [Vec<Vector3<f64>>; 2] {
         match self {
             Self::Spheres { sphere, target, .. } => {
-                let other = target.body().map_or_else(Vec::new, |other| other.centre.shapes.clone());
+                let other = target.as_ref().body().map_or_else(Vec::new, |other| other.centre.shapes.clone());
                 [sphere.centre.shapes.clone(), other]
             }
-            Self::Surfaces { own, target, .. } => {
-                let zeros = |surface: &Surface| vec![Vector3::zeros(); surface.model.n_modes()];
-                [zeros(own), target.body().map_or_else(Vec::new, zeros)]
+            Self::Surfaces { surfaces, .. } => {
+                let zeros = |of: &BodySurface| vec![Vector3::zeros(); of.model.n_modes()];
+                [0, 1].map(|side| surface(surfaces, side).map_or_else(Vec::new, zeros))
             }
         }
     }
@@ -163,31 +118,24 @@ impl Geometry {
     /// Replaces `shapes` by the mode shapes where the bodies are nearest; those of spheres stay
     /// what they are at the centres.
     pub fn shapes_at(&self, touch: &Touch, shapes: &mut [Vec<Vector3<f64>>; 2]) {
-        let (Self::Surfaces { own, target, .. }, Some(places)) = (self, &touch.places) else { return };
-        own.model.shapes_at(&places[0], &mut shapes[0]);
-        if let Target::Body(target) = target {
-            target.model.shapes_at(&places[1], &mut shapes[1]);
+        let (Self::Surfaces { surfaces, .. }, Some(places)) = (self, &touch.places) else { return };
+        for (side, shapes) in shapes.iter_mut().enumerate() {
+            if let Some(surface) = surface(surfaces, side) {
+                surface.model.shapes_at(&places[side], shapes);
+            }
         }
     }
 
     /// Where the bodies are nearest; the gap is NaN where the centres of two spheres coincide.
     pub fn touch(&self, bodies: &[BodyState], search: &mut SearchWorkspace) -> Result<Touch, ContactError> {
         match self {
-            Self::Spheres { sphere, target, .. } => Ok(of_spheres(sphere, target, bodies)),
-            Self::Surfaces { own, target: Target::Plane(plane), .. } => {
-                let found = plane_distance(&own.model, &bodies[own.body], plane, search)?;
-                let normal = plane.normal.into_inner();
-                let point = found.site.point;
-                let points = [point, point - normal * found.gap];
-                Ok(Touch { gap: found.gap, normal, points, places: Some([found.place; 2]) })
+            Self::Spheres { sphere, target, .. } => {
+                let found = sphere.nearest(target.as_ref(), bodies);
+                let touch = |(gap, normal, points)| Touch { gap, normal, points, places: None };
+                Ok(found.map_or_else(Touch::unknown, touch))
             }
-            Self::Surfaces { own, target: Target::Body(other), .. } => {
-                let (models, states) =
-                    ([&*own.model, &*other.model], [&bodies[own.body], &bodies[other.body]]);
-                let found = match followed_overlap(models, states, search)? {
-                    Some(found) => found,
-                    None => minimum_distance(models, states, search)?,
-                };
+            Self::Surfaces { surfaces, .. } => {
+                let found = surfaces.followed(bodies, search)?;
                 let points = found.sites.map(|site| site.point);
                 Ok(Touch { gap: found.gap, normal: found.normal, points, places: Some(found.places) })
             }
@@ -196,28 +144,25 @@ impl Geometry {
 
     /// How the bodies are curved where they touch.
     pub fn curved(&self, motion: Motion<'_>, touch: &Touch) -> Result<Curved, SolverFault> {
-        let (own, target, compliance, places) = match (self, &touch.places) {
+        let (surfaces, compliance, places) = match (self, &touch.places) {
             (Self::Spheres { ellipse, .. }, _) => {
                 let axes = tangents(&touch.normal);
                 return Ok(Curved { ellipse: *ellipse, axes, bending: None });
             }
-            (Self::Surfaces { own, target, compliance }, Some(places)) => (own, target, *compliance, places),
+            (Self::Surfaces { surfaces, compliance }, Some(places)) => (surfaces, *compliance, places),
             (Self::Surfaces { .. }, None) => {
                 return Err(SolverFault::HertzGap { gap: touch.gap, time: motion.time });
             }
         };
         let no_point = |why| SolverFault::NoHertzPoint { why, time: motion.time };
-        let at = |surface: &Surface, place: &Site, sign: f64| {
+        let at = |side: usize, place: &Site, sign: f64| {
+            let Some(surface) = surface(surfaces, side) else { return Ok(Matrix3::zeros()) };
             let shape =
                 surface.model.local_shape(place).ok_or_else(|| no_point("a place without curvature"))?;
             shape_in_space(&shape, surface, &motion.bodies[surface.body], touch, sign)
                 .ok_or_else(|| no_point("an edge, a rim or a place beside the axis"))
         };
-        let mine = at(own, &places[0], -1.0)?;
-        let theirs = match target {
-            Target::Body(surface) => at(surface, &places[1], 1.0)?,
-            Target::Plane(_) => Matrix3::zeros(),
-        };
+        let (mine, theirs) = (at(0, &places[0], -1.0)?, at(1, &places[1], 1.0)?);
         let (small, large, axes) = principal(&(mine + theirs), &touch.normal);
         let ellipse = HertzEllipse::new(small, large, compliance)
             .ok_or_else(|| no_point("surfaces that touch along a line or lie in each other"))?;
@@ -237,31 +182,35 @@ impl Geometry {
         semi_axes: [f64; 2],
         force: f64,
     ) -> Option<StiffnessChange> {
-        let (Self::Surfaces { own, target, .. }, Some(places), Some(bending)) =
+        let (Self::Surfaces { surfaces, .. }, Some(places), Some(bending)) =
             (self, &touch.places, &curved.bending)
         else {
             return None;
         };
-        if own.model.motion() != RigidMotion::Spatial {
+        if surfaces.own.model.motion() != RigidMotion::Spatial {
             return None; // on one axis nothing rolls
         }
         let [a, b] = curved.axes;
         let spread = a * a.transpose() * semi_axes[0].powi(2) + b * b.transpose() * semi_axes[1].powi(2);
-        let slope = |surface: &Surface, place: &Site| {
+        let slopes = [0, 1].map(|side| {
+            let Some(surface) = surface(surfaces, side) else { return Vector3::zeros() };
             let turn = bodies[surface.body].rotation.to_rotation_matrix().into_inner();
-            turn * surface.model.bending_slope(place, &(turn.transpose() * spread * turn))
-        };
-        let slopes =
-            [slope(own, &places[0]), target.body().map_or_else(Vector3::zeros, |t| slope(t, &places[1]))];
+            turn * surface.model.bending_slope(&places[side], &(turn.transpose() * spread * turn))
+        });
         stiffness_change(&Bent { normal: touch.normal, spread, bending, slopes, axes: curved.axes }, force)
     }
+}
+
+/// The surface of the contact body (0) or of the target (1), which a plane has not.
+fn surface(surfaces: &Detector, side: usize) -> Option<&BodySurface> {
+    if side == 0 { Some(&surfaces.own) } else { surfaces.target.as_ref().body() }
 }
 
 /// Curvature in space of the surface of a body; `sign`: of its outward normal along the common one.
 /// `None` beside the axis of an axisymmetric body, and where an edge is nearest.
 fn shape_in_space(
     shape: &LocalShape,
-    surface: &Surface,
+    surface: &BodySurface,
     state: &BodyState,
     touch: &Touch,
     sign: f64,
@@ -277,29 +226,6 @@ fn shape_in_space(
         }
     }
     Some(turn * shape.bending * turn.transpose())
-}
-
-fn of_spheres(sphere: &Sphere, target: &Target<Sphere>, bodies: &[BodyState]) -> Touch {
-    let centre = sphere.centre.position(&bodies[sphere.body]);
-    match target {
-        Target::Plane(plane) => {
-            let normal = plane.normal.into_inner();
-            let gap = (centre - plane.point).dot(&normal) - sphere.radius;
-            let point = centre - normal * sphere.radius;
-            Touch { gap, normal, points: [point, point - normal * gap], places: None }
-        }
-        Target::Body(other) => {
-            let to = other.centre.position(&bodies[other.body]);
-            let line = centre - to;
-            let distance = line.norm();
-            let normal = line / distance;
-            if !normal.x.is_finite() {
-                return Touch::unknown();
-            }
-            let points = [centre - normal * sphere.radius, to + normal * other.radius];
-            Touch { gap: distance - sphere.radius - other.radius, normal, points, places: None }
-        }
-    }
 }
 
 /// Two unit vectors across `normal` and each other.

@@ -5,10 +5,12 @@
 //! deformation is the approach `δ` of Hertz's law.
 
 use ffr_dynamics::data_error::DataError;
+use ffr_dynamics::force::BodyState;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
+use nalgebra::Vector3;
 
-use crate::ContactError;
 use crate::law::{HertzPair, Solid};
+use crate::{ContactError, Target};
 
 /// A sphere that belongs to a body.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,6 +27,32 @@ pub struct Sphere {
 }
 
 impl Sphere {
+    /// Gap to `target` in the motions `bodies` \[m\], unit normal towards the sphere, and the
+    /// points where both are nearest; none where centres coincide.
+    pub fn nearest(
+        &self,
+        target: Target<&Sphere>,
+        bodies: &[BodyState],
+    ) -> Option<(f64, Vector3<f64>, [Vector3<f64>; 2])> {
+        let centre = self.centre.position(&bodies[self.body]);
+        match target {
+            Target::Plane(plane) => {
+                let normal = plane.normal.into_inner();
+                let gap = (centre - plane.point).dot(&normal) - self.radius;
+                let point = centre - normal * self.radius;
+                Some((gap, normal, [point, point - normal * gap]))
+            }
+            Target::Body(other) => {
+                let to = other.centre.position(&bodies[other.body]);
+                let line = centre - to;
+                let distance = line.norm();
+                let normal = line / distance;
+                let points = [centre - normal * self.radius, to + normal * other.radius];
+                normal.x.is_finite().then_some((distance - self.radius - other.radius, normal, points))
+            }
+        }
+    }
+
     /// Checks that radius and constants are positive and the centre finite.
     ///
     /// # Errors

@@ -287,7 +287,7 @@ pub fn random_bodies(pair: &SurfacePair, motion: RigidMotion, depth: f64, seed: 
     bodies[2].position = bodies[0].position + up * (RADIUS + 0.05);
     let (state, mut workspace, _) = pair.start();
     for _ in 0..20 {
-        let gap = pair.smallest_gap(Motion::new(0.0, &bodies), &state, &mut workspace);
+        let gap = pair.meeting(Motion::new(0.0, &bodies), &state, &mut workspace).gap;
         bodies[2].position -= up * (gap + depth);
     }
     bodies

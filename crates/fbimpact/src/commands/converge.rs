@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use adaptive::model::subjects;
+use adaptive::prepared::Prepared;
 use result_files::converge::difference::Difference;
 use result_files::converge::outcome::Outcome;
 use result_files::converge::report::{self, Study};
@@ -30,7 +32,7 @@ pub fn converge(arguments: &ConvergeArguments) -> Result<(), AppError> {
     let n_threads = threads(arguments.threads)?;
     let scenario = scenario_file::read(&arguments.scenario, &arguments.set.set)?;
     let spec = &scenario.run;
-    let subjects = adaptive::model::subjects(spec).map_err(AppError::model)?;
+    let subjects = subjects(&Prepared::new(spec).map_err(AppError::model)?);
     let plan = Plan::new(&scenario, subjects);
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.scenario));
     prepare(&folder)?;

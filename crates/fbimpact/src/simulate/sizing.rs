@@ -8,6 +8,7 @@
 use std::borrow::Cow;
 use std::fmt::Write as _;
 
+use adaptive::prepared::Prepared;
 use adaptive::sizing::mode_count::WITHOUT_FORCES;
 use adaptive::sizing::{ChosenSizes, SizeRequest, choose};
 use adaptive::spec::{Accuracy, BodySpec, ImportedSpec, RefinementSpec};
@@ -31,7 +32,23 @@ pub fn sized<'a>(
     if scenario.wishes.iter().all(|wish| *wish == SizeRequest::default()) {
         return Ok(Cow::Borrowed(scenario));
     }
-    let chosen = thread_pool(threads)?.install(|| choose(&scenario.run, &scenario.wishes, cache))?;
+    sized_for(scenario, &Prepared::new(&scenario.run)?, threads, cache)
+}
+
+/// As [`sized`], with what is known of its run.
+///
+/// # Errors
+/// Likewise.
+pub fn sized_for<'a>(
+    scenario: &'a Scenario,
+    run: &Prepared<'_>,
+    threads: usize,
+    cache: &ModelCache,
+) -> Result<Cow<'a, Scenario>, AppError> {
+    if scenario.wishes.iter().all(|wish| *wish == SizeRequest::default()) {
+        return Ok(Cow::Borrowed(scenario));
+    }
+    let chosen = thread_pool(threads)?.install(|| choose(run, &scenario.wishes, cache))?;
     let mut scenario = scenario.clone();
     let wishes = std::mem::take(&mut scenario.wishes);
     scenario.wishes = vec![SizeRequest::default(); wishes.len()];

@@ -2,7 +2,8 @@
 
 use faer::Mat;
 
-use super::{Interface, InterfaceModes};
+use super::Interface;
+use crate::spec::InterfaceModes;
 use crate::spec::ReductionSpec;
 use crate::store::{Bytes, ModelKey};
 

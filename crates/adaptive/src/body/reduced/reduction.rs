@@ -12,11 +12,11 @@ use ffr_dynamics::reduction::problem::ElasticProblem;
 use ffr_dynamics::reduction::rigid::RigidModes;
 
 use super::{
-    Interface, InterfaceModes, ReducedBody, answering, basis_from, free_modes, free_modes_answering,
-    stored_basis, with_critical,
+    Interface, ReducedBody, answering, basis_from, free_modes, free_modes_answering, stored_basis,
+    with_critical,
 };
 use crate::body::reduced::damping::damping;
-use crate::spec::{DampingSpec, ReductionSpec};
+use crate::spec::{DampingSpec, InterfaceModes, ReductionSpec};
 use crate::store::{ModelCache, ModelKey};
 
 /// The data of a reduction besides the interface.

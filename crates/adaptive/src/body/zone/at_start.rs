@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 use crate::body::splines::ElasticBody;
 use crate::body::zone::{ContactZone, ZoneLimits};
 use crate::error::{AdaptiveError, ContactModelFault};
-use crate::spec::{ElasticSpec, RefinementSpec, SurfaceLaw, Treatment};
+use crate::spec::{ElasticSpec, RefinementSpec, SurfaceLaw};
 use crate::surface::SurfacePlace;
 
 /// Slack of comparisons between parameters, as a share of the patch's range: round-off of arc
@@ -80,7 +80,7 @@ pub fn wanted_refinement(request: &ZoneRequest<'_>) -> Result<Option<RefinementS
         let fault = ContactModelFault::Settings(settings);
         AdaptiveError::ContactModel { contact: request.contact.to_owned(), fault }
     };
-    if request.law.treatment == Treatment::Coarse {
+    if !request.law.treatment.has_fine_zone() {
         return Err(fail(
             "model \"coarse\" is not refined, leave interval.elements out or choose another model",
         ));
@@ -99,7 +99,7 @@ impl ZoneRequest<'_> {
     /// The zone of `body` that a contact asks for.
     ///
     /// Its width is the one given, else that of the refinement in whose middle the site lies; of a
-    /// contact without refinement ([`Treatment::Coarse`]) the whole face about the site, as far as
+    /// contact without one ([`crate::spec::Treatment::has_fine_zone`]) the whole face about the site, as far as
     /// it is regular.
     ///
     /// # Errors
@@ -114,7 +114,7 @@ impl ZoneRequest<'_> {
             Interval::about(body, &face, &xi, half_width)
         };
         let singular = |i: &Interval| body.shape.singular_in(face.id.patch, &i.bounds.lower, &i.bounds.upper);
-        let is_coarse = self.law.treatment == Treatment::Coarse;
+        let is_coarse = !self.law.treatment.has_fine_zone();
         let known = self.law.interval.width;
         let known = if is_coarse { known } else { known.or_else(|| refined_width(&body.spec, &point)) };
         let widest = || {

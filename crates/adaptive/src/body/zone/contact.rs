@@ -4,14 +4,13 @@
 use contact_qs::surface_pair::{MeetingPoint, SurfacePair, SurfacePairSettings, SurfacePlace, TargetSurface};
 use contact_qs::zone::points::{DofLookup, InterfaceCompliance, contact_submodel};
 use contact_qs::{
-    ActiveContact, ContactError, ContactSubmodel, Plane, PlaneContact, PlaneContactSettings,
-    VibratingContact, ZoneVibration,
+    ActiveContact, ContactError, ContactSubmodel, PlaneContact, PlaneContactSettings, VibratingContact,
+    ZoneVibration,
 };
 use faer::MatRef;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::force::active::Active;
 use iga_core::nurbs::FaceId;
-use nalgebra::Unit;
 
 use crate::body::splines::Discretised;
 use crate::body::zone::{ContactZone, ZoneExtent, ZoneRegion};
@@ -125,8 +124,7 @@ impl ZoneContact {
         let (body, method, penalty) = (own.body, law.method, law.penalty.unwrap_or(UNTIL_KNOWN));
         let submodel = own.submodel()?;
         match (target, other) {
-            (Target::Plane { point, normal }, _) => {
-                let plane = Plane { point, normal: Unit::new_normalize(normal) };
+            (Target::Plane(plane), _) => {
                 let settings = PlaneContactSettings { body, plane, penalty, method };
                 let contact = PlaneContact::new(submodel, settings)?;
                 Ok(Self::Plane(Box::new(match law.friction {

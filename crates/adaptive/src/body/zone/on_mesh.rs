@@ -6,7 +6,6 @@ use contact_qs::ContactError;
 use crate::body::zone::at_start::{LineOnBody, StartZone, ZoneRequest};
 use crate::body::zone::{ContactZone, longest_across};
 use crate::error::{AdaptiveError, ContactModelFault};
-use crate::spec::Treatment;
 use crate::surface::{MeshSurface, Surface, SurfacePlace};
 
 /// Sides of quadratic elements on the half width of a contact along a line, at least: with fewer
@@ -19,7 +18,7 @@ const LINEAR: f64 = 4.0;
 ///
 /// Along a line it is the strip of the width given, else of the one predicted, as long as the
 /// surface. Elsewhere its width is the one given, else what is predicted; of a contact without a
-/// quasistatic part ([`Treatment::Coarse`]) it is the smooth surface about the place.
+/// fine zone ([`crate::spec::Treatment::has_fine_zone`]) it is the smooth surface about the place.
 ///
 /// # Errors
 /// [`AdaptiveError::ContactModel`] if no width is known, or if sides are longer across a line than its contact needs; [`AdaptiveError::Mesh`] for a side
@@ -31,7 +30,7 @@ pub fn zone_on_mesh(
 ) -> Result<ContactZone, AdaptiveError> {
     let ZoneRequest { contact, law, site } = *request;
     let mesh_fault = |source| AdaptiveError::Mesh { body: name.to_owned(), source };
-    let is_coarse = law.treatment == Treatment::Coarse;
+    let is_coarse = !law.treatment.has_fine_zone();
     if let Some(line) = line().filter(|_| !is_coarse) {
         let site = surface.turned_to(&site, &line.outward);
         check_line(name, surface, contact, &site, &line)?;

@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use contact_qs::Meeting;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::integration::OdeSystem;
 use nalgebra::Vector3;
@@ -63,7 +64,7 @@ impl Driver<'_> {
         let element = &self.model.system.forces()[i].contact;
         let beyond = |kind| {
             let refinement = self.model.contacts[i].refinement.as_ref()?;
-            Some(element.penalty() / refinement.penalty_of_modes(kind, &self.model.bodies))
+            Some(element.facts().penalty() / refinement.penalty_of_modes(kind, &self.model.bodies))
         };
         let few_at_once = || {
             let fine = self.slots[i].fine().filter(|fine| !is_minor && fine.has_moved())?;
@@ -147,7 +148,8 @@ impl Driver<'_> {
                 }
                 None => {
                     let (force, motion) = system.force_in_motion(t, y, i);
-                    (force.contact.place(motion), force.contact.normal(motion))
+                    let Meeting { place, normal, .. } = force.contact.meeting(motion);
+                    (place, normal)
                 }
             };
             let mut velocity = |y: &[f64]| {
@@ -157,7 +159,7 @@ impl Driver<'_> {
             let acceleration = (velocity(&later) - velocity(y)) / after;
             let (closing, all) =
                 (-acceleration.dot(&normal), acceleration.norm() + self.settings.gravity.norm());
-            let (body, target) = system.forces()[i].contact.bodies();
+            let (body, target) = system.forces()[i].contact.facts().bodies();
             let bodies = [Some(body), target].into_iter().flatten().map(|b| self.model.bodies[b].data.mass);
             let unsettled = closing * bodies.fold(f64::INFINITY, f64::min);
             let is_pressed = closing > LEAST_PRESS * all && unsettled > SETTLED * forces[i];
@@ -188,8 +190,8 @@ impl Driver<'_> {
         let coarse = self.coarse_zone(i, impact);
         self.warn(coarse.map(|warning| (i, warning)).into_iter().collect())?;
         let name = &self.model.contacts[i].name;
-        let (body, target) = self.model.system.forces()[i].contact.bodies();
-        let penalty = self.model.system.forces()[i].contact.penalty();
+        let element = self.model.system.forces()[i].contact.facts();
+        let ((body, target), penalty) = (element.bodies(), element.penalty());
         let bodies = [Some(body), target].into_iter().flatten();
         let touching: Vec<_> = bodies.clone().map(|b| &self.model.bodies[b]).collect();
         let rings = ringing_force(name, &touching, impact, doubts.beyond_modes)
@@ -218,7 +220,7 @@ impl Driver<'_> {
     /// the peak of `impact`.
     fn coarse_zone(&self, i: usize, impact: &ImpactRecord) -> Option<Warning> {
         let (facts, element) = (&self.model.contacts[i], &self.model.system.forces()[i].contact);
-        element.point(0)?;
+        element.facts().point(0)?;
         if facts.refinement.is_some() || facts.local_field == LocalField::ModesAlone {
             return None;
         }

@@ -4,7 +4,7 @@ use crate::adaptivity::penalty_search::PenaltySearch;
 use crate::error::AdaptiveError;
 use crate::impact::FineContact;
 use crate::impact::stress::LeftOut;
-use crate::model::ContactModel;
+use crate::model::ContactFacts;
 use crate::state::impact_monitor::ImpactMonitor;
 use crate::state::simulation::{RunContact, System, smallest_gap};
 use crate::touch::detection::Search;
@@ -102,7 +102,7 @@ impl ContactSlot {
     pub fn gap(
         &mut self,
         system: &mut System,
-        (i, facts): (usize, &ContactModel),
+        (i, facts): (usize, &ContactFacts),
         (t, y): (f64, &[f64]),
     ) -> Result<f64, AdaptiveError> {
         let Some(refinement) = &facts.refinement else { return Ok(smallest_gap(system, t, y, i)) };

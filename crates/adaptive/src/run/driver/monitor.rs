@@ -9,7 +9,7 @@ use super::{Driver, NEAR, TOUCHING};
 use crate::adaptivity::interval::IntervalAssessment;
 use crate::error::AdaptiveError;
 use crate::impact::FineContact;
-use crate::model::ContactModel;
+use crate::model::ContactFacts;
 use crate::record::{BareForce, TransferDirection, TrialOutcome, TrialRecord};
 use crate::run::driver::impact::trial::Trial;
 use crate::spec::{LocalField, StressInstant};
@@ -23,7 +23,7 @@ const ROUND_OFF: f64 = 3.2e-14;
 const _: () = assert!(ROUND_OFF * ROUND_OFF > NEAR * NEAR * NEAR);
 
 /// Peak force of a contact that is none but round-off \[N\].
-fn round_off_force(facts: &ContactModel) -> f64 {
+fn round_off_force(facts: &ContactFacts) -> f64 {
     let force = ROUND_OFF * facts.modulus * facts.size * facts.size;
     if force.is_finite() { force } else { 0.0 }
 }
@@ -96,7 +96,7 @@ impl Driver<'_> {
         let forces = self.model.system.forces();
         let groups = &self.groups;
         let pressed = |k: usize| {
-            let (body, target) = forces[k].contact.bodies();
+            let (body, target) = forces[k].contact.facts().bodies();
             [Some(body), target].into_iter().flatten().map(move |b| groups[b])
         };
         let others = self.slots.iter().enumerate().filter(|(k, _)| *k != i);
@@ -128,7 +128,8 @@ impl Driver<'_> {
             let facts = &self.model.contacts[i];
             let contact = &self.model.system.forces()[i].contact;
             let sizes = slot.fine().map_or_else(|| self.model.trial_sizes(i), |f| f.sizes);
-            let mut utilisation = [f64::from(trial.most_active[i]) / contact.n_points().max(1) as f64, 0.0];
+            let mut utilisation =
+                [f64::from(trial.most_active[i]) / contact.facts().n_points().max(1) as f64, 0.0];
             let verdict = verdicts.get(i).and_then(Option::as_ref);
             if let Some(verdict) = verdict.filter(|v| !v.directions.is_empty()) {
                 utilisation = [0.0; 2];
@@ -141,7 +142,7 @@ impl Driver<'_> {
                 start: self.work.start,
                 stop: self.integrator.time(),
                 penalty_start: trial.penalty_start[i],
-                penalty_end: contact.penalty(),
+                penalty_end: contact.facts().penalty(),
                 interval_widths: slot.fine().map_or(facts.widths, FineContact::widths),
                 utilisation,
                 elements: sizes.elements,
@@ -241,7 +242,7 @@ impl Driver<'_> {
         }
         let (time, y) = (self.integrator.time(), self.integrator.state());
         let (force, motion) = self.model.system.force_in_motion(time, y, i);
-        let (place, (own, target)) = (force.contact.place(motion), force.contact.bodies());
+        let (place, (own, target)) = (force.contact.meeting(motion).place, force.contact.facts().bodies());
         let states = self.model.system.last_evaluation().0;
         let on = |body: usize| {
             let flexible = self.model.bodies[body].flexible()?;
@@ -294,7 +295,7 @@ impl Driver<'_> {
             fine.whole.is_none_or(TouchKind::bounds_pressure)
                 && fine.zones.iter().all(|zone| zone.site.meets.is_none())
         });
-        let has_points = element.point(0).is_none() || report.n_active >= TELLING_POINTS;
+        let has_points = element.facts().point(0).is_none() || report.n_active >= TELLING_POINTS;
         if is_smooth && has_points && report.contact_area > 0.0 {
             report.normal_force / report.contact_area
         } else {

@@ -1,12 +1,13 @@
 //! The watch of a run: no bodies go through each other, whatever their contacts say (docs/theory.md
 //! Eq. P.12).
 
+use contact_qs::Meeting;
+
 use super::Driver;
 use crate::checks::watch::{Seen, Unknown, WatchedPair};
 use crate::error::AdaptiveError;
 use crate::record::PhaseKind;
 use crate::record::finding::Components;
-use crate::spec::Target;
 
 /// Overlap that says nothing, as a share of the size of the smaller body: far above what detection
 /// leaves, 1e-12 of the larger one.
@@ -69,9 +70,10 @@ impl Driver<'_> {
         let (contact, motion) = self.model.system.force_in_motion(t, &self.interpolated, i);
         // Zones that vibrate have given way in coordinates of their own.
         let has_given_way = contact.n_coordinates() > 0 && contact.contact.report().normal_force > 0.0;
-        let depth = if has_given_way { overlap.depth } else { -contact.contact.smallest_gap(motion) };
-        let place = contact.contact.place(motion);
-        let areas = (0..contact.contact.n_points()).filter_map(|k| contact.contact.point(k));
+        let Meeting { gap, place, .. } = contact.contact.meeting(motion);
+        let depth = if has_given_way { overlap.depth } else { -gap };
+        let element = contact.contact.facts();
+        let areas = (0..element.n_points()).filter_map(|k| element.point(k));
         let spacing = areas.fold(0.0, |largest: f64, (_, area)| largest.max(area)).sqrt();
         let told = self.watched[i].note((t, least), overlap, Seen { depth, place, spacing });
         Ok((Some(Unknown { time: t, overlap, known: depth.max(0.0) }), told))
@@ -94,10 +96,8 @@ impl Driver<'_> {
 
     fn passed_through(&self, i: usize, unknown: Unknown) -> AdaptiveError {
         let facts = &self.model.contacts[i];
-        let target = match facts.target {
-            Target::Body(other) => format!("body \"{}\"", self.model.bodies[other].name),
-            Target::Plane { .. } => "the plane".to_owned(),
-        };
+        let named = |other: usize| format!("body \"{}\"", self.model.bodies[other].name);
+        let target = facts.target.body().map_or_else(|| "the plane".to_owned(), named);
         // Contacts with one model for the whole run have their places by what the scenario gives.
         let given = match &facts.refinement {
             Some(refinement) if refinement.has_width() => Some("interval.width"),

@@ -1,7 +1,7 @@
 //! Hertz's force, or that of a line contact, between two material points: a cheap preview of an
 //! impact, from which the first fine model is sized.
 
-use contact_qs::{ContactElement, ContactReport};
+use contact_qs::{Contact, ContactElement, ContactError, ContactReport, Meeting};
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::force::{BodyState, ForceElement, GeneralisedForce, Motion};
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
@@ -24,12 +24,20 @@ impl HertzPoint {
     }
 }
 
+/// Stands in a system for a contact whose zones are not there: no force and no gap to look at, or
+/// the force of a preview.
+#[derive(Debug, Clone)]
+pub struct StandIn {
+    bodies: (usize, Option<usize>),
+    impact: Option<PointImpact>,
+}
+
 /// The force of an impact's law along a fixed normal between two points that touch at the start.
 ///
 /// The bodies keep their dynamic modes, so that waves and joints count; only the contact zone is
 /// that of the law. Points stay where they are: good for the time of an impact.
 #[derive(Debug, Clone)]
-pub struct PointImpact {
+struct PointImpact {
     contact: HertzPoint,
     target: HertzPoint,
     normal: Vector3<f64>,
@@ -38,9 +46,15 @@ pub struct PointImpact {
     law: ImpactLaw,
 }
 
-impl PointImpact {
-    /// A contact whose surfaces have the given gap in the motion `bodies`.
-    pub fn new(
+impl StandIn {
+    /// For a contact of the `bodies`, the contact body and the target, none of a plane, that is only
+    /// watched.
+    pub fn inactive(bodies: (usize, Option<usize>)) -> Self {
+        Self { bodies, impact: None }
+    }
+
+    /// For a preview of a contact whose surfaces have the given gap in the motion `bodies`.
+    pub fn preview(
         contact: HertzPoint,
         target: HertzPoint,
         normal: Vector3<f64>,
@@ -48,17 +62,20 @@ impl PointImpact {
         bodies: &[BodyState],
         gap: f64,
     ) -> Self {
-        let mut impact = Self { contact, target, normal, offset: 0.0, law };
+        let between = (contact.body.unwrap_or(0), target.body);
+        let mut impact = PointImpact { contact, target, normal, offset: 0.0, law };
         impact.offset = impact.gap(bodies) - gap;
-        impact
+        Self { bodies: between, impact: Some(impact) }
     }
+}
 
+impl PointImpact {
     fn gap(&self, bodies: &[BodyState]) -> f64 {
         (self.contact.place(bodies) - self.target.place(bodies)).dot(&self.normal) - self.offset
     }
 }
 
-impl ForceElement for PointImpact {
+impl ForceElement for StandIn {
     type State = ();
     type Workspace = ();
     type Found = ContactReport;
@@ -75,10 +92,11 @@ impl ForceElement for PointImpact {
         found: &mut ContactReport,
         forces: &mut [GeneralisedForce],
     ) -> Result<(), EvaluationFailure> {
-        let approach = (-self.gap(motion.bodies)).max(0.0);
-        let (force, energy) = self.law.force(approach);
+        let Some(impact) = &self.impact else { return Ok(()) };
+        let approach = (-impact.gap(motion.bodies)).max(0.0);
+        let (force, energy) = impact.law.force(approach);
         found.normal_force = force;
-        found.force = self.normal * force;
+        found.force = impact.normal * force;
         found.n_active = usize::from(force > 0.0);
         found.energies.elastic_high = energy;
         let mut push = |p: &HertzPoint, f: Vector3<f64>| {
@@ -87,39 +105,63 @@ impl ForceElement for PointImpact {
             }
         };
         if force > 0.0 {
-            push(&self.contact, found.force);
-            push(&self.target, -found.force);
+            push(&impact.contact, found.force);
+            push(&impact.target, -found.force);
         }
         Ok(())
     }
 }
 
-impl ContactElement for PointImpact {
+impl Contact for StandIn {
     fn kind(&self) -> &'static str {
-        "point-impact"
+        if self.impact.is_some() { "point-impact" } else { "inactive" }
     }
 
     fn bodies(&self) -> (usize, Option<usize>) {
-        (self.contact.body.unwrap_or(0), self.target.body)
-    }
-
-    fn smallest_gap(&self, motion: Motion<'_>, (): &(), (): &mut ()) -> f64 {
-        self.gap(motion.bodies)
-    }
-
-    fn normal(&self, _: Motion<'_>, (): &(), (): &mut ()) -> Vector3<f64> {
-        self.normal
-    }
-
-    fn place(&self, motion: Motion<'_>, (): &(), (): &mut ()) -> Vector3<f64> {
-        self.contact.place(motion.bodies)
+        self.bodies
     }
 
     fn penalty(&self) -> f64 {
-        f64::INFINITY
+        if self.impact.is_some() { f64::INFINITY } else { f64::NAN }
     }
 
     fn n_points(&self) -> usize {
-        1
+        usize::from(self.impact.is_some())
+    }
+
+    fn point(&self, _: usize) -> Option<([f64; 3], f64)> {
+        None
+    }
+}
+
+impl ContactElement for StandIn {
+    fn meeting(&self, motion: Motion<'_>, (): &(), (): &mut ()) -> Meeting {
+        let nothing = Meeting { gap: f64::INFINITY, normal: Vector3::zeros(), ..Meeting::UNKNOWN };
+        self.impact.as_ref().map_or(nothing, |impact| {
+            let place = impact.contact.place(motion.bodies);
+            Meeting { gap: impact.gap(motion.bodies), normal: impact.normal, place }
+        })
+    }
+
+    fn point_forces<'a>(&self, _: &'a (), _: &'a ContactReport) -> Option<&'a [f64]> {
+        None
+    }
+
+    fn set_penalty(&mut self, _: f64, _: &mut ()) -> Result<(), ContactError> {
+        Err(ContactError::NoPenalty { kind: self.kind() })
+    }
+
+    fn compliance_weight(
+        &self,
+        _: (Motion<'_>, f64),
+        _: &mut (),
+        _: &mut (),
+        _: &mut ContactReport,
+    ) -> Result<Option<f64>, EvaluationFailure> {
+        Ok(None)
+    }
+
+    fn interface_force(&self, _: usize, _: &ContactReport, _: &mut [f64]) -> bool {
+        false
     }
 }

@@ -8,6 +8,8 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use adaptive::checks::units;
+use adaptive::model::check_unbuilt;
+use adaptive::prepared::Prepared;
 
 use crate::commands::scenario_file;
 use crate::commands::{Means, print, threads};
@@ -71,8 +73,9 @@ pub fn check(
 /// Tells what is in a scenario without faults, and whether a run would accept its contacts, which
 /// is known from the shapes and the motions at the start.
 fn accept(path: &Path, scenario: &Scenario) -> Result<(), AppError> {
-    let contacts = adaptive::model::check_unbuilt(&scenario.run);
-    let behind = contacts::behind(scenario);
+    let prepared = Prepared::new(&scenario.run);
+    let behind = prepared.as_ref().map_or_else(|_| Vec::new(), contacts::behind);
+    let contacts = prepared.and_then(|run| check_unbuilt(&run));
     tracing::info!(
         "{}: {}, {} bodies, {} joints, {} contacts",
         path.display(),

@@ -3,9 +3,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use adaptive::model::start_poses;
+use adaptive::prepared::Prepared;
 use adaptive::sizing::mesh_touch::{GROWTH, MeshTouch, touches, usual_length};
-use adaptive::touch::first::FirstTouches;
 use result_files::file::output::Kind;
 use result_files::file::whole_file;
 
@@ -42,10 +41,9 @@ pub fn mesh_size(asked: &MeshSize<'_>, overrides: &[Override]) -> Result<(), App
     if let Some(output) = asked.output {
         gate_of(&scenario, asked.force).check(output, SIZES)?;
     }
-    let poses = start_poses(&scenario.run).map_err(AppError::model)?;
-    let first = FirstTouches::new(&scenario.run, &poses);
+    let run = Prepared::new(&scenario.run).map_err(AppError::model)?;
     let mut all: Vec<MeshTouch> =
-        scenario.run.contacts.iter().flat_map(|contact| touches(&first, contact)).collect();
+        scenario.run.contacts.iter().flat_map(|contact| touches(&run.touches, contact)).collect();
     if let Some(name) = asked.body {
         let index = body_index(name, scenario.run.bodies.iter().map(|b| &b.name))?;
         all.retain(|touch| touch.body == index);

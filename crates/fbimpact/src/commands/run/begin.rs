@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use adaptive::model::check_unbuilt;
+use adaptive::prepared::Prepared;
 use indicatif::ProgressBar;
 
 use super::recording::record;
@@ -14,8 +15,8 @@ use crate::progress::Progress;
 use crate::results::OutputFile;
 use crate::results::journal::{Header, Journal};
 use crate::scenario::Scenario;
-use crate::simulate::simulate_with;
-use crate::simulate::sizing::sized;
+use crate::simulate::simulate_prepared;
+use crate::simulate::sizing::sized_for;
 
 /// Chooses the sizes that `scenario` leaves open and runs it to `output` from the start.
 ///
@@ -31,11 +32,14 @@ pub(super) fn begin(
     let begin = Instant::now();
     // What a run refuses whatever its meshes are comes before they are chosen, which may take
     // minutes.
-    if let Err(error) = check_unbuilt(&scenario.run) {
-        output.discard();
-        bar.finish_and_clear();
-        return Err(error.into());
-    }
+    let run = match Prepared::new(&scenario.run).and_then(|run| check_unbuilt(&run).map(|()| run)) {
+        Ok(run) => run,
+        Err(error) => {
+            output.discard();
+            bar.finish_and_clear();
+            return Err(error.into());
+        }
+    };
     // A run that is killed while sizes are chosen can be taken up, too. The restart file of an
     // earlier run stays until this one begins.
     let is_restart_own = !output.restart().exists();
@@ -54,7 +58,7 @@ pub(super) fn begin(
     let progress = Progress::new(bar.clone());
     progress.stage(Some("choosing meshes and numbers of modes".into()));
     let choosing = Instant::now();
-    let scenario = sized(scenario, n_threads, &cache);
+    let scenario = sized_for(scenario, &run, n_threads, &cache);
     let sizes = choosing.elapsed().as_secs_f64();
     drop(progress);
     let held = stop.take();
@@ -74,8 +78,9 @@ pub(super) fn begin(
             return Err(error);
         }
     };
-    let outcome = record(&scenario, output, n_threads, (stop, bar, begin), |scenario, observer, threads| {
-        let mut report = simulate_with(scenario, None, observer, threads, &cache)?;
+    let outcome = record(&scenario, output, n_threads, (stop, bar, begin), |_, observer, threads| {
+        let run = run.with_sizes(&scenario.run)?;
+        let mut report = simulate_prepared(run, None, observer, threads, &cache)?;
         report.timings.sizes += sizes;
         Ok(report)
     });

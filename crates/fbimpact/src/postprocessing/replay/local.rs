@@ -7,7 +7,7 @@
 use std::fmt;
 
 use adaptive::impact::AdaptiveContact;
-use adaptive::model::{ContactModel, RunModel};
+use adaptive::model::{ContactFacts, RunModel};
 use ffr_dynamics::force::{BodyState, GeneralisedForce, Motion};
 use ffr_dynamics::reduction::ResidualFlexibility;
 
@@ -78,7 +78,7 @@ impl<View> LocalContacts<View> {
         zones: RefinedZones<View>,
     ) -> Self {
         let (mut contacts, mut left_out) = (Vec::new(), Vec::new());
-        let on_zones = |(_, c): &(usize, &ContactModel)| c.loads_interface || c.refinement.is_some();
+        let on_zones = |(_, c): &(usize, &ContactFacts)| c.loads_interface || c.refinement.is_some();
         for (i, contact) in model.contacts.iter().enumerate().filter(on_zones) {
             let is_solvable = contact.refinement.as_ref().is_none_or(AdaptiveContact::is_rebuildable);
             let series = stored(&contact.name);
@@ -143,7 +143,8 @@ impl<View> LocalContacts<View> {
             }
             for (zone, of_body) in self.zones.of_contact(*index).iter().enumerate() {
                 let forces = forces_on(model, *index, of_body.body, &of_body.model.residual);
-                all.zones.push(ZoneForces { contact: *index, zone, total: force, forces });
+                let forces = forces.map(|forces| ZoneForces { contact: *index, zone, total: force, forces });
+                all.zones.extend(forces);
             }
         }
         Ok(all)
@@ -162,15 +163,19 @@ fn add_to_own(model: &RunModel, contact: usize, sums: &mut [Vec<f64>]) {
         if model.system.forces()[contact].acts_on(body) {
             sum.resize(residual.interface().len(), 0.0);
             let part = forces_on(model, contact, body, residual);
-            sum.iter_mut().zip(part).for_each(|(sum, f)| *sum += f);
+            sum.iter_mut().zip(part.unwrap_or_default()).for_each(|(sum, f)| *sum += f);
         }
     }
 }
 
 /// Forces of the last evaluation of contact `contact` on the interface of `residual`, a model of
-/// `body`.
-fn forces_on(model: &RunModel, contact: usize, body: usize, residual: &ResidualFlexibility) -> Vec<f64> {
+/// `body`; none of a contact that has no quasistatic zone there.
+fn forces_on(
+    model: &RunModel,
+    contact: usize,
+    body: usize,
+    residual: &ResidualFlexibility,
+) -> Option<Vec<f64>> {
     let mut forces = vec![0.0; residual.interface().len()];
-    model.system.forces()[contact].contact.interface_force(body, &mut forces);
-    forces
+    model.system.forces()[contact].contact.interface_force(body, &mut forces).then_some(forces)
 }

@@ -146,8 +146,8 @@ fn planes(states: &States) -> Vec<Value> {
     let contacts = states.scenario.run.contacts.iter();
     let mut all: Vec<Value> = contacts
         .filter_map(|contact| {
-            let Target::Plane { point, normal } = contact.target else { return None };
-            Some(json!({ "point": point.as_slice(), "normal": normal.as_slice() }))
+            let Target::Plane(plane) = contact.target else { return None };
+            Some(json!({ "point": plane.point.as_slice(), "normal": plane.normal.as_slice() }))
         })
         .collect();
     all.dedup();

@@ -3,6 +3,7 @@
 
 use adaptive::model::{Arrangement, PlacedJoint, PlacedMarker, PlacedTouch};
 use adaptive::spec::{BodySpec, ContactSpec, ImportedSpec, LoadSpec, Target};
+use adaptive::touch::first::FirstTouches;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::force::BodyState;
 use nalgebra::{Unit, Vector3};
@@ -90,10 +91,8 @@ fn shape(body: &FileBody, pose: &Pose, (cells, view): (Cells, View)) -> Result<O
 
 /// For each contact of body `index` a field that is 1 on the contact body and 2 on the target.
 fn sides(contacts: &[ContactSpec], index: usize, n: usize) -> Vec<(String, Vec<[f64; 1]>)> {
-    let side = |contact: &ContactSpec| match contact.target {
-        _ if contact.body == index => Some(1.0),
-        Target::Body(other) if other == index => Some(2.0),
-        _ => None,
+    let side = |contact: &ContactSpec| {
+        contact.bodies().position(|body| body == index).map(|side| if side == 0 { 1.0 } else { 2.0 })
     };
     let named =
         |contact: &ContactSpec| Some((format!("side of {}", contact.name), vec![[side(contact)?]; n]));
@@ -113,6 +112,7 @@ fn pose(state: &BodyState) -> Pose {
 struct Scene<'a> {
     scenario: &'a Scenario,
     arrangement: &'a Arrangement,
+    touches: FirstTouches<'a>,
     centre: Vector3<f64>,
     /// Half the diagonal of the box around everything \[m\].
     size: f64,
@@ -131,7 +131,8 @@ impl<'a> Scene<'a> {
         let size = if size.is_finite() && size > 0.0 { size } else { 1.0 };
         let centre = 0.5 * (low + high);
         let centre = if centre.iter().all(|x| x.is_finite()) { centre } else { Vector3::zeros() };
-        Self { scenario, arrangement, centre, size }
+        let touches = FirstTouches::new(&scenario.run, arrangement.poses.clone());
+        Self { scenario, arrangement, touches, centre, size }
     }
 
     fn reach(&self) -> f64 {
@@ -207,18 +208,14 @@ impl<'a> Scene<'a> {
     fn contact(&self, contact: &ContactSpec) -> Vec<(String, Grid)> {
         let run = &self.scenario.run;
         let mut parts = Vec::new();
-        if let Target::Plane { point, normal } = contact.target {
+        if let Target::Plane(plane) = contact.target {
             let mut grid = Grid::default();
-            let centre = self.centre - normal * (self.centre - point).dot(&normal);
-            marks::square(&mut grid, &centre, &Unit::new_normalize(normal), self.size, "plane");
+            marks::square(&mut grid, &plane.foot(&self.centre), &plane.normal, self.size, "plane");
             parts.push((format!("{}.plane", contact.name), grid));
         }
-        let Some(touch) = self.arrangement.touch(run, contact) else { return parts };
+        let Some(touch) = PlacedTouch::new(&self.touches, contact) else { return parts };
         let mut gap = Grid::default();
-        let target = match contact.target {
-            Target::Body(other) => self.body_name(Some(other), ""),
-            Target::Plane { .. } => "plane",
-        };
+        let target = contact.target.body().map_or("plane", |other| self.body_name(Some(other), ""));
         marks::point(&mut gap, &touch.on_body, self.body_name(Some(contact.body), ""));
         marks::point(&mut gap, &touch.on_target, target);
         marks::line(&mut gap, [&touch.on_body, &touch.on_target], &contact.name);

@@ -11,15 +11,16 @@ mod rigid;
 
 use adaptive::sizing::SizeRequest;
 use adaptive::spec::{BodyKind, BodySpec, ElasticSpec, FlexibleSpec, InitialMotion};
+use contact_qs::Plane;
 use ffr_dynamics::body::RigidMotion;
-use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 
 use super::super::body_places::{BodyPlaces, GivenPlace};
 use super::super::check::Checker;
 use super::super::section::Section;
 use super::super::tables::BodyModel;
 use super::super::types::FileOfBody;
-use super::built_bodies::{Built, BuiltBodies, Moving, MovingFacts, Plane};
+use super::built_bodies::{Built, BuiltBodies, Moving, MovingFacts};
 use super::joints::GROUND;
 use super::places::{BodyFacts, motion_in_words, part};
 use discretisation::{discretisation, reduction};
@@ -62,7 +63,9 @@ fn body(
                     let file = spline_file(section);
                     Made::Moving(kind, Box::new(MovingFacts { places, file, ..Default::default() }))
                 }
-                Rigid::Plane(normal) => Made::Plane(Plane { point: Vector3::zeros(), normal }),
+                Rigid::Plane(normal) => {
+                    Made::Plane(Plane { point: Vector3::zeros(), normal: Unit::new_normalize(normal) })
+                }
             })
         }
         Some(BodyModel::Imported) => imported::imported(checker, context, section, name)

@@ -2,8 +2,9 @@
 
 use adaptive::sizing::SizeRequest;
 use adaptive::spec::{BodySpec, FrameSpec, Place};
+use contact_qs::Plane;
 use ffr_dynamics::body::RigidMotion;
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::UnitQuaternion;
 
 use super::super::body_places::{BodyPlaces, GivenPlace, PlaceError};
 use super::super::check::Checker;
@@ -30,15 +31,6 @@ pub struct MovingFacts {
     pub file: Option<FileOfBody>,
     /// Whether its frame follows the place where the joint holds it whose child it is.
     pub follows_joint: bool,
-}
-
-/// An unbounded rigid plane at rest.
-#[derive(Debug)]
-pub struct Plane {
-    /// A point of it \[m\].
-    pub point: Vector3<f64>,
-    /// Unit normal that points out of the material.
-    pub normal: Vector3<f64>,
 }
 
 /// A body that is free of faults.

@@ -18,7 +18,7 @@ use contact_qs::quasistatic::broyden::BroydenSettings;
 
 use super::super::check::Checker;
 use super::super::section::Section;
-use super::super::tables::{BodyModel, ContactModel, Search, ShapeName, Solver};
+use super::super::tables::{BodyModel, Search, ShapeName, Solver};
 use super::accuracy::{accuracy, peak_tolerance};
 use super::bodies::parts::{solid, yield_strength};
 use super::built_bodies::BuiltBodies;
@@ -66,8 +66,7 @@ fn check_interface_modes(
     contacts: &[ContactSpec],
 ) {
     let has_interface = |contact: &ContactSpec| {
-        let treatment = contact.law.surface().map(|law| law.treatment);
-        treatment.is_some_and(|of| !matches!(of, Treatment::Adaptive | Treatment::Coarse))
+        contact.law.surface().is_some_and(|law| law.treatment.interface_modes().is_some())
     };
     for (i, (_, section)) in root.named("bodies").iter().enumerate() {
         let reduction = section.table("reduction").filter(|table| table.given("fixed_interface_modes"));
@@ -83,7 +82,7 @@ fn check_interface_modes(
 /// What body `body` of the file is as a target.
 fn target(bodies: &BuiltBodies, body: usize) -> Option<Target> {
     if let Some(plane) = bodies.plane(body) {
-        return Some(Target::Plane { point: plane.point, normal: plane.normal });
+        return Some(Target::Plane(*plane));
     }
     bodies.index(body).map(Target::Body)
 }
@@ -103,13 +102,16 @@ fn contact(
         return None;
     }
     let facts = ContactFacts::of(root, section)?;
-    let law = if facts.model == ContactModel::Hertz {
-        check_hertz(checker, root, section);
-        hertz(root, section)
-    } else {
-        check_bodies(checker, root, section);
-        check_settings(checker, section, &facts);
-        Some(ContactLaw::Surface(surface(root, section, &facts)?))
+    let law = match facts.model.treatment() {
+        None => {
+            check_hertz(checker, root, section);
+            hertz(root, section)
+        }
+        Some(treatment) => {
+            check_bodies(checker, root, section);
+            check_settings(checker, section, &facts);
+            Some(ContactLaw::Surface(surface(root, section, (treatment, &facts))?))
+        }
     };
     let initial_overlap = section.number("initial_overlap")?;
     Some(([contact_body?, target_body?], law, initial_overlap))
@@ -124,7 +126,7 @@ fn hertz(root: &Section, section: &Section) -> Option<ContactLaw> {
         .into_iter()
         .fold(f64::INFINITY, f64::min);
     let target = if target.is_plane() {
-        HertzPartner::Surface(solid(root, target.section).unwrap_or(Solid::RIGID))
+        HertzPartner { solid: solid(root, target.section).unwrap_or(Solid::RIGID), sphere: None }
     } else {
         partner(root, &target)?
     };
@@ -137,27 +139,22 @@ fn hertz(root: &Section, section: &Section) -> Option<ContactLaw> {
 fn partner(root: &Section, body: &BodyFacts<'_>) -> Option<HertzPartner> {
     let solid = solid(root, body.section)?;
     if body.shape != Some(ShapeName::Sphere) || body.components != BodyModel::Solid {
-        return Some(HertzPartner::Surface(solid));
+        return Some(HertzPartner { solid, sphere: None });
     }
     let radius = body.section.table("geometry")?.number("radius")?;
-    Some(HertzPartner::Sphere(HertzSphere { centre: Place::Point([0.0; 3]), radius, solid }))
+    Some(HertzPartner { solid, sphere: Some(HertzSphere { centre: Place::Point([0.0; 3]), radius }) })
 }
 
-fn surface(root: &Section, section: &Section, facts: &ContactFacts) -> Option<SurfaceLaw> {
+fn surface(
+    root: &Section,
+    section: &Section,
+    (treatment, facts): (Treatment, &ContactFacts),
+) -> Option<SurfaceLaw> {
     let accuracy = accuracy(root);
     let coefficient = section.number("friction")?;
     let (penalty, search) = penalty(root, section, facts)?;
     Some(SurfaceLaw {
-        treatment: match facts.model {
-            // The boundary's compliance without springs behind its points: Eq. A.34.
-            ContactModel::Quasistatic | ContactModel::Massless => Treatment::Quasistatic,
-            ContactModel::Damped => Treatment::Damped,
-            ContactModel::Dynamic => Treatment::Dynamic,
-            ContactModel::Coarse => Treatment::Coarse,
-            ContactModel::Adaptive => Treatment::Adaptive,
-            // It has a law of its own.
-            ContactModel::Hertz => return None,
-        },
+        treatment,
         penalty,
         stiffness_ratio: DEFAULT_STIFFNESS_RATIO * accuracy.stiffness(),
         search,

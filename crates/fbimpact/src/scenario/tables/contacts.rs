@@ -4,8 +4,8 @@ use adaptive::adaptivity::interval::TARGET_UTILISATION;
 use adaptive::adaptivity::penalty_search::PEAK_TOLERANCE;
 use adaptive::body::fine::divided::{LINEAR, QUADRATIC};
 use adaptive::body::fine::refined::ELEMENTS;
-use adaptive::spec::Accuracy;
 use adaptive::spec::contact::{DivisionRule, LowModes, PointRule, TransferMethod};
+use adaptive::spec::{Accuracy, Treatment};
 
 use super::super::keys::{Bound, Condition, Fact, Key, Kind, Named, Need, Range, Test, name_values};
 
@@ -26,6 +26,31 @@ pub enum ContactModel {
     Coarse,
     /// Hertz's law.
     Hertz,
+}
+
+impl ContactModel {
+    /// How its zone is treated; none by Hertz's law, which has no zone.
+    pub fn treatment(self) -> Option<Treatment> {
+        Some(match self {
+            Self::Adaptive => Treatment::Adaptive,
+            // The boundary's compliance without springs behind its points: Eq. A.34.
+            Self::Quasistatic | Self::Massless => Treatment::Quasistatic,
+            Self::Damped => Treatment::Damped,
+            Self::Dynamic => Treatment::Dynamic,
+            Self::Coarse => Treatment::Coarse,
+            Self::Hertz => return None,
+        })
+    }
+
+    /// Whether it has a zone of which `what` holds.
+    pub fn is(self, what: impl FnOnce(Treatment) -> bool) -> bool {
+        self.treatment().is_some_and(what)
+    }
+
+    /// Whether it has no penalty factor by its nature.
+    pub fn is_massless(self) -> bool {
+        self == Self::Massless
+    }
 }
 
 name_values!(ContactModel {

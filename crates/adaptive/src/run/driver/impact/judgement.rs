@@ -60,7 +60,7 @@ impl Driver<'_> {
     /// Whether whole surfaces can take the place of the interval of contact `i`: no element of the
     /// bodies, of which rigid ones have none, is longer than it is wide.
     fn may_be_whole(&self, i: usize) -> bool {
-        let (body, target) = self.model.system.forces()[i].contact.bodies();
+        let (body, target) = self.model.system.forces()[i].contact.facts().bodies();
         let width = self.slots[i].fine().map_or(0.0, |fine| fine.widths()[0]);
         let is_fine = |b: usize| longest_element_of(&self.model.bodies[b]).is_none_or(|l| l <= width);
         self.model.contacts[i].refinement.as_ref().is_some_and(AdaptiveContact::may_be_whole)
@@ -211,7 +211,7 @@ impl Driver<'_> {
         }
         let peaks: Vec<f64> = self.slots.iter().map(|slot| slot.monitor.peak_force()).collect();
         let forces = self.model.system.forces().iter();
-        let pairs: Vec<_> = forces.map(|force| force.contact.bodies()).collect();
+        let pairs: Vec<_> = forces.map(|force| force.contact.facts().bodies()).collect();
         let is_closed =
             self.slots.iter().zip(&peaks).map(|(slot, peak)| slot.fine().is_some() || *peak > 0.0);
         let is_closed: Vec<bool> = is_closed.collect();
@@ -223,6 +223,7 @@ impl Driver<'_> {
     /// calls approach is deformation.
     pub(crate) fn overlap(&self, i: usize) -> Option<Overlap> {
         let (facts, element) = (&self.model.contacts[i], &self.model.system.forces()[i].contact);
+        let element = element.facts();
         if element.n_points() == 0 || !element.penalty().is_finite() {
             return None;
         }

@@ -19,7 +19,7 @@ use crate::model::RunModel;
 use crate::record::{TransferDirection, ZoneSize};
 use crate::state::observer::Stage;
 use crate::state::simulation::RunContact;
-use crate::touch::detection::InactiveContact;
+use crate::touch::hertz::preview::StandIn;
 
 /// Relative error a step of a preview, which only sizes an interval.
 const PREVIEW_TOLERANCE: f64 = 1e-6;
@@ -75,7 +75,7 @@ impl Driver<'_> {
         let mut leaving = Vec::new();
         for i in self.latest_first().into_iter().rev() {
             let Some(fine) = self.slots[i].fine() else { continue };
-            let (body, target) = self.model.system.forces()[i].contact.bodies();
+            let (body, target) = self.model.system.forces()[i].contact.facts().bodies();
             let hosts = leaving.iter().filter_map(|&k: &usize| self.slots[k].fine());
             let is_guest = hosts.flat_map(|f| &f.hosted).any(|b| *b == body || Some(*b) == target);
             if is_guest || fine.activation.time > start || !self.has_size(i, sizes[i]) {
@@ -239,7 +239,7 @@ impl Driver<'_> {
     fn bodies_in_contact(&self) -> Vec<usize> {
         let contacts = self.model.system.forces().iter().zip(&self.slots);
         let active = contacts.filter(|(_, slot)| slot.fine().is_some());
-        let bodies = active.map(|(force, _)| force.contact.bodies());
+        let bodies = active.map(|(force, _)| force.contact.facts().bodies());
         bodies.flat_map(|(body, target)| [Some(body), target]).flatten().collect()
     }
 
@@ -247,8 +247,7 @@ impl Driver<'_> {
     /// they had before.
     pub(crate) fn deactivate(&mut self, i: usize) -> Result<(), AdaptiveError> {
         let fine = self.slots[i].take_fine();
-        let (body, target) = self.model.system.forces()[i].contact.bodies();
-        let inactive = InactiveContact::new(body, target);
+        let inactive = StandIn::inactive(self.model.system.forces()[i].contact.facts().bodies());
         let mut left = self.replace_contact(i, RunContact::new(Box::new(Active::new(inactive))))?;
         self.model.contact_time += left.take_elapsed().as_secs_f64();
         let Some(mut fine) = fine else { return Ok(()) };
@@ -378,7 +377,7 @@ impl Driver<'_> {
 
 /// The building of fine models for contact `i`.
 fn fine_models(model: &RunModel, i: usize) -> Stage<'_> {
-    let (body, target) = model.system.forces()[i].contact.bodies();
+    let (body, target) = model.system.forces()[i].contact.facts().bodies();
     let flexible = |body: usize| model.bodies[body].flexible().map(|flexible| flexible.name());
     let body = flexible(body).unwrap_or_default();
     Stage::FineModels { contact: &model.contacts[i].name, body, target: target.and_then(flexible) }

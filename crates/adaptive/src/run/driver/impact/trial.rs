@@ -55,7 +55,7 @@ impl Driver<'_> {
         self.begin_watch();
         self.local_deformation.begin(self.integrator.time(), self.model.observed.points.len());
         let statistics = self.statistics();
-        let penalties = self.model.system.forces().iter().map(|f| f.contact.penalty());
+        let penalties = self.model.system.forces().iter().map(|f| f.contact.facts().penalty());
         Trial {
             number,
             started: Instant::now(),
@@ -119,7 +119,7 @@ impl Driver<'_> {
                 }
                 self.activate(i, sizes[i])?;
                 self.begin_monitor(i)?;
-                trial.penalty_start[i] = self.model.system.forces()[i].contact.penalty();
+                trial.penalty_start[i] = self.model.system.forces()[i].contact.facts().penalty();
                 self.integrator.invalidate();
                 continue;
             }

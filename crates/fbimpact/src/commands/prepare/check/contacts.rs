@@ -1,24 +1,24 @@
 //! What `check` says of contacts: bodies that fly away from each other and never meet.
 
-use adaptive::model::Arrangement;
+use adaptive::model::PlacedTouch;
+use adaptive::prepared::Prepared;
 use adaptive::spec::{ContactSpec, JointSpec, RunSpec};
+use adaptive::touch::first::FirstTouches;
 use ffr_dynamics::force::BodyState;
 use ffr_dynamics::system::JointKind;
 use nalgebra::Vector3;
 
 use super::joints::place;
 use crate::commands::prepare::digits::short;
-use crate::scenario::Scenario;
 
 /// A sentence on every contact whose bodies lie behind each other as they move: nothing acts on them that could turn
 /// them back, and where they are nearest they move apart.
-pub fn behind(scenario: &Scenario) -> Vec<String> {
-    let run = &scenario.run;
-    let Ok(start) = Arrangement::new(run) else { return Vec::new() };
-    run.contacts.iter().filter_map(|contact| behind_in(run, &start, contact)).collect()
+pub fn behind(run: &Prepared<'_>) -> Vec<String> {
+    run.spec().contacts.iter().filter_map(|contact| behind_in(&run.touches, contact)).collect()
 }
 
-fn behind_in(run: &RunSpec, start: &Arrangement, contact: &ContactSpec) -> Option<String> {
+fn behind_in(start: &FirstTouches<'_>, contact: &ContactSpec) -> Option<String> {
+    let run = start.spec;
     let other = contact.target.body();
     let bodies: Vec<usize> = [Some(contact.body), other].into_iter().flatten().collect();
     let is_alone = |contact: &&ContactSpec| bodies.iter().any(|body| contact.acts_on(*body));
@@ -28,7 +28,7 @@ fn behind_in(run: &RunSpec, start: &Arrangement, contact: &ContactSpec) -> Optio
     {
         return None;
     }
-    let touch = start.touch(run, contact)?;
+    let touch = PlacedTouch::new(start, contact)?;
     // Gravity pulls two free bodies alike.
     let motion = |body: Option<usize>| match body.filter(|body| !is_fixed(run, *body)) {
         Some(body) => (start.poses[body].velocity, run.settings.gravity),
@@ -84,7 +84,8 @@ mod tests {
                  velocity = [0.0, 0.0, {speed}]\n[contacts.hit]\ncontact_body = \"ball\"\ntarget_body = \"still\"\nmodel = \"quasistatic\"\n{more}"
             );
             let scenario = scenario::parse(Path::new("t.toml"), text.as_bytes(), &[]);
-            behind(&scenario.unwrap_or_else(|e| panic!("{e}")))
+            let scenario = scenario.unwrap_or_else(|e| panic!("{e}"));
+            behind(&Prepared::new(&scenario.run).expect("a start"))
         };
         let alone = told(2.0, "");
         assert!(

@@ -4,6 +4,7 @@ use std::fmt::Write as _;
 use std::time::Instant;
 
 use adaptive::model::{ModelCost, costs};
+use adaptive::prepared::Prepared;
 use adaptive::spec::GaugeRequest;
 use adaptive::spec::{BodySpec, FREE_INTERVAL, PointSpec, RunSpec};
 use faer::linalg::matmul::matmul;
@@ -76,7 +77,7 @@ pub struct ModelRow {
 pub fn cost(scenario: &Scenario, threads: usize) -> Result<CostReport, AppError> {
     let sized = sized(scenario, threads, &cache::open(&CacheSettings::of_environment()))?;
     let spec = &sized.run;
-    let models = thread_pool(threads)?.install(|| costs(spec)).map_err(AppError::model)?;
+    let models = thread_pool(threads)?.install(|| costs(Prepared::new(spec)?)).map_err(AppError::model)?;
     let rate = products_per_second() * threads as f64;
     let row = |cost: ModelCost| ModelRow {
         body: cost.body,

@@ -1,7 +1,7 @@
 //! Faults of contacts that involve several keys: bodies that cannot take their part, settings
 //! without meaning.
 
-use adaptive::spec::contact::{DivisionRule, LowModes, TransferMethod};
+use adaptive::spec::contact::{DivisionRule, InterfaceModes, LowModes, TransferMethod, Treatment};
 use contact_qs::search::way_between;
 use ffr_dynamics::body::RigidMotion;
 use nalgebra::Vector3;
@@ -84,8 +84,8 @@ pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
         checker.fault_in(section, "target_body", message.into());
     }
     let method = contact.and_then(|b| b.section.table("reduction")?.choice::<ReductionMethod>("method"));
-    if let Some(model @ (ContactModel::Quasistatic | ContactModel::Massless | ContactModel::Damped)) =
-        section.choice("model")
+    if let Some(model) = section.choice::<ContactModel>("model")
+        && model.is(|of| of.interface_modes().is_some_and(InterfaceModes::need_bounds))
         && method.is_some_and(|m| m != ReductionMethod::CraigBampton)
     {
         let message = format!(
@@ -168,8 +168,7 @@ pub fn check_settings(checker: &mut Checker, section: &Section, facts: &ContactF
 }
 
 fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts) {
-    let has_state =
-        matches!(facts.model, ContactModel::Adaptive | ContactModel::Quasistatic | ContactModel::Massless);
+    let has_state = facts.model.is(Treatment::is_static);
     let is_broyden = section.choice("solver") == Some(Solver::Broyden);
     if is_broyden && !has_state {
         let message = format!(
@@ -185,13 +184,12 @@ fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts) 
     if !facts.is_exact {
         return;
     }
-    let law =
-        if facts.model == ContactModel::Massless { "model \"massless\"" } else { "constraint \"exact\"" };
+    let law = if facts.model.is_massless() { "model \"massless\"" } else { "constraint \"exact\"" };
     if !has_state {
         let message = "must be \"adaptive\" or \"quasistatic\" with constraint \"exact\"".into();
         checker.fault_in(section, "model", message);
     }
-    if facts.has_mesh && facts.model == ContactModel::Massless {
+    if facts.has_mesh && facts.model.is_massless() {
         let message = "must be \"quasistatic\" or another model with a penalty factor where a body has model \"mesh\": corners of its sides have no \
                        area of their own, so that contact is watched at more points than the boundary has unknowns";
         checker.fault_in(section, "model", message.into());
@@ -230,13 +228,13 @@ fn check_transfer(checker: &mut Checker, section: &Section, facts: &ContactFacts
 }
 
 fn check_penalty(checker: &mut Checker, section: &Section, penalty: &Section, facts: &ContactFacts) {
-    if facts.model == ContactModel::Massless {
+    if facts.model.is_massless() {
         return; // the whole table is without a meaning
     }
     if matches!(facts.search, None | Some(Search::Fixed)) {
         return;
     }
-    if facts.model != ContactModel::Adaptive {
+    if !facts.model.is(Treatment::is_searched) {
         let message = format!(
             "must be \"fixed\" with model \"{}\", searches are made with \"adaptive\" only",
             facts.model.name()
@@ -258,7 +256,7 @@ fn check_interval(checker: &mut Checker, interval: &Section, facts: &ContactFact
     if interval.given("elements")
         && !interval.given("width")
         && !facts.is_refined()
-        && facts.model != ContactModel::Coarse
+        && facts.model.is(Treatment::has_fine_zone)
     {
         checker.fault_in(interval, "elements", "needs \"width\" beside it".into());
     }

@@ -1,5 +1,7 @@
 //! What the meaning of a contact's settings depends on.
 
+use adaptive::spec::Treatment;
+
 use crate::scenario::build::places::BodyFacts;
 use crate::scenario::section::Section;
 use crate::scenario::tables::{Constraint, ContactModel, Search};
@@ -27,11 +29,10 @@ impl ContactFacts {
         let (own, target) = (body("contact_body"), body("target_body"));
         let is_mesh = |body: &Option<BodyFacts<'_>>| body.is_some_and(|b| b.mesh.is_some());
         let has_mesh = is_mesh(&own) || is_mesh(&target);
-        let is_exact =
-            model == ContactModel::Massless || section.choice("constraint") == Some(Constraint::Exact);
+        let is_exact = model.is_massless() || section.choice("constraint") == Some(Constraint::Exact);
         let search = section.table("penalty").and_then(|penalty| match penalty.item("search") {
             Some(_) => penalty.choice("search"),
-            None if model == ContactModel::Adaptive && !is_exact => Some(Search::UntilConverged),
+            None if model.is(Treatment::is_searched) && !is_exact => Some(Search::UntilConverged),
             None => Some(Search::Fixed),
         });
         let is_pair = target.is_some_and(|t| !t.is_plane());
@@ -40,7 +41,6 @@ impl ContactFacts {
 
     /// Whether the program refines the contact zone by itself.
     pub fn is_refined(&self) -> bool {
-        self.model == ContactModel::Adaptive
-            || self.is_pair && self.model != ContactModel::Coarse && !self.has_mesh
+        self.model.is(|of| of.is_searched() || self.is_pair && of.has_fine_zone() && !self.has_mesh)
     }
 }
