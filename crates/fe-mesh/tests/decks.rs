@@ -111,7 +111,7 @@ fn files_include_others() {
     let mut include = |name: &str| {
         asked.push(name.to_owned());
         match name {
-            "nodes.txt" => Ok(whole[data..at].as_bytes().to_vec()),
+            "nodes.txt" => Ok(whole.as_bytes()[data..at].to_vec()),
             "set.txt" => Ok(b"2\n".to_vec()),
             "rest of it.inp" => Ok(b"*SURFACE, NAME=S\nE, S1\n".to_vec()),
             _ => Err("no such file".to_owned()),

@@ -59,7 +59,8 @@ fn body(
         Some(BodyModel::Rigid) => {
             let made = rigid::rigid(checker, root, known, section, orientation, markers.as_deref());
             made.map(|rigid| match rigid {
-                Rigid::Moving(kind, places) => {
+                Rigid::Moving(moving) => {
+                    let (kind, places) = *moving;
                     let file = spline_file(section);
                     Made::Moving(kind, Box::new(MovingFacts { places, file, ..Default::default() }))
                 }

@@ -27,7 +27,7 @@ const DEGREE: usize = 4;
 /// What a rigid body is.
 pub enum Rigid {
     /// A body of the run, with its places.
-    Moving(BodyKind, BodyPlaces),
+    Moving(Box<(BodyKind, BodyPlaces)>),
     /// A plane at rest with its unit normal.
     Plane(Vector3<f64>),
 }
@@ -55,7 +55,7 @@ pub fn rigid(
     let places = BodyPlaces::rigid(shape, markers?);
     let places = places.map_err(|e| checker.fault_in(section, "markers", e.to_string())).ok()?;
     let spec = RigidSpec { shape: places.shape().cloned(), ..spec };
-    Some(Rigid::Moving(BodyKind::Rigid(spec), places))
+    Some(Rigid::Moving(Box::new((BodyKind::Rigid(spec), places))))
 }
 
 fn plane(
