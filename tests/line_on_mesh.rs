@@ -12,7 +12,7 @@ use fe_mesh::ElementKind;
 use std::path::{Path, PathBuf};
 
 fn check(run: &RunSpec) -> Result<(), AdaptiveError> {
-    check_unbuilt(&Prepared::new(run)?)
+    check_unbuilt(&Prepared::new(run)?, &[])
 }
 
 /// The block: 20 mm across the line, 12 mm along it, 8 mm high \[mm\].

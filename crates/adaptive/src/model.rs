@@ -16,6 +16,7 @@ use crate::impact::TrialSizes;
 use crate::prepared::Prepared;
 use crate::record::work::{self, Work};
 use crate::record::{BodyLayout, JointLayout, PointLayout, RunLayout, Timings};
+use crate::sizing::SizeRequest;
 use crate::sizing::impact_time::{ForceNeeds, force_needs};
 use crate::sizing::mesh_touch::{MeshTouch, touches};
 use crate::spec::{BodySpec, PointSpec, RunSpec, StressSpec};
@@ -39,7 +40,7 @@ pub use crate::system::joints::coordinate_names;
 pub use crate::system::start::poses as start_poses;
 pub use crate::system::start::turns;
 pub use arrangement::{Arrangement, PlacedJoint, PlacedMarker, PlacedTouch};
-use contacts::{adaptive_contacts, build_contact, check_mesh_zones, interfaces, refinements, zones};
+use contacts::{adaptive_contacts, build_contact, check_zones, interfaces, refinements, zones};
 pub use cost::{ModelCost, costs};
 pub use facts::ContactFacts;
 use fine_modes::needs_fine_modes;
@@ -256,15 +257,15 @@ fn check(run: &Prepared<'_>) -> Result<(), AdaptiveError> {
     (0..run.spec().bodies.len()).try_for_each(|body| contacts::interface_modes(run, body).map(|_| ()))
 }
 
-/// Checks that a run can be simulated, as far as shapes, meshes and the motions at the start tell;
-/// builds nothing.
+/// Checks that a run whose sizes the program is to choose by `wishes`, one per body, can be simulated, as
+/// far as shapes, meshes and the motions at the start tell; builds nothing.
 ///
 /// # Errors
 /// [`AdaptiveError`] as a run, for zones that are not found, stress and modes that contacts do not
 /// give, and bodies that overlap.
-pub fn check_unbuilt(run: &Prepared<'_>) -> Result<(), AdaptiveError> {
+pub fn check_unbuilt(run: &Prepared<'_>, wishes: &[SizeRequest]) -> Result<(), AdaptiveError> {
     check(run)?;
-    check_mesh_zones(run)?;
+    check_zones(run, wishes)?;
     check_undeformed(run.spec(), &run.touches.poses)
 }
 

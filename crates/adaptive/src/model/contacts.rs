@@ -20,6 +20,7 @@ use crate::body::zone::on_mesh::zone_on_mesh;
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::impact::AdaptiveContact;
 use crate::prepared::{PlannedContact, Prepared};
+use crate::sizing::SizeRequest;
 use crate::sizing::zone::{predicted_line, predicted_zone};
 use crate::spec::unsupported::Unsupported;
 use crate::spec::{
@@ -151,18 +152,22 @@ fn check_line(run: &Prepared<'_>, planned: PlannedContact<'_>) -> Result<(), Ada
     Err(AdaptiveError::ContactModel { contact: contact.name.clone(), fault })
 }
 
-/// Checks the contacts of meshes: that those with one model for the whole run find their zones, and
-/// that those refined at the touch do not touch along a line.
+/// Checks that contacts with one model for the whole run find their zones, but on bodies whose elements
+/// the program is to choose by `wishes`, and that those refined at the touch do not touch a mesh along a line.
 ///
 /// # Errors
-/// As [`zone_on_mesh`]; [`AdaptiveError::ContactModel`] for a line that no strip of sides follows.
-pub fn check_mesh_zones(run: &Prepared<'_>) -> Result<(), AdaptiveError> {
+/// As [`zone_on_mesh`] and [`crate::body::zone::at_start::ZoneRequest::width`]; [`AdaptiveError::ContactModel`] for a line that no strip of sides follows.
+pub fn check_zones(run: &Prepared<'_>, wishes: &[SizeRequest]) -> Result<(), AdaptiveError> {
     for planned in run.contacts() {
         check_line(run, planned)?;
         let (bodies, Some((_, sites))) = (planned.spec.bodies(), planned.from_start()) else { continue };
         for (body, site) in bodies.zip([Some(sites.contact_body), sites.target]) {
-            let spec = &run.spec().bodies[body];
-            if let (Some(site), Some(mesh)) = (site, spec.kind.meshed()) {
+            let (spec, Some(site)) = (&run.spec().bodies[body], site) else { continue };
+            let is_chosen = wishes.get(body).is_some_and(|wish| wish.elements);
+            if let Some(elastic) = spec.kind.elastic().filter(|_| !is_chosen) {
+                planned.request(site).map_or(Ok(None), |request| request.width(&spec.name, elastic))?;
+            }
+            if let Some(mesh) = spec.kind.meshed() {
                 let surface = MeshSurface::of(&mesh.mesh);
                 let wanted = |wanted: &StartZone<'_>| zone_on_mesh(&spec.name, &surface, wanted).map(|_| ());
                 start_zone(run, planned, body, site, wanted).unwrap_or(Ok(()))?;

@@ -96,6 +96,21 @@ const DEFAULT_RATIO: f64 = 1.5;
 const MAX_HALVINGS: usize = 20;
 
 impl ZoneRequest<'_> {
+    /// The width of the zone that a contact asks for on the body `name`, as far as `body` tells; none
+    /// of a contact without one ([`crate::spec::Treatment::has_fine_zone`]) that is given none.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::ContactModel`] if one is needed and not known.
+    pub fn width(&self, name: &str, body: &ElasticSpec) -> Result<Option<f64>, AdaptiveError> {
+        let (given, point) = (self.law.interval.width, self.site.point);
+        if !self.law.treatment.has_fine_zone() {
+            return Ok(given);
+        }
+        let fault = || ContactModelFault::NotRefined { body: name.to_owned(), point };
+        let unknown = || AdaptiveError::ContactModel { contact: self.contact.to_owned(), fault: fault() };
+        given.or_else(|| refined_width(body, &point)).ok_or_else(unknown).map(Some)
+    }
+
     /// The zone of `body` that a contact asks for.
     ///
     /// Its width is the one given, else that of the refinement in whose middle the site lies; of a
@@ -114,17 +129,12 @@ impl ZoneRequest<'_> {
             Interval::about(body, &face, &xi, half_width)
         };
         let singular = |i: &Interval| body.shape.singular_in(face.id.patch, &i.bounds.lower, &i.bounds.upper);
-        let is_coarse = !self.law.treatment.has_fine_zone();
-        let known = self.law.interval.width;
-        let known = if is_coarse { known } else { known.or_else(|| refined_width(&body.spec, &point)) };
         let widest = || {
             let mut widths = (0..MAX_HALVINGS).map(|k| 2.0 * body.size() * 0.5_f64.powi(k as i32));
             widths.find(|w| singular(&interval(*w)).is_none())
         };
-        let width = known.or_else(|| if is_coarse { widest() } else { None }).ok_or_else(|| {
-            let fault = ContactModelFault::NotRefined { body: body.name.clone(), point };
-            AdaptiveError::ContactModel { contact: self.contact.to_owned(), fault }
-        })?;
+        let none = || fail(ContactError::Empty { width: 0.0 });
+        let width = self.width(&body.name, &body.spec)?.or_else(widest).ok_or_else(none)?;
         let interval = interval(width);
         if let Some(set) = singular(&interval) {
             return Err(fail(ContactError::Singular { name: set.name.clone() }));

@@ -221,7 +221,7 @@ impl Driver<'_> {
     fn coarse_zone(&self, i: usize, impact: &ImpactRecord) -> Option<Warning> {
         let (facts, element) = (&self.model.contacts[i], &self.model.system.forces()[i].contact);
         element.facts().point(0)?;
-        if facts.refinement.is_some() || facts.local_field == LocalField::ModesAlone {
+        if facts.refinement.is_some() {
             return None;
         }
         let n = self.slots[i].n_active as f64;
@@ -237,8 +237,14 @@ impl Driver<'_> {
             limit: FEWEST_ACROSS,
             message: format!(
                 "{across:.1} points across carried the {:.3e} N at its peak, of a zone {:.2e} m wide that stays as it is for the run: the \
-                 force may be off by several per cent, and by more when it is smaller",
-                impact.peak_force, facts.widths[0]
+                 force may be off by {}, and by more when it is smaller",
+                impact.peak_force,
+                facts.widths[0],
+                match facts.local_field {
+                    LocalField::Static | LocalField::Vibrating => "several per cent",
+                    // Nothing but the modes yields there.
+                    LocalField::ModesAlone => "a few times itself",
+                }
             ),
             remedy: format!(
                 "leave contacts.{0}.model out, and contacts.{0}.interval if it is given, so that the program refines the zone; else give more elements there",

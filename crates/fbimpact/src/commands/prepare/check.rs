@@ -75,7 +75,7 @@ pub fn check(
 fn accept(path: &Path, scenario: &Scenario) -> Result<(), AppError> {
     let prepared = Prepared::new(&scenario.run);
     let behind = prepared.as_ref().map_or_else(|_| Vec::new(), contacts::behind);
-    let contacts = prepared.and_then(|run| check_unbuilt(&run));
+    let contacts = prepared.and_then(|run| check_unbuilt(&run, &scenario.wishes));
     tracing::info!(
         "{}: {}, {} bodies, {} joints, {} contacts",
         path.display(),

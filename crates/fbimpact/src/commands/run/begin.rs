@@ -32,7 +32,9 @@ pub(super) fn begin(
     let begin = Instant::now();
     // What a run refuses whatever its meshes are comes before they are chosen, which may take
     // minutes.
-    let run = match Prepared::new(&scenario.run).and_then(|run| check_unbuilt(&run).map(|()| run)) {
+    let run = match Prepared::new(&scenario.run)
+        .and_then(|run| check_unbuilt(&run, &scenario.wishes).map(|()| run))
+    {
         Ok(run) => run,
         Err(error) => {
             output.discard();
