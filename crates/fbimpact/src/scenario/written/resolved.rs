@@ -26,9 +26,8 @@ fn table(scope: Scope<'_>, path: &str, out: &mut String) {
     for item in items() {
         let (open, close) = if matches!(item.value, Checked::Tables(_)) { ("[[", "]]") } else { ("[", "]") };
         for (name, section) in item.value.subtables() {
-            let path = [path, item.name, name]
-                .into_iter()
-                .fold(String::new(), |path, part| if part.is_empty() { path } else { join(&path, part) });
+            let parts = [item.name, name].into_iter().filter(|part| !part.is_empty());
+            let path = parts.fold(path.to_owned(), |path, part| join(&path, part));
             let _ = writeln!(out, "\n{open}{path}{close}");
             table(scope.inner(section), &path, out);
         }
