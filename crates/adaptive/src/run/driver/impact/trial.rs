@@ -156,15 +156,14 @@ impl Driver<'_> {
         Ok(Ending::Complete)
     }
 
-    /// For how long all contacts are to be open at the end of an impact: several steps, but no longer than
-    /// a touch has lasted, after which another one is another impact (Eq. Q.1), once bodies with zones,
-    /// the first of whose points may flutter, part \[s\].
+    /// For how long all contacts are to be open at the end of an impact: several steps, but where none
+    /// is refined no longer than a touch has lasted, after which another one is another impact (Eq. Q.1)
+    /// \[s\].
     fn quiet_time(&self) -> f64 {
         let steps = QUIET_STEPS * self.impact_step;
-        let are_parting =
-            self.slots.iter().all(|slot| slot.fine().is_none() || !slot.monitor.is_closing_without_force());
+        let is_refined = self.slots.iter().any(|slot| slot.fine().is_some());
         let longest = self.slots.iter().map(|slot| slot.monitor.longest_touch()).fold(0.0, f64::max);
-        self.settings.quiet_time.unwrap_or(if are_parting { steps.min(longest) } else { steps })
+        self.settings.quiet_time.unwrap_or(if is_refined { steps } else { steps.min(longest) })
     }
 
     /// Whether points of a whole surface come nearer of which none has touched: an edge that bends
