@@ -90,9 +90,9 @@ fn a_ball_that_spins_rebounds_as_fast_as_it_came() {
     let text = "accuracy = \"fast\"\n[simulation]\nend_time = \"0.1 ms\"\n[bodies.floor]\nmodel = \"rigid\"\n\
                 geometry = { shape = \"plane\" }\n[bodies.ball]\nmodel = \"solid\"\nmaterial = \"steel\"\n\
                 geometry = { shape = \"sphere\", radius = 0.01 }\nposition = [0, 0, 0.010001]\nvelocity = [0, 0, -0.5]\n\
-                angular_velocity = [0, 300, 0]\ndiscretisation = { elements = [2, 2, 2] }\nreduction = { modes = 6 }\n\
+                angular_velocity = [0, 300, 0]\ndiscretisation = { elements = [4, 4, 4] }\nreduction = { modes = 10 }\n\
                 [contacts.c]\ncontact_body = \"ball\"\ntarget_body = \"floor\"\n\
-                interval = { elements = 6 }\npenalty = { search = \"fixed\" }\n";
+                interval = { elements = 8 }\npenalty = { search = \"fixed\" }\n";
     let found = recorded(Path::new("."), text);
     let impact = &found.impacts[0];
     // A steel ball keeps all but 1e-3 of its velocity; the contact points beside the place at which it parts put it off by 2.5 %.
