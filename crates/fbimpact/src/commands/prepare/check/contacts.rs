@@ -14,16 +14,18 @@ use crate::commands::prepare::digits::short;
 /// A sentence on every contact whose bodies lie behind each other as they move: nothing acts on them that could turn
 /// them back, and where they are nearest they move apart.
 pub fn behind(run: &Prepared<'_>) -> Vec<String> {
-    run.spec().contacts.iter().filter_map(|contact| behind_in(&run.touches, contact)).collect()
+    let spec = run.spec();
+    let mut touched = vec![0_usize; spec.bodies.len()];
+    spec.contacts.iter().flat_map(ContactSpec::bodies).for_each(|body| touched[body] += 1);
+    let is_alone = |contact: &&ContactSpec| contact.bodies().all(|body| touched[body] == 1);
+    spec.contacts.iter().filter(is_alone).filter_map(|contact| behind_in(&run.touches, contact)).collect()
 }
 
 fn behind_in(start: &FirstTouches<'_>, contact: &ContactSpec) -> Option<String> {
     let run = start.spec;
     let other = contact.target.body();
     let bodies: Vec<usize> = [Some(contact.body), other].into_iter().flatten().collect();
-    let is_alone = |contact: &&ContactSpec| bodies.iter().any(|body| contact.acts_on(*body));
     if !bodies.iter().all(|body| moves_straight(run, &start.poses[*body], *body))
-        || run.contacts.iter().filter(is_alone).count() > 1
         || contact.initial_overlap > 0.0
     {
         return None;
