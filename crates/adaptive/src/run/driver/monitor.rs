@@ -5,28 +5,16 @@ use std::f64::consts::PI;
 use ffr_dynamics::integration::DenseOutput;
 use iga_core::elasticity::kinematics::von_mises;
 
-use super::{Driver, NEAR, TOUCHING};
+use super::{Driver, TOUCHING};
 use crate::adaptivity::interval::IntervalAssessment;
 use crate::error::AdaptiveError;
 use crate::impact::FineContact;
-use crate::model::ContactFacts;
 use crate::record::{BareForce, TransferDirection, TrialOutcome, TrialRecord};
 use crate::run::driver::impact::trial::Trial;
 use crate::spec::{LocalField, StressInstant};
 use crate::state::impact_monitor::{Change, ContactInstant, Impact, NearMotion};
 use crate::state::simulation::{motion_at, near_motion, normal_motion, smallest_gap};
 use crate::touch::parts::TouchKind;
-
-/// Force of bodies that have approached each other by what detection cannot tell from a touch, over the
-/// modulus `E*` of the contact and the square of their size: Hertz's `(δ/a)^(3/2)`.
-const ROUND_OFF: f64 = 3.2e-14;
-const _: () = assert!(ROUND_OFF * ROUND_OFF > NEAR * NEAR * NEAR);
-
-/// Peak force of a contact that is none but round-off \[N\].
-fn round_off_force(facts: &ContactFacts) -> f64 {
-    let force = ROUND_OFF * facts.modulus * facts.size * facts.size;
-    if force.is_finite() { force } else { 0.0 }
-}
 
 /// Points that carry force from which on their area is that of the contact within a third or so.
 const TELLING_POINTS: usize = 6;
@@ -59,11 +47,10 @@ impl Driver<'_> {
                 let (start, end) = impact.span();
                 !spans.iter().any(|(first, last)| *first < end && start < *last)
             };
-            let facts = &self.model.contacts[i];
             if monitor.is_running() {
                 self.run.contacts[i].close(monitor.last_touch().unwrap_or_default());
             }
-            let records = monitor.finish(i as u32, self.run.n_rows(), round_off_force(facts), is_alone);
+            let records = monitor.finish(i as u32, self.run.n_rows(), is_alone);
             self.run.contacts[i].impact = monitor.reported();
             for record in records {
                 self.output.observer.impact(&record)?;
