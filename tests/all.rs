@@ -62,6 +62,7 @@ mod rest;
 mod restitution;
 mod results;
 mod recorded_quantities;
+mod refused_alike;
 mod report;
 mod resume;
 mod rigid_targets;

@@ -5,11 +5,16 @@
 //! Knows numbers with names and units; does not know how they are computed or stored.
 
 pub mod finding;
+pub mod peak;
+pub mod stress;
 pub mod warning;
 pub mod work;
 
 use iga_core::elasticity::kinematics::PointState;
 use serde::{Deserialize, Serialize};
+
+pub use peak::{PeakOf, PeakRecord};
+pub use stress::StressRecord;
 
 use crate::spec::GaugeRequest;
 use crate::store::CacheUse;
@@ -411,48 +416,6 @@ impl TransferRecord {
     pub fn met(&self) -> Option<TargetPlace> {
         self.site.and_then(|site| site.meets)
     }
-}
-
-/// The largest value of something recorded, at the end of an accepted time step or at a stored instant.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct PeakRecord {
-    /// What it is the largest value of.
-    pub of: PeakOf,
-    /// Number of the joint in [`RunLayout::joints`], or of the point in [`RunLayout::points`].
-    pub index: u32,
-    /// The value \[N, N m, m, Pa\].
-    pub value: f64,
-    /// When \[s\].
-    pub time: f64,
-}
-
-/// What a [`PeakRecord`] is the largest value of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum PeakOf {
-    /// Length of the force that a joint transmits.
-    ReactionForce,
-    /// Length of its moment.
-    ReactionMoment,
-    /// Distance of a point from where it was at the start.
-    Displacement,
-    /// Von Mises stress at a point; zero where stress is not recorded.
-    VonMises,
-}
-
-/// Stress along a line at one instant.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct StressRecord {
-    /// Name of the request in the scenario.
-    pub name: String,
-    /// Instant \[s\].
-    pub time: f64,
-    /// Undeformed points in the body's frame \[m\].
-    pub points: Vec<[f64; 3]>,
-    /// Stress components per point: xx yy zz xy yz zx, or rr zz θθ rz 0 0 for axisymmetric models
-    /// \[Pa\].
-    pub stress: Vec<[f64; 6]>,
-    /// Von Mises stress per point \[Pa\].
-    pub von_mises: Vec<f64>,
 }
 
 /// Wall seconds spent in each stage of a run.

@@ -54,9 +54,8 @@ pub struct ContactFacts {
 }
 
 impl ContactFacts {
-    /// What the law of `contact` and its `bodies` tell; `has_zone`: whether it has zones from the
-    /// start, which have the width `width` on the contact body \[m\]; `size` as
-    /// [`ContactFacts::size`].
+    /// What the law of `contact` and its `bodies` tell; `zone_width`: of the zone on the contact body, if it has
+    /// one from the start \[m\]; `size` as [`ContactFacts::size`].
     ///
     /// # Errors
     /// [`AdaptiveError`] if the centre of a sphere is no place of its body.

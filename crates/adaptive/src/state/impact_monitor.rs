@@ -1,11 +1,14 @@
 //! Follows one contact through an impact: first and last touch, peak force, impulse, velocities.
 
 mod impact;
+mod ringing;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 pub use impact::Impact;
+use ringing::Lulls;
+pub use ringing::Ringing;
 
 use crate::record::ImpactRecord;
 
@@ -90,27 +93,8 @@ struct PhaseExtremes {
     /// Beginning of the touch, and that instant \[s\].
     start: f64,
     approach_time: f64,
-    /// Times and forces of the last lull since force acts, and of those next to the peak \[s, N\].
-    lull: Option<(f64, f64)>,
-    around_peak: [Option<(f64, f64)>; 2],
+    lulls: Lulls,
 }
-
-/// A force that rings about its mean at its peak.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ringing {
-    /// The mean there \[N\].
-    pub mean: f64,
-    /// When \[s\].
-    pub time: f64,
-    /// How far the peak is above it, as a share of it.
-    pub share: f64,
-    /// Period \[s\].
-    pub period: f64,
-}
-
-/// Share of the time since the first touch that a period of ringing takes at most: longer ones are what
-/// waves and sub-impacts make.
-const SHORT_PERIOD: f64 = 0.1;
 
 impl ImpactMonitor {
     /// A monitor after the impact `reported`, which goes on if another touch belongs to it.
@@ -169,12 +153,8 @@ impl ImpactMonitor {
     /// How the force rings at the peak of this phase, between the lulls before and after it; none if it does
     /// not.
     pub fn ringing(&self) -> Option<Ringing> {
-        let PhaseExtremes { peak_force, peak_time, around_peak, start, .. } = self.phase;
-        let [(first, before), (last, after)] = [around_peak[0]?, around_peak[1]?];
-        let (period, lasted) = (last - first, self.last_touch()? - start);
-        let mean = 0.5 * (peak_force + 0.5 * (before + after));
-        let is_ringing = before.min(after) > 0.0 && period < SHORT_PERIOD * lasted;
-        is_ringing.then(|| Ringing { mean, time: peak_time, share: peak_force / mean - 1.0, period })
+        let PhaseExtremes { peak_force, peak_time, lulls, start, .. } = self.phase;
+        lulls.ringing((peak_time, peak_force), self.last_touch()? - start)
     }
 
     /// Peak force of this phase so far \[N\].
@@ -235,17 +215,13 @@ impl ImpactMonitor {
             impact.normal = normal_at(time, [self.before_last.as_ref(), self.last.as_ref()], &now).into();
         }
         let is_new_peak = now.force > phase.peak_force;
-        if let Some((a, b)) = earlier
-            && b.force < a.force
-            && b.force <= now.force
-        {
-            phase.lull = Some((b.time, b.force));
-            phase.around_peak[1] = phase.around_peak[1].or(phase.lull);
+        if let Some((a, b)) = earlier {
+            phase.lulls.see([&a, &b, &now].map(|instant| (instant.time, instant.force)));
         }
         let (time, force) = top(phase.peak_force);
         if force > phase.peak_force {
             (phase.peak_time, phase.peak_force) = (time, force);
-            phase.around_peak = [phase.lull, None];
+            phase.lulls.rise();
         }
         (self.before_last, self.last) = (self.last, Some(now));
         is_new_peak
@@ -428,29 +404,6 @@ mod tests {
         assert!((r.impulse - 2.0 * peak / std::f64::consts::PI).abs() < 1e-12);
         assert!((r.approach_velocity - 2.0).abs() < 1e-15 && (r.restitution - 0.95).abs() < 1e-12);
         assert!(!watch.is_running());
-    }
-
-    #[test]
-    fn ringing_at_the_peak_is_told_from_its_lulls() {
-        // A half sine of 1 s that rings by 5 % forty times a second; and one that does not.
-        let of = |share: f64| {
-            let mut watch = ImpactMonitor::default();
-            for i in 0..=2000 {
-                let t = f64::from(i) * 5e-4;
-                let wave = share * (80.0 * std::f64::consts::PI * t).cos();
-                watch.step(
-                    instant(t, 10.0 * (std::f64::consts::PI * t).sin() * (1.0 + wave), 0.0, 0.0),
-                    None,
-                    None,
-                );
-            }
-            watch.ringing()
-        };
-        let found = of(0.05).expect("it rings");
-        // The half sine falls by 0.08 % to the lulls.
-        assert!((found.mean / 10.0 - 1.0).abs() < 1e-3 && (found.share - 0.05).abs() < 1e-3, "{found:?}");
-        assert!((found.period - 0.025).abs() < 1e-3 && (found.time - 0.5).abs() < 1e-3, "{found:?}");
-        assert_eq!(of(0.0), None);
     }
 
     #[test]
