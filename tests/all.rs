@@ -16,6 +16,7 @@ mod damaged;
 mod decks;
 mod determinism;
 mod doubled;
+mod equilibrium;
 mod export;
 mod export_setup;
 mod expressions;

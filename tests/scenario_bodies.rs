@@ -213,7 +213,7 @@ fn rigid_bodies_hertz_friction_damping_and_tolerances_are_read() {
     let friction = slide.friction.expect("given");
     assert!((friction.coefficient - 0.3).abs() < ROUND_OFF);
     let settings = &scenario.run.settings;
-    assert!(settings.static_start);
+    assert_eq!(settings.start, adaptive::spec::Start::Elastic);
     assert_eq!(settings.free.method, Some(Method::TrBdf2));
     let permitted = [
         settings.free.permitted_error(Method::TrBdf2),

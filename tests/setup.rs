@@ -163,7 +163,7 @@ fn loads_contacts_and_settings_are_handed_on() {
     assert_eq!(law.solids(), [steel; 2]);
     assert!((contact.radius - 0.1).abs() < ROUND_OFF && contact.centre == Place::Point([0.0; 3]));
     assert!(other.body().is_none());
-    assert!(spec.settings.static_start);
+    assert_eq!(spec.settings.start, adaptive::spec::Start::Elastic);
     assert_eq!(spec.settings.free.method, Some(ffr_dynamics::integration::Method::TrBdf2));
     assert_eq!(spec.settings.impact.method, Some(ffr_dynamics::integration::Method::DormandPrince));
 }

@@ -24,6 +24,40 @@ impl ObserverError {
     }
 }
 
+/// Why bodies do not come to rest in equilibrium.
+#[derive(Debug, Clone, PartialEq, Error)]
+#[non_exhaustive]
+pub enum EquilibriumFault {
+    /// Forces on a body that nothing balances.
+    #[error(
+        "body \"{body}\" is not held: nothing balances {force:.4e} {} it {} {along}; hold it by a joint, a spring or a contact, or give it a \
+         velocity if it is to move",
+        if *turns { "N m on" } else { "N on" },
+        if *turns { "about" } else { "along" }
+    )]
+    NotHeld {
+        /// Name of the body.
+        body: String,
+        /// Whether it turns.
+        turns: bool,
+        /// Direction in the inertial frame, of a turn in the axes of the body.
+        along: Components,
+        /// What is not balanced [N or N m].
+        force: f64,
+    },
+    /// Steps that do not end.
+    #[error(
+        "{residual:.1e} of the forces are left after {steps} steps; begin with a pose nearer to rest, or let bodies and joints come to rest in a \
+         run with damping"
+    )]
+    NotFound {
+        /// Number of steps.
+        steps: usize,
+        /// What is left, as a share of all forces.
+        residual: f64,
+    },
+}
+
 /// Errors of model building and of a run.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -36,6 +70,9 @@ pub enum AdaptiveError {
         /// What differs.
         fault: RestartFault,
     },
+    /// A start in equilibrium that is none.
+    #[error("no static equilibrium: {0}")]
+    Equilibrium(EquilibriumFault),
     /// A body's geometry, mesh or matrices.
     #[error("body \"{body}\": {source}")]
     Geometry {

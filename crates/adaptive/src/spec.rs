@@ -73,6 +73,27 @@ pub struct RestSettings {
     pub duration: f64,
 }
 
+/// The pose that a run starts from.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum Start {
+    /// As it is given, bodies undeformed.
+    #[default]
+    Given,
+    /// With elastic coordinates in equilibrium, those of joints held, contacts left out.
+    Elastic,
+    /// With all that is at rest in equilibrium, contacts among it.
+    Static,
+    /// The same, and nothing else.
+    StaticOnly,
+}
+
+impl Start {
+    /// Whether all that is at rest is in equilibrium.
+    pub fn is_static(self) -> bool {
+        matches!(self, Self::Static | Self::StaticOnly)
+    }
+}
+
 /// Settings of a run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunSettings {
@@ -80,8 +101,8 @@ pub struct RunSettings {
     pub end_time: f64,
     /// Gravity [m/s²].
     pub gravity: Vector3<f64>,
-    /// Whether elastic coordinates start from equilibrium with the joint coordinates held.
-    pub static_start: bool,
+    /// From what pose it starts.
+    pub start: Start,
     /// Share of the largest energy by which the ledger may be open.
     pub energy_tolerance: f64,
     /// Phases without contact.

@@ -226,7 +226,7 @@ fn clamped_bar_sags_as_the_full_model() {
     let sag = |reduction, answers, frame| {
         let mut spec = on_joint(JointKind::Fixed, None, reduction, answers, frame);
         spec.settings.gravity = Vector3::new(0.0, -9.81, 0.0);
-        spec.settings.static_start = true;
+        spec.settings.start = adaptive::spec::Start::Elastic;
         spec.settings.end_time = 1e-5;
         deflections(&spec, |_| 0.0)[0]
     };

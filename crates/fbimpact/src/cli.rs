@@ -147,6 +147,9 @@ pub enum LogFormat {
 pub enum Command {
     /// Simulate a scenario and write an HDF5 file
     Run(RunArguments),
+    /// Find the pose in which a scenario is in static equilibrium, contacts among it, and print forces
+    /// and reactions there
+    Static(StaticArguments),
     /// Run a scenario with doubled modes, meshes and contact zones, tighter integration and higher
     /// penalty factors, and compare
     Converge(ConvergeArguments),
@@ -371,6 +374,7 @@ impl Command {
     pub fn scenario(&self) -> Option<&Path> {
         match self {
             Self::Run(arguments) => arguments.scenario.as_deref(),
+            Self::Static(arguments) => Some(&arguments.scenario),
             Self::Converge(arguments) => Some(&arguments.scenario),
             Self::Modes { scenario, .. }
             | Self::MeshSize { scenario, .. }
@@ -443,6 +447,37 @@ pub struct RunArguments {
     /// this one
     #[arg(long, hide = true)]
     pub until_eof: bool,
+    /// Models kept between runs.
+    #[command(flatten)]
+    pub cache: CacheArguments,
+}
+
+/// Arguments of `static`.
+#[derive(Debug, Args)]
+pub struct StaticArguments {
+    /// Scenario file
+    #[arg(value_name = "SCENARIO.toml")]
+    pub scenario: PathBuf,
+    /// Result file, with this one state [default: the scenario's name with .static.h5, in the working
+    /// directory]
+    #[arg(short, long, value_name = "OUT.h5")]
+    pub output: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Changes to the scenario.
+    #[command(flatten)]
+    pub set: SetArguments,
+    /// Number of threads, 0 for all cores
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub threads: usize,
+    /// Memory that it may take in GB [default: most of what the machine has]; models that do not fit are
+    /// refused before they are built
+    #[arg(long, value_name = "GB", value_parser = gigabytes)]
+    pub memory: Option<f64>,
+    /// Replace an existing file, even one that is no result file
+    #[arg(long)]
+    pub force: bool,
     /// Models kept between runs.
     #[command(flatten)]
     pub cache: CacheArguments,

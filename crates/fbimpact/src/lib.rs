@@ -60,6 +60,7 @@ pub fn main_with(executable: Build, arguments: impl IntoIterator<Item = OsString
 fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppError> {
     match command {
         Command::Run(arguments) => commands::run::run(&arguments, bar),
+        Command::Static(arguments) => commands::run::equilibrium::equilibrium(arguments, bar),
         Command::Converge(arguments) => commands::converge::converge(&arguments),
         Command::Check { scenarios, cost, json, threads, set } => {
             let format = match (cost, json) {

@@ -13,7 +13,7 @@ use adaptive::model::RunModel;
 use adaptive::prepared::Prepared;
 use adaptive::record::Timings;
 use adaptive::run::driver;
-use adaptive::spec::{BodySpec, ImportedSpec, RunSpec};
+use adaptive::spec::{BodySpec, ImportedSpec, RunSpec, Start};
 use adaptive::state::RunState;
 use adaptive::state::observer::{Observer, Stage};
 use adaptive::store::ModelCache;
@@ -226,7 +226,9 @@ pub fn system_modes_with(
 ) -> Result<(Vec<String>, SystemModes), AppError> {
     let scenario = &*sized(scenario, threads, cache)?;
     let mut spec = scenario.run.clone();
-    spec.settings.static_start |= is_static;
+    if is_static {
+        spec.settings.start = Start::Elastic;
+    }
     let model = told(build(&spec, threads, cache)?);
     let modes = model.system.small_vibrations(0.0, &model.initial);
     let names = model.bodies.iter().map(|b| b.name.clone()).collect();

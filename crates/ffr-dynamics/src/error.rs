@@ -252,6 +252,9 @@ pub enum StaticStartFault {
     /// know.
     #[error("there are loop-closing joints or gears, whose forces it does not know")]
     LoopClosing,
+    /// Forces with coordinates of their own.
+    #[error("there are contact zones that vibrate, which have no equilibrium of their own")]
+    Vibrating,
     /// Forces that cannot be evaluated.
     #[error(transparent)]
     Refused(#[from] EvaluationFailure),

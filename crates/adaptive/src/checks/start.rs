@@ -96,7 +96,7 @@ fn sudden_spin(model: &RunModel, b: usize, state: &BodyState) -> Option<Warning>
             "it starts undeformed at {rate:.4e} rad/s, whose centrifugal force strains it by some {strain:.0e}: its stress rings between \
              none and twice that of the spin"
         ),
-        remedy: "set simulation.static_start = true".into(),
+        remedy: "set simulation.static_start = true, or simulation.start = \"static\"".into(),
     })
 }
 
@@ -109,7 +109,7 @@ pub fn static_contact(name: &str) -> Warning {
         message: "its bodies touch at the start and are pressed together, and the equilibrium of simulation.static_start holds joints and \
                   does not know of the contact: the force sets in at once and rings between none and twice what it settles at"
             .into(),
-        remedy: "read the force after its ringing, with damping of bodies and joints that is enough for that, or raise the load slowly".into(),
+        remedy: "set simulation.start = \"static\" in place of static_start, whose equilibrium has the contacts; or raise the load slowly".into(),
         ..Warning::default()
     }
 }

@@ -15,7 +15,7 @@ use crate::error::AdaptiveError;
 use crate::impact::local_deformation::LocalDeformation;
 use crate::model::{ContactFacts, RunModel};
 use crate::record::{PhaseKind, PhaseRecord};
-use crate::spec::{FREE_INTERVAL, RunSettings};
+use crate::spec::{FREE_INTERVAL, RunSettings, Start};
 use crate::state::ledger::{EnergyLedger, Imbalance};
 use crate::state::observer::{Continue, Observer};
 use crate::state::simulation::smallest_gap;
@@ -54,6 +54,7 @@ mod restart;
 mod states;
 mod stops;
 mod watch;
+mod equilibrium;
 
 use contact_slot::ContactSlot;
 use impact::balance::Balance;
@@ -247,8 +248,10 @@ impl<'a> Driver<'a> {
     }
 
     fn run(&mut self, from: Option<&RunState>) -> Result<RunEnd, AdaptiveError> {
+        // An equilibrium is found again rather than stored: its zones and what sticks in them are no part of a restart point.
+        let from = from.filter(|state| state.time > 0.0 || !self.settings.start.is_static());
         let mut warnings = if from.is_none() { self.check_start()? } else { Vec::new() };
-        if from.is_none() && self.settings.static_start {
+        if from.is_none() && self.settings.start == Start::Elastic {
             warnings.extend(self.pressed_in_equilibrium()?);
         }
         self.output.observer.start(&self.model.layout(self.settings.end_time))?;
@@ -259,6 +262,9 @@ impl<'a> Driver<'a> {
                 state.phase.kind
             }
             None => {
+                if self.settings.start.is_static() {
+                    self.begin_in_equilibrium()?;
+                }
                 let kind = if self.is_any_closed()? { PhaseKind::Impact } else { PhaseKind::Free };
                 self.note()?;
                 if kind == PhaseKind::Free || !self.begins_with_overlap() {
@@ -305,7 +311,8 @@ impl<'a> Driver<'a> {
     /// Whether the run is over: time is up, the wanted number of impacts has ended, or the bodies
     /// are at rest.
     fn is_over(&self) -> bool {
-        self.is_enough() || self.is_at_rest() || self.integrator.time() >= self.settings.end_time
+        let is_pose = self.settings.start == Start::StaticOnly;
+        is_pose || self.is_enough() || self.is_at_rest() || self.integrator.time() >= self.settings.end_time
     }
 
     /// Whether the wanted number of impacts has ended, those with stops of joints among them, and none

@@ -11,7 +11,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::joints;
 use crate::error::AdaptiveError;
-use crate::spec::{BodySpec, InitialMotion, RunSpec};
+use crate::spec::{BodySpec, InitialMotion, RunSpec, Start};
 use crate::system::body::BodyForm;
 use crate::system::body::BodyModel;
 use crate::system::imported::ImportedModel;
@@ -85,7 +85,7 @@ pub fn state<F: DerefMut<Target: ActiveForce>>(
     system: &mut Multibody<F>,
 ) -> Result<Vec<f64>, AdaptiveError> {
     let mut y = joint_state(spec, system)?;
-    if spec.settings.static_start {
+    if spec.settings.start == Start::Elastic {
         system.static_start(0.0, &mut y).map_err(AdaptiveError::Model)?;
     }
     Ok(y)

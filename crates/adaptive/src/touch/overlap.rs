@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use crate::error::AdaptiveError;
 use crate::record::finding::Components;
-use crate::spec::{ContactSpec, RunSpec};
+use crate::spec::{ContactSpec, RunSpec, Start};
 use crate::touch::detection::{Nearest, Search};
 use crate::touch::sites::{self, Surfaces};
 use crate::touch::tolerances::ROUND_OFF;
@@ -151,7 +151,7 @@ impl Pair<'_> {
 pub fn check_undeformed(spec: &RunSpec, poses: &[BodyState]) -> Result<(), AdaptiveError> {
     let surfaces = Surfaces::new(&spec.bodies);
     let contacts = spec.contacts.iter().filter(|contact| contact.spheres().is_none());
-    for contact in contacts.filter(|_| !spec.settings.static_start) {
+    for contact in contacts.filter(|_| spec.settings.start != Start::Elastic) {
         if let Some(overlap) = of_undeformed(spec, &surfaces, contact, poses)? {
             return Err(overlap);
         }

@@ -212,7 +212,7 @@ pub fn spec(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, end_time: f64) ->
         settings: RunSettings {
             end_time,
             gravity: Vector3::zeros(),
-            static_start: false,
+            start: adaptive::spec::Start::Given,
             free: phase(integration::Method::TrBdf2, 1e-6, 1e-4),
             impact: phase(integration::Method::DormandPrince, 1e-8, f64::INFINITY),
             step_share: 0.5,
@@ -243,7 +243,7 @@ pub fn explicit(end_time: f64) -> RunSettings {
     RunSettings {
         end_time,
         gravity: Vector3::zeros(),
-        static_start: false,
+        start: adaptive::spec::Start::Given,
         free: phase(1e-4),
         impact: phase(f64::INFINITY),
         step_share: 0.5,

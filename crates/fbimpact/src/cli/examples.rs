@@ -71,6 +71,16 @@ pub const EXAMPLES: &[(&str, [Example; 2])] = &[
         ],
     ),
     (
+        "static",
+        [
+            example("how a part rests under its weight, and what holds it", "fbimpact static rig.toml"),
+            example(
+                "the same at another load, as JSON",
+                "fbimpact static rig.toml --set loads.push.force[2]=-500.0 --json",
+            ),
+        ],
+    ),
+    (
         "converge",
         [
             example("is it right to 1 %?", "fbimpact converge drop.toml"),

@@ -4,6 +4,7 @@ pub mod stop;
 pub mod recording;
 mod begin;
 mod resume;
+pub mod equilibrium;
 
 use std::path::{Path, PathBuf};
 
@@ -47,7 +48,7 @@ fn run_scenario(
     let scenario = scenario_file::read(path, &arguments.set.set)?;
     let target = match &arguments.output {
         Some(target) => target.clone(),
-        None => default_output(path),
+        None => default_output(path, "h5"),
     };
     gate_of(&scenario, arguments.force).check(&linked(&target)?, RESULT)?;
     let left = if arguments.update { left(&target, &scenario.source.inputs_sha256)? } else { Left::Nothing };
@@ -72,9 +73,10 @@ fn run_scenario(
     begin(&scenario, output, (arguments, n_threads), stop, bar)
 }
 
-/// The scenario's name with `.h5`, in the working directory.
-fn default_output(scenario: &Path) -> PathBuf {
+/// The scenario's name with `ending`, in the working directory.
+fn default_output(scenario: &Path, ending: &str) -> PathBuf {
     let mut name = scenario.file_stem().unwrap_or(scenario.as_os_str()).to_owned();
-    name.push(".h5");
+    name.push(".");
+    name.push(ending);
     PathBuf::from(name)
 }

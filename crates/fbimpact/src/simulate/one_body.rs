@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use adaptive::sizing::SizeRequest;
-use adaptive::spec::{BodyKind, BodySpec, ContactSpec, DampingSpec, RigidSpec, RunSpec};
+use adaptive::spec::{BodyKind, BodySpec, ContactSpec, DampingSpec, RigidSpec, RunSpec, Start};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::scenario::Scenario;
@@ -45,7 +45,7 @@ pub fn alone(scenario: &Scenario, body: usize) -> Scenario {
     }
     run.points.clear();
     run.stress.clear();
-    run.settings.static_start = false;
+    run.settings.start = Start::Given;
     alone
 }
 

@@ -159,13 +159,7 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
 
     /// Moves positions by the loops' response.
     fn move_coordinates(&self, y: &mut [f64]) {
-        let change = &self.workspace.loops.response.rates;
-        for body in &self.model.bodies {
-            let layout = &body.layout;
-            add(&mut y[layout.elastic()], &change[layout.rates_elastic()]);
-            let positions = &mut y[layout.positions()];
-            body.joint.kind.displace(positions, &change[layout.rates_joint()]);
-        }
+        self.model.displace(y, &self.workspace.loops.response.rates);
     }
 }
 

@@ -1,4 +1,7 @@
-//! Static start: elastic coordinates that do not accelerate (docs/theory.md Eq. M.42).
+//! Static start: elastic coordinates that do not accelerate (docs/theory.md Eq. M.42), and what pushes a
+//! whole system out of a pose.
+
+pub mod balance;
 
 use std::ops::DerefMut;
 

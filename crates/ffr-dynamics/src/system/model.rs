@@ -279,6 +279,15 @@ impl MultibodyModel {
         self.bodies.iter().map(|b| b.layout.n_rates()).sum()
     }
 
+    /// Moves the coordinates of the state `y` by `change`, by their rates.
+    pub(super) fn displace(&self, y: &mut [f64], change: &[f64]) {
+        for TreeBody { joint, layout, .. } in &self.bodies {
+            let elastic = y[layout.elastic()].iter_mut().zip(&change[layout.rates_elastic()]);
+            elastic.for_each(|(q, change)| *q += change);
+            joint.kind.displace(&mut y[layout.positions()], &change[layout.rates_joint()]);
+        }
+    }
+
     /// Index of the body called `name`.
     pub fn body_index(&self, name: &str) -> Option<usize> {
         self.bodies.iter().position(|b| b.name == name)

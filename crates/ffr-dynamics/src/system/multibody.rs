@@ -120,6 +120,11 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         &mut self.forces
     }
 
+    /// The model, and the force elements to be evaluated.
+    pub(super) fn parts(&mut self) -> (&MultibodyModel, &mut [F]) {
+        (&self.model, &mut self.forces)
+    }
+
     /// Tolerances of the error norm.
     pub fn error_scale(&self) -> ErrorScale {
         self.error_scale

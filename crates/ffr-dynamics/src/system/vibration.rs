@@ -118,7 +118,7 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
             n_coordinates: n,
             n_constraints: n - values.len(),
             acceleration: if left > 0.0 { left.sqrt() } else { 0.0 },
-            asymmetry: problem.asymmetry(&values, &vectors),
+            asymmetry: problem.asymmetry(&values, &problem.skew(&vectors)),
         })
     }
 }
@@ -145,7 +145,7 @@ fn power(model: &MultibodyModel, workspace: &Workspace, rates: &[f64]) -> f64 {
 
 /// The eigenproblem in coordinates in which the mass matrix is the identity and the constraints
 /// hold.
-struct Problem<'a> {
+pub(super) struct Problem<'a> {
     small: &'a SmallMotion,
     /// Symmetric part of the stiffness other than that of modes.
     stiffness: Mat<f64>,
@@ -170,25 +170,29 @@ impl<'a> Problem<'a> {
         Ok(Self { small, stiffness, undecided, factor, free })
     }
 
-    /// Largest skew entry of the stiffness between two of the modes `vectors`, as a share of the
+    /// Largest entry of the skew part of the stiffness between two of the modes, as a share of the
     /// geometric mean of their squared frequencies `values`, of the larger one if the other mode is
     /// rigid (Eq. M.60).
     ///
     /// Not of the skew matrix by the symmetric one: where forces do not depend on the pose at all,
     /// both are round-off.
-    fn asymmetry(&self, values: &[f64], vectors: &Mat<f64>) -> f64 {
-        let rough = &self.small.stiffness;
-        let product = dense::product(rough.as_ref(), vectors.as_ref());
-        let modal = dense::product(vectors.transpose(), product.as_ref());
+    pub fn asymmetry(&self, values: &[f64], skew: &Mat<f64>) -> f64 {
         let mut largest = 0.0_f64;
         for (i, j) in (0..values.len()).flat_map(|i| (0..i).map(move |j| (i, j))) {
             let (a, b) = (values[i].abs(), values[j].abs());
             let stiffness = if a.min(b) > 0.0 { (a * b).sqrt() } else { a.max(b) };
             if stiffness > 0.0 {
-                largest = largest.max(0.5 * (modal[(i, j)] - modal[(j, i)]).abs() / stiffness);
+                largest = largest.max(skew[(i, j)].abs() / stiffness);
             }
         }
         largest
+    }
+
+    /// Skew part of the stiffness between the modes `vectors`.
+    pub fn skew(&self, vectors: &Mat<f64>) -> Mat<f64> {
+        let product = dense::product(self.small.stiffness.as_ref(), vectors.as_ref());
+        let modal = dense::product(vectors.transpose(), product.as_ref());
+        Mat::from_fn(modal.nrows(), modal.ncols(), |i, j| 0.5 * (modal[(i, j)] - modal[(j, i)]))
     }
 
     /// Squared frequencies, rising, and modes in the system's coordinates, mass-orthonormal.

@@ -4,7 +4,7 @@
 pub(crate) mod balance;
 pub(crate) mod refine;
 pub(crate) mod trial_reason;
-mod intervals;
+pub(crate) mod intervals;
 pub(crate) mod judgement;
 mod stepped_over;
 pub(crate) mod trial;
@@ -83,7 +83,7 @@ impl Driver<'_> {
     }
 
     /// The state from which every trial of the impact starts, taken now.
-    fn impact_start(&self) -> Start {
+    pub(crate) fn impact_start(&self) -> Start {
         Start {
             time: self.integrator.time(),
             state: self.integrator.state().to_vec(),

@@ -137,7 +137,9 @@ impl Driver<'_> {
         self.model.system.set_error_scale(scale).map_err(AdaptiveError::Dynamics)?;
         self.work.unmarked = 0;
         self.slots.iter_mut().for_each(|slot| slot.clearance = 0.0);
-        self.model.forget();
+        if !self.is_settled_start() {
+            self.model.forget();
+        }
         self.forget_searches();
         let mut rates = vec![0.0; y.len()];
         let outcome = self.model.system.rhs(t, y, &mut rates);

@@ -6,6 +6,7 @@ use super::Driver;
 use crate::error::AdaptiveError;
 use crate::model::RunModel;
 use crate::record::PhaseKind;
+use crate::spec::Start;
 use crate::state::simulation::{fill_places, fill_sample};
 
 impl Driver<'_> {
@@ -29,10 +30,11 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// Whether the run is at its start and bodies may overlap there: then the trials of the impact
-    /// that it begins with store that instant.
+    /// Whether the run is at its start and bodies may overlap there, or are pressed together: then the
+    /// trials of the impact that it begins with store that instant.
     pub(super) fn begins_with_overlap(&self) -> bool {
-        self.integrator.time() <= 0.0 && self.model.contacts.iter().any(|c| c.allowed_overlap > 0.0)
+        let may_overlap = || self.model.contacts.iter().any(|c| c.allowed_overlap > 0.0);
+        self.integrator.time() <= 0.0 && (self.settings.start == Start::Static || may_overlap())
     }
 
     /// Notes the present state without storing it.

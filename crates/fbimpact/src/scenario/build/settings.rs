@@ -1,7 +1,7 @@
 //! Settings of the run: time span, gravity, integrators, intervals of output.
 
 use adaptive::spec::resolution::shortening;
-use adaptive::spec::{Accuracy, PhaseSettings, RestSettings, RunSettings};
+use adaptive::spec::{Accuracy, PhaseSettings, RestSettings, RunSettings, Start};
 use ffr_dynamics::system::multibody::error_scale::ErrorScale;
 
 use super::super::section::Section;
@@ -23,7 +23,7 @@ pub fn settings(simulation: &Section, output: &Section, accuracy: Accuracy) -> O
     Some(RunSettings {
         end_time: simulation.number("end_time")?,
         gravity: simulation.vector::<3>("gravity")?.into(),
-        static_start: simulation.boolean("static_start")?,
+        start: start(simulation)?,
         free: phase(simulation.table("free")?, accuracy)?,
         impact: phase(simulation.table("impact")?, accuracy)?,
         step_share: STEP_SHARE * shortening(accuracy.step_error()).min(1.0),
@@ -37,6 +37,11 @@ pub fn settings(simulation: &Section, output: &Section, accuracy: Accuracy) -> O
         free_share: if is_even { 0.0 } else { phase_share },
         pressure: output.boolean("pressure")?,
     })
+}
+
+fn start(simulation: &Section) -> Option<Start> {
+    let start = simulation.choice("start")?;
+    Some(if start == Start::Given && simulation.boolean("static_start")? { Start::Elastic } else { start })
 }
 
 fn rest(simulation: &Section) -> Option<RestSettings> {

@@ -1,14 +1,21 @@
 //! Keys of `[simulation]` and `[output]`.
 
-use adaptive::spec::FREE_INTERVAL;
+use adaptive::spec::{FREE_INTERVAL, Start};
 use ffr_dynamics::integration::Method;
 
-use super::super::keys::{Bound, Choice, Key, Kind, Named, Need, Range, name_values};
+use super::super::keys::{Bound, Choice, Condition, Key, Kind, Named, Need, Range, Test, name_values};
 use super::super::types::Compression;
 
 /// Longest time that can be asked for: far above any impact, far below where `t + dt == t` for a
 /// step of 1 ns.
 const TIME: Range = Range::positive(1e6);
+
+name_values!(Start {
+    Given: "given", "as it is given, bodies undeformed";
+    Elastic: "elastic", "bodies deformed, joints where they are given: under weight, springs, loads and the centrifugal and damping forces of the velocities given elastic coordinates are in equilibrium; contacts do not take part, and joints that close loops and gears are not known";
+    Static: "static", "all that is at rest is in static equilibrium, contacts among it: bodies and joints move from where they are given until nothing accelerates. What has a velocity keeps its pose";
+    StaticOnly: "static-only", "the same, and the run ends there: one state, as `fbimpact static` makes it";
+});
 
 name_values!(Method {
     DormandPrince: "dormand-prince", "explicit Runge-Kutta method of order 5(4) with error control; the free vibration of bodies without flexible joints is exact";
@@ -36,12 +43,14 @@ pub const SIMULATION: &[Key] = &[
         Need::Default("[0.0, 0.0, 0.0]"),
         "Acceleration of gravity.",
     ),
+    Key::new("static_start", Kind::Boolean, "", Need::Default("false"), "As `start = \"elastic\"`.")
+        .when(&[Condition::new("with start \"given\"", Test::OneOf("start", &["given"]))]),
     Key::new(
-        "static_start",
-        Kind::Boolean,
+        "start",
+        Kind::Choice(Start::CHOICES),
         "",
-        Need::Default("false"),
-        "Whether elastic coordinates start from equilibrium with the joint coordinates held, under weight, springs, loads and the centrifugal and damping forces of the velocities given; undeformed otherwise. Contacts do not take part. Not with joints that close loops, nor with gears.",
+        Need::Default("\"given\""),
+        "The pose from which the run starts.",
     ),
     Key::new(
         "quiet_time",

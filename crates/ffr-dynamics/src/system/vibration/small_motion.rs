@@ -1,10 +1,11 @@
-//! Mass and stiffness of a joined system about a pose at rest (docs/theory.md Eq. M.55 to M.57).
+//! Mass and stiffness of a joined system about a pose at rest (docs/theory.md Eq. M.55 to M.57, M.63).
 
 use faer::{Mat, MatRef};
 use nalgebra::Vector3;
 
 use super::dead_load::DeadLoad;
-use crate::error::DynamicsError;
+use crate::error::{DynamicsError, EvaluationFailure};
+use crate::force::{BodyState, GeneralisedForce};
 use crate::reduction::blocks::dense;
 use crate::system::free_body::deformation::dot;
 use crate::system::free_body::equations::RigidPart;
@@ -77,8 +78,49 @@ impl SmallMotion {
     /// Of `model` at time `t` in the pose of `y`; velocities do not count.
     pub fn new(model: &MultibodyModel, t: f64, y: &[f64]) -> Result<Self, DynamicsError> {
         let (mut small, mut movable, steps) = Self::without_stiffness(model, t, y);
-        small.hold(&mut movable, y)?;
+        let none = vec![0.0; small.n()];
+        small.hold(&mut movable, y, &none)?;
         small.fill_stiffness(&mut movable, y, &steps);
+        Ok(small)
+    }
+
+    /// As [`Self::new`], under further forces, which `add` adds to those on the bodies in their motions.
+    /// Their stiffness is found by motions of surfaces by `reach` \[m\] and more (Eq. M.63).
+    ///
+    /// # Errors
+    /// [`DynamicsError::StaticStart`] with what `add` refuses; else as [`Self::new`].
+    pub fn loaded(
+        model: &MultibodyModel,
+        (t, y): (f64, &[f64]),
+        reach: f64,
+        mut add: impl FnMut(&[BodyState], &mut [GeneralisedForce]) -> Result<(), EvaluationFailure>,
+    ) -> Result<Self, DynamicsError> {
+        let (mut small, mut movable, steps) = Self::without_stiffness(model, t, y);
+        let (n, length) = (small.n(), movable.length());
+        let mut added = vec![0.0; n];
+        movable.further(y, &mut add, &mut added)?;
+        small.hold(&mut movable, y, &added)?;
+        small.fill_stiffness(&mut movable, y, &steps);
+        if added.iter().all(|force| *force == 0.0) {
+            return Ok(small);
+        }
+        let mut owner = vec![f64::INFINITY; n];
+        for body in &model.bodies {
+            // Modes of unit mass move a surface by some one over the root of the body's mass.
+            owner[body.layout.rates_elastic()].fill(reach * body.data.mass.sqrt());
+        }
+        let (mut ahead, mut behind) = (vec![0.0; n], vec![0.0; n]);
+        for j in 0..n {
+            let step = (steps[j] * reach / (length * MOTION)).min(owner[j]);
+            for (at, forces) in [(step, &mut ahead), (-step, &mut behind)] {
+                let mut moved = y.to_vec();
+                displace(model, &mut moved, j, at);
+                movable.further(&moved, &mut add, forces)?;
+            }
+            for (i, (a, b)) in ahead.iter().zip(&behind).enumerate() {
+                small.stiffness[(i, j)] -= 0.5 * (a - b) / step;
+            }
+        }
         Ok(small)
     }
 
@@ -185,11 +227,12 @@ impl SmallMotion {
         Ok(Closed { factor, whitened, scaled })
     }
 
-    /// Finds the accelerations with which the bodies, as stiff as they stand, leave the pose, and
-    /// the multipliers of loops; holds the bodies by both.
-    fn hold(&mut self, movable: &mut Movable, y: &[f64]) -> Result<(), DynamicsError> {
+    /// Finds the accelerations with which the bodies, as stiff as they stand, leave the pose under the
+    /// forces `added` besides, and the multipliers of loops; holds the bodies by both.
+    fn hold(&mut self, movable: &mut Movable, y: &[f64], added: &[f64]) -> Result<(), DynamicsError> {
         let mut force = vec![0.0; self.n()];
         movable.forces(y, &mut force);
+        force.iter_mut().zip(added).for_each(|(force, added)| *force += added);
         let free: Vec<usize> = movable.model.bodies.iter().flat_map(|b| b.layout.rates_joint()).collect();
         if free.is_empty() {
             return Ok(());
@@ -343,6 +386,24 @@ impl Movable {
         inertia.collect()
     }
 
+    /// The forces that `add` adds to those on the bodies in the pose of `y`, along all coordinates.
+    fn further(
+        &mut self,
+        y: &[f64],
+        add: impl FnOnce(&[BodyState], &mut [GeneralisedForce]) -> Result<(), EvaluationFailure>,
+        out: &mut [f64],
+    ) -> Result<(), DynamicsError> {
+        self.place(y);
+        let Self { model, workspace: Workspace { states, sums, .. }, wrenches, modal, .. } = self;
+        add(states, sums).map_err(|refusal| DynamicsError::StaticStart(refusal.into()))?;
+        for (i, (body, sum)) in model.bodies.iter().zip(sums).enumerate() {
+            modal[body.layout.rates_elastic()].copy_from_slice(&sum.elastic);
+            wrenches[i] = wrench(&states[i], sum);
+        }
+        self.write_coordinates(out);
+        Ok(())
+    }
+
     /// Forces along all coordinates at rest in the pose of `y`, modal stiffness left out
     /// (Eq. M.56).
     fn forces(&mut self, y: &[f64], out: &mut [f64]) {
@@ -358,8 +419,7 @@ impl Movable {
             for (to, (load, by_loop)) in elastic.iter_mut().zip(sums[i].elastic.iter().zip(by_loops)) {
                 *to = load + by_loop;
             }
-            let load =
-                join(&states[i].rotation.inverse_transform_vector(&sums[i].force), &sums[i].torque_in_body);
+            let load = wrench(&states[i], &sums[i]);
             let held = dead[i].apply(&states[i], elastic);
             wrenches[i] = std::array::from_fn(|r| load[r] + held[r] + loops.response.frame_forces[i][r]);
         }
@@ -439,15 +499,14 @@ impl Movable {
     }
 }
 
+/// A force in the axes of the body.
+fn wrench(state: &BodyState, sum: &GeneralisedForce) -> SpatialVector {
+    join(&state.rotation.inverse_transform_vector(&sum.force), &sum.torque_in_body)
+}
+
 /// Moves coordinate `j` of the state `y`.
 fn displace(model: &MultibodyModel, y: &mut [f64], j: usize, by: f64) {
-    for TreeBody { joint, layout, .. } in &model.bodies {
-        if let Some(k) = layout.rates_elastic().position(|rate| rate == j) {
-            y[layout.elastic()][k] += by;
-        } else if let Some(k) = layout.rates_joint().position(|rate| rate == j) {
-            let mut change = [0.0; 6];
-            change[k] = by;
-            joint.kind.displace(&mut y[layout.positions()], &change[..layout.n_velocities]);
-        }
-    }
+    let mut change = vec![0.0; model.n_rates()];
+    change[j] = by;
+    model.displace(y, &change);
 }

@@ -1,0 +1,370 @@
+//! A start in static equilibrium: bodies, joints and contacts come to rest under their loads before time begins (docs/theory.md
+//! section M.16).
+
+use ffr_dynamics::force::active::Active;
+use ffr_dynamics::integration::OdeSystem;
+use ffr_dynamics::system::equilibrium::balance::{Balance, Outcome};
+use tracing::debug;
+
+use super::Driver;
+use super::contact_slot::ContactSlot;
+use super::impact::intervals::Intervals;
+use super::impact::judgement::{Ending, Judgement};
+use super::impact::trial_reason;
+use crate::error::{AdaptiveError, EquilibriumFault};
+use crate::impact::FineContact;
+use crate::model::RunModel;
+use crate::record::ZoneSize;
+use crate::record::finding::Components;
+use crate::state::simulation::{RunContact, smallest_gap};
+
+/// Trials of zones and penalty factors at most.
+const MAX_TRIALS: u32 = 40;
+/// Steps towards equilibrium at most: a body that slides far takes some twenty for every turn by a radian.
+const MAX_STEPS: usize = 2000;
+/// What may be left out of balance, as a share of all forces: contact forces are solved to a hundredth of it.
+const BALANCED: f64 = 1e-8;
+/// Share of the size of all bodies that they move in the first step, and after a touch: a thousandth of what elastic bodies yield
+/// by under light loads.
+const FIRST: f64 = 1e-11;
+/// Factor between steps that meet what they expect.
+const GROWTH: f64 = 4.0;
+/// How much of the work of a step may be left at its end, with either sign, before it counts as one that told nothing or went too
+/// far.
+const LEFT: f64 = 0.5;
+const TURNED: f64 = -0.25;
+const BACK: f64 = -0.9;
+/// Difference of the work left from what was expected up to which the stiffness is still known.
+const KNOWN: f64 = 0.1;
+/// Step, as a share of the size of the largest body, by which joints and loops turn too little to have another stiffness.
+const SMALL: f64 = 1e-3;
+/// Steps in a row that Newton's method takes and that change nothing, after which something slides.
+const IN_VAIN: usize = 30;
+const VAIN: f64 = 0.9;
+/// Longest step, as a share of the size of the largest body: a turn by some 0.3 rad.
+const LONGEST: f64 = 0.3;
+/// Bodies that have moved by so many times the size of all of them without meeting a resistance are not held.
+const FAR: f64 = 100.0;
+/// Halvings of a step in which a contact closes.
+const HALVINGS: usize = 60;
+
+/// How a way to equilibrium ended.
+enum Arrival {
+    /// In equilibrium.
+    Settled,
+    /// At the first touch of a contact that is to get its zone.
+    Touch(usize),
+}
+
+/// A step towards equilibrium.
+struct Step {
+    /// The state at its end.
+    moved: Vec<f64>,
+    /// What is left of its work there.
+    outcome: Outcome,
+    /// Whether it is shorter than Newton's.
+    is_short: bool,
+}
+
+impl Driver<'_> {
+    /// Brings bodies and joints that are at rest at the start into equilibrium, contacts among them; what moves keeps its pose and
+    /// velocity.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Equilibrium`] if something is not held or the way does not end.
+    pub(super) fn begin_in_equilibrium(&mut self) -> Result<(), AdaptiveError> {
+        let start = self.impact_start();
+        let mut intervals = Intervals::new(self.slots.len());
+        self.settle_all(&intervals.sizes)?;
+        for number in 1..=MAX_TRIALS {
+            self.begin_trial(number, None);
+            let ending = self.see_equilibrium()?;
+            let minor = self.minor_contacts(&ending);
+            let verdicts = self.assess(&minor);
+            match self.judge(&ending, (&verdicts, &minor), &mut intervals, number)? {
+                Judgement::Accept(_) => {
+                    let forces = self.model.system.forces().iter().zip(&mut self.run.contacts);
+                    forces
+                        .filter(|(f, _)| f.contact.report().normal_force > 0.0)
+                        .for_each(|(_, c)| c.close(start.time));
+                    for fine in self.slots.iter_mut().filter_map(ContactSlot::fine_mut) {
+                        fine.search = fine.search.accepted();
+                    }
+                    return Ok(());
+                }
+                Judgement::Again { demands, .. } => {
+                    debug!(number, demands = trial_reason::line(&demands), "equilibrium again");
+                    self.rewind(&start, &intervals.sizes)?;
+                }
+            }
+        }
+        Err(self.no_model(intervals.latest, MAX_TRIALS))
+    }
+
+    /// Notes what the contacts hold in equilibrium; whether one of them reached the rim of its zone.
+    fn see_equilibrium(&mut self) -> Result<Ending, AdaptiveError> {
+        let mut ending = Ending::Complete;
+        for i in 0..self.slots.len() {
+            self.begin_monitor(i)?;
+            let report = *self.model.system.forces()[i].contact.report();
+            let width_given = self.is_width_given(i);
+            if let Some(fine) = self.slots[i].fine_mut() {
+                let contact = self.model.system.forces()[i].contact.as_ref();
+                fine.mark(contact);
+                let energies = report.energies;
+                if energies.penalty > 0.0 {
+                    // Springs in series: the share of the energy is that of the approach.
+                    let share = energies.penalty / (energies.penalty + energies.elastic_high);
+                    fine.overlap = fine.overlap.max(report.penetration / share);
+                }
+            }
+            if report.is_rim_touched && report.normal_force > 0.0 {
+                if self.slots[i].fine().is_none() || width_given {
+                    let contact = self.model.contacts[i].name.clone();
+                    let widths =
+                        self.slots[i].fine().map_or(self.model.contacts[i].widths, FineContact::widths);
+                    let time = self.integrator.time();
+                    return Err(AdaptiveError::IntervalTooSmall { contact, time, width: widths[0] });
+                }
+                ending = Ending::EdgeTouched(i);
+            }
+        }
+        Ok(ending)
+    }
+
+    /// Whether the present state is the equilibrium that the run begins in, contacts and what sticks in them among it.
+    pub(super) fn is_settled_start(&self) -> bool {
+        self.integrator.time() <= 0.0 && self.settings.start.is_static()
+    }
+
+    /// Goes to equilibrium, with zones of the `sizes` wanted for contacts that touch on the way.
+    pub(super) fn settle_all(&mut self, sizes: &[Option<ZoneSize>]) -> Result<(), AdaptiveError> {
+        let held = self.moving_coordinates();
+        let (t, mut y) = (self.integrator.time(), self.integrator.state().to_vec());
+        loop {
+            let arrival = self.settle(&mut y, &held, true)?;
+            self.integrator.restart(t, &y);
+            let Arrival::Touch(i) = arrival else {
+                // What sticks now does so with the references of its first touch.
+                self.model.system.save();
+                return Ok(());
+            };
+            self.slots[i].preview = None;
+            if sizes[i].is_none() {
+                self.preview_at_rest(i, &held)?;
+            }
+            self.activate(i, sizes[i])?;
+            y = self.integrator.state().to_vec();
+        }
+    }
+
+    /// Notes the force of contact `i`, which touches, in equilibrium if Hertz's law, or that of a line, held there; nothing where there
+    /// is no law, or no equilibrium of it.
+    fn preview_at_rest(&mut self, i: usize, held: &[bool]) -> Result<(), AdaptiveError> {
+        let (t, mut y) = (self.integrator.time(), self.integrator.state().to_vec());
+        let RunModel { system, contacts, bodies, .. } = &mut *self.model;
+        system.body_states(t, &y);
+        let Some(refinement) = &contacts[i].refinement else { return Ok(()) };
+        let states = system.last_evaluation().0;
+        let Some(point) = refinement.preview((bodies, true), states, &mut self.slots[i].nearest)? else {
+            return Ok(());
+        };
+        let stand_in = RunContact::new(Box::new(Active::new(point)));
+        let inactive = std::mem::replace(&mut system.forces_mut()[i], stand_in);
+        // What slides, since the law has no friction, presses all the same.
+        let outcome = self.settle(&mut y, held, false).map(|_| ());
+        let force = self.model.system.forces()[i].contact.report().normal_force;
+        self.model.system.forces_mut()[i] = inactive;
+        debug!(contact = self.model.contacts[i].name, force, ?outcome, "force at rest by Hertz's law");
+        if force > 0.0 {
+            self.slots[i].preview = Some(force);
+        }
+        Ok(())
+    }
+
+    /// For each rate whether its coordinate is none of the equilibrium: those of the joints of bodies that move at the start.
+    fn moving_coordinates(&self) -> Vec<bool> {
+        let model = self.model.system.model();
+        let y = self.integrator.state();
+        let mut held = vec![false; model.n_rates()];
+        for body in &model.bodies {
+            let moves = y[body.layout.velocities()].iter().any(|v| *v != 0.0);
+            held[body.layout.rates_joint()].fill(moves);
+        }
+        held
+    }
+
+    /// Moves `y` towards equilibrium until it is there; if `zones`, until a contact touches that is to get its zone.
+    fn settle(&mut self, y: &mut Vec<f64>, held: &[bool], zones: bool) -> Result<Arrival, AdaptiveError> {
+        let t = self.integrator.time();
+        let fail = |fault| Err(AdaptiveError::Equilibrium(fault));
+        let size = self.size_of_all();
+        let (mut radius, mut gone) = (FIRST * size, 0.0);
+        let (mut has_closed, mut in_vain) = (vec![false; self.slots.len()], 0);
+        if zones && let Some(i) = self.touching()?.first() {
+            return Ok(Arrival::Touch(*i));
+        }
+        let mut balance = self.model.system.balance(t, y, held).map_err(AdaptiveError::Model)?;
+        for step in 0..MAX_STEPS {
+            let residual = balance.residual();
+            if residual <= BALANCED {
+                debug!(step, residual, least = balance.least_stiffness(), "equilibrium");
+                return Ok(Arrival::Settled);
+            }
+            let Step { moved, outcome, is_short } = self.step(&balance, y, &mut radius)?;
+            debug!(step, residual, radius, ?outcome, "towards equilibrium");
+            if let Some((i, at)) = self.first_closing_between((y, &moved), zones, &has_closed)? {
+                (*y, radius, has_closed[i]) = (at, FIRST * size, true);
+                if zones && self.slots[i].is_watching() {
+                    return Ok(Arrival::Touch(i));
+                }
+                balance = self.balance_after(&balance, y, held)?;
+                continue;
+            }
+            *y = moved;
+            gone += radius;
+            in_vain = if outcome.most > VAIN && !is_short { in_vain + 1 } else { 0 };
+            if gone > FAR * size || in_vain > IN_VAIN {
+                let change = balance.change(radius).0;
+                return fail(self.unheld(y, &change, &balance));
+            }
+            radius = match outcome {
+                Outcome { least, .. } if least < TURNED => 0.5 * radius,
+                Outcome { most, .. } if is_short && most > LEFT => GROWTH * radius,
+                _ if is_short => 2.0 * radius,
+                _ => radius,
+            };
+            radius = radius.min(LONGEST * size);
+            self.model
+                .system
+                .evaluate_accelerations(t, y)
+                .map_err(|refusal| AdaptiveError::refused(t, refusal))?;
+            if outcome.surprise < KNOWN && radius < SMALL * size {
+                balance.refresh(&self.model.system);
+            } else {
+                balance = self.balance_after(&balance, y, held)?;
+            }
+            if self.output.observer.is_interrupted() {
+                return Err(AdaptiveError::Interrupted);
+            }
+        }
+        fail(EquilibriumFault::NotFound { steps: MAX_STEPS, residual: balance.residual() })
+    }
+
+    /// How far the state `y` is from equilibrium, after another one on the way there.
+    fn balance_after(
+        &mut self,
+        before: &Balance,
+        y: &[f64],
+        held: &[bool],
+    ) -> Result<Balance, AdaptiveError> {
+        let t = self.integrator.time();
+        let mut balance = self.model.system.balance(t, y, held).map_err(AdaptiveError::Model)?;
+        balance.remember(before);
+        Ok(balance)
+    }
+
+    /// A step from `y` after which no more than the allowed part of its work is left, with shorter ones where it went too far.
+    fn step(&mut self, balance: &Balance, y: &[f64], radius: &mut f64) -> Result<Step, AdaptiveError> {
+        let t = self.integrator.time();
+        let mut refusal = None;
+        for _ in 0..HALVINGS {
+            let (change, is_short) = balance.change(*radius);
+            let moved = self.model.system.displaced(t, y, &change);
+            match self.model.system.evaluate_accelerations(t, &moved) {
+                Ok(()) => {
+                    let outcome = balance.outcome((&change, *radius), self.model.system.accelerations());
+                    if outcome.least >= BACK {
+                        return Ok(Step { moved, outcome, is_short });
+                    }
+                    // Where the push changes its sign, if it does so evenly.
+                    *radius = balance.displacement(&change) * (1.0 / (1.0 - outcome.least)).clamp(0.01, 0.7);
+                }
+                Err(error) => {
+                    refusal = Some(error);
+                    *radius = 0.25 * balance.displacement(&change);
+                }
+            }
+        }
+        Err(match refusal {
+            Some(refusal) => AdaptiveError::refused(t, refusal),
+            None => AdaptiveError::Equilibrium(EquilibriumFault::NotFound {
+                steps: HALVINGS,
+                residual: balance.residual(),
+            }),
+        })
+    }
+
+    /// The first open contact that closes for the first time on the way from `y` to `moved`, and the state in which it touches; of those that wait for their
+    /// zones only if these are made.
+    fn first_closing_between(
+        &mut self,
+        (y, moved): (&[f64], &[f64]),
+        zones: bool,
+        has_closed: &[bool],
+    ) -> Result<Option<(usize, Vec<f64>)>, AdaptiveError> {
+        let mut first: Option<(usize, f64)> = None;
+        for (i, has_closed) in has_closed.iter().enumerate() {
+            if *has_closed || !zones && self.slots[i].is_watching() {
+                continue;
+            }
+            if self.open_gap(i, y)? <= 0.0 || self.open_gap(i, moved)? > 0.0 {
+                continue;
+            }
+            let (mut open, mut closed) = (0.0, first.map_or(1.0, |(_, share)| share));
+            if self.open_gap(i, &between(y, moved, closed))? > 0.0 {
+                continue;
+            }
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (open + closed);
+                if self.open_gap(i, &between(y, moved, middle))? > 0.0 {
+                    open = middle
+                } else {
+                    closed = middle
+                }
+            }
+            first = Some((i, closed));
+        }
+        let t = self.integrator.time();
+        Ok(first.map(|(i, share)| {
+            let mut at = between(y, moved, share);
+            self.model.system.project(t, &mut at);
+            (i, at)
+        }))
+    }
+
+    /// Gap of contact `i` in the state `y` \[m\].
+    fn open_gap(&mut self, i: usize, y: &[f64]) -> Result<f64, AdaptiveError> {
+        let t = self.integrator.time();
+        if !self.slots[i].is_watching() {
+            return Ok(smallest_gap(&mut self.model.system, t, y, i));
+        }
+        self.slots[i].gap(&mut self.model.system, (i, &self.model.contacts[i]), (t, y))
+    }
+
+    /// Size of the largest body \[m\].
+    fn size_of_all(&self) -> f64 {
+        let bodies = self.model.bodies.iter().map(|body| &body.data).filter(|data| data.mass.is_finite());
+        let bodies = bodies.map(|data| (data.second_moment.trace() / data.mass).sqrt());
+        self.model.contacts.iter().map(|contact| contact.size).chain(bodies).fold(0.0, f64::max)
+    }
+
+    /// The body that `change` moves most, which nothing holds in the state `y`.
+    fn unheld(&mut self, y: &[f64], change: &[f64], balance: &Balance) -> EquilibriumFault {
+        let t = self.integrator.time();
+        let Some((body, moved, turned)) = self.model.system.most_moved(t, y, change) else {
+            return EquilibriumFault::NotFound { steps: 0, residual: balance.residual() };
+        };
+        let force = balance.work(change) / moved.norm().max(turned.norm()).max(f64::MIN_POSITIVE);
+        let name = self.model.bodies[body].name.clone();
+        let data = &self.model.bodies[body].data;
+        let turns = turned.norm() * (data.second_moment.trace() / data.mass).sqrt() > moved.norm();
+        let along = if turns { turned } else { moved };
+        EquilibriumFault::NotHeld { body: name, turns, along: Components(along.normalize()), force }
+    }
+}
+
+/// The state at `share` of the way between two.
+fn between(from: &[f64], to: &[f64], share: f64) -> Vec<f64> {
+    from.iter().zip(to).map(|(a, b)| a + share * (b - a)).collect()
+}
