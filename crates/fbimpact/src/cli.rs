@@ -9,6 +9,7 @@ use result_files::expression::named::{NamedExpression, column};
 use crate::cache::{CacheSettings, DEFAULT_LIMIT};
 use crate::process::provenance;
 use crate::scenario::Override;
+use crate::studies::orientations::Toward;
 
 pub mod examples;
 mod results;
@@ -153,6 +154,8 @@ pub enum Command {
     /// Run a scenario with doubled modes, meshes and contact zones, tighter integration and higher
     /// penalty factors, and compare
     Converge(ConvergeArguments),
+    /// Drop a part on a floor in many orientations, side by side, and report the worst first
+    Drop(DropArguments),
     /// Validate scenarios and report all faults at once
     Check {
         /// Scenario files, - for standard input
@@ -325,6 +328,13 @@ pub enum Command {
         /// What it shows
         #[arg(short, long, value_name = "TEMPLATE", default_value = "drop")]
         template: Template,
+        /// A part of one's own instead, a mesh or a shape (STEP), which falls on a floor: says what
+        /// is in it; a shape is meshed by Gmsh and makes NAME.msh as well
+        #[arg(long, value_name = "PART", conflicts_with = "template")]
+        mesh: Option<PathBuf>,
+        /// What it is
+        #[command(flatten)]
+        part: PartArguments,
         /// Replace existing files
         #[arg(long)]
         force: bool,
@@ -428,7 +438,7 @@ pub struct RunArguments {
     pub threads: usize,
     /// Memory that the run may take in GB [default: most of what the machine has]; models that do
     /// not fit are refused before they are built
-    #[arg(long, value_name = "GB", value_parser = gigabytes)]
+    #[arg(long, value_name = "GB", value_parser = positive)]
     pub memory: Option<f64>,
     /// Let an incomplete result, too, replace an existing file, even one that is no result file
     #[arg(long)]
@@ -483,6 +493,85 @@ pub struct StaticArguments {
     pub cache: CacheArguments,
 }
 
+/// What a part from a file is.
+#[derive(Debug, Clone, Args)]
+pub struct PartArguments {
+    /// Unit of length of a mesh, which its file does not say; shapes are read in mm
+    #[arg(long, value_name = "UNIT")]
+    pub units: Option<LengthUnit>,
+    /// The part of the mesh that is the body, where it has several
+    #[arg(long, value_name = "NAME")]
+    pub part: Option<String>,
+    /// Name of its material, such as steel, aluminium or glass (docs/scenario.md)
+    #[arg(long, value_name = "NAME", default_value = "steel")]
+    pub material: String,
+    /// Longest side of the elements of a shape in mm [default: a twelfth of its diagonal]
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub size: Option<f64>,
+}
+
+/// Arguments of `drop`.
+#[derive(Debug, Args)]
+pub struct DropArguments {
+    /// A mesh or a shape (STEP), which falls on a rigid floor, or a scenario in which a body falls on
+    /// something
+    #[arg(value_name = "PART|SCENARIO.toml")]
+    pub file: PathBuf,
+    /// Height of the fall in metres
+    #[arg(long, value_name = "M", value_parser = positive)]
+    pub height: f64,
+    /// Parts of the box around the body that are turned down, some of faces, edges and corners, or a
+    /// number of directions spread over the sphere
+    #[arg(long, value_name = "PARTS|N", default_value = "faces,edges,corners")]
+    pub toward: Toward,
+    /// A point of the body in metres, in the axes of its file, at which acceleration and stress are
+    /// observed; may be repeated
+    #[arg(long, value_name = "[NAME=]X,Y,Z", allow_hyphen_values = true)]
+    pub at: Vec<PointAt>,
+    /// What the part is
+    #[command(flatten)]
+    pub part: PartArguments,
+    /// Folder of the runs and of their report, created if it does not exist; what it holds is not run
+    /// again [default: the part's name with .drop, in the working directory]
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// Leave out the reports of the single runs
+    #[arg(long)]
+    pub no_reports: bool,
+    /// Changes to the scenario.
+    #[command(flatten)]
+    pub set: SetArguments,
+    /// How the runs are made.
+    #[command(flatten)]
+    pub runs: RunsArguments,
+}
+
+/// A point with a name.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PointAt {
+    /// Name; none if it is called by its number.
+    pub name: Option<String>,
+    /// Coordinates \[m\].
+    pub point: [f64; 3],
+}
+
+impl std::str::FromStr for PointAt {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (name, point) = match text.split_once('=') {
+            Some((name, point)) => (Some(name.trim().to_owned()), point),
+            None => (None, text),
+        };
+        let numbers: Option<Vec<f64>> =
+            point.split(',').map(|x| x.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
+        let point = numbers.and_then(|numbers| numbers.try_into().ok());
+        point
+            .map(|point| Self { name, point })
+            .ok_or_else(|| "must be X,Y,Z in metres, or NAME=X,Y,Z".to_owned())
+    }
+}
+
 /// Arguments of `converge`.
 #[derive(Debug, Args)]
 pub struct ConvergeArguments {
@@ -502,12 +591,20 @@ pub struct ConvergeArguments {
     /// Changes to the scenario.
     #[command(flatten)]
     pub set: SetArguments,
+    /// How the runs are made.
+    #[command(flatten)]
+    pub runs: RunsArguments,
+}
+
+/// How many runs are made.
+#[derive(Debug, Args)]
+pub struct RunsArguments {
     /// Number of threads of all runs together, 0 for all cores
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub threads: usize,
     /// Memory that all runs together may take in GB [default: most of what the machine has]; models
     /// that do not fit are refused before they are built
-    #[arg(long, value_name = "GB", value_parser = gigabytes)]
+    #[arg(long, value_name = "GB", value_parser = positive)]
     pub memory: Option<f64>,
     /// Runs at a time, at most; fewer need less memory [default: as many as threads]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..).map(|n| n as usize))]
@@ -559,7 +656,7 @@ pub struct SetArguments {
     pub set: Vec<Override>,
 }
 
-fn gigabytes(text: &str) -> Result<f64, String> {
+fn positive(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(x) if x.is_finite() && x > 0.0 => Ok(x),
         _ => Err("must be a number > 0".to_owned()),

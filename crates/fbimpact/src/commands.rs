@@ -4,7 +4,9 @@
 pub mod scenario_file;
 pub mod prepare;
 pub mod run;
+mod many_runs;
 pub mod converge;
+pub mod drop;
 pub mod results;
 pub mod bodies;
 pub mod program;

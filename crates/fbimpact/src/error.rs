@@ -106,6 +106,16 @@ pub enum AppError {
         /// Where the runs are.
         folder: PathBuf,
     },
+    /// Some of several runs are not complete.
+    #[error("{failed} of {all} runs are not complete; what they told is in {}", folder.display())]
+    FailedRuns {
+        /// Number of those.
+        failed: usize,
+        /// Number of all.
+        all: usize,
+        /// Where the runs are.
+        folder: PathBuf,
+    },
     /// What ended a command for one of several scenarios.
     #[error("{}: {error}", path.display())]
     OfScenario {
@@ -254,7 +264,7 @@ impl AppError {
             Self::Scenario(_) => 3,
             Self::OfScenario { error, .. } => error.code(),
             Self::Model(_) | Self::OtherModes { .. } | Self::NeverMet(_) => 4,
-            Self::Run(_) | Self::Threads { .. } | Self::Json(_) => 5,
+            Self::Run(_) | Self::Threads { .. } | Self::Json(_) | Self::FailedRuns { .. } => 5,
             Self::Io(_) => 6,
             Self::Interrupted { .. }
             | Self::InterruptedEarly

@@ -7,7 +7,7 @@ pub mod scenario;
 pub mod error;
 pub mod simulate;
 pub mod results;
-pub mod converge;
+pub mod studies;
 pub mod postprocessing;
 pub mod cli;
 pub mod progress;
@@ -62,6 +62,7 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
         Command::Run(arguments) => commands::run::run(&arguments, bar),
         Command::Static(arguments) => commands::run::equilibrium::equilibrium(arguments, bar),
         Command::Converge(arguments) => commands::converge::converge(&arguments),
+        Command::Drop(arguments) => commands::drop::drop(&arguments),
         Command::Check { scenarios, cost, json, threads, set } => {
             let format = match (cost, json) {
                 (false, _) => CostFormat::None,
@@ -132,7 +133,10 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
             commands::results::collect::collect(&runs, (&output, force), &column, long)
         }
         Command::Metric { file, expressions } => commands::results::metric::metric(&file, &expressions),
-        Command::New { name, template, force } => commands::prepare::new::new(&name, template, force),
+        Command::New { name, mesh: Some(file), part, force, .. } => {
+            commands::prepare::new::of_part(&name, (&file, &part), force)
+        }
+        Command::New { name, template, force, .. } => commands::prepare::new::new(&name, template, force),
         Command::Completions { shell } => commands::program::shell::completions(shell),
         Command::Man { all: Some(folder), force, .. } => commands::program::shell::manuals(&folder, force),
         Command::Man { command, all: None, .. } => commands::program::shell::manual(&command),

@@ -5,3 +5,4 @@ pub mod replay;
 pub mod probe;
 pub mod vtk;
 pub mod report;
+pub mod drops;

@@ -25,6 +25,7 @@ use result_files::toml_text::document::{self, Origin, SourceText, Value};
 use sha2::{Digest, Sha256};
 
 use crate::process::provenance;
+use changes::expanded::Expanded;
 use check::Checker;
 
 pub use changes::overrides::{Override, OverrideFault};
@@ -55,6 +56,7 @@ pub fn parse(path: &Path, bytes: &[u8], overrides: &[Override]) -> Result<Scenar
         }
     }
     changes::standard_materials::fill(&mut document);
+    let expanded = Expanded::new(&mut checker, &mut document);
     let Value::Table(entries) = &document.value else { unreachable!("a TOML document is a table") };
     let mut root = checker.section(tables::SCENARIO, entries, "", &document.origin, None);
     let directory = path.parent().unwrap_or(Path::new("."));
@@ -89,7 +91,7 @@ pub fn parse(path: &Path, bytes: &[u8], overrides: &[Override]) -> Result<Scenar
         }
         _ => {
             debug_assert!(!checker.faults.is_empty(), "a scenario that is not built has a fault");
-            Err(Faults::new(checker.faults))
+            Err(Faults::new(expanded.told(checker.faults)))
         }
     }
 }

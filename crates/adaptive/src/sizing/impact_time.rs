@@ -530,7 +530,7 @@ impl Inertia {
 }
 
 /// Moments of the density of a body with elements; none if it has none, or if they are folded.
-fn mass_properties(body: &BodyKind) -> Option<MassProperties> {
+pub fn mass_properties(body: &BodyKind) -> Option<MassProperties> {
     if let Some(meshed) = body.meshed() {
         let materials = meshed.materials().ok()?;
         let density = |e: usize| materials.on(e).density();

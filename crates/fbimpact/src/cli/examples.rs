@@ -28,8 +28,8 @@ pub const EXAMPLES: &[(&str, [Example; 2])] = &[
         [
             example("write drop.toml, a ball that falls on a floor", "fbimpact new drop"),
             example(
-                "write rig.toml and its mesh rig.msh, a part that is held and struck",
-                "fbimpact new rig --template mesh",
+                "write bracket.toml and bracket.msh, a part from CAD that falls",
+                "fbimpact new bracket --mesh bracket.step --material aluminium",
             ),
         ],
     ),
@@ -87,6 +87,19 @@ pub const EXAMPLES: &[(&str, [Example; 2])] = &[
             example(
                 "is it right to 5 %, two runs at a time, as JSON",
                 "fbimpact converge drop.toml --tolerance 0.05 --jobs 2 --json",
+            ),
+        ],
+    ),
+    (
+        "drop",
+        [
+            example(
+                "onto its faces, edges and corners from 1.2 m, which is the worst?",
+                "fbimpact drop bracket.msh --units mm --height 1.2",
+            ),
+            example(
+                "40 directions, with acceleration at a point, two runs at a time",
+                "fbimpact drop bracket.step --height 1.2 --toward 40 --at board=0,0.01,0.002 --jobs 2",
             ),
         ],
     ),

@@ -9,7 +9,7 @@ use super::{Cli, examples};
 /// Groups of commands, in the order in which a user meets them.
 pub const GROUPS: [(&str, &[&str]); 5] = [
     ("Prepare", &["new", "check", "modes", "mesh-size"]),
-    ("Simulate", &["run", "static", "converge"]),
+    ("Simulate", &["run", "static", "converge", "drop"]),
     ("Look at results", &["report", "info", "plot", "probe", "metric", "export"]),
     ("Many results", &["compare", "thin", "collect"]),
     (

@@ -7,20 +7,19 @@ use adaptive::prepared::Prepared;
 use result_files::converge::difference::Difference;
 use result_files::converge::outcome::Outcome;
 use result_files::converge::report::{self, Study};
-use result_files::converge::variant::{Parameter, Variant};
+use result_files::converge::variant::Variant;
 use result_files::converge::verdict::{Compared, Variants, dominant, judge, significant};
-use result_files::file::fault::Access;
 use result_files::file::whole_file;
 
+use super::many_runs::{Planned, Runs};
 use super::run::stop::Stop;
 use super::{print, threads};
-use crate::cli::{CacheArguments, ConvergeArguments};
+use crate::cli::ConvergeArguments;
 use crate::commands::scenario_file;
-use crate::converge::execute::{Job, RunSetting, execute, prepare};
-use crate::converge::plan::{BASE, Plan};
-use crate::converge::sizes::sizes;
-use crate::error::{AppError, CommandFault};
-use crate::scenario::Override;
+use crate::error::AppError;
+use crate::studies::execute::prepare;
+use crate::studies::plan::{BASE, Plan};
+use crate::studies::sizes::sizes;
 
 /// Runs the scenario and its variants, compares them and judges.
 ///
@@ -29,20 +28,26 @@ use crate::scenario::Override;
 /// is fails, [`AppError::InterruptedRuns`] when interrupted; those of reading the scenario.
 pub fn converge(arguments: &ConvergeArguments) -> Result<(), AppError> {
     let stop = Stop::listen(false);
-    let n_threads = threads(arguments.threads)?;
+    let n_threads = threads(arguments.runs.threads)?;
     let scenario = scenario_file::read(&arguments.scenario, &arguments.set.set)?;
     let spec = &scenario.run;
     let subjects = subjects(&Prepared::new(spec).map_err(AppError::model)?);
     let plan = Plan::new(&scenario, subjects);
     let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.scenario));
-    prepare(&folder)?;
+    prepare(&folder, report::FILE)?;
     let sizes = sizes(spec);
     stop.begin();
-    let runs = Runs { arguments, folder: &folder, n_threads, stop: &stop };
+    let runs = Runs {
+        scenario: &arguments.scenario,
+        set: &arguments.set.set,
+        folder: &folder,
+        means: (&arguments.runs, n_threads),
+        stop: &stop,
+    };
     let size = |body: &str| sizes.get(body).copied().unwrap_or(0.0);
 
     let singles = plan.singles();
-    let (base, outcomes) = runs.with_base(&singles)?;
+    let (base, outcomes) = with_base(&runs, &singles)?;
     let compare = |variants: Vec<Variant>, outcomes: Vec<Outcome>| -> Vec<Compared> {
         let pairs = variants.into_iter().zip(outcomes);
         let compared = pairs.map(|(variant, outcome)| {
@@ -60,7 +65,7 @@ pub fn converge(arguments: &ConvergeArguments) -> Result<(), AppError> {
     let split = limiting.map(|c| plan.split(c.variant.parameters[0])).unwrap_or_default();
     let n_together = together.len();
     let more: Vec<Variant> = together.into_iter().chain(split).collect();
-    let outcomes = runs.make(&more)?;
+    let outcomes = runs.make(more.iter().map(planned), false)?;
     let mut more = compare(more, outcomes);
     let split = more.split_off(n_together);
 
@@ -89,79 +94,19 @@ fn default_folder(scenario: &Path) -> PathBuf {
     PathBuf::from(name)
 }
 
-/// Makes runs as the command line asks for them.
-struct Runs<'a> {
-    arguments: &'a ConvergeArguments,
-    folder: &'a Path,
-    n_threads: usize,
-    stop: &'a Stop,
+/// A variant as a run.
+fn planned(variant: &Variant) -> Planned {
+    Planned { name: variant.name.clone(), set: variant.set.clone() }
 }
 
-impl Runs<'_> {
-    /// The run of the scenario as it is, and those of `variants`.
-    fn with_base(&self, variants: &[Variant]) -> Result<(Outcome, Vec<Outcome>), AppError> {
-        let base = Variant {
-            name: BASE.to_owned(),
-            parameters: Vec::<Parameter>::new(),
-            subjects: Vec::new(),
-            set: Vec::new(),
-        };
-        let all: Vec<Variant> = std::iter::once(base).chain(variants.iter().cloned()).collect();
-        let mut outcomes = self.run(&all, true)?;
-        let base = outcomes.remove(0);
-        if base.is_complete {
-            return Ok((base, outcomes));
-        }
-        let code = base.exit_code.and_then(|c| u8::try_from(c).ok()).filter(|c| *c != 0).unwrap_or(5);
-        Err(AppError::Base { code, message: base.message })
+/// The run of the scenario as it is, and those of `variants`.
+fn with_base(runs: &Runs<'_>, variants: &[Variant]) -> Result<(Outcome, Vec<Outcome>), AppError> {
+    let base = Planned { name: BASE.to_owned(), set: Vec::new() };
+    let mut outcomes = runs.make(std::iter::once(base).chain(variants.iter().map(planned)), true)?;
+    let base = outcomes.remove(0);
+    if base.is_complete {
+        return Ok((base, outcomes));
     }
-
-    /// Runs all `variants` and returns their outcomes.
-    fn make(&self, variants: &[Variant]) -> Result<Vec<Outcome>, AppError> {
-        self.run(variants, false)
-    }
-
-    fn run(&self, variants: &[Variant], has_base: bool) -> Result<Vec<Outcome>, AppError> {
-        let at_once =
-            self.n_threads.min(self.arguments.jobs.unwrap_or(usize::MAX)).min(variants.len()).max(1);
-        let mut passed = cache_arguments(&self.arguments.cache);
-        if let Some(memory) = self.arguments.memory {
-            passed.extend(["--memory".to_owned(), (memory / at_once as f64).to_string()]);
-        }
-        let setting = RunSetting {
-            program: std::env::current_exe().map_err(|e| AppError::system("fbimpact", Access::Find, e))?,
-            scenario: self.arguments.scenario.clone(),
-            folder: self.folder.to_owned(),
-            arguments: passed,
-            threads: (self.n_threads / at_once).max(1),
-        };
-        let jobs = variants.iter().map(|v| self.job(v)).collect::<Result<Vec<_>, AppError>>()?;
-        execute(&setting, &jobs, at_once, has_base, &|| self.stop.is_asked())
-    }
-
-    /// The run of `variant`. A variant that is no valid scenario fails when it is run.
-    fn job(&self, variant: &Variant) -> Result<Job, AppError> {
-        let own = variant.set.iter().map(|s| s.parse().map_err(|fault| CommandFault::Override(fault).into()));
-        let own = own.collect::<Result<Vec<Override>, AppError>>()?;
-        let all: Vec<Override> = self.arguments.set.set.iter().cloned().chain(own).collect();
-        let inputs_sha256 = match scenario_file::read(&self.arguments.scenario, &all) {
-            Ok(scenario) => Some(scenario.source.inputs_sha256),
-            Err(AppError::Scenario(_)) => None,
-            Err(error) => return Err(error),
-        };
-        let set = all.iter().map(|o| o.text().to_owned()).collect();
-        Ok(Job { name: variant.name.clone(), set, inputs_sha256 })
-    }
-}
-
-/// The options of the cache as arguments for the runs that are started.
-fn cache_arguments(arguments: &CacheArguments) -> Vec<String> {
-    let mut list = vec!["--cache-limit".to_owned(), arguments.cache_limit.to_string()];
-    if arguments.no_cache {
-        list.push("--no-cache".to_owned());
-    }
-    if let Some(folder) = &arguments.cache_dir {
-        list.extend(["--cache-dir".to_owned(), folder.display().to_string()]);
-    }
-    list
+    let code = base.exit_code.and_then(|c| u8::try_from(c).ok()).filter(|c| *c != 0).unwrap_or(5);
+    Err(AppError::Base { code, message: base.message })
 }

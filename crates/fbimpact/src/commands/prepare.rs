@@ -4,5 +4,6 @@ mod digits;
 pub mod check;
 pub mod mesh_size;
 pub mod modes;
+pub mod part;
 pub mod new;
 pub mod system_modes;

@@ -14,7 +14,7 @@ mod contacts;
 mod resolution;
 mod simulation;
 
-pub use bodies::FrameKind;
+pub use bodies::{Arrangement, COPIED, FrameKind, MOST_COPIES};
 pub use contacts::{Constraint, ContactModel, Search, Solver};
 pub use discretisation::ReductionMethod;
 pub use files::LengthUnit;

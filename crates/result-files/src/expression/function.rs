@@ -31,6 +31,8 @@ pub enum Function {
     Atan2,
     /// Integral over time.
     Integral,
+    /// Derivative over time.
+    Derivative,
     /// Value at a time, linear between instants.
     At,
     /// Time of the largest value.
@@ -40,7 +42,7 @@ pub enum Function {
 }
 
 /// Name, number of arguments and meaning of each.
-const TABLE: [(Function, &str, usize, &str); 16] = [
+const TABLE: [(Function, &str, usize, &str); 17] = [
     (
         Function::Min,
         "min",
@@ -59,6 +61,12 @@ const TABLE: [(Function, &str, usize, &str); 16] = [
     (Function::Cos, "cos", 1, "cosine of radians"),
     (Function::Atan2, "atan2", 2, "`atan2(y, x)`: angle of (x, y) in radians"),
     (Function::Integral, "integral", 1, "integral over time, by the trapezoidal rule"),
+    (
+        Function::Derivative,
+        "derivative",
+        1,
+        "derivative over time: slope from the instant before to the one after, at the ends from or to the end; `derivative(points.tip.velocity)` is an acceleration",
+    ),
     (Function::At, "at", 2, "`at(x, t)`: x at the time t in seconds, linear between instants"),
     (Function::TimeOfMax, "time_of_max", 1, "time of the largest value of a series"),
     (Function::TimeOfMin, "time_of_min", 1, "time of the smallest value of a series"),
@@ -126,6 +134,26 @@ impl Function {
                     (1..time.len()).map(|i| 0.5 * (time[i] - time[i - 1]) * (at(i) + at(i - 1))).sum()
                 };
                 Ok(x.row((0..width).map(component).collect(), ""))
+            }
+            Self::Derivative => {
+                let width = self.over_time(x, time)?;
+                let last = time.len() - 1;
+                let slope = |i: usize, c: usize| {
+                    let (a, b) = (i.saturating_sub(1), (i + 1).min(last));
+                    (x.data[b * width + c] - x.data[a * width + c]) / (time[b] - time[a])
+                };
+                let data = (0..=last)
+                    .flat_map(|i| (0..width).map(move |c| (i, c)))
+                    .map(|(i, c)| slope(i, c))
+                    .collect();
+                let unit = match x.unit.as_str() {
+                    "m" => "m/s",
+                    "m/s" => "m/s²",
+                    "rad" => "rad/s",
+                    "rad/s" => "rad/s²",
+                    _ => "",
+                };
+                Ok(Value { data, unit: unit.to_owned(), ..x.clone() })
             }
             Self::At => {
                 let width = self.over_time(x, time)?;
@@ -240,6 +268,8 @@ mod tests {
                 function.name()
             );
         }
+        assert_eq!(of(Function::Derivative, std::slice::from_ref(&x)), [3.0, -1.0, -3.0]);
+        assert_eq!(of(Function::Derivative, std::slice::from_ref(&v))[2..4], [-3.0, 4.0 / 3.0]);
         assert_eq!(of(Function::At, &[x.clone(), number(2.0)]), [1.0]);
         assert_eq!(of(Function::At, &[x.clone(), number(0.0)]), [1.0]);
         assert_eq!(of(Function::At, &[x.clone(), number(3.0)]), [-2.0]);

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use result_files::file::whole_file;
 use result_files::words::shown::{for_shell, shown};
 
-use crate::cli::Template;
+use super::part;
+use crate::cli::{PartArguments, Template};
+use crate::commands::print;
 use crate::error::{AppError, CommandFault};
 use crate::scenario::written::schema;
 
@@ -41,6 +43,44 @@ impl Template {
 /// # Errors
 /// [`AppError::Io`] if a file exists and `force` is not set, or if it cannot be written.
 pub fn new(name: &Path, template: Template, force: bool) -> Result<(), AppError> {
+    let (path, stem) = named_file(name)?;
+    let companion = template.companion().map(|(ending, text)| (path.with_extension(ending), text));
+    let files: Vec<&Path> =
+        std::iter::once(path.as_path()).chain(companion.iter().map(|(p, _)| p.as_path())).collect();
+    refuse_existing(&files, force)?;
+    whole_file::write(&path, named(template.text(), &stem).as_bytes())?;
+    if let Some((companion, text)) = &companion {
+        whole_file::write(companion, text.as_bytes())?;
+    }
+    write_schema(&path, force)?;
+    if let Some((companion, _)) = &companion {
+        tracing::info!("{} written, the mesh of its part", companion.display());
+    }
+    tracing::info!("{} written, next: fbimpact run {}", path.display(), for_shell(&path));
+    Ok(())
+}
+
+/// Writes `<name>.toml`, in which the part of `file` falls on a floor, and, of a shape, its mesh; prints what the part is.
+///
+/// # Errors
+/// As [`new`], and those of [`part::scenario`].
+pub fn of_part(name: &Path, (file, arguments): (&Path, &PartArguments), force: bool) -> Result<(), AppError> {
+    let (path, stem) = named_file(name)?;
+    let companions = part::companions(file, &path);
+    refuse_existing(
+        &std::iter::once(&path).chain(&companions).map(PathBuf::as_path).collect::<Vec<_>>(),
+        force,
+    )?;
+    let made = part::scenario(file, arguments, &path, &format!("{stem} on a rigid floor"))?;
+    whole_file::write(&path, made.text.as_bytes())?;
+    write_schema(&path, force)?;
+    print(&part::description(&made.scenario))?;
+    tracing::info!("{} written, next: fbimpact check {}", path.display(), for_shell(&path));
+    Ok(())
+}
+
+/// The scenario file `name`, with its ending, and its name without.
+fn named_file(name: &Path) -> Result<(PathBuf, String), AppError> {
     let path = match name.extension() {
         Some(end) if end == "toml" => name.to_owned(),
         _ => {
@@ -49,29 +89,26 @@ pub fn new(name: &Path, template: Template, force: bool) -> Result<(), AppError>
             PathBuf::from(name)
         }
     };
-    let Some(stem) = path.file_stem().map(|s| s.to_string_lossy().into_owned()) else {
-        return Err(CommandFault::request(format!("{}: is no name for a file", name.display())).into());
-    };
-    let companion = template.companion().map(|(ending, text)| (path.with_extension(ending), text));
-    let files: Vec<&Path> =
-        std::iter::once(path.as_path()).chain(companion.iter().map(|(p, _)| p.as_path())).collect();
-    if !force && let Some(there) = files.iter().find(|f| f.exists()) {
-        return Err(AppError::io(there, "exists, choose another name or add --force"));
+    match path.file_stem().map(|s| s.to_string_lossy().into_owned()) {
+        Some(stem) => Ok((path, stem)),
+        None => Err(CommandFault::request(format!("{}: is no name for a file", name.display())).into()),
     }
-    whole_file::write(&path, named(template.text(), &stem).as_bytes())?;
-    if let Some((companion, text)) = &companion {
-        whole_file::write(companion, text.as_bytes())?;
+}
+
+fn refuse_existing(files: &[&Path], force: bool) -> Result<(), AppError> {
+    match files.iter().find(|file| !force && file.exists()) {
+        Some(there) => Err(AppError::io(*there, "exists, choose another name or add --force")),
+        None => Ok(()),
     }
-    let schema_path = path.with_file_name(SCHEMA);
-    if force || !schema_path.exists() {
-        whole_file::write(&schema_path, schema::text().as_bytes())?;
-    } else {
-        tracing::debug!("{} is there already", schema_path.display());
+}
+
+/// Writes the schema beside a scenario if there is none yet.
+fn write_schema(scenario: &Path, force: bool) -> Result<(), AppError> {
+    let path = scenario.with_file_name(SCHEMA);
+    if force || !path.exists() {
+        return Ok(whole_file::write(&path, schema::text().as_bytes())?);
     }
-    if let Some((companion, _)) = &companion {
-        tracing::info!("{} written, the mesh of its part", companion.display());
-    }
-    tracing::info!("{} written, next: fbimpact run {}", path.display(), for_shell(&path));
+    tracing::debug!("{} is there already", path.display());
     Ok(())
 }
 

@@ -113,11 +113,17 @@ fn child<'a>(node: &'a mut Node, part: &str, origin: &Origin) -> &'a mut Node {
             &mut items[i]
         }
         Value::Table(entries) => {
-            let i = entries.iter().position(|e| e.key == part).unwrap_or_else(|| {
+            // The same quantity in degrees or radians gives way.
+            let is_twin = |e: &Entry| {
+                e.key.strip_suffix("_deg") == Some(part) || part.strip_suffix("_deg") == Some(&e.key)
+            };
+            let is_it = |e: &Entry| e.key == part || is_twin(e) && !matches!(e.node.value, Value::Table(_));
+            let i = entries.iter().position(is_it).unwrap_or_else(|| {
                 let node = Node { value: Value::Table(Vec::new()), origin: origin.clone() };
                 entries.push(Entry { key: part.to_owned(), origin: origin.clone(), node });
                 entries.len() - 1
             });
+            part.clone_into(&mut entries[i].key);
             &mut entries[i].node
         }
         _ => unreachable!("the caller has checked that the node has children"),

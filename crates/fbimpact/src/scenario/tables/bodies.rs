@@ -1,5 +1,7 @@
 //! Keys of `[materials.NAME]` and `[bodies.NAME]`.
 
+mod copies;
+
 use super::super::keys::{Bound, Condition, Fact, Key, Kind, Named, Need, Range, Test, name_values};
 use super::discretisation::{DISCRETISATION, REDUCTION};
 use super::files::{FILE_SHA256, LengthUnit};
@@ -9,6 +11,12 @@ use super::shapes::ShapeName;
 use adaptive::spec::Coupling;
 use fe_mesh::element::rules::MassRule;
 use ffr_dynamics::body::RigidMotion;
+
+use copies::COPIES;
+pub use copies::{Arrangement, MOST as MOST_COPIES};
+
+/// What says how copies of a body stand and move.
+pub const COPIED: &[Key] = &[COPIES, POSITION, ORIENTATION, VELOCITY, ANGULAR_VELOCITY];
 
 /// `[materials.NAME]`.
 pub const MATERIAL: &[Key] = &[
@@ -99,6 +107,46 @@ const OWN_MASS: &[Condition] = &[
 /// The initial motion is the body's own.
 const FREE: &[Condition] =
     &[Condition::new("for bodies that are the child of no joint", Test::Fact(Fact::IsChildOfNoJoint))];
+
+/// Where a body stands.
+const POSITION: Key = Key::new(
+    "position",
+    Kind::Vector(3, COORDINATE),
+    "m",
+    Need::Default("[0.0, 0.0, 0.0]"),
+    "Initial position of the body's origin.",
+)
+.when(FREE);
+/// How it stands.
+const ORIENTATION: Key = Key::angle(
+    "orientation",
+    Kind::Rotation,
+    "rad",
+    Need::Default("[1.0, 0.0, 0.0, 0.0]"),
+    "Initial orientation: a rotation vector, or a quaternion [w, x, y, z] of unit length. \
+     Of a body that is the child of a joint, the one with all joint coordinates at zero.",
+)
+.when(&[
+    Condition::new("without \"normal\"", Test::Without("normal")).remark("which says how a plane stands")
+]);
+/// How fast it goes.
+const VELOCITY: Key = Key::new(
+    "velocity",
+    Kind::Vector(3, RATE),
+    "m/s",
+    Need::Default("[0.0, 0.0, 0.0]"),
+    "Initial velocity of the body's origin.",
+)
+.when(FREE);
+/// How fast it turns.
+const ANGULAR_VELOCITY: Key = Key::angle(
+    "angular_velocity",
+    Kind::Vector(3, RATE),
+    "rad/s",
+    Need::Default("[0.0, 0.0, 0.0]"),
+    "Initial angular velocity, in space.",
+)
+.when(FREE);
 
 /// `[bodies.NAME]`.
 pub const BODY: &[Key] = &[
@@ -261,36 +309,11 @@ pub const BODY: &[Key] = &[
         "Whether inertia forces stiffen the body, as rotors need it; with a `tangent` frame, not for `axisymmetric`. A reduced body \
          file brings its own.",
     ).when(&[WITH_ELEMENTS]),
-    Key::new(
-        "position",
-        Kind::Vector(3, COORDINATE),
-        "m",
-        Need::Default("[0.0, 0.0, 0.0]"),
-        "Initial position of the body's origin.",
-    ).when(FREE),
-    Key::angle(
-        "orientation",
-        Kind::Rotation,
-        "rad",
-        Need::Default("[1.0, 0.0, 0.0, 0.0]"),
-        "Initial orientation: a rotation vector, or a quaternion [w, x, y, z] of unit length. \
-         Of a body that is the child of a joint, the one with all joint coordinates at zero.",
-    ).when(&[Condition::new("without \"normal\"", Test::Without("normal"))
-            .remark("which says how a plane stands")]),
-    Key::new(
-        "velocity",
-        Kind::Vector(3, RATE),
-        "m/s",
-        Need::Default("[0.0, 0.0, 0.0]"),
-        "Initial velocity of the body's origin.",
-    ).when(FREE),
-    Key::angle(
-        "angular_velocity",
-        Kind::Vector(3, RATE),
-        "rad/s",
-        Need::Default("[0.0, 0.0, 0.0]"),
-        "Initial angular velocity, in space.",
-    ).when(FREE),
+    COPIES,
+    POSITION,
+    ORIENTATION,
+    VELOCITY,
+    ANGULAR_VELOCITY,
     Key::new(
         "normal",
         Kind::Vector(3, COORDINATE),

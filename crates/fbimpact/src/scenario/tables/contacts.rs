@@ -156,7 +156,8 @@ pub const CONTACT: &[Key] = &[
         "",
         Need::Required,
         "Body that carries the contact points, flexible; with `hertz`, which has none, also a rigid one. Of a flexible and a rigid body it is \
-         the flexible one.",
+         the flexible one. With a `*`, such as `ball-*`, all bodies with such a name: the table is a contact for each pair of different bodies, called by its \
+         name and what the `*` stand for.",
     ),
     Key::new(
         "target_body",
@@ -165,7 +166,7 @@ pub const CONTACT: &[Key] = &[
         Need::Required,
         "Body whose surface the points meet: a flexible body with the same `model`, `mesh` counting as `solid`; a rigid body with a shape and the \
          `motion` that goes with it, free, on joints or held by a joint to ground; a rigid plane. With `hertz` any body with a shape that moves as \
-         the contact body does, or a plane.",
+         the contact body does, or a plane. With a `*` all bodies with such a name, as for `contact_body`.",
     ),
     Key::new("model", Kind::Choice(ContactModel::CHOICES), "", Need::Default("\"adaptive\""), "Contact model."),
     Key::new(

@@ -6,7 +6,6 @@ use std::process::{Child, ChildStdin, Command, ExitStatus, Stdio};
 use std::time::Instant;
 
 use result_files::converge::outcome::Outcome;
-use result_files::converge::report;
 use result_files::file::fault::Access;
 use result_files::file::whole_file;
 
@@ -133,22 +132,19 @@ impl Running {
     }
 }
 
-/// Prepares the folder of the results: a new one, an empty one, or one of an earlier call.
+/// Prepares the folder of the results, which the file `mark` in it tells: a new one, an empty one, or one of an earlier call.
 ///
 /// # Errors
 /// [`AppError::Io`] if it cannot be made or holds something else.
-pub fn prepare(folder: &Path) -> Result<(), AppError> {
+pub fn prepare(folder: &Path, mark: &str) -> Result<(), AppError> {
     let fail = |access| move |e: std::io::Error| AppError::system(folder, access, e);
     fs::create_dir_all(folder).map_err(fail(Access::Create))?;
-    let mark = folder.join(report::FILE);
-    if mark.is_file() {
+    let path = folder.join(mark);
+    if path.is_file() {
         return Ok(());
     }
     if fs::read_dir(folder).map_err(fail(Access::Read))?.next().is_some() {
-        return Err(AppError::io(
-            folder,
-            format!("holds files and no {}, name a new folder with -o", report::FILE),
-        ));
+        return Err(AppError::io(folder, format!("holds files and no {mark}, name a new folder with -o")));
     }
-    Ok(whole_file::write(&mark, b"{}\n")?)
+    Ok(whole_file::write(&path, b"{}\n")?)
 }

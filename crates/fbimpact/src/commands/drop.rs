@@ -1,0 +1,307 @@
+//! `fbimpact drop`: a part on a floor in many orientations.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use adaptive::prepared::Prepared;
+use adaptive::spec::{RunSpec, Target};
+use adaptive::surface;
+use ffr_dynamics::body::RigidMotion;
+use nalgebra::Vector3;
+use result_files::collect::{Run, csv, find, gather};
+use result_files::expression::named::NamedExpression;
+use result_files::file::whole_file;
+
+use super::many_runs::{Planned, Runs};
+use super::prepare::part;
+use super::run::stop::Stop;
+use super::{print, scenario_file, threads};
+use crate::cache;
+use crate::cli::{DropArguments, PointAt};
+use crate::error::{AppError, CommandFault};
+use crate::postprocessing::drops::{Fall, Falls};
+use crate::scenario::{Override, Scenario};
+use crate::simulate::sizing::sized;
+use crate::studies::execute::prepare;
+use crate::studies::orientations::{Floor, Orientation, orientations, pose};
+
+/// What the folder holds of all runs, for programs; marks the folder.
+const FILE: &str = "drop.json";
+/// The same as a table and as a page.
+const TABLE: &str = "table.csv";
+const PAGE: &str = "report.html";
+/// Standard gravity, where the scenario has none [m/s²].
+const GRAVITY: f64 = 9.80665;
+/// Runs of which the page has pictures.
+const PICTURED: usize = 3;
+
+/// Makes the runs that are not there, a table and a page of all.
+///
+/// # Errors
+/// [`AppError::Command`] for a scenario in which nothing falls on something, those of its reading, [`AppError::InterruptedRuns`],
+/// [`AppError::FailedRuns`] if a run is not complete.
+pub fn drop(arguments: &DropArguments) -> Result<(), AppError> {
+    let stop = Stop::listen(false);
+    let n_threads = threads(arguments.runs.threads)?;
+    let is_scenario = arguments.file.extension().is_some_and(|ending| ending == "toml");
+    let mut set = arguments.set.set.clone();
+    if is_scenario {
+        falling(&scenario_file::read(&arguments.file, &set)?)?;
+    } else {
+        part::unit(&arguments.file, &arguments.part)?;
+    }
+    let folder = arguments.output.clone().unwrap_or_else(|| default_folder(&arguments.file));
+    prepare(&folder, FILE)?;
+    let base = if is_scenario { arguments.file.clone() } else { written(arguments, &folder)? };
+    let (body, is_flexible) = {
+        let scenario = scenario_file::read(&base, &set)?;
+        let body = &scenario.run.bodies[falling(&scenario)?.body];
+        (body.name.clone(), !body.kind.is_rigid())
+    };
+    for (i, point) in arguments.at.iter().enumerate() {
+        set.push(observed(point, i, (&body, is_flexible))?);
+    }
+    let scenario = scenario_file::read(&base, &set)?;
+    let falls = falling(&scenario)?;
+    stop.begin();
+    let all = orientations(&arguments.toward, falls.bounds, &falls.centre);
+    let speed = (2.0 * falls.gravity * arguments.height).sqrt();
+    let planned = all.iter().map(|orientation| falls.planned(orientation, speed));
+    let planned = planned.collect::<Option<Vec<Planned>>>();
+    let planned =
+        planned.ok_or_else(|| CommandFault::request(format!("body \"{body}\" has no surface to fall on")))?;
+    tracing::info!("{}: {} orientations, {speed:.4} m/s at the floor", folder.display(), all.len());
+    if scenario.wishes[falls.body].modes {
+        let cache = cache::open(&arguments.runs.cache.settings());
+        let modes = most_modes((&base, &set, falls.body), &planned, &|scenario| {
+            Ok(sized(scenario, n_threads, &cache)?.into_owned())
+        })?;
+        tracing::info!(
+            "{modes} modes of body \"{body}\" in all orientations, the most that one of them asks for"
+        );
+        set.push(changed(&format!("bodies.{body}.reduction.modes={modes}"))?);
+    }
+    let runs = Runs {
+        scenario: &base,
+        set: &set,
+        folder: &folder,
+        means: (&arguments.runs, n_threads),
+        stop: &stop,
+    };
+    let outcomes = runs.make(planned.into_iter(), false)?;
+
+    let columns = scenario.run.points.iter().filter_map(|point| acceleration(&point.name));
+    let results: Vec<PathBuf> = outcomes.iter().map(|outcome| outcome.result.clone()).collect();
+    let found = find(&results, &columns.collect::<Vec<_>>())?;
+    whole_file::write(&folder.join(TABLE), csv(&gather(&found, false)).as_bytes())?;
+    let mut rows: Vec<Fall> =
+        all.iter().zip(&found).map(|(orientation, run)| fall(orientation, run)).collect();
+    rows.sort_by(|a, b| b.peak_force.total_cmp(&a.peak_force));
+    if !arguments.no_reports {
+        for (i, row) in rows.iter_mut().enumerate().filter(|(_, row)| row.is_complete) {
+            report(&folder, row, i < PICTURED);
+        }
+    }
+    let title = format!("{} from {} m", named(&arguments.file), arguments.height);
+    let falls = Falls { title: &title, body: &body, speed, rows: &rows };
+    whole_file::write(&folder.join(FILE), format!("{:#}\n", falls.json()).as_bytes())?;
+    whole_file::write(&folder.join(PAGE), falls.page().as_bytes())?;
+    print(&falls.table())?;
+    print(&format!("{}\n", folder.join(PAGE).display()))?;
+    let failed = rows.iter().filter(|row| !row.is_complete).count();
+    if failed > 0 { Err(AppError::FailedRuns { failed, all: rows.len(), folder }) } else { Ok(()) }
+}
+
+/// The part's name with `.drop`, in the working directory.
+fn default_folder(file: &Path) -> PathBuf {
+    PathBuf::from(format!("{}.drop", named(file)))
+}
+
+fn named(file: &Path) -> String {
+    file.file_stem().unwrap_or(file.as_os_str()).to_string_lossy().into_owned()
+}
+
+/// The scenario of the part, written into the folder.
+fn written(arguments: &DropArguments, folder: &Path) -> Result<PathBuf, AppError> {
+    let name = named(&arguments.file);
+    let path = folder.join(format!("{name}.toml"));
+    let title = format!("{name} on a rigid floor");
+    let made = part::scenario(&arguments.file, &arguments.part, &path, &title)?;
+    whole_file::write(&path, made.text.as_bytes())?;
+    Ok(path)
+}
+
+/// The request of an observed point.
+fn observed(at: &PointAt, index: usize, (body, is_flexible): (&str, bool)) -> Result<Override, AppError> {
+    let name = at.name.clone().unwrap_or_else(|| format!("point-{}", index + 1));
+    let text = format!(
+        "output.points.{name}={{body={body:?},point={:?}{}}}",
+        at.point,
+        if is_flexible { ",stress=true" } else { "" }
+    );
+    changed(&text)
+}
+
+/// A change of the scenario.
+fn changed(text: &str) -> Result<Override, AppError> {
+    text.parse().map_err(|fault| CommandFault::Override(fault).into())
+}
+
+/// The largest number of modes that the program chooses for a body in one of the `planned` runs: all of them get it, so that
+/// they share a reduced body and differ in their orientation alone.
+fn most_modes(
+    (base, set, body): (&Path, &[Override], usize),
+    planned: &[Planned],
+    sized: &dyn Fn(&Scenario) -> Result<Scenario, AppError>,
+) -> Result<usize, AppError> {
+    let mut most = 1;
+    for planned in planned {
+        let own = planned.set.iter().map(|text| changed(text)).collect::<Result<Vec<_>, AppError>>()?;
+        let scenario = scenario_file::read(base, &[set, &own].concat())?;
+        let sized = sized(&scenario)?;
+        let modes = sized.run.bodies[body].kind.flexible().and_then(|flexible| flexible.reduction.modes());
+        most = most.max(modes.unwrap_or(0));
+    }
+    Ok(most)
+}
+
+/// The largest acceleration of an observed point as a column.
+fn acceleration(point: &str) -> Option<NamedExpression> {
+    format!("points.{point}.peak_acceleration=max(norm(derivative(points.\"{point}\".velocity)))")
+        .parse()
+        .ok()
+}
+
+/// The body that falls, and onto what.
+struct Falling<'a> {
+    spec: &'a RunSpec,
+    body: usize,
+    floor: Floor,
+    gravity: f64,
+    bounds: [Vector3<f64>; 2],
+    centre: Vector3<f64>,
+}
+
+/// What falls in `scenario`.
+fn falling(scenario: &Scenario) -> Result<Falling<'_>, AppError> {
+    let spec = &scenario.run;
+    let refused = |reason: String| Err(CommandFault::request(reason).into());
+    let [contact] = &spec.contacts[..] else {
+        return refused(format!(
+            "{}: must have one contact, that of the falling body with its floor; it has {}",
+            scenario.source.path.display(),
+            spec.contacts.len()
+        ));
+    };
+    let is_free = |body: usize| {
+        let mut joints = spec.joints.iter().chain(&spec.loops);
+        !joints.any(|joint| [joint.parent.body, joint.child.body].contains(&Some(body)))
+    };
+    let pull = spec.settings.gravity.norm();
+    let gravity = if pull > 0.0 { pull } else { GRAVITY };
+    let (body, floor) = match contact.target {
+        Target::Plane(plane) => (contact.body, Floor { point: plane.point, up: plane.normal }),
+        Target::Body(other) => {
+            let pair = [contact.body, other];
+            let (Some(body), Some(under)) =
+                (pair.into_iter().find(|b| is_free(*b)), pair.into_iter().find(|b| !is_free(*b)))
+            else {
+                return refused(format!(
+                    "contact \"{}\": one of its bodies must be held by joints, the other be free to fall",
+                    contact.name
+                ));
+            };
+            let up = nalgebra::Unit::try_new(-spec.settings.gravity, 0.0).unwrap_or(Vector3::z_axis());
+            let touches = Prepared::new(spec).map_err(AppError::model)?.touches;
+            let pose = &touches.poses[under];
+            let down = pose.rotation.inverse_transform_vector(&-up.into_inner());
+            let top = surface::of_body(&spec.bodies[under].kind).and_then(|s| s.lowest(&down));
+            let top = top.map_or(Vector3::zeros(), |place| Vector3::from(place.point));
+            (body, Floor { point: pose.position + pose.rotation * top, up })
+        }
+    };
+    let kind = &spec.bodies[body].kind;
+    if kind.motion() != RigidMotion::Spatial || !is_free(body) {
+        return refused(format!(
+            "body \"{}\" must move freely in space to fall in any orientation",
+            spec.bodies[body].name
+        ));
+    }
+    let ends = [Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)];
+    let bounds = surface::of_body(kind).map_or([Vector3::zeros(); 2], |surface| {
+        let of =
+            |[low, high]: [Vector3<f64>; 2], p: &[f64; 3]| [low.inf(&(*p).into()), high.sup(&(*p).into())];
+        surface.points().fold(ends, of)
+    });
+    Ok(Falling { spec, body, floor, gravity, bounds, centre: part::mass_and_centre(kind).1 })
+}
+
+impl Falling<'_> {
+    /// The fall in one orientation, that ends at the floor with `speed`; `None` of a body without a surface.
+    fn planned(&self, orientation: &Orientation, speed: f64) -> Option<Planned> {
+        let body = &self.spec.bodies[self.body];
+        let gap = part::GAP * (self.bounds[1] - self.bounds[0]).norm();
+        let surface = surface::of_body(&body.kind)?;
+        let (position, rotation) = pose(&*surface, &orientation.down, (&self.floor, gap), &self.centre)?;
+        let velocity = self.floor.up.into_inner() * -speed;
+        let key = |key: &str, numbers: &[f64]| format!("bodies.{}.{key}={numbers:?}", body.name);
+        let set = vec![
+            key("position", position.as_slice()),
+            key("orientation", &[rotation.w, rotation.i, rotation.j, rotation.k]),
+            key("velocity", velocity.as_slice()),
+        ];
+        Some(Planned { name: orientation.name.clone(), set })
+    }
+}
+
+/// What came out of one orientation.
+fn fall(orientation: &Orientation, run: &Run) -> Fall {
+    let hardest = run.impacts.iter().max_by(|a, b| a.peak_force.total_cmp(&b.peak_force));
+    let is_complete = run.status == "complete";
+    let of_point = |name: &str| name.starts_with("points.") && !name.ends_with("peak_speed");
+    let cells = run.cells.iter().filter(|cell| of_point(&cell.name) && cell.number.is_finite());
+    Fall {
+        name: orientation.name.clone(),
+        down: orientation.down.into_inner(),
+        is_complete,
+        message: if is_complete { String::new() } else { format!("{}: {}", run.status, run.message) },
+        peak_force: hardest.map_or(f64::NEG_INFINITY, |impact| impact.peak_force),
+        numbers: hardest.map_or([f64::NAN; 3], |i| [i.impulse, i.end - i.start, i.restitution]),
+        cells: cells.cloned().collect(),
+        warnings: run.warnings.clone().unwrap_or_default(),
+        has_report: false,
+        pictures: Vec::new(),
+    }
+}
+
+/// Writes the report of a run, with bodies in motion and a picture of the force if it is among the worst; a run of which that
+/// cannot be made goes without.
+fn report(folder: &Path, row: &mut Fall, is_pictured: bool) {
+    let Ok(program) = std::env::current_exe() else { return };
+    let result = folder.join(format!("{}.h5", row.name));
+    let page = result.with_extension("html");
+    let time = |path: &Path| std::fs::metadata(path).and_then(|m| m.modified()).ok();
+    let make = |words: &[&str], output: &Path| {
+        let mut command = Command::new(&program);
+        command.args(words).arg(&result).arg("-o").arg(output).args(["--force", "-qq"]);
+        command.stdout(Stdio::null()).stdin(Stdio::null());
+        let made = command.status().is_ok_and(|status| status.success());
+        if !made {
+            let error = AppError::io(output, format!("fbimpact {} could not write it", words[0]));
+            tracing::warn!("{error}");
+        }
+        made
+    };
+    let words: &[&str] = if is_pictured { &["report"] } else { &["report", "--no-3d"] };
+    row.has_report = time(&page) > time(&result) && !is_pictured || make(words, &page);
+    if is_pictured && make(&["plot", "--figure", "impacts"], &folder.join("figures")) {
+        let start = format!("{}_impact_", row.name);
+        let files = std::fs::read_dir(folder.join("figures")).into_iter().flatten().flatten();
+        let mut pictures: Vec<String> = files
+            .map(|f| f.file_name().to_string_lossy().into_owned())
+            .filter(|f| f.starts_with(&start))
+            .collect();
+        pictures.sort();
+        row.pictures = pictures;
+    }
+}
