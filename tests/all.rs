@@ -17,11 +17,8 @@ mod damaged;
 mod decks;
 mod determinism;
 mod doubled;
-<<<<<<< HEAD
 mod equilibrium;
-=======
 mod drop;
->>>>>>> 0d8ca03b ([fbimpact] copies of bodies, contacts of many, new --mesh and drop)
 mod export;
 mod export_setup;
 mod expressions;

@@ -187,7 +187,11 @@ fn faults_are_told_once_at_the_key_that_stands_in_the_file() {
         "contacts.hit.target_body",
         "no pair",
     );
-    one(&format!("{ball}{many}{}", contacts.replacen("ball-*", "*-*", 1)), "contacts.hit.contact_body", "one *");
+    one(
+        &format!("{ball}{many}{}", contacts.replacen("ball-*", "*-*", 1)),
+        "contacts.hit.contact_body",
+        "one *",
+    );
     one(
         &format!("{ball}copies = {{ arrangement = \"grid\", counts = 100, spacing = [1, 1, 1] }}"),
         "bodies.ball.copies.counts",

@@ -483,7 +483,7 @@ pub struct StaticArguments {
     pub threads: usize,
     /// Memory that it may take in GB [default: most of what the machine has]; models that do not fit are
     /// refused before they are built
-    #[arg(long, value_name = "GB", value_parser = gigabytes)]
+    #[arg(long, value_name = "GB", value_parser = positive)]
     pub memory: Option<f64>,
     /// Replace an existing file, even one that is no result file
     #[arg(long)]

@@ -72,14 +72,8 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
             commands::prepare::check::check(&scenarios, &set.set, format, Means { threads, bar: &bar })
         }
         Command::Modes { scenario, system: true, is_static, json, threads, cache, set, .. } => {
-            let form = (is_static, json);
-            commands::prepare::system_modes::system_modes(
-                &scenario,
-                &set.set,
-                form,
-                Means { threads, bar: &bar },
-                &cache,
-            )
+            let (form, means) = ((is_static, json), Means { threads, bar: &bar });
+            commands::prepare::system_modes::system_modes(&scenario, &set.set, form, means, &cache)
         }
         Command::Modes { scenario, body, json, threads, cache, set, .. } => commands::prepare::modes::modes(
             &scenario,
@@ -133,10 +127,9 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
             commands::results::collect::collect(&runs, (&output, force), &column, long)
         }
         Command::Metric { file, expressions } => commands::results::metric::metric(&file, &expressions),
-        Command::New { name, mesh: Some(file), part, force, .. } => {
-            commands::prepare::new::of_part(&name, (&file, &part), force)
+        Command::New { name, template, mesh, part, force } => {
+            commands::prepare::new::new(&name, (template, mesh.as_deref(), &part), force)
         }
-        Command::New { name, template, force, .. } => commands::prepare::new::new(&name, template, force),
         Command::Completions { shell } => commands::program::shell::completions(shell),
         Command::Man { all: Some(folder), force, .. } => commands::program::shell::manuals(&folder, force),
         Command::Man { command, all: None, .. } => commands::program::shell::manual(&command),

@@ -128,18 +128,18 @@ impl Falls<'_> {
             self.rows.len(),
             number(self.speed)
         );
-        let _ = write!(
+        let _ = writeln!(
             out,
             "<figure><figcaption>Peak force by the side of the part that is down</figcaption>{}<p class=\"note\">The part's directions, seen from x+ y+ z+ \
-             and from the opposite side. Dots are the orientations that were run; around them their peak force, without interpolation.</p></figure>\n",
+             and from the opposite side. Dots are the orientations that were run; around them their peak force, without interpolation.</p></figure>",
             globe(self.rows)
         );
         self.write_rows(&mut out);
         for (row, picture) in self.rows.iter().flat_map(|row| row.pictures.iter().map(move |p| (row, p))) {
             let (name, picture) = (escaped(&row.name), escaped(picture));
-            let _ = write!(
+            let _ = writeln!(
                 out,
-                "<figure><figcaption>{name}</figcaption><img class=\"drawing\" src=\"figures/{picture}\" alt=\"Force over time of {name}\"></figure>\n"
+                "<figure><figcaption>{name}</figcaption><img class=\"drawing\" src=\"figures/{picture}\" alt=\"Force over time of {name}\"></figure>"
             );
         }
         out.push_str("</body></html>\n");

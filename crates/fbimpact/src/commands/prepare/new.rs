@@ -37,12 +37,19 @@ impl Template {
     }
 }
 
-/// Writes `<name>.toml`, what it reads, and, next to it, the schema for editors if there is none
+/// Writes `<name>.toml`, the template or that of the part in `mesh`, what it reads, and, next to it, the schema for editors if there is none
 /// yet. Nothing is written if one of the first two exists.
 ///
 /// # Errors
 /// [`AppError::Io`] if a file exists and `force` is not set, or if it cannot be written.
-pub fn new(name: &Path, template: Template, force: bool) -> Result<(), AppError> {
+pub fn new(
+    name: &Path,
+    (template, mesh, part): (Template, Option<&Path>, &PartArguments),
+    force: bool,
+) -> Result<(), AppError> {
+    if let Some(file) = mesh {
+        return of_part(name, (file, part), force);
+    }
     let (path, stem) = named_file(name)?;
     let companion = template.companion().map(|(ending, text)| (path.with_extension(ending), text));
     let files: Vec<&Path> =
@@ -64,7 +71,7 @@ pub fn new(name: &Path, template: Template, force: bool) -> Result<(), AppError>
 ///
 /// # Errors
 /// As [`new`], and those of [`part::scenario`].
-pub fn of_part(name: &Path, (file, arguments): (&Path, &PartArguments), force: bool) -> Result<(), AppError> {
+fn of_part(name: &Path, (file, arguments): (&Path, &PartArguments), force: bool) -> Result<(), AppError> {
     let (path, stem) = named_file(name)?;
     let companions = part::companions(file, &path);
     refuse_existing(
