@@ -113,9 +113,11 @@ fn child<'a>(node: &'a mut Node, part: &str, origin: &Origin) -> &'a mut Node {
             &mut items[i]
         }
         Value::Table(entries) => {
-            // The same quantity in degrees or radians gives way.
+            // The same quantity in degrees or radians gives way, but for another change.
             let is_twin = |e: &Entry| {
-                e.key.strip_suffix("_deg") == Some(part) || part.strip_suffix("_deg") == Some(&e.key)
+                let is_other =
+                    e.key.strip_suffix("_deg") == Some(part) || part.strip_suffix("_deg") == Some(&e.key);
+                is_other && !matches!(e.node.origin, Origin::Override(_))
             };
             let is_it = |e: &Entry| e.key == part || is_twin(e) && !matches!(e.node.value, Value::Table(_));
             let i = entries.iter().position(is_it).unwrap_or_else(|| {
