@@ -31,6 +31,9 @@ use crate::touch::parts::TouchKind;
 /// the program refines (theory section A.1).
 const FEWEST_ACROSS: f64 = 5.0;
 
+/// Contacts that never close, each with a warning of its own, at most.
+const MOST_OPEN: usize = 8;
+
 /// Bodies whose gap at the start is smaller than so many times what the equilibrium changes it by touch:
 /// what opened them is their deformation, and what they yield by in the contact is of its size.
 const MOVED_BY_EQUILIBRIUM: f64 = 10.0;
@@ -304,7 +307,14 @@ impl Driver<'_> {
         self.note_gaps(self.integrator.time())?;
         let contacts = self.model.contacts.iter().zip(&self.run.contacts).enumerate();
         let open = contacts.filter(|(_, (_, c))| !c.has_closed() && c.smallest_gap.is_finite());
-        let warnings = open.map(|(i, (facts, state))| {
+        let mut open: Vec<_> = open.collect();
+        // Of the pairs of many bodies most do not meet: the one that came nearest stands for all.
+        let others = if open.len() > MOST_OPEN { open.len() - 1 } else { 0 };
+        if others > 0 {
+            open.sort_by(|(_, (_, a)), (_, (_, b))| a.smallest_gap.total_cmp(&b.smallest_gap));
+            open.truncate(1);
+        }
+        let warnings = open.into_iter().map(|(i, (facts, state))| {
             let (gap, time) = (state.smallest_gap, state.smallest_gap_time);
             let warning = Warning {
                 kind: WarningKind::NeverClosed,
@@ -313,7 +323,8 @@ impl Driver<'_> {
                 value: gap,
                 limit: 0.0,
                 message: format!(
-                    "it has never closed; the smallest gap of the stored states was {gap:.6e} m at t = {time:.6e} s"
+                    "it has never closed{}; the smallest gap of the stored states was {gap:.6e} m at t = {time:.6e} s",
+                    if others > 0 { format!(", as {others} others that came no nearer") } else { String::new() }
                 ),
                 remedy: "check positions and velocities of its bodies, or raise simulation.end_time".into(),
             };
