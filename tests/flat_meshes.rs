@@ -129,6 +129,34 @@ fn faces_edges_and_corners_of_bricks_meet_a_floor_as_those_of_splines_do() {
     }
 }
 
+/// As long as the edge that is touched first presses, the other end of the face comes down: the zone about the edge reaches its end, and is laid anew.
+#[test]
+fn zones_that_prove_too_small_grow() {
+    let folder = scenarios::folder("growing_zones");
+    let on_floor = |is_mesh| {
+        let bodies = falling(&folder, is_mesh, [0.25, 0.0]).replace("-0.5]", "-5.0]");
+        run(&folder, &format!("{bodies}{FLOOR}"), "floor").0
+    };
+    let [meshed, splines] = [true, false].map(on_floor);
+    check_same("tilted face", [&meshed.impacts[0], &splines.impacts[0]]);
+    let grown: Vec<_> = meshed.trials.iter().filter(|trial| trial.reason.contains("reaches")).collect();
+    assert!(!grown.is_empty(), "{:?}", meshed.trials);
+    assert!(grown.iter().all(|trial| trial.stop < meshed.trials.last().unwrap().stop), "{:?}", meshed.trials);
+}
+
+/// A corner needs the compliance of a few nodes, a face that of its own.
+#[test]
+fn zones_lie_about_the_touch() {
+    let folder = scenarios::folder("zones_about_touches");
+    let unknowns = |turn: [f64; 2]| {
+        let (found, _) = run(&folder, &format!("{}{FLOOR}", falling(&folder, true, turn)), "floor");
+        found.trials.last().unwrap().interface_dofs
+    };
+    // Of 56 nodes on the surface: a face has 16 and those of the row above it, an edge those of the six sides along it and of one at either end, a
+    // corner those of its three sides.
+    assert_eq!(LYING.map(|(_, turn, _)| unknowns(turn)), [3 * 28, 3 * 14, 3 * 7]);
+}
+
 #[test]
 fn a_box_of_bricks_meets_another_as_those_of_splines_do() {
     meet_each_other_alike(&LYING[2..], &[[true, true]]);

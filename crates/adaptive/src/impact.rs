@@ -33,6 +33,7 @@ use crate::store::ModelCache;
 use crate::system::body::{BodyModel, FlexibleModel};
 use crate::touch::detection::{Nearest, Search};
 use crate::touch::parts::{Touch, TouchKind};
+use crate::touch::tolerances::TOUCHED_SURFACE;
 
 mod kept_zone;
 mod widths;
@@ -40,12 +41,14 @@ mod sites;
 mod zone_model;
 mod fine_side;
 mod sides;
+mod outside;
 pub mod local_deformation;
 pub mod stress;
 pub mod yielding;
 
 use fine_side::FineSide;
 pub use fine_side::RebuiltContact;
+pub use outside::Outside;
 use sides::SideRequest;
 use sites::Sites;
 pub use zone_model::ZoneModel;
@@ -55,13 +58,11 @@ pub use zone_model::ZoneModel;
 /// of bodies that pass through each other.
 pub const MISSED_SURFACE: f64 = 1e-5;
 
-/// Points of whole surfaces that are farther than the nearest one by no more than this share of the
-/// smaller body's size are going to touch: bodies yield by less in all impacts that leave them elastic.
-const TOUCHED_SURFACE: f64 = 1e-3;
-
 /// Largest width of an interval, as a share of the body's size: with a centre at one end of the
 /// body it then reaches the other end.
 const WIDEST: f64 = 2.0;
+/// Growth of the reach of a part of a surface that was too small.
+const REACH_GROWTH: f64 = 4.0;
 /// Relative tolerance when a width is compared with the least one, for round-off.
 const LEAST_SLACK: f64 = 1e-9;
 /// Ratio of successive penalty factors of a search, as in \[A\] section 4.1.
@@ -113,8 +114,10 @@ pub struct FineContact {
     predicted: [f64; 2],
     /// Least widths: in narrower intervals round-off decides which points touch \[m\].
     least: [f64; 2],
-    /// The kind of touch, if the zones are the whole surfaces of the bodies.
+    /// The kind of touch, if the zones are the whole surfaces of the bodies, or parts of them.
     pub whole: Option<TouchKind>,
+    /// What is left of surfaces of which zones are parts.
+    pub outside: Option<Outside>,
     /// Penalty search of this impact.
     pub search: PenaltySearch,
     /// `max_i(A_ii w_i)` [m³/N].
@@ -182,6 +185,8 @@ pub type CancelCheck<'a> = dyn FnMut() -> Result<(), AdaptiveError> + 'a;
 pub struct RefinementRequest<'a> {
     /// Size of the zones; `None`: predicted.
     pub size: Option<ZoneSize>,
+    /// How far from the plane of the touch whole surfaces may press; none: as far as in a first trial \[m\].
+    pub reach: Option<f64>,
     /// Peak force of a preview \[N\].
     pub peak: Option<f64>,
     /// Widths and penalty factors that earlier impacts have found.
@@ -311,6 +316,7 @@ impl AdaptiveContact {
             (None, None) => self.penalty_search(&request.history, weight).map_err(|e| self.fail(e))?,
         };
         element.set_penalty(search.penalty()).map_err(|e| self.fail(e))?;
+        let rest = whole.and_then(|_| self.outside(&own, other.as_ref().map(|(_, side)| side)));
         let interval = own.body.grid();
         let sizes = sizes([Some(&own), other.as_ref().map(|(_, side)| side)]);
         let is_target_at_end = self.is_at_end_of_target(other.as_ref().map(|(_, side)| side));
@@ -327,6 +333,7 @@ impl AdaptiveContact {
             predicted,
             least,
             whole,
+            outside: rest,
             search,
             weight,
             hosted: bases.iter().map(|(body, _)| *body).collect(),
@@ -517,6 +524,21 @@ impl FineContact {
     /// How many times as many elements as others of its contact the interval should have had.
     pub fn wanted_finer(&self, target: f64) -> f64 {
         finer_by(self.finer(), self.resolution(), target, self.interval.ends.len())
+    }
+
+    /// How far from the plane of the touch a part of whole surfaces is to reach that is larger than the
+    /// zones by so much that the next trial is worth its price; none of zones that leave nothing out \[m\].
+    pub fn wider(&self) -> Option<f64> {
+        self.outside.as_ref()?;
+        Some(
+            REACH_GROWTH
+                * self
+                    .zones
+                    .iter()
+                    .filter_map(|zone| zone.site.part)
+                    .map(|part| part.depth)
+                    .fold(0.0, f64::max),
+        )
     }
 
     /// Elements across the interval, per direction.

@@ -546,6 +546,22 @@ pub struct ZoneSite {
     /// The place on an edge or a corner of the target that the centre meets, if there is one
     /// (theory Eq. C.63).
     pub meets: Option<TargetPlace>,
+    /// The part of a whole surface to which the zone is confined, if it is.
+    pub part: Option<TouchedPart>,
+}
+
+/// The part of a surface with edges that may press at a touch: about its place, as far down and
+/// aside as given (theory Eq. C.91).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct TouchedPart {
+    /// The place, in the components of the model \[m\].
+    pub origin: [f64; 3],
+    /// Unit vector towards the partner.
+    pub outward: [f64; 3],
+    /// How far from the plane of the touch, which is across it, the part goes on \[m\].
+    pub depth: f64,
+    /// How far in this plane \[m\].
+    pub radius: f64,
 }
 
 /// A place on an edge or a corner of a target, with the normal of the contact there.
@@ -561,11 +577,12 @@ pub struct TargetPlace {
 
 impl ZoneSite {
     /// The whole surface of a body, about no place on it.
-    pub const WHOLE: Self = Self { face: 0, centre: [0.0; 3], size: ZoneSize::Whole, meets: None };
+    pub const WHOLE: Self =
+        Self { face: 0, centre: [0.0; 3], size: ZoneSize::Whole, meets: None, part: None };
 
     /// A zone of the size `size` about the parameters `centre` of face `face`.
     pub fn about((face, centre): (u32, [f64; 3]), size: ZoneSize) -> Self {
-        Self { face, centre, size, meets: None }
+        Self { face, centre, size, meets: None, part: None }
     }
 
     /// The place about which a whole surface has additional contact points, or a point that meets

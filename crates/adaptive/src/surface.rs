@@ -13,6 +13,7 @@ use contact_qs::search::SurfaceModel;
 use ffr_dynamics::body::RigidMotion;
 use nalgebra::Vector3;
 
+use crate::record::TouchedPart;
 use crate::spec::BodyKind;
 
 mod of_mesh;
@@ -132,6 +133,13 @@ pub trait Surface: Send + Sync {
     /// Straight lines of the surface through `point`, along which it may touch; none of a plane or
     /// axisymmetric body.
     fn lines_through(&self, point: &[f64; 3]) -> Vec<StraightLine>;
+
+    /// How far from the place of `part`, in the plane of the touch, the faces go on that lie as near
+    /// to this plane as the part, whatever its radius \[m\]; infinite of a surface that is not
+    /// divided into small ones.
+    fn spread(&self, _part: &TouchedPart) -> f64 {
+        f64::INFINITY
+    }
 
     /// Places of the edges through `point` at the distance `length` from it, on both sides; their
     /// ends where they end before.

@@ -5,7 +5,8 @@ use std::sync::Arc;
 use crate::balls::Ball;
 use crate::blocks;
 use adaptive::body::splines::ElasticBody;
-use adaptive::body::zone::{ContactZone, PointsAbout};
+use adaptive::body::zone::{ContactZone, PointsAbout, WholeRequest};
+use adaptive::record::TouchedPart;
 use adaptive::spec::{DiscretisationSpec, ElasticSpec, ReductionSpec};
 use adaptive::surface::{MeshSurface, SplineSurface, Surface};
 use fe_mesh::{ElementKind, Mesh};
@@ -199,7 +200,9 @@ fn whole_surfaces_of_bricks_have_the_points_of_splines() {
             };
             let of_splines =
                 ContactZone::whole(&splines.discretised(), about(splines.surface.as_ref()).as_ref()).unwrap();
-            let of_mesh = ContactZone::whole_mesh(&mesh, about(mesh.as_ref()).as_ref()).unwrap();
+            let of_mesh =
+                ContactZone::whole_mesh(&mesh, &WholeRequest { about: about(mesh.as_ref()), part: None })
+                    .unwrap();
             let (a, b) = (sorted(&of_splines), sorted(&of_mesh));
             let is_in = |list: &[([f64; 3], f64)], p: &([f64; 3], f64)| {
                 let apart = |q: &[f64; 3]| (Vector3::from(p.0) - Vector3::from(*q)).norm();
@@ -217,6 +220,47 @@ fn whole_surfaces_of_bricks_have_the_points_of_splines() {
             let total: f64 = b.iter().map(|p| p.1).sum();
             let area = 8.0 * (BOX[0] * BOX[1] + BOX[1] * BOX[2] + BOX[2] * BOX[0]);
             assert!((total / area - 1.0).abs() < 1e-12, "{kind:?} {at:?}: {total} {area}");
+        }
+    }
+}
+
+#[test]
+fn the_part_that_may_press_at_a_touch_has_all_sides_that_come_near() {
+    let place = |x: [f64; 3]| std::array::from_fn(|d| BOX[d] * (2.0 * x[d] - 1.0));
+    for kind in ElementKind::ALL {
+        let mesh = MeshSurface::of(&Arc::new(Mesh::new(blocks::block(kind, [6, 4, 3], place), 1.0).unwrap()));
+        let whole = ContactZone::whole_mesh(&mesh, &WholeRequest::default()).unwrap();
+        let corner = TouchedPart {
+            origin: BOX,
+            outward: Vector3::from(BOX).normalize().into(),
+            depth: 1e-4,
+            radius: BOX[0],
+        };
+        let face = TouchedPart {
+            origin: [0.0, 0.0, -BOX[2]],
+            outward: [0.0, 0.0, -1.0],
+            depth: 1e-4,
+            radius: 4.0 * BOX[0],
+        };
+        for (part, all) in [(corner, false), (face, true)] {
+            let zone =
+                ContactZone::whole_mesh(&mesh, &WholeRequest { about: None, part: Some(part) }).unwrap();
+            let depth = |x: &[f64; 3]| {
+                Vector3::from(part.outward).dot(&(Vector3::from(part.origin) - Vector3::from(*x)))
+            };
+            let near = |x: &[f64; 3]| depth(x) <= part.depth;
+            // Points near the touch are those of the whole surface, with the same areas; the rim of the part lies deeper.
+            let of =
+                |zone: &ContactZone| sorted(zone).into_iter().filter(|(x, _)| near(x)).collect::<Vec<_>>();
+            let (kept, known) = (of(&zone), of(&whole));
+            assert_eq!(kept.len(), known.len(), "{kind:?}");
+            for ((x, a), (y, b)) in kept.iter().zip(&known) {
+                assert!(x == y && (a / b - 1.0).abs() < 1e-12, "{kind:?}: {x:?} {a:e}, {y:?} {b:e}");
+            }
+            assert!(zone.points.iter().all(|p| !(p.on_rim && near(&p.position))), "{kind:?}");
+            assert!(zone.points.iter().any(|p| p.on_rim), "{kind:?}");
+            assert_eq!(kept.len() > 20, all, "{kind:?}");
+            assert!(zone.unknowns.len() < 3 * whole.unknowns.len() / 4, "{kind:?}: {}", zone.unknowns.len());
         }
     }
 }

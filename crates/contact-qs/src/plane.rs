@@ -68,8 +68,9 @@ pub struct PlaneState {
 pub struct PlaneWorkspace {
     /// Gaps without quasistatic displacement.
     free_gaps: Vec<f64>,
-    /// Points that the plane may press; empty: all.
+    /// Points whose compliance the forces are found with, and the gaps with which these are.
     is_member: Vec<bool>,
+    pressed_gaps: Vec<f64>,
     /// Rates of the loads by the turn of the body alone.
     load_rates: Vec<f64>,
     /// Rates of the points along the normal and the tangents without those of the forces.
@@ -86,6 +87,8 @@ pub struct PlaneFound {
     displacements: Vec<f64>,
     /// Point forces in the model's components.
     loads: Vec<f64>,
+    /// Whether loads and displacements are those of the forces already.
+    is_loaded: bool,
     report: ContactReport,
 }
 
@@ -256,7 +259,8 @@ impl ForceElement for PlaneContact {
         let state = PlaneState { zone: self.quasistatic.as_ref().map(Quasistatic::solver), friction };
         let workspace = PlaneWorkspace {
             free_gaps: vec![0.0; n],
-            is_member: vec![true; self.submodel.facing.len()],
+            is_member: vec![true; n],
+            pressed_gaps: vec![0.0; n],
             load_rates: vec![0.0; n_rows],
             gap_rates: vec![0.0; n],
             slip_rates: vec![0.0; n_rows - n],
@@ -267,6 +271,7 @@ impl ForceElement for PlaneContact {
             forces: vec![0.0; n],
             displacements: vec![0.0; n_rows],
             loads: vec![0.0; n_rows],
+            is_loaded: false,
             report: ContactReport::default(),
         };
         (state, workspace, found)

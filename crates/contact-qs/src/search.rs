@@ -30,7 +30,7 @@ pub use critical_pair::followed_overlap;
 pub use deformed::Site;
 pub use detector::{BodySurface, Detector, PlaneProximity, plane_distance};
 pub use local_shape::LocalShape;
-pub use minimum_distance::{Proximity, minimum_distance};
+pub use minimum_distance::{Proximity, minimum_distance, reaches_into};
 pub use query::way_between;
 pub use query::{SearchReport, SearchWorkspace};
 pub use surface_model::{SurfaceModel, SurfaceSite};

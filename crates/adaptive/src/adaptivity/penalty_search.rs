@@ -82,12 +82,16 @@ pub enum PenaltyStrategy {
 /// series need, since the force changes as well.
 const MOST_RISE: f64 = 10.0;
 const RISE_MARGIN: f64 = 1.1;
+/// Number of steps in a factor of ten to which a rise is rounded up: what is measured of an overlap is
+/// right to a per cent, and equal bodies are to get equal springs.
+const STEPS: f64 = 10.0;
 
 /// The factor by which penalty springs must be stiffer for no more overlap than is allowed: springs
 /// in series with the bodies, under the same force (theory Eq. A.37).
 fn missing_stiffness(overlap: Overlap) -> f64 {
     let odds = |share: f64| share / (1.0 - share).max(f64::MIN_POSITIVE);
-    (RISE_MARGIN * odds(overlap.share) / odds(overlap.most())).clamp(RISE_MARGIN, MOST_RISE)
+    let needed = (RISE_MARGIN * odds(overlap.share) / odds(overlap.most())).clamp(RISE_MARGIN, MOST_RISE);
+    10_f64.powf((STEPS * needed.log10() - 1e-9).ceil() / STEPS)
 }
 
 /// Relative change of the peak force that counts as none: a fifth of a percent, less than

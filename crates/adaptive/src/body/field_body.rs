@@ -19,7 +19,7 @@ use super::reduced::{Interface, ReducedBody, ReductionInput, geometric_stiffenin
 use crate::body::mesh::MeshedBody;
 use crate::body::splines::ElasticBody;
 use crate::body::zone::at_start::StartZone;
-use crate::body::zone::{ContactZone, PointsAbout};
+use crate::body::zone::{ContactZone, WholeRequest};
 use crate::error::AdaptiveError;
 use crate::spec::unsupported::Unsupported;
 use crate::spec::{Area, FlexibleSpec, FrameSpec, IntervalSpec};
@@ -82,12 +82,12 @@ pub trait FieldBody: Field {
     /// Its undeformed surface.
     fn undeformed(&self) -> &dyn Surface;
 
-    /// The whole of it as a contact zone on the body's own elements, with edges and corners, and
-    /// with more points at `about` if there is one.
+    /// The whole of it, or what is requested, as a contact zone on the body's own elements, with
+    /// edges and corners.
     ///
     /// # Errors
     /// [`AdaptiveError::Contact`] or [`AdaptiveError::Mesh`] if the surface has no area; `contact` is the contact's name.
-    fn whole_zone(&self, about: Option<&PointsAbout>, contact: &str) -> Result<ContactZone, AdaptiveError>;
+    fn whole_zone(&self, request: &WholeRequest, contact: &str) -> Result<ContactZone, AdaptiveError>;
 
     /// The zone that a contact has on it from the start about a place.
     ///

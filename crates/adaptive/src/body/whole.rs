@@ -13,16 +13,16 @@ use super::fine::FineModel;
 use crate::adaptivity::interval::IntervalGrid;
 use crate::body::fine::refined::{gigabytes, most_gigabytes};
 use crate::body::splines::{Discretised, ElasticBody};
-use crate::body::zone::{ContactZone, PointsAbout};
+use crate::body::zone::{ContactZone, PointsAbout, WholeRequest};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::record::{TargetPlace, ZoneSite, ZoneSize};
 use crate::spec::{IntervalSpec, PointRule};
 use crate::store::Bytes;
 
-/// The body, with more contact points at a place of it if there is one.
+/// The body with what of its surface is the zone.
 struct WholeBody {
     body: Arc<dyn FieldBody>,
-    about: Option<PointsAbout>,
+    request: WholeRequest,
 }
 
 /// The model of `body` for a contact at `site`: refined about it with the settings `interval`, or
@@ -42,7 +42,8 @@ pub fn fine_model(
         let place = body.undeformed().place(face, &xi);
         PointsAbout { place, meets: site.meets }
     });
-    Ok(Box::new(WholeBody { body: Arc::clone(body), about }))
+    let request = WholeRequest { about, part: site.part };
+    Ok(Box::new(WholeBody { body: Arc::clone(body), request }))
 }
 
 impl FineModel for WholeBody {
@@ -51,7 +52,7 @@ impl FineModel for WholeBody {
     }
 
     fn zone(&self, _rule: PointRule, contact: &str) -> Result<ContactZone, AdaptiveError> {
-        let zone = self.body.whole_zone(self.about.as_ref(), contact)?;
+        let zone = self.body.whole_zone(&self.request, contact)?;
         let (all, unknowns) = (self.body.n_unknowns() as f64, zone.unknowns.len());
         let gigabytes = gigabytes(self.body.space().dimension(), all, unknowns as f64);
         let most = most_gigabytes();
@@ -84,7 +85,7 @@ impl FineModel for WholeBody {
     }
 
     fn meets(&self) -> Option<&TargetPlace> {
-        self.about.as_ref()?.meets.as_ref()
+        self.request.about.as_ref()?.meets.as_ref()
     }
 
     fn is_own(&self) -> bool {

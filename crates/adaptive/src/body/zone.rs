@@ -17,7 +17,7 @@ use iga_core::nurbs::{FaceId, SAME_PLACE};
 use iga_core::surface::{BodySurface, CollocationPoint, gauss_points, greville_points, lobatto_points};
 
 use crate::body::splines::Discretised;
-use crate::record::TargetPlace;
+use crate::record::{TargetPlace, TouchedPart};
 use crate::spec::PointRule;
 use crate::surface::SurfacePlace;
 
@@ -41,7 +41,8 @@ pub struct ContactZone {
     /// Unknowns of the interface, in ascending order.
     pub unknowns: Vec<usize>,
     /// Full widths along the face \[m\]; the second is zero for curves, and for zones given by one
-    /// width.
+    /// width. Of a surface with edges the size of the body and, of a part of it, the body's least
+    /// extent.
     pub widths: [f64; 2],
     /// The part of the surface that points of another body may touch.
     pub region: ZoneRegion,
@@ -49,6 +50,15 @@ pub struct ContactZone {
     pub extent: ZoneExtent,
     /// Indices of the points that meet an edge or a corner of the target (theory Eq. C.63).
     pub meeting: Vec<usize>,
+}
+
+/// What of a whole surface is a contact zone.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct WholeRequest {
+    /// A place at which additional contact points stand.
+    pub about: Option<PointsAbout>,
+    /// The part to which it is confined; splines have all.
+    pub part: Option<TouchedPart>,
 }
 
 /// A place on a whole surface at which additional contact points stand.

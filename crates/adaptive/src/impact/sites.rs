@@ -3,24 +3,25 @@
 //! flat faces, edges or corners (docs/theory.md section C.9).
 
 use contact_qs::ActiveContact;
+use contact_qs::search::SurfaceSite;
 use ffr_dynamics::force::BodyState;
 
 use super::widths::PredictedWidths;
 use super::{
-    Activation, AdaptiveContact, FineContact, MISSED_SURFACE, RefinementRequest, WIDEST, flexible, kept_zone,
-    zone_site,
+    Activation, AdaptiveContact, FineContact, MISSED_SURFACE, RefinementRequest, TOUCHED_SURFACE, WIDEST,
+    flexible, kept_zone, zone_site,
 };
 use crate::adaptivity::interval::finer_elements;
 use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::body::fine::refined::ELEMENTS;
 use crate::error::{AdaptiveError, ContactModelFault};
-use crate::record::{TargetPlace, ZoneSite, ZoneSize};
+use crate::record::{TargetPlace, TouchedPart, ZoneSite, ZoneSize};
 use crate::state::ImpactHistory;
 use crate::system::body::BodyModel;
 use crate::system::whole_surface::resolved_penalty;
 use crate::touch::detection::{Nearest, Search};
 use crate::touch::parts::side::{Moved, Side, met_place};
-use crate::touch::parts::{Touch, TouchKind, TouchZone};
+use crate::touch::parts::{Touch, TouchKind, TouchZone, pressed_parts};
 use crate::touch::tolerances::PARALLEL_IN_RUN;
 
 /// Where the zones of a contact lie.
@@ -100,8 +101,9 @@ impl AdaptiveContact {
         let (whole, nearest) = (self.whole_at(touch, request.size)?, &touch.nearest);
         let target = self.flexible_target.zip(nearest.target.as_ref());
         if whole.is_some() {
-            let own = self.whole_site(bodies, states, nearest, whole);
-            let target = target.map(|_| ZoneSite::WHOLE);
+            let [own_part, part] = self.parts(bodies, states, touch, request);
+            let own = ZoneSite { part: own_part, ..self.whole_site(bodies, states, nearest, whole) };
+            let target = target.map(|_| ZoneSite { part, ..ZoneSite::WHOLE });
             return Ok(Sites { own, target, predicted: [0.0; 2], least: [0.0; 2], whole });
         }
         let PredictedWidths { widths: predicted, least } =
@@ -146,6 +148,33 @@ impl AdaptiveContact {
             return ZoneSite::WHOLE;
         }
         zone_site(&nearest.contact, ZoneSize::Whole)
+    }
+
+    /// The parts of the surfaces of contact body and target that may press at `touch`: what lies
+    /// within the reach of `request` of the plane of the touch, no farther aside than both do
+    /// (Eq. C.91). None of a surface that is a zone as a whole.
+    pub fn parts(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        touch: &Touch,
+        request: &RefinementRequest<'_>,
+    ) -> [Option<TouchedPart>; 2] {
+        let none = [None; 2];
+        if request.size == Some(ZoneSize::Whole) {
+            return none;
+        }
+        let depth = request.reach.unwrap_or_else(|| self.first_reach());
+        let Some((own, target)) = self.moved(bodies, states) else { return none };
+        let place = |(surface, _): Moved<'_>, site: &SurfaceSite| surface.place(site.face, &site.xi).point;
+        let on_target = target.zip(touch.nearest.target.as_ref()).map(|(target, site)| place(target, site));
+        let at = [Some(place(own, &touch.nearest.contact)), on_target];
+        pressed_parts([Some(own), target], at, &touch.normal, depth)
+    }
+
+    /// How far from the plane of a touch surfaces may press in its first trial \[m\].
+    fn first_reach(&self) -> f64 {
+        TOUCHED_SURFACE * self.detector.least_size()
     }
 
     /// The edge or corner of the target that the contact body meets at the places `nearest`, if

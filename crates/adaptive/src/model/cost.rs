@@ -9,8 +9,7 @@ use crate::body::FullModel;
 use crate::body::whole::fine_model;
 use crate::error::AdaptiveError;
 use crate::prepared::{Prepared, is_whole};
-use crate::record::ZoneSite;
-use crate::record::ZoneSize;
+use crate::record::{TouchedPart, ZoneSite, ZoneSize};
 use crate::sizing::zone::predicted_zone;
 use crate::spec::{ContactSpec, ImportedSpec, SurfaceLaw};
 use crate::system::start;
@@ -71,7 +70,10 @@ pub fn costs(run: Prepared<'_>) -> Result<Vec<ModelCost>, AdaptiveError> {
             FullModel::Flexible(coarse) => {
                 let n_elements = coarse.space().n_elements();
                 costs.push(cost(coarse.assembled(), n_elements, &interface.unknowns)?);
-                let whole = whole.into_iter().map(|(contact, law)| (contact, law, ZoneSite::WHOLE));
+                let whole = whole.into_iter().map(|(contact, law)| {
+                    let part = part(&run.touches, contact, index);
+                    (contact, law, ZoneSite { part, ..ZoneSite::WHOLE })
+                });
                 for (contact, law, site) in whole.chain(touches) {
                     let fine = fine_model(coarse, &site, &law.interval)?;
                     let zone = fine.zone(law.points, &contact.name)?;
@@ -100,6 +102,11 @@ fn touch<'a>(
     let site = zone.sites[contact.bodies().position(|body| body == index)?]?;
     let width = law.interval.width.unwrap_or(zone.width);
     Some((contact, law, ZoneSite::about((site.face, site.xi), ZoneSize::usual([width; 2]))))
+}
+
+/// The part of the surface of body `index` that may press at the first touch of a contact.
+fn part(first: &FirstTouches<'_>, contact: &ContactSpec, index: usize) -> Option<TouchedPart> {
+    first.of(contact)?.parts[contact.bodies().position(|body| body == index)?]
 }
 
 /// A model from its matrices, the unknowns `interface` being eliminated last.

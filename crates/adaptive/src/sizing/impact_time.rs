@@ -28,6 +28,7 @@ use crate::surface::{self, SurfacePlace};
 use crate::touch::first::{FirstTouch, FirstTouches};
 use crate::touch::hertz::local_surface::{SurfaceView, plane_compliance};
 use crate::touch::hertz::{LocalSurface, across_line, inverse_effective_mass};
+use crate::touch::parts::{TouchKind, TouchZone};
 use crate::touch::sites::Sites;
 use crate::touch::tolerances::{FACING, SHORTEST_LINE};
 
@@ -193,6 +194,8 @@ pub(super) struct Scene<'a> {
     pub poses: &'a [BodyState],
     /// The places that touch; none where a body has no surface.
     sites: Option<Sites>,
+    /// What touches, if it is known.
+    kind: Option<TouchKind>,
 }
 
 /// Surfaces and places of both partners.
@@ -235,7 +238,8 @@ impl<'a> Scene<'a> {
     /// The bodies at `touch`, one of `touches`.
     pub(super) fn at(touches: &'a FirstTouches<'_>, touch: Option<&'a FirstTouch>) -> Self {
         let poses = touch.map_or(&touches.poses, |touch| &touch.poses);
-        Self { spec: touches.spec, poses, sites: touch.map(|touch| touch.sites) }
+        let kind = touch.and_then(|touch| touch.kind);
+        Self { spec: touches.spec, poses, sites: touch.map(|touch| touch.sites), kind }
     }
 
     /// The force of `contact` on each of its bodies.
@@ -243,7 +247,10 @@ impl<'a> Scene<'a> {
         let Impact { meeting, speed, inverse_mass, mobility, radiation } = self.impact(contact);
         let touching = Touching { inverse_mass, mobility, speed };
         let line = self.line(contact, &meeting);
-        let known = meeting.surfaces.as_ref().and_then(|surfaces| match line {
+        // Where a flat face, an edge or a corner touches, curvatures of nodes around are round-off.
+        let has_law = self.kind.is_none_or(|kind| kind.zone() == TouchZone::Interval);
+        let surfaces = meeting.surfaces.as_ref().filter(|_| has_law);
+        let known = surfaces.and_then(|surfaces| match line {
             Some(line) => line_time(surfaces, line, touching),
             None => point_time(surfaces, touching),
         });

@@ -17,6 +17,7 @@ use ffr_dynamics::force::BodyState;
 use nalgebra::{DMatrix, DVector, Matrix2, SymmetricEigen, Unit, Vector2, Vector3};
 
 use super::{Foot, LocalShape, StraightLine, Surface, SurfacePlace};
+use crate::record::TouchedPart;
 
 mod edges;
 mod lines;
@@ -170,16 +171,17 @@ impl MeshSurface {
         self.pieces_of(&all)
     }
 
-    /// Every side as a face of its own, without normals that are continuous over edges: one piece
-    /// for a quadrilateral, three for a triangle.
-    pub fn faces(&self) -> PiecewiseSurface {
-        let pieces = self.sides().iter().enumerate().flat_map(|(i, side)| {
+    /// Each of the sides `chosen` as a face of its own, without normals that are continuous over
+    /// edges: one piece for a quadrilateral, three for a triangle.
+    pub fn faces(&self, chosen: &[u32]) -> PiecewiseSurface {
+        let pieces = chosen.iter().flat_map(|&i| {
+            let side = &self.sides()[i as usize];
             let corners = match side.n_edges() {
                 4 => vec![SidePiece { corners: SQUARE }],
                 _ => side.kind.pieces(),
             };
             corners.into_iter().map(move |piece| SurfacePiece {
-                side: i as u32,
+                side: i,
                 corners: piece.corners,
                 degree: side.kind.degree(),
                 nodes: side.nodes.clone(),
@@ -227,6 +229,29 @@ impl MeshSurface {
             }
         }
         PiecewiseSurface { pieces, positions: self.mesh.nodes().to_vec() }
+    }
+
+    /// Height of side `i` over the plane of the touch of `part`, and how near to the place of the
+    /// touch and how far from it the side comes in this plane: of its nodes, and of the disc around
+    /// them \[m\].
+    fn extent_about(&self, i: usize, part: &TouchedPart) -> (f64, [f64; 2]) {
+        let (origin, outward) = (Vector3::from(part.origin), Vector3::from(part.outward));
+        let nodes = || self.sides()[i].nodes.iter().map(|&n| Vector3::from(self.mesh.nodes()[n as usize]));
+        let height = nodes().map(|x| (x - origin).dot(&outward)).fold(f64::NEG_INFINITY, f64::max);
+        let centre = nodes().sum::<Vector3<f64>>() / self.sides()[i].nodes.len() as f64;
+        let half = nodes().map(|x| (x - centre).norm()).fold(0.0, f64::max);
+        let across = centre - origin;
+        let away = (across - outward * across.dot(&outward)).norm();
+        (height, [(away - half).max(0.0), away + half])
+    }
+
+    /// The sides with a node in `part`, but for what a disc around them is larger.
+    pub fn sides_in(&self, part: &TouchedPart) -> Vec<u32> {
+        let is_in = |i: &u32| {
+            let (height, [near, _]) = self.extent_about(*i as usize, part);
+            height >= -part.depth && near <= part.radius
+        };
+        (0..self.sides().len() as u32).filter(is_in).collect()
     }
 
     /// Nodes and points of side `i`.
@@ -515,6 +540,11 @@ impl Surface for MeshSurface {
 
     fn lines_through(&self, point: &[f64; 3]) -> Vec<StraightLine> {
         self.straight_lines(point)
+    }
+
+    fn spread(&self, part: &TouchedPart) -> f64 {
+        let extents = (0..self.sides().len()).map(|i| self.extent_about(i, part));
+        extents.filter(|(height, _)| *height >= -part.depth).map(|(_, [_, far])| far).fold(0.0, f64::max)
     }
 
     fn along_edges(&self, point: &[f64; 3], length: f64) -> Vec<Vector3<f64>> {

@@ -10,15 +10,16 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::force::BodyState;
 use nalgebra::Vector3;
 
+use crate::record::TouchedPart;
 use crate::spec::{ContactSpec, RunSpec};
 use crate::surface::{POLE, SurfacePlace};
 use crate::touch::flight::touch_in_flight;
 use crate::touch::hertz::local_surface::SurfaceView;
 use crate::touch::hertz::{HertzLaw, LocalSurface};
 use crate::touch::parts::side::{Moved, Side};
-use crate::touch::parts::{NO_ELLIPSE, Touch, TouchKind};
+use crate::touch::parts::{NO_ELLIPSE, Touch, TouchKind, pressed_parts};
 use crate::touch::sites::{Pair, Sites, Surfaces};
-use crate::touch::tolerances::PARALLEL_AT_START;
+use crate::touch::tolerances::{PARALLEL_AT_START, TOUCHED_SURFACE};
 
 /// The first touch of a contact.
 #[derive(Debug, Clone)]
@@ -27,6 +28,9 @@ pub struct FirstTouch {
     pub poses: Vec<BodyState>,
     /// Its places on the bodies; if it is not known, where they are nearest at the start.
     pub sites: Sites,
+    /// The parts of the surfaces of contact body and target that may press there, of a touch that is
+    /// known.
+    pub parts: [Option<TouchedPart>; 2],
     /// What touches; none if it is not known: of bodies that move on joints or under loads, and of
     /// those that do not meet.
     pub kind: Option<TouchKind>,
@@ -96,7 +100,9 @@ impl<'a> FirstTouches<'a> {
         };
         let flight = touch_in_flight(self.spec, pair.detector(), contact, &self.poses);
         let Some((poses, nearest)) = flight else {
-            let at_start = |sites| Arc::new(FirstTouch { poses: self.poses.clone(), sites, kind: None });
+            let at_start = |sites| {
+                Arc::new(FirstTouch { poses: self.poses.clone(), sites, parts: [None; 2], kind: None })
+            };
             return Some(pair.sites(&self.poses).map(at_start));
         };
         let (own, other) = pair.in_motion(&poses);
@@ -108,7 +114,11 @@ impl<'a> FirstTouches<'a> {
             contact_body: place(own, &nearest.contact, &-normal),
             target: other.zip(nearest.target.as_ref()).map(|(other, site)| place(other, site, &normal)),
         };
-        Some(Ok(Arc::new(FirstTouch { poses, sites, kind: Some(kind) })))
+        let at = [Some(sites.contact_body.point), sites.target.map(|site| site.point)];
+        let sizes = [Some(own), other].into_iter().flatten().map(|(surface, _)| surface.length());
+        let depth = TOUCHED_SURFACE * sizes.fold(f64::INFINITY, f64::min);
+        let parts = pressed_parts([Some(own), other], at, &normal, depth);
+        Some(Ok(Arc::new(FirstTouch { poses, sites, parts, kind: Some(kind) })))
     }
 
     /// The reason for which Hertz's law, if `contact` has it, does not hold for its first touch;

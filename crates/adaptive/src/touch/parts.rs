@@ -7,6 +7,7 @@ mod line;
 use iga_core::nurbs::SAME_PLACE;
 use nalgebra::Vector3;
 
+use crate::record::TouchedPart;
 use crate::touch::detection::Nearest;
 use line::middle_of_line;
 use side::{Moved, Side, touch_direction};
@@ -129,6 +130,31 @@ impl Touch {
         let (own, target) = (own.facing(&-normal), target.map(|side| side.facing(&normal)));
         Self { nearest: *nearest, kind: kind_at(&own, target.as_ref(), nearest, &normal, parallel), normal }
     }
+}
+
+/// The parts of the surfaces of contact body and target that may press where their places `at` touch
+/// with the normal `normal`, from the target to the contact body: what lies within `depth` \[m\] of
+/// the plane of the touch, no farther aside than both do (Eq. C.91). None of a plane, and of a
+/// surface that is a zone as a whole.
+pub fn pressed_parts(
+    moved: [Option<Moved<'_>>; 2],
+    at: [Option<[f64; 3]>; 2],
+    normal: &Vector3<f64>,
+    depth: f64,
+) -> [Option<TouchedPart>; 2] {
+    let mut parts = [None; 2];
+    for ((part, (moved, origin)), outward) in
+        parts.iter_mut().zip(moved.into_iter().zip(at)).zip([-normal, *normal])
+    {
+        *part =
+            moved.zip(origin).map(|(moved, origin)| Side::new(moved).facing(&outward).part(origin, depth));
+    }
+    let spreads = [0, 1].map(|b| Some(moved[b]?.0.spread(parts[b].as_ref()?)));
+    let spread = spreads.into_iter().flatten().fold(f64::INFINITY, f64::min);
+    [0, 1].map(|b| {
+        spreads[b].filter(|spread| spread.is_finite())?;
+        Some(TouchedPart { radius: (spread + depth).min(moved[b]?.0.length()), ..parts[b]? })
+    })
 }
 
 /// The kind of touch at the places `nearest` of the sides `own` of a contact body and `target` of

@@ -34,3 +34,6 @@ pub const ALONG_EDGE: f64 = 0.1;
 /// Gap or overlap, as a share of the size of a body, that is round-off of places: positions of some
 /// sizes are known to 1e-16 of them, and shapes to 1e-12.
 pub const ROUND_OFF: f64 = 1e-9;
+/// Points of whole surfaces that are farther than the nearest one by no more than this share of the
+/// smaller body's size are going to touch: bodies yield by less in all impacts that leave them elastic.
+pub const TOUCHED_SURFACE: f64 = 1e-3;

@@ -14,9 +14,11 @@ use crate::contact_element::ContactReport;
 use crate::law::penalty;
 use crate::quasistatic::problem::dot;
 use crate::quasistatic::sliding_work::SlidingWork;
-use crate::quasistatic::{Problem, SolveReport};
+use crate::quasistatic::{Problem, Quasistatic, SolveReport, ZoneSolver};
 use crate::zone::submodel::{OPEN, is_turned_to};
 
+/// Share of the deepest gap below which a gap is round-off of its sum.
+const ROUND_OFF: f64 = 1e-12;
 /// Distance from the plane, over the size of the body, that no quasistatic displacement comes near:
 /// strains are small.
 const FAR: f64 = 0.02;
@@ -71,7 +73,7 @@ impl PlaneContact {
         let mut gap = offset;
         for (c, &normal_c) in normal[..motion.n_components()].iter().enumerate() {
             if normal_c != 0.0 {
-                let low: f64 = self.low_row(i, c).iter().zip(elastic).map(|(s, q)| s * q).sum();
+                let low = dot(self.low_row(i, c), elastic);
                 gap += normal_c * (self.submodel.points[i][motion.direction(c)] + low);
             }
         }
@@ -107,9 +109,6 @@ impl PlaneContact {
             }
             workspace.free_gaps[i] = gap;
         }
-        for (is_member, gap) in workspace.is_member.iter_mut().zip(&workspace.free_gaps) {
-            *is_member = *gap != OPEN;
-        }
         let Some(friction) = &mut state.friction else { return Ok(()) };
         friction.turn(&body.rotation);
         let motion = self.submodel.motion;
@@ -131,10 +130,11 @@ impl PlaneContact {
     pub(super) fn solve(
         &self,
         state: &mut PlaneState,
-        workspace: &PlaneWorkspace,
+        workspace: &mut PlaneWorkspace,
         found: &mut PlaneFound,
     ) -> Result<SolveReport, EvaluationFailure> {
-        let (free_gaps, springs) = (&workspace.free_gaps, &self.springs);
+        let PlaneWorkspace { free_gaps, is_member, .. } = &mut *workspace;
+        let (free_gaps, springs) = (&*free_gaps, &self.springs);
         let PlaneFound { normal, gaps, forces, .. } = found;
         let (Some(model), Some(zone)) = (&self.quasistatic, &mut state.zone) else {
             let areas = &self.submodel.areas;
@@ -149,25 +149,74 @@ impl PlaneContact {
         };
         // A body in flight needs no projections; Algorithm 1 keeps its own state there.
         let is_touching = free_gaps.iter().any(|g| *g < 0.0);
-        if is_touching || model.needs_springs() {
-            zone.project_members(model, *normal, &workspace.is_member);
-        }
         let Some(friction) = &mut state.friction else {
+            if is_touching && !model.needs_springs() {
+                return self.solve_pressed(model, zone, workspace, found);
+            }
+            if model.needs_springs() {
+                zone.project(model, *normal);
+            }
             let report = zone.solve(springs, free_gaps, forces)?;
             let problem = Problem { compliance: zone.normal_compliance(), springs, gaps: free_gaps };
             problem.deformed_gaps(forces, gaps);
             return Ok(report);
         };
+        is_member.iter_mut().zip(free_gaps).for_each(|(is_member, gap)| *is_member = *gap != OPEN);
+        if is_touching || model.needs_springs() {
+            zone.project_members(model, *normal, is_member);
+        }
         if is_touching {
-            friction.stick_slip.project(model.compliance(), normal, &friction.tangents, &workspace.is_member);
+            friction.stick_slip.project(model.compliance(), normal, &friction.tangents, is_member);
         }
         friction.stick_slip.solve(zone, springs, free_gaps, &friction.slips, forces)
+    }
+
+    /// Point forces without friction, by the points alone that lie below the plane, and those that
+    /// their forces press against it: what stays open needs no compliance.
+    fn solve_pressed(
+        &self,
+        model: &Quasistatic,
+        zone: &mut ZoneSolver,
+        workspace: &mut PlaneWorkspace,
+        found: &mut PlaneFound,
+    ) -> Result<SolveReport, EvaluationFailure> {
+        let nc = self.submodel.motion.n_components();
+        let PlaneWorkspace { free_gaps, is_member, pressed_gaps, .. } = workspace;
+        is_member.iter_mut().zip(&*free_gaps).for_each(|(is_member, gap)| *is_member = *gap < 0.0);
+        zone.add_start(is_member);
+        let deepest = free_gaps.iter().copied().fold(0.0, f64::min);
+        let mut total = SolveReport::default();
+        loop {
+            zone.project_members(model, found.normal, is_member);
+            for ((pressed, gap), is_member) in pressed_gaps.iter_mut().zip(&*free_gaps).zip(&*is_member) {
+                *pressed = if *is_member { *gap } else { OPEN };
+            }
+            total.add(zone.solve(&self.springs, pressed_gaps, &mut found.forces)?);
+            for (load, &force) in found.loads.chunks_exact_mut(nc).zip(&found.forces) {
+                load.iter_mut().zip(&found.normal).for_each(|(l, n)| *l = n * force);
+            }
+            model.displacements(&found.loads, &mut found.displacements);
+            let mut has_new = false;
+            for (i, u) in found.displacements.chunks_exact(nc).enumerate() {
+                found.gaps[i] = free_gaps[i] + dot(u, &found.normal[..nc]);
+                if !is_member[i] && found.gaps[i] < ROUND_OFF * deepest {
+                    (is_member[i], has_new) = (true, true);
+                }
+            }
+            if !has_new {
+                found.is_loaded = true;
+                return Ok(total);
+            }
+        }
     }
 
     /// Components of the point forces and the displacements under them.
     pub(super) fn load_points(&self, state: &PlaneState, workspace: &PlaneWorkspace, found: &mut PlaneFound) {
         let nc = self.submodel.motion.n_components();
-        let PlaneFound { normal, gaps, forces, displacements, loads, .. } = found;
+        let PlaneFound { normal, gaps, forces, displacements, loads, is_loaded, .. } = found;
+        if std::mem::take(is_loaded) {
+            return;
+        }
         for (load, &force) in loads.chunks_exact_mut(nc).zip(&*forces) {
             load.iter_mut().zip(&*normal).for_each(|(l, n)| *l = n * force);
         }

@@ -44,6 +44,16 @@ pub struct SolveReport {
     pub fallbacks: usize,
 }
 
+impl SolveReport {
+    /// Adds what another solution took.
+    pub(crate) fn add(&mut self, other: Self) {
+        self.hit_iteration_limit |= other.hit_iteration_limit;
+        self.iterations += other.iterations;
+        self.factorisations += other.factorisations;
+        self.fallbacks += other.fallbacks;
+    }
+}
+
 /// Active-set solver for one number of points; holds the last set as a warm start and all buffers.
 pub struct ActiveSet {
     active: Vec<bool>,

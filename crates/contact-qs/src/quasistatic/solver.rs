@@ -7,7 +7,7 @@ use ffr_dynamics::error::EvaluationFailure;
 
 use super::active_set::SolveReport;
 use super::point_solver::{Method, PointSolver};
-use super::problem::{add_product, dot};
+use super::problem::add_product;
 use crate::ContactError;
 use crate::quasistatic::broyden::BroydenSettings;
 use crate::quasistatic::modal_basis::ModalBasis;
@@ -116,8 +116,7 @@ impl ZoneSolver {
     /// marks, all if it is empty. Rows and columns of the other points are not valid afterwards,
     /// and these points must stay open.
     pub(crate) fn project_members(&mut self, zone: &Quasistatic, normal: [f64; 3], is_member: &[bool]) {
-        let unchanged = normal.iter().zip(&self.normal).all(|(a, b)| a.to_bits() == b.to_bits());
-        if unchanged && self.members == is_member {
+        if self.is_along(&normal) && self.members == is_member {
             return;
         }
         self.normal = normal;
@@ -133,7 +132,9 @@ impl ZoneSolver {
             for (c, &normal_c) in normal[..nc].iter().enumerate().filter(|(_, n)| **n != 0.0) {
                 let source = zone.compliance.col_as_slice(nc * j + c);
                 for &i in &self.chosen {
-                    target[i] += normal_c * dot(&source[nc * i..nc * (i + 1)], &normal);
+                    let along: f64 =
+                        source[nc * i..nc * (i + 1)].iter().zip(&normal).map(|(a, n)| a * n).sum();
+                    target[i] += normal_c * along;
                 }
             }
         }
@@ -146,6 +147,18 @@ impl ZoneSolver {
                 }
             }
         }
+    }
+
+    /// Marks the points with which the next solution starts in `is_member`: they need a projection.
+    pub(crate) fn add_start(&self, is_member: &mut [bool]) {
+        if let PointSolver::ActiveSet(solver) = &self.solver {
+            is_member.iter_mut().zip(solver.active()).for_each(|(is_member, active)| *is_member |= *active);
+        }
+    }
+
+    /// Whether the last projection was on this very normal.
+    fn is_along(&self, normal: &[f64; 3]) -> bool {
+        normal.iter().zip(&self.normal).all(|(a, b)| a.to_bits() == b.to_bits())
     }
 
     /// Solves for the point forces `forces` \[N\] at gaps `gaps` \[m\] with penalty springs of

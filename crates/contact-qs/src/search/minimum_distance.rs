@@ -13,9 +13,9 @@ use ffr_dynamics::force::BodyState;
 use iga_core::nurbs::locate::box_newton::{Sample, minimize};
 use nalgebra::Vector3;
 
-use super::boxes::NodeKind;
+use super::boxes::{NodeKind, Placement};
 use super::deformed::{Deformed, Site};
-use super::penetration::deepest;
+use super::penetration::{self, deepest};
 use super::query::{Pair, Query, SearchReport, SearchWorkspace, in_first_frame, separation};
 use super::signed_distance::{ALONG_NORMAL, nearest};
 use super::surface_model::{SurfaceModel, SurfaceSite};
@@ -51,18 +51,39 @@ pub fn minimum_distance(
     states: [&BodyState; 2],
     workspace: &mut SearchWorkspace,
 ) -> Result<Proximity, ContactError> {
+    let placement = checked_placement(models, states)?;
+    let query = Query::new(models, &states, &placement);
+    workspace.begin(models);
+    let found = signed_pair(&query, workspace).ok_or(MotionFault::Overflow)?;
+    workspace.last = Some(found.0.sites);
+    Ok(proximity(&query, states[0], &found.0, found.1, found.2))
+}
+
+/// Whether a point of the first surface, which may be a part of that of its body, lies inside the
+/// second body, whose surface is whole, in the motions `states`: of the corners of its pieces and
+/// the middles between them.
+///
+/// # Errors
+/// As [`minimum_distance`].
+pub fn reaches_into(
+    models: [&SurfaceModel; 2],
+    states: [&BodyState; 2],
+    workspace: &mut SearchWorkspace,
+) -> Result<bool, ContactError> {
+    let placement = checked_placement(models, states)?;
+    workspace.begin(models);
+    Ok(penetration::reaches_into(&Query::new(models, &states, &placement), workspace))
+}
+
+/// Where the second body stands in the frame of the first.
+fn checked_placement(models: [&SurfaceModel; 2], states: [&BodyState; 2]) -> Result<Placement, ContactError> {
     if models[0].motion() != models[1].motion() {
         return Err(ContactError::MixedModels { first: models[0].motion(), second: models[1].motion() });
     }
     for (model, state) in models.iter().zip(&states) {
         check_state(model, state)?;
     }
-    let placement = in_first_frame(models[0].motion(), states)?;
-    let query = Query::new(models, &states, &placement);
-    workspace.begin(models);
-    let found = signed_pair(&query, workspace).ok_or(MotionFault::Overflow)?;
-    workspace.last = Some(found.0.sites);
-    Ok(proximity(&query, states[0], &found.0, found.1, found.2))
+    Ok(in_first_frame(models[0].motion(), states)?)
 }
 
 /// Checks that a search can run.

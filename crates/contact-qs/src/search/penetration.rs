@@ -41,7 +41,7 @@ pub(super) fn deepest(
         ws.chosen.extend((0..query.sides[b].model.n_pieces() as u32).filter(|&k| ws.marks[b][k as usize]));
         for at in 0..ws.chosen.len() {
             let piece = ws.chosen[at];
-            if let Some(start) = best_sample(query, ws, b, piece, hint) {
+            if let Some((_, start)) = best_sample(query, ws, b, piece, hint) {
                 keep(&mut own, descend(query, ws, b, start, hint));
             }
         }
@@ -59,6 +59,18 @@ pub(super) fn deepest(
         };
         let pair = Pair { sites, points, direction: Some(normal), distance: near.value.abs() };
         (pair, near.value, normal)
+    })
+}
+
+/// Whether a piece of the first surface, which may be a part of that of its body, has a corner, a
+/// middle of an edge or of itself inside the second body.
+pub(super) fn reaches_into(query: &Query<'_>, ws: &mut SearchWorkspace) -> bool {
+    mark_overlaps(query, ws);
+    let hint = Site { piece: 0, s: [0.0; 2] };
+    let n_pieces = query.sides[0].model.n_pieces() as u32;
+    (0..n_pieces).any(|piece| {
+        ws.marks[0][piece as usize]
+            && best_sample(query, ws, 0, piece, hint).is_some_and(|(depth, _)| depth < -query.resolution)
     })
 }
 
@@ -128,14 +140,14 @@ fn descend(query: &Query<'_>, ws: &mut SearchWorkspace, b: usize, start: Site, h
     Some(Depth { site: Site { piece: start.piece, s }, point, near })
 }
 
-/// The deepest of a few samples of a piece.
+/// The deepest of a few samples of a piece, with its signed distance.
 fn best_sample(
     query: &Query<'_>,
     ws: &mut SearchWorkspace,
     b: usize,
     piece: u32,
     hint: Site,
-) -> Option<Site> {
+) -> Option<(f64, Site)> {
     let (own, other) = (&query.sides[b], &query.sides[1 - b]);
     ws.deformed[b].load(own, piece);
     let upper = own.upper(piece);
@@ -150,7 +162,7 @@ fn best_sample(
             best = Some((near.value, Site { piece, s }));
         }
     }
-    best.map(|(_, site)| site)
+    best
 }
 
 /// Marks the pieces of both bodies whose hulls may meet a piece of the other.

@@ -5,6 +5,9 @@
 //! with moved points (theory Eq. C.27). The model is built once in the body's frame and never
 //! refitted: boxes are widened by a bound of the displacement (Eq. C.28).
 
+use std::collections::HashSet;
+use std::sync::Arc;
+
 use faer::MatRef;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::data_error::DataError;
@@ -79,9 +82,9 @@ pub struct SurfaceModel {
     motion: RigidMotion,
     pieces: Vec<Piece>,
     /// Undeformed homogeneous points, piece by piece.
-    net: Vec<Homogeneous>,
+    net: Arc<[Homogeneous]>,
     /// `w Φ` of every point, piece by piece, mode by mode.
-    shapes: Vec<f64>,
+    shapes: Arc<[f64]>,
     mode_bounds: Vec<f64>,
     frequencies: Vec<f64>,
     nodes: Vec<Node>,
@@ -182,6 +185,18 @@ impl SurfaceModel {
         }
         self.frequencies = frequencies.to_vec();
         Ok(self)
+    }
+
+    /// The pieces that lie on none of the `sides` of a mesh; none if nothing is left. Points and
+    /// modes are shared.
+    pub fn without(&self, sides: &HashSet<u32>) -> Option<Self> {
+        let is_left = |piece: &&Piece| match piece.origin {
+            PieceOrigin::Spline { .. } => true,
+            PieceOrigin::Side { side, .. } => !sides.contains(&side),
+        };
+        let pieces: Vec<Piece> = self.pieces.iter().filter(is_left).cloned().collect();
+        let leaves: Vec<Leaf> = pieces.iter().map(|piece| leaf(self.motion, &self.net, piece)).collect();
+        (!pieces.is_empty()).then(|| Self { nodes: tree(&leaves), pieces, ..self.clone() })
     }
 
     /// Rigid motions of the model.
@@ -401,21 +416,6 @@ struct Parts {
 }
 
 impl Parts {
-    /// Control points and mean normal of a piece.
-    fn leaf(&self, piece: &Piece) -> Leaf {
-        let points: Vec<Vector3<f64>> =
-            self.net[piece.start..piece.start + piece.n_points].iter().map(cartesian).collect();
-        let n = piece.degrees[0] + 1;
-        let last = points.len() - 1;
-        let normal = match across(self.motion) {
-            Some(across) => (points[last] - points[0]).cross(&across),
-            // The product of the diagonals.
-            None => (points[n - 1] - points[last + 1 - n]).cross(&(points[last] - points[0])),
-        };
-        let bounds = Bounds::around(points.iter().copied());
-        Leaf { points, bounds, normal: normal * piece.orientation }
-    }
-
     fn finish(self) -> Result<SurfaceModel, ContactError> {
         if self.pieces.is_empty() {
             return Err(ContactError::Nothing { what: "the body has no outer face to search" });
@@ -437,7 +437,7 @@ impl Parts {
             let what = format!("the shape of mode {mode} on the surface");
             return Err(DataError::NotFinite { what }.into());
         }
-        let leaves: Vec<Leaf> = self.pieces.iter().map(|piece| self.leaf(piece)).collect();
+        let leaves: Vec<Leaf> = self.pieces.iter().map(|piece| leaf(self.motion, &self.net, piece)).collect();
         let whole = Bounds::around(self.net.iter().map(cartesian));
         Ok(SurfaceModel {
             motion: self.motion,
@@ -445,12 +445,27 @@ impl Parts {
             radius: self.net.iter().map(|h| cartesian(h).norm()).fold(0.0, f64::max),
             size: 2.0 * whole.half.norm(),
             pieces: self.pieces,
-            net: self.net,
-            shapes: self.modes,
+            net: self.net.into(),
+            shapes: self.modes.into(),
             mode_bounds,
             frequencies: Vec::new(),
         })
     }
+}
+
+/// Control points and mean normal of a piece of `net`.
+fn leaf(motion: RigidMotion, net: &[Homogeneous], piece: &Piece) -> Leaf {
+    let points: Vec<Vector3<f64>> =
+        net[piece.start..piece.start + piece.n_points].iter().map(cartesian).collect();
+    let n = piece.degrees[0] + 1;
+    let last = points.len() - 1;
+    let normal = match across(motion) {
+        Some(across) => (points[last] - points[0]).cross(&across),
+        // The product of the diagonals.
+        None => (points[n - 1] - points[last + 1 - n]).cross(&(points[last] - points[0])),
+    };
+    let bounds = Bounds::around(points.iter().copied());
+    Leaf { points, bounds, normal: normal * piece.orientation }
 }
 
 /// Vector that takes the place of the second tangent of a curve: tangent × it points across the

@@ -285,16 +285,18 @@ impl TargetSurface {
     /// This surface as the whole surface of a body: where a face ends, the body has an edge, at
     /// which contact is possible. Points that lie beyond the end of a face by no more than
     /// `overhang` \[m\] count as lying over it, as edges that lie on each other may be displaced by
-    /// so much (Eq. C.57). Pieces become faces of their own, without continuous normals.
+    /// so much (Eq. C.57). Pieces become faces of their own, without continuous normals. `least`: the
+    /// least extent of the body along the axes, if this is a part of its surface \[m\].
     #[must_use]
-    pub fn with_edges(mut self, overhang: f64) -> Self {
+    pub fn with_edges(mut self, overhang: f64, least: Option<f64>) -> Self {
         // Must be less than the distance to the opposite face; the least extent of the control
         // points bounds that.
         let extent = |c: usize| {
             let along = || self.nodes.iter().map(|x| x[c]);
             along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
         };
-        let least = (0..self.motion.n_components()).map(extent).fold(f64::INFINITY, f64::min);
+        let of_nodes = || (0..self.motion.n_components()).map(extent).fold(f64::INFINITY, f64::min);
+        let least = least.unwrap_or_else(of_nodes);
         self.edges = Some(Edges { overhang, reach: DEPTH * least });
         self.is_complete = true;
         self.smoothing = None;

@@ -1,7 +1,7 @@
 //! Rows of tables from what a run reports, and places of fine models from rows.
 
 use adaptive::record::{
-    ImpactRecord, PhaseRecord, TargetPlace, TransferRecord, TrialRecord, ZoneSite, ZoneSize,
+    ImpactRecord, PhaseRecord, TargetPlace, TouchedPart, TransferRecord, TrialRecord, ZoneSite, ZoneSize,
 };
 use hdf5::Result;
 use result_files::dataset::unicode;
@@ -90,6 +90,8 @@ pub fn transfer(r: &TransferRecord, contact: &str) -> Result<TransferRow> {
         edge_face: met.map_or(-1, |m| m.face as i32),
         edge_place: met.map_or([0.0; 3], |m| m.xi),
         edge_normal: met.map_or([0.0; 3], |m| m.normal),
+        part: part_in_result(r.site),
+        target_part: part_in_result(r.target_site),
         offset: r.offset,
     })
 }
@@ -99,12 +101,28 @@ pub fn transfer(r: &TransferRecord, contact: &str) -> Result<TransferRow> {
 /// width. Those of the whole surface are infinite.
 pub fn sites(row: &TransferRow) -> [Option<ZoneSite>; 2] {
     let size = ZoneSize::of_result(row.interval_widths, row.finer);
-    let own = (row.face, row.centre, met(row));
-    [own, (row.target_face, row.target_centre, None)].map(|(face, centre, meets)| {
+    let own = (row.face, row.centre, met(row), row.part);
+    [own, (row.target_face, row.target_centre, None, row.target_part)].map(|(face, centre, meets, part)| {
         let face = u32::try_from(face).ok()?;
         let size = size.filter(|_| centre.iter().all(|u| u.is_finite()))?;
-        Some(ZoneSite { face, centre, size, meets })
+        Some(ZoneSite { face, centre, size, meets, part: part_of_result(part) })
     })
+}
+
+/// The part of a surface that a zone is, as results have it.
+fn part_in_result(site: Option<ZoneSite>) -> [f64; 8] {
+    let Some(TouchedPart { origin: [a, b, c], outward: [x, y, z], depth, radius }) =
+        site.and_then(|s| s.part)
+    else {
+        return [0.0; 8];
+    };
+    [a, b, c, x, y, z, depth, radius]
+}
+
+/// The part of [`part_in_result`]; none of zeros and of numbers that are none.
+fn part_of_result([a, b, c, x, y, z, depth, radius]: [f64; 8]) -> Option<TouchedPart> {
+    let part = TouchedPart { origin: [a, b, c], outward: [x, y, z], depth, radius };
+    (depth > 0.0 && [a, b, c, x, y, z, radius].iter().all(|v| v.is_finite())).then_some(part)
 }
 
 /// What the contact body meets of an edge or a corner of the target; none without a normal.

@@ -18,7 +18,7 @@ use crate::body::fine::divided::{FineElements, WantedZone, usual_elements};
 use crate::body::mesh::MeshedBody;
 use crate::body::zone::at_start::StartZone;
 use crate::body::zone::on_mesh::zone_on_mesh;
-use crate::body::zone::{ContactZone, PointsAbout};
+use crate::body::zone::{ContactZone, WholeRequest};
 use crate::error::AdaptiveError;
 use crate::spec::{Accuracy, FlexibleSpec, IntervalSpec, PointRule};
 use crate::store::{Bytes, meshed_definition};
@@ -95,8 +95,8 @@ impl FieldBody for MeshedBody {
         self.surface.as_ref()
     }
 
-    fn whole_zone(&self, about: Option<&PointsAbout>, _contact: &str) -> Result<ContactZone, AdaptiveError> {
-        let zone = ContactZone::whole_mesh(&self.surface, about);
+    fn whole_zone(&self, request: &WholeRequest, _contact: &str) -> Result<ContactZone, AdaptiveError> {
+        let zone = ContactZone::whole_mesh(&self.surface, request);
         zone.map_err(|source| AdaptiveError::Mesh { body: self.name.clone(), source })
     }
 

@@ -22,7 +22,7 @@ use crate::body::fine::FineModel;
 use crate::body::fine::refined::{ELEMENTS, FineMesh, FineSettings, zone_definition};
 use crate::body::splines::{Discretised, ElasticBody};
 use crate::body::zone::at_start::StartZone;
-use crate::body::zone::{ContactZone, PointsAbout};
+use crate::body::zone::{ContactZone, WholeRequest};
 use crate::error::AdaptiveError;
 use crate::spec::{FlexibleSpec, IntervalSpec, PointRule};
 use crate::store::{Bytes, body_definition};
@@ -100,8 +100,8 @@ impl FieldBody for ElasticBody {
         self.surface.as_ref()
     }
 
-    fn whole_zone(&self, about: Option<&PointsAbout>, contact: &str) -> Result<ContactZone, AdaptiveError> {
-        let zone = ContactZone::whole(&self.discretised(), about);
+    fn whole_zone(&self, request: &WholeRequest, contact: &str) -> Result<ContactZone, AdaptiveError> {
+        let zone = ContactZone::whole(&self.discretised(), request.about.as_ref());
         zone.map_err(|source| AdaptiveError::Contact { contact: contact.to_owned(), source })
     }
 

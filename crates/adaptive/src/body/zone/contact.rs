@@ -95,8 +95,11 @@ impl ContactSide<'_> {
         Ok(match self.zone.extent {
             ZoneExtent::Part => surface,
             ZoneExtent::Faces => surface.complete(),
-            ZoneExtent::Whole if is_met => surface.with_edges(0.0),
-            ZoneExtent::Whole => surface.with_edges(OVERHANG * self.zone.widths[0]),
+            ZoneExtent::Whole => {
+                let [size, least] = self.zone.widths;
+                let overhang = if is_met { 0.0 } else { OVERHANG * size };
+                surface.with_edges(overhang, (least > 0.0).then_some(least))
+            }
         })
     }
 }

@@ -11,10 +11,10 @@ use fe_mesh::fault::MeshFault;
 use iga_core::nurbs::SAME_PLACE;
 use iga_core::quadrature::LobattoRule;
 use iga_core::surface::lobatto_towards;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::on_sides::unknowns_of;
-use super::{ContactZone, HALVINGS, PointsAbout, ZoneExtent, ZoneRegion};
+use super::{ContactZone, HALVINGS, WholeRequest, ZoneExtent, ZoneRegion};
 use crate::surface::{MeshSurface, Surface, SurfacePlace};
 
 /// Round-off of a function that is one at its node.
@@ -148,15 +148,17 @@ impl Gathering<'_> {
 }
 
 impl ContactZone {
-    /// The whole of `surface`: points at the nodes of all sides and in their middles, each pressed
+    /// The whole of `surface`, or a part of it: points at the nodes of all sides and in their middles, each pressed
     /// only by surfaces that its smooth part is turned to, and all unknowns. At the place `about`,
     /// if there is one, stands a point of each part that meets there: with others ever closer about
     /// it, for an edge that bends touches between nodes, or alone to meet an edge or a corner of
-    /// the target.
+    /// the target. A part consists of the sides that come into it; nodes at which others go on are
+    /// its rim.
     ///
     /// # Errors
     /// [`MeshFault::FlatSide`].
-    pub fn whole_mesh(surface: &MeshSurface, about: Option<&PointsAbout>) -> Result<Self, MeshFault> {
+    pub fn whole_mesh(surface: &MeshSurface, request: &WholeRequest) -> Result<Self, MeshFault> {
+        let about = request.about.as_ref();
         let is_met = about.is_some_and(|about| about.meets.is_some());
         let there = about.map_or_else(Vec::new, |about| surface.sides_at(&about.place));
         let groups = surface.smooth_groups(&there);
@@ -167,8 +169,13 @@ impl ContactZone {
             about_place: vec![Vec::new(); groups.len()],
             near: SAME_PLACE * surface.length(),
         };
-        let all: Vec<u32> = (0..surface.sides().len() as u32).collect();
-        for &i in &all {
+        let n_sides = surface.sides().len();
+        let chosen =
+            request.part.map_or_else(|| (0..n_sides as u32).collect(), |part| surface.sides_in(&part));
+        let mut is_chosen = vec![false; n_sides];
+        chosen.iter().for_each(|&i| is_chosen[i as usize] = true);
+        let is_rim = |n: u32| surface.at_node(n).iter().any(|&i| !is_chosen[i as usize]);
+        for &i in &chosen {
             surface.check_side(i as usize)?;
             let kind = surface.sides()[i as usize].kind;
             let holds = |group: &Vec<SurfacePlace>| group.iter().any(|place| place.face == i);
@@ -186,8 +193,8 @@ impl ContactZone {
         let points = gathering.points.into_iter().map(|g| SurfacePoint {
             position: g.position.into(),
             area: g.size,
+            on_rim: g.functions.len() == 1 && is_rim(g.functions[0].0),
             functions: g.functions,
-            on_rim: false,
             pressure: PressureMean::Area,
             facing: g.area.try_normalize(0.0).map(Into::into),
         });
@@ -195,11 +202,17 @@ impl ContactZone {
             points: points.collect(),
             parameters,
             faces: Vec::new(),
-            unknowns: unknowns_of(surface, &all),
-            widths: [surface.length(), 0.0],
-            region: ZoneRegion::Pieces(Arc::new(surface.faces())),
+            unknowns: unknowns_of(surface, &chosen),
+            widths: [surface.length(), if chosen.len() < n_sides { least_extent(surface) } else { 0.0 }],
+            region: ZoneRegion::Pieces(Arc::new(surface.faces(&chosen))),
             extent: ZoneExtent::Whole,
             meeting,
         })
     }
+}
+
+/// The least extent of the body of `surface` along the axes \[m\].
+fn least_extent(surface: &dyn Surface) -> f64 {
+    let axes = Matrix3::identity();
+    (0..3).map(|d| surface.extent_along(&axes.column(d).into_owned())).fold(f64::INFINITY, f64::min)
 }

@@ -25,6 +25,9 @@ pub(super) struct ContactSlot {
     pub left_out: Option<(usize, LeftOut)>,
     /// Peak force that a preview of the running impact gave \[N\].
     pub preview: Option<f64>,
+    /// How far whole surfaces are to reach in the next trial of the running impact, if earlier ones
+    /// were too small \[m\].
+    pub reach: Option<f64>,
     /// Search for the nearest points of the surfaces.
     pub nearest: Search,
     /// The model with whole surfaces that the last such impact had: it is the same in the next one.
@@ -59,6 +62,7 @@ impl ContactSlot {
             n_active: 0,
             left_out: None,
             preview: None,
+            reach: None,
             nearest: Search::new(),
             whole: None,
             search: None,

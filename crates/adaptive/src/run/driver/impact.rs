@@ -44,7 +44,7 @@ impl Driver<'_> {
         self.output.buffer(self.model.contacts.iter().any(|c| c.refinement.is_some()));
         let mut intervals = Intervals::new(self.slots.len());
         for slot in &mut self.slots {
-            (slot.preview, slot.search) = (None, None);
+            (slot.preview, slot.search, slot.reach) = (None, None, None);
         }
         let touching = self.touching()?;
         self.preview(&touching)?;

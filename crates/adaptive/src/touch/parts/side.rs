@@ -6,7 +6,7 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::force::BodyState;
 use nalgebra::{UnitQuaternion, Vector3};
 
-use crate::record::TargetPlace;
+use crate::record::{TargetPlace, TouchedPart};
 use crate::surface::{ALONG, Surface, SurfacePlace};
 use crate::touch::detection::Nearest;
 use crate::touch::tolerances::{ALONG_EDGE, ROUND_OFF, SAME_DIRECTION};
@@ -87,6 +87,12 @@ impl<'a> Side<'a> {
     /// Largest distance of its points from the origin of the body \[m\].
     pub fn size(&self) -> f64 {
         self.size
+    }
+
+    /// The part of the surface that lies within `depth` \[m\] of the plane of a touch at `origin`,
+    /// however far aside.
+    pub fn part(&self, origin: [f64; 3], depth: f64) -> TouchedPart {
+        TouchedPart { origin, outward: self.outward.into(), depth, radius: f64::INFINITY }
     }
 
     /// The place of this body that a search has found.

@@ -91,6 +91,13 @@ impl Driver<'_> {
         }
         // Intervals first: an unacceptable model says nothing about the penalty factor.
         let mut demands = Vec::new();
+        if let Ending::EdgeTouched(i) = *ending
+            && let Some(reach) = self.slots[i].fine().and_then(FineContact::wider)
+        {
+            (self.slots[i].reach, intervals.latest) = (Some(reach), i);
+            demands.push(self.demand(i, Change::Reach(reach)));
+            return Ok(Judgement::Again { demands, contact_steps: self.restart_searches() });
+        }
         for (i, verdict) in verdicts.iter().enumerate() {
             let (Some(verdict), false) = (verdict, self.is_width_given(i)) else { continue };
             let is_short = matches!(ending, Ending::TrialPassed | Ending::SolverFailed(_));

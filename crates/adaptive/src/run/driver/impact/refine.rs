@@ -16,7 +16,7 @@ use crate::checks::resolution::edge_touch;
 use crate::error::AdaptiveError;
 use crate::impact::{Activation, FineBasis, FineContact, RefinedContact, RefinementRequest};
 use crate::model::RunModel;
-use crate::record::{TransferDirection, ZoneSize};
+use crate::record::{TransferDirection, ZoneSite, ZoneSize};
 use crate::state::observer::Stage;
 use crate::state::simulation::RunContact;
 use crate::touch::hertz::preview::StandIn;
@@ -91,6 +91,13 @@ impl Driver<'_> {
     /// Whether the fine model of contact `i` has the size wanted.
     fn has_size(&self, i: usize, wanted: Option<ZoneSize>) -> bool {
         let fine = self.slots[i].fine();
+        if self.slots[i]
+            .reach
+            .zip(fine.and_then(FineContact::wider))
+            .is_some_and(|(reach, next)| reach >= next)
+        {
+            return false;
+        }
         let wanted = match wanted {
             None => return true,
             Some(ZoneSize::Whole) => return fine.is_some_and(|fine| fine.whole.is_some()),
@@ -160,7 +167,20 @@ impl Driver<'_> {
         let activation = Activation { time: t, number: self.run.n_refined + 1 };
         let whole = refinement.whole_at(&touch, size)?;
         // Points about another place are those of another model.
-        let site = refinement.whole_site(&self.model.bodies, states, &touch.nearest, whole);
+        let request = RefinementRequest {
+            size,
+            reach: slot.reach,
+            peak: slot.preview,
+            history: self.run.contacts[i].history,
+            search: None,
+            activation,
+            points: &self.model.observed.points,
+            fixed: &fixed,
+        };
+        let site = ZoneSite {
+            part: whole.and_then(|_| refinement.parts(&self.model.bodies, states, &touch, &request)[0]),
+            ..refinement.whole_site(&self.model.bodies, states, &touch.nearest, whole)
+        };
         let serves = |fine: &FineContact| {
             whole.is_some() && fine.whole == whole && fine.zones.first().is_some_and(|zone| zone.site == site)
         };
@@ -170,15 +190,7 @@ impl Driver<'_> {
             fine.overlap = (0.0 - touch.nearest.gap).max(0.0);
             return self.enter((i, element), fine, Vec::new());
         }
-        let request = RefinementRequest {
-            size,
-            peak: slot.preview,
-            history: self.run.contacts[i].history,
-            search: slot.search.take(),
-            activation,
-            points: &self.model.observed.points,
-            fixed: &fixed,
-        };
+        let request = RefinementRequest { search: slot.search.take(), ..request };
         let observer = &mut *self.output.observer;
         observer.stage(fine_models(self.model, i));
         let mut check_cancel =

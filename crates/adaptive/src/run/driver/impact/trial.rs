@@ -227,9 +227,29 @@ impl Driver<'_> {
             let widths = self.slots[i].fine().map_or(self.model.contacts[i].widths, FineContact::widths);
             return Err(AdaptiveError::IntervalTooSmall { contact, time, width: widths[0] });
         }
+        if let Some(i) = self.touched_outside()? {
+            return Ok(Some(Ending::EdgeTouched(i)));
+        }
         trial.contact_steps += usize::from(has_contact);
         if trial.contact_step_limit.is_some_and(|n| trial.contact_steps >= n) {
             return Ok(Some(Ending::TrialPassed));
+        }
+        Ok(None)
+    }
+
+    /// The first contact whose zones are parts of surfaces that touch outside of them.
+    fn touched_outside(&mut self) -> Result<Option<usize>, AdaptiveError> {
+        if self.slots.iter().all(|slot| slot.fine().is_none_or(|fine| fine.outside.is_none())) {
+            return Ok(None);
+        }
+        self.model.system.body_states(self.integrator.time(), self.integrator.state());
+        let states = self.model.system.last_evaluation().0;
+        for (i, (slot, contact)) in self.slots.iter_mut().zip(&self.model.contacts).enumerate() {
+            let outside = slot.fine_mut().and_then(|fine| fine.outside.as_mut());
+            let Some((outside, refinement)) = outside.zip(contact.refinement.as_ref()) else { continue };
+            if refinement.is_touched_outside(outside, states)? {
+                return Ok(Some(i));
+            }
         }
         Ok(None)
     }

@@ -75,6 +75,9 @@ pub(crate) enum Change {
         /// Share of the interval that was used, and the next width \[m\], for each direction.
         directions: Vec<(f64, f64)>,
     },
+    /// Contact reached an end of the parts of the surfaces that are its zones: how far from the plane of
+    /// the touch the next ones go on \[m\].
+    Reach(f64),
     /// Contact moved along the interval.
     Finer {
         /// Elements in contact at one instant at most, as a share of those that intervals of the
@@ -107,6 +110,9 @@ impl fmt::Display for Change {
                     false => "too little of the interval was in contact",
                 };
                 write!(f, "{what} ({})", directions.iter().map(used).collect::<Vec<_>>().join(", "))
+            }
+            Self::Reach(reach) => {
+                write!(f, "contact reached an end of the zone, which next reaches {reach:.3e} m far")
             }
             Self::Finer { share, times } => {
                 let share = 100.0 * share;
