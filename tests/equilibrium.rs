@@ -274,6 +274,25 @@ fn chains_hang_and_stay() {
 }
 
 #[test]
+fn an_equilibrium_that_does_not_hold_is_told() {
+    let told = |angle: f64| {
+        let text = format!(
+            "[simulation]\nend_time = 1e-3\ngravity = [0.0, 0.0, -9.81]\n\
+[bodies.rod]\nmodel = \"rigid\"\nmass = 1.0\ninertia = [1e-4, 2e-2, 2e-2]\n\
+[joints.hinge]\ntype = \"revolute\"\naxis = [0.0, 1.0, 0.0]\nangle = {angle:?}\nparent = {{ body = \"ground\", point = [0.0, 0.0, 0.0] }}\n\
+child = {{ body = \"rod\", point = [-0.25, 0.0, 0.0] }}\n"
+        );
+        let recording = continued(&text);
+        recording.warnings.into_iter().find(|warning| warning.kind == WarningKind::Unstable)
+    };
+    // Turned up by a quarter about y, x points along -z; down it is stable. ω² = -m g l/(J + m l²).
+    let warning = told(-PI / 2.0).expect("upright");
+    let squared = -9.81 * 0.25 / (2e-2 + 0.0625);
+    assert!((warning.value / squared - 1.0).abs() < 1e-6, "{} for {squared}", warning.value);
+    assert!(told(PI / 2.0).is_none());
+}
+
+#[test]
 fn the_command_prints_what_acts_and_keeps_the_state() {
     let folder = folder("equilibrium_command");
     let file = folder.join("ball.toml");

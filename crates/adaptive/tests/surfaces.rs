@@ -255,7 +255,10 @@ fn the_part_that_may_press_at_a_touch_has_all_sides_that_come_near() {
             let (kept, known) = (of(&zone), of(&whole));
             assert_eq!(kept.len(), known.len(), "{kind:?}");
             for ((x, a), (y, b)) in kept.iter().zip(&known) {
-                assert!(x == y && (a / b - 1.0).abs() < 1e-12, "{kind:?}: {x:?} {a:e}, {y:?} {b:e}");
+                assert!(
+                    x.map(f64::to_bits) == y.map(f64::to_bits) && (a / b - 1.0).abs() < 1e-12,
+                    "{kind:?}: {x:?} {a:e}, {y:?} {b:e}"
+                );
             }
             assert!(zone.points.iter().all(|p| !(p.on_rim && near(&p.position))), "{kind:?}");
             assert!(zone.points.iter().any(|p| p.on_rim), "{kind:?}");

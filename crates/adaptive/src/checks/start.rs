@@ -114,6 +114,22 @@ pub fn static_contact(name: &str) -> Warning {
     }
 }
 
+/// The warning of an equilibrium whose least squared frequency is `squared` [1/s²], negative; `body` moves most then.
+pub fn unstable(body: &str, squared: f64) -> Warning {
+    let time = 1.0 / (-squared).sqrt();
+    Warning {
+        kind: WarningKind::Unstable,
+        subject: format!("body \"{body}\""),
+        time: 0.0,
+        value: squared,
+        limit: 0.0,
+        message: format!(
+            "the equilibrium that the run begins in is not stable: a small disturbance, in which this body moves most, grows by e in {time:.3e} s"
+        ),
+        remedy: "give a pose nearer to the stable one, or hold the body".into(),
+    }
+}
+
 /// The warning of a contact by Hertz's law whose body `body` has modes that yield at the touch,
 /// too.
 fn yields_twice(name: &str, body: &BodyModel) -> Warning {

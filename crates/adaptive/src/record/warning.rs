@@ -62,6 +62,7 @@ kinds! {
     SoftContact = "soft-contact": "More of the approach of two bodies is penetration than a contact may have: its penalty factor is too low.",
     CoarseZone = "coarse-zone": "So few points of a contact zone that is not refined in the run carried its force that their distance shows in it.",
     StaticContact = "static-contact": "Bodies that touch are pressed together at a start in equilibrium, which does not know of the force.",
+    Unstable = "unstable": "The static equilibrium that a run begins in does not hold against small disturbances.",
     SuddenSpin = "sudden-spin": "A body starts undeformed at a spin that strains it, so that its stress rings.",
     LocalStress = "local-stress": "Stress is asked for so near to a contact that what its law leaves out of it counts.",
     Yields = "yields": "A contact or a stress that is asked for exceeds what a material bears without yielding.",

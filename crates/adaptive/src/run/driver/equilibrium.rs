@@ -11,6 +11,7 @@ use super::contact_slot::ContactSlot;
 use super::impact::intervals::Intervals;
 use super::impact::judgement::{Ending, Judgement};
 use super::impact::trial_reason;
+use crate::checks::start::unstable;
 use crate::error::{AdaptiveError, EquilibriumFault};
 use crate::impact::FineContact;
 use crate::model::RunModel;
@@ -90,7 +91,7 @@ impl Driver<'_> {
                     for fine in self.slots.iter_mut().filter_map(ContactSlot::fine_mut) {
                         fine.search = fine.search.accepted();
                     }
-                    return Ok(());
+                    return self.tell_unstable();
                 }
                 Judgement::Again { demands, .. } => {
                     debug!(number, demands = trial_reason::line(&demands), "equilibrium again");
@@ -99,6 +100,19 @@ impl Driver<'_> {
             }
         }
         Err(self.no_model(intervals.latest, MAX_TRIALS))
+    }
+
+    /// Tells of an equilibrium that a small disturbance leaves.
+    fn tell_unstable(&mut self) -> Result<(), AdaptiveError> {
+        let (t, y, held) =
+            (self.integrator.time(), self.integrator.state().to_vec(), self.moving_coordinates());
+        let balance = self.model.system.balance(t, &y, &held).map_err(AdaptiveError::Model)?;
+        let Some((squared, change)) = balance.softest().filter(|(squared, _)| *squared < 0.0) else {
+            return Ok(());
+        };
+        let Some((body, ..)) = self.model.system.most_moved(t, &y, &change) else { return Ok(()) };
+        let warning = unstable(&self.model.bodies[body].name, squared);
+        self.warn(vec![(body, warning)])
     }
 
     /// Notes what the contacts hold in equilibrium; whether one of them reached the rim of its zone.
@@ -208,7 +222,7 @@ impl Driver<'_> {
         for step in 0..MAX_STEPS {
             let residual = balance.residual();
             if residual <= BALANCED {
-                debug!(step, residual, least = balance.least_stiffness(), "equilibrium");
+                debug!(step, residual, "equilibrium");
                 return Ok(Arrival::Settled);
             }
             let Step { moved, outcome, is_short } = self.step(&balance, y, &mut radius)?;

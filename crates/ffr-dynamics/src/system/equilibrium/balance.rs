@@ -72,9 +72,13 @@ impl Balance {
         if push > 0.0 { push / self.acting.max(f64::MIN_POSITIVE) } else { 0.0 }
     }
 
-    /// Lowest squared frequency; negative if the pose is not stable [1/s²].
-    pub fn least_stiffness(&self) -> f64 {
-        self.stiffness.first().copied().unwrap_or(f64::INFINITY)
+    /// The vibration of the lowest squared frequency [1/s²], negative if the pose is not stable, and the change of all
+    /// coordinates, by their rates, in it; none if nothing moves.
+    pub fn softest(&self) -> Option<(f64, Vec<f64>)> {
+        let lowest = *self.stiffness.first()?;
+        let mut change = vec![0.0; self.n_rates];
+        self.unknown.iter().enumerate().for_each(|(i, rate)| change[*rate] = self.vibrations[(i, 0)]);
+        Some((lowest, change))
     }
 
     /// Change of all coordinates, by their rates, towards equilibrium: Newton's step, shortened by a stiffness
