@@ -18,7 +18,8 @@ use crate::system::vibration::Problem;
 use crate::system::vibration::small_motion::SmallMotion;
 
 /// Motion of surfaces that touch, as a share of what they yield by, that the stiffness of a force element is
-/// found with: differences of second order are then right to a millionth.
+/// found with: differences of a force like `x^(3/2)` are then right to some 1e-5, and those of light loads stay
+/// above the round-off of gaps.
 const REACH: f64 = 0.02;
 /// Push along a direction, as a share of all that acts on the bodies, that counts as none: round-off.
 const NO_PUSH: f64 = 1e-13;
