@@ -25,6 +25,11 @@ const MAX_TRIALS: u32 = 40;
 const MAX_STEPS: usize = 2000;
 /// What may be left out of balance, as a share of all forces: contact forces are solved to a hundredth of it.
 const BALANCED: f64 = 1e-8;
+/// What may be left where steps gain nothing any more: flat faces under light loads yield by so little that the round-off of places
+/// shows in their forces.
+const ROUGHLY: f64 = 1e-5;
+/// Steps without a gain of half of what is left after which that is so.
+const NO_GAIN: usize = 10;
 /// Share of the size of all bodies that they move in the first step, and after a touch: a thousandth of what elastic bodies yield
 /// by under light loads.
 const FIRST: f64 = 1e-11;
@@ -35,6 +40,7 @@ const GROWTH: f64 = 4.0;
 const LEFT: f64 = 0.5;
 const TURNED: f64 = -0.25;
 const BACK: f64 = -0.9;
+const AWAY: f64 = 3.0;
 /// Difference of the work left from what was expected up to which the stiffness is still known.
 const KNOWN: f64 = 0.1;
 /// Step, as a share of the size of the largest body, by which joints and loops turn too little to have another stiffness.
@@ -46,6 +52,8 @@ const VAIN: f64 = 0.9;
 const LONGEST: f64 = 0.3;
 /// Bodies that have moved by so many times the size of all of them without meeting a resistance are not held.
 const FAR: f64 = 100.0;
+/// Touches on the way, each with a zone of its own, at most.
+const MAX_LANDINGS: usize = 200;
 /// Halvings of a step in which a contact closes.
 const HALVINGS: usize = 60;
 
@@ -53,8 +61,10 @@ const HALVINGS: usize = 60;
 enum Arrival {
     /// In equilibrium.
     Settled,
-    /// At the first touch of a contact that is to get its zone.
+    /// At the first touch of a contact that is to get its zone, or another one than it has.
     Touch(usize),
+    /// Where a contact presses beyond its zone.
+    Beyond(usize),
 }
 
 /// A step towards equilibrium.
@@ -76,10 +86,11 @@ impl Driver<'_> {
     pub(super) fn begin_in_equilibrium(&mut self) -> Result<(), AdaptiveError> {
         let start = self.impact_start();
         let mut intervals = Intervals::new(self.slots.len());
-        self.settle_all(&intervals.sizes)?;
+        let mut beyond = self.settle_all(&intervals.sizes)?;
         for number in 1..=MAX_TRIALS {
             self.begin_trial(number, None);
-            let ending = self.see_equilibrium()?;
+            let seen = self.see_equilibrium()?;
+            let ending = beyond.map_or(seen, Ending::EdgeTouched);
             let minor = self.minor_contacts(&ending);
             let verdicts = self.assess(&minor);
             match self.judge(&ending, (&verdicts, &minor), &mut intervals, number)? {
@@ -96,6 +107,7 @@ impl Driver<'_> {
                 Judgement::Again { demands, .. } => {
                     debug!(number, demands = trial_reason::line(&demands), "equilibrium again");
                     self.rewind(&start, &intervals.sizes)?;
+                    beyond = self.settle_all(&intervals.sizes)?;
                 }
             }
         }
@@ -151,18 +163,32 @@ impl Driver<'_> {
         self.integrator.time() <= 0.0 && self.settings.start.is_static()
     }
 
-    /// Goes to equilibrium, with zones of the `sizes` wanted for contacts that touch on the way.
-    pub(super) fn settle_all(&mut self, sizes: &[Option<ZoneSize>]) -> Result<(), AdaptiveError> {
+    /// Brings the present state, the start of a trial, into equilibrium with its own zones, of the `sizes` wanted, if the run begins
+    /// in equilibrium.
+    pub(super) fn settle_again(&mut self, sizes: &[Option<ZoneSize>]) -> Result<(), AdaptiveError> {
+        if self.is_settled_start() { self.settle_all(sizes).map(|_| ()) } else { Ok(()) }
+    }
+
+    /// Goes to equilibrium, with zones of the `sizes` wanted for contacts that touch on the way; the contact that came to press
+    /// beyond its zone, if one did, where the way ends.
+    fn settle_all(&mut self, sizes: &[Option<ZoneSize>]) -> Result<Option<usize>, AdaptiveError> {
         let held = self.moving_coordinates();
         let (t, mut y) = (self.integrator.time(), self.integrator.state().to_vec());
-        loop {
+        for _ in 0..MAX_LANDINGS {
             let arrival = self.settle(&mut y, &held, true)?;
             self.integrator.restart(t, &y);
-            let Arrival::Touch(i) = arrival else {
-                // What sticks now does so with the references of its first touch.
-                self.model.system.save();
-                return Ok(());
+            let i = match arrival {
+                Arrival::Settled => {
+                    // What sticks now does so with the references of its first touch.
+                    self.model.system.save();
+                    return Ok(None);
+                }
+                Arrival::Beyond(i) => return Ok(Some(i)),
+                Arrival::Touch(i) => i,
             };
+            if self.slots[i].fine().is_some() {
+                self.deactivate(i)?;
+            }
             self.slots[i].preview = None;
             if sizes[i].is_none() {
                 self.preview_at_rest(i, &held)?;
@@ -170,6 +196,7 @@ impl Driver<'_> {
             self.activate(i, sizes[i])?;
             y = self.integrator.state().to_vec();
         }
+        Err(AdaptiveError::Equilibrium(EquilibriumFault::NotFound { steps: MAX_LANDINGS, residual: 1.0 }))
     }
 
     /// Notes the force of contact `i`, which touches, in equilibrium if Hertz's law, or that of a line, held there; nothing where there
@@ -214,14 +241,18 @@ impl Driver<'_> {
         let fail = |fault| Err(AdaptiveError::Equilibrium(fault));
         let size = self.size_of_all();
         let (mut radius, mut gone) = (FIRST * size, 0.0);
-        let (mut has_closed, mut in_vain) = (vec![false; self.slots.len()], 0);
+        let (mut has_closed, mut in_vain, mut best) = (vec![false; self.slots.len()], 0, (f64::INFINITY, 0));
         if zones && let Some(i) = self.touching()?.first() {
             return Ok(Arrival::Touch(*i));
         }
         let mut balance = self.model.system.balance(t, y, held).map_err(AdaptiveError::Model)?;
         for step in 0..MAX_STEPS {
             let residual = balance.residual();
-            if residual <= BALANCED {
+            if residual < 0.5 * best.0 {
+                best = (residual, step);
+            }
+            let is_rough = residual <= ROUGHLY && step - best.1 >= NO_GAIN;
+            if residual <= BALANCED || is_rough {
                 debug!(step, residual, "equilibrium");
                 return Ok(Arrival::Settled);
             }
@@ -234,6 +265,9 @@ impl Driver<'_> {
                 }
                 balance = self.balance_after(&balance, y, held)?;
                 continue;
+            }
+            if zones && let Some(arrival) = self.leaves_zone(y, &moved)? {
+                return Ok(arrival);
             }
             *y = moved;
             gone += radius;
@@ -265,6 +299,39 @@ impl Driver<'_> {
         fail(EquilibriumFault::NotFound { steps: MAX_STEPS, residual: balance.residual() })
     }
 
+    /// Where a contact that has its zone lands or presses beside it on the way from `y` to `moved`, which the system was
+    /// evaluated in last: `y` is then the state of the landing, or that one.
+    fn leaves_zone(&mut self, y: &mut Vec<f64>, moved: &[f64]) -> Result<Option<Arrival>, AdaptiveError> {
+        let t = self.integrator.time();
+        for i in 0..self.slots.len() {
+            let is_idle = self.model.system.forces()[i].is_idle();
+            if self.slots[i].fine().is_none()
+                || !is_idle
+                || smallest_gap(&mut self.model.system, t, moved, i) <= 0.0
+            {
+                continue;
+            }
+            let gap = |driver: &mut Self, y: &[f64]| {
+                driver.slots[i].gap(&mut driver.model.system, (i, &driver.model.contacts[i]), (t, y))
+            };
+            if gap(self, y)? > 0.0 && gap(self, moved)? <= 0.0 {
+                let (mut open, mut closed) = (0.0, 1.0);
+                for _ in 0..HALVINGS {
+                    let middle = 0.5 * (open + closed);
+                    if gap(self, &between(y, moved, middle))? > 0.0 { open = middle } else { closed = middle }
+                }
+                *y = between(y, moved, closed);
+                self.model.system.project(t, y);
+                return Ok(Some(Arrival::Touch(i)));
+            }
+        }
+        self.model.system.body_states(t, moved);
+        Ok(self.touched_outside()?.map(|i| {
+            y.copy_from_slice(moved);
+            Arrival::Beyond(i)
+        }))
+    }
+
     /// How far the state `y` is from equilibrium, after another one on the way there.
     fn balance_after(
         &mut self,
@@ -288,11 +355,15 @@ impl Driver<'_> {
             match self.model.system.evaluate_accelerations(t, &moved) {
                 Ok(()) => {
                     let outcome = balance.outcome((&change, *radius), self.model.system.accelerations());
-                    if outcome.least >= BACK {
+                    if is_fit(&outcome) {
                         return Ok(Step { moved, outcome, is_short });
                     }
+                    if let Some(step) = self.brought_back(balance, (&change, *radius), &moved) {
+                        return Ok(Step { is_short, ..step });
+                    }
                     // Where the push changes its sign, if it does so evenly.
-                    *radius = balance.displacement(&change) * (1.0 / (1.0 - outcome.least)).clamp(0.01, 0.7);
+                    *radius =
+                        balance.displacement(&change) * (1.0 / (1.0 - outcome.least).abs()).clamp(0.01, 0.7);
                 }
                 Err(error) => {
                     refusal = Some(error);
@@ -307,6 +378,26 @@ impl Driver<'_> {
                 residual: balance.residual(),
             }),
         })
+    }
+
+    /// The step by `change`, no longer than `radius`, to `moved`, where it went too far, with what is stiff brought back into balance; none
+    /// if that is too far as well.
+    fn brought_back(
+        &mut self,
+        balance: &Balance,
+        (change, radius): (&[f64], f64),
+        moved: &[f64],
+    ) -> Option<Step> {
+        let (t, mut there) = (self.integrator.time(), balance.clone());
+        there.refresh(&self.model.system);
+        let moved = self.model.system.displaced(t, moved, &balance.back(radius, &there));
+        if self.model.system.evaluate_accelerations(t, &moved).is_err() {
+            return None;
+        }
+        let outcome = balance.outcome((change, radius), self.model.system.accelerations());
+        // The way turned: stiffness there is another one.
+        let outcome = Outcome { surprise: f64::INFINITY, ..outcome };
+        is_fit(&outcome).then_some(Step { moved, outcome, is_short: false })
     }
 
     /// The first open contact that closes for the first time on the way from `y` to `moved`, and the state in which it touches; of those that wait for their
@@ -376,6 +467,11 @@ impl Driver<'_> {
         let along = if turns { turned } else { moved };
         EquilibriumFault::NotHeld { body: name, turns, along: Components(along.normalize()), force }
     }
+}
+
+/// Whether a step with this outcome neither went too far nor away from equilibrium.
+fn is_fit(outcome: &Outcome) -> bool {
+    outcome.least >= BACK && outcome.most <= AWAY
 }
 
 /// The state at `share` of the way between two.

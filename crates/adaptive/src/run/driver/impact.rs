@@ -74,7 +74,9 @@ impl Driver<'_> {
                 Ok(Judgement::Again { demands, contact_steps }) => {
                     self.log(&trial, TrialOutcome::Rejected, &trial_reason::line(&demands), &verdicts)?;
                     contact_step_limit = contact_steps;
-                    built = if number < MAX_TRIALS { self.rewind(&start, &intervals.sizes) } else { Ok(()) };
+                    let sizes = &intervals.sizes;
+                    let mut again = || self.rewind(&start, sizes).and_then(|()| self.settle_again(sizes));
+                    built = if number < MAX_TRIALS { again() } else { Ok(()) };
                 }
             }
         }

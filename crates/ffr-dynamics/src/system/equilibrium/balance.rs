@@ -49,7 +49,8 @@ pub struct Balance {
     push: Vec<f64>,
     /// The same along the unknown coordinates, a column.
     force: Mat<f64>,
-    /// All that has acted on the bodies so far, over the root of the mass [N/√kg].
+    /// What pushed at first, and all that acts on the bodies, the larger of the two [N/√kg].
+    first: f64,
     acting: f64,
     /// Mass of all bodies \[kg\].
     total: f64,
@@ -70,7 +71,7 @@ impl Balance {
     /// What is out of balance, as a share of all forces.
     pub fn residual(&self) -> f64 {
         let push = self.push.iter().map(|p| p * p).sum::<f64>().sqrt();
-        if push > 0.0 { push / self.acting.max(f64::MIN_POSITIVE) } else { 0.0 }
+        if push > 0.0 { push / self.first.max(self.acting) } else { 0.0 }
     }
 
     /// The vibration of the lowest squared frequency [1/s²], negative if the pose is not stable, and the change of all
@@ -87,18 +88,12 @@ impl Balance {
     /// \[m\] at most (Eq. M.64). With it, whether it was shortened.
     pub fn change(&self, radius: f64) -> (Vec<f64>, bool) {
         let raised = self.raised(radius);
-        let mut change = vec![0.0; self.n_rates];
-        for (m, d) in self.along(raised).into_iter().enumerate() {
-            for (i, rate) in self.unknown.iter().enumerate() {
-                change[*rate] += self.vibrations[(i, m)] * d;
-            }
-        }
-        (change, raised > 0.0)
+        (self.by_rates(self.along(raised)), raised > 0.0)
     }
 
     /// The step along each vibration with its stiffness `raised`.
     fn along(&self, raised: f64) -> Vec<f64> {
-        let least = NO_PUSH * self.acting;
+        let least = NO_PUSH * self.first.max(self.acting);
         let push = |m: usize| if self.push[m].abs() > least { self.push[m] } else { 0.0 };
         let stiffness = |m: usize| self.stiffness[m].abs() + raised;
         let Some(skew) = &self.skew else {
@@ -134,6 +129,27 @@ impl Balance {
         raised
     }
 
+    /// After a step no longer than `radius` that went too far: the change that brings what is stiffer than it was raised
+    /// back into balance with the push of `there`, at its end. A way along a contact is curved, and its second order may
+    /// press more than all that acts.
+    pub fn back(&self, radius: f64, there: &Self) -> Vec<f64> {
+        let raised = self.raised(radius);
+        let along =
+            self.stiffness.iter().zip(&there.push).map(|(k, push)| if *k > raised { push / k } else { 0.0 });
+        self.by_rates(along)
+    }
+
+    /// The change of all coordinates, by their rates, of a motion by so much in each vibration.
+    fn by_rates(&self, along: impl IntoIterator<Item = f64>) -> Vec<f64> {
+        let mut change = vec![0.0; self.n_rates];
+        for (m, d) in along.into_iter().enumerate() {
+            for (i, rate) in self.unknown.iter().enumerate() {
+                change[*rate] += self.vibrations[(i, m)] * d;
+            }
+        }
+        change
+    }
+
     /// What a step by `change`, no longer than `radius`, has left of its work where the system has the `accelerations`.
     pub fn outcome(&self, (change, radius): (&[f64], f64), accelerations: &[f64]) -> Outcome {
         let moved = self.column(change);
@@ -156,14 +172,14 @@ impl Balance {
         outcome
     }
 
-    /// Takes what acted in an earlier pose, `other`, as acting here: what is left is a share of it.
+    /// Takes the first push of `other`, in an earlier pose, as that of the way here: what is left is a share of it.
     pub fn remember(&mut self, other: &Self) {
-        self.acting = self.acting.max(other.acting);
+        self.first = other.first;
     }
 
     /// The same vibrations in another pose near by, where the system has its last evaluation.
     pub fn refresh<F: DerefMut<Target: ActiveForce>>(&mut self, system: &Multibody<F>) {
-        self.acting = self.acting.max(system.acting(self.total));
+        self.acting = system.acting(self.total);
         self.see(&system.workspace.accelerations.rates);
     }
 
@@ -172,7 +188,6 @@ impl Balance {
         self.force = dense::product(self.mass.as_ref(), self.column(accelerations).as_ref());
         let push = dense::product(self.vibrations.transpose(), self.force.as_ref());
         self.push = (0..self.stiffness.len()).map(|m| push[(m, 0)]).collect();
-        self.acting = self.acting.max(push.norm_l2());
     }
 
     /// Work of the present push along `change` \[J\].
@@ -257,10 +272,12 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
             vibrations,
             push,
             force,
+            first: 0.0,
             acting,
             total,
         };
         balance.see(&accelerations);
+        balance.first = balance.push.iter().map(|p| p * p).sum::<f64>().sqrt();
         Ok(balance)
     }
 

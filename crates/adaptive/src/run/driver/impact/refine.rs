@@ -64,9 +64,6 @@ impl Driver<'_> {
         self.model.to_present_modes(start.time, &mut state)?;
         self.integrator.restart(start.time, &state);
         self.activate_touching(sizes)?;
-        if self.is_settled_start() {
-            self.settle_all(sizes)?;
-        }
         self.integrator.invalidate();
         Ok(())
     }

@@ -227,6 +227,7 @@ impl Driver<'_> {
             let widths = self.slots[i].fine().map_or(self.model.contacts[i].widths, FineContact::widths);
             return Err(AdaptiveError::IntervalTooSmall { contact, time, width: widths[0] });
         }
+        self.model.system.body_states(self.integrator.time(), self.integrator.state());
         if let Some(i) = self.touched_outside()? {
             return Ok(Some(Ending::EdgeTouched(i)));
         }
@@ -237,12 +238,12 @@ impl Driver<'_> {
         Ok(None)
     }
 
-    /// The first contact whose zones are parts of surfaces that touch outside of them.
-    fn touched_outside(&mut self) -> Result<Option<usize>, AdaptiveError> {
+    /// The first contact whose zones are parts of surfaces that touch outside of them, in the motion that the system was asked
+    /// for last.
+    pub(crate) fn touched_outside(&mut self) -> Result<Option<usize>, AdaptiveError> {
         if self.slots.iter().all(|slot| slot.fine().is_none_or(|fine| fine.outside.is_none())) {
             return Ok(None);
         }
-        self.model.system.body_states(self.integrator.time(), self.integrator.state());
         let states = self.model.system.last_evaluation().0;
         for (i, (slot, contact)) in self.slots.iter_mut().zip(&self.model.contacts).enumerate() {
             let outside = slot.fine_mut().and_then(|fine| fine.outside.as_mut());
