@@ -181,7 +181,7 @@ table!(TransferRow "transfers" "Changes of models in the course of the run, and 
     edge_place: [f64; 3] ["–"], "parameters of that point in the face's patch";
     edge_normal: [f64; 3] ["–"], "unit normal there towards the contact body, in the target's frame";
     part: [f64; 8] ["–"],
-        "the part of a surface with edges that is the zone (theory C.91): place (3) and direction to the partner (3) in the model's components, depth and radius [m]; zeros where it is all";
+        "the part of a surface with edges that is the zone (theory C.91): place (3) and direction to the partner (3) in the model's components, depth and radius in m; zeros where it is all";
     target_part: [f64; 8] ["–"], "the same of the target body";
     offset: f64 ["m"], "how far a zone on a smooth surface in place of the sides of a mesh was moved along its normal (theory C.75)";
 });
