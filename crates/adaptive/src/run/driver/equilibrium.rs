@@ -8,19 +8,17 @@ use tracing::debug;
 
 use super::Driver;
 use super::contact_slot::ContactSlot;
+use super::impact::MAX_TRIALS;
 use super::impact::intervals::Intervals;
 use super::impact::judgement::{Ending, Judgement};
 use super::impact::trial_reason;
 use crate::checks::start::unstable;
 use crate::error::{AdaptiveError, EquilibriumFault};
-use crate::impact::FineContact;
 use crate::model::RunModel;
 use crate::record::ZoneSize;
 use crate::record::finding::Components;
 use crate::state::simulation::{RunContact, smallest_gap};
 
-/// Trials of zones and penalty factors at most.
-const MAX_TRIALS: u32 = 40;
 /// Steps towards equilibrium at most: a body that slides far takes some twenty for every turn by a radian.
 const MAX_STEPS: usize = 2000;
 /// What may be left out of balance, as a share of all forces: contact forces are solved to a hundredth of it.
@@ -35,17 +33,18 @@ const NO_GAIN: usize = 10;
 const FIRST: f64 = 1e-11;
 /// Factor between steps that meet what they expect.
 const GROWTH: f64 = 4.0;
-/// How much of the work of a step may be left at its end, with either sign, before it counts as one that told nothing or went too
-/// far.
+/// Share of the work of a step that is left at its end above which nothing resisted it, and the next one is longer by [`GROWTH`].
 const LEFT: f64 = 0.5;
+/// The same below which the next one is shorter, since it has gone beyond the equilibrium.
 const TURNED: f64 = -0.25;
+/// The same below which it is taken again, for the way back is as long, and above which it leads away from any equilibrium.
 const BACK: f64 = -0.9;
 const AWAY: f64 = 3.0;
 /// Difference of the work left from what was expected up to which the stiffness is still known.
 const KNOWN: f64 = 0.1;
 /// Step, as a share of the size of the largest body, by which joints and loops turn too little to have another stiffness.
 const SMALL: f64 = 1e-3;
-/// Steps in a row that Newton's method takes and that change nothing, after which something slides.
+/// Steps in a row that Newton's method takes and that leave more than the share [`VAIN`] of their work, after which something slides.
 const IN_VAIN: usize = 30;
 const VAIN: f64 = 0.9;
 /// Longest step, as a share of the size of the largest body: a turn by some 0.3 rad.
@@ -132,27 +131,15 @@ impl Driver<'_> {
         let mut ending = Ending::Complete;
         for i in 0..self.slots.len() {
             self.begin_monitor(i)?;
-            let report = *self.model.system.forces()[i].contact.report();
-            let width_given = self.is_width_given(i);
-            if let Some(fine) = self.slots[i].fine_mut() {
-                let contact = self.model.system.forces()[i].contact.as_ref();
-                fine.mark(contact);
-                let energies = report.energies;
-                if energies.penalty > 0.0 {
-                    // Springs in series: the share of the energy is that of the approach.
-                    let share = energies.penalty / (energies.penalty + energies.elastic_high);
-                    fine.overlap = fine.overlap.max(report.penetration / share);
-                }
-            }
-            if report.is_rim_touched && report.normal_force > 0.0 {
-                if self.slots[i].fine().is_none() || width_given {
-                    let contact = self.model.contacts[i].name.clone();
-                    let widths =
-                        self.slots[i].fine().map_or(self.model.contacts[i].widths, FineContact::widths);
-                    let time = self.integrator.time();
-                    return Err(AdaptiveError::IntervalTooSmall { contact, time, width: widths[0] });
-                }
+            if self.note_elements(i)? {
                 ending = Ending::EdgeTouched(i);
+            }
+            let report = *self.model.system.forces()[i].contact.report();
+            let energies = report.energies;
+            if let Some(fine) = self.slots[i].fine_mut().filter(|_| energies.penalty > 0.0) {
+                // Springs in series: the share of the energy is that of the approach.
+                let share = energies.penalty / (energies.penalty + energies.elastic_high);
+                fine.overlap = fine.overlap.max(report.penetration / share);
             }
         }
         Ok(ending)
@@ -314,19 +301,12 @@ impl Driver<'_> {
             let gap = |driver: &mut Self, y: &[f64]| {
                 driver.slots[i].gap(&mut driver.model.system, (i, &driver.model.contacts[i]), (t, y))
             };
-            if gap(self, y)? > 0.0 && gap(self, moved)? <= 0.0 {
-                let (mut open, mut closed) = (0.0, 1.0);
-                for _ in 0..HALVINGS {
-                    let middle = 0.5 * (open + closed);
-                    if gap(self, &between(y, moved, middle))? > 0.0 { open = middle } else { closed = middle }
-                }
-                *y = between(y, moved, closed);
-                self.model.system.project(t, y);
+            if let Some(share) = self.closing((y, moved), 1.0, gap)? {
+                *y = self.part_of_way((y, moved), share);
                 return Ok(Some(Arrival::Touch(i)));
             }
         }
-        self.model.system.body_states(t, moved);
-        Ok(self.touched_outside()?.map(|i| {
+        Ok(self.touched_outside(Some(moved))?.map(|i| {
             y.copy_from_slice(moved);
             Arrival::Beyond(i)
         }))
@@ -400,8 +380,8 @@ impl Driver<'_> {
         is_fit(&outcome).then_some(Step { moved, outcome, is_short: false })
     }
 
-    /// The first open contact that closes for the first time on the way from `y` to `moved`, and the state in which it touches; of those that wait for their
-    /// zones only if these are made.
+    /// The first open contact that closes for the first time on the way from `y` to `moved`, and the state in which it touches; of those
+    /// that wait for their zones only if these are made.
     fn first_closing_between(
         &mut self,
         (y, moved): (&[f64], &[f64]),
@@ -413,29 +393,36 @@ impl Driver<'_> {
             if *has_closed || !zones && self.slots[i].is_watching() {
                 continue;
             }
-            if self.open_gap(i, y)? <= 0.0 || self.open_gap(i, moved)? > 0.0 {
-                continue;
-            }
-            let (mut open, mut closed) = (0.0, first.map_or(1.0, |(_, share)| share));
-            if self.open_gap(i, &between(y, moved, closed))? > 0.0 {
-                continue;
-            }
-            for _ in 0..HALVINGS {
-                let middle = 0.5 * (open + closed);
-                if self.open_gap(i, &between(y, moved, middle))? > 0.0 {
-                    open = middle
-                } else {
-                    closed = middle
-                }
-            }
-            first = Some((i, closed));
+            let most = first.map_or(1.0, |(_, share)| share);
+            let share = self.closing((y, moved), most, |driver, y| driver.open_gap(i, y))?;
+            first = share.map(|share| (i, share)).or(first);
         }
-        let t = self.integrator.time();
-        Ok(first.map(|(i, share)| {
-            let mut at = between(y, moved, share);
-            self.model.system.project(t, &mut at);
-            (i, at)
-        }))
+        Ok(first.map(|(i, share)| (i, self.part_of_way((y, moved), share))))
+    }
+
+    /// The share of the way from `y` to `moved`, `most` at most, at which `gap` closes; none if it is closed at first or open there.
+    fn closing(
+        &mut self,
+        (y, moved): (&[f64], &[f64]),
+        most: f64,
+        gap: impl Fn(&mut Self, &[f64]) -> Result<f64, AdaptiveError>,
+    ) -> Result<Option<f64>, AdaptiveError> {
+        if gap(self, y)? <= 0.0 || gap(self, &between(y, moved, most))? > 0.0 {
+            return Ok(None);
+        }
+        let (mut open, mut closed) = (0.0, most);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (open + closed);
+            if gap(self, &between(y, moved, middle))? > 0.0 { open = middle } else { closed = middle }
+        }
+        Ok(Some(closed))
+    }
+
+    /// The state at `share` of the way from `y` to `moved`, with loops closed.
+    fn part_of_way(&mut self, (y, moved): (&[f64], &[f64]), share: f64) -> Vec<f64> {
+        let mut at = between(y, moved, share);
+        self.model.system.project(self.integrator.time(), &mut at);
+        at
     }
 
     /// Gap of contact `i` in the state `y` \[m\].

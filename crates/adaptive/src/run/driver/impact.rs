@@ -22,7 +22,7 @@ use crate::state::peaks::Peaks;
 
 /// Most trials of one impact: widths change by half at least each time, penalty factors by a factor
 /// of ten.
-const MAX_TRIALS: u32 = 40;
+pub(crate) const MAX_TRIALS: u32 = 40;
 
 /// Where all trials of an impact start.
 pub(crate) struct Start {

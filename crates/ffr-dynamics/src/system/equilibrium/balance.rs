@@ -49,8 +49,9 @@ pub struct Balance {
     push: Vec<f64>,
     /// The same along the unknown coordinates, a column.
     force: Mat<f64>,
-    /// What pushed at first, and all that acts on the bodies, the larger of the two [N/√kg].
+    /// What pushed at first on the way here [N/√kg].
     first: f64,
+    /// All that acts on the bodies here [N/√kg].
     acting: f64,
     /// Mass of all bodies \[kg\].
     total: f64,
@@ -70,7 +71,7 @@ pub struct Outcome {
 impl Balance {
     /// What is out of balance, as a share of all forces.
     pub fn residual(&self) -> f64 {
-        let push = self.push.iter().map(|p| p * p).sum::<f64>().sqrt();
+        let push = norm(&self.push);
         if push > 0.0 { push / self.first.max(self.acting) } else { 0.0 }
     }
 
@@ -78,9 +79,7 @@ impl Balance {
     /// coordinates, by their rates, in it; none if nothing moves.
     pub fn softest(&self) -> Option<(f64, Vec<f64>)> {
         let lowest = *self.stiffness.first()?;
-        let mut change = vec![0.0; self.n_rates];
-        self.unknown.iter().enumerate().for_each(|(i, rate)| change[*rate] = self.vibrations[(i, 0)]);
-        Some((lowest, change))
+        Some((lowest, self.by_rates([1.0])))
     }
 
     /// Change of all coordinates, by their rates, towards equilibrium: Newton's step, shortened by a stiffness
@@ -112,12 +111,12 @@ impl Balance {
 
     /// How far stiffness is raised for a step of `radius`.
     fn raised(&self, radius: f64) -> f64 {
-        let size = |raised: f64| self.along(raised).iter().map(|d| d * d).sum::<f64>().sqrt();
+        let size = |raised: f64| norm(&self.along(raised));
         let most = radius * self.total.sqrt();
         if size(0.0) <= most {
             return 0.0;
         }
-        let mut raised = self.push.iter().map(|p| p * p).sum::<f64>().sqrt() / most;
+        let mut raised = norm(&self.push) / most;
         let mut lower = 0.5 * raised;
         while size(lower) <= most {
             (raised, lower) = (lower, 0.5 * lower);
@@ -277,7 +276,7 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
             total,
         };
         balance.see(&accelerations);
-        balance.first = balance.push.iter().map(|p| p * p).sum::<f64>().sqrt();
+        balance.first = norm(&balance.push);
         Ok(balance)
     }
 
@@ -322,6 +321,10 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         let (moved, turned) = split(&frames[i]);
         Some((i, self.workspace.states[i].rotation * moved, turned))
     }
+}
+
+fn norm(x: &[f64]) -> f64 {
+    x.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// Mass of the coordinates `unknown` with the others, `held`, free to accelerate (Eq. M.62).

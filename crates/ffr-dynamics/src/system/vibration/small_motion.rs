@@ -85,7 +85,8 @@ impl SmallMotion {
     }
 
     /// As [`Self::new`], under further forces, which `add` adds to those on the bodies in their motions.
-    /// Their stiffness is found by motions of surfaces by `reach` \[m\] and more (Eq. M.63).
+    /// Their stiffness is found by motions of surfaces by `reach` \[m\] and more (Eq. M.63); they have none if that is
+    /// infinite.
     ///
     /// # Errors
     /// [`DynamicsError::StaticStart`] with what `add` refuses; else as [`Self::new`].
@@ -101,17 +102,17 @@ impl SmallMotion {
         movable.further(y, &mut add, &mut added)?;
         small.hold(&mut movable, y, &added)?;
         small.fill_stiffness(&mut movable, y, &steps);
-        if added.iter().all(|force| *force == 0.0) {
+        if added.iter().all(|force| *force == 0.0) || !reach.is_finite() {
             return Ok(small);
         }
-        let mut owner = vec![f64::INFINITY; n];
+        let mut most = vec![f64::INFINITY; n];
         for body in &model.bodies {
             // Modes of unit mass move a surface by some one over the root of the body's mass.
-            owner[body.layout.rates_elastic()].fill(reach * body.data.mass.sqrt());
+            most[body.layout.rates_elastic()].fill(reach * body.data.mass.sqrt());
         }
         let (mut ahead, mut behind) = (vec![0.0; n], vec![0.0; n]);
         for j in 0..n {
-            let step = (steps[j] * reach / (length * MOTION)).min(owner[j]);
+            let step = (steps[j] * reach / (length * MOTION)).min(most[j]);
             for (at, forces) in [(step, &mut ahead), (-step, &mut behind)] {
                 let mut moved = y.to_vec();
                 displace(model, &mut moved, j, at);

@@ -213,22 +213,11 @@ impl Driver<'_> {
             let report = *contact.report();
             trial.most_active[i] = trial.most_active[i].max(report.n_active as u32);
             has_contact |= report.normal_force > 0.0;
-            if let Some(fine) = self.slots[i].fine_mut() {
-                fine.mark(contact);
-            }
-            if !(report.is_rim_touched && report.normal_force > 0.0) {
-                continue;
-            }
-            if self.slots[i].fine().is_some() && !self.is_width_given(i) {
+            if self.note_elements(i)? {
                 return Ok(Some(Ending::EdgeTouched(i)));
             }
-            let time = self.integrator.time();
-            let contact = self.model.contacts[i].name.clone();
-            let widths = self.slots[i].fine().map_or(self.model.contacts[i].widths, FineContact::widths);
-            return Err(AdaptiveError::IntervalTooSmall { contact, time, width: widths[0] });
         }
-        self.model.system.body_states(self.integrator.time(), self.integrator.state());
-        if let Some(i) = self.touched_outside()? {
+        if let Some(i) = self.touched_outside(None)? {
             return Ok(Some(Ending::EdgeTouched(i)));
         }
         trial.contact_steps += usize::from(has_contact);
@@ -238,13 +227,39 @@ impl Driver<'_> {
         Ok(None)
     }
 
-    /// The first contact whose zones are parts of surfaces that touch outside of them, in the motion that the system was asked
-    /// for last.
-    pub(crate) fn touched_outside(&mut self) -> Result<Option<usize>, AdaptiveError> {
+    /// Notes which elements of the zone of contact `i` press; whether one does at the rim of a zone that may grow.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::IntervalTooSmall`] if one does at the rim of a zone that may not.
+    pub(crate) fn note_elements(&mut self, i: usize) -> Result<bool, AdaptiveError> {
+        let contact = self.model.system.forces()[i].contact.as_ref();
+        let report = *contact.report();
+        if let Some(fine) = self.slots[i].fine_mut() {
+            fine.mark(contact);
+        }
+        if !(report.is_rim_touched && report.normal_force > 0.0) {
+            return Ok(false);
+        }
+        if self.slots[i].fine().is_some() && !self.is_width_given(i) {
+            return Ok(true);
+        }
+        let time = self.integrator.time();
+        let contact = self.model.contacts[i].name.clone();
+        let widths = self.slots[i].fine().map_or(self.model.contacts[i].widths, FineContact::widths);
+        Err(AdaptiveError::IntervalTooSmall { contact, time, width: widths[0] })
+    }
+
+    /// The first contact whose zones are parts of surfaces that touch outside of them, in the present state or in another
+    /// one, `elsewhere`.
+    pub(crate) fn touched_outside(
+        &mut self,
+        elsewhere: Option<&[f64]>,
+    ) -> Result<Option<usize>, AdaptiveError> {
         if self.slots.iter().all(|slot| slot.fine().is_none_or(|fine| fine.outside.is_none())) {
             return Ok(None);
         }
-        let states = self.model.system.last_evaluation().0;
+        let y = elsewhere.unwrap_or(self.integrator.state());
+        let states = self.model.system.body_states(self.integrator.time(), y);
         for (i, (slot, contact)) in self.slots.iter_mut().zip(&self.model.contacts).enumerate() {
             let outside = slot.fine_mut().and_then(|fine| fine.outside.as_mut());
             let Some((outside, refinement)) = outside.zip(contact.refinement.as_ref()) else { continue };
