@@ -144,6 +144,32 @@ fn zones_that_prove_too_small_grow() {
     assert!(grown.iter().all(|trial| trial.stop < meshed.trials.last().unwrap().stop), "{:?}", meshed.trials);
 }
 
+/// A fork on two feet: the zone about the first one to touch has no node of the other, and its rim does not press.
+#[test]
+fn what_lands_beside_a_zone_makes_it_grow() {
+    let folder = scenarios::folder("fork");
+    let bar = Bricks { size: [0.06, 0.01, 0.03], elements: [6, 1, 3] };
+    let mesh = bar.mesh();
+    // Without the two elements in the middle of the lowest row.
+    let is_foot = |line: &&str| !line.starts_with("3, ") && !line.starts_with("4, ");
+    let (nodes, elements) = mesh.split_once("*ELEMENT").unwrap();
+    let elements: Vec<&str> = elements.lines().filter(is_foot).collect();
+    std::fs::write(folder.join("fork.inp"), format!("{nodes}*ELEMENT{}\n", elements.join("\n"))).unwrap();
+    let tilt = 0.1_f64.to_radians();
+    let height = 0.015 * tilt.cos() + 0.03 * tilt.sin() + 1e-6;
+    let fork = format!(
+        "[bodies.cube]\nmaterial = \"steel\"\nreduction = {{ modes = 20 }}\nmodel = \"mesh\"\nfile = \"fork.inp\"\nunits = \"m\"\n\
+         position = [0.0, 0.0, {height:e}]\norientation_deg = [0.0, 0.1, 0.0]\nvelocity = [0.0, 0.0, -5.0]\n"
+    );
+    let (found, _) = run(&folder, &format!("{fork}{FLOOR}"), "floor");
+    let grown = found.trials.iter().filter(|trial| trial.reason.contains("reaches")).count();
+    assert!(grown > 0, "{:?}", found.trials);
+    let (first, last) = (&found.samples[0], found.samples.last().unwrap());
+    let gained = last.linear_momentum[2] - first.linear_momentum[2];
+    let impulse: f64 = found.impacts.iter().map(|impact| impact.impulse).sum();
+    assert!((impulse / gained - 1.0).abs() < 1e-6, "{impulse:e} {gained:e}");
+}
+
 /// A corner needs the compliance of a few nodes, a face that of its own.
 #[test]
 fn zones_lie_about_the_touch() {

@@ -223,6 +223,30 @@ fn axial_impact(relative: f64) -> (Multibody<Box<Active<Floor>>>, BodyState) {
 }
 
 #[test]
+fn a_step_to_equilibrium_has_the_stiffness_of_force_elements() {
+    // A block with modes above a spring that it presses, linear as long as it does: one step of Newton's ends in balance.
+    let (mut system, mut start) = axial_impact(1e-9);
+    (start.velocity.z, start.position.z) = (0.0, start.position.z - 2e-3);
+    let y = state_vector(&system, std::slice::from_ref(&start));
+    let held = vec![false; system.model().n_rates()];
+    let before = system.balance(0.0, &y, &held).unwrap();
+    let (change, is_short) = before.change(1.0);
+    assert!(!is_short);
+    // Half of the way: the spring still presses, so that what is left is half of it.
+    let half: Vec<f64> = change.iter().map(|d| 0.5 * d).collect();
+    let there = system.displaced(0.0, &y, &half);
+    let mut after = system.balance(0.0, &there, &held).unwrap();
+    after.remember(&before);
+    // Differences of a linear force are right to the round-off of its values over a fiftieth of the travel.
+    assert!(
+        (after.residual() / before.residual() - 0.5).abs() < 1e-9,
+        "{} {}",
+        after.residual(),
+        before.residual()
+    );
+}
+
+#[test]
 fn impulse_of_an_impact_equals_the_change_of_momentum_to_round_off() {
     let (mut system, start) = axial_impact(1e-9);
     let y = state_vector(&system, std::slice::from_ref(&start));

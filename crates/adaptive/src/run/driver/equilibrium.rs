@@ -258,23 +258,23 @@ impl Driver<'_> {
             }
             *y = moved;
             gone += radius;
-            in_vain = if outcome.most > VAIN && !is_short { in_vain + 1 } else { 0 };
+            in_vain = if outcome.left > VAIN && !is_short { in_vain + 1 } else { 0 };
             if gone > FAR * size || in_vain > IN_VAIN {
                 let change = balance.change(radius).0;
                 return fail(self.unheld(y, &change, &balance));
             }
-            radius = match outcome {
-                Outcome { least, .. } if least < TURNED => 0.5 * radius,
-                Outcome { most, .. } if is_short && most > LEFT => GROWTH * radius,
-                _ if is_short => 2.0 * radius,
-                _ => radius,
+            let growth = match outcome.left {
+                left if left < TURNED => 0.5,
+                left if is_short && left > LEFT => GROWTH,
+                _ if is_short => 2.0,
+                _ => 1.0,
             };
-            radius = radius.min(LONGEST * size);
+            radius = (growth * radius).min(LONGEST * size);
             self.model
                 .system
                 .evaluate_accelerations(t, y)
                 .map_err(|refusal| AdaptiveError::refused(t, refusal))?;
-            if outcome.surprise < KNOWN && radius < SMALL * size {
+            if (outcome.left - outcome.expected).abs() < KNOWN && radius < SMALL * size {
                 balance.refresh(&self.model.system);
             } else {
                 balance = self.balance_after(&balance, y, held)?;
@@ -335,15 +335,12 @@ impl Driver<'_> {
             match self.model.system.evaluate_accelerations(t, &moved) {
                 Ok(()) => {
                     let outcome = balance.outcome((&change, *radius), self.model.system.accelerations());
-                    if is_fit(&outcome) {
+                    if (BACK..=AWAY).contains(&outcome.left) {
                         return Ok(Step { moved, outcome, is_short });
-                    }
-                    if let Some(step) = self.brought_back(balance, (&change, *radius), &moved) {
-                        return Ok(Step { is_short, ..step });
                     }
                     // Where the push changes its sign, if it does so evenly.
                     *radius =
-                        balance.displacement(&change) * (1.0 / (1.0 - outcome.least).abs()).clamp(0.01, 0.7);
+                        balance.displacement(&change) * (1.0 / (1.0 - outcome.left).abs()).clamp(0.01, 0.7);
                 }
                 Err(error) => {
                     refusal = Some(error);
@@ -358,26 +355,6 @@ impl Driver<'_> {
                 residual: balance.residual(),
             }),
         })
-    }
-
-    /// The step by `change`, no longer than `radius`, to `moved`, where it went too far, with what is stiff brought back into balance; none
-    /// if that is too far as well.
-    fn brought_back(
-        &mut self,
-        balance: &Balance,
-        (change, radius): (&[f64], f64),
-        moved: &[f64],
-    ) -> Option<Step> {
-        let (t, mut there) = (self.integrator.time(), balance.clone());
-        there.refresh(&self.model.system);
-        let moved = self.model.system.displaced(t, moved, &balance.back(radius, &there));
-        if self.model.system.evaluate_accelerations(t, &moved).is_err() {
-            return None;
-        }
-        let outcome = balance.outcome((change, radius), self.model.system.accelerations());
-        // The way turned: stiffness there is another one.
-        let outcome = Outcome { surprise: f64::INFINITY, ..outcome };
-        is_fit(&outcome).then_some(Step { moved, outcome, is_short: false })
     }
 
     /// The first open contact that closes for the first time on the way from `y` to `moved`, and the state in which it touches; of those
@@ -454,11 +431,6 @@ impl Driver<'_> {
         let along = if turns { turned } else { moved };
         EquilibriumFault::NotHeld { body: name, turns, along: Components(along.normalize()), force }
     }
-}
-
-/// Whether a step with this outcome neither went too far nor away from equilibrium.
-fn is_fit(outcome: &Outcome) -> bool {
-    outcome.least >= BACK && outcome.most <= AWAY
 }
 
 /// The state at `share` of the way between two.

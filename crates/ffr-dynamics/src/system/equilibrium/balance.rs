@@ -25,8 +25,6 @@ const REACH: f64 = 0.02;
 const NO_PUSH: f64 = 1e-13;
 /// Skew part of the stiffness between two vibrations, over the geometric mean of their own, that steps take account of.
 const SKEW: f64 = 1e-3;
-/// Work of a group of bodies, as a share of that of all, that counts as none.
-const LITTLE_WORK: f64 = 1e-9;
 /// Halvings that find how far the stiffness is raised for a motion of a given size.
 const HALVINGS: usize = 60;
 
@@ -34,9 +32,8 @@ const HALVINGS: usize = 60;
 #[derive(Debug, Clone)]
 pub struct Balance {
     n_rates: usize,
-    /// The coordinates that move, by their rates, and the group of bodies on joints that each belongs to.
+    /// The coordinates that move, by their rates.
     unknown: Vec<usize>,
-    groups: Vec<usize>,
     /// Their mass, those that are held free to move.
     mass: Mat<f64>,
     /// Squared frequencies, rising [1/s²].
@@ -57,15 +54,13 @@ pub struct Balance {
     total: f64,
 }
 
-/// What a step towards equilibrium has left of the work of what pushes along it, in the groups of bodies that joints connect.
+/// What a step towards equilibrium has left of the work of what pushes along it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outcome {
-    /// The least share that is left: 0 after a whole step, 1 if nothing resisted it, negative if it went too far.
-    pub least: f64,
-    /// The largest share.
-    pub most: f64,
-    /// Largest difference from what the vibrations told.
-    pub surprise: f64,
+    /// The share that is left: 0 after a whole step, 1 if nothing resisted it, negative if it went too far.
+    pub left: f64,
+    /// The share that the vibrations told of.
+    pub expected: f64,
 }
 
 impl Balance {
@@ -128,16 +123,6 @@ impl Balance {
         raised
     }
 
-    /// After a step no longer than `radius` that went too far: the change that brings what is stiffer than it was raised
-    /// back into balance with the push of `there`, at its end. A way along a contact is curved, and its second order may
-    /// press more than all that acts.
-    pub fn back(&self, radius: f64, there: &Self) -> Vec<f64> {
-        let raised = self.raised(radius);
-        let along =
-            self.stiffness.iter().zip(&there.push).map(|(k, push)| if *k > raised { push / k } else { 0.0 });
-        self.by_rates(along)
-    }
-
     /// The change of all coordinates, by their rates, of a motion by so much in each vibration.
     fn by_rates(&self, along: impl IntoIterator<Item = f64>) -> Vec<f64> {
         let mut change = vec![0.0; self.n_rates];
@@ -151,24 +136,10 @@ impl Balance {
 
     /// What a step by `change`, no longer than `radius`, has left of its work where the system has the `accelerations`.
     pub fn outcome(&self, (change, radius): (&[f64], f64), accelerations: &[f64]) -> Outcome {
-        let moved = self.column(change);
-        let after = dense::product(self.mass.as_ref(), self.column(accelerations).as_ref());
+        let work = self.work(change);
         // What raises the stiffness is left by the vibrations themselves.
-        let raised = self.raised(radius);
-        let expected = dense::product(self.mass.as_ref(), moved.as_ref());
-        let mut works = vec![[0.0; 3]; self.groups.iter().max().map_or(0, |g| g + 1)];
-        for (i, group) in self.groups.iter().enumerate() {
-            let forces = [self.force[(i, 0)], after[(i, 0)], raised * expected[(i, 0)]];
-            works[*group].iter_mut().zip(forces).for_each(|(work, force)| *work += moved[(i, 0)] * force);
-        }
-        let total: f64 = works.iter().map(|[work, ..]| work).sum();
-        let mut outcome = Outcome { least: f64::INFINITY, most: f64::NEG_INFINITY, surprise: 0.0 };
-        for [work, left, expected] in works.into_iter().filter(|[work, ..]| *work > LITTLE_WORK * total) {
-            outcome.least = outcome.least.min(left / work);
-            outcome.most = outcome.most.max(left / work);
-            outcome.surprise = outcome.surprise.max((left - expected).abs() / work);
-        }
-        outcome
+        let raised = self.raised(radius) * self.with_mass(change, change);
+        Outcome { left: self.with_mass(change, accelerations) / work, expected: raised / work }
     }
 
     /// Takes the first push of `other`, in an earlier pose, as that of the way here: what is left is a share of it.
@@ -196,9 +167,13 @@ impl Balance {
 
     /// Root of the bodies' mean square displacement by `change` \[m\].
     pub fn displacement(&self, change: &[f64]) -> f64 {
-        let moved = self.column(change);
-        let momentum = dense::product(self.mass.as_ref(), moved.as_ref());
-        (dense::product(moved.transpose(), momentum.as_ref())[(0, 0)] / self.total).max(0.0).sqrt()
+        (self.with_mass(change, change) / self.total).max(0.0).sqrt()
+    }
+
+    /// Scalar product of two changes of the coordinates with the mass.
+    fn with_mass(&self, a: &[f64], b: &[f64]) -> f64 {
+        let b = dense::product(self.mass.as_ref(), self.column(b).as_ref());
+        dense::product(self.column(a).transpose(), b.as_ref())[(0, 0)]
     }
 
     fn column(&self, all: &[f64]) -> Mat<f64> {
@@ -254,17 +229,9 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         let total = self.model.bodies.iter().map(|b| b.data.mass).filter(|m| m.is_finite()).sum();
         let n_rates = self.model.n_rates();
         let (push, force, acting) = (Vec::new(), Mat::new(), self.acting(total));
-        let of_bodies = self.model.groups();
-        let mut of_rates = vec![0; n_rates];
-        for (body, group) in self.model.bodies.iter().zip(of_bodies) {
-            of_rates[body.layout.rates_elastic()].fill(group);
-            of_rates[body.layout.rates_joint()].fill(group);
-        }
-        let groups = unknown.iter().map(|rate| of_rates[*rate]).collect();
         let mut balance = Balance {
             n_rates,
             unknown,
-            groups,
             mass,
             stiffness,
             skew,
