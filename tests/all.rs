@@ -38,6 +38,7 @@ mod imported_bodies;
 mod joint_answers;
 mod joint_travel;
 mod joint_velocities;
+mod lasting;
 mod key_examples;
 mod limits;
 mod linear_limits;

@@ -234,6 +234,8 @@ pub enum PhaseKind {
     Free,
     /// Contact is watched at every stage of every step.
     Impact,
+    /// Contact lasts: the pace is that of the motion, whatever vibrates.
+    Lasting,
 }
 
 impl PhaseKind {
@@ -242,6 +244,7 @@ impl PhaseKind {
         match self {
             Self::Free => "free",
             Self::Impact => "impact",
+            Self::Lasting => "lasting",
         }
     }
 }

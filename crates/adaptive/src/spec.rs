@@ -109,6 +109,8 @@ pub struct RunSettings {
     pub free: PhaseSettings,
     /// Phases with contact.
     pub impact: PhaseSettings,
+    /// Phases in which a contact lasts; without effect where their method is explicit.
+    pub lasting: PhaseSettings,
     /// Longest step of impact phases as a share of the period of the highest mode; half of it
     /// resolves the mode.
     pub step_share: f64,

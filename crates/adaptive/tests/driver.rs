@@ -32,6 +32,7 @@ fn plane(name: &str, height: f64, normal: f64) -> ContactSpec {
         body: 0,
         target: Target::plane(point, normal),
         law: ContactLaw::Surface(law),
+        damping: 0.0,
         initial_overlap: 0.0,
     }
 }

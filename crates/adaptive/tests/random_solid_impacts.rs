@@ -95,6 +95,7 @@ impl Case {
             body: 0,
             target: Target::Body(1),
             law: ContactLaw::Surface(law),
+            damping: 0.0,
             initial_overlap: 0.0,
         };
         spec(vec![body(0), body(1)], vec![contact], self.gap / self.closing + 1.5 * self.hertz().1)

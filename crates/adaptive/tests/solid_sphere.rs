@@ -21,6 +21,7 @@ fn fall(body: BodySpec) -> Trace {
         body: 0,
         target,
         law: ContactLaw::Surface(law()),
+        damping: 0.0,
         initial_overlap: 0.0,
     };
     finished(&spec(vec![body], vec![contact], 1e-4))

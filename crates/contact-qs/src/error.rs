@@ -48,6 +48,12 @@ pub enum ContactError {
         /// Ratio given.
         stiffness_ratio: f64,
     },
+    /// Damping that is none.
+    #[error("damping is {value:e} s/m, must be >= 0")]
+    Damping {
+        /// Value given.
+        value: f64,
+    },
     /// Friction was asked of a solver that cannot find it.
     #[error("friction needs the active-set solver, Algorithm 1 knows normal forces alone")]
     FrictionSolver,

@@ -12,6 +12,7 @@ pub mod piecewise;
 pub mod law;
 pub mod quasistatic;
 pub mod contact_element;
+pub mod damped_contact;
 pub mod vibrating_zone;
 pub mod zone;
 pub mod plane;
@@ -22,6 +23,7 @@ pub mod surface_pair;
 pub use contact_element::{
     ActiveContact, Contact, ContactElement, ContactFindings, ContactReport, Meeting, Plane, Target,
 };
+pub use damped_contact::DampedContact;
 pub use error::ContactError;
 pub use hertz_contact::HertzContact;
 pub use hertz_contact::sphere::Sphere;

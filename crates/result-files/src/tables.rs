@@ -114,7 +114,7 @@ macro_rules! table {
 }
 
 table!(PhaseRow "phases" "Phases of the run." {
-    kind: VarLenUnicode ["–"], "`free` or `impact`";
+    kind: VarLenUnicode ["–"], "`free`, `impact` or `lasting`";
     start: f64 ["s"], "time at which it starts";
     end: f64 ["s"], "time at which it ends";
     steps: u64 ["–"], "accepted steps";

@@ -126,7 +126,8 @@ pub fn ringing_force(
     beyond_modes: f64,
 ) -> Option<Warning> {
     let lowest = bodies.iter().filter_map(|body| highest_free_mode(body)).reduce(f64::min)?;
-    (beyond_modes > TOO_STIFF).then(|| Warning {
+    // What began in equilibrium has nothing that rings.
+    (beyond_modes > TOO_STIFF && impact.approach_velocity > 0.0).then(|| Warning {
         kind: WarningKind::RingingForce,
         subject: format!("contact \"{contact}\""),
         time: impact.peak_time,

@@ -271,7 +271,8 @@ pub fn build_contact(
     let width = zones.map(|zones| zones.contact_body.widths[0]);
     let facts = ContactFacts::new(run.spec(), spec, bodies, size, width)?;
     let recovery = zones.map(|zones| PressureRecovery::new(&zones.contact_body.points));
-    Ok((RunContact::new(element).with_pressures(recovery), facts))
+    let element = RunContact::new(element).with_pressures(recovery);
+    Ok((element.with_damping(spec.damping).map_err(fail)?, facts))
 }
 
 /// The force element of a contact by Hertz's law.

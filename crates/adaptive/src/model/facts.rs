@@ -29,6 +29,8 @@ pub struct ContactFacts {
     pub target: Target,
     /// Overlap at the start that is allowed \[m\].
     pub allowed_overlap: f64,
+    /// Growth of its force per closing speed [s/m].
+    pub damping: f64,
     /// The sphere that meets another one, or a plane, by Hertz's law; none of other surfaces.
     pub spheres: Option<(Sphere, Target<Sphere>)>,
     /// A flexible body whose surface meets another by Hertz's law: its modes yield at the touch,
@@ -85,6 +87,7 @@ impl ContactFacts {
             deepest: if hertz.is_some() { 0.5 * size } else { size },
             target: contact.target,
             allowed_overlap: contact.initial_overlap,
+            damping: contact.damping,
             flexible_under_hertz: (hertz.is_some() && spheres.is_none())
                 .then(|| contact.bodies().find(has_modes))
                 .flatten(),

@@ -58,6 +58,7 @@ mod equilibrium;
 
 use contact_slot::ContactSlot;
 use impact::balance::Balance;
+use impact::pace::Pace;
 use output::Output;
 
 /// How a run ended.
@@ -104,25 +105,35 @@ pub struct Driver<'a> {
     stops: Vec<StopSite>,
     marked_hits: Vec<StopHit>,
     work: PhaseWork,
+    /// Pace of the running impact.
+    pace: Pace,
     /// Contact whose fine model is being built.
     building: Option<usize>,
     /// The pairs of bodies with contacts, watched for overlaps independently of their contacts.
     watched: Vec<WatchedPair>,
 }
 
-/// Counters and clocks at the start of the running phase, from which its work is counted.
+/// What the work of the running phase is counted from.
 struct PhaseWork {
     /// Start of the phase \[s\].
     start: f64,
-    /// Work in the phase before the run was taken up again.
-    carried: PhaseRecord,
+    part: Part,
     /// Work of integrators that have been replaced.
     replaced: Statistics,
-    /// Work before the phase, or before the run was taken up again in it.
-    before: Statistics,
-    clock: Instant,
     /// Steps since the last restart point.
     unmarked: u32,
+}
+
+/// Counters and clocks at the start of what is reported as a phase: one of impact may have several, where contact lasts.
+#[derive(Clone, Copy)]
+struct Part {
+    /// Its start \[s\].
+    start: f64,
+    /// Work in it before the run was taken up again.
+    carried: PhaseRecord,
+    /// Work before it, or before the run was taken up again in it.
+    before: Statistics,
+    clock: Instant,
 }
 
 /// Runs `model` to the end time of `settings`, reporting to `observer`.
@@ -228,12 +239,16 @@ impl<'a> Driver<'a> {
             lowered: None,
             work: PhaseWork {
                 start: 0.0,
-                carried: PhaseRecord::default(),
+                part: Part {
+                    start: 0.0,
+                    carried: PhaseRecord::default(),
+                    before: Statistics::default(),
+                    clock: Instant::now(),
+                },
                 replaced: Statistics::default(),
-                before: Statistics::default(),
-                clock: Instant::now(),
                 unmarked: 0,
             },
+            pace: Pace::new(impact_step),
             interpolated: y,
             building: None,
             watched: watched_pairs(model)?,
@@ -282,10 +297,11 @@ impl<'a> Driver<'a> {
         while !self.is_over() && !is_interrupted {
             let outcome = match kind {
                 PhaseKind::Free => self.free_phase(),
-                PhaseKind::Impact => self.impact_phase(),
+                PhaseKind::Impact | PhaseKind::Lasting => self.impact_phase(),
             };
             // A phase that fails is reported as far as it went.
-            self.output.observer.phase(&self.phase_record(kind))?;
+            let reported = if kind == PhaseKind::Free { kind } else { self.pace.kind() };
+            self.output.observer.phase(&self.phase_record(reported))?;
             is_interrupted = outcome?;
             self.warn_of_nonlinearity()?;
             self.run.n_phases += 1;
@@ -326,16 +342,23 @@ impl<'a> Driver<'a> {
 
     /// The record of the running phase up to now.
     fn phase_record(&self, kind: PhaseKind) -> PhaseRecord {
-        let (carried, before, now) = (&self.work.carried, self.work.before, self.statistics());
+        let Part { start, carried, before, clock } = self.work.part;
+        let now = self.statistics();
         PhaseRecord {
             kind,
-            start: self.work.start,
+            start,
             end: self.integrator.time(),
             steps: carried.steps + now.steps - before.steps,
             rejected: carried.rejected + now.rejected - before.rejected,
             evaluations: carried.evaluations + now.evaluations - before.evaluations,
-            wall_time: carried.wall_time + self.work.clock.elapsed().as_secs_f64(),
+            wall_time: carried.wall_time + clock.elapsed().as_secs_f64(),
         }
+    }
+
+    /// From now on another phase is reported.
+    fn begin_part(&mut self) {
+        let (start, before) = (self.integrator.time(), self.statistics());
+        self.work.part = Part { start, carried: PhaseRecord::default(), before, clock: Instant::now() };
     }
 
     /// Work done so far.

@@ -22,6 +22,8 @@ pub struct ContactSpec {
     pub target: Target,
     /// The law of the contact force.
     pub law: ContactLaw,
+    /// Growth of its force per closing speed [s/m].
+    pub damping: f64,
     /// Overlap of the bodies at the start that is allowed \[m\].
     pub initial_overlap: f64,
 }

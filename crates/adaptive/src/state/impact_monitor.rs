@@ -117,6 +117,19 @@ impl ImpactMonitor {
         self.running.as_ref().map(|r| r.end)
     }
 
+    /// Whether force acted at the instant seen last.
+    pub fn is_pressed(&self) -> bool {
+        self.last.is_some_and(|last| last.force > 0.0)
+    }
+
+    /// For how long force has acted without a break at the instant seen last, and how long it took to its largest value in this phase
+    /// \[s\]; none while none acts.
+    pub fn pressed_for(&self) -> Option<(f64, f64)> {
+        let last = self.last.filter(|last| last.force > 0.0)?;
+        let impact = self.running?;
+        Some((last.time - impact.touch, self.phase.peak_time - self.phase.start))
+    }
+
     /// Longest time that a touch of this phase has lasted \[s\].
     pub fn longest_touch(&self) -> f64 {
         self.impacts().map(|impact| impact.longest).fold(0.0, f64::max)

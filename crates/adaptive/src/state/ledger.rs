@@ -42,6 +42,8 @@ pub struct EnergyLedger {
     pub start: Option<f64>,
     /// Largest size of the entries so far, and of the kinetic energy between them \[J\].
     pub scale: f64,
+    /// Largest energy of deformation so far, of bodies and contacts \[J\].
+    pub elastic: f64,
     /// Energy that changes of penalty factors have taken \[J\].
     pub lowered: f64,
 }
@@ -68,6 +70,7 @@ impl EnergyLedger {
         let total = energies.total();
         let start = *self.start.get_or_insert(total);
         self.scale = self.scale.max(energies.size());
+        self.elastic = self.elastic.max(energies.elastic_low + energies.elastic_high + energies.penalty);
         let energy = (total - start).abs() + (-energies.numerical - ADDED * self.scale).max(0.0);
         Imbalance { energy, scale: self.scale }
     }

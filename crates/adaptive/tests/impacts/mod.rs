@@ -172,7 +172,14 @@ pub fn ball(name: &str, radius: f64, solid: Solid, motion: InitialMotion) -> Bod
 
 /// A contact that the program refines, without any setting.
 pub fn contact(name: &str, body: usize, target: Target) -> ContactSpec {
-    ContactSpec { name: name.into(), body, target, law: ContactLaw::Surface(law()), initial_overlap: 0.0 }
+    ContactSpec {
+        name: name.into(),
+        body,
+        target,
+        law: ContactLaw::Surface(law()),
+        damping: 0.0,
+        initial_overlap: 0.0,
+    }
 }
 
 /// The law of such a contact.
@@ -215,6 +222,7 @@ pub fn spec(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, end_time: f64) ->
             start: adaptive::spec::Start::Given,
             free: phase(integration::Method::TrBdf2, 1e-6, 1e-4),
             impact: phase(integration::Method::DormandPrince, 1e-8, f64::INFINITY),
+            lasting: phase(integration::Method::Gauss, 1e-5, f64::INFINITY),
             step_share: 0.5,
             quiet_time: None,
             stop_after_impacts: None,
@@ -246,6 +254,7 @@ pub fn explicit(end_time: f64) -> RunSettings {
         start: adaptive::spec::Start::Given,
         free: phase(1e-4),
         impact: phase(f64::INFINITY),
+        lasting: phase(f64::INFINITY),
         step_share: 0.5,
         quiet_time: None,
         stop_after_impacts: None,

@@ -20,6 +20,7 @@ pub fn contact(name: &str, body: usize, target: usize, search: PenaltySearch, me
         body,
         target: Target::Body(target),
         law: ContactLaw::Surface(law),
+        damping: 0.0,
         initial_overlap: 0.0,
     }
 }

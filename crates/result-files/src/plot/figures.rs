@@ -113,7 +113,7 @@ fn bands(files: &[ResultData]) -> Vec<(f64, f64, Shade)> {
         return Vec::new();
     }
     let phases = file.phases.iter().map(|p| {
-        let shade = if p.kind.as_str() == "impact" { Shade::Impact } else { Shade::Free };
+        let shade = if p.kind.as_str() == "free" { Shade::Free } else { Shade::Impact };
         (p.start, p.end, shade)
     });
     phases.collect()

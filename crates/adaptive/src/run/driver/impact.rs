@@ -6,10 +6,11 @@ pub(crate) mod refine;
 pub(crate) mod trial_reason;
 pub(crate) mod intervals;
 pub(crate) mod judgement;
+pub(crate) mod pace;
 mod stepped_over;
 pub(crate) mod trial;
 
-use super::Driver;
+use super::{Driver, Part};
 use crate::adaptivity::interval::IntervalAssessment;
 use crate::error::AdaptiveError;
 use crate::record::{StressState, TrialOutcome};
@@ -34,6 +35,8 @@ pub(crate) struct Start {
     pub numerical: NumericalDamping,
     pub ledger: EnergyLedger,
     pub slow_since: Option<f64>,
+    part: Part,
+    n_phases: u32,
 }
 
 impl Driver<'_> {
@@ -95,6 +98,8 @@ impl Driver<'_> {
             numerical: self.run.numerical,
             ledger: self.run.ledger,
             slow_since: self.run.slow_since,
+            part: self.work.part,
+            n_phases: self.run.n_phases,
         }
     }
 

@@ -2,7 +2,7 @@
 //! is accepted.
 
 use crate::error::AdaptiveError;
-use crate::record::{ImpactRecord, Sample, TransferRecord};
+use crate::record::{ImpactRecord, PhaseRecord, Sample, TransferRecord};
 use crate::state::observer::Observer;
 
 /// Reports to the observer, at once or when a trial is accepted.
@@ -26,6 +26,8 @@ enum Pending {
     Sample(Box<Sample>),
     /// A change of the model.
     Transfer(Box<TransferRecord>),
+    /// A part of the phase, which is over.
+    Phase(PhaseRecord),
 }
 
 impl<'a> Output<'a> {
@@ -86,6 +88,18 @@ impl<'a> Output<'a> {
         self.pending.push(Pending::Transfer(Box::new(record)));
     }
 
+    /// Reports a part of the running phase, at once or when the trial is accepted.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Observer`].
+    pub fn phase(&mut self, record: PhaseRecord) -> Result<(), AdaptiveError> {
+        if self.is_buffering {
+            self.pending.push(Pending::Phase(record));
+            return Ok(());
+        }
+        Ok(self.observer.phase(&record)?)
+    }
+
     /// Forgets what a trial would have reported; changes of the model up to the time `start` stay,
     /// for fine models that stay keep the record of their coming.
     pub fn discard_after(&mut self, start: f64) {
@@ -107,6 +121,7 @@ impl<'a> Output<'a> {
             match pending {
                 Pending::Sample(sample) => self.observer.sample(&sample)?,
                 Pending::Transfer(record) => self.observer.transfer(&record)?,
+                Pending::Phase(record) => self.observer.phase(&record)?,
             }
         }
         Ok(())

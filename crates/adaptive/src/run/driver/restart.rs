@@ -7,14 +7,12 @@
 //! history is lost. Within an impact there are no restart points: its trials hold fine models, and
 //! an impact taken up is simulated again from its start.
 
-use std::time::Instant;
-
 use ffr_dynamics::integration::{Integrator, Method, OdeSystem, StepSettings};
 use ffr_dynamics::system::multibody::error_scale::ErrorScale;
 
 use super::{Driver, crossing_search};
 use crate::error::{AdaptiveError, RestartFault};
-use crate::record::{PhaseKind, PhaseRecord};
+use crate::record::PhaseKind;
 use crate::spec::PhaseSettings;
 use crate::state::RunState;
 use crate::state::impact_monitor::ImpactMonitor;
@@ -31,9 +29,7 @@ const SAME_RATES: f64 = 1e-6;
 impl Driver<'_> {
     /// Begins a phase, and marks its start.
     pub(super) fn begin_phase(&mut self, kind: PhaseKind) -> Result<(), AdaptiveError> {
-        self.work.carried = PhaseRecord::default();
-        self.work.before = self.statistics();
-        self.work.clock = Instant::now();
+        self.begin_part();
         self.work.start = self.integrator.time();
         // Another method finds a step size of its own; so does an impact, whose vibrations are
         // followed.
@@ -51,7 +47,7 @@ impl Driver<'_> {
     }
 
     /// Integration method of phases of the kind `kind`.
-    fn method(&self, kind: PhaseKind) -> Method {
+    pub(super) fn method(&self, kind: PhaseKind) -> Method {
         let (phase, _) = self.phase_settings(kind);
         phase.method.unwrap_or_else(|| default_method(kind, &self.model.system))
     }
@@ -60,6 +56,7 @@ impl Driver<'_> {
         match kind {
             PhaseKind::Free => (self.settings.free, self.settings.free.max_step),
             PhaseKind::Impact => (self.settings.impact, self.impact_step),
+            PhaseKind::Lasting => (self.settings.lasting, self.settings.lasting.max_step),
         }
     }
 
@@ -108,9 +105,8 @@ impl Driver<'_> {
         if !are_same(&rates, &state.rates) {
             return Err(refuse(RestartFault::OtherCoordinates));
         }
-        self.work.carried = state.phase;
-        self.work.before = self.statistics();
-        self.work.clock = Instant::now();
+        self.begin_part();
+        (self.work.part.start, self.work.part.carried) = (state.phase.start, state.phase);
         Ok(())
     }
 
@@ -122,19 +118,7 @@ impl Driver<'_> {
         (t, y): (f64, &[f64]),
         step: f64,
     ) -> Result<Vec<f64>, AdaptiveError> {
-        let (phase, max_step) = self.phase_settings(kind);
-        let steps = StepSettings {
-            initial_step: (step > 0.0).then_some(step),
-            is_vibration_exact: kind == PhaseKind::Free,
-            ..StepSettings::with_max_step(max_step)
-        };
-        self.work.replaced = self.statistics();
-        let method = self.method(kind);
-        self.integrator =
-            Integrator::new(method, steps, t, y, &self.model.system).map_err(AdaptiveError::Dynamics)?;
-        let relative = phase.permitted_error(method);
-        let scale = ErrorScale { relative, velocity_floor: phase.velocity_floor };
-        self.model.system.set_error_scale(scale).map_err(AdaptiveError::Dynamics)?;
+        self.replace_integrator(kind, (t, y), step)?;
         self.work.unmarked = 0;
         self.slots.iter_mut().for_each(|slot| slot.clearance = 0.0);
         if !self.is_settled_start() {
@@ -148,13 +132,31 @@ impl Driver<'_> {
 }
 
 impl Driver<'_> {
-    /// Goes on in an impact with a state `y` of another size at time `t`.
-    pub(super) fn resize(&mut self, t: f64, y: &[f64]) -> Result<(), AdaptiveError> {
-        let (_, max_step) = self.phase_settings(PhaseKind::Impact);
+    /// A new integrator for phases of the kind `kind` in the state `y` at time `t`; its first step is to be `step`, 0 if that is not known.
+    pub(super) fn replace_integrator(
+        &mut self,
+        kind: PhaseKind,
+        (t, y): (f64, &[f64]),
+        step: f64,
+    ) -> Result<(), AdaptiveError> {
+        let (phase, max_step) = self.phase_settings(kind);
+        let steps = StepSettings {
+            initial_step: (step > 0.0).then_some(step),
+            is_vibration_exact: kind == PhaseKind::Free,
+            ..StepSettings::with_max_step(max_step)
+        };
         self.work.replaced = self.statistics();
-        let (method, steps) = (self.method(PhaseKind::Impact), StepSettings::with_max_step(max_step));
+        let method = self.method(kind);
         self.integrator =
             Integrator::new(method, steps, t, y, &self.model.system).map_err(AdaptiveError::Dynamics)?;
+        let relative = phase.permitted_error(method);
+        let scale = ErrorScale { relative, velocity_floor: phase.velocity_floor };
+        self.model.system.set_error_scale(scale).map_err(AdaptiveError::Dynamics)
+    }
+
+    /// Goes on in an impact with a state `y` of another size at time `t`.
+    pub(super) fn resize(&mut self, t: f64, y: &[f64]) -> Result<(), AdaptiveError> {
+        self.replace_integrator(PhaseKind::Impact, (t, y), 0.0)?;
         self.crossing = crossing_search(y.len(), self.impact_step.min(self.settings.free.max_step));
         self.interpolated.clear();
         self.interpolated.extend_from_slice(y);
@@ -167,7 +169,11 @@ pub(super) fn default_method(kind: PhaseKind, system: &System) -> Method {
     let n_modes: usize = system.model().bodies.iter().map(|b| b.data.n_modes()).sum();
     // The explicit method takes these from their closed form.
     let n_alone = system.oscillators().list.len();
-    if kind == PhaseKind::Free && n_alone < n_modes { Method::Gauss } else { Method::DormandPrince }
+    match kind {
+        PhaseKind::Free if n_alone < n_modes => Method::Gauss,
+        PhaseKind::Free | PhaseKind::Impact => Method::DormandPrince,
+        PhaseKind::Lasting => Method::Esdirk4,
+    }
 }
 
 /// Whether two vectors agree but for round-off.

@@ -1,6 +1,6 @@
 //! States of a run on their way to the output: when they are due, and what is noted of them.
 
-use ffr_dynamics::integration::{DenseOutput, Step};
+use ffr_dynamics::integration::{DenseOutput, OdeSystem, Step};
 
 use super::Driver;
 use crate::error::AdaptiveError;
@@ -59,12 +59,47 @@ impl Driver<'_> {
         self.interpolated.copy_from_slice(self.integrator.state());
         let t = self.integrator.time();
         self.fill(t);
-        let stretched = self.settings.phase_share * (t - self.work.start);
-        if t >= self.run.last_output + self.settings.impact_interval.max(stretched) {
+        if t >= self.next_state() {
             self.send()?;
         }
-        self.watch(t, PhaseKind::Impact)?;
+        self.watch(t, self.pace.kind())?;
         self.check_ledger()
+    }
+
+    /// When the next state of an impact is to be stored.
+    fn next_state(&self) -> f64 {
+        let Self { run, settings, .. } = self;
+        let least = match self.pace.kind() {
+            PhaseKind::Lasting => settings.impact_interval.max(run.free_interval),
+            PhaseKind::Free | PhaseKind::Impact => settings.impact_interval,
+        };
+        // A share of the time since the start of the phase at its own end.
+        let stretched =
+            settings.phase_share * (run.last_output - self.work.start) / (1.0 - settings.phase_share);
+        run.last_output + least.max(stretched)
+    }
+
+    /// Stores the states due in the implicit step of a lasting contact just accepted, and notes that at its end, which the forces were
+    /// evaluated at last.
+    pub(super) fn store_lasting(&mut self, step: Step) -> Result<(), AdaptiveError> {
+        self.pace.passed();
+        let mut due = self.next_state();
+        if due < step.end {
+            // Within the step forces are those of its start, friction's memory among it.
+            self.model.system.restore();
+            while due < step.end {
+                self.integrator.interpolate(due, &mut self.interpolated);
+                self.evaluate(due)?;
+                self.fill(due);
+                self.send()?;
+                self.watch(due, PhaseKind::Lasting)?;
+                self.check_ledger()?;
+                due = self.next_state();
+            }
+            self.interpolated.copy_from_slice(self.integrator.state());
+            self.evaluate(step.end)?;
+        }
+        self.store_step()
     }
 
     /// Stores the state noted last, if that has not been done.

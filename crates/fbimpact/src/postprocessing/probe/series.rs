@@ -154,7 +154,7 @@ impl<'a> Probe<'a> {
             let time = self.states.time[i];
             let is_first = i == 0 || self.phase_of[i] != self.phase_of[i - 1];
             let phase = self.phases.get(self.phase_of[i] as usize);
-            let impact = phase.filter(|phase| phase.kind.as_str() == PhaseKind::Impact.identifier());
+            let impact = phase.filter(|phase| phase.kind.as_str() != PhaseKind::Free.identifier());
             match impact {
                 // Outside of impacts no contact force acts.
                 None => deformation.begin(time, n_points),

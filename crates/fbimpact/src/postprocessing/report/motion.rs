@@ -118,7 +118,7 @@ impl Motion {
         }
         let kind = |i: usize| {
             let row = spans.get(phases[i] as usize);
-            row.is_some_and(|row| row.kind.as_str() == "impact")
+            row.is_some_and(|row| row.kind.as_str() != "free")
         };
         let head = json!({
             "time": instants.iter().map(|i| states.time[*i]).collect::<Vec<f64>>(),

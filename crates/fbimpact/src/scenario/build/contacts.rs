@@ -32,7 +32,7 @@ pub fn contacts(checker: &mut Checker, root: &Section, bodies: &BuiltBodies) -> 
     let mut pairs: HashMap<[usize; 2], &str> = HashMap::with_capacity(list.len());
     let mut built = Vec::with_capacity(list.len());
     for (name, section) in list {
-        let Some((pair, law, initial_overlap)) = contact(checker, root, section) else { continue };
+        let Some((pair, law)) = contact(checker, root, section) else { continue };
         let sorted = [pair[0].min(pair[1]), pair[0].max(pair[1])];
         match pairs.entry(sorted) {
             Entry::Occupied(same) => {
@@ -47,7 +47,8 @@ pub fn contacts(checker: &mut Checker, root: &Section, bodies: &BuiltBodies) -> 
             body,
             target,
             law,
-            initial_overlap,
+            damping: section.number("damping").unwrap_or_default(),
+            initial_overlap: section.number("initial_overlap").unwrap_or_default(),
         }));
     }
     if built.len() < list.len() {
@@ -87,13 +88,12 @@ fn target(bodies: &BuiltBodies, body: usize) -> Option<Target> {
     bodies.index(body).map(Target::Body)
 }
 
-/// Contact and target body of the file, the law, if the bodies can obey it, and the overlap that is
-/// allowed at the start.
+/// Contact and target body of the file, and the law, if the bodies can obey it.
 fn contact(
     checker: &mut Checker,
     root: &Section,
     section: &Section,
-) -> Option<([usize; 2], Option<ContactLaw>, f64)> {
+) -> Option<([usize; 2], Option<ContactLaw>)> {
     let contact_body = body_index(checker, root, section, "contact_body");
     let target_body = body_index(checker, root, section, "target_body");
     if contact_body.is_some() && contact_body == target_body {
@@ -113,8 +113,7 @@ fn contact(
             Some(ContactLaw::Surface(surface(root, section, (treatment, &facts))?))
         }
     };
-    let initial_overlap = section.number("initial_overlap")?;
-    Some(([contact_body?, target_body?], law, initial_overlap))
+    Some(([contact_body?, target_body?], law))
 }
 
 /// Hertz's law between the bodies of a contact; `None` if something of them is at fault.

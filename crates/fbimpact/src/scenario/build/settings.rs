@@ -26,6 +26,7 @@ pub fn settings(simulation: &Section, output: &Section, accuracy: Accuracy) -> O
         start: start(simulation)?,
         free: phase(simulation.table("free")?, accuracy)?,
         impact: phase(simulation.table("impact")?, accuracy)?,
+        lasting: phase(simulation.table("lasting")?, accuracy)?,
         step_share: STEP_SHARE * shortening(accuracy.step_error()).min(1.0),
         quiet_time: simulation.number("quiet_time"),
         stop_after_impacts: simulation.integer("stop_after_impacts").and_then(|n| u32::try_from(n).ok()),

@@ -199,6 +199,14 @@ pub const CONTACT: &[Key] = &[
          without effect on turns about the normal.",
     ),
     Key::new(
+        "damping",
+        Kind::Number(Range { min: Bound::Closed(0.0), max: Bound::Closed(1e6) }),
+        "s/m",
+        Need::Default("0.0"),
+        "Growth of the contact force per speed at which the contact closes, of normal force and friction alike: after an approach at `v` two bodies part \
+         with the restitution `e` of `damping v (1 + e) = ln((1 + damping v) / (1 - e damping v))`, `1 - 2/3 damping v` where that is little.",
+    ),
+    Key::new(
         "modes",
         Kind::Choice(LowModes::CHOICES),
         "",

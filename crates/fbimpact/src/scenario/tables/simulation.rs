@@ -83,6 +83,14 @@ pub const SIMULATION: &[Key] = &[
     ),
     Key::new("free", Kind::Table(FREE), "", Need::Default("{}"), "Time integration between impacts."),
     Key::new("impact", Kind::Table(IMPACT), "", Need::Default("{}"), "Time integration during impacts."),
+    Key::new(
+        "lasting",
+        Kind::Table(LASTING),
+        "",
+        Need::Default("{}"),
+        "Time integration where a contact has lasted for several times as long as its force took to rise, or for a hundred periods of the slowest \
+         vibration of its bodies.",
+    ),
 ];
 
 const REST: &[Key] = &[
@@ -142,6 +150,27 @@ const IMPACT: &[Key] = &[
         Kind::Number(TIME),
         "s",
         Need::Optional("1 / (2 f_max), with f_max the highest eigenfrequency of the dynamic coordinates"),
+        "Longest step.",
+    ),
+    RTOL,
+];
+
+const LASTING: &[Key] = &[
+    Key::new(
+        "integrator",
+        Kind::Choice(Method::CHOICES),
+        "",
+        Need::Optional(
+            "`esdirk4` from the time on when vibrations of the bodies hold a ten thousandth of the largest energy of deformation, else steps stay those of impacts",
+        ),
+        "Time integration method. One that is given serves as soon as the contact lasts: what rings too fast for the steps of `esdirk4` or `tr-bdf2` is \
+         damped, and recorded as such; `gauss` keeps it; with `dormand-prince` steps stay those of impacts.",
+    ),
+    Key::new(
+        "max_step",
+        Kind::Number(TIME),
+        "s",
+        Need::Optional("what the tolerance allows"),
         "Longest step.",
     ),
     RTOL,

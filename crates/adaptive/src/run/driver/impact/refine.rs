@@ -16,7 +16,7 @@ use crate::checks::resolution::edge_touch;
 use crate::error::AdaptiveError;
 use crate::impact::{Activation, FineBasis, FineContact, RefinedContact, RefinementRequest};
 use crate::model::RunModel;
-use crate::record::{TransferDirection, ZoneSite, ZoneSize};
+use crate::record::{PhaseKind, TransferDirection, ZoneSite, ZoneSize};
 use crate::state::observer::Stage;
 use crate::state::simulation::RunContact;
 use crate::touch::hertz::preview::StandIn;
@@ -42,6 +42,7 @@ impl Driver<'_> {
         self.run.peaks.clone_from(&start.peaks);
         (self.run.numerical, self.run.ledger) = (start.numerical, start.ledger);
         self.run.slow_since = start.slow_since;
+        (self.work.part, self.run.n_phases) = (start.part, start.n_phases);
         let leaving = self.leaving(start.time, sizes);
         for i in self.latest_first() {
             let Some(search) = self.slots[i].fine().map(|fine| fine.search.clone()) else { continue };
@@ -62,7 +63,10 @@ impl Driver<'_> {
         // No contact had a fine model then: those that stay begin with zones at rest.
         state.resize(self.model.dimension(), 0.0);
         self.model.to_present_modes(start.time, &mut state)?;
-        self.integrator.restart(start.time, &state);
+        match self.pace.kind() {
+            PhaseKind::Lasting => self.replace_integrator(PhaseKind::Impact, (start.time, &state), 0.0)?,
+            PhaseKind::Free | PhaseKind::Impact => self.integrator.restart(start.time, &state),
+        }
         self.activate_touching(sizes)?;
         self.integrator.invalidate();
         Ok(())
@@ -195,7 +199,10 @@ impl Driver<'_> {
         let refined = refinement.refine(&self.model.bodies, states, &touch, request, &mut check_cancel);
         observer.stage(Stage::Motion);
         let RefinedContact { element, recovery, bases, contact } = refined?;
-        let element = RunContact::new(element).with_pressures(Some(recovery));
+        let facts = &self.model.contacts[i];
+        let element = RunContact::new(element).with_pressures(Some(recovery)).with_damping(facts.damping);
+        let element =
+            element.map_err(|source| AdaptiveError::Contact { contact: facts.name.clone(), source })?;
         self.enter((i, element), Box::new(contact), bases)?;
         self.model.timings.reduction += began.elapsed().as_secs_f64();
         Ok(())

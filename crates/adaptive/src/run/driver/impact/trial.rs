@@ -4,9 +4,10 @@
 use std::time::Instant;
 
 use cpu_time::ProcessTime;
-use ffr_dynamics::integration::DenseOutput;
+use ffr_dynamics::integration::{DenseOutput, OdeSystem};
 
 use super::judgement::Ending;
+use super::pace::Pace;
 use crate::checks::resolution::longest_element_of;
 use crate::error::AdaptiveError;
 use crate::impact::FineContact;
@@ -52,6 +53,7 @@ impl Driver<'_> {
         // Stored before the impact; states of a trial given up do not count.
         (self.run.last_output, self.output.is_noted) = (self.integrator.time(), false);
         self.lowered = None;
+        self.pace = Pace::new(self.impact_step);
         self.begin_watch();
         self.local_deformation.begin(self.integrator.time(), self.model.observed.points.len());
         let statistics = self.statistics();
@@ -98,9 +100,15 @@ impl Driver<'_> {
         while self.integrator.time() < self.settings.end_time {
             let mut fine = self.slots.iter().filter_map(ContactSlot::fine);
             let stops = fine.any(|f| f.search.stops_at_errors());
+            self.choose_pace()?;
             self.integrator.stop_at_errors(stops);
-            let step = match self.integrator.step(&mut self.model.system, self.settings.end_time) {
+            let goal = self.settings.end_time.min(self.pace.goal());
+            let step = match self.integrator.step(&mut self.model.system, goal) {
                 Ok(step) => step,
+                Err(_) if self.pace.kind() == PhaseKind::Lasting => {
+                    self.slow_down()?;
+                    continue;
+                }
                 Err(source) => {
                     let refusal =
                         self.integrator.last_refusal().filter(|r| r.kind().may_depend_on_penalty()).cloned();
@@ -112,7 +120,14 @@ impl Driver<'_> {
                     return Ok(Ending::SolverFailed(refusal));
                 }
             };
-            if let Some((i, time)) = self.first_to_join(step)? {
+            let joining = self.first_to_join(step)?;
+            if self.pace.kind() == PhaseKind::Lasting {
+                if joining.is_some() || self.is_any_changed()? {
+                    self.undo(step)?;
+                    continue;
+                }
+                self.store_lasting(step)?;
+            } else if let Some((i, time)) = joining {
                 self.repeat_impact_until(step.start, time)?;
                 if self.slots[i].preview.is_none() {
                     self.preview(&[i])?;
@@ -122,12 +137,12 @@ impl Driver<'_> {
                 trial.penalty_start[i] = self.model.system.forces()[i].contact.facts().penalty();
                 self.integrator.invalidate();
                 continue;
-            }
-            if let Some(deepest) = self.overlap_stepped_over()? {
+            } else if let Some(deepest) = self.overlap_stepped_over()? {
                 self.repeat_impact_until(step.start, deepest)?;
                 continue;
+            } else {
+                self.store_step()?;
             }
-            self.store_step()?;
             self.update_monitors()?;
             self.check_motion()?;
             self.note_stops()?;
@@ -137,7 +152,7 @@ impl Driver<'_> {
             }
             let last = self.slots.iter().filter_map(|slot| slot.monitor.last_touch());
             trial.last_force = last.fold(trial.last_force, f64::max);
-            let progress = self.output.observer.progress(step.end, step.end - step.start, PhaseKind::Impact);
+            let progress = self.output.observer.progress(step.end, step.end - step.start, self.pace.kind());
             if progress == Continue::Interrupt {
                 return Ok(Ending::Interrupted);
             }
@@ -270,11 +285,17 @@ impl Driver<'_> {
         Ok(None)
     }
 
+    /// Goes back to the start of the last step, which is `start`.
+    pub(crate) fn return_to(&mut self, start: f64) {
+        self.interpolated.copy_from_slice(self.integrator.previous_state());
+        self.integrator.restart(start, &self.interpolated);
+        self.model.system.restore();
+    }
+
     /// Takes the last step of an impact, which began at `start`, again as far as `end`, where
     /// another contact joins or one overlaps that the step has not felt.
     fn repeat_impact_until(&mut self, start: f64, end: f64) -> Result<(), AdaptiveError> {
-        self.interpolated.copy_from_slice(self.integrator.previous_state());
-        self.integrator.restart(start, &self.interpolated);
+        self.return_to(start);
         self.integrator.stop_at_errors(false); // these steps have passed already
         while self.integrator.time() < end {
             self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;

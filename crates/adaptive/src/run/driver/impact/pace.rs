@@ -1,0 +1,199 @@
+//! The pace of an impact: explicit steps that follow every vibration, or, where a contact lasts, implicit ones at the pace of the motion
+//! (docs/theory.md section A.12).
+
+use ffr_dynamics::integration::{Method, Step};
+use std::f64::consts::TAU;
+
+use crate::error::AdaptiveError;
+use crate::record::PhaseKind;
+use crate::run::driver::Driver;
+
+/// Contact lasts when force has acted for so many times as long as it took to its largest value, after which it would have ceased
+/// three times in an impact of two bodies,
+const RISES: f64 = 6.0;
+/// or for so many periods of the slowest vibration of its bodies.
+const PERIODS: f64 = 100.0;
+/// Evaluations in a step of an impact.
+const EVALUATIONS: f64 = 6.0;
+/// Implicit steps by which it is seen whether they take fewer evaluations than those of impacts.
+const BLOCK: u64 = 10;
+/// Steps of an impact in the first implicit one; a rejected one is cut.
+const FIRST: f64 = 10.0;
+/// Steps of impacts in a half of an implicit one in which something opens or closes, up to which they take it.
+const FEW: f64 = 10.0;
+/// Steps of impacts after which implicit ones are tried again, twice as many each time, to a limit: a block of them and its derivative
+/// cost as much as some thirty.
+const WAIT: f64 = 100.0;
+const LONGEST_WAIT: f64 = 3200.0;
+/// What modes may hold that ring, as a share of the largest energy of deformation, for a method that damps them: it changes no force by
+/// more than the hundredth part of its largest value.
+const QUIET: f64 = 1e-4;
+
+/// At which pace the running trial goes on.
+pub(crate) struct Pace {
+    kind: PhaseKind,
+    /// When the other pace may be tried next, and how long after the time when it does not pay \[s\].
+    next: f64,
+    wait: f64,
+    /// Where the next step ends at the latest \[s\].
+    goal: f64,
+    /// Step of the impact when this pace began \[s\].
+    step: f64,
+    /// Time, steps and evaluations at the start of the present block of steps.
+    block: (f64, u64, u64),
+    /// Largest energy of modes in motion since the pace was looked at last \[J\].
+    ringing: f64,
+}
+
+impl Pace {
+    /// That of a trial that begins, with steps of `step` at most \[s\].
+    pub fn new(step: f64) -> Self {
+        Self {
+            kind: PhaseKind::Impact,
+            next: 0.0,
+            wait: WAIT * step,
+            goal: f64::INFINITY,
+            step,
+            block: (0.0, 0, 0),
+            ringing: 0.0,
+        }
+    }
+
+    /// Kind of the phase that runs at this pace.
+    pub fn kind(&self) -> PhaseKind {
+        self.kind
+    }
+
+    /// A step has been accepted.
+    pub fn passed(&mut self) {
+        self.goal = f64::INFINITY;
+    }
+
+    /// Time at which the next step is to end at the latest \[s\].
+    pub fn goal(&self) -> f64 {
+        self.goal
+    }
+}
+
+impl Driver<'_> {
+    /// Changes the pace before a step if another one serves better.
+    pub(crate) fn choose_pace(&mut self) -> Result<(), AdaptiveError> {
+        match self.pace.kind {
+            PhaseKind::Lasting => {
+                if self.is_worthwhile() {
+                    Ok(())
+                } else {
+                    self.slow_down()
+                }
+            }
+            PhaseKind::Free | PhaseKind::Impact => {
+                self.note_ringing();
+                if self.integrator.time() >= self.pace.next && self.lasts() {
+                    if self.is_quiet() {
+                        let own = self.integrator.proposed_step();
+                        self.pace.step = if own > 0.0 { own.min(self.impact_step) } else { self.impact_step };
+                        return self.change_pace(PhaseKind::Lasting, FIRST * self.pace.step);
+                    }
+                    self.look_again(WAIT * self.impact_step);
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// Whether implicit steps cost less than those of the impact before, as far as a block of them has told.
+    fn is_worthwhile(&mut self) -> bool {
+        let (time, now) = (self.integrator.time(), self.statistics());
+        let (start, steps, evaluations) = self.pace.block;
+        if now.steps < steps + BLOCK {
+            return true;
+        }
+        self.pace.block = (time, now.steps, now.evaluations);
+        EVALUATIONS * (time - start) > (now.evaluations - evaluations) as f64 * self.pace.step
+    }
+
+    /// Notes the energies that tell whether modes ring.
+    fn note_ringing(&mut self) {
+        let states = self.model.system.last_evaluation().0;
+        let moving = self.model.bodies.iter().zip(states);
+        let moving = moving.map(|(body, state)| body.data.modal_mass.square(&state.elastic_rates));
+        // As much again is in their deformation.
+        self.pace.ringing = self.pace.ringing.max(moving.sum());
+    }
+
+    /// Whether a method that damps what it does not resolve takes next to nothing, or is asked for.
+    fn is_quiet(&self) -> bool {
+        self.settings.lasting.method.is_some() || self.pace.ringing <= QUIET * self.run.ledger.elastic
+    }
+
+    /// Whether every contact that presses lasts, and one does, so that their method may be another one than that of impacts.
+    fn lasts(&self) -> bool {
+        if self.method(PhaseKind::Lasting) == Method::DormandPrince {
+            return false;
+        }
+        let mut pressed = self.slots.iter().enumerate().filter_map(|(i, slot)| {
+            let (lasted, rise) = slot.monitor.pressed_for()?;
+            // Force that is there from the start lasts where it is in equilibrium; elsewhere it is about to change.
+            let has_lasted = lasted >= RISES * rise && (lasted > 0.0 || self.is_settled_start());
+            Some(has_lasted || lasted >= PERIODS * self.slowest_period(i))
+        });
+        pressed.next().is_some_and(|lasts| lasts && pressed.all(|lasts| lasts))
+    }
+
+    /// Period of the slowest vibration of the bodies of contact `i`; infinite if both are rigid \[s\].
+    fn slowest_period(&self, i: usize) -> f64 {
+        let (body, target) = self.model.system.forces()[i].contact.facts().bodies();
+        let bodies = [Some(body), target].into_iter().flatten();
+        let squared = bodies.flat_map(|b| &self.model.bodies[b].data.modal_stiffness).copied();
+        TAU / squared.filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min).sqrt()
+    }
+
+    /// Goes on with the steps of impacts for some time.
+    pub(crate) fn slow_down(&mut self) -> Result<(), AdaptiveError> {
+        self.look_again(self.pace.wait);
+        self.pace.wait = (2.0 * self.pace.wait).min(LONGEST_WAIT * self.impact_step);
+        self.change_pace(PhaseKind::Impact, 0.0)
+    }
+
+    /// Leaves the pace as it is for `time` \[s\].
+    fn look_again(&mut self, time: f64) {
+        (self.pace.next, self.pace.ringing) = (self.integrator.time() + time, 0.0);
+    }
+
+    fn change_pace(&mut self, kind: PhaseKind, step: f64) -> Result<(), AdaptiveError> {
+        let (time, y) = (self.integrator.time(), self.integrator.state().to_vec());
+        if time > self.work.part.start {
+            let record = self.phase_record(self.pace.kind);
+            self.output.phase(record)?;
+            self.begin_part();
+            self.run.n_phases += 1;
+        }
+        (self.pace.kind, self.pace.goal) = (kind, f64::INFINITY);
+        self.replace_integrator(kind, (time, &y), step)?;
+        let now = self.statistics();
+        self.pace.block = (time, now.steps, now.evaluations);
+        Ok(())
+    }
+
+    /// Whether a contact that has a model has opened or closed in the last step, or did so within it.
+    pub(crate) fn is_any_changed(&mut self) -> Result<bool, AdaptiveError> {
+        let forces = self.model.system.forces().iter();
+        let is_changed = forces
+            .zip(&self.slots)
+            .any(|(force, slot)| (force.contact.report().normal_force > 0.0) != slot.monitor.is_pressed());
+        Ok(is_changed || self.overlap_stepped_over()?.is_some())
+    }
+
+    /// Takes back an implicit step in which something opened or closed: it is taken by halves, and the change itself by the steps of
+    /// impacts.
+    pub(crate) fn undo(&mut self, step: Step) -> Result<(), AdaptiveError> {
+        self.return_to(step.start);
+        let half = 0.5 * (step.end - step.start);
+        if half < FEW * self.pace.step {
+            return self.slow_down();
+        }
+        self.pace.goal = step.start + half;
+        self.integrator.invalidate();
+        Ok(())
+    }
+}
