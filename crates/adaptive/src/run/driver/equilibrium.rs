@@ -444,7 +444,8 @@ impl Driver<'_> {
         if !self.slots[i].is_watching() {
             return Ok(smallest_gap(&mut self.model.system, t, y, i));
         }
-        self.slots[i].gap(&mut self.model.system, (i, &self.model.contacts[i]), (t, y))
+        self.model.system.body_states(t, y);
+        self.slots[i].gap(&mut self.model.system, (i, &self.model.contacts[i]), y)
     }
 
     /// Size of the largest body \[m\].

@@ -91,9 +91,7 @@ impl Driver<'_> {
             self.run.ledger.start = None;
             self.store()?;
         }
-        for i in 0..self.slots.len() {
-            self.begin_monitor(i)?;
-        }
+        (0..self.slots.len()).try_for_each(|i| self.begin_monitor(i))?;
         self.update_stress_states();
         while self.integrator.time() < self.settings.end_time {
             let mut fine = self.slots.iter().filter_map(ContactSlot::fine);
@@ -112,6 +110,7 @@ impl Driver<'_> {
                     return Ok(Ending::SolverFailed(refusal));
                 }
             };
+            self.sort_step();
             if let Some((i, time)) = self.first_to_join(step)? {
                 self.repeat_impact_until(step.start, time)?;
                 if self.slots[i].preview.is_none() {
@@ -263,6 +262,7 @@ impl Driver<'_> {
         self.integrator.stop_at_errors(false); // these steps have passed already
         while self.integrator.time() < end {
             self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
+            self.sort_step();
             self.store_step()?;
             self.update_monitors()?;
         }
