@@ -3,7 +3,7 @@
 
 use std::time::Instant;
 
-use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, Statistics, Step, StepSettings};
+use ffr_dynamics::integration::{CrossingSearch, Integrator, Statistics, StepSettings};
 use ffr_dynamics::system::model::stops::StopSite;
 
 use crate::checks::linearity::LinearLimits;

@@ -5,7 +5,6 @@
 
 use contact_qs::search::{TouchSettings, first_touch};
 use ffr_dynamics::force::BodyState;
-use ffr_dynamics::force::active::ActiveForce;
 use ffr_dynamics::integration::{Crossing, DenseOutput};
 
 use super::{Driver, EVENT_TOLERANCE, SHORTEST_LOOK, TOUCHING, WITHIN_A_STEP};
