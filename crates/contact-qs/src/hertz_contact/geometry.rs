@@ -149,9 +149,10 @@ impl Geometry {
         let spheres = [Some(sphere), target.as_ref().body()];
         let centres = || spheres.iter().flatten().map(|sphere| &sphere.centre);
         let turned: f64 = centres().map(|centre| 2.0 * centre.position.norm()).sum();
-        let is_rigid = centres().all(|centre| centre.shapes.is_empty());
-        let (gap, ..) = sphere.nearest(target.as_ref(), bodies).filter(|_| is_rigid)?;
-        Some(gap - turned)
+        if centres().any(|centre| !centre.shapes.is_empty()) {
+            return None;
+        }
+        sphere.nearest(target.as_ref(), bodies).map(|(gap, ..)| gap - turned)
     }
 
     /// How the bodies are curved where they touch.

@@ -130,8 +130,8 @@ impl Driver<'_> {
     /// Notes what the contacts hold in equilibrium; whether one of them reached the rim of its zone.
     fn see_equilibrium(&mut self) -> Result<Ending, AdaptiveError> {
         let mut ending = Ending::Complete;
+        self.begin_monitors(0..self.slots.len())?;
         for i in 0..self.slots.len() {
-            self.begin_monitor(i)?;
             let report = *self.model.system.forces()[i].contact.report();
             let width_given = self.is_width_given(i);
             if let Some(fine) = self.slots[i].fine_mut() {
@@ -312,7 +312,8 @@ impl Driver<'_> {
                 continue;
             }
             let gap = |driver: &mut Self, y: &[f64]| {
-                driver.slots[i].gap(&mut driver.model.system, (i, &driver.model.contacts[i]), (t, y))
+                driver.model.system.body_states(t, y);
+                driver.slots[i].gap(&mut driver.model.system, (i, &driver.model.contacts[i]), y)
             };
             if gap(self, y)? > 0.0 && gap(self, moved)? <= 0.0 {
                 let (mut open, mut closed) = (0.0, 1.0);

@@ -1,6 +1,7 @@
 //! What is monitored and logged of the contacts in an impact phase.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use ffr_dynamics::integration::DenseOutput;
 use iga_core::elasticity::kinematics::von_mises;
@@ -298,13 +299,15 @@ impl Driver<'_> {
         system.body_states(end, now);
     }
 
-    /// Begins to monitor contact `i` at the present instant.
-    pub(super) fn begin_monitor(&mut self, i: usize) -> Result<(), AdaptiveError> {
+    /// Begins to monitor the contacts `which` at the present instant.
+    pub(super) fn begin_monitors(&mut self, which: Range<usize>) -> Result<(), AdaptiveError> {
         self.model.system.body_states(self.integrator.time(), self.integrator.state());
-        let now = self.instant(i);
-        self.check_contact(i, now.time, -now.motion.along(&now.normal))?;
-        self.slots[i].monitor.begin(now);
-        (self.slots[i].pressure, self.slots[i].left_out) = (0.0, None);
+        for i in which {
+            let now = self.instant(i);
+            self.check_contact(i, now.time, -now.motion.along(&now.normal))?;
+            self.slots[i].monitor.begin(now);
+            (self.slots[i].pressure, self.slots[i].left_out) = (0.0, None);
+        }
         Ok(())
     }
 

@@ -50,7 +50,7 @@ impl Driver<'_> {
             let way = WITHIN_A_STEP * speed.max(slot.closing_speed) * (end - start);
             let is_far = clearance.min(slot.clearance) > 0.0 && clearance + slot.clearance > FAR * way;
             gaps[0] = gap_as_placed(system, y0, i);
-            if is_far && !slot.monitor.is_running() {
+            if is_far && !slot.is_driven && !slot.monitor.is_running() {
                 slot.nearness = Nearness::Far;
             }
         }

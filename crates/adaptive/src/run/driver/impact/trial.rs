@@ -91,7 +91,7 @@ impl Driver<'_> {
             self.run.ledger.start = None;
             self.store()?;
         }
-        (0..self.slots.len()).try_for_each(|i| self.begin_monitor(i))?;
+        self.begin_monitors(0..self.slots.len())?;
         self.update_stress_states();
         while self.integrator.time() < self.settings.end_time {
             let mut fine = self.slots.iter().filter_map(ContactSlot::fine);
@@ -117,7 +117,7 @@ impl Driver<'_> {
                     self.preview(&[i])?;
                 }
                 self.activate(i, sizes[i])?;
-                self.begin_monitor(i)?;
+                self.begin_monitors(i..i + 1)?;
                 trial.penalty_start[i] = self.model.system.forces()[i].contact.facts().penalty();
                 self.integrator.invalidate();
                 continue;
