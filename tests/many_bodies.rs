@@ -5,6 +5,8 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
+use result_files::tables::ImpactRow;
+
 const PROGRAM: &str = env!("CARGO_BIN_EXE_fbimpact");
 /// Far more than is needed on a busy machine (2 s), far less than each of these took (minutes).
 const SECONDS: Duration = Duration::from_secs(30);
@@ -99,4 +101,51 @@ fn thousands_of_attributes_of_a_tag_are_refused_at_once() {
         rigid_balls(1).replace("\"sphere\", radius = 0.01", "\"nurbs\", file = \"a.xml\", units = \"mm\"");
     let (code, err) = checked_in(folder.path(), &text);
     assert!(code == Some(3) && err.contains("more than 100 attributes"), "{err}");
+}
+
+/// Runs `text` and gives the peak force of its first impact and the file.
+fn peak_of_run(folder: &Path, text: &str) -> (f64, hdf5::File) {
+    std::fs::write(folder.join("s.toml"), text).expect("written");
+    let output = Command::new(PROGRAM).args(["run", "s.toml", "-q"]).current_dir(folder).output();
+    let output = output.expect("it starts");
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let file = result_files::file::hdf5_integrity::open(&folder.join("s.h5")).expect("a result");
+    let impacts = file.dataset("impacts").and_then(|table| table.read_raw::<ImpactRow>()).expect("impacts");
+    assert_eq!(impacts.len(), 1);
+    (impacts[0].peak_force, file)
+}
+
+#[test]
+fn contacts_of_bodies_far_apart_take_no_time_and_no_space() {
+    // The first of 30 balls, with contacts between all of them, flies into the second: 435 contacts, one of which is near
+    // a touch. Each look at one of the others placed all bodies, and the list of scales grew with the square of the datasets.
+    let scenario = |n: usize| {
+        let mut text = rigid_balls(n).replace("end_time = 1e-6", "end_time = 1e-4");
+        for i in 0..n {
+            let old = format!("position = [{}, 0, 0]\n", 0.03 * i as f64);
+            let way = if i == 0 { "velocity = [1, 0, 0]\n" } else { "" };
+            let place = if i < 2 { 0.02001 * i as f64 } else { 0.03 * i as f64 };
+            text = text.replacen(&old, &format!("position = [{place}, 0, 0]\n{way}"), 1);
+            for k in 0..i {
+                let _ = write!(
+                    text,
+                    "[contacts.c{k}-{i}]\ncontact_body = \"a{k}\"\ntarget_body = \"a{i}\"\nmodel = \"hertz\"\n"
+                );
+            }
+        }
+        text
+    };
+    let folders = [0, 1].map(|_| tempfile::tempdir().expect("a folder"));
+    let (alone, _) = peak_of_run(folders[0].path(), &scenario(2));
+    let begin = Instant::now();
+    let (among, file) = peak_of_run(folders[1].path(), &scenario(30));
+    assert!(begin.elapsed() < SECONDS, "{} s", begin.elapsed().as_secs());
+    // Steps are those of another norm, to the same relative error of 1e-6 or so.
+    assert!((among / alone - 1.0).abs() < 1e-5, "{among} {alone}");
+    // What is zero throughout is left out and reads as zeros.
+    let still = file.dataset("contacts/c7-20/normal_force").expect("a dataset");
+    assert_eq!((still.num_chunks(), still.size()), (Some(0), file.dataset("time").expect("times").size()));
+    assert!(still.read_raw::<f64>().expect("numbers").iter().all(|force| *force == 0.0));
+    // 435 contacts and 30 bodies have 5,800 datasets, 14 MB when they had chunks of 256 rows.
+    assert!(file.size() < 20_000_000, "{}", file.size());
 }

@@ -279,6 +279,9 @@ fn every_numeric_dataset_has_unit_description_and_time_axis() {
     });
     // 1 phase, 10 energies, 2 momenta, 7 + 5 of bodies, 9 of contacts, 2 of points, 4 of joints, 1 of a gear.
     assert_eq!(seen, 41);
+    // Scales name their datasets as these name their scales: `H5DSis_attached` looks at both.
+    let users = file.dataset("time").and_then(|time| time.attr("REFERENCE_LIST")).expect("attached");
+    assert_eq!(users.size(), seen);
     let class: hdf5::types::FixedAscii<16> = read_class(&file);
     assert_eq!(class.as_str(), "DIMENSION_SCALE");
 }

@@ -142,6 +142,10 @@ impl ActiveForce for DampedContact {
         self.contact.coordinate_speed(internal)
     }
 
+    fn clearance(&self, bodies: &[BodyState]) -> Option<f64> {
+        self.contact.clearance(bodies)
+    }
+
     fn elapsed(&self) -> Duration {
         self.contact.elapsed()
     }

@@ -258,6 +258,10 @@ impl ForceElement for HertzContact {
         Ok(())
     }
 
+    fn clearance(&self, bodies: &[BodyState]) -> Option<f64> {
+        if self.sliding.is_some() { None } else { self.geometry.clearance(bodies) }
+    }
+
     fn save(&self, state: &mut SlidingState, found: &HertzFound) {
         if self.sliding.is_some() {
             state.accept(&found.sliding);

@@ -182,4 +182,12 @@ pub trait ForceElement: Send {
     fn coordinate_speed(&self, _internal: &[f64]) -> f64 {
         0.0
     }
+
+    /// By how much the origins of the frames of the element's two bodies may move relative to each other, that of a
+    /// body on space itself, from the motions `bodies` until an evaluation finds anything else than right after
+    /// [`ForceElement::start`], however the bodies turn \[m\]; none, or nothing positive, where that is not known at
+    /// once. Elements with internal coordinates or whose evaluations depend on those before have none.
+    fn clearance(&self, _bodies: &[BodyState]) -> Option<f64> {
+        None
+    }
 }

@@ -216,3 +216,24 @@ fn crossings_from_below_and_touching_starts_do_not_count() {
     assert!((time - 0.7).abs() < 1e-9);
     assert!(search.first_crossing(&Clock(0.0, 1.0), |_, _| f64::NAN).is_err());
 }
+
+#[test]
+fn instants_of_every_search_have_their_numbers() {
+    let mut search = CrossingSearch::new(1, 1e-10, 4);
+    let n = search.n_instants();
+    let mut times = vec![None; n];
+    // Falling, rising, through zero and with a dip: the same number is the same time whatever the function.
+    let functions: [fn(f64) -> f64; 5] =
+        [|t| 1.0 - 0.9 * t, |t| 0.1 + t, |t| t - 0.1, |t| 0.5 - t, |t| (t - 0.6).powi(2) - 0.01];
+    for f in functions {
+        let own = search.first_crossing_of((0.0, 1.0), |t, instant, _| {
+            if let Some(known) = instant.map(|i| times[i].get_or_insert(t)) {
+                assert_eq!(known.to_bits(), t.to_bits());
+            }
+            f(t)
+        });
+        let usual = search.first_crossing(&Clock(0.0, 1.0), |_, y| f(y[0]));
+        assert_eq!(own.unwrap(), usual.unwrap());
+    }
+    assert_eq!(times.iter().flatten().count(), n, "{times:?}");
+}

@@ -6,6 +6,8 @@ use hdf5::types::VarLenUnicode;
 use hdf5::{Dataset, Error, Group, H5Type, Location, Result};
 use ndarray::{ArrayView1, s};
 
+use scales::Scale;
+
 /// `text` as an HDF5 string; NUL bytes, which HDF5 strings cannot hold, are left out.
 pub fn unicode(text: &str) -> Result<VarLenUnicode> {
     text.replace('\0', "").parse().map_err(|e| Error::from(format!("{e:?}")))
@@ -34,13 +36,12 @@ pub fn write_text(group: &Group, name: &str, text: &str) -> Result<Dataset> {
 }
 
 /// Writes the names of components as a dimension scale.
-pub fn component_scale(group: &Group, name: &str, labels: &[&str], description: &str) -> Result<Dataset> {
+pub fn component_scale(group: &Group, name: &str, labels: &[&str], description: &str) -> Result<Scale> {
     let texts = labels.iter().map(|l| unicode(l)).collect::<Result<Vec<_>>>()?;
     let dataset = group.new_dataset::<VarLenUnicode>().shape(labels.len()).create(name)?;
     dataset.write(ArrayView1::from(&texts))?;
     text_attribute(&dataset, "description", description)?;
-    scales::make_scale(&dataset, name)?;
-    Ok(dataset)
+    Scale::new(dataset, name)
 }
 
 /// A growing table with one compound entry per row.

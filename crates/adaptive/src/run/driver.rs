@@ -3,8 +3,7 @@
 
 use std::time::Instant;
 
-use contact_qs::search::{TouchSettings, first_touch};
-use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, Statistics, Step, StepSettings};
+use ffr_dynamics::integration::{CrossingSearch, Integrator, Statistics, StepSettings};
 use ffr_dynamics::system::model::stops::StopSite;
 
 use crate::checks::linearity::LinearLimits;
@@ -18,7 +17,7 @@ use crate::record::{PhaseKind, PhaseRecord};
 use crate::spec::{FREE_INTERVAL, RunSettings, Start};
 use crate::state::ledger::{EnergyLedger, Imbalance};
 use crate::state::observer::{Continue, Observer};
-use crate::state::simulation::smallest_gap;
+use crate::state::simulation::RunContact;
 use crate::state::stop_hit::StopHit;
 use crate::state::{ContactState, RunState};
 
@@ -51,6 +50,7 @@ mod monitor;
 mod output;
 mod rest;
 mod restart;
+mod near;
 mod states;
 mod stops;
 mod watch;
@@ -211,7 +211,13 @@ impl<'a> Driver<'a> {
         let limits = MotionLimits::new(model, &states, &settings);
         let mass = model.bodies.iter().map(|b| b.data.mass).filter(|m| m.is_finite()).sum();
         let floor = settings.free.velocity_floor.max(settings.impact.velocity_floor);
-        let slots = model.contacts.iter().map(|c| ContactSlot::new(c.refinement.is_some()));
+        let slot = |(contact, force): (&ContactFacts, &RunContact)| {
+            let (body, target) = force.contact.facts().bodies();
+            let mut bodies = [Some(body), target].into_iter().flatten();
+            let is_driven = bodies.any(|body| model.system.model().is_driven(body));
+            ContactSlot::new(contact.refinement.is_some(), is_driven)
+        };
+        let slots: Vec<_> = model.contacts.iter().zip(model.system.forces()).map(slot).collect();
         let stops = model.system.model().stops();
         // What lasts is shown over its period: states at whole periods may all be the same.
         let usual_interval = FREE_INTERVAL.min(model.system.model().quarter_period(settings.end_time));
@@ -227,7 +233,7 @@ impl<'a> Driver<'a> {
         let marked_hits = run.hits.clone();
         Ok(Self {
             run,
-            slots: slots.collect(),
+            slots,
             output: Output::new(observer),
             imbalance: Imbalance::default(),
             limits,
@@ -379,10 +385,11 @@ impl<'a> Driver<'a> {
 
     /// Whether a contact is closed, or open by no more than round-off.
     fn is_any_closed(&mut self) -> Result<bool, AdaptiveError> {
-        let (at, system) = ((self.integrator.time(), self.integrator.state()), &mut self.model.system);
+        let (t, y, system) = (self.integrator.time(), self.integrator.state(), &mut self.model.system);
+        system.body_states(t, y);
         let mut is_any = false;
         for (i, facts) in self.model.contacts.iter().enumerate() {
-            is_any |= self.slots[i].gap(system, (i, facts), at)? <= touching(facts);
+            is_any |= self.slots[i].gap(system, (i, facts), y)? <= touching(facts);
         }
         Ok(is_any)
     }
@@ -397,7 +404,7 @@ impl<'a> Driver<'a> {
             let step = self.free_step(end)?;
             // An impact that begins in the last instant has nothing to be resolved.
             let last = end - EVENT_TOLERANCE * self.impact_step;
-            let closing = self.first_closing(step)?.filter(|time| *time < last);
+            let closing = self.first_closing((step.start, step.end))?.filter(|time| *time < last);
             self.update_free_stress((step.start, closing.unwrap_or(step.end)));
             if let Some(time) = closing {
                 self.repeat_until(step.start, time)?;
@@ -433,93 +440,6 @@ impl<'a> Driver<'a> {
         }
         self.end_watch()?;
         Ok(false)
-    }
-
-    /// Last time in the step before any contact closes; `None` if none does.
-    fn first_closing(&mut self, step: Step) -> Result<Option<f64>, AdaptiveError> {
-        let mut earliest = None;
-        let n_contacts = self.slots.len();
-        let is_watching: Vec<usize> = (0..n_contacts).filter(|i| self.slots[*i].is_watching()).collect();
-        if is_watching.len() < n_contacts {
-            let system = &mut self.model.system;
-            // Each by itself: the least gap of all would hide that one that is not the least dips.
-            for i in (0..n_contacts).filter(|i| !is_watching.contains(i)) {
-                let search =
-                    self.crossing.first_crossing(&self.integrator, |t, y| smallest_gap(system, t, y, i));
-                let closing = search.map_err(AdaptiveError::Dynamics)?.map(|c| c.before);
-                earliest = [earliest, closing].into_iter().flatten().reduce(f64::min);
-            }
-        }
-        let close = self.without_clearance(is_watching, (step.start, step.end));
-        let touch = self.first_touch(&close, (step.start, step.end))?.map(|(_, time)| time);
-        Ok(match (earliest, touch) {
-            (Some(a), Some(b)) => Some(a.min(b)),
-            (a, b) => a.or(b),
-        })
-    }
-
-    /// The contacts among `which` whose surfaces may have met in the last step; the clearance of
-    /// the others is lowered by the way that they may have closed.
-    ///
-    /// The speed at which they approach is taken at both ends of the step. What moves a frame there
-    /// is resolved by the step, vibration of the body itself is bounded for all times (theory
-    /// Eq. C.33).
-    fn without_clearance(&mut self, which: Vec<usize>, (start, end): (f64, f64)) -> Vec<usize> {
-        let (y, system) = (self.integrator.state(), &mut self.model.system);
-        let mut close = which;
-        if !close.is_empty() {
-            system.body_states(end, y);
-        }
-        close.retain(|&i| {
-            let Some(refinement) = &self.model.contacts[i].refinement else { return false };
-            let slot = &mut self.slots[i];
-            let speed = refinement.detector.closing_speed_bound(system.last_evaluation().0);
-            let fastest = WITHIN_A_STEP * speed.max(slot.closing_speed);
-            slot.closing_speed = speed;
-            slot.clearance -= fastest * (end - start);
-            let is_apart = slot.clearance > TOUCHING * refinement.detector.size();
-            !is_apart
-        });
-        close
-    }
-
-    /// The first of the contacts `which`, which are refined at a touch, to touch in the last step,
-    /// and the last time before.
-    fn first_touch(
-        &mut self,
-        which: &[usize],
-        (start, end): (f64, f64),
-    ) -> Result<Option<(usize, f64)>, AdaptiveError> {
-        let mut earliest: Option<(usize, f64)> = None;
-        let mut y = vec![0.0; if which.is_empty() { 0 } else { self.interpolated.len() }];
-        for &i in which {
-            let Some(refinement) = &self.model.contacts[i].refinement else { continue };
-            let detector = &refinement.detector;
-            let until = earliest.map_or(end, |(_, t)| t);
-            let ContactSlot { clearance, nearest: search, .. } = &mut self.slots[i];
-            let settings = TouchSettings {
-                gap: TOUCHING * detector.size(),
-                time: EVENT_TOLERANCE * self.impact_step.min(end - start),
-                shortest: SHORTEST_LOOK * (end - start),
-                acceleration: self.settings.gravity.norm(),
-            };
-            let (integrator, system) = (&self.integrator, &mut self.model.system);
-            let touch = first_touch([start, until], &settings, |t| {
-                integrator.interpolate(t, &mut y);
-                system.body_states(t, &y);
-                let states = system.last_evaluation().0;
-                let (gap, speed) =
-                    (search.nearest(detector, states)?.gap, detector.closing_speed_bound(states));
-                *clearance = gap; // the last look is at the end of the step if there is no touch
-                Ok((gap, speed))
-            });
-            let touch = touch
-                .map_err(|source| AdaptiveError::Contact { contact: refinement.name.clone(), source })?;
-            if let Some(touch) = touch {
-                earliest = Some((i, touch.time));
-            }
-        }
-        Ok(earliest)
     }
 
     /// Takes the last step, which began at `start`, again as far as `end`: its later part met a

@@ -151,7 +151,11 @@ impl ForceNeeds {
 pub fn force_needs(touches: &FirstTouches<'_>) -> Vec<ForceNeeds> {
     let (spec, assembly) = (touches.spec, assemblies(touches.spec));
     let is_free = |body: &usize| assembly.iter().filter(|n| **n == assembly[*body]).count() == 1;
+    let is_rigid = |body: usize| matches!(spec.bodies[body].kind, BodyKind::Rigid(_));
     let of_contact = |contact: &ContactSpec| {
+        if contact.bodies().all(is_rigid) {
+            return ForceNeeds::default();
+        }
         let touch = touches.of(contact);
         let scene = Scene::at(touches, touch.as_deref());
         let forces = scene.forces(contact);

@@ -181,6 +181,16 @@ impl ImpactMonitor {
         self.step(now, None, None);
     }
 
+    /// Whether the steps up to the time `time` were shown.
+    pub fn has_seen(&self, time: f64) -> bool {
+        self.running.is_some() || self.last.is_some_and(|last| last.time >= time)
+    }
+
+    /// Takes the instant before a step that may bring a touch, after steps without force that were not shown.
+    pub fn see_again(&mut self, now: ContactInstant) {
+        (self.before_last, self.last) = (None, Some(now));
+    }
+
     /// Takes the end of an accepted step. `touch` and `release` tell when the contact closed or
     /// opened within the step, if it did. Returns whether the force reached a new maximum of the
     /// phase at this instant.

@@ -153,8 +153,8 @@ pub fn fill_sample(system: &mut System, observed: &Observed, t: f64, y: &[f64], 
     sample.angular_momentum = invariants.angular_momentum.into();
     sample.contacts.resize(system.forces().len(), ContactSample::default());
     sample.pressures.resize(system.forces().len(), Vec::new());
-    for (force, slot) in system.forces_mut().iter_mut().zip(&mut sample.pressures) {
-        force.pressures(slot);
+    for (i, slot) in sample.pressures.iter_mut().enumerate() {
+        system.force_as_placed(y, i).0.pressures(slot);
     }
     for (force, slot) in system.forces().iter().zip(&mut sample.contacts) {
         let energies = force.energies();
@@ -226,16 +226,22 @@ fn fill_body(state: &BodyState, centre_of_mass: Vector3<f64>, slot: &mut BodySam
 
 /// Smallest gap of contact `index` at time `t` in the state `y` \[m\].
 pub fn smallest_gap(system: &mut System, t: f64, y: &[f64], index: usize) -> f64 {
-    let (force, motion) = system.force_in_motion(t, y, index);
+    system.body_states(t, y);
+    gap_as_placed(system, y, index)
+}
+
+/// The same in the state `y` that the bodies were placed in last.
+pub fn gap_as_placed(system: &mut System, y: &[f64], index: usize) -> f64 {
+    let (force, motion) = system.force_as_placed(y, index);
     force.contact.meeting(motion).gap
 }
 
-/// The normal of contact `index` at time `t` in the state `y`, and the relative motion of its
+/// The normal of contact `index` in the state `y` that the bodies were placed in last, and the relative motion of its
 /// bodies there. The normal is the direction of the normal force that acts, whose points are many;
 /// without force it is that of the nearest point, off by the turn of the surface over half their
 /// spacing.
-pub fn normal_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> (Vector3<f64>, NearMotion) {
-    let (force, motion) = system.force_in_motion(t, y, index);
+pub fn normal_motion(system: &mut System, y: &[f64], index: usize) -> (Vector3<f64>, NearMotion) {
+    let (force, motion) = system.force_as_placed(y, index);
     let Meeting { normal, place, .. } = force.contact.meeting(motion);
     let report = force.contact.report();
     let pressed = (report.force - report.friction_force).try_normalize(0.0);

@@ -142,6 +142,19 @@ impl Geometry {
         }
     }
 
+    /// The way that the frames of rigid bodies may move against each other before spheres on them touch, however they
+    /// turn: a centre beside the origin of its frame by `a` moves by `2 a` more at most \[m\]. None of other bodies.
+    pub fn clearance(&self, bodies: &[BodyState]) -> Option<f64> {
+        let Self::Spheres { sphere, target, .. } = self else { return None };
+        let spheres = [Some(sphere), target.as_ref().body()];
+        let centres = || spheres.iter().flatten().map(|sphere| &sphere.centre);
+        let turned: f64 = centres().map(|centre| 2.0 * centre.position.norm()).sum();
+        if centres().any(|centre| !centre.shapes.is_empty()) {
+            return None;
+        }
+        sphere.nearest(target.as_ref(), bodies).map(|(gap, ..)| gap - turned)
+    }
+
     /// How the bodies are curved where they touch.
     pub fn curved(&self, motion: Motion<'_>, touch: &Touch) -> Result<Curved, SolverFault> {
         let (surfaces, compliance, places) = match (self, &touch.places) {

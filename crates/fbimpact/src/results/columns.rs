@@ -2,14 +2,13 @@
 //! sample.
 
 use adaptive::record::{Sample, Timings};
-use hdf5::{Dataset, Group, H5Type, Result};
+use hdf5::{Group, H5Type, Result};
 use result_files::dataset::describe;
-use result_files::dataset::scales;
+use result_files::dataset::scales::{self, Scale};
 use result_files::stored::pressure_series as pressure;
 use result_files::stored::stages::STAGES;
 
-use super::series::Series;
-use crate::scenario::Compression;
+use super::series::{Series, Storage};
 
 /// Second dimension of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -300,11 +299,13 @@ pub const TIMINGS: [Stage; 7] = [
 /// Scales that the second dimensions refer to.
 pub struct Axes<'a> {
     /// `/time`.
-    pub time: &'a Dataset,
+    pub time: &'a Scale,
     /// `/xyz`: x, y, z.
-    pub space: &'a Dataset,
+    pub space: &'a Scale,
     /// `/wxyz`: w, x, y, z.
-    pub quaternion: &'a Dataset,
+    pub quaternion: &'a Scale,
+    /// How all are stored.
+    pub storage: Storage,
 }
 
 /// A series with the rule that fills it.
@@ -315,16 +316,16 @@ pub struct Column<T> {
     extract: fn(&Sample, usize, &mut Vec<T>),
 }
 
-impl<T: H5Type + Copy> Column<T> {
+impl<T: H5Type + Copy + Into<f64>> Column<T> {
     /// Creates the dataset without a scale.
     pub fn bare(
         group: &Group,
         d: &Declaration<T>,
         width: Option<usize>,
         index: usize,
-        compression: Compression,
+        storage: Storage,
     ) -> Result<Self> {
-        let series = Series::create(group, d.name, width, compression)?;
+        let series = Series::create(group, d.name, width, storage)?;
         describe(series.dataset(), d.unit, d.description)?;
         Ok(Self { series, index, extract: d.extract })
     }
@@ -337,8 +338,7 @@ impl<T: H5Type + Copy> Column<T> {
         d: &Declaration<T>,
         index: usize,
         axes: &Axes<'_>,
-        own: Option<&Dataset>,
-        compression: Compression,
+        own: Option<&Scale>,
     ) -> Result<Self> {
         let second = match d.axis {
             Axis::Scalar => None,
@@ -348,10 +348,12 @@ impl<T: H5Type + Copy> Column<T> {
             Axis::Coordinate => own.map(|scale| (scale, "coordinate")),
             Axis::Tensor => own.map(|scale| (scale, "component")),
         };
-        let column = Self::bare(group, d, second.map(|(scale, _)| scale.size()), index, compression)?;
-        scales::attach(column.series.dataset(), 0, axes.time, "time")?;
-        if let Some((scale, label)) = second {
-            scales::attach(column.series.dataset(), 1, scale, label)?;
+        let mut column = Self::bare(group, d, second.map(|(scale, _)| scale.size()), index, axes.storage)?;
+        column.series.leaves_blanks = true;
+        let first = (axes.time, "time");
+        match second {
+            None => scales::attach(column.series.dataset(), &[first])?,
+            Some(second) => scales::attach(column.series.dataset(), &[first, second])?,
         }
         Ok(column)
     }

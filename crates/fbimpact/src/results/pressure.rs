@@ -4,13 +4,12 @@
 use std::collections::HashMap;
 
 use adaptive::record::PressurePoint;
-use hdf5::{Dataset, Group, Result};
+use hdf5::{Group, Result};
 use result_files::dataset::describe;
-use result_files::dataset::scales;
+use result_files::dataset::scales::{self, Scale};
 use result_files::stored::pressure_series::{AREA, POINT, POSITION, PRESSURE};
 
-use super::series::Series;
-use crate::scenario::Compression;
+use super::series::{Series, Storage};
 
 /// Bits that tell points apart.
 type Key = [u64; 4];
@@ -26,12 +25,12 @@ pub struct Pressures {
 
 impl Pressures {
     /// Creates the datasets in `group`; `space` is the scale of x, y, z.
-    pub fn create(group: &Group, space: &Dataset, compression: Compression) -> Result<Self> {
+    pub fn create(group: &Group, space: &Scale, storage: Storage) -> Result<Self> {
         let pressures = Self {
-            position: Series::create(group, POSITION.0, Some(3), compression)?,
-            area: Series::create(group, AREA.0, None, compression)?,
-            point: Series::create(group, POINT.0, None, compression)?,
-            pressure: Series::create(group, PRESSURE.0, None, compression)?,
+            position: Series::create(group, POSITION.0, Some(3), storage)?,
+            area: Series::create(group, AREA.0, None, storage)?,
+            point: Series::create(group, POINT.0, None, storage)?,
+            pressure: Series::create(group, PRESSURE.0, None, storage)?,
             known: HashMap::new(),
         };
         let (area, point) = (pressures.area.dataset(), pressures.point.dataset());
@@ -45,11 +44,10 @@ impl Pressures {
             describe(dataset, unit, description)?;
         }
         // Each table of equal length has an axis of its own.
-        scales::make_scale(area, AREA.0)?;
-        scales::make_scale(point, POINT.0)?;
-        scales::attach(pressures.position.dataset(), 0, area, AREA.0)?;
-        scales::attach(pressures.position.dataset(), 1, space, "xyz")?;
-        scales::attach(pressures.pressure.dataset(), 0, point, POINT.0)?;
+        let (area, point) = (Scale::new(area.clone(), AREA.0)?, Scale::new(point.clone(), POINT.0)?);
+        scales::attach(pressures.position.dataset(), &[(&area, AREA.0), (space, "xyz")])?;
+        scales::attach(pressures.pressure.dataset(), &[(&point, POINT.0)])?;
+        [area, point].into_iter().try_for_each(Scale::finish)?;
         Ok(pressures)
     }
 

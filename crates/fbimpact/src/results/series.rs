@@ -7,11 +7,31 @@ use super::disk_space::BYTES_OF_DATASET;
 use crate::scenario::Compression;
 
 /// Rows of a chunk and of a write buffer.
-pub const ROWS: usize = 256;
+const ROWS: usize = 256;
+/// Datasets from which on chunks have fewer rows, so that a run of many bodies and few states does not store
+/// blanks; and the fewest rows that they have.
+const MANY: usize = 1000;
+const FEWEST_ROWS: usize = 16;
 /// Columns of a chunk: tall chunks keep the history of one coordinate cheap to read.
 const COLUMNS: usize = 16;
 
-/// A dataset with one row a stored instant, written in blocks of [`ROWS`] rows.
+/// How the series of a file are stored.
+#[derive(Debug, Clone, Copy)]
+pub struct Storage {
+    /// Rows of a chunk and of a write buffer.
+    pub rows: usize,
+    /// How chunks are compressed.
+    pub compression: Compression,
+}
+
+impl Storage {
+    /// That of a file with `n` series.
+    pub fn of(n: usize, compression: Compression) -> Self {
+        Self { rows: (ROWS * MANY / n.max(MANY)).max(FEWEST_ROWS), compression }
+    }
+}
+
+/// A dataset with one row a stored instant, written in blocks of [`Storage::rows`] rows.
 pub struct Series<T> {
     dataset: Dataset,
     /// `None` for one value per row.
@@ -19,25 +39,38 @@ pub struct Series<T> {
     /// Rows not yet written.
     pub buffer: Vec<T>,
     written: usize,
+    /// Rows of a chunk.
+    rows: usize,
+    /// Whether chunks of zeros alone, as of contacts that do not touch, are left out: HDF5 reads zeros there.
+    pub leaves_blanks: bool,
 }
 
-impl<T: H5Type + Copy> Series<T> {
+impl<T: H5Type + Copy + Into<f64>> Series<T> {
     /// Creates the dataset `name` in `group`; `width` is `None` for a one-dimensional dataset.
-    pub fn create(group: &Group, name: &str, width: Option<usize>, compression: Compression) -> Result<Self> {
+    pub fn create(group: &Group, name: &str, width: Option<usize>, storage: Storage) -> Result<Self> {
+        let rows = storage.rows;
         let builder = group.new_dataset::<T>();
         // Rows come in order: two chunks a column of chunks are enough, the default of a megabyte
         // adds up.
-        let chunk_bytes = ROWS * width.unwrap_or(1).max(1) * size_of::<T>();
-        let builder = builder.chunk_cache(101, 2 * chunk_bytes, 1.0);
-        let builder = match compression {
+        let width_or_one = width.unwrap_or(1).max(1);
+        let chunk_bytes = rows * width_or_one * size_of::<T>();
+        let builder = builder.chunk_cache(4 * width_or_one.div_ceil(COLUMNS) + 1, 2 * chunk_bytes, 1.0);
+        let builder = match storage.compression {
             Compression::None => builder,
             Compression::Gzip => builder.shuffle().deflate(1),
         };
         let dataset = match width {
-            None => builder.chunk(ROWS).shape(0..).create(name)?,
-            Some(w) => builder.chunk((ROWS, w.min(COLUMNS))).shape((0.., w)).create(name)?,
+            None => builder.chunk(rows).shape(0..).create(name)?,
+            Some(w) => builder.chunk((rows, w.min(COLUMNS))).shape((0.., w)).create(name)?,
         };
-        Ok(Self { dataset, width, buffer: Vec::with_capacity(ROWS * width.unwrap_or(1)), written: 0 })
+        Ok(Self {
+            dataset,
+            width,
+            buffer: Vec::with_capacity(rows * width.unwrap_or(1)),
+            written: 0,
+            rows,
+            leaves_blanks: false,
+        })
     }
 
     /// The dataset.
@@ -49,13 +82,13 @@ impl<T: H5Type + Copy> Series<T> {
     /// begun, and the tree.
     pub fn bytes_needed(&self) -> u64 {
         let chunks = self.width.unwrap_or(1).div_ceil(COLUMNS);
-        let chunk = ROWS * self.width.unwrap_or(1).min(COLUMNS) * size_of::<T>();
+        let chunk = self.rows * self.width.unwrap_or(1).min(COLUMNS) * size_of::<T>();
         (chunks * 2 * chunk) as u64 + chunks as u64 * BYTES_OF_DATASET
     }
 
     /// Bytes on the disk that writing the buffer may take, however full it is.
     pub fn bytes_of_buffer(&self) -> u64 {
-        let blocks = self.buffer.len().div_ceil(ROWS * self.width());
+        let blocks = self.buffer.len().div_ceil(self.rows * self.width());
         blocks as u64 * self.bytes_needed()
     }
 
@@ -71,14 +104,17 @@ impl<T: H5Type + Copy> Series<T> {
             return Ok(());
         }
         let (start, end) = (self.written, self.written + rows);
+        // By its bits: a negative zero is none.
+        let is_blank = self.leaves_blanks && self.buffer.iter().all(|x| Into::<f64>::into(*x).to_bits() == 0);
         let shape_error = |e: ndarray::ShapeError| Error::from(e.to_string());
         match self.width {
-            None => {
-                self.dataset.resize(end)?;
-                self.dataset.write_slice(ArrayView1::from(&self.buffer), s![start..end])?;
-            }
+            None => self.dataset.resize(end)?,
+            Some(w) => self.dataset.resize((end, w))?,
+        }
+        match self.width {
+            _ if is_blank => {}
+            None => self.dataset.write_slice(ArrayView1::from(&self.buffer), s![start..end])?,
             Some(w) => {
-                self.dataset.resize((end, w))?;
                 let rows = ArrayView2::from_shape((rows, w), &self.buffer).map_err(shape_error)?;
                 self.dataset.write_slice(rows, s![start..end, ..])?;
             }

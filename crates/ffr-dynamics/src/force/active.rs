@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use nalgebra::Vector3;
 
-use super::{Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion};
+use super::{BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion};
 use crate::error::EvaluationFailure;
 
 /// A force element at work, whatever its kind: what a system asks of it.
@@ -46,6 +46,9 @@ pub trait ActiveForce: Send {
 
     /// As [`ForceElement::coordinate_speed`].
     fn coordinate_speed(&self, internal: &[f64]) -> f64;
+
+    /// As [`ForceElement::clearance`].
+    fn clearance(&self, bodies: &[BodyState]) -> Option<f64>;
 
     /// Time spent in evaluations since the start, or since it was taken last.
     fn elapsed(&self) -> Duration;
@@ -147,6 +150,10 @@ impl<E: ForceElement> ActiveForce for Active<E> {
 
     fn coordinate_speed(&self, internal: &[f64]) -> f64 {
         self.element.coordinate_speed(internal)
+    }
+
+    fn clearance(&self, bodies: &[BodyState]) -> Option<f64> {
+        self.element.clearance(bodies)
     }
 
     fn elapsed(&self) -> Duration {

@@ -63,14 +63,35 @@ impl CrossingSearch {
         solution: &impl DenseOutput,
         mut function: impl FnMut(f64, &[f64]) -> f64,
     ) -> Result<Option<Crossing>, DynamicsError> {
-        let (start, end) = solution.interval();
+        self.first_crossing_of(solution.interval(), |t, _, y| {
+            solution.interpolate(t, y);
+            function(t, y)
+        })
+    }
+
+    /// How many instants every search in a step may look at, whatever it finds there.
+    pub fn n_instants(&self) -> usize {
+        self.n_samples + 3
+    }
+
+    /// As [`CrossingSearch::first_crossing`] in the time `interval` of a `function` that has the number of the instant
+    /// if it is one of those that every search in the step looks at, below [`CrossingSearch::n_instants`], so that many
+    /// functions are evaluated there together. Its last argument is a state to work on.
+    ///
+    /// # Errors
+    /// Likewise.
+    pub fn first_crossing_of(
+        &mut self,
+        (start, end): (f64, f64),
+        mut function: impl FnMut(f64, Option<usize>, &mut [f64]) -> f64,
+    ) -> Result<Option<Crossing>, DynamicsError> {
         let n = self.n_samples;
         let time = |i: usize| if i == n { end } else { start + (end - start) * (i as f64 / n as f64) };
-        let mut evaluate = Evaluation { solution, function: &mut function, y: &mut self.y };
+        let mut evaluate = Evaluation { n, function: &mut function, y: &mut self.y };
         let mut older = None;
-        let mut left = (start, evaluate.at(start)?);
+        let mut left = (start, evaluate.of(start, Some(0))?);
         for i in 1..=n {
-            let right = (time(i), evaluate.at(time(i))?);
+            let right = (time(i), evaluate.of(time(i), Some(i))?);
             let hidden = evaluate.hidden_dip(left, right, i == 1, i == n)?;
             if let Some(bracket) = hidden.or(evaluate.bracket(older, left, right)?) {
                 return evaluate.refine(bracket, self.tolerance).map(Some);
@@ -85,16 +106,20 @@ impl CrossingSearch {
 /// A time and the function there.
 type Sample = (f64, f64);
 
-struct Evaluation<'a, D, F> {
-    solution: &'a D,
+struct Evaluation<'a, F> {
+    n: usize,
     function: &'a mut F,
     y: &'a mut [f64],
 }
 
-impl<D: DenseOutput, F: FnMut(f64, &[f64]) -> f64> Evaluation<'_, D, F> {
+impl<F: FnMut(f64, Option<usize>, &mut [f64]) -> f64> Evaluation<'_, F> {
     fn at(&mut self, t: f64) -> Result<f64, DynamicsError> {
-        self.solution.interpolate(t, self.y);
-        let value = (self.function)(t, self.y);
+        self.of(t, None)
+    }
+
+    /// The function at time `t`, which is instant `number` of every search.
+    fn of(&mut self, t: f64, number: Option<usize>) -> Result<f64, DynamicsError> {
+        let value = (self.function)(t, number, self.y);
         if value.is_nan() {
             return Err(DynamicsError::Integration { time: t, fault: IntegrationFault::WatchedFunction });
         }
@@ -114,8 +139,10 @@ impl<D: DenseOutput, F: FnMut(f64, &[f64]) -> f64> Evaluation<'_, D, F> {
             return Ok(None);
         }
         let width = right.0 - left.0;
-        let falls = is_first && right.1 >= left.1 && self.at(left.0 + PROBE * width)? < left.1;
-        let rises = is_last && right.1 < left.1 && self.at(right.0 - PROBE * width)? < right.1;
+        let falls =
+            is_first && right.1 >= left.1 && self.of(left.0 + PROBE * width, Some(self.n + 1))? < left.1;
+        let rises =
+            is_last && right.1 < left.1 && self.of(right.0 - PROBE * width, Some(self.n + 2))? < right.1;
         if falls || rises { self.dip(left, right) } else { Ok(None) }
     }
 

@@ -210,8 +210,10 @@ pub struct MultibodyModel {
     pub loads: Vec<Load>,
     /// Gravity [m/s²].
     pub gravity: Vector3<f64>,
-    /// For each body the number of the group that `fixed` joints connect it with.
+    /// For each body the number of the group that `fixed` joints connect it with, and the bodies of each group.
     fixed: Vec<usize>,
+    fixed_bodies: Vec<Vec<usize>>,
+    n_states: usize,
 }
 
 impl MultibodyModel {
@@ -258,9 +260,14 @@ impl MultibodyModel {
             }
         }
         let gears = resolve_gears(&spec.gears, &bodies.iter().map(TreeBody::gear_joint).collect::<Vec<_>>())?;
-        let (gravity, fixed) = (spec.gravity, Vec::new());
-        let mut model = Self { bodies, order, children, loops, gears, loads, gravity, fixed };
+        let (gravity, fixed, fixed_bodies) = (spec.gravity, Vec::new(), vec![Vec::new(); bodies.len()]);
+        let n_states = offset;
+        let mut model =
+            Self { bodies, order, children, loops, gears, loads, gravity, fixed, fixed_bodies, n_states };
         model.fixed = model.groups_by(|kind| kind == JointKind::Fixed);
+        for (body, group) in model.fixed.iter().enumerate() {
+            model.fixed_bodies[*group].push(body);
+        }
         Ok(model)
     }
 
@@ -271,7 +278,7 @@ impl MultibodyModel {
 
     /// Number of state variables of all bodies.
     pub fn n_states(&self) -> usize {
-        self.bodies.iter().map(|b| b.layout.len()).sum()
+        self.n_states
     }
 
     /// Number of rates of all bodies.
@@ -300,8 +307,14 @@ impl MultibodyModel {
 
     /// The bodies that `fixed` joints connect with `body`, itself among them.
     pub fn fixed_to(&self, body: usize) -> impl Iterator<Item = usize> + '_ {
-        let group = self.fixed[body];
-        self.fixed.iter().enumerate().filter(move |(_, other)| **other == group).map(|(i, _)| i)
+        self.fixed_bodies[self.fixed[body]].iter().copied()
+    }
+
+    /// Whether a motion that is given moves `body`: steps need not resolve it.
+    pub fn is_driven(&self, body: usize) -> bool {
+        let joint = &self.bodies[body].joint;
+        let is_given = joint.coordinates.iter().any(|coordinate| coordinate.motion.is_some());
+        is_given || joint.parent.body.is_some_and(|parent| self.is_driven(parent))
     }
 
     /// The groups of bodies that joints of some kinds connect.

@@ -6,6 +6,7 @@
 pub mod error_scale;
 pub(super) mod free_vibration;
 pub(super) mod workspace;
+mod apart;
 mod derivative;
 
 use std::ops::DerefMut;
@@ -29,6 +30,7 @@ use crate::joint_fault::JointFault;
 use crate::kinematics::Marker;
 use crate::rotation::renormalise;
 use crate::system::free_body::invariants::{Invariants, centre_of_mass};
+use apart::Apart;
 use error_scale::ErrorScale;
 use free_vibration::oscillators;
 use workspace::{Powers, Workspace};
@@ -49,6 +51,7 @@ pub struct Multibody<F = Box<dyn ActiveForce>> {
     pub(super) norm: TreeNorm,
     oscillators: Vec<Oscillator>,
     stages: StageSolver,
+    apart: Apart,
 }
 
 impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
@@ -62,7 +65,8 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         let norm = TreeNorm::new(&model, &workspace.states, &workspace.edges)?;
         let oscillators = oscillators(&model);
         let stages = StageSolver::new(&model);
-        Ok(Self { model, forces, error_scale: ErrorScale::default(), workspace, norm, oscillators, stages })
+        let (error_scale, apart) = (ErrorScale::default(), Apart::new(forces.len(), model.bodies.len()));
+        Ok(Self { model, forces, error_scale, workspace, norm, oscillators, stages, apart })
     }
 
     /// Replaces the bodies by other models of them with as many coordinates; force elements and
@@ -85,6 +89,7 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         self.norm = TreeNorm::new(&model, &workspace.states, &workspace.edges)?;
         self.oscillators = oscillators(&model);
         self.stages = StageSolver::new(&model);
+        self.apart.forget();
         (self.model, self.workspace) = (model, workspace);
         Ok(())
     }
@@ -117,11 +122,13 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
     /// The force elements, to be changed. Tell the integrator
     /// ([`crate::integration::Integrator::invalidate`]).
     pub fn forces_mut(&mut self) -> &mut [F] {
+        self.apart.forget();
         &mut self.forces
     }
 
     /// The model, and the force elements to be evaluated.
     pub(super) fn parts(&mut self) -> (&MultibodyModel, &mut [F]) {
+        self.apart.forget();
         (&self.model, &mut self.forces)
     }
 
@@ -246,10 +253,19 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         self.workspace.place(&self.model, t, y);
         let mut start = self.n_without_internal();
         let Workspace { states, sums, .. } = &mut self.workspace;
-        for force in &mut self.forces {
+        let mut evaluate = |force: &mut F| {
             let end = start + 2 * force.n_coordinates();
-            force.evaluate(Motion { time: t, bodies: states, internal: &y[start..end] }, sums)?;
+            let motion = Motion { time: t, bodies: states, internal: &y[start..end] };
             start = end;
+            force.evaluate(motion, sums)
+        };
+        // Those left out have no internal coordinates.
+        if let Some(near) = self.apart.near(states) {
+            near.iter().try_for_each(|i| evaluate(&mut self.forces[*i]))?;
+        } else {
+            self.apart.forget();
+            self.forces.iter_mut().try_for_each(evaluate)?;
+            self.apart.sort(&self.forces, states);
         }
         self.workspace.add_loads(&self.model);
         Ok(())
@@ -340,9 +356,18 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         y: &'a [f64],
         element: usize,
     ) -> (&'a mut F, Motion<'a>) {
-        let internal = &y[self.coordinates_of_force(element)];
         self.workspace.place(&self.model, t, y);
-        (&mut self.forces[element], Motion { time: t, bodies: &self.workspace.states, internal })
+        self.force_as_placed(y, element)
+    }
+
+    /// As [`Multibody::force_in_motion`] in the state `y` that the bodies were placed in last, by
+    /// [`Multibody::body_states`] for instance. It is asked, not changed or evaluated:
+    /// [`Multibody::forces_mut`] is for that.
+    pub fn force_as_placed<'a>(&'a mut self, y: &'a [f64], element: usize) -> (&'a mut F, Motion<'a>) {
+        let none = y.len() == self.n_without_internal();
+        let internal = if none { &[] } else { &y[self.coordinates_of_force(element)] };
+        let (time, bodies) = (self.workspace.time, self.workspace.states.as_slice());
+        (&mut self.forces[element], Motion { time, bodies, internal })
     }
 
     /// Velocity that carries the energy of the internal coordinates of the force elements in `y`

@@ -2,18 +2,60 @@
 //! them.
 #![expect(unsafe_code, reason = "the only way to the dimension scale functions of the C library")]
 
+use std::cell::RefCell;
 use std::ffi::{CString, c_char, c_int, c_uint};
 
-use hdf5::{Dataset, Error, Result};
+use hdf5::types::VarLenArray;
+use hdf5::{Dataset, Error, H5Type, ObjectReference1, Result};
 use hdf5_sys::h5i::hid_t;
+use ndarray::ArrayView1;
 
 unsafe extern "C" {
     fn H5DSset_scale(dataset: hid_t, name: *const c_char) -> c_int;
-    fn H5DSattach_scale(dataset: hid_t, scale: hid_t, dimension: c_uint) -> c_int;
     fn H5DSset_label(dataset: hid_t, dimension: c_uint, label: *const c_char) -> c_int;
 }
 
-/// Makes `dataset` a dimension scale called `name`.
+/// A dimension scale and the datasets that it is attached to. Both sides hold references, as the specification of scales
+/// has them: datasets their scales (`DIMENSION_LIST`), scales their datasets (`REFERENCE_LIST`). `H5DSattach_scale` writes
+/// the second list anew for each dataset, so that time and space grow by the square of their number; here it is written
+/// once, by [`Scale::finish`].
+pub struct Scale {
+    dataset: Dataset,
+    users: RefCell<Vec<User>>,
+}
+
+/// An entry of the list of a scale.
+#[derive(Debug, Clone, Copy, H5Type)]
+#[repr(C)]
+struct User {
+    dataset: ObjectReference1,
+    dimension: u32,
+}
+
+impl Scale {
+    /// Makes `dataset` a dimension scale called `name`.
+    pub fn new(dataset: Dataset, name: &str) -> Result<Self> {
+        make_scale(&dataset, name)?;
+        Ok(Self { dataset, users: RefCell::default() })
+    }
+
+    /// How many values it has.
+    pub fn size(&self) -> usize {
+        self.dataset.size()
+    }
+
+    /// Writes which datasets it is attached to.
+    pub fn finish(self) -> Result<()> {
+        let users = self.users.into_inner();
+        if users.is_empty() {
+            return Ok(());
+        }
+        let list = self.dataset.new_attr::<User>().shape(users.len()).create("REFERENCE_LIST")?;
+        list.write(ArrayView1::from(&users))
+    }
+}
+
+/// Makes `dataset` a dimension scale called `name` that is attached to no other.
 pub fn make_scale(dataset: &Dataset, name: &str) -> Result<()> {
     let text = c_string(name)?;
     // SAFETY: the identifier belongs to a live handle, the string outlives the call, `sync` holds
@@ -21,18 +63,20 @@ pub fn make_scale(dataset: &Dataset, name: &str) -> Result<()> {
     checked("H5DSset_scale", hdf5::sync::sync(|| unsafe { H5DSset_scale(dataset.id(), text.as_ptr()) }))
 }
 
-/// Attaches `scale` to a dimension of `dataset` and labels it.
-pub fn attach(dataset: &Dataset, dimension: u32, scale: &Dataset, label: &str) -> Result<()> {
-    let text = c_string(label)?;
-    // SAFETY: as above, for both handles; an invalid dimension is answered with an error code.
-    let codes = hdf5::sync::sync(|| unsafe {
-        [
-            H5DSattach_scale(dataset.id(), scale.id(), dimension),
-            H5DSset_label(dataset.id(), dimension, text.as_ptr()),
-        ]
-    });
-    checked("H5DSattach_scale", codes[0])?;
-    checked("H5DSset_label", codes[1])
+/// Attaches `scales` to the first dimensions of `dataset`, which has no scales yet, and labels them.
+pub fn attach(dataset: &Dataset, scales: &[(&Scale, &str)]) -> Result<()> {
+    let own = dataset.reference::<ObjectReference1>(".")?;
+    let mut lists = vec![VarLenArray::from_slice(&[]); dataset.ndim()];
+    for (dimension, ((scale, label), list)) in (0..).zip(scales.iter().zip(&mut lists)) {
+        *list = VarLenArray::from_slice(&[scale.dataset.reference::<ObjectReference1>(".")?]);
+        scale.users.borrow_mut().push(User { dataset: own, dimension });
+        let text = c_string(label)?;
+        // SAFETY: as above; an invalid dimension is answered with an error code.
+        let code = hdf5::sync::sync(|| unsafe { H5DSset_label(dataset.id(), dimension, text.as_ptr()) });
+        checked("H5DSset_label", code)?;
+    }
+    let list = dataset.new_attr::<VarLenArray<ObjectReference1>>().shape(lists.len());
+    list.create("DIMENSION_LIST")?.write(ArrayView1::from(&lists))
 }
 
 fn c_string(text: &str) -> Result<CString> {

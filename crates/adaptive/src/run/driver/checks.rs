@@ -109,10 +109,11 @@ impl Driver<'_> {
     /// Notes the gaps of the contacts that have not closed yet, in the state `interpolated` at time
     /// `t`.
     pub(super) fn note_gaps(&mut self, t: f64) -> Result<(), AdaptiveError> {
+        self.model.system.body_states(t, &self.interpolated);
         for i in 0..self.slots.len() {
             if !self.run.contacts[i].has_closed() {
                 let (system, facts) = (&mut self.model.system, &self.model.contacts[i]);
-                let gap = self.slots[i].gap(system, (i, facts), (t, &self.interpolated))?;
+                let gap = self.slots[i].gap(system, (i, facts), &self.interpolated)?;
                 let contact = &mut self.run.contacts[i];
                 if gap < contact.smallest_gap {
                     (contact.smallest_gap, contact.smallest_gap_time) = (gap, t);
@@ -137,8 +138,10 @@ impl Driver<'_> {
         later.iter_mut().zip(y).for_each(|(rate, y)| *rate = y + after * *rate);
         let mut warnings = Vec::new();
         for (i, (slot, facts)) in self.slots.iter_mut().zip(&self.model.contacts).enumerate() {
-            let (undeformed, gap) =
-                (slot.gap(system, (i, facts), (t, &given))?, slot.gap(system, (i, facts), (t, y))?);
+            system.body_states(t, &given);
+            let undeformed = slot.gap(system, (i, facts), &given)?;
+            system.body_states(t, y);
+            let gap = slot.gap(system, (i, facts), y)?;
             let (touching, moved) = (touching(facts), MOVED_BY_EQUILIBRIUM * (gap - undeformed).abs());
             if undeformed.min(gap) > touching + moved {
                 continue;

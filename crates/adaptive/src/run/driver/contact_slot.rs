@@ -6,7 +6,7 @@ use crate::impact::FineContact;
 use crate::impact::stress::LeftOut;
 use crate::model::ContactFacts;
 use crate::state::impact_monitor::ImpactMonitor;
-use crate::state::simulation::{RunContact, System, smallest_gap};
+use crate::state::simulation::{RunContact, System, gap_as_placed};
 use crate::touch::detection::Search;
 
 /// State of a contact between steps. What outlasts an impact is in [`crate::state::ContactState`].
@@ -35,10 +35,25 @@ pub(super) struct ContactSlot {
     /// Penalty search of an earlier trial in which the contact joined the running impact.
     pub search: Option<PenaltySearch>,
     /// What the last steps of a free phase left of the gap last looked at: the surfaces are no
-    /// nearer; zero if unknown \[m\].
+    /// nearer; zero if unknown; with a model, that at the end of the last step \[m\].
     pub clearance: f64,
     /// Bound of the closing speed at the end of the last step, while there is a clearance [m/s].
     pub closing_speed: f64,
+    /// How near the bodies were in the last step.
+    pub nearness: Nearness,
+    /// Whether a given motion moves a body: what it does within a step is not known from its ends.
+    pub is_driven: bool,
+}
+
+/// How near the bodies of a contact were in the last step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Nearness {
+    /// Not in closed form.
+    Unknown,
+    /// Too far apart for a touch, by several times, and no impact is followed.
+    Far,
+    /// Others, and those that given motions move, with the gaps at both ends \[m\].
+    Near { gaps: [f64; 2] },
 }
 
 /// Model of a contact.
@@ -53,8 +68,8 @@ pub(super) enum ContactPhase {
 
 impl ContactSlot {
     /// A contact before the first step; `is_refined`: whether it gets fine models when its bodies
-    /// touch.
-    pub fn new(is_refined: bool) -> Self {
+    /// touch, `is_driven`: whether a given motion moves one of them.
+    pub fn new(is_refined: bool, is_driven: bool) -> Self {
         Self {
             phase: if is_refined { ContactPhase::Watching } else { ContactPhase::Lasting },
             monitor: ImpactMonitor::default(),
@@ -68,6 +83,8 @@ impl ContactSlot {
             search: None,
             clearance: 0.0,
             closing_speed: 0.0,
+            nearness: Nearness::Unknown,
+            is_driven,
         }
     }
 
@@ -98,8 +115,8 @@ impl ContactSlot {
         }
     }
 
-    /// Gap of this contact, number `i` of the `system`, at time `t` in the state `y`; of one that is refined
-    /// at a touch between the surfaces \[m\].
+    /// Gap of this contact, number `i` of the `system`, in the state `y` that it was placed in last; of one that is
+    /// refined at a touch between the surfaces \[m\].
     ///
     /// # Errors
     /// [`AdaptiveError::Contact`] if the motions are not finite.
@@ -107,10 +124,9 @@ impl ContactSlot {
         &mut self,
         system: &mut System,
         (i, facts): (usize, &ContactFacts),
-        (t, y): (f64, &[f64]),
+        y: &[f64],
     ) -> Result<f64, AdaptiveError> {
-        let Some(refinement) = &facts.refinement else { return Ok(smallest_gap(system, t, y, i)) };
-        system.body_states(t, y);
+        let Some(refinement) = &facts.refinement else { return Ok(gap_as_placed(system, y, i)) };
         Ok(refinement.nearest(system.last_evaluation().0, &mut self.nearest)?.gap)
     }
 

@@ -129,8 +129,8 @@ impl Driver<'_> {
     /// Notes what the contacts hold in equilibrium; whether one of them reached the rim of its zone.
     fn see_equilibrium(&mut self) -> Result<Ending, AdaptiveError> {
         let mut ending = Ending::Complete;
+        self.begin_monitors(0..self.slots.len())?;
         for i in 0..self.slots.len() {
-            self.begin_monitor(i)?;
             if self.note_elements(i)? {
                 ending = Ending::EdgeTouched(i);
             }
@@ -299,7 +299,8 @@ impl Driver<'_> {
                 continue;
             }
             let gap = |driver: &mut Self, y: &[f64]| {
-                driver.slots[i].gap(&mut driver.model.system, (i, &driver.model.contacts[i]), (t, y))
+                driver.model.system.body_states(t, y);
+                driver.slots[i].gap(&mut driver.model.system, (i, &driver.model.contacts[i]), y)
             };
             if let Some(share) = self.closing((y, moved), 1.0, gap)? {
                 *y = self.part_of_way((y, moved), share);
@@ -408,7 +409,8 @@ impl Driver<'_> {
         if !self.slots[i].is_watching() {
             return Ok(smallest_gap(&mut self.model.system, t, y, i));
         }
-        self.slots[i].gap(&mut self.model.system, (i, &self.model.contacts[i]), (t, y))
+        self.model.system.body_states(t, y);
+        self.slots[i].gap(&mut self.model.system, (i, &self.model.contacts[i]), y)
     }
 
     /// Size of the largest body \[m\].

@@ -1,6 +1,7 @@
 //! What is monitored and logged of the contacts in an impact phase.
 
 use std::f64::consts::PI;
+use std::ops::Range;
 
 use ffr_dynamics::integration::DenseOutput;
 use iga_core::elasticity::kinematics::von_mises;
@@ -10,6 +11,7 @@ use crate::adaptivity::interval::IntervalAssessment;
 use crate::error::AdaptiveError;
 use crate::impact::FineContact;
 use crate::record::{BareForce, TransferDirection, TrialOutcome, TrialRecord};
+use crate::run::driver::contact_slot::{ContactSlot, Nearness};
 use crate::run::driver::impact::trial::Trial;
 use crate::spec::{LocalField, StressInstant};
 use crate::state::impact_monitor::{Change, ContactInstant, Impact, NearMotion};
@@ -86,7 +88,8 @@ impl Driver<'_> {
             let (body, target) = forces[k].contact.facts().bodies();
             [Some(body), target].into_iter().flatten().map(move |b| groups[b])
         };
-        let others = self.slots.iter().enumerate().filter(|(k, _)| *k != i);
+        let has_pressed = |slot: &ContactSlot| slot.monitor.impacts().next().is_some();
+        let others = self.slots.iter().enumerate().filter(|(k, slot)| *k != i && has_pressed(slot));
         let beside = others.filter(|(k, _)| pressed(*k).any(|group| pressed(i).any(|own| own == group)));
         beside.flat_map(|(_, slot)| slot.monitor.impacts().map(Impact::span)).collect()
     }
@@ -156,12 +159,11 @@ impl Driver<'_> {
     /// # Errors
     /// [`AdaptiveError::Contact`] if motions are not finite.
     pub(super) fn is_separating(&mut self) -> Result<bool, AdaptiveError> {
-        let (system, slots) = (&mut self.model.system, &self.slots);
-        let (start, end) = self.integrator.interval();
-        let (before, now) = (self.integrator.previous_state(), self.integrator.state());
-        let are_open = slots.iter().enumerate().all(|(i, slot)| {
-            let gap = smallest_gap(system, end, now, i);
-            gap > 0.0 && (!slot.monitor.is_running() || gap > smallest_gap(system, start, before, i))
+        let are_open = (0..self.slots.len()).all(|i| {
+            self.slots[i].nearness == Nearness::Far || {
+                let [before, gap] = self.gaps(i);
+                gap > 0.0 && (!self.slots[i].monitor.is_running() || gap > before)
+            }
         });
         Ok(are_open && !self.are_surfaces_closing()?)
     }
@@ -193,7 +195,12 @@ impl Driver<'_> {
 
     /// Shows the end of the last step to the monitors, and the state to the stress requests.
     pub(super) fn update_monitors(&mut self) -> Result<(), AdaptiveError> {
+        let (t, y) = (self.integrator.time(), self.integrator.state());
+        self.model.system.body_states(t, y);
         for i in 0..self.slots.len() {
+            if self.slots[i].nearness == Nearness::Far {
+                continue;
+            }
             let now = self.instant(i);
             self.check_contact(i, now.time, -now.motion.along(&now.normal))?;
             let (touch, release) = self.changes(i)?;
@@ -264,12 +271,43 @@ impl Driver<'_> {
         }
     }
 
-    /// Begins to monitor contact `i` at the present instant.
-    pub(super) fn begin_monitor(&mut self, i: usize) -> Result<(), AdaptiveError> {
-        let now = self.instant(i);
-        self.check_contact(i, now.time, -now.motion.along(&now.normal))?;
-        self.slots[i].monitor.begin(now);
-        (self.slots[i].pressure, self.slots[i].left_out) = (0.0, None);
+    /// Finds which contacts are near in the last step, and shows its start to those monitors that have not seen it, their
+    /// bodies having been far apart before.
+    pub(super) fn sort_step(&mut self) {
+        self.sort_contacts();
+        let ((start, end), system) = (self.integrator.interval(), &mut self.model.system);
+        let is_new = |slot: &ContactSlot| {
+            matches!(slot.nearness, Nearness::Near { .. }) && !slot.monitor.has_seen(start)
+        };
+        if !self.slots.iter().any(is_new) {
+            return;
+        }
+        let [before, now] = [self.integrator.previous_state(), self.integrator.state()];
+        system.body_states(start, before);
+        for (i, slot) in self.slots.iter_mut().enumerate().filter(|(_, slot)| is_new(slot)) {
+            let (normal, motion) = normal_motion(system, before, i);
+            let impulse = system.impulse(before, i);
+            slot.monitor.see_again(ContactInstant {
+                time: start,
+                force: 0.0,
+                impulse,
+                normal,
+                motion,
+                penetration: 0.0,
+            });
+        }
+        system.body_states(end, now);
+    }
+
+    /// Begins to monitor the contacts `which` at the present instant.
+    pub(super) fn begin_monitors(&mut self, which: Range<usize>) -> Result<(), AdaptiveError> {
+        self.model.system.body_states(self.integrator.time(), self.integrator.state());
+        for i in which {
+            let now = self.instant(i);
+            self.check_contact(i, now.time, -now.motion.along(&now.normal))?;
+            self.slots[i].monitor.begin(now);
+            (self.slots[i].pressure, self.slots[i].left_out) = (0.0, None);
+        }
         Ok(())
     }
 
@@ -290,10 +328,11 @@ impl Driver<'_> {
         }
     }
 
+    /// What the monitor of contact `i` sees of the present instant, at which the bodies are placed.
     fn instant(&mut self, i: usize) -> ContactInstant {
         let (time, y) = (self.integrator.time(), self.integrator.state());
         let system = &mut self.model.system;
-        let (normal, motion) = normal_motion(system, time, y, i);
+        let (normal, motion) = normal_motion(system, y, i);
         let report = system.forces()[i].contact.report();
         let (force, penetration) = (report.normal_force, report.penetration);
         ContactInstant { time, force, impulse: system.impulse(y, i), normal, motion, penetration }
@@ -301,10 +340,7 @@ impl Driver<'_> {
 
     /// When contact `i` closed and opened in the last step, if it did.
     fn changes(&mut self, i: usize) -> Result<(Option<Change>, Option<Change>), AdaptiveError> {
-        let system = &mut self.model.system;
-        let (start, end) = self.integrator.interval();
-        let first = smallest_gap(system, start, self.integrator.previous_state(), i);
-        let last = smallest_gap(system, end, self.integrator.state(), i);
+        let [first, last] = self.gaps(i);
         Ok(if first > 0.0 && last <= 0.0 {
             (self.crossing(i, 1.0)?, None)
         } else if first < 0.0 && last >= 0.0 {

@@ -31,8 +31,13 @@ impl Driver<'_> {
     /// # Errors
     /// [`AdaptiveError::PassedThrough`] if bodies lie deep in each other and their contact does not know.
     pub(super) fn watch(&mut self, t: f64, kind: PhaseKind) -> Result<(), AdaptiveError> {
+        let mut is_placed = false;
         for i in 0..self.watched.len() {
             if kind == PhaseKind::Free || self.watched[i].is_due(t - self.work.start) {
+                if !is_placed {
+                    self.model.system.body_states(t, &self.interpolated);
+                    is_placed = true;
+                }
                 let (last, told) = self.look(i, t)?;
                 // In a free phase no contact is to come: what overlaps now is a fault now.
                 let unknown =
@@ -50,6 +55,7 @@ impl Driver<'_> {
     pub(super) fn end_watch(&mut self) -> Result<(), AdaptiveError> {
         let t = self.integrator.time();
         self.interpolated.copy_from_slice(self.integrator.state());
+        self.model.system.body_states(t, &self.interpolated);
         for i in 0..self.watched.len() {
             let (last, told) = self.look(i, t)?;
             let unknown = told.or_else(|| self.watched[i].unknown(last));
@@ -58,16 +64,15 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// The present overlap of contact `i` with the overlap that the contact sees, if it is above
+    /// The present overlap of contact `i`, the bodies being placed in the state `interpolated`, with the overlap that the contact sees, if it is above
     /// what says nothing; and the unknown overlap, if it is to end the run at once.
     fn look(&mut self, i: usize, t: f64) -> Result<(Option<Unknown>, Option<Unknown>), AdaptiveError> {
         let least = self.unresolved(i);
         let facts = &self.model.contacts[i];
-        self.model.system.body_states(t, &self.interpolated);
         let states = self.model.system.last_evaluation().0;
         let found = self.watched[i].overlap(&facts.name, facts.refinement.as_ref(), (t, states))?;
         let Some(overlap) = found.filter(|overlap| overlap.depth > least) else { return Ok((None, None)) };
-        let (contact, motion) = self.model.system.force_in_motion(t, &self.interpolated, i);
+        let (contact, motion) = self.model.system.force_as_placed(&self.interpolated, i);
         // Zones that vibrate have given way in coordinates of their own.
         let has_given_way = contact.n_coordinates() > 0 && contact.contact.report().normal_force > 0.0;
         let Meeting { gap, place, .. } = contact.contact.meeting(motion);

@@ -2,21 +2,22 @@
 //! gears.
 
 use adaptive::record::{JointLayout, NameAndUnit, PointLayout, RunLayout};
-use hdf5::{Dataset, Group, Result};
+use hdf5::{Group, Result};
 use ndarray::ArrayView1;
-use result_files::dataset::scales;
+use result_files::dataset::scales::Scale;
 use result_files::dataset::{component_scale, describe, text_attribute};
 
 use super::super::columns::{self, Axes, Axis, Column, Declaration};
 use super::super::disk_space::BYTES_OF_DATASET;
 use super::super::fault::RecordingFault;
 use super::super::pressure::Pressures;
+use super::super::series::Storage;
 use super::super::stress::tensor_scale;
 use super::{Open, Recorded};
 use crate::scenario::Compression;
 
 /// Datasets of a body, contact, point or joint at most, with their scales.
-const DATASETS_PER_GROUP: u64 = 14;
+const DATASETS_PER_GROUP: usize = 14;
 
 impl Open {
     /// Creates the datasets of everything that is stored at every instant.
@@ -28,71 +29,67 @@ impl Open {
             + layout.points.len()
             + layout.joints.len()
             + layout.gears.len();
-        let bytes = (16 + DATASETS_PER_GROUP * groups as u64) * BYTES_OF_DATASET;
-        self.disk_space.reserve(file.size(), bytes).map_err(RecordingFault::Space)?;
-        let time = Column::bare(&file, &columns::TIME, None, 0, compression)?;
-        let time_scale = time.series.dataset().clone();
-        scales::make_scale(&time_scale, "time")?;
+        let n = 16 + DATASETS_PER_GROUP * groups;
+        self.disk_space.reserve(file.size(), n as u64 * BYTES_OF_DATASET).map_err(RecordingFault::Space)?;
+        let storage = Storage::of(n, compression);
+        self.block = storage.rows;
+        let time = Column::bare(&file, &columns::TIME, None, 0, storage)?;
+        let time_scale = Scale::new(time.series.dataset().clone(), "time")?;
         self.columns.push(time);
         let space = component_scale(&file, "xyz", &["x", "y", "z"], "Components of vectors in space.")?;
         let labels = ["w", "x", "y", "z"];
         let quaternion = component_scale(&file, "wxyz", &labels, "Components of quaternions.")?;
-        let axes = Axes { time: &time_scale, space: &space, quaternion: &quaternion };
-        self.counts.push(Column::create(&file, &columns::PHASE, 0, &axes, None, compression)?);
-        self.group(&file.create_group("energies")?, &columns::ENERGIES, 0, &axes, compression)?;
-        self.group(&file.create_group("momentum")?, &columns::MOMENTUM, 0, &axes, compression)?;
+        let axes = Axes { time: &time_scale, space: &space, quaternion: &quaternion, storage };
+        self.counts.push(Column::create(&file, &columns::PHASE, 0, &axes, None)?);
+        self.group(&file.create_group("energies")?, &columns::ENERGIES, 0, &axes)?;
+        self.group(&file.create_group("momentum")?, &columns::MOMENTUM, 0, &axes)?;
         let bodies = file.create_group("bodies")?;
         for (i, body) in layout.bodies.iter().enumerate() {
             let group = bodies.create_group(&body.name)?;
             let modes = eigenfrequencies(&group, &body.eigenfrequencies)?;
             for d in columns::BODY.iter().filter(|d| d.axis != Axis::Mode || modes.is_some()) {
-                self.columns.push(Column::create(&group, d, i, &axes, modes.as_ref(), compression)?);
+                self.columns.push(Column::create(&group, d, i, &axes, modes.as_ref())?);
             }
+            modes.map_or(Ok(()), Scale::finish)?;
         }
         let contacts = file.create_group("contacts")?;
         for (i, name) in layout.contacts.iter().enumerate() {
             let group = contacts.create_group(name)?;
-            self.group(&group, &columns::CONTACT, i, &axes, compression)?;
+            self.group(&group, &columns::CONTACT, i, &axes)?;
             for d in &columns::CONTACT_COUNTS {
-                self.counts.push(Column::create(&group, d, i, &axes, None, compression)?);
+                self.counts.push(Column::create(&group, d, i, &axes, None)?);
             }
         }
         let pressures = file.create_group("pressure")?;
         for name in &layout.contacts {
-            self.pressures.push(Pressures::create(&pressures.create_group(name)?, &space, compression)?);
+            self.pressures.push(Pressures::create(&pressures.create_group(name)?, &space, storage)?);
         }
         let points = file.create_group("points")?;
         for (i, point) in layout.points.iter().enumerate() {
-            self.point(&points.create_group(&point.name)?, point, i, &axes, compression)?;
+            self.point(&points.create_group(&point.name)?, point, i, &axes)?;
         }
         let joints = file.create_group("joints")?;
         for (i, joint) in layout.joints.iter().enumerate() {
-            self.joint(&joints.create_group(&joint.name)?, joint, i, &axes, compression)?;
+            self.joint(&joints.create_group(&joint.name)?, joint, i, &axes)?;
         }
         if !layout.gears.is_empty() {
             let gears = file.create_group("gears")?;
             for (i, (name, unit)) in layout.gears.iter().enumerate() {
                 let group = gears.create_group(name)?;
-                let column = Column::create(&group, &columns::GEAR, i, &axes, None, compression)?;
+                let column = Column::create(&group, &columns::GEAR, i, &axes, None)?;
                 text_attribute(column.series.dataset(), "unit", unit)?;
                 self.columns.push(column);
             }
         }
+        [time_scale, space, quaternion].into_iter().try_for_each(Scale::finish)?;
         self.room = self.columns.iter().map(|c| c.series.bytes_needed()).sum::<u64>()
             + self.counts.iter().map(|c| c.series.bytes_needed()).sum::<u64>();
         Ok(self.flush()?)
     }
 
     /// Datasets of an observed point: its motion, and stress and strain if they are wanted.
-    fn point(
-        &mut self,
-        group: &Group,
-        point: &PointLayout,
-        index: usize,
-        axes: &Axes<'_>,
-        compression: Compression,
-    ) -> Result<()> {
-        self.group(group, &columns::POINT, index, axes, compression)?;
+    fn point(&mut self, group: &Group, point: &PointLayout, index: usize, axes: &Axes<'_>) -> Result<()> {
+        self.group(group, &columns::POINT, index, axes)?;
         if !point.gauge.is_any() {
             return Ok(());
         }
@@ -100,31 +97,25 @@ impl Open {
         let stress = columns::POINT_STRESS.iter().filter(|_| point.gauge.stress);
         let strain = columns::POINT_STRAIN.iter().filter(|_| point.gauge.strain);
         for d in stress.chain(strain) {
-            self.columns.push(Column::create(group, d, index, axes, Some(&scale), compression)?);
+            self.columns.push(Column::create(group, d, index, axes, Some(&scale))?);
         }
-        Ok(())
+        scale.finish()
     }
 
     /// Datasets of a joint: its coordinates, if it has any, and its reaction.
-    fn joint(
-        &mut self,
-        group: &Group,
-        joint: &JointLayout,
-        index: usize,
-        axes: &Axes<'_>,
-        compression: Compression,
-    ) -> Result<()> {
+    fn joint(&mut self, group: &Group, joint: &JointLayout, index: usize, axes: &Axes<'_>) -> Result<()> {
         text_attribute(group, "type", &joint.kind)?;
         let both = columns::JOINT.iter().zip([&joint.positions, &joint.velocities]);
         for (d, names) in both.filter(|(_, names)| !names.is_empty()) {
             let labels: Vec<&str> = names.iter().map(|(name, _)| name.as_str()).collect();
             let about = format!("Names of the {}.", d.name);
             let scale = component_scale(group, &format!("{}_names", d.name), &labels, &about)?;
-            let column = Column::create(group, d, index, axes, Some(&scale), compression)?;
+            let column = Column::create(group, d, index, axes, Some(&scale))?;
             text_attribute(column.series.dataset(), "unit", &joined_units(names))?;
+            scale.finish()?;
             self.columns.push(column);
         }
-        self.group(group, &columns::REACTION, index, axes, compression)
+        self.group(group, &columns::REACTION, index, axes)
     }
 
     fn group(
@@ -133,10 +124,9 @@ impl Open {
         declarations: &[Declaration<f64>],
         index: usize,
         axes: &Axes<'_>,
-        compression: Compression,
     ) -> Result<()> {
         for d in declarations {
-            self.columns.push(Column::create(group, d, index, axes, None, compression)?);
+            self.columns.push(Column::create(group, d, index, axes, None)?);
         }
         Ok(())
     }
@@ -151,13 +141,12 @@ fn joined_units(names: &[NameAndUnit]) -> String {
     }
 }
 
-fn eigenfrequencies(group: &Group, values: &[f64]) -> Result<Option<Dataset>> {
+fn eigenfrequencies(group: &Group, values: &[f64]) -> Result<Option<Scale>> {
     if values.is_empty() {
         return Ok(None);
     }
     let dataset = group.new_dataset::<f64>().shape(values.len()).create("eigenfrequencies")?;
     dataset.write(ArrayView1::from(values))?;
     describe(&dataset, "Hz", "Eigenfrequencies of the elastic coordinates.")?;
-    scales::make_scale(&dataset, "eigenfrequencies")?;
-    Ok(Some(dataset))
+    Scale::new(dataset, "eigenfrequencies").map(Some)
 }

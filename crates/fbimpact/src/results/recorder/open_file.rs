@@ -20,7 +20,6 @@ use super::super::fault::RecordingFault;
 use super::super::journal::{Entry, Journal, Row};
 use super::super::pressure::Pressures;
 use super::super::rows;
-use super::super::series::ROWS;
 use super::{Recorded, WARNINGS};
 use crate::process::provenance;
 use crate::scenario::Scenario;
@@ -37,6 +36,8 @@ pub(super) struct Open {
     /// Bytes that the series may take between two flushes.
     pub(super) room: u64,
     pub(super) buffered: usize,
+    /// Rows after which the buffers are written.
+    pub(super) block: usize,
     pub(super) rows: usize,
     pub(super) phases: Table,
     pub(super) impacts: Table,
@@ -122,6 +123,7 @@ impl Open {
             counts: Vec::new(),
             pressures: Vec::new(),
             buffered: 0,
+            block: 1,
             rows: 0,
             phases,
             impacts,
@@ -208,7 +210,7 @@ impl Open {
     pub(super) fn count_row(&mut self, flush: bool) -> hdf5::Result<()> {
         self.buffered += 1;
         self.rows += 1;
-        if self.buffered >= ROWS || flush { self.write_series() } else { Ok(()) }
+        if self.buffered >= self.block || flush { self.write_series() } else { Ok(()) }
     }
 
     pub(super) fn flush(&mut self) -> hdf5::Result<()> {

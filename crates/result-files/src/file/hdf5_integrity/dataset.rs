@@ -84,10 +84,21 @@ fn is_stored(dataset: &Dataset, shape: &[usize], bytes: u64) -> bool {
     match (dataset.chunk(), dataset.num_chunks()) {
         (Some(chunk), Some(n)) => {
             let needed = shape.iter().zip(chunk).map(|(length, chunk)| length.div_ceil(chunk.max(1)));
-            needed.fold(1, usize::saturating_mul) <= n && bytes / LARGEST_RATIO <= stored
+            let is_whole = needed.fold(1, usize::saturating_mul) <= n && bytes / LARGEST_RATIO <= stored;
+            is_whole || is_series(dataset, shape, bytes)
         }
         _ => bytes <= stored,
     }
+}
+
+/// Whether a dataset of this shape has a row for each stored instant, and no more than a file of this length may hold:
+/// of such ones chunks of zeros are left out.
+fn is_series(dataset: &Dataset, shape: &[usize], bytes: u64) -> bool {
+    let Some(file) = dataset.file().ok().filter(|_| dataset.name() != "/time") else { return false };
+    let time = file.dataset("time").map(|time| (time.shape(), time.num_chunks(), time.chunk()));
+    let Ok((length, Some(n), Some(chunk))) = time else { return false };
+    let is_known = length.first().is_some_and(|rows| rows.div_ceil(chunk[0].max(1)) <= n);
+    is_known && length.first() == shape.first() && bytes / LARGEST_RATIO <= file.size()
 }
 
 /// Where the references to texts stand in an entry as it is stored, and how long an entry is;

@@ -66,7 +66,7 @@ impl Driver<'_> {
         self.local_deformation.restart_differences(t);
         self.integrator.restart(t, &y);
         // No curve through forces of both factors.
-        (0..self.slots.len()).try_for_each(|i| self.begin_monitor(i))?;
+        self.begin_monitors(0..self.slots.len())?;
         Ok(true)
     }
 

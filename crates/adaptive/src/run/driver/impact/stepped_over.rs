@@ -8,6 +8,7 @@ use ffr_dynamics::integration::DenseOutput;
 
 use crate::error::AdaptiveError;
 use crate::run::driver::Driver;
+use crate::run::driver::contact_slot::Nearness;
 use crate::state::simulation::smallest_gap;
 
 /// Halvings, or nearly, of an overlap in search of its deepest instant: to a thousandth of it.
@@ -21,25 +22,18 @@ impl Driver<'_> {
     pub(crate) fn overlap_stepped_over(&mut self) -> Result<Option<f64>, AdaptiveError> {
         let (_, end) = self.integrator.interval();
         let mut first: Option<f64> = None;
+        let mut open = Vec::new();
         for i in 0..self.slots.len() {
-            let forces = self.model.system.forces();
-            let monitor = &self.slots[i].monitor;
-            let may_touch = !monitor.is_running() && monitor.is_closing_without_force();
-            if self.slots[i].is_watching() || !may_touch || forces[i].contact.report().normal_force > 0.0 {
-                continue;
+            let (slot, forces) = (&self.slots[i], self.model.system.forces());
+            let may_touch = !slot.monitor.is_running() && slot.monitor.is_closing_without_force();
+            let is_left = slot.is_watching() || slot.nearness == Nearness::Far || !may_touch;
+            if !is_left && forces[i].contact.report().normal_force <= 0.0 && self.gaps(i)[1] > 0.0 {
+                open.push(i);
             }
-            let (state, system) = (self.integrator.state(), &mut self.model.system);
-            if smallest_gap(system, end, state, i) <= 0.0 {
-                continue;
-            }
-            let found = self
-                .crossing
-                .first_crossing(&self.integrator, |t, y| smallest_gap(system, t, y, i))
-                .map_err(AdaptiveError::Dynamics)?;
-            if let Some(touch) = found {
-                let deepest = self.deepest(i, (touch.time, end));
-                first = Some(first.map_or(deepest, |other| other.min(deepest)));
-            }
+        }
+        for (i, touch) in self.first_crossings(&open)? {
+            let deepest = self.deepest(i, (touch.time, end));
+            first = Some(first.map_or(deepest, |other| other.min(deepest)));
         }
         if first.is_none() {
             // The search leaves the system at another instant.

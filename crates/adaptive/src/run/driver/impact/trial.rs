@@ -93,9 +93,7 @@ impl Driver<'_> {
             self.run.ledger.start = None;
             self.store()?;
         }
-        for i in 0..self.slots.len() {
-            self.begin_monitor(i)?;
-        }
+        self.begin_monitors(0..self.slots.len())?;
         self.update_stress_states();
         while self.integrator.time() < self.settings.end_time {
             let mut fine = self.slots.iter().filter_map(ContactSlot::fine);
@@ -120,6 +118,7 @@ impl Driver<'_> {
                     return Ok(Ending::SolverFailed(refusal));
                 }
             };
+            self.sort_step();
             let joining = self.first_to_join(step)?;
             if self.pace.kind() == PhaseKind::Lasting {
                 if joining.is_some() || self.is_any_changed()? {
@@ -133,7 +132,7 @@ impl Driver<'_> {
                     self.preview(&[i])?;
                 }
                 self.activate(i, sizes[i])?;
-                self.begin_monitor(i)?;
+                self.begin_monitors(i..i + 1)?;
                 trial.penalty_start[i] = self.model.system.forces()[i].contact.facts().penalty();
                 self.integrator.invalidate();
                 continue;
@@ -299,6 +298,7 @@ impl Driver<'_> {
         self.integrator.stop_at_errors(false); // these steps have passed already
         while self.integrator.time() < end {
             self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
+            self.sort_step();
             self.store_step()?;
             self.update_monitors()?;
         }

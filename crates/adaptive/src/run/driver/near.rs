@@ -1,0 +1,194 @@
+//! Which contacts may have met in the last step, and when their gaps became zero.
+//!
+//! A run of many bodies has far more contacts than bodies near each other. What a contact costs in a step is decided
+//! here: nothing but a distance, if its bodies were too far apart.
+
+use contact_qs::search::{TouchSettings, first_touch};
+use ffr_dynamics::force::BodyState;
+use ffr_dynamics::integration::{Crossing, DenseOutput};
+
+use super::{Driver, EVENT_TOLERANCE, SHORTEST_LOOK, TOUCHING, WITHIN_A_STEP};
+use crate::error::AdaptiveError;
+use crate::run::driver::contact_slot::{ContactSlot, Nearness};
+use crate::state::simulation::{System, gap_as_placed, smallest_gap};
+
+/// How many times the way that bodies may have closed in a step they are apart to be left out: monitors of impacts then
+/// see them some steps before they touch.
+const FAR: f64 = 4.0;
+
+impl Driver<'_> {
+    /// Finds which of the contacts with a model were far from a touch throughout the last step, and the gaps at its ends
+    /// of others that have them in closed form. Leaves the bodies at its end.
+    ///
+    /// With clearances `c0` and `c1` at the ends of a step of `h`, and origins that move at `v` relative to each other at
+    /// most, the clearance is at least `(c0 + c1 - v h) / 2` in between (theory section C, spheres that are far apart).
+    pub(super) fn sort_contacts(&mut self) {
+        let (start, end) = self.integrator.interval();
+        let [y0, y1] = [self.integrator.previous_state(), self.integrator.state()];
+        let system = &mut self.model.system;
+        // Whether there is a closed form does not depend on the motion.
+        let is_any = (0..self.slots.len()).any(|i| clearance(system, i).is_some());
+        if !is_any || end <= start {
+            self.slots.iter_mut().for_each(|slot| slot.nearness = Nearness::Unknown);
+            return;
+        }
+        system.body_states(end, y1);
+        for (i, slot) in self.slots.iter_mut().enumerate() {
+            slot.nearness = Nearness::Unknown;
+            if let Some((clearance, speed)) = clearance(system, i) {
+                (slot.clearance, slot.closing_speed) = (clearance, speed);
+                slot.nearness = Nearness::Near { gaps: [gap_as_placed(system, y1, i); 2] };
+            }
+        }
+        system.body_states(start, y0);
+        for (i, slot) in self.slots.iter_mut().enumerate() {
+            let Nearness::Near { gaps } = &mut slot.nearness else { continue };
+            let Some((clearance, speed)) = clearance(system, i) else {
+                slot.nearness = Nearness::Unknown;
+                continue;
+            };
+            let way = WITHIN_A_STEP * speed.max(slot.closing_speed) * (end - start);
+            let is_far = clearance.min(slot.clearance) > 0.0 && clearance + slot.clearance > FAR * way;
+            gaps[0] = gap_as_placed(system, y0, i);
+            if is_far && !slot.is_driven && !slot.monitor.is_running() {
+                slot.nearness = Nearness::Far;
+            }
+        }
+        system.body_states(end, y1);
+    }
+
+    /// Gaps of contact `i` at both ends of the last step.
+    pub(super) fn gaps(&mut self, i: usize) -> [f64; 2] {
+        if let Nearness::Near { gaps } = self.slots[i].nearness {
+            return gaps;
+        }
+        let (system, (start, end)) = (&mut self.model.system, self.integrator.interval());
+        let first = smallest_gap(system, start, self.integrator.previous_state(), i);
+        [first, smallest_gap(system, end, self.integrator.state(), i)]
+    }
+
+    /// When the gaps of the contacts `which` first became zero in the last step, of those that did. Each is looked at by
+    /// itself, for the least gap of all would hide that one that is not the least dips; those in closed form are
+    /// evaluated together at the instants that all searches look at.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Dynamics`] if a gap is not a number.
+    pub(super) fn first_crossings(
+        &mut self,
+        which: &[usize],
+    ) -> Result<Vec<(usize, Crossing)>, AdaptiveError> {
+        let (integrator, system, slots) = (&self.integrator, &mut self.model.system, &self.slots);
+        let together: Vec<usize> =
+            which.iter().copied().filter(|i| slots[*i].nearness != Nearness::Unknown).collect();
+        let mut known = vec![Vec::new(); self.crossing.n_instants()];
+        let mut found = Vec::new();
+        for &i in which {
+            let place = together.binary_search(&i).ok();
+            let search = self.crossing.first_crossing_of(integrator.interval(), |t, instant, y| {
+                let Some((instant, place)) = instant.zip(place) else {
+                    integrator.interpolate(t, y);
+                    return smallest_gap(system, t, y, i);
+                };
+                let gaps = &mut known[instant];
+                if gaps.is_empty() {
+                    integrator.interpolate(t, y);
+                    system.body_states(t, y);
+                    gaps.extend(together.iter().map(|i| gap_as_placed(system, y, *i)));
+                }
+                gaps[place]
+            });
+            found.extend(search.map_err(AdaptiveError::Dynamics)?.map(|crossing| (i, crossing)));
+        }
+        Ok(found)
+    }
+
+    /// Last time in the step from `start` to `end` before any contact closes; `None` if none does.
+    pub(super) fn first_closing(&mut self, (start, end): (f64, f64)) -> Result<Option<f64>, AdaptiveError> {
+        self.sort_contacts();
+        let (watching, lasting): (Vec<usize>, Vec<usize>) =
+            (0..self.slots.len()).partition(|i| self.slots[*i].is_watching());
+        let near: Vec<usize> =
+            lasting.into_iter().filter(|i| self.slots[*i].nearness != Nearness::Far).collect();
+        let closing = self.first_crossings(&near)?.into_iter().map(|(_, c)| c.before).reduce(f64::min);
+        let close = self.without_clearance(watching, (start, end));
+        let touch = self.first_touch(&close, (start, end))?.map(|(_, time)| time);
+        Ok([closing, touch].into_iter().flatten().reduce(f64::min))
+    }
+
+    /// The contacts among `which`, which are refined at a touch, whose surfaces may have met in the last step; the
+    /// clearance of the others is lowered by the way that they may have closed.
+    ///
+    /// The speed at which they approach is taken at both ends of the step. What moves a frame there
+    /// is resolved by the step, vibration of the body itself is bounded for all times (theory
+    /// Eq. C.33).
+    fn without_clearance(&mut self, which: Vec<usize>, (start, end): (f64, f64)) -> Vec<usize> {
+        let (y, system) = (self.integrator.state(), &mut self.model.system);
+        let mut close = which;
+        if !close.is_empty() {
+            system.body_states(end, y);
+        }
+        close.retain(|&i| {
+            let Some(refinement) = &self.model.contacts[i].refinement else { return false };
+            let slot = &mut self.slots[i];
+            let speed = refinement.detector.closing_speed_bound(system.last_evaluation().0);
+            let fastest = WITHIN_A_STEP * speed.max(slot.closing_speed);
+            slot.closing_speed = speed;
+            slot.clearance -= fastest * (end - start);
+            let is_apart = slot.clearance > TOUCHING * refinement.detector.size();
+            !is_apart
+        });
+        close
+    }
+
+    /// The first of the contacts `which`, which are refined at a touch, to touch in the last step,
+    /// and the last time before.
+    pub(super) fn first_touch(
+        &mut self,
+        which: &[usize],
+        (start, end): (f64, f64),
+    ) -> Result<Option<(usize, f64)>, AdaptiveError> {
+        let mut earliest: Option<(usize, f64)> = None;
+        let mut y = vec![0.0; if which.is_empty() { 0 } else { self.interpolated.len() }];
+        for &i in which {
+            let Some(refinement) = &self.model.contacts[i].refinement else { continue };
+            let detector = &refinement.detector;
+            let until = earliest.map_or(end, |(_, t)| t);
+            let ContactSlot { clearance, nearest: search, .. } = &mut self.slots[i];
+            let settings = TouchSettings {
+                gap: TOUCHING * detector.size(),
+                time: EVENT_TOLERANCE * self.impact_step.min(end - start),
+                shortest: SHORTEST_LOOK * (end - start),
+                acceleration: self.settings.gravity.norm(),
+            };
+            let (integrator, system) = (&self.integrator, &mut self.model.system);
+            let touch = first_touch([start, until], &settings, |t| {
+                integrator.interpolate(t, &mut y);
+                system.body_states(t, &y);
+                let states = system.last_evaluation().0;
+                let (gap, speed) =
+                    (search.nearest(detector, states)?.gap, detector.closing_speed_bound(states));
+                *clearance = gap; // the last look is at the end of the step if there is no touch
+                Ok((gap, speed))
+            });
+            let touch = touch
+                .map_err(|source| AdaptiveError::Contact { contact: refinement.name.clone(), source })?;
+            if let Some(touch) = touch {
+                earliest = Some((i, touch.time));
+            }
+        }
+        Ok(earliest)
+    }
+}
+
+/// Clearance of contact `i`, and the speed at which the frames of its bodies move relative to each other, as they are
+/// placed; none if it has no closed form.
+fn clearance(system: &System, i: usize) -> Option<(f64, f64)> {
+    let (states, contact) = (system.last_evaluation().0, &system.forces()[i].contact);
+    let clearance = contact.clearance(states)?;
+    let (body, target) = contact.facts().bodies();
+    let speed = |state: &BodyState, other: Option<&BodyState>| match other {
+        Some(other) => (state.velocity - other.velocity).norm(),
+        None => state.velocity.norm(),
+    };
+    Some((clearance, speed(&states[body], target.map(|target| &states[target]))))
+}
