@@ -54,7 +54,7 @@ impl RunSettings {
     /// the longest steps to suit.
     pub fn tighten(&mut self, factor: f64) {
         let shortened = shortening(factor);
-        for phase in [&mut self.free, &mut self.impact] {
+        for phase in [&mut self.free, &mut self.impact, &mut self.lasting] {
             phase.max_step *= shortened;
             phase.tolerance_factor *= factor;
         }
