@@ -12,18 +12,18 @@ pub mod piecewise;
 pub mod law;
 pub mod quasistatic;
 pub mod contact_element;
-pub mod damped_contact;
-pub mod vibrating_zone;
+pub mod around;
 pub mod zone;
 pub mod plane;
 pub mod search;
 pub mod hertz_contact;
 pub mod surface_pair;
 
+pub use around::damped_contact::DampedContact;
+pub use around::vibrating_zone::{VibratingContact, ZoneVibration};
 pub use contact_element::{
     ActiveContact, Contact, ContactElement, ContactFindings, ContactReport, Meeting, Plane, Target,
 };
-pub use damped_contact::DampedContact;
 pub use error::ContactError;
 pub use hertz_contact::HertzContact;
 pub use hertz_contact::sphere::Sphere;
@@ -32,7 +32,6 @@ pub use piecewise::{PieceEdge, PiecewiseSurface, SurfacePiece};
 pub use plane::{PlaneContact, PlaneContactSettings};
 pub use search::{BodySurface, Detector, Proximity, SearchWorkspace, SurfaceModel, minimum_distance};
 pub use surface_pair::{SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
-pub use vibrating_zone::{VibratingContact, ZoneVibration};
 pub use zone::points::{DofLookup, InterfaceCompliance, PressureMean, SurfacePoint, contact_submodel};
 pub use zone::pressure::PressureRecovery;
 pub use zone::submodel::ContactSubmodel;
