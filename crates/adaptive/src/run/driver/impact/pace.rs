@@ -25,6 +25,8 @@ const FEW: f64 = 10.0;
 /// cost as much as some thirty.
 const WAIT: f64 = 100.0;
 const LONGEST_WAIT: f64 = 3200.0;
+/// Coordinates of a system whose derivative, a dense one, costs more than what it saves: of a thousand rigid balls it takes a minute.
+const LARGE: usize = 600;
 /// What modes may hold that ring, as a share of the largest energy of deformation, for a method that damps them: it changes no force by
 /// more than the hundredth part of its largest value.
 const QUIET: f64 = 1e-4;
@@ -126,18 +128,23 @@ impl Driver<'_> {
         self.settings.lasting.method.is_some() || self.pace.ringing <= QUIET * self.run.ledger.elastic
     }
 
-    /// Whether every contact that presses lasts, and one does, so that their method may be another one than that of impacts.
+    /// Whether every contact that presses lasts, one of them on a body that vibrates, whose shortest period is what implicit steps need
+    /// not follow.
     fn lasts(&self) -> bool {
-        if self.method(PhaseKind::Lasting) == Method::DormandPrince {
+        let is_large = self.model.system.model().n_rates() > LARGE;
+        if is_large || self.method(PhaseKind::Lasting) == Method::DormandPrince {
             return false;
         }
-        let mut pressed = self.slots.iter().enumerate().filter_map(|(i, slot)| {
-            let (lasted, rise) = slot.monitor.pressed_for()?;
+        let mut vibrates = false;
+        let all = self.slots.iter().enumerate().all(|(i, slot)| {
+            let Some((lasted, rise)) = slot.monitor.pressed_for() else { return true };
+            let period = self.slowest_period(i);
+            vibrates |= period.is_finite();
             // Force that is there from the start lasts where it is in equilibrium; elsewhere it is about to change.
             let has_lasted = lasted >= RISES * rise && (lasted > 0.0 || self.is_settled_start());
-            Some(has_lasted || lasted >= PERIODS * self.slowest_period(i))
+            has_lasted || lasted >= PERIODS * period
         });
-        pressed.next().is_some_and(|lasts| lasts && pressed.all(|lasts| lasts))
+        all && vibrates
     }
 
     /// Period of the slowest vibration of the bodies of contact `i`; infinite if both are rigid \[s\].

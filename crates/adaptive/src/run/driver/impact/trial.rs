@@ -128,13 +128,7 @@ impl Driver<'_> {
                 self.store_lasting(step)?;
             } else if let Some((i, time)) = joining {
                 self.repeat_impact_until(step.start, time)?;
-                if self.slots[i].preview.is_none() {
-                    self.preview(&[i])?;
-                }
-                self.activate(i, sizes[i])?;
-                self.begin_monitors(i..i + 1)?;
-                trial.penalty_start[i] = self.model.system.forces()[i].contact.facts().penalty();
-                self.integrator.invalidate();
+                self.join(i, trial, sizes)?;
                 continue;
             } else if let Some(deepest) = self.overlap_stepped_over()? {
                 self.repeat_impact_until(step.start, deepest)?;
@@ -168,6 +162,18 @@ impl Driver<'_> {
         self.check_resolved(false)?;
         self.end_watch()?;
         Ok(Ending::Complete)
+    }
+
+    /// Contact `i` joins the impact at the present instant, with a zone of the size wanted.
+    fn join(&mut self, i: usize, trial: &mut Trial, sizes: &[Option<ZoneSize>]) -> Result<(), AdaptiveError> {
+        if self.slots[i].preview.is_none() {
+            self.preview(&[i])?;
+        }
+        self.activate(i, sizes[i])?;
+        self.begin_monitors(i..i + 1)?;
+        trial.penalty_start[i] = self.model.system.forces()[i].contact.facts().penalty();
+        self.integrator.invalidate();
+        Ok(())
     }
 
     /// For how long all contacts are to be open at the end of an impact: several steps, but where none
