@@ -23,6 +23,7 @@ use crate::spec::{BodySpec, PointSpec, RunSpec, StressSpec};
 use crate::state::simulation::{Observed, ObservedPoint, System};
 use crate::store::ModelCache;
 use crate::system::body::{BodyModel, FlexibleModel};
+use crate::system::rigid_surface::KnownSurfaces;
 use crate::system::{joints, start};
 use crate::touch::overlap::check_undeformed;
 
@@ -113,10 +114,11 @@ impl RunModel {
         let search = started.elapsed().as_secs_f64() - assembly;
         let interfaces = interfaces(&run, &zones, &start::turns(spec)?)?;
         let bodies = spec.bodies.iter().zip(full).zip(interfaces).enumerate();
+        let mut surfaces = KnownSurfaces::default();
         let mut bodies: Vec<BodyModel> = bodies
             .map(|(k, ((b, full), i))| {
                 let _work = at_body(spec, k, &format!("modes of {} unknowns", full.n_unknowns()));
-                BodyModel::new(b.name.clone(), full, i, cache)
+                BodyModel::new(b.name.clone(), full, i, cache, &mut surfaces)
             })
             .collect::<Result<_, AdaptiveError>>()?;
         let built =

@@ -424,6 +424,8 @@ impl TransferRecord {
 /// Wall seconds spent in each stage of a run.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Timings {
+    /// Before the models, but for the next.
+    pub preparation: f64,
     /// Choice of meshes and numbers of modes.
     pub sizes: f64,
     /// Geometry and assembly of the matrices.
@@ -438,6 +440,8 @@ pub struct Timings {
     pub integration: f64,
     /// Writing results.
     pub output: f64,
+    /// What has no field of its own.
+    pub rest: f64,
     /// Models kept between runs.
     pub cache: CacheUse,
 }

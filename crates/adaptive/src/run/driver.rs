@@ -17,7 +17,6 @@ use crate::record::{PhaseKind, PhaseRecord};
 use crate::spec::{FREE_INTERVAL, RunSettings, Start};
 use crate::state::ledger::{EnergyLedger, Imbalance};
 use crate::state::observer::{Continue, Observer};
-use crate::state::simulation::RunContact;
 use crate::state::stop_hit::StopHit;
 use crate::state::{ContactState, RunState};
 
@@ -211,13 +210,7 @@ impl<'a> Driver<'a> {
         let limits = MotionLimits::new(model, &states, &settings);
         let mass = model.bodies.iter().map(|b| b.data.mass).filter(|m| m.is_finite()).sum();
         let floor = settings.free.velocity_floor.max(settings.impact.velocity_floor);
-        let slot = |(contact, force): (&ContactFacts, &RunContact)| {
-            let (body, target) = force.contact.facts().bodies();
-            let mut bodies = [Some(body), target].into_iter().flatten();
-            let is_driven = bodies.any(|body| model.system.model().is_driven(body));
-            ContactSlot::new(contact.refinement.is_some(), is_driven)
-        };
-        let slots: Vec<_> = model.contacts.iter().zip(model.system.forces()).map(slot).collect();
+        let slots = model.contacts.iter().map(|c| ContactSlot::new(c.refinement.is_some()));
         let stops = model.system.model().stops();
         // What lasts is shown over its period: states at whole periods may all be the same.
         let usual_interval = FREE_INTERVAL.min(model.system.model().quarter_period(settings.end_time));
@@ -233,7 +226,7 @@ impl<'a> Driver<'a> {
         let marked_hits = run.hits.clone();
         Ok(Self {
             run,
-            slots,
+            slots: slots.collect(),
             output: Output::new(observer),
             imbalance: Imbalance::default(),
             limits,

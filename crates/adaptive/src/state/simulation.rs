@@ -230,6 +230,12 @@ pub fn smallest_gap(system: &mut System, t: f64, y: &[f64], index: usize) -> f64
     gap_as_placed(system, y, index)
 }
 
+/// The same; nothing but the bodies of the contact is placed.
+pub fn gap_alone(system: &mut System, t: f64, y: &[f64], index: usize) -> f64 {
+    system.place_pair(t, y, system.forces()[index].contact.facts().bodies());
+    gap_as_placed(system, y, index)
+}
+
 /// The same in the state `y` that the bodies were placed in last.
 pub fn gap_as_placed(system: &mut System, y: &[f64], index: usize) -> f64 {
     let (force, motion) = system.force_as_placed(y, index);
@@ -250,9 +256,10 @@ pub fn normal_motion(system: &mut System, y: &[f64], index: usize) -> (Vector3<f
 }
 
 /// Rigid motion of the bodies of contact `index` relative to each other at its nearest point, at
-/// time `t` in the state `y`.
+/// time `t` in the state `y`; nothing but the bodies of the contact is placed.
 pub fn near_motion(system: &mut System, t: f64, y: &[f64], index: usize) -> NearMotion {
-    let (force, motion) = system.force_in_motion(t, y, index);
+    system.place_pair(t, y, system.forces()[index].contact.facts().bodies());
+    let (force, motion) = system.force_as_placed(y, index);
     let near = force.contact.meeting(motion).place;
     motion_at(system, index, &near)
 }

@@ -21,7 +21,7 @@ use crate::store::ModelCache;
 use crate::surface::Surface;
 use crate::system::imported::ImportedModel;
 use crate::system::mode_gradients::{FieldModes, ModeFields};
-use crate::system::rigid_surface::RigidSurface;
+use crate::system::rigid_surface::{KnownSurfaces, RigidSurface};
 
 /// A body of a run.
 pub struct BodyModel {
@@ -36,7 +36,7 @@ pub struct BodyModel {
 /// What a body is made of.
 pub enum BodyForm {
     /// A rigid body, with its surface if it has a shape.
-    Rigid(Option<Box<RigidSurface>>),
+    Rigid(Option<Arc<RigidSurface>>),
     /// A flexible body with elements.
     Flexible(Box<FlexibleModel>),
     /// A body from a file.
@@ -156,6 +156,7 @@ impl BodyModel {
         full: FullModel<'_>,
         interface: Interface,
         cache: &ModelCache,
+        surfaces: &mut KnownSurfaces,
     ) -> Result<Self, AdaptiveError> {
         match full {
             FullModel::Flexible(body) => {
@@ -168,19 +169,19 @@ impl BodyModel {
                 let model = ImportedModel::build(&name, imported, &interface.loads)?;
                 Ok(Self::imported(name, model))
             }
-            FullModel::Rigid(rigid) => Self::rigid(name, rigid),
+            FullModel::Rigid(rigid) => Self::rigid(name, rigid, surfaces),
         }
     }
 
-    fn rigid(name: String, rigid: &RigidSpec) -> Result<Self, AdaptiveError> {
+    fn rigid(name: String, rigid: &RigidSpec, surfaces: &mut KnownSurfaces) -> Result<Self, AdaptiveError> {
         let c = rigid.centre_of_mass;
         let steiner = nalgebra::Matrix3::identity() * c.norm_squared() - c * c.transpose();
         let inertia = rigid.inertia + steiner * rigid.mass;
         let data = StandardInputData::rigid(rigid.motion, rigid.mass, c, inertia)
             .map_err(|source| AdaptiveError::Reduction { body: name.clone(), source })?;
-        let surface = rigid.shape.as_ref().map(|(shape, model)| RigidSurface::new(shape, *model));
+        let surface = rigid.shape.as_ref().map(|(shape, model)| surfaces.of(shape, *model));
         let surface = surface.transpose().map_err(|e| surface_fault(&name, e))?;
-        Ok(Self { name, data, form: BodyForm::Rigid(surface.map(Box::new)) })
+        Ok(Self { name, data, form: BodyForm::Rigid(surface) })
     }
 
     /// How far the surface rises between neighbouring contact points of its whole surface at most

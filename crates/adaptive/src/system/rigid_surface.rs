@@ -10,6 +10,7 @@ use iga_core::nurbs::Face;
 use iga_core::nurbs::Shape;
 use iga_core::nurbs::jet::diagonal;
 use iga_core::space::{PatchSpace, Space};
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::body::splines::Discretised;
@@ -32,6 +33,26 @@ pub struct RigidSurface {
     /// Unknowns of the shape: none.
     lookup: DofLookup,
     shapes: Mat<f64>,
+}
+
+/// Surfaces that have been made: bodies that share a shape share its surface.
+#[derive(Default)]
+pub struct KnownSurfaces(HashMap<*const Shape, Arc<RigidSurface>>);
+
+impl KnownSurfaces {
+    /// The surface of `shape`.
+    ///
+    /// # Errors
+    /// As [`RigidSurface::new`].
+    pub fn of(&mut self, shape: &Arc<Shape>, model: Model) -> Result<Arc<RigidSurface>, ContactError> {
+        // The surface holds the shape, so that no other one gets its place.
+        if let Some(known) = self.0.get(&Arc::as_ptr(shape)).filter(|known| known.model == model) {
+            return Ok(Arc::clone(known));
+        }
+        let surface = Arc::new(RigidSurface::new(shape, model)?);
+        self.0.insert(Arc::as_ptr(shape), Arc::clone(&surface));
+        Ok(surface)
+    }
 }
 
 impl RigidSurface {

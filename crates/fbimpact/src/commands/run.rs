@@ -7,6 +7,7 @@ mod resume;
 pub mod equilibrium;
 
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use indicatif::ProgressBar;
 
@@ -25,14 +26,15 @@ use stop::Stop;
 /// # Errors
 /// Every [`AppError`]; after a failed or interrupted run the results so far are kept.
 pub fn run(arguments: &RunArguments, bar: ProgressBar) -> Result<(), AppError> {
+    let started = (bar, Instant::now());
     let stop = Stop::listen(arguments.until_eof);
     let n_threads = threads(arguments.threads)?;
     if let Some(gigabytes) = arguments.memory {
         ffr_dynamics::memory::limit((1e9 * gigabytes) as u64);
     }
     match (&arguments.resume, &arguments.scenario) {
-        (Some(output), _) => resume::resume(output, arguments, n_threads, &stop, bar),
-        (None, Some(path)) => run_scenario(path, arguments, n_threads, &stop, bar),
+        (Some(output), _) => resume::resume(output, arguments, n_threads, &stop, started),
+        (None, Some(path)) => run_scenario(path, arguments, n_threads, &stop, started),
         // The command line asks for one of them.
         (None, None) => Err(CommandFault::request("name a scenario, or a result with --resume").into()),
     }
@@ -43,7 +45,7 @@ fn run_scenario(
     arguments: &RunArguments,
     n_threads: usize,
     stop: &Stop,
-    bar: ProgressBar,
+    started: (ProgressBar, Instant),
 ) -> Result<(), AppError> {
     let scenario = scenario_file::read(path, &arguments.set.set)?;
     let target = match &arguments.output {
@@ -60,7 +62,7 @@ fn run_scenario(
             tracing::info!("{} is complete, of this scenario, its files and this program", target.display());
             return Ok(());
         }
-        Left::Part => match resume::resume(&target, arguments, n_threads, stop, bar.clone()) {
+        Left::Part => match resume::resume(&target, arguments, n_threads, stop, started.clone()) {
             // As on another kind of machine.
             Err(error) if [4, 6].contains(&error.code()) => tracing::warn!("{error}; the run is made anew"),
             outcome => return outcome,
@@ -70,7 +72,7 @@ fn run_scenario(
     tell_units(None, &scenario);
     stop.begin();
     let output = OutputFile::claim(&target, arguments.force)?;
-    begin(&scenario, output, (arguments, n_threads), stop, bar)
+    begin(&scenario, output, (arguments, n_threads), stop, started)
 }
 
 /// The scenario's name with `ending`, in the working directory.

@@ -278,22 +278,32 @@ pub struct Stage {
 }
 
 /// `/timings`.
-pub const TIMINGS: [Stage; 7] = [
+pub const TIMINGS: [Stage; 9] = [
     Stage {
         name: STAGES[0],
+        description: "What comes before the models: the scenario read and checked, poses, first touches.",
+        seconds: |t| t.preparation,
+    },
+    Stage {
+        name: STAGES[1],
         description: "Choice of meshes and numbers of modes, where the scenario leaves them to the program.",
         seconds: |t| t.sizes,
     },
-    Stage { name: STAGES[1], description: "Geometry and assembly of the matrices.", seconds: |t| t.assembly },
+    Stage { name: STAGES[2], description: "Geometry and assembly of the matrices.", seconds: |t| t.assembly },
     Stage {
-        name: STAGES[2],
+        name: STAGES[3],
         description: "Eigenmodes and compliance; attribute `fine_models`: number of fine models built.",
         seconds: |t| t.reduction,
     },
-    Stage { name: STAGES[3], description: "Contact search.", seconds: |t| t.search },
-    Stage { name: STAGES[4], description: "Contact solver.", seconds: |t| t.contact },
-    Stage { name: STAGES[5], description: "Time integration without contact.", seconds: |t| t.integration },
-    Stage { name: STAGES[6], description: "Writing results.", seconds: |t| t.output },
+    Stage { name: STAGES[4], description: "Contact search.", seconds: |t| t.search },
+    Stage { name: STAGES[5], description: "Contact solver.", seconds: |t| t.contact },
+    Stage { name: STAGES[6], description: "Time integration without contact.", seconds: |t| t.integration },
+    Stage { name: STAGES[7], description: "Writing results.", seconds: |t| t.output },
+    Stage {
+        name: STAGES[8],
+        description: "What has no row of its own, such as reports at the end: all rows but `cache` sum to the time of the command, the closing of the file left aside.",
+        seconds: |t| t.rest,
+    },
 ];
 
 /// Scales that the second dimensions refer to.

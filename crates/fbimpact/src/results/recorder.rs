@@ -14,6 +14,7 @@ use iga_core::elasticity::Model;
 use result_files::dataset::text_attribute;
 use result_files::file::fault::FileFault;
 
+use super::columns::TIMINGS;
 use super::fault::RecordingFault;
 use super::journal::{Entry, Restart};
 use super::stress::write_stress;
@@ -27,6 +28,9 @@ use open_file::{Open, write_peaks, write_timings};
 
 /// Wall time between flushes, so that a killed process loses little.
 const FLUSH_INTERVAL: Duration = Duration::from_secs(5);
+
+/// Datasets of a body, contact, point or joint at most, with their scales.
+const DATASETS_PER_GROUP: usize = 14;
 
 /// What `/warnings` holds.
 pub const WARNINGS: &str =
@@ -222,7 +226,7 @@ impl Recorder {
         self.with(|open| Ok(write_peaks(&open.file, layout, peaks)?))
     }
 
-    /// Writes what is buffered, the timings and the status, and closes the file.
+    /// Writes what is buffered, the timings of a command that began when they say, and the status, and closes the file.
     ///
     /// # Errors
     /// [`RecordingFault`] if the file cannot be written.
@@ -230,16 +234,18 @@ impl Recorder {
         &mut self,
         status: Status,
         message: &str,
-        timings: Option<Timings>,
+        timings: Option<(Timings, Instant)>,
     ) -> Result<(), Arc<RecordingFault>> {
         let seconds = self.seconds;
         self.with(|open| {
             let begin = Instant::now();
             open.write_series()?;
-            if let Some(mut timings) = timings {
+            if let Some((mut timings, began)) = timings {
                 // Rows were written while the run went on.
                 timings.integration = (timings.integration - seconds).max(0.0);
                 timings.output = seconds + begin.elapsed().as_secs_f64();
+                let sum: f64 = TIMINGS.iter().map(|stage| (stage.seconds)(&timings)).sum();
+                timings.rest = (began.elapsed().as_secs_f64() - sum).max(0.0);
                 write_timings(&open.file, &timings)?;
             }
             text_attribute(&open.file, "message", message)?;

@@ -12,6 +12,8 @@ const ROWS: usize = 256;
 /// blanks; and the fewest rows that they have.
 const MANY: usize = 1000;
 const FEWEST_ROWS: usize = 16;
+/// The number of [`half_node`] that HDF5 has for itself.
+const HALF_NODE: usize = 32;
 /// Columns of a chunk: tall chunks keep the history of one coordinate cheap to read.
 const COLUMNS: usize = 16;
 
@@ -29,6 +31,11 @@ impl Storage {
     pub fn of(n: usize, compression: Compression) -> Self {
         Self { rows: (ROWS * MANY / n.max(MANY)).max(FEWEST_ROWS), compression }
     }
+}
+
+/// Half of the chunks that a node of the trees of chunks has room for, in a file with `n` series: a node is written whole.
+pub fn half_node(n: usize) -> u32 {
+    (HALF_NODE * MANY / n.max(MANY)).max(2) as u32
 }
 
 /// A dataset with one row a stored instant, written in blocks of [`Storage::rows`] rows.

@@ -310,13 +310,6 @@ impl MultibodyModel {
         self.fixed_bodies[self.fixed[body]].iter().copied()
     }
 
-    /// Whether a motion that is given moves `body`: steps need not resolve it.
-    pub fn is_driven(&self, body: usize) -> bool {
-        let joint = &self.bodies[body].joint;
-        let is_given = joint.coordinates.iter().any(|coordinate| coordinate.motion.is_some());
-        is_given || joint.parent.body.is_some_and(|parent| self.is_driven(parent))
-    }
-
     /// The groups of bodies that joints of some kinds connect.
     fn groups_by(&self, connects: impl Fn(JointKind) -> bool) -> Vec<usize> {
         let mut group: Vec<usize> = (0..self.bodies.len()).collect();

@@ -244,6 +244,14 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         &self.workspace.states
     }
 
+    /// Places the two bodies of a force element and those that `fixed` joints connect with them at time `t` in the state
+    /// `y`; others stay where they are, but for those that these hang on.
+    pub fn place_pair(&mut self, t: f64, y: &[f64], (body, target): (usize, Option<usize>)) {
+        for body in [Some(body), target].into_iter().flatten().flat_map(|body| self.model.fixed_to(body)) {
+            self.workspace.place_body(&self.model, (t, y), body);
+        }
+    }
+
     /// Evaluates motions and forces, so that energies and resultants of force elements belong to
     /// `y`. Does not allocate.
     ///

@@ -41,8 +41,6 @@ pub(super) struct ContactSlot {
     pub closing_speed: f64,
     /// How near the bodies were in the last step.
     pub nearness: Nearness,
-    /// Whether a given motion moves a body: what it does within a step is not known from its ends.
-    pub is_driven: bool,
 }
 
 /// How near the bodies of a contact were in the last step.
@@ -52,7 +50,7 @@ pub(super) enum Nearness {
     Unknown,
     /// Too far apart for a touch, by several times, and no impact is followed.
     Far,
-    /// Others, and those that given motions move, with the gaps at both ends \[m\].
+    /// Others, with the gaps at both ends \[m\].
     Near { gaps: [f64; 2] },
 }
 
@@ -68,8 +66,8 @@ pub(super) enum ContactPhase {
 
 impl ContactSlot {
     /// A contact before the first step; `is_refined`: whether it gets fine models when its bodies
-    /// touch, `is_driven`: whether a given motion moves one of them.
-    pub fn new(is_refined: bool, is_driven: bool) -> Self {
+    /// touch.
+    pub fn new(is_refined: bool) -> Self {
         Self {
             phase: if is_refined { ContactPhase::Watching } else { ContactPhase::Lasting },
             monitor: ImpactMonitor::default(),
@@ -84,7 +82,6 @@ impl ContactSlot {
             clearance: 0.0,
             closing_speed: 0.0,
             nearness: Nearness::Unknown,
-            is_driven,
         }
     }
 

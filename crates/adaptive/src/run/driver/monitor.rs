@@ -15,7 +15,7 @@ use crate::run::driver::contact_slot::{ContactSlot, Nearness};
 use crate::run::driver::impact::trial::Trial;
 use crate::spec::{LocalField, StressInstant};
 use crate::state::impact_monitor::{Change, ContactInstant, Impact, NearMotion};
-use crate::state::simulation::{motion_at, near_motion, normal_motion, smallest_gap};
+use crate::state::simulation::{System, gap_alone, motion_at, near_motion, normal_motion, smallest_gap};
 use crate::touch::parts::TouchKind;
 
 /// Points that carry force from which on their area is that of the contact within a third or so.
@@ -42,7 +42,9 @@ impl Driver<'_> {
             self.record_transfer(i, TransferDirection::FineToCoarse, &before, &after);
         }
         self.output.flush()?;
-        let others: Vec<Vec<(f64, f64)>> = (0..self.slots.len()).map(|i| self.presses_beside(i)).collect();
+        let pressing = self.pressing();
+        let spans = |i| self.presses_beside(i, &pressing);
+        let others: Vec<Vec<(f64, f64)>> = (0..self.slots.len()).map(spans).collect();
         for (i, (is_open, spans)) in is_open.into_iter().zip(others).enumerate() {
             let monitor = &mut self.slots[i].monitor;
             let is_alone = |impact: &Impact| {
@@ -79,19 +81,28 @@ impl Driver<'_> {
         Ok(())
     }
 
-    /// From when until when other contacts press the bodies of contact `i` in this phase, or bodies
-    /// that joints connect with them: velocities of impacts meanwhile are the work of both.
-    fn presses_beside(&self, i: usize) -> Vec<(f64, f64)> {
-        let forces = self.model.system.forces();
-        let groups = &self.groups;
-        let pressed = |k: usize| {
-            let (body, target) = forces[k].contact.facts().bodies();
-            [Some(body), target].into_iter().flatten().map(move |b| groups[b])
-        };
-        let has_pressed = |slot: &ContactSlot| slot.monitor.impacts().next().is_some();
-        let others = self.slots.iter().enumerate().filter(|(k, slot)| *k != i && has_pressed(slot));
-        let beside = others.filter(|(k, _)| pressed(*k).any(|group| pressed(i).any(|own| own == group)));
-        beside.flat_map(|(_, slot)| slot.monitor.impacts().map(Impact::span)).collect()
+    /// For each group of bodies that joints connect the contacts that have pressed it in this phase.
+    fn pressing(&self) -> Vec<Vec<usize>> {
+        let mut pressing = vec![Vec::new(); self.groups.len()];
+        for (i, _) in
+            self.slots.iter().enumerate().filter(|(_, slot)| slot.monitor.impacts().next().is_some())
+        {
+            self.groups_of(i).for_each(|group| pressing[group].push(i));
+        }
+        pressing
+    }
+
+    /// Groups of the bodies of contact `i`.
+    fn groups_of(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
+        let (body, target) = self.model.system.forces()[i].contact.facts().bodies();
+        [Some(body), target].into_iter().flatten().map(|body| self.groups[body])
+    }
+
+    /// From when until when other contacts among the `pressing` ones press the bodies of contact `i` in this phase, or
+    /// bodies that joints connect with them: velocities of impacts meanwhile are the work of both.
+    fn presses_beside(&self, i: usize, pressing: &[Vec<usize>]) -> Vec<(f64, f64)> {
+        let others = self.groups_of(i).flat_map(|group| &pressing[group]).filter(|k| **k != i);
+        others.flat_map(|k| self.slots[*k].monitor.impacts().map(Impact::span)).collect()
     }
 
     /// Logs a trial, one entry per contact that took part.
@@ -231,12 +242,17 @@ impl Driver<'_> {
     /// tell of it.
     fn bare_forces(&mut self, i: usize) -> Vec<BareForce> {
         let report = *self.model.system.forces()[i].contact.report();
-        if self.model.contacts[i].local_field != LocalField::ModesAlone || report.normal_force <= 0.0 {
+        let (own, target) = self.model.system.forces()[i].contact.facts().bodies();
+        let asked =
+            [Some(own), target].into_iter().flatten().filter(|body| self.model.is_stress_asked(*body));
+        let asked: Vec<usize> = asked.collect();
+        let are_modes_alone = self.model.contacts[i].local_field == LocalField::ModesAlone;
+        if asked.is_empty() || !are_modes_alone || report.normal_force <= 0.0 {
             return Vec::new();
         }
         let (time, y) = (self.integrator.time(), self.integrator.state());
         let (force, motion) = self.model.system.force_in_motion(time, y, i);
-        let (place, (own, target)) = (force.contact.meeting(motion).place, force.contact.facts().bodies());
+        let place = force.contact.meeting(motion).place;
         let states = self.model.system.last_evaluation().0;
         let on = |body: usize| {
             let flexible = self.model.bodies[body].flexible()?;
@@ -254,8 +270,7 @@ impl Driver<'_> {
                 radius,
             })
         };
-        let bodies = [Some(own), target].into_iter().flatten();
-        bodies.filter(|body| self.model.is_stress_asked(*body)).filter_map(on).collect()
+        asked.into_iter().filter_map(on).collect()
     }
 
     /// Shows the states of a force-free step from `start` to `end` to the stress requests of instants
@@ -367,9 +382,11 @@ impl Driver<'_> {
     /// When in the last step `sign` times the gap of contact `i` became zero or less.
     fn crossing(&mut self, i: usize, sign: f64) -> Result<Option<Change>, AdaptiveError> {
         let system = &mut self.model.system;
+        let is_alone = self.slots[i].nearness != Nearness::Unknown;
+        let gap: fn(&mut System, f64, &[f64], usize) -> f64 = if is_alone { gap_alone } else { smallest_gap };
         let found = self
             .crossing
-            .first_crossing(&self.integrator, |t, y| sign * smallest_gap(system, t, y, i))
+            .first_crossing(&self.integrator, |t, y| sign * gap(system, t, y, i))
             .map_err(AdaptiveError::Dynamics)?;
         let change = match found {
             Some(c) => {
@@ -378,9 +395,13 @@ impl Driver<'_> {
             }
             None => None,
         };
-        let system = &mut self.model.system;
-        // The search leaves the system at another instant.
-        system.body_states(self.integrator.time(), self.integrator.state());
+        let (t, y, system) = (self.integrator.time(), self.integrator.state(), &mut self.model.system);
+        // The search leaves the bodies at another instant.
+        if is_alone {
+            gap_alone(system, t, y, i);
+        } else {
+            system.body_states(t, y);
+        }
         Ok(change)
     }
 }

@@ -10,7 +10,7 @@ use ffr_dynamics::integration::{Crossing, DenseOutput};
 use super::{Driver, EVENT_TOLERANCE, SHORTEST_LOOK, TOUCHING, WITHIN_A_STEP};
 use crate::error::AdaptiveError;
 use crate::run::driver::contact_slot::{ContactSlot, Nearness};
-use crate::state::simulation::{System, gap_as_placed, smallest_gap};
+use crate::state::simulation::{System, gap_alone, gap_as_placed, smallest_gap};
 
 /// How many times the way that bodies may have closed in a step they are apart to be left out: monitors of impacts then
 /// see them some steps before they touch.
@@ -50,7 +50,7 @@ impl Driver<'_> {
             let way = WITHIN_A_STEP * speed.max(slot.closing_speed) * (end - start);
             let is_far = clearance.min(slot.clearance) > 0.0 && clearance + slot.clearance > FAR * way;
             gaps[0] = gap_as_placed(system, y0, i);
-            if is_far && !slot.is_driven && !slot.monitor.is_running() {
+            if is_far && !slot.monitor.is_running() {
                 slot.nearness = Nearness::Far;
             }
         }
@@ -87,7 +87,11 @@ impl Driver<'_> {
             let search = self.crossing.first_crossing_of(integrator.interval(), |t, instant, y| {
                 let Some((instant, place)) = instant.zip(place) else {
                     integrator.interpolate(t, y);
-                    return smallest_gap(system, t, y, i);
+                    return if place.is_some() {
+                        gap_alone(system, t, y, i)
+                    } else {
+                        smallest_gap(system, t, y, i)
+                    };
                 };
                 let gaps = &mut known[instant];
                 if gaps.is_empty() {

@@ -18,7 +18,7 @@ use crate::scenario::Scenario;
 use crate::simulate::simulate_prepared;
 use crate::simulate::sizing::sized_for;
 
-/// Chooses the sizes that `scenario` leaves open and runs it to `output` from the start.
+/// Chooses the sizes that `scenario` leaves open and runs it to `output` from the start; the command began at `begin`.
 ///
 /// # Errors
 /// Every [`AppError`]; after a failed or interrupted run the results so far are kept.
@@ -27,9 +27,8 @@ pub(super) fn begin(
     output: OutputFile,
     (arguments, n_threads): (&RunArguments, usize),
     stop: &Stop,
-    bar: ProgressBar,
+    (bar, begin): (ProgressBar, Instant),
 ) -> Result<(), AppError> {
-    let begin = Instant::now();
     // What a run refuses whatever its meshes are comes before they are chosen, which may take
     // minutes.
     let run = match Prepared::new(&scenario.run)
@@ -81,9 +80,10 @@ pub(super) fn begin(
         }
     };
     let outcome = record(&scenario, output, n_threads, (stop, bar, begin), |_, observer, threads| {
+        let preparation = begin.elapsed().as_secs_f64() - sizes;
         let run = run.with_sizes(&scenario.run)?;
         let mut report = simulate_prepared(run, None, observer, threads, &cache)?;
-        report.timings.sizes += sizes;
+        (report.timings.preparation, report.timings.sizes) = (preparation, sizes);
         Ok(report)
     });
     cache::log_use(&cache);

@@ -74,11 +74,11 @@ pub fn finish(
     }
     let (status, message, timings) = match &outcome {
         Ok(report) if report.ending == Ending::Complete => {
-            (Status::Complete, String::new(), Some(report.timings))
+            (Status::Complete, String::new(), Some((report.timings, begin)))
         }
         Ok(report) => {
             let message = format!("interrupted at t = {:.9e} s", report.time);
-            (Status::Interrupted, message, Some(report.timings))
+            (Status::Interrupted, message, Some((report.timings, begin)))
         }
         Err(error) => (Status::Failed, error.to_string(), None),
     };

@@ -29,7 +29,7 @@ pub fn resume(
     arguments: &RunArguments,
     n_threads: usize,
     stop: &Stop,
-    bar: ProgressBar,
+    (bar, began): (ProgressBar, Instant),
 ) -> Result<(), AppError> {
     let target = linked(&target(output))?;
     check_unfinished(&target)?;
@@ -47,7 +47,7 @@ pub fn resume(
     compare_versions(&restart);
     let Some(point) = restart.point.clone() else {
         tracing::info!("{} starts anew: no state was stored", target.display());
-        return begin(&scenario, output, (arguments, n_threads), stop, bar);
+        return begin(&scenario, output, (arguments, n_threads), stop, (bar, began));
     };
     tracing::info!("{} is taken up at t = {:.9e} s", target.display(), point.time);
     let part = output.part().to_owned();
@@ -55,8 +55,11 @@ pub fn resume(
         Recorder::create(&part, &scenario, n_threads).map_err(|fault| AppError::io(&part, fault))?;
     recorder.take_up(restart).map_err(|fault| AppError::io(&part, FileFault::contents(fault)))?;
     let cache = cache::open(&arguments.cache.settings());
-    let outcome = finish(recorder, output, (stop, bar, Instant::now()), |observer| {
-        simulate_with(&scenario, Some(&point), observer, n_threads, &cache)
+    let preparation = began.elapsed().as_secs_f64();
+    let outcome = finish(recorder, output, (stop, bar, began), |observer| {
+        let mut report = simulate_with(&scenario, Some(&point), observer, n_threads, &cache)?;
+        report.timings.preparation = preparation;
+        Ok(report)
     });
     cache::log_use(&cache);
     outcome

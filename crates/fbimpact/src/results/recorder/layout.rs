@@ -2,6 +2,7 @@
 //! gears.
 
 use adaptive::record::{JointLayout, NameAndUnit, PointLayout, RunLayout};
+use hdf5::plist::group_create::LinkPhaseChange;
 use hdf5::{Group, Result};
 use ndarray::ArrayView1;
 use result_files::dataset::scales::Scale;
@@ -13,11 +14,8 @@ use super::super::fault::RecordingFault;
 use super::super::pressure::Pressures;
 use super::super::series::Storage;
 use super::super::stress::tensor_scale;
-use super::{Open, Recorded};
+use super::{DATASETS_PER_GROUP, Open, Recorded};
 use crate::scenario::Compression;
-
-/// Datasets of a body, contact, point or joint at most, with their scales.
-const DATASETS_PER_GROUP: usize = 14;
 
 impl Open {
     /// Creates the datasets of everything that is stored at every instant.
@@ -54,7 +52,10 @@ impl Open {
         }
         let contacts = file.create_group("contacts")?;
         for (i, name) in layout.contacts.iter().enumerate() {
-            let group = contacts.create_group(name)?;
+            // No heap for names as few as these.
+            let few = LinkPhaseChange { max_compact: DATASETS_PER_GROUP as u32, min_dense: 1 };
+            let builder = contacts.create_group_builder().with_gcpl(|p| p.link_phase_change(few));
+            let group = builder.create(name.as_str())?;
             self.group(&group, &columns::CONTACT, i, &axes)?;
             for d in &columns::CONTACT_COUNTS {
                 self.counts.push(Column::create(&group, d, i, &axes, None)?);

@@ -20,7 +20,8 @@ use super::super::fault::RecordingFault;
 use super::super::journal::{Entry, Journal, Row};
 use super::super::pressure::Pressures;
 use super::super::rows;
-use super::{Recorded, WARNINGS};
+use super::super::series::half_node;
+use super::{DATASETS_PER_GROUP, Recorded, WARNINGS};
 use crate::process::provenance;
 use crate::scenario::Scenario;
 
@@ -66,8 +67,10 @@ impl Open {
     pub(super) fn create(path: &Path, scenario: &Scenario, threads: usize) -> Result<Self, FileFault> {
         // Version 1.8 of the format: readable everywhere, and after a crash without repair. The
         // lock is OutputFile's.
+        let groups = scenario.run.bodies.len() + scenario.run.contacts.len();
         let file = File::with_options()
             .with_fapl(|p| p.libver_v18().file_locking(false).mdc_config(&metadata_only_on_flush()))
+            .with_fcpl(|p| p.istore_k(half_node(DATASETS_PER_GROUP * groups)))
             .create(path)
             .map_err(FileFault::unwritten)?;
         let disk_space = DiskSpace::new(path).and_then(|mut space| {

@@ -9,7 +9,7 @@ use crate::system::joints::forces::joint_forces;
 use crate::system::loops::closure::LoopSolver;
 use crate::system::model::{Load, MultibodyModel, TreeBody};
 use crate::system::tree::bearings::BearingSolver;
-use crate::system::tree::kinematics::{JointKinematics, SpatialVector, split, update};
+use crate::system::tree::kinematics::{JointKinematics, SpatialVector, split, update, update_body};
 use crate::system::tree::solver::{Answer, FactorisedTree, Impedance, TreeFactors, TreePose};
 
 /// Power that goes in and out of a system at one instant \[W\].
@@ -81,6 +81,15 @@ impl Workspace {
         update(model, t, y, &mut self.states, &mut self.edges);
         self.sums.iter_mut().for_each(GeneralisedForce::clear);
         self.load_power = 0.0;
+    }
+
+    /// Motions of `body`, and of those that it hangs on before it, alone.
+    pub fn place_body(&mut self, model: &MultibodyModel, (t, y): (f64, &[f64]), body: usize) {
+        if let Some(parent) = model.bodies[body].joint.parent.body {
+            self.place_body(model, (t, y), parent);
+        }
+        self.time = t;
+        update_body(model, (t, y), body, &mut self.states, &mut self.edges);
     }
 
     /// Adds the loads at the last motion.

@@ -90,21 +90,29 @@ pub(in crate::system) fn update(
     states: &mut [BodyState],
     edges: &mut [JointKinematics],
 ) {
-    for &i in &model.order {
-        let body = &model.bodies[i];
-        states[i].elastic.copy_from_slice(&y[body.layout.elastic()]);
-        states[i].elastic_rates.copy_from_slice(&y[body.layout.elastic_rates()]);
-        let edge = &mut edges[i];
-        edge.coordinates = model.joint_coordinates(i, t, y);
-        match body.joint.parent.body {
-            None => move_body(body, &ground_state(), &mut states[i], edge),
-            Some(p) => {
-                // Parent and child are different entries.
-                let [parent, child] = states
-                    .get_disjoint_mut([p, i])
-                    .expect("a body is not its own parent: cycles are refused");
-                move_body(body, parent, child, edge);
-            }
+    model.order.iter().for_each(|i| update_body(model, (t, y), *i, states, edges));
+}
+
+/// The same of body `i`, whose parent has its motion.
+pub(in crate::system) fn update_body(
+    model: &MultibodyModel,
+    (t, y): (f64, &[f64]),
+    i: usize,
+    states: &mut [BodyState],
+    edges: &mut [JointKinematics],
+) {
+    let body = &model.bodies[i];
+    states[i].elastic.copy_from_slice(&y[body.layout.elastic()]);
+    states[i].elastic_rates.copy_from_slice(&y[body.layout.elastic_rates()]);
+    let edge = &mut edges[i];
+    edge.coordinates = model.joint_coordinates(i, t, y);
+    match body.joint.parent.body {
+        None => move_body(body, &ground_state(), &mut states[i], edge),
+        Some(p) => {
+            // Parent and child are different entries.
+            let [parent, child] =
+                states.get_disjoint_mut([p, i]).expect("a body is not its own parent: cycles are refused");
+            move_body(body, parent, child, edge);
         }
     }
 }

@@ -308,12 +308,11 @@ fn minor(peaks: &[f64], pairs: &[(usize, Option<usize>)], is_closed: &[bool], gr
             cluster.iter_mut().filter(|c| **c == merged).for_each(|c| *c = kept);
         }
     }
-    let of = |i: usize| cluster[pairs[i].0];
-    let largest = |i: usize| {
-        let connected = (0..peaks.len()).filter(|k| of(*k) == of(i));
-        connected.map(|k| peaks[k]).fold(0.0, f64::max)
-    };
-    (0..peaks.len()).map(|i| peaks[i] < MINOR * largest(i)).collect()
+    let mut largest = vec![0.0_f64; groups.len()];
+    for (peak, (body, _)) in peaks.iter().zip(pairs) {
+        largest[cluster[*body]] = largest[cluster[*body]].max(*peak);
+    }
+    peaks.iter().zip(pairs).map(|(peak, (body, _))| *peak < MINOR * largest[cluster[*body]]).collect()
 }
 
 #[cfg(test)]
