@@ -47,6 +47,7 @@ const NEAR: f64 = 1e-9;
 mod contact_slot;
 mod impact;
 mod checks;
+mod bands;
 mod monitor;
 mod output;
 mod rest;

@@ -59,6 +59,7 @@ impl Driver<'_> {
         self.interpolated.copy_from_slice(self.integrator.state());
         let t = self.integrator.time();
         self.fill(t);
+        self.keep_energy();
         let stretched = self.settings.phase_share * (t - self.work.start);
         if t >= self.run.last_output + self.settings.impact_interval.max(stretched) {
             self.send()?;

@@ -17,6 +17,7 @@ use crate::run::driver::contact_slot::ContactSlot;
 use crate::run::driver::{Driver, QUIET_STEPS};
 use crate::state::observer::Continue;
 use crate::state::simulation::smallest_gap;
+use crate::uncertainty::trace::Trace;
 
 /// Counters of one trial.
 pub(crate) struct Trial {
@@ -53,6 +54,7 @@ impl Driver<'_> {
         (self.run.last_output, self.output.is_noted) = (self.integrator.time(), false);
         self.lowered = None;
         self.begin_watch();
+        self.slots.iter_mut().for_each(|slot| slot.trace = Trace::default());
         self.local_deformation.begin(self.integrator.time(), self.model.observed.points.len());
         let statistics = self.statistics();
         let penalties = self.model.system.forces().iter().map(|f| f.contact.facts().penalty());
@@ -112,6 +114,7 @@ impl Driver<'_> {
                     return Ok(Ending::SolverFailed(refusal));
                 }
             };
+            self.keep_forces(step.end);
             if let Some((i, time)) = self.first_to_join(step)? {
                 self.repeat_impact_until(step.start, time)?;
                 if self.slots[i].preview.is_none() {
@@ -262,7 +265,8 @@ impl Driver<'_> {
         self.integrator.restart(start, &self.interpolated);
         self.integrator.stop_at_errors(false); // these steps have passed already
         while self.integrator.time() < end {
-            self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
+            let step = self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
+            self.keep_forces(step.end);
             self.store_step()?;
             self.update_monitors()?;
         }
