@@ -132,6 +132,6 @@ mod tests {
             let force = law.force(free, 2e-8, 0.0);
             assert!((law.approach(force) + 2e-8 * force - free).abs() < 1e-11 * free, "{free}");
         }
-        assert_eq!(law.force(-1.0, 1.0, 5.0), 0.0);
+        assert!(law.force(-1.0, 1.0, 5.0).abs() <= 0.0, "none apart");
     }
 }
