@@ -2,6 +2,7 @@
 #![expect(clippy::unwrap_used, reason = "a failure there fails the test")]
 #![expect(clippy::print_stdout, reason = "figures of the documents, shown with --nocapture")]
 
+mod bands;
 mod beam_file;
 mod bearings;
 mod benchmarks;

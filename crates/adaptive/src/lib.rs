@@ -13,6 +13,7 @@
 //! | [`error`] | why there is no model or no result |
 //! | [`surface`] | undeformed surfaces of bodies |
 //! | [`touch`] | where and how two bodies are going to meet |
+//! | [`uncertainty`] | by how much the numbers of an impact may be off |
 //! | [`state`] | all that the future of a run depends on |
 //! | [`body`] | flexible bodies before their reduction, reduced, refined about a contact, with contact zones |
 //! | [`paper`] | variants of \[A\] for comparison |
@@ -31,6 +32,7 @@ pub mod record;
 pub mod error;
 pub mod surface;
 pub mod touch;
+pub mod uncertainty;
 pub mod state;
 pub mod body;
 pub mod paper;

@@ -4,6 +4,7 @@
 //!
 //! Knows numbers with names and units; does not know how they are computed or stored.
 
+pub mod band;
 pub mod finding;
 pub mod peak;
 pub mod stress;
@@ -13,6 +14,7 @@ pub mod work;
 use iga_core::elasticity::kinematics::PointState;
 use serde::{Deserialize, Serialize};
 
+pub use band::Band;
 pub use peak::{PeakOf, PeakRecord};
 pub use stress::StressRecord;
 
@@ -296,6 +298,8 @@ pub struct ImpactRecord {
     /// force acts, if the motions go on approaching each other, if the bodies rang before they
     /// touched (Eq. Q.4), or if another contact pressed the same bodies meanwhile.
     pub restitution: f64,
+    /// By how much these numbers may be off because of what the run is resolved to.
+    pub band: Band,
 }
 
 /// One trial of an impact phase.

@@ -132,6 +132,8 @@ pub struct RunSettings {
     pub free_share: f64,
     /// Whether stored states have the pressures at contact points.
     pub pressure: bool,
+    /// Whether numbers of impacts get bands.
+    pub uncertainty: bool,
 }
 
 /// Time between stored states in free phases unless it is given, if nothing vibrates fast \[s\].

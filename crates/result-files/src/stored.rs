@@ -2,6 +2,7 @@
 //! `compare`, `thin` and `collect` read.
 
 pub mod chosen_sizes;
+pub mod impacts;
 pub mod open;
 pub mod peak;
 pub mod pressure_series;
@@ -95,10 +96,7 @@ impl Stored {
         }
         let mut entries = BTreeMap::new();
         walk(&file, "", time.len(), (&mut entries, &mut Vec::new())).map_err(damaged)?;
-        let impacts = match entries.contains_key("impacts") {
-            true => file.dataset("impacts").and_then(|d| hdf5_integrity::rows(&d)).map_err(damaged)?,
-            false => Vec::new(),
-        };
+        let impacts = impacts::impacts(&file).map_err(damaged)?;
         let scenario = match file.link_exists("scenario") {
             true => open::scenario_text(&file).map_err(damaged)?,
             false => String::new(),

@@ -138,6 +138,14 @@ table!(ImpactRow "impacts" "Impacts; touches between which the bodies are apart 
     restitution: f64 ["–"],
         "ratio of the two (theory Q.3); NaN where it has no meaning: no approach, run ended in contact, the motions still \
          approach each other when the contact opens, the bodies rang before they touched, another contact pressed the same bodies meanwhile";
+    peak_force_uncertainty: f64 ["N"],
+        "band of the largest normal force: by how much it may be off because of what the run is resolved to (docs/uncertainty.md); NaN where that is not known, like the columns that follow";
+    duration_uncertainty: f64 ["s"], "band of the time from the first to the last contact";
+    impulse_uncertainty: f64 ["N s"], "band of the impulse";
+    separation_velocity_uncertainty: f64 ["m/s"], "band of the separating speed";
+    restitution_uncertainty: f64 ["–"], "band of the restitution";
+    uncertainty: VarLenUnicode ["–"],
+        "the largest part of these bands and what lowers it, or why there is none";
 });
 
 table!(TrialRow "tries" "Trials of every impact phase, one row per trial and contact." {

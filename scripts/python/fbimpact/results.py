@@ -192,6 +192,9 @@ class Result:
                 values = np.array([_text(v) for v in values], dtype=str)
             dimensions = (name,) if values.ndim == 1 else (name, f"{column}_component")
             variables[column] = xr.Variable(dimensions, values, {"units": units.get(column, "–")})
+        for column, variable in variables.items():
+            if (band := variables.get(f"{column}_uncertainty")) is not None:
+                variable.attrs["uncertainty"] = band.values
         return xr.Dataset(variables, {name: np.arange(1, len(rows) + 1)})
 
     def pressure(self, contact: str, time: float | str = "peak") -> xr.Dataset:

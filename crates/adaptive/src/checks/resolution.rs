@@ -50,7 +50,7 @@ pub fn pulse_duration(impact: &ImpactRecord) -> f64 {
 
 /// Highest frequency of the free modes kept \[Hz\]: static answers and modes of an interface stand
 /// for what follows its forces.
-fn highest_free_mode(body: &BodyModel) -> Option<f64> {
+pub fn highest_free_mode(body: &BodyModel) -> Option<f64> {
     body.frequencies().into_iter().take(body.coordinates().free).reduce(f64::max)
 }
 
@@ -207,10 +207,7 @@ pub fn coarse_mesh(body: &BodyModel, known: Option<f64>) -> Option<Warning> {
             format!("give bodies.{}.discretisation.elements, or keep fewer modes", body.name),
         ),
         None => {
-            let wave = shortest_wave(flexible.body.as_ref(), highest)?;
-            let elements = flexible.body.longest_elements();
-            let of = |e: &LongestElement| (wave.error(e.length, e.degree), *e);
-            let (error, worst) = elements.iter().map(of).max_by(|a, b| a.0.total_cmp(&b.0))?;
+            let (error, wave, worst) = worst_direction(flexible.body.as_ref(), highest)?;
             let direction = worst.direction.map_or_else(String::new, |d| format!(" in direction {d}"));
             let (wave, LongestElement { length, degree, .. }) = (wave.length, worst);
             let what = format!(
@@ -232,6 +229,19 @@ pub fn coarse_mesh(body: &BodyModel, known: Option<f64>) -> Option<Warning> {
         ),
         remedy,
     })
+}
+
+/// Relative error of the frequency `frequency` \[Hz\] on the mesh of `body` (Eq. P.7); none without a mesh.
+pub fn frequency_error(body: &BodyModel, frequency: f64) -> Option<f64> {
+    worst_direction(body.flexible()?.body.as_ref(), frequency).map(|(error, ..)| error)
+}
+
+/// The error of a frequency \[Hz\] in the direction whose elements resolve its wave worst, with wave and
+/// elements.
+fn worst_direction(body: &dyn FieldBody, frequency: f64) -> Option<(f64, Wave, LongestElement)> {
+    let wave = shortest_wave(body, frequency)?;
+    let of = |e: &LongestElement| (wave.error(e.length, e.degree), wave, *e);
+    body.longest_elements().iter().map(of).max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 /// The warning of a body on which joints or loads hold a disc or ball that its elements do not

@@ -11,6 +11,7 @@ use crate::impact::AdaptiveContact;
 use crate::spec::{ContactSpec, HertzPartner, HertzSphere, LocalField, RunSpec, Target};
 use crate::touch::hertz::contact_modulus;
 use crate::touch::wave::wave_speed;
+use crate::uncertainty::zone::ZoneEstimate;
 
 /// The parts of a contact that do not change in a run.
 pub struct ContactFacts {
@@ -47,6 +48,8 @@ pub struct ContactFacts {
     pub yield_strength: f64,
     /// What displacement, strain and stress of the bodies hold of its forces.
     pub local_field: LocalField,
+    /// How the yield at its touch is known.
+    pub zone: ZoneEstimate,
     /// Whether its forces act on the interfaces that its bodies were reduced for: quasistatic ones
     /// with one model for the whole run.
     pub loads_interface: bool,
@@ -103,6 +106,7 @@ impl ContactFacts {
                 |law| law.yield_strength,
             ),
             local_field,
+            zone: ZoneEstimate::of(&contact.law),
             loads_interface: local_field == LocalField::Static && zone_width.is_some(),
             refinement: None,
         })

@@ -10,7 +10,7 @@ pub use impact::Impact;
 use ringing::Lulls;
 pub use ringing::Ringing;
 
-use crate::record::ImpactRecord;
+use crate::record::{Band, ImpactRecord};
 
 /// Relative motion of two bodies where they are nearest, as far as it is rigid (docs/theory.md
 /// Eq. Q.2).
@@ -105,6 +105,11 @@ impl ImpactMonitor {
     /// The impact reported last.
     pub fn reported(&self) -> Option<Impact> {
         self.reported
+    }
+
+    /// Keeps the `band` of the impact reported last.
+    pub fn set_band(&mut self, band: Band) {
+        self.reported.iter_mut().for_each(|impact| impact.band = band);
     }
 
     /// Whether an impact is being followed.

@@ -4,6 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::record::ImpactRecord;
+use crate::record::band::{Band, NoBand};
 
 /// States stored of a hit at most: one that lasts longer rests on its stop.
 const MOST_STATES: u32 = 400;
@@ -105,6 +106,7 @@ impl StopHit {
             approach_velocity: self.approach,
             separation_velocity: self.separation,
             restitution: if is_ratio { self.separation / self.approach } else { f64::NAN },
+            band: Band::none(NoBand::Stop),
         }
     }
 }

@@ -233,6 +233,7 @@ pub fn spec(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, end_time: f64) ->
             phase_share: 0.0,
             free_share: 0.0,
             pressure: true,
+            uncertainty: true,
         },
         resolution: Resolution::default(),
         frequency_errors: Vec::new(),
@@ -265,6 +266,7 @@ pub fn explicit(end_time: f64) -> RunSettings {
         phase_share: 0.0,
         free_share: 0.0,
         pressure: true,
+        uncertainty: true,
     }
 }
 

@@ -38,6 +38,12 @@ pub fn impact(r: &ImpactRecord, contact: &str) -> Result<ImpactRow> {
         approach_velocity: r.approach_velocity,
         separation_velocity: r.separation_velocity,
         restitution: r.restitution,
+        peak_force_uncertainty: r.band.peak_force,
+        duration_uncertainty: r.band.duration,
+        impulse_uncertainty: r.band.impulse,
+        separation_velocity_uncertainty: r.band.separation_velocity,
+        restitution_uncertainty: r.band.restitution,
+        uncertainty: unicode(&r.band.note(contact))?,
     })
 }
 

@@ -100,6 +100,13 @@ pub const SCENARIO: &[Key] = &[
         "Factors on what the keys of bodies, contacts and integration say, or their defaults: a twin of the scenario that is \
          finer by so much, as `fbimpact converge` runs them.",
     ),
+    Key::new(
+        "uncertainty",
+        Kind::Table(simulation::UNCERTAINTY),
+        "",
+        Need::Default("{}"),
+        "Bands of the numbers of impacts.",
+    ),
     Key::new("output", Kind::Table(simulation::OUTPUT), "", Need::Default("{}"), "What is stored."),
 ];
 

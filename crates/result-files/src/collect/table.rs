@@ -41,7 +41,7 @@ pub struct Table {
 type ImpactColumn = (&'static str, &'static str, fn(&ImpactRow) -> f64);
 
 /// Columns of the impacts.
-const IMPACT: [ImpactColumn; 9] = [
+const IMPACT: [ImpactColumn; 14] = [
     ("start", "s", |i| i.start),
     ("end", "s", |i| i.end),
     ("duration", "s", |i| i.end - i.start),
@@ -51,6 +51,11 @@ const IMPACT: [ImpactColumn; 9] = [
     ("approach_velocity", "m/s", |i| i.approach_velocity),
     ("separation_velocity", "m/s", |i| i.separation_velocity),
     ("restitution", "–", |i| i.restitution),
+    ("peak_force_uncertainty", "N", |i| i.peak_force_uncertainty),
+    ("duration_uncertainty", "s", |i| i.duration_uncertainty),
+    ("impulse_uncertainty", "N s", |i| i.impulse_uncertainty),
+    ("separation_velocity_uncertainty", "m/s", |i| i.separation_velocity_uncertainty),
+    ("restitution_uncertainty", "–", |i| i.restitution_uncertainty),
 ];
 
 /// A column of the joints.

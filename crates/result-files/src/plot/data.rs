@@ -8,6 +8,7 @@ use hdf5::{File, Group, Result};
 use crate::error::ResultError;
 use crate::file::fault::FileFault;
 use crate::file::hdf5_integrity;
+use crate::stored::impacts::impacts;
 use crate::stored::open::{attribute, open, scenario_text, table};
 use crate::stored::pressure_series::PressureSeries;
 use crate::stored::scenario_values::{self, Values};
@@ -133,7 +134,7 @@ fn contents(file: &File) -> Result<ResultData> {
         title: attribute(file, "title").unwrap_or_default(),
         time: hdf5_integrity::rows(&file.dataset("time")?)?,
         phases: table(file, "phases")?,
-        impacts: table(file, "impacts")?,
+        impacts: impacts(file)?,
         trials: table(file, "tries")?,
         utilisation: utilisation(&scenario),
         ..ResultData::default()

@@ -9,6 +9,7 @@ use crate::error::ResultError;
 use crate::file::fault::FileFault;
 use crate::file::hdf5_integrity;
 use crate::stored::chosen_sizes::{self, Note};
+use crate::stored::impacts::impacts;
 use crate::stored::open::{attribute, open, scenario_text, table};
 use crate::stored::reactions::{self, PeakReaction};
 use crate::stored::stages::STAGES;
@@ -102,7 +103,7 @@ fn summary(file: &File) -> Result<Summary> {
         bodies,
         chosen: scenario_text(file).map(|text| chosen_sizes::notes(&text)).unwrap_or_default(),
         phases: table(file, "phases")?,
-        impacts: table(file, "impacts")?,
+        impacts: impacts(file)?,
         trials: table(file, "tries")?,
         reactions: reactions::peaks(file, &time)?,
         energy_drift: energies.map(|(drift, scale)| drift / scale),

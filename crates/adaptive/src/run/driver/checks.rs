@@ -51,12 +51,12 @@ pub(super) struct Doubts {
     /// How much of the approach was penetration, if it was too much and the contact could be
     /// judged.
     too_soft: Option<Overlap>,
-    /// Whether flat faces touched.
-    are_between_flat_faces: bool,
+    /// Which parts touched.
+    pub touch: TouchKind,
     /// How many times stiffer they were than the modes follow.
     beyond_modes: f64,
     /// How its force rings.
-    ringing: Option<Ringing>,
+    pub ringing: Option<Ringing>,
 }
 
 impl Driver<'_> {
@@ -77,7 +77,7 @@ impl Driver<'_> {
         Doubts {
             few_at_once: few_at_once(),
             too_soft: self.overlap(i).filter(|overlap| !is_minor && overlap.is_too_much()),
-            are_between_flat_faces: whole.is_some_and(TouchKind::is_jump),
+            touch: whole.unwrap_or(TouchKind::Smooth),
             beyond_modes: whole.and_then(beyond).unwrap_or(0.0),
             ringing: self.slots[i].monitor.ringing(),
         }
@@ -210,7 +210,7 @@ impl Driver<'_> {
         let few = |b: usize| Some((b, few_modes((b, &self.model.bodies[b]), impact, needs)?));
         let mut warnings: Vec<(usize, Warning)> = bodies.filter_map(few).collect();
         warnings.extend(rings);
-        if doubts.are_between_flat_faces {
+        if doubts.touch.is_jump() {
             warnings.extend(slow_rise(name, &touching, impact).map(|warning| (i, warning)));
         }
         let few_at_once = doubts.few_at_once.map(|shares| (i, moving_contact(name, impact, shares)));

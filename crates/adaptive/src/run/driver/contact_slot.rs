@@ -8,6 +8,7 @@ use crate::model::ContactFacts;
 use crate::state::impact_monitor::ImpactMonitor;
 use crate::state::simulation::{RunContact, System, gap_as_placed};
 use crate::touch::detection::Search;
+use crate::uncertainty::trace::Trace;
 
 /// State of a contact between steps. What outlasts an impact is in [`crate::state::ContactState`].
 pub(super) struct ContactSlot {
@@ -39,6 +40,8 @@ pub(super) struct ContactSlot {
     pub clearance: f64,
     /// Bound of the closing speed at the end of the last step, while there is a clearance [m/s].
     pub closing_speed: f64,
+    /// What bands of the running impact are made from.
+    pub trace: Trace,
     /// How near the bodies were in the last step.
     pub nearness: Nearness,
 }
@@ -82,6 +85,7 @@ impl ContactSlot {
             clearance: 0.0,
             closing_speed: 0.0,
             nearness: Nearness::Unknown,
+            trace: Trace::default(),
         }
     }
 

@@ -47,20 +47,20 @@ impl Driver<'_> {
         let others: Vec<Vec<(f64, f64)>> = (0..self.slots.len()).map(spans).collect();
         for (i, (is_open, spans)) in is_open.into_iter().zip(others).enumerate() {
             let monitor = &mut self.slots[i].monitor;
-            let is_alone = |impact: &Impact| {
-                let (start, end) = impact.span();
-                !spans.iter().any(|(first, last)| *first < end && start < *last)
-            };
+            let is_alone =
+                |(start, end): (f64, f64)| !spans.iter().any(|(first, last)| *first < end && start < *last);
             if monitor.is_running() {
                 self.run.contacts[i].close(monitor.last_touch().unwrap_or_default());
             }
-            let records = monitor.finish(i as u32, self.run.n_rows(), is_alone);
-            self.run.contacts[i].impact = monitor.reported();
-            for record in records {
+            let records = monitor.finish(i as u32, self.run.n_rows(), |impact| is_alone(impact.span()));
+            for mut record in records {
+                record.band = self.band(&record, is_alone((record.start, record.end)), &doubts[i]);
+                self.slots[i].monitor.set_band(record.band);
                 self.output.observer.impact(&record)?;
                 self.run.n_impacts += u32::from(record.row == self.run.n_rows());
                 self.check_impact(&record, is_open, minor[i], &doubts[i])?;
             }
+            self.run.contacts[i].impact = self.slots[i].monitor.reported();
         }
         self.report_hits()?;
         self.check_output()?;
@@ -320,6 +320,7 @@ impl Driver<'_> {
         for i in which {
             let now = self.instant(i);
             self.check_contact(i, now.time, -now.motion.along(&now.normal))?;
+            self.begin_trace(i, now.time);
             self.slots[i].monitor.begin(now);
             (self.slots[i].pressure, self.slots[i].left_out) = (0.0, None);
         }

@@ -59,6 +59,7 @@ impl Driver<'_> {
         self.interpolated.copy_from_slice(self.integrator.state());
         let t = self.integrator.time();
         self.fill(t);
+        self.keep_energy();
         if t >= self.next_state() {
             self.send()?;
         }

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::{Change, ContactInstant, NearMotion};
-use crate::record::ImpactRecord;
+use crate::record::{Band, ImpactRecord};
 
 /// Touches of two bodies between which they are apart for no longer than the longest of those
 /// before or after lasted (docs/theory.md Eq. Q.1).
@@ -30,6 +30,8 @@ pub struct Impact {
     pub(super) after: NearMotion,
     /// Whether no other contact has pressed the bodies in the phases that have been reported.
     pub(super) is_alone: bool,
+    /// Bands of its numbers, once it has been reported.
+    pub(super) band: Band,
 }
 
 /// Smallest approach velocity that is one, as a share of the speeds that it is the difference of.
@@ -59,6 +61,7 @@ impl Impact {
             before: touch.map_or(before.motion, |t| t.motion),
             after: now.motion,
             is_alone: true,
+            band: Band::default(),
         }
     }
 
@@ -141,6 +144,7 @@ impl Impact {
             approach_velocity,
             separation_velocity: if is_open { separation_velocity } else { f64::NAN },
             restitution: if is_open && self.is_alone { self.restitution() } else { f64::NAN },
+            band: self.band,
         }
     }
 }

@@ -59,6 +59,10 @@ fn for_people(s: &Summary) -> String {
     bodies(s, &mut out);
     table(&s.phases, &phases(), &mut out);
     table(&s.impacts, &impacts(), &mut out);
+    // Results of earlier versions tell nothing.
+    if s.impacts.iter().any(|i| !i.uncertainty.as_str().is_empty()) {
+        table(&s.impacts, &bands(), &mut out);
+    }
     table(&s.reactions, &reactions(), &mut out);
     table(&s.trials, &trials(), &mut out);
     if !s.timings.is_empty() {
@@ -110,6 +114,26 @@ fn impacts() -> [Shown<ImpactRow>; 8] {
         Shown::number(heading("impulse", "impulse"), 13, |_, i| format!("{:.6e}", i.impulse)),
         Shown::number("restitution", 12, |_, i| ratio(i.restitution)),
     ]
+}
+
+fn bands() -> [Shown<ImpactRow>; 7] {
+    let heading = |column: &str, name: &str| format!("± {}", heading::<ImpactRow>(column, name));
+    [
+        Shown::text("impact", 7, |n, _| (n + 1).to_string()),
+        Shown::number(heading("peak_force", "peak"), 10, |_, i| band(i.peak_force_uncertainty)),
+        Shown::number(heading("end", "duration"), 14, |_, i| band(i.duration_uncertainty)),
+        Shown::number(heading("impulse", "impulse"), 15, |_, i| band(i.impulse_uncertainty)),
+        Shown::number(heading("separation_velocity", "separation"), 18, |_, i| {
+            band(i.separation_velocity_uncertainty)
+        }),
+        Shown::number("± restitution", 13, |_, i| band(i.restitution_uncertainty)),
+        Shown::text("largest part, or why there is none", 0, |_, i| i.uncertainty.as_str().to_owned()),
+    ]
+}
+
+/// A band to the digits that it is right to.
+fn band(x: f64) -> String {
+    if x > 0.0 { format!("{x:.1e}") } else { NOTHING.into() }
 }
 
 fn reactions() -> [Shown<PeakReaction>; 5] {

@@ -8,9 +8,10 @@ use hdf5::{Group, Result};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use result_files::file::fault::FileFault;
 use result_files::file::hdf5_integrity;
+use result_files::stored::impacts::impacts;
 use result_files::stored::open::{open, scenario_text};
 use result_files::stored::pressure_series::PressureSeries;
-use result_files::tables::{ImpactRow, PhaseRow, TransferRow};
+use result_files::tables::{PhaseRow, TransferRow};
 
 use super::zones::Span;
 use crate::error::AppError;
@@ -151,9 +152,8 @@ impl States {
     /// # Errors
     /// [`AppError::Io`] if the table of impacts cannot be read.
     pub fn peaks(&self) -> std::result::Result<Vec<f64>, AppError> {
-        let rows: Result<Vec<ImpactRow>> =
-            open(&self.file)?.dataset("impacts").and_then(|d| hdf5_integrity::rows(&d));
-        let rows = rows.map_err(|source| self.unreadable("/impacts".into(), source))?;
+        let rows =
+            impacts(&open(&self.file)?).map_err(|source| self.unreadable("/impacts".into(), source))?;
         Ok(rows.iter().map(|row| row.peak_time).collect())
     }
 

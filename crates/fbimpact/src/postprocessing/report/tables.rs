@@ -228,6 +228,12 @@ fn impacts(told: &Told<'_>, out: &mut String) {
         ("approach", "approach_velocity"),
         ("separation", "separation_velocity"),
         ("restitution", "restitution"),
+        ("± peak", "peak_force_uncertainty"),
+        ("± duration", "duration_uncertainty"),
+        ("± impulse", "impulse_uncertainty"),
+        ("± separation", "separation_velocity_uncertainty"),
+        ("± restitution", "restitution_uncertainty"),
+        ("largest part of ±", "uncertainty"),
     ]));
     let rows = rows(told.json, "impacts");
     if rows.is_empty() {

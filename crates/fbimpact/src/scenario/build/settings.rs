@@ -37,6 +37,7 @@ pub fn settings(simulation: &Section, output: &Section, accuracy: Accuracy) -> O
         phase_share,
         free_share: if is_even { 0.0 } else { phase_share },
         pressure: output.boolean("pressure")?,
+        uncertainty: true,
     })
 }
 

@@ -184,6 +184,16 @@ name_values!(Compression {
 /// Coordinates and lengths in a body \[m\].
 const PLACE: Range = Range::within(1e6);
 
+/// `[uncertainty]`.
+pub const UNCERTAINTY: &[Key] = &[Key::new(
+    "enabled",
+    Kind::Boolean,
+    "",
+    Need::Default("true"),
+    "Whether it is estimated by how much peak force, duration, impulse, separating speed and restitution of each impact may be off because \
+     of what the run is resolved to: the columns `…_uncertainty` of `/impacts` (docs/uncertainty.md). Motion and forces are the same without.",
+)];
+
 /// `[output]`.
 pub const OUTPUT: &[Key] = &[
     Key::new(

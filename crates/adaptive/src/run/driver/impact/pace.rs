@@ -1,5 +1,5 @@
 //! The pace of an impact: explicit steps that follow every vibration, or, where a contact lasts, implicit ones at the pace of the motion
-//! (docs/theory.md section A.12).
+//! (docs/theory.md section A.10).
 
 use ffr_dynamics::integration::{Method, Step};
 use std::f64::consts::TAU;

@@ -4,7 +4,8 @@
 use std::time::Instant;
 
 use cpu_time::ProcessTime;
-use ffr_dynamics::integration::{DenseOutput, OdeSystem};
+use ffr_dynamics::error::DynamicsError;
+use ffr_dynamics::integration::{DenseOutput, OdeSystem, Step};
 
 use super::judgement::Ending;
 use super::pace::Pace;
@@ -18,6 +19,7 @@ use crate::run::driver::contact_slot::ContactSlot;
 use crate::run::driver::{Driver, QUIET_STEPS};
 use crate::state::observer::Continue;
 use crate::state::simulation::smallest_gap;
+use crate::uncertainty::trace::Trace;
 
 /// Counters of one trial.
 pub(crate) struct Trial {
@@ -55,6 +57,7 @@ impl Driver<'_> {
         self.lowered = None;
         self.pace = Pace::new(self.impact_step);
         self.begin_watch();
+        self.slots.iter_mut().for_each(|slot| slot.trace = Trace::default());
         self.local_deformation.begin(self.integrator.time(), self.model.observed.points.len());
         let statistics = self.statistics();
         let penalties = self.model.system.forces().iter().map(|f| f.contact.facts().penalty());
@@ -96,12 +99,8 @@ impl Driver<'_> {
         self.begin_monitors(0..self.slots.len())?;
         self.update_stress_states();
         while self.integrator.time() < self.settings.end_time {
-            let mut fine = self.slots.iter().filter_map(ContactSlot::fine);
-            let stops = fine.any(|f| f.search.stops_at_errors());
             self.choose_pace()?;
-            self.integrator.stop_at_errors(stops);
-            let goal = self.settings.end_time.min(self.pace.goal());
-            let step = match self.integrator.step(&mut self.model.system, goal) {
+            let step = match self.take_step() {
                 Ok(step) => step,
                 Err(_) if self.pace.kind() == PhaseKind::Lasting => {
                     self.slow_down()?;
@@ -118,7 +117,6 @@ impl Driver<'_> {
                     return Ok(Ending::SolverFailed(refusal));
                 }
             };
-            self.sort_step();
             let joining = self.first_to_join(step)?;
             if self.pace.kind() == PhaseKind::Lasting {
                 if joining.is_some() || self.is_any_changed()? {
@@ -162,6 +160,18 @@ impl Driver<'_> {
         self.check_resolved(false)?;
         self.end_watch()?;
         Ok(Ending::Complete)
+    }
+
+    /// A step at the present pace; what contacts did in it is kept, and which are near.
+    fn take_step(&mut self) -> Result<Step, DynamicsError> {
+        let mut fine = self.slots.iter().filter_map(ContactSlot::fine);
+        let stops = fine.any(|f| f.search.stops_at_errors());
+        self.integrator.stop_at_errors(stops);
+        let goal = self.settings.end_time.min(self.pace.goal());
+        let step = self.integrator.step(&mut self.model.system, goal)?;
+        self.keep_forces(step.end);
+        self.sort_step();
+        Ok(step)
     }
 
     /// Contact `i` joins the impact at the present instant, with a zone of the size wanted.
@@ -303,7 +313,8 @@ impl Driver<'_> {
         self.return_to(start);
         self.integrator.stop_at_errors(false); // these steps have passed already
         while self.integrator.time() < end {
-            self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
+            let step = self.integrator.step(&mut self.model.system, end).map_err(AdaptiveError::Dynamics)?;
+            self.keep_forces(step.end);
             self.sort_step();
             self.store_step()?;
             self.update_monitors()?;

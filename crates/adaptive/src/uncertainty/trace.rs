@@ -1,0 +1,63 @@
+//! What is kept of a contact in a trial.
+
+/// The force of a contact at the end of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Instant {
+    /// Time \[s\].
+    pub time: f64,
+    /// Normal force \[N\].
+    pub force: f64,
+    /// Largest penetration of the springs; zero without springs \[m\].
+    pub penetration: f64,
+}
+
+/// What is kept of a contact.
+#[derive(Debug, Clone, Default)]
+pub struct Trace {
+    /// Beginning \[s\], and coordinates and rates of each body's modes there.
+    pub begun: Option<(f64, Vec<Vec<[f64; 2]>>)>,
+    /// Its force.
+    pub instants: Vec<Instant>,
+    /// Modal forces on each body at the peak, for a unit of the contact's.
+    pub shares: Vec<Vec<f64>>,
+    /// Whether no other forces acted on the bodies there.
+    pub is_alone: bool,
+    /// Energy at the first instant and at the last \[J\].
+    pub energy: Option<[f64; 2]>,
+    largest: f64,
+}
+
+impl Trace {
+    /// Keeps the force at an instant, in place of those from there on if there are some: a step is taken
+    /// again. Returns whether it is the largest.
+    pub fn keep(&mut self, now: Instant) -> bool {
+        if self.instants.last().is_some_and(|last| last.time >= now.time) {
+            self.instants.retain(|instant| instant.time < now.time);
+            self.largest = self.instants.iter().map(|instant| instant.force).fold(0.0, f64::max);
+        }
+        self.instants.push(now);
+        let is_largest = now.force > self.largest;
+        self.largest = self.largest.max(now.force);
+        is_largest
+    }
+
+    /// Keeps the energy of the run \[J\].
+    pub fn keep_energy(&mut self, energy: f64) {
+        self.energy = Some([self.energy.map_or(energy, |[first, _]| first), energy]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_step_that_is_taken_again_replaces_what_was_kept() {
+        let mut trace = Trace::default();
+        let at = |time: f64, force: f64| Instant { time, force, penetration: 0.0 };
+        assert!(trace.keep(at(1.0, 2.0)) && trace.keep(at(2.0, 5.0)));
+        assert!(trace.keep(at(1.5, 3.0)), "the 5 N are gone");
+        assert_eq!(trace.instants, [at(1.0, 2.0), at(1.5, 3.0)]);
+        assert!(!trace.keep(at(1.8, 3.0)));
+    }
+}

@@ -1,0 +1,116 @@
+//! Bands of the numbers of impacts (theory U): the truth lies within, they change nothing else, and what has none says why.
+
+use std::path::Path;
+
+use adaptive::record::ImpactRecord;
+use adaptive::record::band::{Band, NoBand, Source};
+use adaptive::run::recording::Recording;
+
+use crate::support::scenarios::{run, run_text, valid};
+
+/// A steel ball of 10 mm that hits the end of a steel rod with 0.5 m/s, with 8 elements across its contact.
+const BALL_ON_ROD: &str = r#"
+[simulation]
+end_time = 1.2e-4
+[bodies.ball]
+model = "axisymmetric"
+material = "steel"
+geometry = { shape = "sphere", radius = 0.01 }
+position = [0.0, 0.0, -0.01]
+velocity = [0.0, 0.0, 0.5]
+[bodies.rod]
+model = "axisymmetric"
+material = "steel"
+geometry = { shape = "rod", radius = 0.01, length = 0.3 }
+[contacts.c]
+contact_body = "ball"
+target_body = "rod"
+interval = { elements = 8 }
+"#;
+
+fn first(recording: &Recording) -> ImpactRecord {
+    *recording.impacts.first().expect("an impact")
+}
+
+#[test]
+fn truth_is_within_the_band_of_a_coarse_zone() {
+    let impact = first(&run_text(BALL_ON_ROD));
+    let band = impact.band;
+    // `accuracy = "fine"` with twice the modes, elements and points across: 699.41 N, 0.91555; that of the peak
+    // is right to 1e-4.
+    let error = (impact.peak_force - 699.41).abs();
+    assert!(error > 1.0 && error <= band.peak_force && band.peak_force < 5.0 * error, "{error} {band:?}");
+    assert!((impact.restitution - 0.9156).abs() <= 1e-4 + band.restitution, "{impact:?}");
+    assert_eq!(band.largest.map(|(source, _)| source), Some(Source::Zone));
+    assert_eq!(band.missing, None);
+    assert!(band.note("c").contains("contacts.c.interval.elements"), "{}", band.note("c"));
+}
+
+#[test]
+fn truth_is_within_the_band_of_bars_with_few_modes() {
+    let text = r#"
+[simulation]
+end_time = 1.2e-4
+[materials.m]
+youngs_modulus = 210e9
+poissons_ratio = 0.0
+density = 7850.0
+[bodies.one]
+model = "axisymmetric"
+material = "m"
+geometry = { shape = "rod", radius = 5e-3, length = 0.1 }
+position = [0.0, 0.0, -0.1]
+velocity = [0.0, 0.0, 2.0]
+reduction = { modes = 12 }
+[bodies.two]
+model = "axisymmetric"
+material = "m"
+geometry = { shape = "rod", radius = 5e-3, length = 0.3 }
+reduction = { modes = 36 }
+[contacts.c]
+contact_body = "one"
+target_body = "two"
+"#;
+    let impact = first(&run_text(text));
+    let band = impact.band;
+    // Waves: half the impedance times the speed, for the time of a wave through the short bar and back.
+    let (area, speed) = (std::f64::consts::PI * 25e-6, (210e9_f64 / 7850.0).sqrt());
+    let force = 7850.0 * speed * area;
+    let impulse = force * 2.0 * 0.1 / speed;
+    assert!((impact.peak_force - force).abs() <= band.peak_force, "{force} {impact:?}");
+    assert!((impact.impulse - impulse).abs() <= band.impulse, "{impulse} {impact:?}");
+    assert!(band.impulse < 0.2 * impulse && band.peak_force < force);
+}
+
+#[test]
+fn bands_change_nothing_else() {
+    let with = run(&valid(Path::new("."), BALL_ON_ROD, &[]));
+    let without = run(&valid(Path::new("."), BALL_ON_ROD, &["uncertainty.enabled=false"]));
+    // Numbers that are none are the same, too.
+    let shown = |record: &ImpactRecord| format!("{:?}", ImpactRecord { band: Band::default(), ..*record });
+    assert!(format!("{:?}", with.samples) == format!("{:?}", without.samples));
+    assert!(with.impacts.iter().zip(&without.impacts).all(|(a, b)| shown(a) == shown(b)));
+    let band = first(&without).band;
+    assert!(band.peak_force.is_nan() && band.missing == Some(NoBand::Off), "{band:?}");
+}
+
+#[test]
+fn what_has_no_band_says_why() {
+    let text = BALL_ON_ROD.replace("interval = { elements = 8 }\n", "");
+    let of =
+        |more: &str, set: &[&str]| first(&run(&valid(Path::new("."), &format!("{text}{more}"), set))).band;
+    let coarse = of("", &["contacts.c.model=\"coarse\"", "contacts.c.interval.width=2e-3"]);
+    assert_eq!(coarse.missing, Some(NoBand::Coarse));
+    let unended = of("", &["simulation.end_time=3e-5"]);
+    assert_eq!(unended.missing, Some(NoBand::Unended));
+    let held = of(
+        "[joints.j]\ntype = \"axial\"\nparent = { body = \"ground\", point = [0.0, 0.0, 0.3] }\nchild = { body = \"rod\", marker = \"end\" }\nstiffness = 1e6\n",
+        &[],
+    );
+    assert_eq!(held.missing, Some(NoBand::OtherForces));
+    for band in [coarse, unended, held] {
+        let numbers =
+            [band.peak_force, band.duration, band.impulse, band.separation_velocity, band.restitution];
+        assert!(numbers.iter().all(|x| x.is_nan()) && band.note("c").starts_with("no band of any number"));
+    }
+}
