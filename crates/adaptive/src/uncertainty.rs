@@ -66,6 +66,11 @@ impl Evidence<'_> {
 /// Steps of the replay over the duration of the impact, and over a period of the highest mode.
 const STEPS: f64 = 600.0;
 const STEPS_OF_PERIOD: f64 = 10.0;
+/// Steps at most for each step of the run, so that a replay costs a small part of it; and at least and at most
+/// of all.
+const STEPS_OF_RUN: f64 = 2.0;
+const FEWEST_STEPS: f64 = 100.0;
+const MOST_STEPS: f64 = 4000.0;
 /// Steps times modes of a replay at most: some milliseconds.
 const MOST_WORK: f64 = 1.5e6;
 /// How long a replay goes on, in durations of the impact.
@@ -101,7 +106,9 @@ pub fn parts(evidence: &Evidence<'_>) -> Result<Vec<(Source, Numbers)>, NoBand> 
     let bodies = Bodies { mass, speed: *speed, modes: evidence.modes.clone() };
     let highest = bodies.modes.iter().map(Mode::frequency).fold(0.0, f64::max);
     let end = LONGER * numbers.duration;
-    let fine = (numbers.duration / STEPS).min(1.0 / (STEPS_OF_PERIOD * highest));
+    let wanted = STEPS.max(STEPS_OF_PERIOD * highest * numbers.duration);
+    let most = (STEPS_OF_RUN * evidence.instants.len() as f64).clamp(FEWEST_STEPS, MOST_STEPS);
+    let fine = numbers.duration / wanted.min(most);
     let h = fine.max(end * (bodies.modes.len() + 1) as f64 / MOST_WORK);
     let window = evidence.jump_window().unwrap_or(0.0);
     let grid = Grid { step: h, end, window };

@@ -231,9 +231,11 @@ pub fn coarse_mesh(body: &BodyModel, known: Option<f64>) -> Option<Warning> {
     })
 }
 
-/// Relative error of the frequency `frequency` \[Hz\] on the mesh of `body` (Eq. P.7); none without a mesh.
-pub fn frequency_error(body: &BodyModel, frequency: f64) -> Option<f64> {
-    worst_direction(body.flexible()?.body.as_ref(), frequency).map(|(error, ..)| error)
+/// Relative error of the frequency `frequency` \[Hz\] on the mesh of `body` (Eq. P.7) and the power of the
+/// frequency with which it falls at least, that of bending; none without a mesh.
+pub fn frequency_error(body: &BodyModel, frequency: f64) -> Option<(f64, f64)> {
+    let (error, _, worst) = worst_direction(body.flexible()?.body.as_ref(), frequency)?;
+    Some((error, worst.degree as f64))
 }
 
 /// The error of a frequency \[Hz\] in the direction whose elements resolve its wave worst, with wave and

@@ -42,7 +42,7 @@ pub struct ZoneError {
 }
 
 /// Constants of the square of the number of points across (Eq. U.5), found with interval.elements from 8 to
-/// 64 in balls on planes and rods.
+/// 64 in axisymmetric balls on planes and rods and in discs; not measured in three dimensions.
 const APPROACH: f64 = 0.04;
 const FORCE: f64 = 0.25;
 /// Share of the yield below an edge or a corner that elements half as long change.

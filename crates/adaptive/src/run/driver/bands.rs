@@ -183,14 +183,18 @@ impl Driver<'_> {
             return Err(NoBand::ModesOfFile);
         }
         let known = self.model.frequency_errors.get(body).copied().flatten();
+        // The mesh is asked once, for it is slow to answer.
+        let highest = data.modal_stiffness.iter().copied().fold(0.0, f64::max);
+        let ask = || frequency_error(model, highest.sqrt() / std::f64::consts::TAU);
+        let of_highest = if known.is_none() && highest > 0.0 { ask() } else { None };
         let mode = |(k, (share, start)): (usize, (&f64, &[f64; 2]))| {
             let stiffness = data.modal_stiffness[k];
             let damping = match &data.modal_damping {
                 ModalDamping::PerMode(coefficients) => coefficients[k],
                 ModalDamping::None | ModalDamping::Full(_) => 0.0,
             };
-            let of_mesh = || frequency_error(model, stiffness.sqrt() / std::f64::consts::TAU);
-            let error = known.or_else(of_mesh).unwrap_or(0.0);
+            let of_mesh = of_highest.map(|(error, power)| error * (stiffness / highest).sqrt().powf(power));
+            let error = known.or(of_mesh).unwrap_or(0.0);
             Mode { stiffness, damping, share: *share, start: *start, error }.after(since)
         };
         Ok(shares.iter().zip(at_start).enumerate().map(mode).collect())
