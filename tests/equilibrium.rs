@@ -56,7 +56,8 @@ fn a_ball_set_down_yields_as_hertz_says_and_stays_at_rest() {
     // A ball is not a half space: its weight is spread over it, which is of the order a/R = 2e-3, and the zone
     // has some tens of elements.
     assert!((found / approach - 1.0).abs() < 0.01, "{found:e} for {approach:e}");
-    let recording = continued(&ball());
+    // Rest is stored as often as is asked for.
+    let recording = continued(&(ball() + "[output]\nfree_interval = 1e-6\n"));
     assert!(unrest(&recording, 0) < 100.0 * BALANCED, "{:e}", unrest(&recording, 0));
     assert!(recording.samples.len() > 10 && recording.energy_drift() < 1e-6);
 }

@@ -144,7 +144,10 @@ fn faults_name_the_place_and_what_there_is() {
         ("bodies.ball.velocity[999999]", &["column 21", "0 to", "-1 to"]),
         ("bodies.ball.velocity.w", &["no component \"w\"", "x, y, z"]),
         ("impacts", &["a table", "peak_force"]),
-        ("impacts[0].force", &["no column \"force\"", "peak_force", "restitution, duration"]),
+        (
+            "impacts[0].force",
+            &["no column \"force\"", "peak_force", "restitution, ", "uncertainty, duration"],
+        ),
         ("tries.duration", &["no column \"duration\""]),
         ("impacts.contact", &["texts"]),
         ("time-1", &["column 1", "a minus sign has a space"]),

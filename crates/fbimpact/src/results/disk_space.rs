@@ -6,7 +6,7 @@
 //! flush cannot fail for want of space.
 
 use std::fs::{File, OpenOptions};
-use std::io::{self, Seek, SeekFrom, Write};
+use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 /// Zeros written at a time.
@@ -16,6 +16,10 @@ const ROOM: u64 = 1 << 17;
 /// What a dataset may take besides its chunks: two nodes of the tree that finds them (2.6 kB each)
 /// and its header.
 pub const BYTES_OF_DATASET: u64 = 1 << 13;
+
+/// Places of its version and of the length of the file in the superblock of HDF5's format 1.8 and later.
+const VERSION: usize = 8;
+const LENGTH: usize = 28;
 
 /// Zeros behind the end of a file.
 pub struct DiskSpace {
@@ -27,7 +31,7 @@ pub struct DiskSpace {
 impl DiskSpace {
     /// Opens `path`, which exists.
     pub fn new(path: &Path) -> io::Result<Self> {
-        let file = OpenOptions::new().write(true).open(path)?;
+        let file = OpenOptions::new().read(true).write(true).open(path)?;
         Ok(Self { file, until: 0 })
     }
 
@@ -55,8 +59,13 @@ impl DiskSpace {
         self.until = 0;
     }
 
-    /// Cuts the closed file to its length.
-    pub fn trim(&self, end: u64) -> io::Result<()> {
-        self.file.set_len(end)
+    /// Cuts the closed file to the length that it says it has: what HDF5 gives back when it closes a file is known to it alone.
+    pub fn trim(&mut self) -> io::Result<()> {
+        let mut block = [0; LENGTH + 8];
+        self.file.seek(SeekFrom::Start(0))?;
+        self.file.read_exact(&mut block)?;
+        let length = u64::from_le_bytes(block[LENGTH..].try_into().unwrap_or_default());
+        let is_known = matches!(block[VERSION], 2 | 3) && length <= self.file.metadata()?.len();
+        if is_known { self.file.set_len(length) } else { Ok(()) }
     }
 }

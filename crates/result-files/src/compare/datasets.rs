@@ -34,7 +34,10 @@ pub fn peak<'a>(values: impl IntoIterator<Item = &'a f64>) -> f64 {
 
 /// What keeps `new` from being compared with `reference`.
 fn obstacle(new: &Entry, reference: &Entry) -> Option<String> {
-    if new.unit != reference.unit {
+    // A table may have more columns than the reference has.
+    let has_column = |column: &str| new.unit.split(", ").any(|own| own == column);
+    let is_wider = reference.kind == Kind::Other && reference.unit.split(", ").all(has_column);
+    if new.unit != reference.unit && !is_wider {
         return Some(format!("unit is \"{}\", the reference's is \"{}\"", new.unit, reference.unit));
     }
     let (a, b) = match reference.kind {

@@ -145,7 +145,7 @@ impl Open {
             columns,
             counts,
             pressures,
-            disk_space,
+            mut disk_space,
             phases,
             impacts,
             trials,
@@ -153,9 +153,8 @@ impl Open {
             warnings,
             ..
         } = self;
-        let end = file.size();
         drop((columns, counts, pressures, phases, impacts, trials, transfers, warnings, file));
-        disk_space.trim(end).map_err(RecordingFault::Space)
+        disk_space.trim().map_err(RecordingFault::Space)
     }
 
     pub(super) fn sample(&mut self, sample: &Sample, flush: bool) -> Recorded<()> {

@@ -152,7 +152,8 @@ impl Driver<'_> {
         let (body, target) = self.model.system.forces()[i].contact.facts().bodies();
         let bodies = [Some(body), target].into_iter().flatten();
         let squared = bodies.flat_map(|b| &self.model.bodies[b].data.modal_stiffness).copied();
-        TAU / squared.filter(|s| *s > 0.0).fold(f64::INFINITY, f64::min).sqrt()
+        let slowest = squared.filter(|s| *s > 0.0).reduce(f64::min);
+        slowest.map_or(f64::INFINITY, |squared| TAU / squared.sqrt())
     }
 
     /// Goes on with the steps of impacts for some time.
