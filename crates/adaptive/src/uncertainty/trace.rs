@@ -29,8 +29,12 @@ pub struct Trace {
 
 impl Trace {
     /// Keeps the force at an instant, in place of those from there on if there are some: a step is taken
-    /// again. Returns whether it is the largest.
+    /// again; of instants without force that follow each other the first. Returns whether it is the largest.
     pub fn keep(&mut self, now: Instant) -> bool {
+        let is_later = self.instants.last().is_none_or(|last| last.force <= 0.0 && last.time < now.time);
+        if now.force <= 0.0 && is_later {
+            return false;
+        }
         if self.instants.last().is_some_and(|last| last.time >= now.time) {
             self.instants.retain(|instant| instant.time < now.time);
             self.largest = self.instants.iter().map(|instant| instant.force).fold(0.0, f64::max);

@@ -123,12 +123,7 @@ impl Driver<'_> {
         let mut instants = vec![Instant { time: record.start, force: 0.0, penetration: 0.0 }];
         instants.extend(trace.instants.iter().filter(within));
         instants.push(Instant { time: record.end, force: 0.0, penetration: 0.0 });
-        let n = slot.n_active.max(1) as f64;
         let facts = &self.model.contacts[i];
-        let across = match self.model.bodies[facts.body].data.motion {
-            RigidMotion::Spatial => (4.0 * n / std::f64::consts::PI).sqrt(),
-            RigidMotion::Planar | RigidMotion::Axial => n,
-        };
         let highest = self.pressed(i).filter_map(|body| highest_free_mode(&self.model.bodies[body]));
         let evidence = Evidence {
             numbers: Numbers {
@@ -145,7 +140,7 @@ impl Driver<'_> {
             ends,
             zone: facts.zone,
             touch: doubts.touch,
-            across,
+            across: self.points_across(i).max(1.0),
             cut_off: highest.reduce(f64::min),
             ringing: doubts.ringing.map(|ringing| ringing.share * ringing.mean),
             steps: self.model.system.error_scale().relative * trace.instants.len() as f64,

@@ -222,6 +222,15 @@ impl Driver<'_> {
         self.warn(warnings)
     }
 
+    /// Points across contact `i` that carried its force at the peak.
+    pub(super) fn points_across(&self, i: usize) -> f64 {
+        let n = self.slots[i].n_active as f64;
+        match self.model.bodies[self.model.contacts[i].body].data.motion {
+            RigidMotion::Spatial => (4.0 * n / PI).sqrt(),
+            RigidMotion::Planar | RigidMotion::Axial => n,
+        }
+    }
+
     /// The warning of contact `i`, whose zone lasts for the run, of few points that carried the force at
     /// the peak of `impact`.
     fn coarse_zone(&self, i: usize, impact: &ImpactRecord) -> Option<Warning> {
@@ -230,11 +239,7 @@ impl Driver<'_> {
         if facts.refinement.is_some() {
             return None;
         }
-        let n = self.slots[i].n_active as f64;
-        let across = match self.model.bodies[facts.body].data.motion {
-            RigidMotion::Spatial => (4.0 * n / PI).sqrt(),
-            RigidMotion::Planar | RigidMotion::Axial => n,
-        };
+        let across = self.points_across(i);
         (across < FEWEST_ACROSS).then(|| Warning {
             kind: WarningKind::CoarseZone,
             subject: format!("contact \"{}\"", facts.name),
