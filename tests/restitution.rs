@@ -89,8 +89,11 @@ fn chains_and_bodies_at_rest_have_no_restitution() {
         }
         let table = output(directory.path(), &["info", "a.h5"]);
         let lines: Vec<&str> = table.lines().skip_while(|l| !l.starts_with("impact  contact")).collect();
-        let row = lines.get(1).expect("a row");
-        assert!(row.starts_with("1 ") && row.trim_end().ends_with(" -"), "{row}");
+        let (head, row) = (lines.first().expect("a heading"), lines.get(1).expect("a row"));
+        let before =
+            head.chars().count() - head.split("restitution").last().map_or(0, |rest| rest.chars().count());
+        let cell: String = row.chars().take(before).collect();
+        assert!(row.starts_with("1 ") && cell.ends_with(" -"), "{row}");
         output(directory.path(), &["collect", "a.h5", "-o", "a.csv", "--long"]);
         let csv = std::fs::read_to_string(directory.path().join("a.csv")).expect("a table");
         assert!(csv.lines().skip(1).all(|line| line.ends_with(',')), "{csv}");

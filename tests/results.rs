@@ -14,7 +14,7 @@ use adaptive::state::observer::{Continue, Observer};
 use fbimpact::commands::run::recording::{Simulation, record};
 use fbimpact::commands::run::stop::Stop;
 use fbimpact::error::AppError;
-use fbimpact::results::{OutputFile, Recorder};
+use fbimpact::results::{OutputFile, Recorder, Status};
 use fbimpact::scenario::{self, Scenario};
 use fbimpact::simulate::{Ending, RunReport};
 use ffr_dynamics::DynamicsError;
@@ -313,6 +313,73 @@ fn every_point_is_stored_once_and_the_lists_are_as_long_as_their_counts_say() {
         }
     }
     assert_eq!((k, k), (point.len(), pressure.len()));
+}
+
+/// The same names lead to the same datasets until a contact touches; what is read of each is what was reported of it.
+#[test]
+fn contacts_share_datasets_until_they_touch() {
+    const CONTACTS: u32 = 12;
+    // Instants with force: of every third contact none, of the others sixty from one on, of the first from the start.
+    let touches = |i: u32, row: u32| i % 3 != 2 && (45 * i..45 * i + 60).contains(&row);
+    let contact = |i: u32, row: u32| {
+        let force = if touches(i, row) { f64::from(row + 1) } else { 0.0 };
+        ContactSample {
+            normal_force: force,
+            force: [0.0, 2.0 * force, force],
+            active_points: u32::from(touches(i, row)),
+            penalty: if i % 2 == 0 { 1e15 } else { f64::INFINITY },
+            ..ContactSample::default()
+        }
+    };
+    let (_directory, path) = directory();
+    let mut recorder = Recorder::create(&path, &scenario_with(&[]), 1).expect("writable");
+    let names = (0..CONTACTS).map(|i| format!("contact {i}")).collect();
+    recorder.start(&RunLayout { contacts: names, ..RunLayout::default() }).expect("writable");
+    for row in 0..ROWS {
+        let points = |i| if touches(i, row) { vec![loaded(i)] } else { Vec::new() };
+        let sample = Sample {
+            contacts: (0..CONTACTS).map(|i| contact(i, row)).collect(),
+            pressures: (0..CONTACTS).map(points).collect(),
+            ..Sample::default()
+        };
+        recorder.sample(&sample).expect("writable");
+    }
+    recorder.finish(Status::Complete, "", None).expect("writable");
+    let file = result_files::file::hdf5_integrity::open(&path).expect("readable");
+    let numbers = |i: u32, name: &str| -> Vec<f64> {
+        file.dataset(&format!("contacts/contact {i}/{name}")).and_then(|d| d.read_raw()).expect("numbers")
+    };
+    let mut places: Vec<_> = Vec::new();
+    for i in 0..CONTACTS {
+        let rows = || (0..ROWS).map(|row| contact(i, row));
+        assert_eq!(numbers(i, "normal_force"), rows().map(|c| c.normal_force).collect::<Vec<_>>(), "{i}");
+        assert_eq!(numbers(i, "force"), rows().flat_map(|c| c.force).collect::<Vec<_>>(), "{i}");
+        assert_eq!(numbers(i, "penalty"), rows().map(|c| c.penalty).collect::<Vec<_>>(), "{i}");
+        let active = rows().map(|c| f64::from(c.active_points));
+        assert_eq!(numbers(i, "active_points"), active.clone().collect::<Vec<_>>(), "{i}");
+        assert_eq!(numbers(i, "pressure_points"), active.collect::<Vec<_>>(), "{i}");
+        let point = file.dataset(&format!("pressure/contact {i}/point")).expect("there");
+        assert_eq!(point.size(), if i % 3 == 2 { 0 } else { 60 });
+        places.push(
+            file.group(&format!("contacts/contact {i}")).and_then(|g| g.loc_info()).expect("there").token,
+        );
+    }
+    // What reads results takes each name for itself.
+    let stored = result_files::stored::Stored::open(&path).expect("readable");
+    assert_eq!(
+        stored.entries.keys().filter(|name| name.ends_with("/penetration")).count(),
+        CONTACTS as usize
+    );
+    let force = |i: u32| format!("contacts/contact {i}/force");
+    let leads = |from: u32, to: u32| stored.entries[&force(from)].same == Some(force(to));
+    assert!(leads(2, 8) || leads(8, 2));
+    // Those that never touch share by their penalty factor.
+    assert!(places[2] == places[8] && places[5] == places[11] && places[2] != places[5]);
+    let groups = (0..places.len()).filter(|i| !places[..*i].contains(&places[*i])).count();
+    assert_eq!(groups, 8 + 2);
+    // Each dataset is named by the scale of its time once: phase, energies, momenta, and nine of each group.
+    let users = file.dataset("time").and_then(|time| time.attr("REFERENCE_LIST")).expect("attached");
+    assert_eq!(users.size(), 1 + 10 + 2 + 9 * groups);
 }
 
 fn read_class(file: &hdf5::File) -> hdf5::types::FixedAscii<16> {

@@ -13,11 +13,11 @@ pub mod thin;
 pub mod warnings;
 pub mod summary;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 
 use hdf5::types::{TypeDescriptor, VarLenUnicode};
-use hdf5::{Dataset, File, Group, LocationToken};
+use hdf5::{Dataset, File, Group};
 
 use crate::error::ResultError;
 use crate::file::fault::FileFault;
@@ -51,6 +51,8 @@ pub struct Entry {
     pub shape: Vec<usize>,
     /// Unit, empty if it has none.
     pub unit: String,
+    /// Path of the same dataset under the name at which it was met first.
+    pub same: Option<String>,
 }
 
 impl Entry {
@@ -95,7 +97,7 @@ impl Stored {
             return Err(ResultError::io(path, reason));
         }
         let mut entries = BTreeMap::new();
-        walk(&file, "", time.len(), (&mut entries, &mut Vec::new())).map_err(damaged)?;
+        walk(&file, "", time.len(), (&mut entries, &mut Met::new())).map_err(damaged)?;
         let impacts = impacts::impacts(&file).map_err(damaged)?;
         let scenario = match file.link_exists("scenario") {
             true => open::scenario_text(&file).map_err(damaged)?,
@@ -143,30 +145,59 @@ impl Stored {
     }
 }
 
-/// Notes the datasets of a group and of those in it, each of which has one name: links could lead in circles.
+/// Groups that have been met, by what HDF5 tells them apart with: the path of each, none while what is in it is being read, or where
+/// groups lie in it.
+type Met = HashMap<String, Option<String>>;
+
+/// Notes the datasets of a group and of those in it. A group without groups may have several names, as contacts that never touch have;
+/// other groups have one, for links could lead in circles.
 fn walk(
     group: &Group,
     at: &str,
     n_times: usize,
-    (out, seen): (&mut BTreeMap<String, Entry>, &mut Vec<LocationToken>),
+    (out, met): (&mut BTreeMap<String, Entry>, &mut Met),
 ) -> hdf5::Result<()> {
-    let token = group.loc_info()?.token;
-    if seen.contains(&token) {
-        return Err(hdf5::Error::from(format!("/{at} is another name of a group of this file, take it out")));
+    let token = format!("{:?}", group.loc_info()?.token);
+    match met.get(&token) {
+        Some(Some(first)) if first.split('/').next() == at.split('/').next() => {
+            let inside = format!("{first}/");
+            let own = out.range(inside.clone()..).take_while(|(path, _)| path.starts_with(&inside));
+            let own = own.map(|(path, entry)| {
+                (
+                    format!("{at}/{}", &path[inside.len()..]),
+                    Entry { same: Some(path.clone()), ..entry.clone() },
+                )
+            });
+            let own: Vec<_> = own.collect();
+            out.extend(own);
+            return Ok(());
+        }
+        Some(_) => {
+            let reason = format!("/{at} is another name of a group of this file, take it out");
+            return Err(hdf5::Error::from(reason));
+        }
+        None => {}
     }
-    seen.push(token);
+    met.insert(token.clone(), None);
+    let mut has_groups = false;
     for name in group.member_names()? {
         let path = if at.is_empty() { name.clone() } else { format!("{at}/{name}") };
         if path == "time" || path == "scenario" {
             continue;
         }
         match group.group(&name) {
-            Ok(child) => walk(&child, &path, n_times, (out, seen))?,
+            Ok(child) => {
+                has_groups = true;
+                walk(&child, &path, n_times, (out, met))?;
+            }
             Err(_) => {
                 let entry = entry(&group.dataset(&name)?, &path, n_times);
                 out.insert(path, entry);
             }
         }
+    }
+    if !has_groups {
+        met.insert(token, Some(at.to_owned()));
     }
     Ok(())
 }
@@ -187,5 +218,5 @@ fn entry(dataset: &Dataset, path: &str, n_times: usize) -> Entry {
         (true, false) => Kind::Fixed,
     };
     let unit = dataset.attr("unit").and_then(|a| a.read_scalar::<VarLenUnicode>());
-    Entry { kind, shape, unit: unit.map_or_else(|_| String::new(), |u| u.as_str().to_owned()) }
+    Entry { kind, shape, unit: unit.map_or_else(|_| String::new(), |u| u.as_str().to_owned()), same: None }
 }

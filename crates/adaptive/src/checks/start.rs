@@ -130,6 +130,21 @@ pub fn unstable(body: &str, squared: f64) -> Warning {
     }
 }
 
+/// The warning of an equilibrium in which the share `residual` of all forces, above `limit`, does not balance; `body` moves most by it.
+pub fn out_of_balance(body: &str, residual: f64, limit: f64) -> Warning {
+    Warning {
+        kind: WarningKind::OutOfBalance,
+        subject: format!("body \"{body}\""),
+        time: 0.0,
+        value: residual,
+        limit,
+        message: format!(
+            "{residual:.1e} of the forces do not balance in the equilibrium that the run begins in, and further steps towards it gain nothing; this body moves most by what is left"
+        ),
+        remedy: "hold what rolls or slides freely, or start from the motion that is meant".into(),
+    }
+}
+
 /// The warning of a contact by Hertz's law whose body `body` has modes that yield at the touch,
 /// too.
 fn yields_twice(name: &str, body: &BodyModel) -> Warning {

@@ -63,6 +63,7 @@ kinds! {
     CoarseZone = "coarse-zone": "So few points of a contact zone that is not refined in the run carried its force that their distance shows in it.",
     StaticContact = "static-contact": "Bodies that touch are pressed together at a start in equilibrium, which does not know of the force.",
     Unstable = "unstable": "The static equilibrium that a run begins in does not hold against small disturbances.",
+    OutOfBalance = "out-of-balance": "Forces balance less well than they should in the static equilibrium that a run begins in.",
     SuddenSpin = "sudden-spin": "A body starts undeformed at a spin that strains it, so that its stress rings.",
     LocalStress = "local-stress": "Stress is asked for so near to a contact that what its law leaves out of it counts.",
     Yields = "yields": "A contact or a stress that is asked for exceeds what a material bears without yielding.",

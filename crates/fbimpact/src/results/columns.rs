@@ -8,7 +8,7 @@ use result_files::dataset::scales::{self, Scale};
 use result_files::stored::pressure_series as pressure;
 use result_files::stored::stages::STAGES;
 
-use super::series::{Series, Storage};
+use super::series::{Past, Series, Storage};
 
 /// Second dimension of a series.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,6 +39,17 @@ pub struct Declaration<T> {
     pub description: &'static str,
     /// Reads the values.
     pub extract: fn(&Sample, usize, &mut Vec<T>),
+}
+
+impl Declaration<f64> {
+    /// Numbers of a row, where the axis says it.
+    pub fn components(&self) -> usize {
+        match self.axis {
+            Axis::Space => 3,
+            Axis::Quaternion => 4,
+            Axis::Scalar | Axis::Mode | Axis::Coordinate | Axis::Tensor => 1,
+        }
+    }
 }
 
 const fn scalar<T>(
@@ -306,16 +317,23 @@ pub const TIMINGS: [Stage; 9] = [
     },
 ];
 
-/// Scales that the second dimensions refer to.
-pub struct Axes<'a> {
+/// Scales that the dimensions refer to.
+pub struct Axes {
     /// `/time`.
-    pub time: &'a Scale,
+    pub time: Scale,
     /// `/xyz`: x, y, z.
-    pub space: &'a Scale,
+    pub space: Scale,
     /// `/wxyz`: w, x, y, z.
-    pub quaternion: &'a Scale,
+    pub quaternion: Scale,
     /// How all are stored.
     pub storage: Storage,
+}
+
+impl Axes {
+    /// Writes which datasets the scales are attached to.
+    pub fn finish(&self) -> Result<()> {
+        [&self.time, &self.space, &self.quaternion].into_iter().try_for_each(Scale::finish)
+    }
 }
 
 /// A series with the rule that fills it.
@@ -326,7 +344,7 @@ pub struct Column<T> {
     extract: fn(&Sample, usize, &mut Vec<T>),
 }
 
-impl<T: H5Type + Copy + Into<f64>> Column<T> {
+impl<T: H5Type + Copy + Default + Into<f64>> Column<T> {
     /// Creates the dataset without a scale.
     pub fn bare(
         group: &Group,
@@ -335,7 +353,18 @@ impl<T: H5Type + Copy + Into<f64>> Column<T> {
         index: usize,
         storage: Storage,
     ) -> Result<Self> {
-        let series = Series::create(group, d.name, width, storage)?;
+        Self::after(None, group, d, width, index, storage)
+    }
+
+    fn after(
+        past: Option<Past<T>>,
+        group: &Group,
+        d: &Declaration<T>,
+        width: Option<usize>,
+        index: usize,
+        storage: Storage,
+    ) -> Result<Self> {
+        let series = Series::create(group, d.name, width, storage, past)?;
         describe(series.dataset(), d.unit, d.description)?;
         Ok(Self { series, index, extract: d.extract })
     }
@@ -347,20 +376,32 @@ impl<T: H5Type + Copy + Into<f64>> Column<T> {
         group: &Group,
         d: &Declaration<T>,
         index: usize,
-        axes: &Axes<'_>,
+        axes: &Axes,
+        own: Option<&Scale>,
+    ) -> Result<Self> {
+        Self::late(Past::default(), group, d, index, axes, own)
+    }
+
+    /// As [`Column::create`], for a dataset whose first rows are known.
+    pub fn late(
+        past: Past<T>,
+        group: &Group,
+        d: &Declaration<T>,
+        index: usize,
+        axes: &Axes,
         own: Option<&Scale>,
     ) -> Result<Self> {
         let second = match d.axis {
             Axis::Scalar => None,
-            Axis::Space => Some((axes.space, "xyz")),
-            Axis::Quaternion => Some((axes.quaternion, "wxyz")),
+            Axis::Space => Some((&axes.space, "xyz")),
+            Axis::Quaternion => Some((&axes.quaternion, "wxyz")),
             Axis::Mode => own.map(|scale| (scale, "eigenfrequencies")),
             Axis::Coordinate => own.map(|scale| (scale, "coordinate")),
             Axis::Tensor => own.map(|scale| (scale, "component")),
         };
-        let mut column = Self::bare(group, d, second.map(|(scale, _)| scale.size()), index, axes.storage)?;
-        column.series.leaves_blanks = true;
-        let first = (axes.time, "time");
+        let width = second.map(|(scale, _)| scale.size());
+        let column = Self::after(Some(past), group, d, width, index, axes.storage)?;
+        let first = (&axes.time, "time");
         match second {
             None => scales::attach(column.series.dataset(), &[first])?,
             Some(second) => scales::attach(column.series.dataset(), &[first, second])?,

@@ -22,7 +22,7 @@ use crate::process::provenance;
 use crate::scenario::Scenario;
 
 /// First bytes of the file; the last one is the version of the format.
-const MAGIC: &[u8; 17] = b"fbimpact restart\x09";
+const MAGIC: &[u8; 17] = b"fbimpact restart\x0a";
 /// Bytes collected before they are written; restart points are written at once.
 const BUFFER: usize = 1 << 20;
 /// Longest record that can be meant: a damaged length must not ask for more memory than there is.
@@ -70,7 +70,7 @@ pub enum Entry {
     /// What the run was started from; comes first.
     Header(Header),
     /// How many numbers each row of every series has: of series of floating-point numbers, then of
-    /// series of counts.
+    /// series of counts; then the number of contacts, whose series are not among them.
     Layout(Vec<u64>),
     /// A row of all series.
     Row(Row),
@@ -97,8 +97,21 @@ pub struct Row {
     pub numbers: Vec<f64>,
     /// Counts, series after series.
     pub counts: Vec<u32>,
-    /// Points that carry force, one entry per contact.
-    pub pressures: Vec<Vec<PressurePoint>>,
+    /// Those contacts that do not have the row of the instant before.
+    pub contacts: Vec<ContactRow>,
+}
+
+/// A row of the series of a contact.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct ContactRow {
+    /// Index of the contact.
+    pub contact: u32,
+    /// Floating-point numbers, series after series.
+    pub numbers: Vec<f64>,
+    /// Counts, series after series.
+    pub counts: Vec<u32>,
+    /// Points that carry force.
+    pub points: Vec<PressurePoint>,
 }
 
 /// A restart file that is written.

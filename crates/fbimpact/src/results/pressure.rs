@@ -27,10 +27,10 @@ impl Pressures {
     /// Creates the datasets in `group`; `space` is the scale of x, y, z.
     pub fn create(group: &Group, space: &Scale, storage: Storage) -> Result<Self> {
         let pressures = Self {
-            position: Series::create(group, POSITION.0, Some(3), storage)?,
-            area: Series::create(group, AREA.0, None, storage)?,
-            point: Series::create(group, POINT.0, None, storage)?,
-            pressure: Series::create(group, PRESSURE.0, None, storage)?,
+            position: Series::create(group, POSITION.0, Some(3), storage, None)?,
+            area: Series::create(group, AREA.0, None, storage, None)?,
+            point: Series::create(group, POINT.0, None, storage, None)?,
+            pressure: Series::create(group, PRESSURE.0, None, storage, None)?,
             known: HashMap::new(),
         };
         let (area, point) = (pressures.area.dataset(), pressures.point.dataset());
@@ -47,7 +47,7 @@ impl Pressures {
         let (area, point) = (Scale::new(area.clone(), AREA.0)?, Scale::new(point.clone(), POINT.0)?);
         scales::attach(pressures.position.dataset(), &[(&area, AREA.0), (space, "xyz")])?;
         scales::attach(pressures.pressure.dataset(), &[(&point, POINT.0)])?;
-        [area, point].into_iter().try_for_each(Scale::finish)?;
+        [area, point].iter().try_for_each(Scale::finish)?;
         Ok(pressures)
     }
 

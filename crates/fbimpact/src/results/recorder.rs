@@ -14,12 +14,13 @@ use iga_core::elasticity::Model;
 use result_files::dataset::text_attribute;
 use result_files::file::fault::FileFault;
 
-use super::columns::TIMINGS;
+use super::columns::{Axes, TIMINGS};
 use super::fault::RecordingFault;
 use super::journal::{Entry, Restart};
 use super::stress::write_stress;
 use crate::scenario::{Compression, Scenario};
 
+mod contacts;
 mod layout;
 mod open_file;
 mod restart;
@@ -240,6 +241,7 @@ impl Recorder {
         self.with(|open| {
             let begin = Instant::now();
             open.write_series()?;
+            open.axes.as_ref().map_or(Ok(()), Axes::finish)?;
             if let Some((mut timings, began)) = timings {
                 // Rows were written while the run went on.
                 timings.integration = (timings.integration - seconds).max(0.0);

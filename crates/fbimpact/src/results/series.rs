@@ -1,5 +1,6 @@
 //! Time series: datasets that grow, written in blocks.
 
+use hdf5::types::OwnedDynValue;
 use hdf5::{Dataset, Error, Group, H5Type, Result};
 use ndarray::{ArrayView1, ArrayView2, s};
 
@@ -48,14 +49,33 @@ pub struct Series<T> {
     written: usize,
     /// Rows of a chunk.
     rows: usize,
-    /// Whether chunks of zeros alone, as of contacts that do not touch, are left out: HDF5 reads zeros there.
-    pub leaves_blanks: bool,
+    /// The value of which whole chunks are left out, as of contacts that do not touch: HDF5 reads it there.
+    blank: Option<T>,
+}
+
+/// What a series held before its dataset was there: so many rows of one value.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Past<T> {
+    /// Rows that others have in their datasets.
+    pub written: usize,
+    /// Rows that others have in their buffers.
+    pub buffered: usize,
+    /// The value.
+    pub value: T,
 }
 
 impl<T: H5Type + Copy + Into<f64>> Series<T> {
-    /// Creates the dataset `name` in `group`; `width` is `None` for a one-dimensional dataset.
-    pub fn create(group: &Group, name: &str, width: Option<usize>, storage: Storage) -> Result<Self> {
+    /// Creates the dataset `name` in `group`; `width` is `None` for a one-dimensional dataset. With a past, chunks of its value alone
+    /// are not stored.
+    pub fn create(
+        group: &Group,
+        name: &str,
+        width: Option<usize>,
+        storage: Storage,
+        past: Option<Past<T>>,
+    ) -> Result<Self> {
         let rows = storage.rows;
+        let (written, buffered) = past.map_or((0, 0), |past| (past.written, past.buffered));
         let builder = group.new_dataset::<T>();
         // Rows come in order: two chunks a column of chunks are enough, the default of a megabyte
         // adds up.
@@ -66,18 +86,17 @@ impl<T: H5Type + Copy + Into<f64>> Series<T> {
             Compression::None => builder,
             Compression::Gzip => builder.shuffle().deflate(1),
         };
-        let dataset = match width {
-            None => builder.chunk(rows).shape(0..).create(name)?,
-            Some(w) => builder.chunk((rows, w.min(COLUMNS))).shape((0.., w)).create(name)?,
+        let builder = match past {
+            Some(past) => builder.fill_value(OwnedDynValue::new(past.value)),
+            None => builder,
         };
-        Ok(Self {
-            dataset,
-            width,
-            buffer: Vec::with_capacity(rows * width.unwrap_or(1)),
-            written: 0,
-            rows,
-            leaves_blanks: false,
-        })
+        let dataset = match width {
+            None => builder.chunk(rows).shape(written..).create(name)?,
+            Some(w) => builder.chunk((rows, w.min(COLUMNS))).shape((written.., w)).create(name)?,
+        };
+        let mut buffer = Vec::with_capacity(rows * width.unwrap_or(1));
+        buffer.extend(past.iter().flat_map(|past| vec![past.value; buffered * width.unwrap_or(1)]));
+        Ok(Self { dataset, width, buffer, written, rows, blank: past.map(|past| past.value) })
     }
 
     /// The dataset.
@@ -111,8 +130,9 @@ impl<T: H5Type + Copy + Into<f64>> Series<T> {
             return Ok(());
         }
         let (start, end) = (self.written, self.written + rows);
-        // By its bits: a negative zero is none.
-        let is_blank = self.leaves_blanks && self.buffer.iter().all(|x| Into::<f64>::into(*x).to_bits() == 0);
+        // By its bits: a negative zero is no zero.
+        let bits = |x: T| Into::<f64>::into(x).to_bits();
+        let is_blank = self.blank.is_some_and(|blank| self.buffer.iter().all(|x| bits(*x) == bits(blank)));
         let shape_error = |e: ndarray::ShapeError| Error::from(e.to_string());
         match self.width {
             None => self.dataset.resize(end)?,

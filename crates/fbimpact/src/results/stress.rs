@@ -58,7 +58,7 @@ pub fn write_stress(file: &File, record: &StressRecord, model: Option<Model>) ->
     describe(&von_mises, "Pa", "Von Mises stress.")?;
     von_mises.new_attr::<f64>().create("time")?.write_scalar(&record.time)?;
     scales::attach(&von_mises, &[(&distance, "distance")])?;
-    [distance, coordinates, components].into_iter().try_for_each(Scale::finish)
+    [distance, coordinates, components].iter().try_for_each(Scale::finish)
 }
 
 fn distances(points: &[[f64; 3]]) -> Vec<f64> {

@@ -18,7 +18,7 @@ unsafe extern "C" {
 /// A dimension scale and the datasets that it is attached to. Both sides hold references, as the specification of scales
 /// has them: datasets their scales (`DIMENSION_LIST`), scales their datasets (`REFERENCE_LIST`). `H5DSattach_scale` writes
 /// the second list anew for each dataset, so that time and space grow by the square of their number; here it is written
-/// once, by [`Scale::finish`].
+/// by [`Scale::finish`], once for all that are there.
 pub struct Scale {
     dataset: Dataset,
     users: RefCell<Vec<User>>,
@@ -44,14 +44,19 @@ impl Scale {
         self.dataset.size()
     }
 
-    /// Writes which datasets it is attached to.
-    pub fn finish(self) -> Result<()> {
-        let users = self.users.into_inner();
-        if users.is_empty() {
+    /// Writes which datasets it is attached to, in place of an earlier list that was shorter.
+    pub fn finish(&self) -> Result<()> {
+        const LIST: &str = "REFERENCE_LIST";
+        let users = self.users.borrow();
+        let earlier = self.dataset.attr(LIST).map_or(0, |list| list.size());
+        if users.len() == earlier {
             return Ok(());
         }
-        let list = self.dataset.new_attr::<User>().shape(users.len()).create("REFERENCE_LIST")?;
-        list.write(ArrayView1::from(&users))
+        if earlier > 0 {
+            self.dataset.delete_attr(LIST)?;
+        }
+        let list = self.dataset.new_attr::<User>().shape(users.len()).create(LIST)?;
+        list.write(ArrayView1::from(&*users))
     }
 }
 

@@ -46,7 +46,8 @@ pub fn write(source: &Stored, target: &Path, n: usize) -> std::result::Result<()
     let file = builder.with_fapl(|p| p.libver_v110().file_locking(false)).create(target).map_err(fail)?;
     let rows = rows(source.time.len(), n);
     header(source, &file, &rows).map_err(fail)?;
-    for (name, entry) in source.entries.iter().filter(|(name, entry)| is_kept(name, entry)) {
+    let kept = || source.entries.iter().filter(|(name, entry)| is_kept(name, entry));
+    for (name, entry) in kept().filter(|(_, entry)| entry.same.is_none()) {
         let values = source.values(name)?;
         let (shape, values) = match entry.kind {
             Kind::Series => {
@@ -58,6 +59,11 @@ pub fn write(source: &Stored, target: &Path, n: usize) -> std::result::Result<()
             _ => (entry.shape.clone(), values),
         };
         dataset(&file, name, shape, &values, &entry.unit).map_err(fail)?;
+    }
+    for (name, first) in kept().filter_map(|(name, entry)| Some((name, entry.same.as_ref()?))) {
+        let path = name.rsplit_once('/').map_or("", |(path, _)| path);
+        let link = |_| file.link_hard(&format!("/{first}"), &format!("/{name}"));
+        group(&file, path).and_then(link).map_err(fail)?;
     }
     whole_file::close(file).map_err(fail)
 }

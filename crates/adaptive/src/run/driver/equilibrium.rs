@@ -12,7 +12,7 @@ use super::impact::MAX_TRIALS;
 use super::impact::intervals::Intervals;
 use super::impact::judgement::{Ending, Judgement};
 use super::impact::trial_reason;
-use crate::checks::start::unstable;
+use crate::checks::start::{out_of_balance, unstable};
 use crate::error::{AdaptiveError, EquilibriumFault};
 use crate::model::RunModel;
 use crate::record::ZoneSize;
@@ -26,6 +26,9 @@ const BALANCED: f64 = 1e-8;
 /// What may be left where steps gain nothing any more: flat faces under light loads yield by so little that the round-off of places
 /// shows in their forces.
 const ROUGHLY: f64 = 1e-5;
+/// The same up to which that is told: friction between flexible bodies is found to some 1e-5 of its force, and a body that rolls on it
+/// resists by less.
+const TOLD: f64 = 1e-4;
 /// Steps without a gain of half of what is left after which that is so.
 const NO_GAIN: usize = 10;
 /// Share of the size of all bodies that they move in the first step, and after a touch: a thousandth of what elastic bodies yield
@@ -101,7 +104,7 @@ impl Driver<'_> {
                     for fine in self.slots.iter_mut().filter_map(ContactSlot::fine_mut) {
                         fine.search = fine.search.accepted();
                     }
-                    return self.tell_unstable();
+                    return self.tell_faults();
                 }
                 Judgement::Again { demands, .. } => {
                     debug!(number, demands = trial_reason::line(&demands), "equilibrium again");
@@ -113,17 +116,23 @@ impl Driver<'_> {
         Err(self.no_model(intervals.latest, MAX_TRIALS))
     }
 
-    /// Tells of an equilibrium that a small disturbance leaves.
-    fn tell_unstable(&mut self) -> Result<(), AdaptiveError> {
+    /// Tells of an equilibrium in which forces do not balance, or that a small disturbance leaves.
+    fn tell_faults(&mut self) -> Result<(), AdaptiveError> {
         let (t, y, held) =
             (self.integrator.time(), self.integrator.state().to_vec(), self.moving_coordinates());
         let balance = self.model.system.balance(t, &y, &held).map_err(AdaptiveError::Model)?;
-        let Some((squared, change)) = balance.softest().filter(|(squared, _)| *squared < 0.0) else {
-            return Ok(());
-        };
-        let Some((body, ..)) = self.model.system.most_moved(t, &y, &change) else { return Ok(()) };
-        let warning = unstable(&self.model.bodies[body].name, squared);
-        self.warn(vec![(body, warning)])
+        let mut warnings = Vec::new();
+        if balance.residual() > ROUGHLY {
+            let change = balance.change(LONGEST * self.size_of_all()).0;
+            let body = self.model.system.most_moved(t, &y, &change).map_or(0, |(body, ..)| body);
+            warnings.push((body, out_of_balance(&self.model.bodies[body].name, balance.residual(), ROUGHLY)));
+        }
+        if let Some((squared, change)) = balance.softest().filter(|(squared, _)| *squared < 0.0)
+            && let Some((body, ..)) = self.model.system.most_moved(t, &y, &change)
+        {
+            warnings.push((body, unstable(&self.model.bodies[body].name, squared)));
+        }
+        self.warn(warnings)
     }
 
     /// Notes what the contacts hold in equilibrium; whether one of them reached the rim of its zone.
@@ -238,8 +247,8 @@ impl Driver<'_> {
             if residual < 0.5 * best.0 {
                 best = (residual, step);
             }
-            let is_rough = residual <= ROUGHLY && step - best.1 >= NO_GAIN;
-            if residual <= BALANCED || is_rough {
+            let gains_nothing = step - best.1 >= NO_GAIN;
+            if residual <= BALANCED || gains_nothing && residual <= TOLD {
                 debug!(step, residual, "equilibrium");
                 return Ok(Arrival::Settled);
             }

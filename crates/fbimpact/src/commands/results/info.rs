@@ -10,7 +10,7 @@ use result_files::tables::{ImpactRow, PhaseRow, TrialRow};
 use result_files::words::shown::short;
 use result_files::words::table::{Shown, heading, table, with_unit};
 
-use crate::commands::{print, ratio};
+use crate::commands::print;
 use crate::error::AppError;
 use crate::results::columns;
 
@@ -108,32 +108,56 @@ fn impacts() -> [Shown<ImpactRow>; 8] {
         Shown::text("impact", 7, |n, _| (n + 1).to_string()),
         Shown::text("contact", 12, |_, i| i.contact.as_str().to_owned()),
         Shown::number(heading("start", "start"), 14, |_, i| format!("{:.6e}", i.start)),
-        Shown::number(heading("end", "duration"), 13, |_, i| format!("{:.5e}", i.end - i.start)),
-        Shown::number(heading("peak_force", "peak"), 12, |_, i| format!("{:.5}", i.peak_force)),
+        Shown::number(heading("end", "duration"), 21, |_, i| within(i.end - i.start, i.duration_uncertainty)),
+        Shown::number(heading("peak_force", "peak"), 18, |_, i| {
+            within(i.peak_force, i.peak_force_uncertainty)
+        }),
         Shown::number(heading("peak_time", "peak at"), 14, |_, i| format!("{:.6e}", i.peak_time)),
-        Shown::number(heading("impulse", "impulse"), 13, |_, i| format!("{:.6e}", i.impulse)),
-        Shown::number("restitution", 12, |_, i| ratio(i.restitution)),
+        Shown::number(heading("impulse", "impulse"), 23, |_, i| within(i.impulse, i.impulse_uncertainty)),
+        Shown::number("restitution", 21, |_, i| within(i.restitution, i.restitution_uncertainty)),
     ]
 }
 
-fn bands() -> [Shown<ImpactRow>; 7] {
-    let heading = |column: &str, name: &str| format!("± {}", heading::<ImpactRow>(column, name));
+/// What else is told of impacts with bands.
+fn bands() -> [Shown<ImpactRow>; 3] {
+    let heading = heading::<ImpactRow>;
     [
         Shown::text("impact", 7, |n, _| (n + 1).to_string()),
-        Shown::number(heading("peak_force", "peak"), 10, |_, i| band(i.peak_force_uncertainty)),
-        Shown::number(heading("end", "duration"), 14, |_, i| band(i.duration_uncertainty)),
-        Shown::number(heading("impulse", "impulse"), 15, |_, i| band(i.impulse_uncertainty)),
-        Shown::number(heading("separation_velocity", "separation"), 18, |_, i| {
-            band(i.separation_velocity_uncertainty)
+        Shown::number(heading("separation_velocity", "separation"), 23, |_, i| {
+            within(i.separation_velocity, i.separation_velocity_uncertainty)
         }),
-        Shown::number("± restitution", 13, |_, i| band(i.restitution_uncertainty)),
-        Shown::text("largest part, or why there is none", 0, |_, i| i.uncertainty.as_str().to_owned()),
+        Shown::text("largest part of ±, or why there is none", 0, |_, i| i.uncertainty.as_str().to_owned()),
     ]
 }
 
-/// A band to the digits that it is right to.
-fn band(x: f64) -> String {
-    if x > 0.0 { format!("{x:.1e}") } else { NOTHING.into() }
+/// A number with its band, both to two digits of the band, which are those that it is right to; to six digits without one.
+fn within(x: f64, band: f64) -> String {
+    let exponent = |x: f64| x.abs().log10().floor() as i32;
+    if !x.is_finite() {
+        return NOTHING.into();
+    }
+    let is_plain = x.abs() < 1e6 && x.abs() >= 1e-3;
+    let (digits, bands) = match band > 0.0 && x.abs() > 0.0 {
+        true => (exponent(x) - exponent(band) + 1, format!(" ± {}", rounded(band))),
+        false => (5, String::new()),
+    };
+    let digits = digits.clamp(1, 9);
+    if is_plain {
+        let decimals = usize::try_from(digits - exponent(x)).unwrap_or(0);
+        format!("{x:.decimals$}{bands}")
+    } else {
+        format!("{x:.0$e}{bands}", digits as usize)
+    }
+}
+
+/// A band to two digits.
+fn rounded(band: f64) -> String {
+    if (1e-3..1e3).contains(&band) {
+        let decimals = usize::try_from(1 - band.log10().floor() as i32).unwrap_or(0);
+        format!("{band:.decimals$}")
+    } else {
+        format!("{band:.1e}")
+    }
 }
 
 fn reactions() -> [Shown<PeakReaction>; 5] {

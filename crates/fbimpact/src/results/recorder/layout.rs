@@ -2,7 +2,6 @@
 //! gears.
 
 use adaptive::record::{JointLayout, NameAndUnit, PointLayout, RunLayout};
-use hdf5::plist::group_create::LinkPhaseChange;
 use hdf5::{Group, Result};
 use ndarray::ArrayView1;
 use result_files::dataset::scales::Scale;
@@ -11,9 +10,9 @@ use result_files::dataset::{component_scale, describe, text_attribute};
 use super::super::columns::{self, Axes, Axis, Column, Declaration};
 use super::super::disk_space::BYTES_OF_DATASET;
 use super::super::fault::RecordingFault;
-use super::super::pressure::Pressures;
 use super::super::series::Storage;
 use super::super::stress::tensor_scale;
+use super::contacts::Contacts;
 use super::{DATASETS_PER_GROUP, Open, Recorded};
 use crate::scenario::Compression;
 
@@ -22,14 +21,12 @@ impl Open {
     pub(super) fn layout(&mut self, layout: &RunLayout, compression: Compression) -> Recorded<()> {
         let file = self.file.clone();
         self.contact_names = layout.contacts.iter().chain(&layout.stops).cloned().collect();
-        let groups = layout.bodies.len()
-            + layout.contacts.len()
-            + layout.points.len()
-            + layout.joints.len()
-            + layout.gears.len();
-        let n = 16 + DATASETS_PER_GROUP * groups;
-        self.disk_space.reserve(file.size(), n as u64 * BYTES_OF_DATASET).map_err(RecordingFault::Space)?;
-        let storage = Storage::of(n, compression);
+        // All contacts share the datasets of one, and need a name each.
+        let (bodies, contacts) = (layout.bodies.len(), layout.contacts.len());
+        let groups = 2 + bodies + layout.points.len() + layout.joints.len() + layout.gears.len();
+        let bytes = (DATASETS_PER_GROUP * groups + contacts) as u64 * BYTES_OF_DATASET;
+        self.disk_space.reserve(file.size(), bytes).map_err(RecordingFault::Space)?;
+        let storage = Storage::of(DATASETS_PER_GROUP * (groups + contacts), compression);
         self.block = storage.rows;
         let time = Column::bare(&file, &columns::TIME, None, 0, storage)?;
         let time_scale = Scale::new(time.series.dataset().clone(), "time")?;
@@ -37,7 +34,7 @@ impl Open {
         let space = component_scale(&file, "xyz", &["x", "y", "z"], "Components of vectors in space.")?;
         let labels = ["w", "x", "y", "z"];
         let quaternion = component_scale(&file, "wxyz", &labels, "Components of quaternions.")?;
-        let axes = Axes { time: &time_scale, space: &space, quaternion: &quaternion, storage };
+        let axes = Axes { time: time_scale, space, quaternion, storage };
         self.counts.push(Column::create(&file, &columns::PHASE, 0, &axes, None)?);
         self.group(&file.create_group("energies")?, &columns::ENERGIES, 0, &axes)?;
         self.group(&file.create_group("momentum")?, &columns::MOMENTUM, 0, &axes)?;
@@ -48,23 +45,9 @@ impl Open {
             for d in columns::BODY.iter().filter(|d| d.axis != Axis::Mode || modes.is_some()) {
                 self.columns.push(Column::create(&group, d, i, &axes, modes.as_ref())?);
             }
-            modes.map_or(Ok(()), Scale::finish)?;
+            modes.as_ref().map_or(Ok(()), Scale::finish)?;
         }
-        let contacts = file.create_group("contacts")?;
-        for (i, name) in layout.contacts.iter().enumerate() {
-            // No heap for names as few as these.
-            let few = LinkPhaseChange { max_compact: DATASETS_PER_GROUP as u32, min_dense: 1 };
-            let builder = contacts.create_group_builder().with_gcpl(|p| p.link_phase_change(few));
-            let group = builder.create(name.as_str())?;
-            self.group(&group, &columns::CONTACT, i, &axes)?;
-            for d in &columns::CONTACT_COUNTS {
-                self.counts.push(Column::create(&group, d, i, &axes, None)?);
-            }
-        }
-        let pressures = file.create_group("pressure")?;
-        for name in &layout.contacts {
-            self.pressures.push(Pressures::create(&pressures.create_group(name)?, &space, storage)?);
-        }
+        self.contacts = Contacts::create(&file, &layout.contacts, &axes)?;
         let points = file.create_group("points")?;
         for (i, point) in layout.points.iter().enumerate() {
             self.point(&points.create_group(&point.name)?, point, i, &axes)?;
@@ -82,14 +65,15 @@ impl Open {
                 self.columns.push(column);
             }
         }
-        [time_scale, space, quaternion].into_iter().try_for_each(Scale::finish)?;
+        axes.finish()?;
+        self.axes = Some(axes);
         self.room = self.columns.iter().map(|c| c.series.bytes_needed()).sum::<u64>()
             + self.counts.iter().map(|c| c.series.bytes_needed()).sum::<u64>();
         Ok(self.flush()?)
     }
 
     /// Datasets of an observed point: its motion, and stress and strain if they are wanted.
-    fn point(&mut self, group: &Group, point: &PointLayout, index: usize, axes: &Axes<'_>) -> Result<()> {
+    fn point(&mut self, group: &Group, point: &PointLayout, index: usize, axes: &Axes) -> Result<()> {
         self.group(group, &columns::POINT, index, axes)?;
         if !point.gauge.is_any() {
             return Ok(());
@@ -104,7 +88,7 @@ impl Open {
     }
 
     /// Datasets of a joint: its coordinates, if it has any, and its reaction.
-    fn joint(&mut self, group: &Group, joint: &JointLayout, index: usize, axes: &Axes<'_>) -> Result<()> {
+    fn joint(&mut self, group: &Group, joint: &JointLayout, index: usize, axes: &Axes) -> Result<()> {
         text_attribute(group, "type", &joint.kind)?;
         let both = columns::JOINT.iter().zip([&joint.positions, &joint.velocities]);
         for (d, names) in both.filter(|(_, names)| !names.is_empty()) {
@@ -124,7 +108,7 @@ impl Open {
         group: &Group,
         declarations: &[Declaration<f64>],
         index: usize,
-        axes: &Axes<'_>,
+        axes: &Axes,
     ) -> Result<()> {
         for d in declarations {
             self.columns.push(Column::create(group, d, index, axes, None)?);

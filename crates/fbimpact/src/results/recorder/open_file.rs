@@ -14,13 +14,13 @@ use result_files::stored::open::{FORMAT, FORMAT_VERSION, INPUTS};
 use result_files::stored::peak::write_peak;
 use result_files::tables::{self, ImpactRow, PhaseRow, TransferRow, TrialRow};
 
-use super::super::columns::{Column, Stage, TIMINGS};
+use super::super::columns::{Axes, Column, Stage, TIMINGS};
 use super::super::disk_space::DiskSpace;
 use super::super::fault::RecordingFault;
-use super::super::journal::{Entry, Journal, Row};
-use super::super::pressure::Pressures;
+use super::super::journal::{ContactRow, Entry, Journal, Row};
 use super::super::rows;
 use super::super::series::half_node;
+use super::contacts::Contacts;
 use super::{DATASETS_PER_GROUP, Recorded, WARNINGS};
 use crate::process::provenance;
 use crate::scenario::Scenario;
@@ -30,7 +30,9 @@ pub(super) struct Open {
     pub(super) file: File,
     pub(super) columns: Vec<Column<f64>>,
     pub(super) counts: Vec<Column<u32>>,
-    pub(super) pressures: Vec<Pressures>,
+    pub(super) contacts: Contacts,
+    /// What the axes of all series are; none before they are there.
+    pub(super) axes: Option<Axes>,
     /// Names of the contacts.
     pub(super) contact_names: Vec<String>,
     pub(super) disk_space: DiskSpace,
@@ -124,7 +126,8 @@ impl Open {
             room: 0,
             columns: Vec::new(),
             counts: Vec::new(),
-            pressures: Vec::new(),
+            contacts: Contacts::default(),
+            axes: None,
             buffered: 0,
             block: 1,
             rows: 0,
@@ -144,7 +147,8 @@ impl Open {
             file,
             columns,
             counts,
-            pressures,
+            contacts,
+            axes,
             mut disk_space,
             phases,
             impacts,
@@ -153,29 +157,30 @@ impl Open {
             warnings,
             ..
         } = self;
-        drop((columns, counts, pressures, phases, impacts, trials, transfers, warnings, file));
+        drop((columns, counts, contacts, axes, phases, impacts, trials, transfers, warnings, file));
         disk_space.trim().map_err(RecordingFault::Space)
     }
 
     pub(super) fn sample(&mut self, sample: &Sample, flush: bool) -> Recorded<()> {
-        let Row { mut numbers, mut counts, mut pressures } = std::mem::take(&mut self.row);
+        let Row { mut numbers, mut counts, .. } = std::mem::take(&mut self.row);
         numbers.clear();
         counts.clear();
         self.columns.iter_mut().for_each(|c| c.push(sample, &mut numbers));
         self.counts.iter_mut().for_each(|c| c.push(sample, &mut counts));
-        pressures.resize(self.pressures.len(), Vec::new());
-        for (i, (points, series)) in pressures.iter_mut().zip(&mut self.pressures).enumerate() {
-            points.clear();
-            points.extend(sample.pressures.get(i).into_iter().flatten());
-            series.push(points);
-        }
-        let entry = Entry::Row(Row { numbers, counts, pressures });
+        let entry = Entry::Row(Row { numbers, counts, contacts: self.contacts.changed(sample) });
         self.note(&entry)?;
         if let Entry::Row(row) = entry {
+            self.push_contacts(&row.contacts)?;
             self.row = row; // its memory is used again
         }
         self.count_row(flush)?;
         if flush { Ok(self.flush()?) } else { Ok(()) }
+    }
+
+    /// Buffers the rows of contacts that have changed; false if one fits none.
+    pub(super) fn push_contacts(&mut self, rows: &[ContactRow]) -> Recorded<bool> {
+        let Some(axes) = &self.axes else { return Ok(rows.is_empty()) };
+        self.contacts.push(&self.file, &mut self.disk_space, axes, rows)
     }
 
     /// Notes a record in the restart file, and puts it where it belongs.
@@ -223,8 +228,8 @@ impl Open {
 
     /// Makes sure that all that is written up to the next flush has its place on the disk.
     pub(super) fn reserve(&mut self) -> Recorded<()> {
-        let pressures: u64 = self.pressures.iter().map(Pressures::bytes_needed).sum();
-        let reserved = self.disk_space.reserve(self.file.size(), self.room + pressures);
+        let bytes = self.room + self.contacts.bytes_needed();
+        let reserved = self.disk_space.reserve(self.file.size(), bytes);
         reserved.map_err(RecordingFault::Space)
     }
 
@@ -232,8 +237,7 @@ impl Open {
         self.buffered = 0;
         // Time comes first: a reader of a broken file finds no row without its time.
         self.columns.iter_mut().try_for_each(|c| c.series.write())?;
-        // The lists before their lengths: no instant has more points than there are.
-        self.pressures.iter_mut().try_for_each(Pressures::write)?;
+        self.contacts.write()?;
         self.counts.iter_mut().try_for_each(|c| c.series.write())
     }
 }

@@ -55,7 +55,8 @@ impl Open {
     /// How many numbers each row of every series has.
     pub(super) fn widths(&self) -> Vec<u64> {
         let columns = self.columns.iter().map(|c| c.series.width() as u64);
-        columns.chain(self.counts.iter().map(|c| c.series.width() as u64)).collect()
+        let counts = self.counts.iter().map(|c| c.series.width() as u64);
+        columns.chain(counts).chain([self.contacts.len() as u64]).collect()
     }
 
     /// Writes what the restart file holds up to the restart point.
@@ -68,11 +69,10 @@ impl Open {
                     let (mut numbers, mut counts) = (row.numbers.as_slice(), row.counts.as_slice());
                     let is_whole = self.columns.iter_mut().all(|c| c.push_row(&mut numbers))
                         && self.counts.iter_mut().all(|c| c.push_row(&mut counts))
-                        && self.pressures.len() == row.pressures.len();
+                        && self.push_contacts(&row.contacts)?;
                     if !is_whole || !numbers.is_empty() || !counts.is_empty() {
                         return Err(RecordingFault::OtherRun);
                     }
-                    self.pressures.iter_mut().zip(&row.pressures).for_each(|(p, points)| p.push(points));
                     self.count_row(false)?;
                     if self.buffered == 0 {
                         // Room is kept for what is written between two flushes.
