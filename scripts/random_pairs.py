@@ -1,17 +1,24 @@
 #!/usr/bin/env python3
 """Draw pairs of bodies at random out of the catalogue of shapes, let them collide with default settings, and sort what comes of it.
 
-Usage: random_pairs.py FOLDER [--fbimpact PROGRAM] [--kind axial|plane|solid] [--pairs FIRST..LAST] [--quick] [--limit SECONDS] [--memory GB] [--list]
+Usage: random_pairs.py FOLDER [--fbimpact PROGRAM] [--kind axial|plane|solid|mesh|rigid] [--pairs FIRST..LAST] [--quick] [--laws] [--fine] [--limit SECONDS]
+                       [--memory GB] [--list]
 
 Pair NUMBER of a kind is the same scenario on every machine: FOLDER/KIND-NUMBER.toml, its result beside it. Sizes are 5 to 200 mm, proportions up to 5:1,
 speeds 1 cm/s to 1 m/s, materials by name or drawn; odd numbers have friction 0.3, others none. Half of the plane and solid bodies stand in any pose, the
-others turned by multiples of 45 degrees about the axes, so that faces, edges and corners meet as well. All other keys are left out; --quick gives few
-elements and modes, so that most pairs take seconds and hundreds can be tried: how contacts are found, refined and left does not depend on them. A line for each pair goes to FOLDER/KIND.txt:
+others turned by multiples of 45 degrees about the axes, so that faces, edges and corners meet as well. The first body of a pair of kind `mesh` is of
+hexahedra, of `rigid` both are rigid and meet by Hertz's law. All other keys are left out; --quick gives few elements and modes, so that most pairs take
+seconds and hundreds can be tried: how contacts are found, refined and left does not depend on them. --laws draws the model of the contact, its zone and
+damping, too. --fine runs each pair whose zone does not vibrate again with accuracy "fine" and
+compares peak, impulse and duration. A line for each pair goes to FOLDER/KIND.txt:
 
-  ok          simulated; momentum of free pairs kept to 1e-10, energy ledger to 1e-4, no failure
+  ok          simulated; momentum of free pairs kept to 1e-10, energy ledger to 1e-5, with friction to 1e-4; no failure
+  told        off from the fine run by more than 2 %, and a band or its lack or a warning says so
+  silent      off by more without a word: a fault
   apart       simulated, the bodies did not meet (hollow ones)
-  refused     by `fbimpact check`, with its reason
-  late        refused or failed in the run though `check` had no word: a fault
+  refused     by `fbimpact check` as by the run, with its reason
+  guarded     ended by a check whose remedy is to leave the drawn model or zone out
+  late        refused or failed in the run though `check` has no word: a fault
   momentum, ledger  off by more: a fault
   crash       panic or another unknown end: a fault
   slow, memory  stopped at the limits given
@@ -20,10 +27,13 @@ Exit code 1 if there is a fault.
 """
 
 import argparse
+import itertools
 import json
 import math
 import pathlib
 import random
+import resource
+import signal
 import subprocess
 import sys
 import time
@@ -31,8 +41,12 @@ import time
 MATERIALS = ["steel", "stainless-steel", "cast-iron", "aluminium", "titanium", "copper", "brass", "glass"]
 ELASTICITY = {"steel": (210e9, 0.3, 7850), "stainless-steel": (200e9, 0.3, 7900), "cast-iron": (110e9, 0.26, 7200), "aluminium": (70e9, 0.3, 2700),
               "titanium": (113.8e9, 0.342, 4430), "copper": (129.8e9, 0.343, 8960), "brass": (100.6e9, 0.35, 8530), "glass": (70e9, 0.2, 2500)}
-MOMENTUM, LEDGER = 1e-10, 1e-4
-FAULTS = ("late", "momentum", "ledger", "crash")
+MOMENTUM, LEDGER, LEDGER_OF_FRICTION, FINE = 1e-10, 1e-5, 1e-4, 0.02
+# What checks of a run tell whoever gives a model or a zone.
+REMEDIES = ("leave contacts.touch.model out", 'choose model = "adaptive"', "widen the interval", "model out if an edge may touch")
+FAULTS = ("late", "momentum", "ledger", "crash", "silent")
+# Warnings that speak of elements and modes that --quick gives, of output or of materials: none says that the force is off.
+BESIDE = {"coarse-mesh", "few-modes", "sparse-output", "coarse-place", "yields", "local-stress", "large-contact-strain", "large-strain", "large-turn"}
 
 
 def dot(a, b):
@@ -75,6 +89,9 @@ class Body:
         self.thickness = of_any_size(rng, 5e-3, 0.2)
         self.pose(rng)
         self.draw_shape(rng)
+        self.nodes = []
+        if kind == "mesh":
+            self.draw_mesh(rng)
         if rng.random() < 0.5:
             self.material = rng.choice(MATERIALS)
             self.elasticity = ELASTICITY[self.material]
@@ -89,9 +106,9 @@ class Body:
         about_z = rng.uniform(0, 2 * math.pi) if any_pose else 0.25 * math.pi * rng.randrange(8)
         if self.kind == "plane":
             self.rotation = [math.cos(0.5 * about_z), 0.0, 0.0, math.sin(0.5 * about_z)]
-        elif self.kind == "solid" and any_pose:
+        elif self.kind != "axial" and any_pose:
             self.rotation = unit([rng.gauss(0, 1) for _ in range(4)])
-        elif self.kind == "solid":
+        elif self.kind != "axial":
             axis = rng.choice([[1, 0, 0], [0, 1, 0], [0, 0, 1]])
             self.rotation = [math.cos(0.5 * about_z), *scaled(axis, math.sin(0.5 * about_z))]
 
@@ -117,6 +134,26 @@ class Body:
         else:
             keys["size"] = [size * ratio() for _ in range(2 if shape == "rectangle" else 3)]
 
+    def draw_mesh(self, rng):
+        """Nodes and hexahedra of a box, or of one blown up to an ellipsoid, whose corners are then those of the mesh."""
+        n = [rng.randint(2, 5) for _ in range(3)]
+        half = [0.5 * s for s in self.keys["size"]] if "size" in self.keys else self.keys.get("semi_axes") or [self.keys["radius"]] * 3
+        number = lambda i, j, k: 1 + i + (n[0] + 1) * (j + (n[1] + 1) * k)
+        for k, j, i in itertools.product(*(range(n[a] + 1) for a in (2, 1, 0))):
+            at = [2.0 * c / m - 1.0 for c, m in zip((i, j, k), n)]
+            if "size" not in self.keys:
+                a = [c * c for c in at]
+                at = [at[i] * math.sqrt(1 - 0.5 * (a[i - 1] + a[i - 2]) + a[i - 1] * a[i - 2] / 3) for i in range(3)]
+            self.nodes.append([c * h for c, h in zip(at, half)])
+        corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+        self.elements = [[number(*(x + y for x, y in zip((i, j, k), c))) for c in corners] for i, j, k in itertools.product(*map(range, n))]
+
+    def mesh(self):
+        """The mesh as an input file of Abaqus."""
+        rows = [", ".join(map(repr, [i + 1, *x])) for i, x in enumerate(self.nodes)]
+        cells = [", ".join(map(str, [i + 1, *e])) for i, e in enumerate(self.elements)]
+        return "\n".join(["*NODE", *rows, "*ELEMENT, TYPE=C3D8, ELSET=ALL", *cells, ""])
+
     def volume(self):
         k, shape = self.keys, self.shape
         if shape == "sphere":
@@ -136,6 +173,8 @@ class Body:
     def support(self, direction):
         """Largest distance along the unit vector `direction` of points of the body from its origin."""
         n, k = turned(self.rotation, direction, -1.0), self.keys
+        if self.nodes and "size" not in k:
+            return max(dot(n, x) for x in self.nodes)
         if "size" in k:
             return 0.5 * sum(s * abs(c) for s, c in zip(k["size"], n))
         if "semi_axes" in k:
@@ -159,20 +198,21 @@ class Body:
             return k["length"]
         return outer - math.sqrt(outer * outer - r * r) if self.shape == "rod-spherical-end" else 0.0
 
-    def table(self, name, is_quick):
-        model = {"axial": "axisymmetric", "plane": "plane-strain", "solid": "solid"}[self.kind]
+    def table(self, pair, name, is_quick):
+        model = {"axial": "axisymmetric", "plane": "plane-strain", "mesh": "mesh"}.get(self.kind, "solid")
         lines = [f"[bodies.{name}]", f'model = "{"rigid" if self.is_rigid else model}"']
-        if self.is_rigid and self.kind != "solid":
+        if self.is_rigid and self.kind in ("axial", "plane"):
             lines.append(f'motion = "{"axial" if self.kind == "axial" else "planar"}"')
         lines.append(f'material = "{self.material or "of-" + name}"')
         if self.kind == "plane":
             lines.append(f"thickness = {self.thickness!r}")
         geometry = ", ".join(f"{key} = {json.dumps(value)}" for key, value in {"shape": self.shape, **self.keys}.items())
-        lines += [f"geometry = {{ {geometry} }}", f"position = {self.position!r}", f"velocity = {self.velocity!r}"]
+        lines += [f"geometry = {{ {geometry} }}" if not self.nodes else f'file = "{pair}-{name}.inp"\nunits = "m"', f"position = {self.position!r}", f"velocity = {self.velocity!r}"]
         if self.kind != "axial":
             lines.append(f"orientation = {self.rotation!r}")
         if is_quick and not self.is_rigid:
-            lines += [f"discretisation = {{ elements = {4 if self.kind == 'solid' else 6} }}", f"reduction = {{ modes = {20 if self.kind == 'solid' else 10} }}"]
+            lines += [f"reduction = {{ modes = {20 if self.kind == 'solid' else 10} }}"]
+            lines += [f"discretisation = {{ elements = {4 if self.kind == 'solid' else 6} }}"] if not self.nodes else []
         if not self.material:
             e, nu, rho = self.elasticity
             lines += [f"[materials.of-{name}]", f"youngs_modulus = {e!r}", f"poissons_ratio = {nu!r}", f"density = {rho!r}"]
@@ -180,7 +220,8 @@ class Body:
 
 
 SHAPES = {"axial": ["sphere", "rod", "rod-spherical-end", "hollow-cylinder"], "plane": ["rectangle", "disc"],
-          "solid": ["sphere", "ellipsoid", "cylinder", "hollow-cylinder", "box"]}
+          "solid": ["sphere", "ellipsoid", "cylinder", "hollow-cylinder", "box"], "mesh": ["box", "ellipsoid"], "rigid": ["sphere", "ellipsoid"]}
+MODELS = ["adaptive"] * 6 + ["quasistatic"] * 4 + ["massless", "coarse", "hertz", "hertz", "damped", "dynamic"]
 
 
 def directions(rng, kind):
@@ -251,7 +292,7 @@ def place_on_plane(rng, kind, body, speed):
     """Put the body over a plane through the origin; returns the plane's normal and the time of touch."""
     normal = scaled(directions(rng, kind), -1.0)
     if kind != "axial" and rng.random() < 0.5:
-        normal = {"plane": [0.0, 1.0, 0.0], "solid": [0.0, 0.0, 1.0]}[kind]
+        normal = [0.0, 1.0, 0.0] if kind == "plane" else [0.0, 0.0, 1.0]
     gap = rng.uniform(0.0, 2e-4)
     lowest = body.end_over(body.keys.get("inner_radius", 0.0), -1) if kind == "axial" else -body.support(scaled(normal, -1.0))
     body.position = scaled(normal, gap - lowest)
@@ -262,49 +303,67 @@ def place_on_plane(rng, kind, body, speed):
     return normal, gap / speed
 
 
-def duration(first, second, speed):
-    """Hertz's impact of balls as large as the bodies, and the time of waves through them: no more than the order of the impact's time \\[s\\]."""
+def order_of_impact(first, second, speed):
+    """Hertz's impact of balls as large as the bodies: contact radius \\[m\\], and the time with that of waves \\[s\\]; no more than their order."""
     bodies = [b for b in (first, second) if b]
     mass = 1.0 / sum(1.0 / b.mass for b in bodies)
-    modulus = 1.0 / sum((1 - b.elasticity[1] ** 2) / b.elasticity[0] for b in bodies if not b.is_rigid)
+    modulus = 1.0 / sum((1 - b.elasticity[1] ** 2) / b.elasticity[0] for b in bodies)
     radius = 1.0 / sum(2.0 / b.size() for b in bodies)
     waves = max(max(b.keys.get("size", [b.keys.get("length", b.size())])) * math.sqrt(b.elasticity[2] / b.elasticity[0]) for b in bodies)
-    return 2.87 * (mass**2 / (radius * modulus**2 * speed)) ** 0.2 + 4.0 * waves
+    time_of_hertz = 2.87 * (mass**2 / (radius * modulus**2 * speed)) ** 0.2
+    return math.sqrt(radius * speed * time_of_hertz / 2.94), time_of_hertz + 4.0 * waves
+
+
+def law(number, kind, radius):
+    """Keys of the contact of pair `number`, whose contact radius is some `radius`."""
+    rng = random.Random(f"law-{kind}-{number}")
+    is_dear = kind in ("mesh", "solid") and rng.random() < 0.6
+    model = "hertz" if kind == "rigid" else "adaptive" if is_dear else rng.choice(MODELS)
+    lines = [f'model = "{model}"']
+    if model in ("damped", "dynamic") or model in ("quasistatic", "massless") and rng.random() < 0.5:
+        lines.append(f"interval = {{ width = {radius * of_any_size(rng, 2.0, 16.0)!r}, elements = {rng.randint(4, 16)} }}")
+    if rng.random() < 0.15:
+        lines.append(f"damping = {rng.uniform(0.0, 1.0)!r}")
+    return model, lines
 
 
 class Pair:
     """Pair `number` of a kind, its scenario and what of it the balance needs."""
 
-    def __init__(self, kind, number, is_quick):
-        rng = random.Random(f"{kind}-{number}")
+    def __init__(self, kind, number, arguments):
+        rng, is_quick = random.Random(f"{kind}-{number}"), arguments.quick
         touch = None
         while touch is None:
             partner = rng.choice(["flexible", "flexible", "rigid", "plane"])
             speed = of_any_size(rng, 0.01, 1.0)
-            first = Body(rng, kind, SHAPES[kind], False)
-            second = None if partner == "plane" else Body(rng, kind, SHAPES[kind], partner == "rigid")
+            first = Body(rng, kind, SHAPES[kind], kind == "rigid")
+            others = "solid" if kind == "mesh" and (partner == "rigid" or rng.random() < 0.5) else kind
+            second = None if partner == "plane" else Body(rng, others, SHAPES[others], partner == "rigid" or kind == "rigid")
             normal = None
             if second:
                 touch = place(rng, kind, first, second, speed)
             else:
                 normal, touch = place_on_plane(rng, kind, first, speed)
         self.name, self.bodies = f"{kind}-{number}", [b for b in (first, second) if b]
-        self.is_free = second is not None
-        lines = [f'title = "{self.name}"', "[simulation]", f"end_time = {touch + 10 * duration(first, second, speed)!r}", "stop_after_impacts = 1"]
-        lines += first.table("first", is_quick)
-        if second:
-            lines += second.table("second", is_quick)
-        else:
+        self.is_free, self.friction = second is not None, 0.3 if number % 2 else 0.0
+        radius, duration = order_of_impact(first, second, speed)
+        lines = [f'title = "{self.name}"', "[simulation]", f"end_time = {touch + 10 * duration!r}", "stop_after_impacts = 1"]
+        for name, body in zip(("first", "second"), self.bodies):
+            lines += body.table(self.name, name, is_quick)
+        if not second:
             lines += ["[bodies.second]", 'model = "rigid"', 'geometry = { shape = "plane" }', f"normal = {normal!r}"]
         swapped = partner == "flexible" and rng.random() < 0.5
         lines += ["[contacts.touch]", 'contact_body = "%s"' % ("second" if swapped else "first"),
                   'target_body = "%s"' % ("first" if swapped else "second")]
-        if number % 2:
-            lines.append("friction = 0.3")
-        if is_quick and kind == "solid":
+        if self.friction:
+            lines.append(f"friction = {self.friction}")
+        self.model, keys = law(number, kind, radius) if arguments.laws or kind == "rigid" else ("adaptive", [])
+        lines += keys
+        if is_quick and kind in ("solid", "mesh") and self.model == "adaptive":
             lines.append("interval = { elements = 8 }")
         self.text = "\n".join(lines) + "\n"
-        self.what = " on ".join([f"{'rigid ' if b.is_rigid else ''}{b.shape}" for b in self.bodies] + ([] if second else ["plane"]))
+        names = [f"{'rigid ' if b.is_rigid else 'meshed ' if b.nodes else ''}{b.shape}" for b in self.bodies]
+        self.what = " on ".join(names + ([] if second else ["plane"])) + f", {self.model} {self.friction:g}"
 
     def scale_of_momentum(self):
         """Sizes of linear and angular momentum about the origin: what sums of the bodies' own are rounded at."""
@@ -323,31 +382,62 @@ def first_fault(text):
     return " ".join(lines[:2])[:400] if lines else ""
 
 
-def outcome(pair, program, folder, arguments):
+def simulated(path, result, arguments, *more):
+    """Exit code, negative where it was ended by a signal, and log of a run."""
+    command = [arguments.fbimpact, "run", "-q", str(path), "-o", str(result), "--no-cache", "--force", "--threads", "1", "--memory", str(arguments.memory)]
+    limit = lambda: resource.setrlimit(resource.RLIMIT_CPU, (arguments.limit, arguments.limit + 5))
+    done = subprocess.run([*command, *more], capture_output=True, text=True, preexec_fn=limit, check=False)
+    code, err = done.returncode, done.stderr
+    path.with_suffix(".log").write_text(err, encoding="utf-8")
+    return code, err
+
+
+def outcome(pair, folder, arguments):
     """Class and words of what comes of a pair."""
     path, result = folder / f"{pair.name}.toml", folder / f"{pair.name}.h5"
     path.write_text(pair.text, encoding="utf-8")
+    for name, body in zip(("first", "second"), pair.bodies):
+        if body.nodes:
+            (folder / f"{pair.name}-{name}.inp").write_text(body.mesh(), encoding="utf-8")
     if arguments.list:
         return "listed", ""
-    code, out, err = answer([program, "check", str(path)])
-    if code:
-        return ("refused" if code in (3, 4) else "crash"), first_fault(err + out)
-    # The program is asked to stop, and ended if it does not.
-    command = ["timeout", "-k", "20", "-s", "INT", str(arguments.limit), program, "run", "-q", str(path), "-o", str(result), "--no-cache", "--force",
-               "--threads", "1", "--memory", str(arguments.memory)]
-    code, _, err = answer(command, None)
-    (folder / f"{pair.name}.log").write_text(err, encoding="utf-8")
-    if code in (124, 130, 137):
+    code, err = simulated(path, result, arguments)
+    if code in (130, -signal.SIGXCPU, -signal.SIGKILL):  # the program stops at the first signal as at an interrupt
         return "slow", ""
-    if "panic" in err or code not in (0, 4, 5):
+    if "panic" in err or code not in (0, 3, 4, 5):
         return "crash", f"exit code {code}: {first_fault(err)}"
     if code:
-        return ("memory" if "memory" in err else "late"), first_fault(err)
-    return balance(pair, program, result, err)
+        is_refused = code != 5 and answer([arguments.fbimpact, "check", str(path)])[0] == code
+        is_guarded = pair.model != "adaptive" and any(remedy in err for remedy in REMEDIES)
+        return "refused" if is_refused else "memory" if "memory" in err else "guarded" if is_guarded else "late", first_fault(err)
+    info = json.loads(answer([arguments.fbimpact, "info", "--json", str(result)])[1])
+    name, words = balance(pair, info, result, arguments)
+    if name == "ok" and arguments.fine and pair.model not in ("damped", "dynamic"):
+        name, more = beside_fine(info, path, result, arguments)
+        words += f" {more}"
+    return name, words
 
 
-def balance(pair, program, result, log):
-    info = json.loads(answer([program, "info", "--json", str(result)])[1])
+def beside_fine(info, path, result, arguments):
+    """Whether peak, impulse and duration are those of the run with accuracy "fine", or what says that they are not."""
+    code, err = simulated(path, result.with_suffix(".fine.h5"), arguments, "--set", 'accuracy="fine"')
+    if code:
+        return "ok", f"fine: exit code {code} {first_fault(err)}"
+    fine = json.loads(answer([arguments.fbimpact, "info", "--json", str(result.with_suffix(".fine.h5"))])[1])
+    if not fine["impacts"]:
+        return "silent", "fine: none"
+    told, words, row, other = True, "", info["impacts"][0], fine["impacts"][0]
+    warned = {w["identifier"] for w in info["warnings"]} - BESIDE
+    for key in ("peak_force", "impulse", "duration"):
+        off, band = abs(row[key] / other[key] - 1.0), row[key + "_uncertainty"]
+        words += f" {key} {row[key] / other[key] - 1.0:+.1%}" + (f" band {band / row[key]:.1%}" if band is not None else "")
+        told &= off <= FINE or band is None or bool(warned) or band / row[key] >= off
+        if off > FINE:
+            words += "!"
+    return "silent" if not told else "told" if "!" in words else "ok", "fine:" + words
+
+
+def balance(pair, info, result, arguments):
     words = f"drift {info['energy_drift']:.1e}"
     if not info["impacts"]:
         return "apart", words
@@ -357,12 +447,12 @@ def balance(pair, program, result, log):
         words += f" warnings {' '.join(warned)}"
     if pair.is_free:
         expressions = [f"{name}=max(norm(momentum.{name} - momentum.{name}[0]))" for name in ("linear", "angular")]
-        values = json.loads(answer([program, "metric", str(result), *expressions])[1])
+        values = json.loads(answer([arguments.fbimpact, "metric", str(result), *expressions])[1])
         changes = [values[name]["value"] / scale for name, scale in zip(("linear", "angular"), pair.scale_of_momentum())]
         words += " momentum " + " ".join(f"{c:.0e}" for c in changes)
         if max(changes) > MOMENTUM:
             return "momentum", words
-    return ("ledger" if info["energy_drift"] > LEDGER else "ok"), words
+    return ("ledger" if info["energy_drift"] > (LEDGER_OF_FRICTION if pair.friction else LEDGER) else "ok"), words
 
 
 def main():
@@ -372,7 +462,9 @@ def main():
     parser.add_argument("--kind", choices=sorted(SHAPES), action="append")
     parser.add_argument("--pairs", default="0..100")
     parser.add_argument("--quick", action="store_true", help="few elements and modes")
-    parser.add_argument("--limit", type=int, default=120, help="seconds that a run may take")
+    parser.add_argument("--laws", action="store_true", help="draw the model of the contact")
+    parser.add_argument("--fine", action="store_true", help="compare with accuracy fine")
+    parser.add_argument("--limit", type=int, default=120, help="seconds of processor that a run may take")
     parser.add_argument("--memory", type=float, default=6.0, help="GB that a run may take")
     parser.add_argument("--list", action="store_true", help="write the scenarios only")
     arguments = parser.parse_args()
@@ -381,8 +473,8 @@ def main():
     counts = {}
     for kind in arguments.kind or sorted(SHAPES):
         for number in range(*map(int, arguments.pairs.split(".."))):
-            pair, started = Pair(kind, number, arguments.quick), time.monotonic()
-            name, words = outcome(pair, arguments.fbimpact, folder, arguments)
+            pair, started = Pair(kind, number, arguments), time.monotonic()
+            name, words = outcome(pair, folder, arguments)
             counts[name] = counts.get(name, 0) + 1
             line = f"{pair.name:10} {name:8} {time.monotonic() - started:6.1f} s  {pair.what}  {words}"
             print(line, flush=True)

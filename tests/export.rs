@@ -37,7 +37,7 @@ static RESULTS: Results = Results {
 };
 
 /// Exports and returns the folder with what was said.
-fn export(result: &Path, options: &[&str]) -> (TempDir, String) {
+pub fn export(result: &Path, options: &[&str]) -> (TempDir, String) {
     let folder = TempDir::new().expect("a folder");
     let (file, target) = (result.display().to_string(), folder.path().display().to_string());
     let mut arguments = vec!["export", &file, "--vtk", &target];
@@ -48,7 +48,7 @@ fn export(result: &Path, options: &[&str]) -> (TempDir, String) {
     (folder, err)
 }
 
-fn series(folder: &TempDir, stem: &str) -> Vec<(f64, PathBuf)> {
+pub fn series(folder: &TempDir, stem: &str) -> Vec<(f64, PathBuf)> {
     let text = std::fs::read_to_string(folder.path().join(format!("{stem}.pvd"))).expect("a series");
     let value = |line: &str, key: &str| {
         let after = line.split(&format!("{key}=\"")).nth(1).expect("the key");
@@ -60,7 +60,7 @@ fn series(folder: &TempDir, stem: &str) -> Vec<(f64, PathBuf)> {
         .collect()
 }
 
-fn is_of_contact(file: &Path) -> bool {
+pub fn is_of_contact(file: &Path) -> bool {
     file.file_name().is_some_and(|name| name.to_string_lossy().contains(".pressure_"))
 }
 

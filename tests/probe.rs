@@ -11,7 +11,7 @@ fn simulated(folder: &TempDir, scenario: &str, set: &[&str]) -> PathBuf {
     simulate(folder.path(), scenario, "run.h5", set)
 }
 
-fn probed(file: &Path, options: &[&str]) -> (Value, String) {
+pub fn probed(file: &Path, options: &[&str]) -> (Value, String) {
     let file = file.display().to_string();
     let mut arguments = vec!["probe", &file, "--json"];
     arguments.extend(options);
@@ -45,12 +45,12 @@ fn assert_same(found: &[f64], expected: &[f64], what: &str) {
     assert!(found.iter().zip(expected).all(is_same), "{what}");
 }
 
-fn stored(file: &Path, path: &str) -> Vec<f64> {
+pub fn stored(file: &Path, path: &str) -> Vec<f64> {
     File::open(file).unwrap().dataset(path).unwrap().read_raw().unwrap()
 }
 
 /// Largest deviation of the probed point `n` from what the run stored of `name`, over the largest value.
-fn deviation(probe: &Value, n: usize, (file, name): (&Path, &str), quantity: &str) -> f64 {
+pub fn deviation(probe: &Value, n: usize, (file, name): (&Path, &str), quantity: &str) -> f64 {
     let (found, expected) =
         (numbers(&probe["points"][n][quantity]), stored(file, &format!("points/{name}/{quantity}")));
     assert_eq!(found.len(), expected.len(), "{name} {quantity}");

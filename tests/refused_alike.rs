@@ -96,6 +96,28 @@ fn check_refuses_what_a_build_of_other_bodies_refuses() {
     refuses_alike(|body| !is_cheap(body));
 }
 
+/// Elements that several patches do not have, and places without regular functions.
+#[test]
+fn check_refuses_zones_that_a_net_does_not_have() {
+    let zone = "model = \"quasistatic\"\ninterval = { width = 2e-3, elements = 4 }\n";
+    let text = |body, from: &[(&str, &str)]| {
+        let text = pair(body, Partner::Plane, zone).expect("a pair");
+        from.iter().fold(text, |text, (from, to)| text.replace(from, to))
+    };
+    let shells = [("radius = 0.01 }", "radius = 0.01, net = \"shells\" }"), ("degree = 2", "degree = 4")];
+    let turned = [("thickness", "orientation_deg = [0.0, 0.0, 45.0]\nthickness")];
+    for (body, changes, words) in [
+        (BodyModel::Solid, &shells[..], "need a shape of one patch; leave them out"),
+        (BodyModel::PlaneStrain, &turned[..], "surface functions are singular; turn the body"),
+    ] {
+        let scenario = parse(&folder("refused_alike"), &text(body, changes), &[]).expect("a scenario");
+        let checked = Prepared::new(&scenario.run).and_then(|run| check_unbuilt(&run, &scenario.wishes));
+        let checked = checked.err().map(|error| error.to_string()).unwrap_or_default();
+        let built = RunModel::build(&scenario.run).err().map(|error| error.to_string());
+        assert!(checked.contains(words) && built == Some(checked.clone()), "{body:?}: {checked}, {built:?}");
+    }
+}
+
 /// What a build refuses, whatever model of a contact, kind of body, if it is `chosen`, and partner, `check` refuses with the
 /// same words.
 fn refuses_alike(chosen: impl Fn(BodyModel) -> bool) {

@@ -324,7 +324,7 @@ pub enum AdaptiveError {
         width: f64,
     },
     /// No penalty factor was found.
-    #[error("contact \"{contact}\", impact at t = {time:.6e} s, trial {trials}: {failure}")]
+    #[error("contact \"{contact}\", impact at t = {time:.6e} s, trial {trials}: {failure}{}", because(refusal.as_ref()))]
     Penalty {
         /// Name of the contact.
         contact: String,
@@ -334,6 +334,8 @@ pub enum AdaptiveError {
         trials: u32,
         /// Why.
         failure: PenaltyFailure,
+        /// What the contact solver could not do, if it failed.
+        refusal: Option<EvaluationFailure>,
     },
     /// The observer asked to stop while a model was built; runs end with it as interrupted, not as
     /// failed.
@@ -342,6 +344,11 @@ pub enum AdaptiveError {
     /// The observer failed.
     #[error(transparent)]
     Observer(#[from] ObserverError),
+}
+
+/// The end of a sentence that names `refusal`.
+fn because(refusal: Option<&EvaluationFailure>) -> String {
+    refusal.map_or_else(String::new, |refusal| format!(": {refusal}"))
 }
 
 /// Why a restart point does not belong to the models.

@@ -41,7 +41,9 @@ pub use crate::system::joints::coordinate_names;
 pub use crate::system::start::poses as start_poses;
 pub use crate::system::start::turns;
 pub use arrangement::{Arrangement, PlacedJoint, PlacedMarker, PlacedTouch};
-use contacts::{adaptive_contacts, build_contact, check_zones, interfaces, refinements, zones};
+use contacts::{
+    adaptive_contacts, build_contact, check_refined, check_zones, interfaces, refinements, zones,
+};
 pub use cost::{ModelCost, costs};
 pub use facts::ContactFacts;
 use fine_modes::needs_fine_modes;
@@ -267,6 +269,7 @@ fn check(run: &Prepared<'_>) -> Result<(), AdaptiveError> {
 /// give, and bodies that overlap.
 pub fn check_unbuilt(run: &Prepared<'_>, wishes: &[SizeRequest]) -> Result<(), AdaptiveError> {
     check(run)?;
+    check_refined(run, wishes)?;
     check_zones(run, wishes)?;
     check_undeformed(run.spec(), &run.touches.poses)
 }

@@ -94,7 +94,7 @@ pub enum SolverFault {
     },
     /// Projection and deformation of a pair that do not come to rest.
     #[error(
-        "projection and deformation of a contact have not met after {passes} passes at t = {time:.9e} s: gaps change by {change:.3e} m at a penetration of {depth:.3e} m, give interval.elements a larger number"
+        "projection and deformation of a contact have not met after {passes} passes at t = {time:.9e} s: gaps change by {change:.3e} m at a penetration of {depth:.3e} m, give interval.elements a larger number, or leave interval.width and model out if an edge may touch"
     )]
     Passes {
         /// Passes allowed.

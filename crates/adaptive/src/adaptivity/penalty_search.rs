@@ -5,8 +5,6 @@
 
 use std::fmt;
 
-use ffr_dynamics::error::FailureKind;
-
 use super::overlap::{Overlap, Pressing};
 
 /// `c_p = multiplier × 10^exponent` (\[A\] Eq. (8)).
@@ -133,10 +131,7 @@ pub enum RunOutcome {
         overlap: Option<Overlap>,
     },
     /// The contact solver failed.
-    SolverError {
-        /// What went wrong.
-        failure: FailureKind,
-    },
+    SolverError,
 }
 
 /// Why the search ended without a factor.
@@ -144,10 +139,8 @@ pub enum RunOutcome {
 pub enum PenaltyFailure {
     /// The contact solver failed down to the lowest factor.
     TooLow {
-        /// Lowest factor tried [N/m³].
+        /// Lowest factor tried, infinite where no penetration is allowed [N/m³].
         penalty: f64,
-        /// Last error of the contact solver.
-        failure: FailureKind,
     },
     /// Up to the highest factor the solver did not fail, and the peak force did not converge.
     TooHigh {
@@ -169,10 +162,12 @@ pub enum PenaltyFailure {
 impl fmt::Display for PenaltyFailure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::TooLow { penalty, failure } => write!(
-                f,
-                "the contact solver still fails ({failure}) at the lowest penalty factor {penalty:.3e} N/m^3; refine the interval or use the active-set solver"
-            ),
+            Self::TooLow { penalty } if penalty.is_infinite() => {
+                f.write_str("the contact solver fails where no penetration is allowed")
+            }
+            Self::TooLow { penalty } => {
+                write!(f, "the contact solver still fails at the lowest penalty factor {penalty:.3e} N/m^3")
+            }
             Self::TooHigh { penalty, change: Some(change) } => write!(
                 f,
                 "the peak force still changes by {:.3} % at the highest penalty factor {penalty:.3e} N/m^3; loosen penalty.tolerance or refine the interval",
@@ -316,7 +311,7 @@ impl PenaltySearch {
             return stiffer;
         }
         match (self.strategy, outcome) {
-            (_, RunOutcome::SolverError { failure }) => self.after_error(failure),
+            (_, RunOutcome::SolverError) => self.after_error(),
             (PenaltyStrategy::ErrorDriven { .. }, _) if matches!(self.state, State::Raising { .. }) => {
                 // An impact that ends within the steps of a trial has passed it as well.
                 self.raise(self.next_decade(), None)
@@ -377,7 +372,7 @@ impl PenaltySearch {
         PenaltyFactor::from_value(self.penalty).map_or(f64::NAN, |p| p.raised().value())
     }
 
-    fn after_error(&mut self, failure: FailureKind) -> PenaltyAction {
+    fn after_error(&mut self) -> PenaltyAction {
         match (self.strategy, self.state) {
             // A completed run is at hand, and nothing higher can be solved: that is the best there
             // is.
@@ -392,13 +387,13 @@ impl PenaltySearch {
                 return self.accept(false);
             }
             (PenaltyStrategy::Fixed, _) => {
-                return PenaltyAction::Fail(PenaltyFailure::TooLow { penalty: self.penalty, failure });
+                return PenaltyAction::Fail(PenaltyFailure::TooLow { penalty: self.penalty });
             }
             _ => self.state = State::Lowering,
         }
         let lowered = PenaltyFactor::from_value(self.penalty).map_or(f64::NAN, |p| p.lowered().value());
         if lowered.is_nan() || lowered < self.range.lower {
-            return PenaltyAction::Fail(PenaltyFailure::TooLow { penalty: self.penalty, failure });
+            return PenaltyAction::Fail(PenaltyFailure::TooLow { penalty: self.penalty });
         }
         self.penalty = lowered;
         PenaltyAction::Resume { penalty: lowered }

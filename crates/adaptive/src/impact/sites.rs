@@ -17,7 +17,7 @@ use crate::body::fine::refined::ELEMENTS;
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::record::{TargetPlace, TouchedPart, ZoneSite, ZoneSize};
 use crate::state::ImpactHistory;
-use crate::system::body::BodyModel;
+use crate::system::body::{BodyModel, FlexibleModel};
 use crate::system::whole_surface::resolved_penalty;
 use crate::touch::detection::{Nearest, Search};
 use crate::touch::parts::side::{Moved, Side, met_place};
@@ -50,6 +50,13 @@ fn without_round_off(width: f64) -> f64 {
     }
     let half = 1 << (LOOSE_BITS - 1);
     f64::from_bits((width.to_bits() + half) >> LOOSE_BITS << LOOSE_BITS)
+}
+
+/// The widths next to `widths` that an interval of `body` can have: none reaches beyond it, as that along a line of a longer
+/// partner would \[m\].
+fn held_widths(body: &FlexibleModel, widths: [f64; 2]) -> [f64; 2] {
+    let widest = WIDEST * body.body.size();
+    widths.map(|width| without_round_off(width).min(widest))
 }
 
 impl AdaptiveContact {
@@ -113,7 +120,7 @@ impl AdaptiveContact {
         let mut own = zone_site(&nearest.contact, ZoneSize::Interval { widths, finer });
         let mut target = target.map(|(other, there)| {
             let widths = self.target_widths(bodies, states, &nearest.contact, widths, other, there);
-            let widths = widths.map(without_round_off);
+            let widths = held_widths(flexible(&bodies[other]), widths);
             zone_site(there, ZoneSize::Interval { widths, finer })
         });
         if request.size.is_none()
@@ -290,8 +297,7 @@ impl AdaptiveContact {
 
     /// The widths that an interval gets if `widths` are asked for \[m\].
     pub fn granted(&self, bodies: &[BodyModel], widths: [f64; 2]) -> [f64; 2] {
-        let widest = WIDEST * flexible(&bodies[self.body]).body.size();
-        widths.map(|w| without_round_off(w).min(widest))
+        held_widths(flexible(&bodies[self.body]), widths)
     }
 
     /// The zones of the last impact on contact body and target, if they hold the zones `wanted`

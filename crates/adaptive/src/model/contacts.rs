@@ -13,8 +13,9 @@ use super::{BodyModel, ContactFacts};
 use crate::body::FullModel;
 use crate::body::loads::StaticLoads;
 use crate::body::reduced::Interface;
+use crate::body::splines::refined_shape;
 use crate::body::zone::ContactZone;
-use crate::body::zone::at_start::{LineOnBody, StartZone, wanted_refinement};
+use crate::body::zone::at_start::{LineOnBody, StartZone, ZoneRequest, wanted_refinement};
 use crate::body::zone::contact::ZoneContact;
 use crate::body::zone::on_mesh::zone_on_mesh;
 use crate::error::{AdaptiveError, ContactModelFault};
@@ -59,6 +60,25 @@ pub fn refinements(run: &Prepared<'_>, index: usize) -> Result<Vec<RefinementSpe
     let contacts = run.contacts().filter(|_| run.spec().bodies[index].kind.is_meshed_here());
     let wanted = contacts.flat_map(|contact| contact.requests(index)).map(|r| wanted_refinement(&r));
     Ok(wanted.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+}
+
+/// Checks that bodies of splines can have the smaller elements that they and their contacts ask for, as far as that does
+/// not depend on elements that the program is to choose by `wishes`.
+///
+/// # Errors
+/// As [`refinements`]; [`AdaptiveError::Geometry`] as of the body that is built.
+pub fn check_refined(run: &Prepared<'_>, wishes: &[SizeRequest]) -> Result<(), AdaptiveError> {
+    for (i, body) in run.spec().bodies.iter().enumerate() {
+        let Some(elastic) = body.kind.elastic() else { continue };
+        let mut wanted = elastic.discretisation.clone();
+        wanted.refine.extend(refinements(run, i)?);
+        let is_known = !wishes.get(i).is_some_and(|wish| wish.elements) || elastic.shape.patches.len() > 1;
+        if is_known && !wanted.refine.is_empty() {
+            let refined = refined_shape(&elastic.shape, &elastic.model, &wanted);
+            refined.map_err(|source| AdaptiveError::Geometry { body: body.name.clone(), source })?;
+        }
+    }
+    Ok(())
 }
 
 /// Zones of a contact.
@@ -164,8 +184,10 @@ pub fn check_zones(run: &Prepared<'_>, wishes: &[SizeRequest]) -> Result<(), Ada
         for (body, site) in bodies.zip([Some(sites.contact_body), sites.target]) {
             let (spec, Some(site)) = (&run.spec().bodies[body], site) else { continue };
             let is_chosen = wishes.get(body).is_some_and(|wish| wish.elements);
-            if let Some(elastic) = spec.kind.elastic().filter(|_| !is_chosen) {
-                planned.request(site).map_or(Ok(None), |request| request.width(&spec.name, elastic))?;
+            let is_known = |request: &ZoneRequest<'_>| !is_chosen || request.law.interval.width.is_some();
+            if let Some((elastic, request)) = spec.kind.elastic().zip(planned.request(site).filter(is_known))
+            {
+                request.check(&spec.name, elastic)?;
             }
             if let Some(mesh) = spec.kind.meshed() {
                 let surface = MeshSurface::of(&mesh.mesh);

@@ -1,6 +1,6 @@
 //! What points and elements across a contact leave of its force (docs/theory/uncertainty.md Eqs. U.5, U.6).
 
-use crate::spec::{ContactLaw, Treatment};
+use crate::spec::ContactLaw;
 use crate::touch::parts::TouchKind;
 
 /// How the yield at a touch is known.
@@ -15,16 +15,12 @@ pub enum ZoneEstimate {
 }
 
 impl ZoneEstimate {
-    /// Of a contact by `law`: a match over all kinds, so that a new one says how its zone is known.
+    /// Of a contact by `law`.
     pub fn of(law: &ContactLaw) -> Self {
-        match law {
-            ContactLaw::Hertz(_) => Self::Law,
-            ContactLaw::Surface(surface) => match surface.treatment {
-                Treatment::Adaptive | Treatment::Quasistatic | Treatment::Damped | Treatment::Dynamic => {
-                    Self::Points
-                }
-                Treatment::Coarse => Self::Unknown,
-            },
+        match law.surface() {
+            None => Self::Law,
+            Some(surface) if surface.treatment.has_fine_zone() => Self::Points,
+            Some(_) => Self::Unknown,
         }
     }
 }

@@ -379,11 +379,19 @@ impl Tangential {
             target[column] += added;
         }
         let largest = (0..m).map(|k| self.factor[k * m + k]).fold(0.0, f64::max);
+        let limit = PIVOT_ROUND_OFF * m as f64 * largest;
+        // What yields to no force, as a point on an axis of symmetry, needs none to be held.
+        for k in 0..m {
+            if self.factor[k * m + k] <= limit {
+                (0..k).for_each(|column| self.factor[column * m + k] = 0.0);
+                self.factor[k * m..(k + 1) * m].fill(0.0);
+                self.factor[k * m + k] = if largest > 0.0 { largest } else { 1.0 };
+            }
+        }
         let matrix = MatMut::from_column_major_slice_mut(&mut self.factor[..m * m], m, m);
         let stack = MemStack::new(&mut self.memory);
         let done =
             llt::factor::cholesky_in_place(matrix, Default::default(), Par::Seq, stack, Default::default());
-        let limit = PIVOT_ROUND_OFF * m as f64 * largest;
         let is_regular = |k: usize| self.factor[k * m + k] * self.factor[k * m + k] > limit;
         if done.is_err() || !(0..m).all(is_regular) {
             let is_exact = self.free.iter().any(|q| problem.springs[q.point] <= 0.0);

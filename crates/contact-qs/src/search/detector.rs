@@ -94,22 +94,21 @@ impl Detector {
         bodies: &[BodyState],
         workspace: &mut SearchWorkspace,
     ) -> Result<Proximity, ContactError> {
-        let followed = match self.pair(bodies) {
-            Target::Plane(_) => None,
-            Target::Body((models, states)) => followed_overlap(models, states, workspace)?,
-        };
-        followed.map_or_else(|| self.nearest(bodies, workspace), Ok)
+        if let Some((models, states)) = self.pair(bodies).body()
+            && let Some(followed) = followed_overlap(models, states, workspace)?
+        {
+            return Ok(followed);
+        }
+        self.nearest(bodies, workspace)
     }
 
     /// Largest speed at which the surfaces may approach each other [m/s].
     pub fn closing_speed_bound(&self, bodies: &[BodyState]) -> f64 {
-        match self.pair(bodies) {
-            Target::Plane(_) => {
-                let state = &bodies[self.own.body];
-                state.velocity.norm() + surface_speed_bound(&self.own.model, state)
-            }
-            Target::Body((models, states)) => closing_speed_bound(models, states),
+        if let Some((models, states)) = self.pair(bodies).body() {
+            return closing_speed_bound(models, states);
         }
+        let state = &bodies[self.own.body];
+        state.velocity.norm() + surface_speed_bound(&self.own.model, state)
     }
 
     /// Both surfaces with their motions, if the target is a body.

@@ -209,7 +209,7 @@ impl Shape {
         let patches = match &self.patches[..] {
             [patch] => vec![refine_near(patch, degrees, elements, windows)?],
             _ if !windows.is_empty() => {
-                let reason = "refined windows need a shape of one patch";
+                let reason = "elements of a place of their own (refine, interval.elements of a contact) need a shape of one patch; leave them out, or give another net";
                 return Err(SplineError::MultiPatch { n_patches, reason });
             }
             patches => divided(patches, degrees, elements)?,

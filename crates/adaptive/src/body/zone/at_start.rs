@@ -5,9 +5,9 @@ use contact_qs::ContactError;
 use contact_qs::surface_pair::TargetFace;
 use iga_core::ParameterBox;
 use iga_core::elasticity::Model;
-use iga_core::nurbs::Face;
 use iga_core::nurbs::interface::FaceId;
 use iga_core::nurbs::local::parameter_at_distance;
+use iga_core::nurbs::{Face, Patch, Shape};
 use iga_core::surface::CollocationPoint;
 use nalgebra::Vector3;
 
@@ -111,6 +111,31 @@ impl ZoneRequest<'_> {
         given.or_else(|| refined_width(body, &point)).ok_or_else(unknown).map(Some)
     }
 
+    /// Checks that the body `name` can have the zone that a contact asks for, as far as `body` tells.
+    ///
+    /// # Errors
+    /// As [`ZoneRequest::width`]; [`AdaptiveError::Contact`] if the zone touches a singular line.
+    pub fn check(&self, name: &str, body: &ElasticSpec) -> Result<(), AdaptiveError> {
+        let width = self.width(name, body)?;
+        width.map_or(Ok(()), |width| self.interval(&body.shape, &body.model, width).map(|_| ()))
+    }
+
+    /// The interval of the `width` given about the site on `shape`, with its face.
+    fn interval(&self, shape: &Shape, model: &Model, width: f64) -> Result<(Face, Interval), AdaptiveError> {
+        let SurfacePlace { face, xi, point } = self.site;
+        let id = FaceId::all(&shape.patches)[face as usize];
+        let face = Face::new(&shape.patches, id, *model == Model::Axisymmetric);
+        let half_width = RefinementSpec::half_width(model, &point, width);
+        let interval = Interval::about(&shape.patches, &face, &xi, half_width);
+        match shape.singular_in(face.id.patch, &interval.bounds.lower, &interval.bounds.upper) {
+            None => Ok((face, interval)),
+            Some(set) => {
+                let source = ContactError::Singular { name: set.name.clone() };
+                Err(AdaptiveError::Contact { contact: self.contact.to_owned(), source })
+            }
+        }
+    }
+
     /// The zone of `body` that a contact asks for.
     ///
     /// Its width is the one given, else that of the refinement in whose middle the site lies; of a
@@ -121,24 +146,15 @@ impl ZoneRequest<'_> {
     /// [`AdaptiveError::Contact`] if no width is known, the zone is empty or touches a singular line.
     pub fn zone(&self, body: &ElasticBody) -> Result<ContactZone, AdaptiveError> {
         let fail = |source| AdaptiveError::Contact { contact: self.contact.to_owned(), source };
-        let SurfacePlace { face, xi, point } = self.site;
-        let id = FaceId::all(&body.shape.patches)[face as usize];
-        let face = Face::new(&body.shape.patches, id, body.spec.model == Model::Axisymmetric);
-        let interval = |width: f64| {
-            let half_width = RefinementSpec::half_width(&body.spec.model, &point, width);
-            Interval::about(body, &face, &xi, half_width)
+        let of = |width| self.interval(&body.shape, &body.spec.model, width).map(|found| (width, found));
+        let (width, (face, interval)) = match self.width(&body.name, &body.spec)? {
+            Some(width) => of(width)?,
+            None => {
+                let mut widths = (0..MAX_HALVINGS).map(|k| 2.0 * body.size() * 0.5_f64.powi(k as i32));
+                let none = || fail(ContactError::Empty { width: 0.0 });
+                widths.find_map(|width| of(width).ok()).ok_or_else(none)?
+            }
         };
-        let singular = |i: &Interval| body.shape.singular_in(face.id.patch, &i.bounds.lower, &i.bounds.upper);
-        let widest = || {
-            let mut widths = (0..MAX_HALVINGS).map(|k| 2.0 * body.size() * 0.5_f64.powi(k as i32));
-            widths.find(|w| singular(&interval(*w)).is_none())
-        };
-        let none = || fail(ContactError::Empty { width: 0.0 });
-        let width = self.width(&body.name, &body.spec)?.or_else(widest).ok_or_else(none)?;
-        let interval = interval(width);
-        if let Some(set) = singular(&interval) {
-            return Err(fail(ContactError::Singular { name: set.name.clone() }));
-        }
         let region = TargetFace { face, bounds: interval.bounds };
         let limits = ZoneLimits { region, slack: interval.slack, widths: [width, 0.0] };
         let on_rim = |points: &[CollocationPoint]| {
@@ -153,8 +169,8 @@ impl ZoneRequest<'_> {
 }
 
 impl Interval {
-    fn about(body: &ElasticBody, face: &Face, centre: &[f64; 3], half_width: f64) -> Self {
-        let patch = &body.shape.patches[face.id.patch];
+    fn about(patches: &[Patch], face: &Face, centre: &[f64; 3], half_width: f64) -> Self {
+        let patch = &patches[face.id.patch];
         let mut interval = Self {
             bounds: ParameterBox { lower: face.on_face(centre), upper: face.on_face(centre) },
             slack: [0.0; 3],

@@ -67,3 +67,24 @@ fn one_point_follows_the_classical_return_mapping() {
         assert!(force.iter().zip(expected).all(|(f, e)| (f - e).abs() < 1e-15)); // round-off
     }
 }
+
+#[test]
+fn a_point_that_yields_to_no_force_is_held_by_none() {
+    // The first point, as one on an axis of symmetry, alone and beside two others that stick.
+    for n in [1, 3] {
+        let entry = |i: usize, j: usize| if i.min(j) == 0 { 0.0 } else { 1.0 + f64::from(u8::from(i == j)) };
+        let compliance = Mat::from_fn(n, n, entry);
+        let problem = TangentialProblem {
+            compliance: &compliance,
+            springs: &[0.0; 3][..n],
+            slips: &[0.0, 0.5, -0.5][..n],
+            bounds: &[1.0; 3][..n],
+        };
+        let mut forces = vec![0.0; n];
+        Tangential::new(n, 1).solve(&problem, 1e-12, &mut forces).unwrap();
+        // Twice the force less once its opposite: that of a compliance of one.
+        let right =
+            forces.iter().zip([0.0, -0.5, 0.5]).all(|(force, expected)| (force - expected).abs() < 1e-15);
+        assert!(right, "{forces:?}");
+    }
+}

@@ -1,7 +1,6 @@
 //! What a change of the model in the course of an impact costs: energy and momentum before and
 //! after, penalty factors lowered on the way.
 
-use ffr_dynamics::error::FailureKind;
 use nalgebra::Vector3;
 
 use crate::adaptivity::penalty_search::{PenaltyAction, RunOutcome};
@@ -23,10 +22,10 @@ impl Driver<'_> {
     /// Goes on in the present state with lower penalty factors after an error of the contact
     /// solver, if the search says so: as low as the present state asks for (\[A\] section 4.1).
     /// Records the jump of energy.
-    pub(crate) fn lower_penalty(&mut self, failure: FailureKind) -> Result<bool, AdaptiveError> {
+    pub(crate) fn lower_penalty(&mut self) -> Result<bool, AdaptiveError> {
         let (t, y) = (self.integrator.time(), self.integrator.state().to_vec());
         let before = self.stored_balance();
-        let (mut lowered, mut failure) = (Vec::new(), failure);
+        let mut lowered = Vec::new();
         loop {
             lowered.clear();
             for i in 0..self.slots.len() {
@@ -34,7 +33,7 @@ impl Driver<'_> {
                 if !search.is_resuming() {
                     continue;
                 }
-                if let PenaltyAction::Resume { penalty } = search.next(RunOutcome::SolverError { failure }) {
+                if let PenaltyAction::Resume { penalty } = search.next(RunOutcome::SolverError) {
                     self.set_penalty(i, penalty)?;
                     lowered.push(i);
                 }
@@ -44,7 +43,7 @@ impl Driver<'_> {
             }
             match self.model.system.evaluate_forces(t, &y) {
                 Ok(()) => break,
-                Err(refusal) if refusal.kind().may_depend_on_penalty() => failure = refusal.kind(),
+                Err(refusal) if refusal.kind().may_depend_on_penalty() => {}
                 Err(refusal) => return Err(AdaptiveError::refused(t, refusal)),
             }
         }

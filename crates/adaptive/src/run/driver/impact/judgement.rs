@@ -8,7 +8,7 @@ use super::intervals::{Intervals, TriedInterval};
 use super::trial_reason::{Acceptance, Change, Demand, PenaltyCause};
 use crate::adaptivity::interval::{IntervalAssessment, IntervalSettings};
 use crate::adaptivity::overlap::{Overlap, Pressing};
-use crate::adaptivity::penalty_search::{PenaltyAction, RunOutcome};
+use crate::adaptivity::penalty_search::{PenaltyAction, PenaltyFailure, RunOutcome};
 use crate::checks::resolution::longest_element_of;
 use crate::error::AdaptiveError;
 use crate::impact::{AdaptiveContact, FineContact};
@@ -180,7 +180,7 @@ impl Driver<'_> {
             let cause = penalty_cause(ending, overlap);
             let outcome = match ending {
                 Ending::TrialPassed => RunOutcome::TrialPassed,
-                Ending::SolverFailed(failure) => RunOutcome::SolverError { failure: failure.kind() },
+                Ending::SolverFailed(_) => RunOutcome::SolverError,
                 _ => RunOutcome::Completed { peak_force, overlap },
             };
             let after = match fine.search.next(outcome) {
@@ -198,7 +198,13 @@ impl Driver<'_> {
                 PenaltyAction::Fail(failure) => {
                     let contact = self.model.contacts[i].name.clone();
                     let time = self.work.start;
-                    return Err(AdaptiveError::Penalty { contact, time, trials: number, failure });
+                    let refusal = match (ending, failure) {
+                        (Ending::SolverFailed(refusal), PenaltyFailure::TooLow { .. }) => {
+                            Some(refusal.clone())
+                        }
+                        _ => None,
+                    };
+                    return Err(AdaptiveError::Penalty { contact, time, trials: number, failure, refusal });
                 }
             };
             demands.push(self.demand(i, Change::Penalty { cause, before, after }));

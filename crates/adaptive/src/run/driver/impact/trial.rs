@@ -110,7 +110,7 @@ impl Driver<'_> {
                     let refusal =
                         self.integrator.last_refusal().filter(|r| r.kind().may_depend_on_penalty()).cloned();
                     let Some(refusal) = refusal else { return Err(AdaptiveError::Dynamics(source)) };
-                    if self.lower_penalty(refusal.kind())? {
+                    if self.lower_penalty()? {
                         trial.contact_step_limit = None; // the second phase of Fig. 3 simulates the whole impact
                         continue;
                     }
