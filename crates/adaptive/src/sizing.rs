@@ -14,7 +14,7 @@ mod spectrum;
 pub mod mesh;
 pub mod mode_count;
 mod key;
-mod of_mesh;
+pub mod of_mesh;
 pub mod zone;
 pub mod mesh_touch;
 
@@ -152,7 +152,7 @@ impl Numbers {
         let Self { elements, error, modes, highest } = self;
         ChosenSizes {
             mesh: wish.elements.then_some(ChosenMesh { elements, error, modes, accuracy }),
-            modes: wish.modes.then(|| ChosenModes { modes, highest, time: time.cloned() }),
+            modes: wish.modes.then(|| ChosenModes { modes, highest, carried: None, time: time.cloned() }),
             zones: Vec::new(),
         }
     }

@@ -136,6 +136,18 @@ fn quasistatic_pair_without_a_refinement_of_its_own_is_refined_where_it_touches(
 }
 
 #[test]
+fn a_trial_ends_at_the_peak_that_asks_for_another_factor() {
+    let trace = finished(&two_spheres(END));
+    let [first, last] = &trace.trials[..] else { panic!("two trials: {:?}", trace.trials) };
+    assert!(first.reason.contains("peak force not yet compared"), "{}", first.reason);
+    let impact = trace.impacts[0];
+    // Past its peak, before the bodies have parted; the accepted one goes on until they have.
+    assert!(impact.peak_time < first.stop && first.stop < impact.end && impact.end < last.stop, "{first:?}");
+    // The change of the peak that the search allows.
+    assert!((first.peak_force / impact.peak_force - 1.0).abs() < 2e-3, "{first:?} {impact:?}");
+}
+
+#[test]
 fn a_massless_boundary_is_the_limit_of_rising_penalty_factors() {
     let given = IntervalSpec { width: Some(0.6e-3), elements: Some(8), ..IntervalSpec::default() };
     let run = |penalty: f64| {

@@ -1,6 +1,7 @@
 //! Fine models of bodies of finite elements: what they keep of the mesh, and the smooth surface that contact sees in place of its sides.
 
 use crate::blocks;
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use crate::balls::Ball;
@@ -9,7 +10,10 @@ use adaptive::body::field_body::FieldBody;
 use adaptive::body::fine::divided::{FineElements, WantedZone};
 use adaptive::body::mesh::MeshedBody;
 use adaptive::body::reduced::Interface;
-use adaptive::spec::{FlexibleSpec, MeshedSpec, ReductionSpec};
+use adaptive::sizing::impact_time::{ForceTime, TimeScale};
+use adaptive::sizing::of_mesh;
+use adaptive::spec::{Accuracy, FlexibleSpec, MeshedSpec, ReductionSpec};
+use adaptive::store::ModelCache;
 use adaptive::surface::smooth_fit::SmoothFit;
 use adaptive::surface::{MeshSurface, Surface, SurfacePlace};
 use fe_mesh::element::rules::MassRule;
@@ -37,6 +41,42 @@ fn site(mesh: &Arc<Mesh>, point: [f64; 3]) -> (Arc<MeshSurface>, SurfacePlace) {
     let surface = MeshSurface::of(mesh);
     let site = surface.nearest(&point).unwrap().place;
     (surface, site)
+}
+
+#[test]
+fn no_modes_are_chosen_that_a_mesh_does_not_carry() {
+    let cube = |n: usize, modes: usize| {
+        let mesh = blocks::block(ElementKind::Tet10, [n; 3], |x| x.map(|x| 0.01 * x));
+        let mut spec = spec(Mesh::new(mesh, 1.0).unwrap());
+        spec.flexible.reduction = ReductionSpec::Modal { modes };
+        spec
+    };
+    let force = ForceTime {
+        contact: "c".into(),
+        scale: TimeScale::Flat,
+        duration: 7e-6,
+        speed: 0.1,
+        frequency: 1.5e6,
+    };
+    let chosen = |n: usize| {
+        of_mesh::modes("cube", &cube(n, 0), Accuracy::default(), Some(&force), &ModelCache::default())
+            .unwrap()
+    };
+    let [coarse, fine] = [2, 4].map(chosen);
+    let carried = coarse.carried.expect("the coarse mesh carries less than is asked for");
+    assert!(coarse.modes < fine.modes && coarse.highest <= carried, "{coarse:?} {fine:?}");
+    assert!(coarse.to_string().contains("its mesh carries waves up to"), "{coarse}");
+    let frequencies = |n: usize| {
+        let body = MeshedBody::build("cube", cube(n, coarse.modes)).unwrap();
+        (body.reduce(&Interface::default()).unwrap().basis.omega, body.carried_waves().unwrap())
+    };
+    let ((found, waves), (finer, _)) = (frequencies(2), frequencies(4));
+    // The estimate of the highest mode is no less than what a mesh of half the sides shows; by the longest
+    // edges of six tetrahedra in a cube, its diagonal, less than five times as much.
+    let error = found[coarse.modes - 1] / finer[coarse.modes - 1] - 1.0;
+    let estimate = waves.error(found[coarse.modes - 1] / TAU).unwrap().0;
+    println!("{} modes, error {error:.4}, estimate {estimate:.4}, carried {carried:.3e} Hz", coarse.modes);
+    assert!(error < estimate && estimate < 5.0 * error, "{error} {estimate}");
 }
 
 #[test]

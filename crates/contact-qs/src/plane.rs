@@ -87,8 +87,6 @@ pub struct PlaneFound {
     displacements: Vec<f64>,
     /// Point forces in the model's components.
     loads: Vec<f64>,
-    /// Whether loads and displacements are those of the forces already.
-    is_loaded: bool,
     report: ContactReport,
 }
 
@@ -271,7 +269,6 @@ impl ForceElement for PlaneContact {
             forces: vec![0.0; n],
             displacements: vec![0.0; n_rows],
             loads: vec![0.0; n_rows],
-            is_loaded: false,
             report: ContactReport::default(),
         };
         (state, workspace, found)
@@ -312,8 +309,8 @@ impl ForceElement for PlaneContact {
     }
 
     fn restore(&self, state: &mut PlaneState, _found: &mut PlaneFound) {
-        if let Some(zone) = &mut state.zone {
-            zone.restore();
+        if let (Some(model), Some(zone)) = (&self.quasistatic, &mut state.zone) {
+            zone.restore(model);
         }
         if let Some(friction) = &mut state.friction {
             friction.restore();

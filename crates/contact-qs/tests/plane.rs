@@ -355,6 +355,31 @@ fn restored_contact_repeats_bit_for_bit() {
 }
 
 #[test]
+fn a_turn_by_round_off_keeps_projection_and_factor() {
+    let motion = RigidMotion::Spatial;
+    let new = || Active::new(contact(motion, true, 1e9));
+    let mut kept = new();
+    let state = pressed(&kept, motion, 5e-3);
+    let turned = |angle: f64| {
+        let turn = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), angle);
+        BodyState { rotation: state.rotation * turn, ..state.clone() }
+    };
+    let (before, _) = evaluate(&mut kept, &state);
+    kept.save();
+    // The compliance errs by as much as the normal, the forces by that times its condition, some ten.
+    for (angle, n_factors, limit) in [(5e-9, 0, 1e-7), (1e-6, 1, 1e-12)] {
+        let (force, _) = evaluate(&mut kept, &turned(angle));
+        assert_eq!(kept.report().solver.factorisations, n_factors, "{angle:e}");
+        let (fresh, _) = evaluate(&mut new(), &turned(angle));
+        let error = (force.force - fresh.force).norm() / fresh.force.norm();
+        assert!(error <= limit, "{error:e} after {angle:e}");
+    }
+    // What is projected on is part of the state.
+    kept.restore();
+    assert_eq!(evaluate(&mut kept, &state).0.force, before.force);
+}
+
+#[test]
 fn normals_that_a_model_cannot_meet_are_refused() {
     let tilted = UnitQuaternion::from_euler_angles(0.01, 0.0, 0.0);
     for motion in [RigidMotion::Axial, RigidMotion::Planar] {

@@ -9,7 +9,7 @@ use contact_qs::ContactError;
 use contact_qs::search::SurfaceModel;
 use faer::MatRef;
 use ffr_dynamics::body::AssembledBody;
-use iga_core::elasticity::Material;
+use iga_core::elasticity::{Material, Model};
 use iga_core::extent::{Extent, longest_element};
 use nalgebra::UnitQuaternion;
 
@@ -25,6 +25,7 @@ use crate::spec::unsupported::Unsupported;
 use crate::spec::{Area, FlexibleSpec, FrameSpec, IntervalSpec};
 use crate::store::ModelCache;
 use crate::surface::Surface;
+use crate::touch::wave::Wave;
 
 /// The longest of some elements of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -35,6 +36,51 @@ pub struct LongestElement {
     pub degree: usize,
     /// Its side \[m\].
     pub length: f64,
+    /// Of finite elements the mean of their sides by which they carry waves (Eq. P.7a) \[m\].
+    pub mean: Option<f64>,
+}
+
+/// Error of a frequency up to which waves are carried by a mesh: finite elements reach it where they
+/// begin to follow a wave, at `kh = 2p + 1` (Ainsworth 2004), splines a little below two elements a wave.
+pub const CARRIED: f64 = 1.0 / 3.0;
+
+/// What decides how well a body carries waves.
+pub struct CarriedWaves {
+    material: Material,
+    thickness: f64,
+    is_axisymmetric: bool,
+    elements: Vec<LongestElement>,
+}
+
+impl CarriedWaves {
+    /// Of the shortest wave of `frequency` \[Hz\] the relative error of its frequency in the direction whose
+    /// elements resolve it worst, with wave and elements (Eqs. P.7, P.7a).
+    pub fn error(&self, frequency: f64) -> Option<(f64, Wave, LongestElement)> {
+        let wave = Wave::shortest(&self.material, self.thickness, self.is_axisymmetric, frequency);
+        let of = |e: &LongestElement| {
+            let error = match e.mean {
+                Some(mean) => wave.error_on_finite_elements(mean, e.degree),
+                None => wave.error(e.length, e.degree),
+            };
+            (error, wave, *e)
+        };
+        self.elements.iter().map(of).max_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
+    /// The highest frequency up to `limit` \[Hz\] whose waves are carried.
+    pub fn highest(&self, limit: f64) -> f64 {
+        let is_carried = |frequency: f64| self.error(frequency).is_none_or(|(error, ..)| error <= CARRIED);
+        if is_carried(limit) {
+            return limit;
+        }
+        let [mut low, mut high] = [0.0, limit];
+        // To the last digit, as errors grow with the frequency.
+        for _ in 0..f64::MANTISSA_DIGITS {
+            let middle = 0.5 * (low + high);
+            if is_carried(middle) { low = middle } else { high = middle }
+        }
+        low
+    }
 }
 
 /// A flexible body with its matrices. What a new kind of elements has to say is required; what
@@ -57,6 +103,16 @@ pub trait FieldBody: Field {
 
     /// The longest elements of each direction, or of each kind.
     fn longest_elements(&self) -> Vec<LongestElement>;
+
+    /// How well it carries waves; none without a material.
+    fn carried_waves(&self) -> Option<CarriedWaves> {
+        Some(CarriedWaves {
+            material: *self.slowest_material()?,
+            thickness: self.thickness(),
+            is_axisymmetric: matches!(self.model(), Model::Axisymmetric),
+            elements: self.longest_elements(),
+        })
+    }
 
     /// Least length of the body, the thickness of a wall; the diameter of an axisymmetric one
     /// counts if less \[m\].

@@ -5,9 +5,8 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use ffr_dynamics::force::BodyState;
-use iga_core::elasticity::Model;
 
-use crate::body::field_body::{FieldBody, LongestElement};
+use crate::body::field_body::{CARRIED, LongestElement};
 use crate::body::loads::{HeldPlace, PLACE_ERROR};
 use crate::record::ImpactRecord;
 use crate::record::warning::{Warning, WarningKind};
@@ -15,7 +14,6 @@ use crate::sizing::impact_time::ForceNeeds;
 use crate::spec::Coupling;
 use crate::state::impact_monitor::Ringing;
 use crate::system::body::BodyModel;
-use crate::touch::wave::Wave;
 
 /// Product of the highest frequency kept and the duration of an impact from which on the spectrum
 /// of the force, that of a half sine, is below `1/(4·3.57² - 1)`, a fiftieth of its mean (Eq. P.6):
@@ -80,6 +78,9 @@ pub fn few_modes(
             impact.end
         ),
         remedy: match body.flexible() {
+            Some(flexible) if frequency_error(body, limit).is_some_and(|(error, _)| error > CARRIED) => {
+                format!("{}: that of body \"{}\" carries no such waves", flexible.body.finer_mesh(), body.name)
+            }
             Some(_) => format!("raise bodies.{}.reduction.modes", body.name),
             None => format!("give the file of body \"{}\" more modes", body.name),
         },
@@ -207,13 +208,16 @@ pub fn coarse_mesh(body: &BodyModel, known: Option<f64>) -> Option<Warning> {
             format!("give bodies.{}.discretisation.elements, or keep fewer modes", body.name),
         ),
         None => {
-            let (error, wave, worst) = worst_direction(flexible.body.as_ref(), highest)?;
+            let (error, wave, worst) = flexible.body.carried_waves()?.error(highest)?;
             let direction = worst.direction.map_or_else(String::new, |d| format!(" in direction {d}"));
-            let (wave, LongestElement { length, degree, .. }) = (wave.length, worst);
+            let (wave, LongestElement { degree, .. }) = (wave.length, worst);
+            let length = worst.mean.unwrap_or(worst.length);
             let what = format!(
                 "has waves {wave:.3e} m long; elements of {length:.3e} m and degree {degree}{direction} put"
             );
-            (error, what, flexible.body.finer_mesh())
+            // Fewer modes leave out what follows the force; they help where the mesh carries no such waves.
+            let fewer = if worst.mean.is_none() || error > CARRIED { ", or keep fewer modes" } else { "" };
+            (error, what, format!("{}{fewer}", flexible.body.finer_mesh()))
         }
     };
     let shown = if error < 1.0 { format!("{:.0} %", 100.0 * error) } else { "more than its half".to_owned() };
@@ -234,16 +238,8 @@ pub fn coarse_mesh(body: &BodyModel, known: Option<f64>) -> Option<Warning> {
 /// Relative error of the frequency `frequency` \[Hz\] on the mesh of `body` (Eq. P.7) and the power of the
 /// frequency with which it falls at least, that of bending; none without a mesh.
 pub fn frequency_error(body: &BodyModel, frequency: f64) -> Option<(f64, f64)> {
-    let (error, _, worst) = worst_direction(body.flexible()?.body.as_ref(), frequency)?;
+    let (error, _, worst) = body.flexible()?.body.carried_waves()?.error(frequency)?;
     Some((error, worst.degree as f64))
-}
-
-/// The error of a frequency \[Hz\] in the direction whose elements resolve its wave worst, with wave and
-/// elements.
-fn worst_direction(body: &dyn FieldBody, frequency: f64) -> Option<(f64, Wave, LongestElement)> {
-    let wave = shortest_wave(body, frequency)?;
-    let of = |e: &LongestElement| (wave.error(e.length, e.degree), wave, *e);
-    body.longest_elements().iter().map(of).max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 /// The warning of a body on which joints or loads hold a disc or ball that its elements do not
@@ -328,29 +324,6 @@ pub fn sparse_output(body: &BodyModel, highest: f64, (time, interval): (f64, f64
 
 fn subject(body: &BodyModel) -> String {
     format!("body \"{}\"", body.name)
-}
-
-/// The shortest wave of frequency `frequency` \[Hz\] that a body carries: of shear or, where that
-/// is longer than twice the body is thick, of bending (longitudinal in axisymmetric models); none
-/// without a material.
-fn shortest_wave(body: &dyn FieldBody, frequency: f64) -> Option<Wave> {
-    let material = body.slowest_material()?;
-    let (young, poisson, density) =
-        (material.youngs_modulus(), material.poissons_ratio(), material.density());
-    let shear = (young / (2.0 * (1.0 + poisson) * density)).sqrt() / frequency;
-    let thickness = body.thickness();
-    if shear <= 2.0 * thickness {
-        return Some(Wave::straight(shear));
-    }
-    let bar = (young / density).sqrt();
-    Some(match body.model() {
-        Model::Axisymmetric => Wave::straight(bar / frequency),
-        // c_b = sqrt(ω r c_0) with the radius of gyration r = d / sqrt(12) of a rectangle.
-        _ => {
-            let length = (TAU * frequency * thickness / 12.0_f64.sqrt() * bar).sqrt() / frequency;
-            Wave::bending(length, thickness, poisson)
-        }
-    })
 }
 
 #[cfg(test)]

@@ -32,7 +32,7 @@ pub fn mesh_key(spec: &MeshedSpec, accuracy: Accuracy, range: ModeRange) -> Mode
     let mut key = Bytes(meshed_definition(spec));
     key.add(&(range.limit, range.most));
     add_level(&mut key, accuracy);
-    ModelKey { kind: "modes chosen for a mesh", definition: key.0 }
+    ModelKey { kind: "modes that a mesh carries", definition: key.0 }
 }
 
 /// Adds the level of what is chosen; the usual one is what no level says.

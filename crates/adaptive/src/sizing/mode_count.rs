@@ -33,6 +33,8 @@ pub struct ChosenModes {
     pub modes: usize,
     /// Frequency of the highest one \[Hz\].
     pub highest: f64,
+    /// Frequency up to which a mesh carries waves, where the force asks for higher ones \[Hz\].
+    pub carried: Option<f64>,
     /// The force that determines the number; `None` without contacts.
     pub time: Option<ForceTime>,
 }
@@ -47,12 +49,13 @@ impl ChosenModes {
 
 impl fmt::Display for ChosenModes {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { modes, highest, time } = self;
+        let Self { modes, highest, carried, time } = self;
         write!(out, "{modes} modes chosen, up to {highest:.4e} Hz: ")?;
         match time {
-            None => write!(out, "no contact acts on the body"),
-            Some(time) => write!(out, "{time}"),
+            None => write!(out, "no contact acts on the body")?,
+            Some(time) => write!(out, "{time}")?,
         }
+        carried.map_or(Ok(()), |carried| write!(out, "; its mesh carries waves up to {carried:.2e} Hz"))
     }
 }
 

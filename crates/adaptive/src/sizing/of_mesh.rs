@@ -4,6 +4,7 @@ use super::impact_time::ForceTime;
 use super::key::mesh_key;
 use super::mode_count::{ChosenModes, GROUP, ModeRange, chosen_on};
 use super::spectrum::{FrequencyProblem, Known};
+use crate::body::field_body::FieldBody;
 use crate::body::mesh::MeshedBody;
 use crate::error::AdaptiveError;
 use crate::record::work;
@@ -24,27 +25,41 @@ pub fn modes(
     cache: &ModelCache,
 ) -> Result<ChosenModes, AdaptiveError> {
     let range = ModeRange::new(RigidMotion::Spatial, spec.flexible.reduction, accuracy, time);
-    let (modes, highest) = cache.recent(
+    let (modes, highest, carried) = cache.recent(
         mesh_key(spec, accuracy, range),
         |stored| match (&stored.counts[..], &stored.values[..]) {
-            ([modes], [highest]) => Some((usize::try_from(*modes).ok()?, *highest)),
+            ([modes], [highest, carried]) => Some((usize::try_from(*modes).ok()?, *highest, *carried)),
             _ => None,
         },
         || count(name, spec, range),
-        |(modes, highest)| StoredModel { counts: vec![*modes as u64], values: vec![*highest] },
+        |(modes, highest, carried)| StoredModel {
+            counts: vec![*modes as u64],
+            values: vec![*highest, *carried],
+        },
     )?;
-    Ok(ChosenModes { modes, highest, time: time.cloned() })
+    let carried = (carried < range.limit).then_some(carried);
+    Ok(ChosenModes { modes, highest, carried, time: time.cloned() })
 }
 
-/// The number, and the frequency of the last \[Hz\].
-fn count(name: &str, spec: &MeshedSpec, range: ModeRange) -> Result<(usize, f64), AdaptiveError> {
+/// A frequency above those of all meshes \[Hz\].
+const ANY: f64 = 1e15;
+
+/// The number, the frequency of the last, and the highest one whose waves the mesh carries \[Hz\].
+fn count(name: &str, spec: &MeshedSpec, range: ModeRange) -> Result<(usize, f64, f64), AdaptiveError> {
     let _work = work::begin(format!("modes of a mesh with {} unknowns", 3 * spec.mesh.nodes().len()));
-    let body = MeshedBody::build(name, spec.clone())?.assembled;
-    let problem = FrequencyProblem::new(name, &body)?;
-    let found = if range.limit > 0.0 {
-        problem.next_to(range.limit, GROUP)?
+    let body = MeshedBody::build(name, spec.clone())?;
+    let carried = body.carried_waves().map_or(ANY, |waves| waves.highest(ANY));
+    let problem = FrequencyProblem::new(name, &body.assembled)?;
+    let limit = range.limit.min(carried);
+    let found = if limit > 0.0 {
+        problem.next_to(limit, GROUP)?
     } else {
         Known { first: 0, frequencies: problem.lowest(range.least + GROUP)?.frequencies }
     };
-    chosen_on(&problem, &found, range, None)
+    // Not even the least number, where the mesh does not carry that many.
+    let is_judged = limit <= 0.0 || carried <= range.limit;
+    let most = if is_judged { found.below(carried).max(GROUP) } else { range.least };
+    let range = ModeRange { limit, least: range.least.min(most), ..range };
+    let (modes, highest) = chosen_on(&problem, &found, range, None)?;
+    Ok((modes, highest, carried))
 }

@@ -65,6 +65,11 @@ pub struct Change {
     pub motion: NearMotion,
 }
 
+/// Share of the largest approach, and of the largest force, below which bodies have turned back: the
+/// force has passed its peak then, and what rings about it is less.
+const TURNED: f64 = 0.9;
+const LET_GO: f64 = 0.5;
+
 /// State of a watched contact.
 #[derive(Debug, Clone, Default)]
 pub struct ImpactMonitor {
@@ -84,6 +89,8 @@ pub struct ImpactMonitor {
 struct PhaseExtremes {
     peak_force: f64,
     peak_time: f64,
+    /// Peak force when the bodies had turned back for the first time; none before.
+    turned_peak: Option<f64>,
     /// Approach of the bodies since the touch by their rigid motion, and its largest value while
     /// force acts \[m\].
     approach: f64,
@@ -180,6 +187,17 @@ impl ImpactMonitor {
         self.phase.peak_force
     }
 
+    /// Peak force at which the bodies turned back for the first time in this phase: the peak of a phase
+    /// in which they have not, or not yet \[N\]. Trials are compared by it, for it is known by then.
+    pub fn judged_peak(&self) -> f64 {
+        self.phase.turned_peak.unwrap_or(self.phase.peak_force)
+    }
+
+    /// Whether they have.
+    pub fn has_turned(&self) -> bool {
+        self.phase.turned_peak.is_some()
+    }
+
     /// Begins a phase at the instant `now`; extremes of earlier phases are forgotten.
     pub fn begin(&mut self, now: ContactInstant) {
         (self.last, self.before_last) = (None, None);
@@ -250,6 +268,11 @@ impl ImpactMonitor {
         if force > phase.peak_force {
             (phase.peak_time, phase.peak_force) = (time, force);
             phase.lulls.rise();
+        }
+        let has_turned =
+            phase.approach < TURNED * phase.largest_approach && now.force < LET_GO * phase.peak_force;
+        if has_turned && phase.turned_peak.is_none() {
+            phase.turned_peak = Some(phase.peak_force);
         }
         (self.before_last, self.last) = (self.last, Some(now));
         is_new_peak

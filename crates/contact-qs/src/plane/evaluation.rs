@@ -14,7 +14,7 @@ use crate::contact_element::ContactReport;
 use crate::law::penalty;
 use crate::quasistatic::problem::dot;
 use crate::quasistatic::sliding_work::SlidingWork;
-use crate::quasistatic::{Problem, Quasistatic, SolveReport, ZoneSolver};
+use crate::quasistatic::{Quasistatic, SolveReport, ZoneSolver};
 use crate::zone::submodel::{OPEN, is_turned_to};
 
 /// Share of the deepest gap below which a gap is round-off of its sum.
@@ -135,7 +135,7 @@ impl PlaneContact {
     ) -> Result<SolveReport, EvaluationFailure> {
         let PlaneWorkspace { free_gaps, is_member, .. } = &mut *workspace;
         let (free_gaps, springs) = (&*free_gaps, &self.springs);
-        let PlaneFound { normal, gaps, forces, .. } = found;
+        let PlaneFound { normal, gaps, forces, displacements, .. } = found;
         let (Some(model), Some(zone)) = (&self.quasistatic, &mut state.zone) else {
             let areas = &self.submodel.areas;
             for ((force, &gap), &area) in forces.iter_mut().zip(free_gaps).zip(areas) {
@@ -157,15 +157,14 @@ impl PlaneContact {
                 zone.project(model, *normal);
             }
             let report = zone.solve(springs, free_gaps, forces)?;
-            let problem = Problem { compliance: zone.normal_compliance(), springs, gaps: free_gaps };
-            problem.deformed_gaps(forces, gaps);
+            zone.displace(forces, free_gaps, gaps, displacements);
             return Ok(report);
         };
         is_member.iter_mut().zip(free_gaps).for_each(|(is_member, gap)| *is_member = *gap != OPEN);
-        if is_touching || model.needs_springs() {
-            zone.project_members(model, *normal, is_member);
-        }
         if is_touching {
+            // Slips are projected on this very normal.
+            zone.turn(model, *normal);
+            zone.project_members(model, *normal, is_member);
             friction.stick_slip.project(model.compliance(), normal, &friction.tangents, is_member);
         }
         friction.stick_slip.solve(zone, springs, free_gaps, &friction.slips, forces)
@@ -180,7 +179,6 @@ impl PlaneContact {
         workspace: &mut PlaneWorkspace,
         found: &mut PlaneFound,
     ) -> Result<SolveReport, EvaluationFailure> {
-        let nc = self.submodel.motion.n_components();
         let PlaneWorkspace { free_gaps, is_member, pressed_gaps, .. } = workspace;
         is_member.iter_mut().zip(&*free_gaps).for_each(|(is_member, gap)| *is_member = *gap < 0.0);
         zone.add_start(is_member);
@@ -192,50 +190,38 @@ impl PlaneContact {
                 *pressed = if *is_member { *gap } else { OPEN };
             }
             total.add(zone.solve(&self.springs, pressed_gaps, &mut found.forces)?);
-            for (load, &force) in found.loads.chunks_exact_mut(nc).zip(&found.forces) {
-                load.iter_mut().zip(&found.normal).for_each(|(l, n)| *l = n * force);
-            }
-            model.displacements(&found.loads, &mut found.displacements);
+            zone.displace(&found.forces, free_gaps, &mut found.gaps, &mut found.displacements);
             let mut has_new = false;
-            for (i, u) in found.displacements.chunks_exact(nc).enumerate() {
-                found.gaps[i] = free_gaps[i] + dot(u, &found.normal[..nc]);
-                if !is_member[i] && found.gaps[i] < ROUND_OFF * deepest {
-                    (is_member[i], has_new) = (true, true);
+            for (is_member, gap) in is_member.iter_mut().zip(&found.gaps) {
+                if !*is_member && *gap < ROUND_OFF * deepest {
+                    (*is_member, has_new) = (true, true);
                 }
             }
             if !has_new {
-                found.is_loaded = true;
                 return Ok(total);
             }
         }
     }
 
-    /// Components of the point forces and the displacements under them.
+    /// Components of the point forces; with friction the displacements under them.
     pub(super) fn load_points(&self, state: &PlaneState, workspace: &PlaneWorkspace, found: &mut PlaneFound) {
         let nc = self.submodel.motion.n_components();
-        let PlaneFound { normal, gaps, forces, displacements, loads, is_loaded, .. } = found;
-        if std::mem::take(is_loaded) {
-            return;
-        }
+        let PlaneFound { normal, gaps, forces, displacements, loads, .. } = found;
         for (load, &force) in loads.chunks_exact_mut(nc).zip(&*forces) {
             load.iter_mut().zip(&*normal).for_each(|(l, n)| *l = n * force);
         }
-        if let Some(friction) = &state.friction {
-            let points = friction.stick_slip.forces().chunks_exact(friction.n_t);
-            for (load, point) in loads.chunks_exact_mut(nc).zip(points) {
-                for (force, tangent) in point.iter().zip(&friction.tangents) {
-                    load.iter_mut().zip(tangent).for_each(|(l, t)| *l += t * force);
-                }
+        let Some(friction) = &state.friction else { return };
+        let points = friction.stick_slip.forces().chunks_exact(friction.n_t);
+        for (load, point) in loads.chunks_exact_mut(nc).zip(points) {
+            for (force, tangent) in point.iter().zip(&friction.tangents) {
+                load.iter_mut().zip(tangent).for_each(|(l, t)| *l += t * force);
             }
         }
         let Some(zone) = &self.quasistatic else { return };
         zone.displacements(loads, displacements);
-        if state.friction.is_some() {
-            for ((gap, &free), u) in
-                gaps.iter_mut().zip(&workspace.free_gaps).zip(displacements.chunks_exact(nc))
-            {
-                *gap = free + dot(u, &normal[..nc]);
-            }
+        for ((gap, &free), u) in gaps.iter_mut().zip(&workspace.free_gaps).zip(displacements.chunks_exact(nc))
+        {
+            *gap = free + dot(u, &normal[..nc]);
         }
     }
 

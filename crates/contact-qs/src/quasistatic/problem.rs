@@ -85,25 +85,29 @@ pub(crate) fn add_product(matrix: &Mat<f64>, x: &[f64], out: &mut [f64]) {
     add_columns(matrix, x.iter().copied().enumerate().filter(|(_, factor)| *factor != 0.0), out);
 }
 
-/// Adds the columns `(number, factor)` of `matrix` to `out`, four at a time: a sum is loaded and
-/// stored once for them.
+/// Adds the columns `(number, factor)` of `matrix` to `out`.
 pub(crate) fn add_columns(matrix: &Mat<f64>, columns: impl Iterator<Item = (usize, f64)>, out: &mut [f64]) {
+    add_multiples(columns.map(|(j, factor)| (matrix.col_as_slice(j), factor)), out);
+}
+
+/// Adds the first entries of `columns` times their factors to `out`, four columns at a time: a sum is
+/// loaded and stored once for them.
+pub(crate) fn add_multiples<'a>(columns: impl Iterator<Item = (&'a [f64], f64)>, out: &mut [f64]) {
     let n = out.len();
-    let column = |j: usize| &matrix.col_as_slice(j)[..n];
-    let (mut waiting, mut n_waiting) = ([(0, 0.0); 4], 0);
-    for entry in columns {
-        waiting[n_waiting] = entry;
+    let (mut waiting, mut n_waiting) = ([(&[][..], 0.0); 4], 0);
+    for (column, factor) in columns {
+        waiting[n_waiting] = (&column[..n], factor);
         n_waiting += 1;
         if n_waiting == 4 {
             let [(a, x), (b, y), (c, z), (d, w)] = waiting;
-            let (a, b, c, d) = (column(a), column(b), column(c), column(d));
+            let (a, b, c, d) = (&a[..n], &b[..n], &c[..n], &d[..n]);
             for (k, o) in out.iter_mut().enumerate() {
                 *o += (x * a[k] + y * b[k]) + (z * c[k] + w * d[k]);
             }
             n_waiting = 0;
         }
     }
-    for &(j, factor) in &waiting[..n_waiting] {
-        out.iter_mut().zip(column(j)).for_each(|(o, a)| *o += a * factor);
+    for (column, factor) in &waiting[..n_waiting] {
+        out.iter_mut().zip(*column).for_each(|(o, a)| *o += a * factor);
     }
 }

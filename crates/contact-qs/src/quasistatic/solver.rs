@@ -7,7 +7,7 @@ use ffr_dynamics::error::EvaluationFailure;
 
 use super::active_set::SolveReport;
 use super::point_solver::{Method, PointSolver};
-use super::problem::add_product;
+use super::problem::{add_columns, add_multiples, add_product};
 use crate::ContactError;
 use crate::quasistatic::broyden::BroydenSettings;
 use crate::quasistatic::modal_basis::ModalBasis;
@@ -25,15 +25,22 @@ pub struct Quasistatic {
 /// Solver of a zone: the compliance projected on the contact normal, and what the solver starts
 /// from.
 pub struct ZoneSolver {
-    /// Normal in the model's components that the projections belong to; NaN before the first one.
+    /// Normal in the model's components that the projections belong to; zero before the first one.
     normal: [f64; 3],
-    /// Points that they hold for; empty: all.
-    members: Vec<bool>,
-    /// Numbers of these points, of all if there are none.
-    chosen: Vec<usize>,
+    saved_normal: [f64; 3],
+    /// Points whose columns are projected.
+    is_projected: Vec<bool>,
     normal_compliance: Mat<f64>,
+    /// Displacements of all points under a unit force along the normal at one, column by column; those
+    /// of points that are never pressed take no memory.
+    under_force: Vec<f64>,
     solver: PointSolver,
 }
+
+/// Change of a component of the unit normal up to which a projection is used again. The gaps err by
+/// this share of what the zone yields then, as those of pairs may; a body that falls flat turns by
+/// less in a step, one that rolls by more.
+const SAME_NORMAL: f64 = 1e-8;
 
 impl Quasistatic {
     /// Zone with compliance `N_b G N_bᵀ` (docs/theory.md Eq. C.2), `n_c n_p × n_c n_p` [m/N].
@@ -75,10 +82,11 @@ impl Quasistatic {
             Some((settings, basis)) => PointSolver::broyden(*settings, n_points, basis.stiffness.clone()),
         };
         ZoneSolver {
-            normal: [f64::NAN; 3],
-            members: Vec::new(),
-            chosen: Vec::with_capacity(n_points),
+            normal: [0.0; 3],
+            saved_normal: [0.0; 3],
+            is_projected: vec![false; n_points],
             normal_compliance: Mat::zeros(n_points, n_points),
+            under_force: vec![0.0; self.compliance.nrows() * n_points],
             solver,
         }
     }
@@ -106,46 +114,73 @@ impl ZoneSolver {
     }
 
     /// Projects compliance or shapes of `zone`, for which the solver was made, on the unit normal
-    /// `normal`, given in the model's components (Eq. C.2). Does nothing when the normal has not
-    /// changed in any bit.
+    /// `normal`, given in the model's components (Eq. C.2). Does nothing when the normal has changed
+    /// by round-off alone.
     pub fn project(&mut self, zone: &Quasistatic, normal: [f64; 3]) {
         self.project_members(zone, normal, &[]);
     }
 
     /// Projects the compliance as [`Self::project`] does, but for the points alone that `is_member`
-    /// marks, all if it is empty. Rows and columns of the other points are not valid afterwards,
-    /// and these points must stay open.
+    /// marks, all if it is empty. Columns of other points are not valid afterwards, and these points
+    /// must stay open. The factor of the solver outlives points that come to those of the same normal.
     pub(crate) fn project_members(&mut self, zone: &Quasistatic, normal: [f64; 3], is_member: &[bool]) {
-        if self.is_along(&normal) && self.members == is_member {
+        // Asked this way round, a NaN has changed.
+        let is_same = normal.iter().zip(&self.normal).all(|(a, b)| (a - b).abs() <= SAME_NORMAL);
+        if !is_same {
+            self.turn(zone, normal);
+        }
+        for j in 0..self.is_projected.len() {
+            if self.is_projected[j] || !is_member.get(j).is_none_or(|is_member| *is_member) {
+                continue;
+            }
+            self.is_projected[j] = true;
+            let (nc, normal) = (zone.n_components, self.normal);
+            let n_rows = zone.compliance.nrows();
+            let column = &mut self.under_force[n_rows * j..n_rows * (j + 1)];
+            column.fill(0.0);
+            let components = (0..nc).filter(|c| normal[*c] != 0.0).map(|c| (nc * j + c, normal[c]));
+            add_columns(&zone.compliance, components, column);
+            let target = self.normal_compliance.col_as_slice_mut(j);
+            for (entry, point) in target.iter_mut().zip(column.chunks_exact(nc)) {
+                *entry = point.iter().zip(&normal).map(|(u, n)| u * n).sum();
+            }
+        }
+    }
+
+    /// Takes the normal in all its bits: nothing is projected on another one yet but the modes of
+    /// Algorithm 1.
+    pub(crate) fn turn(&mut self, zone: &Quasistatic, normal: [f64; 3]) {
+        if self.normal.map(f64::to_bits) == normal.map(f64::to_bits) {
             return;
         }
         self.normal = normal;
-        self.members.clear();
-        self.members.extend_from_slice(is_member);
-        let is_chosen = |i: &usize| is_member.get(*i).is_none_or(|is_member| *is_member);
-        let (n_points, nc) = (zone.n_points(), zone.n_components);
-        self.chosen.clear();
-        self.chosen.extend((0..n_points).filter(is_chosen));
-        for &j in &self.chosen {
-            let target = self.normal_compliance.col_as_slice_mut(j);
-            target.fill(0.0);
-            for (c, &normal_c) in normal[..nc].iter().enumerate().filter(|(_, n)| **n != 0.0) {
-                let source = zone.compliance.col_as_slice(nc * j + c);
-                for &i in &self.chosen {
-                    let along: f64 =
-                        source[nc * i..nc * (i + 1)].iter().zip(&normal).map(|(a, n)| a * n).sum();
-                    target[i] += normal_c * along;
-                }
-            }
-        }
+        self.is_projected.fill(false);
         self.solver.invalidate();
         if let (Some((_, basis)), Some(normal_shapes)) = (&zone.algorithm_1, self.solver.normal_shapes()) {
             for k in 0..basis.shapes.ncols() {
-                let source = basis.shapes.col_as_slice(k).chunks_exact(nc);
+                let source = basis.shapes.col_as_slice(k).chunks_exact(zone.n_components);
                 for (t, point) in normal_shapes.col_as_slice_mut(k).iter_mut().zip(source) {
                     *t = point.iter().zip(&normal).map(|(a, n)| a * n).sum();
                 }
             }
+        }
+    }
+
+    /// Replaces `displacements` by those of the points under `forces` along the normal that is projected
+    /// on, as [`Quasistatic::displacements`] has them, and `gaps` by `free_gaps` with them.
+    pub(crate) fn displace(
+        &self,
+        forces: &[f64],
+        free_gaps: &[f64],
+        gaps: &mut [f64],
+        displacements: &mut [f64],
+    ) {
+        displacements.fill(0.0);
+        let columns = self.under_force.chunks_exact(displacements.len().max(1)).zip(forces);
+        add_multiples(columns.map(|(c, force)| (c, *force)).filter(|(_, f)| *f != 0.0), displacements);
+        let points = displacements.chunks_exact((displacements.len() / forces.len().max(1)).max(1));
+        for ((gap, free), u) in gaps.iter_mut().zip(free_gaps).zip(points) {
+            *gap = free + u.iter().zip(&self.normal).map(|(u, n)| u * n).sum::<f64>();
         }
     }
 
@@ -154,11 +189,6 @@ impl ZoneSolver {
         if let PointSolver::ActiveSet(solver) = &self.solver {
             is_member.iter_mut().zip(solver.active()).for_each(|(is_member, active)| *is_member |= *active);
         }
-    }
-
-    /// Whether the last projection was on this very normal.
-    fn is_along(&self, normal: &[f64; 3]) -> bool {
-        normal.iter().zip(&self.normal).all(|(a, b)| a.to_bits() == b.to_bits())
     }
 
     /// Solves for the point forces `forces` \[N\] at gaps `gaps` \[m\] with penalty springs of
@@ -180,13 +210,16 @@ impl ZoneSolver {
         self.solver.invalidate();
     }
 
-    /// Remembers what the solver starts from.
+    /// Remembers what the solver starts from, and the normal that is projected on.
     pub fn save(&mut self) {
+        self.saved_normal = self.normal;
         self.solver.save();
     }
 
-    /// Returns to what was remembered.
-    pub fn restore(&mut self) {
+    /// Returns to what was remembered; columns are functions of the normal and are projected again
+    /// where they are needed.
+    pub fn restore(&mut self, zone: &Quasistatic) {
+        self.turn(zone, self.saved_normal);
         self.solver.restore();
     }
 }

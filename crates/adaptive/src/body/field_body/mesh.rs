@@ -46,16 +46,23 @@ impl FieldBody for MeshedBody {
     }
 
     /// One entry for the linear and one for the quadratic elements: the longest edge between
-    /// corners.
+    /// corners, and the mean over the elements of the power of their longest edges by which they err,
+    /// each with the cube of its edge for its volume (Eq. P.7a).
     fn longest_elements(&self) -> Vec<LongestElement> {
         let mesh = &self.spec.mesh;
         let longest = |degree: usize| {
+            let [mut length, mut volume, mut error] = [0.0_f64; 3];
             let elements = mesh.elements().iter().filter(|e| (e.kind.is_quadratic() as usize + 1) == degree);
-            let lengths = elements.flat_map(|e| {
-                let place = move |k: u8| Vector3::from(mesh.nodes()[e.nodes[k as usize] as usize]);
-                e.kind.edges().iter().map(move |[a, b]| (place(*a) - place(*b)).norm())
-            });
-            lengths.reduce(f64::max).map(|length| LongestElement { direction: None, degree, length })
+            for e in elements {
+                let place = |k: u8| Vector3::from(mesh.nodes()[e.nodes[k as usize] as usize]);
+                let edges = e.kind.edges().iter().map(|[a, b]| (place(*a) - place(*b)).norm());
+                let edge = edges.fold(0.0, f64::max);
+                length = length.max(edge);
+                volume += edge.powi(3);
+                error += edge.powi(3 + 2 * degree as i32);
+            }
+            let mean = Some((error / volume).powf(0.5 / degree as f64));
+            (volume > 0.0).then_some(LongestElement { direction: None, degree, length, mean })
         };
         [1, 2].into_iter().filter_map(longest).collect()
     }
@@ -82,8 +89,7 @@ impl FieldBody for MeshedBody {
 
     fn finer_mesh(&self) -> String {
         let is_linear = self.spec.mesh.elements().iter().any(|e| !e.kind.is_quadratic());
-        let elements = if is_linear { "smaller or quadratic elements" } else { "smaller elements" };
-        format!("mesh it with {elements}, or keep fewer modes")
+        format!("mesh it with smaller {}elements", if is_linear { "or quadratic " } else { "" })
     }
 
     fn surface(&self, shapes: MatRef<'_, f64>) -> Result<SurfaceModel, ContactError> {

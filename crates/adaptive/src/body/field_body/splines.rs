@@ -86,10 +86,7 @@ impl FieldBody for ElasticBody {
     }
 
     fn finer_mesh(&self) -> String {
-        format!(
-            "leave bodies.{}.discretisation.elements to the program, raise them or the degree, or keep fewer modes",
-            self.name
-        )
+        format!("leave bodies.{}.discretisation.elements to the program, raise them or the degree", self.name)
     }
 
     fn surface(&self, shapes: MatRef<'_, f64>) -> Result<SurfaceModel, ContactError> {
@@ -187,7 +184,12 @@ fn longest_element(patch: &Patch, direction: usize) -> LongestElement {
     let length = largest_over_sides(patch, direction, |[a, _, b]| {
         a.iter().zip(&b).map(|(a, b)| (a - b) * (a - b)).sum::<f64>().sqrt()
     });
-    LongestElement { direction: Some(direction), degree: patch.knots()[direction].degree(), length }
+    LongestElement {
+        direction: Some(direction),
+        degree: patch.knots()[direction].degree(),
+        length,
+        mean: None,
+    }
 }
 
 /// The largest value of `of` the first, middle and last point of the sides of elements along

@@ -12,7 +12,7 @@ use crate::adaptivity::penalty_search::{PenaltyAction, PenaltyFailure, RunOutcom
 use crate::checks::resolution::longest_element_of;
 use crate::error::AdaptiveError;
 use crate::impact::{AdaptiveContact, FineContact};
-use crate::run::driver::contact_slot::ContactSlot;
+use crate::run::driver::contact_slot::{ContactSlot, Nearness};
 use crate::run::driver::{Driver, TOUCHING};
 use crate::touch::parts::TouchKind;
 
@@ -31,6 +31,8 @@ pub(crate) enum Ending {
     Interrupted,
     /// An interval of a refined contact turned out too small.
     EdgeTouched(usize),
+    /// The peak of the force has shown that another penalty factor follows.
+    PastPeak,
     /// The steps with contact after which the penalty search stops a trial have passed.
     TrialPassed,
     /// The contact solver failed.
@@ -100,7 +102,7 @@ impl Driver<'_> {
         }
         for (i, verdict) in verdicts.iter().enumerate() {
             let (Some(verdict), false) = (verdict, self.is_width_given(i)) else { continue };
-            let is_short = matches!(ending, Ending::TrialPassed | Ending::SolverFailed(_));
+            let is_short = matches!(ending, Ending::TrialPassed | Ending::PastPeak | Ending::SolverFailed(_));
             let is_edge = *ending == Ending::EdgeTouched(i);
             let is_target_at_end = is_edge && self.slots[i].fine().is_some_and(FineContact::is_target_at_end);
             if verdict.is_at_face_end() || is_target_at_end && !verdict.touches_edge() {
@@ -170,7 +172,7 @@ impl Driver<'_> {
         let mut demands = Vec::new();
         let mut limit = None;
         for (i, minor) in minor.iter().enumerate() {
-            let (peak_force, overlap) = (self.slots[i].monitor.peak_force(), self.overlap(i));
+            let (peak_force, overlap) = (self.slots[i].monitor.judged_peak(), self.overlap(i));
             debug!(contact = self.model.contacts[i].name, peak_force, ?overlap, "penetration over approach");
             let Some(fine) = self.slots[i].fine_mut() else { continue };
             if (!fine.has_touched() || *minor) && !matches!(ending, Ending::SolverFailed(_)) {
@@ -213,6 +215,26 @@ impl Driver<'_> {
             return Ok(Judgement::Accept(self.acceptance(verdicts, minor)));
         }
         Ok(Judgement::Again { demands, contact_steps: limit })
+    }
+
+    /// Whether the peak of the only contact that is near shows already that another penalty factor
+    /// follows, and its interval is acceptable: the rest of the trial would say no more (theory section
+    /// A.4). Trials of Fig. 3 as printed end by themselves.
+    pub(crate) fn is_past_peak(&self) -> bool {
+        let mut near = (0..self.slots.len()).filter(|i| self.slots[*i].nearness != Nearness::Far);
+        let (Some(i), None) = (near.next(), near.next()) else { return false };
+        let (slot, refinement) = (&self.slots[i], &self.model.contacts[i].refinement);
+        let (Some(fine), Some(refinement)) = (slot.fine(), refinement) else { return false };
+        if !slot.monitor.has_turned() || fine.search.stops_at_errors() {
+            return false;
+        }
+        let (peak_force, overlap) = (slot.monitor.judged_peak(), self.overlap(i));
+        let next = fine.search.clone().next(RunOutcome::Completed { peak_force, overlap });
+        matches!(next, PenaltyAction::Run { .. })
+            && (self.is_width_given(i) || {
+                let verdict = fine.assess(&refinement.interval_settings());
+                verdict.is_acceptable() && !verdict.is_at_face_end()
+            })
     }
 
     /// For every contact whether its force in a trial that ended as said was too small, beside the

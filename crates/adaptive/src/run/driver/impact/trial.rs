@@ -254,7 +254,7 @@ impl Driver<'_> {
         if trial.contact_step_limit.is_some_and(|n| trial.contact_steps >= n) {
             return Ok(Some(Ending::TrialPassed));
         }
-        Ok(None)
+        Ok(self.is_past_peak().then_some(Ending::PastPeak))
     }
 
     /// Notes which elements of the zone of contact `i` press; whether one does at the rim of a zone that may grow.
