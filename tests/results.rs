@@ -327,7 +327,7 @@ fn contacts_share_datasets_until_they_touch() {
             normal_force: force,
             force: [0.0, 2.0 * force, force],
             active_points: u32::from(touches(i, row)),
-            penalty: if i % 2 == 0 { 1e15 } else { f64::INFINITY },
+            penalty: if i.is_multiple_of(2) { 1e15 } else { f64::INFINITY },
             ..ContactSample::default()
         }
     };
