@@ -36,7 +36,7 @@ pub struct LongestElement {
     pub degree: usize,
     /// Its side \[m\].
     pub length: f64,
-    /// Of finite elements the mean of their sides by which they carry waves (Eq. P.7a) \[m\].
+    /// Of finite elements the mean of their sides by which they carry waves (Eq. P.20) \[m\].
     pub mean: Option<f64>,
 }
 
@@ -54,7 +54,7 @@ pub struct CarriedWaves {
 
 impl CarriedWaves {
     /// Of the shortest wave of `frequency` \[Hz\] the relative error of its frequency in the direction whose
-    /// elements resolve it worst, with wave and elements (Eqs. P.7, P.7a).
+    /// elements resolve it worst, with wave and elements (Eqs. P.7, P.20).
     pub fn error(&self, frequency: f64) -> Option<(f64, Wave, LongestElement)> {
         let wave = Wave::shortest(&self.material, self.thickness, self.is_axisymmetric, frequency);
         let of = |e: &LongestElement| {

@@ -47,7 +47,7 @@ impl FieldBody for MeshedBody {
 
     /// One entry for the linear and one for the quadratic elements: the longest edge between
     /// corners, and the mean over the elements of the power of their longest edges by which they err,
-    /// each with the cube of its edge for its volume (Eq. P.7a).
+    /// each with the cube of its edge for its volume (Eq. P.20).
     fn longest_elements(&self) -> Vec<LongestElement> {
         let mesh = &self.spec.mesh;
         let longest = |degree: usize| {
