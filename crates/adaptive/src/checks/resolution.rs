@@ -6,7 +6,7 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use ffr_dynamics::force::BodyState;
 
-use crate::body::field_body::{CARRIED, LongestElement};
+use crate::body::field_body::{CARRIED, FieldBody, LongestElement};
 use crate::body::loads::{HeldPlace, PLACE_ERROR};
 use crate::record::ImpactRecord;
 use crate::record::warning::{Warning, WarningKind};
@@ -78,7 +78,8 @@ pub fn few_modes(
             impact.end
         ),
         remedy: match body.flexible() {
-            Some(flexible) if frequency_error(body, limit).is_some_and(|(error, _)| error > CARRIED) => {
+            // Splines become finer with the number of modes, a mesh that is given does not.
+            Some(flexible) if carries_not(flexible.body.as_ref(), limit) => {
                 format!("{}: that of body \"{}\" carries no such waves", flexible.body.finer_mesh(), body.name)
             }
             Some(_) => format!("raise bodies.{}.reduction.modes", body.name),
@@ -233,6 +234,12 @@ pub fn coarse_mesh(body: &BodyModel, known: Option<f64>) -> Option<Warning> {
         ),
         remedy,
     })
+}
+
+/// Whether the finite elements of a body are too large for waves of the frequency `frequency` \[Hz\] (Eq. P.20).
+fn carries_not(body: &dyn FieldBody, frequency: f64) -> bool {
+    let error = body.carried_waves().and_then(|waves| waves.error(frequency));
+    error.is_some_and(|(error, _, worst)| worst.mean.is_some() && error > CARRIED)
 }
 
 /// Relative error of the frequency `frequency` \[Hz\] on the mesh of `body` (Eq. P.7) and the power of the

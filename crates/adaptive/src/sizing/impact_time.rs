@@ -24,7 +24,7 @@ use crate::sizing::impact_time::radiation::Radiation;
 pub use crate::sizing::impact_time::rise::TimeScale;
 use crate::sizing::impact_time::rise::{TouchLine, Touching, length_along, line_time, point_time};
 use crate::spec::{BodyKind, ContactSpec, HertzSphere, Place, RunSpec, Target};
-use crate::surface::{self, SurfacePlace};
+use crate::surface::SurfacePlace;
 use crate::touch::first::{FirstTouch, FirstTouches};
 use crate::touch::hertz::local_surface::{SurfaceView, plane_compliance};
 use crate::touch::hertz::{LocalSurface, across_line, inverse_effective_mass};
@@ -192,6 +192,7 @@ struct Partner {
 
 /// The bodies at the first touch of a contact.
 pub(super) struct Scene<'a> {
+    touches: &'a FirstTouches<'a>,
     /// Bodies and contacts.
     pub spec: &'a RunSpec,
     /// Motions of the bodies just before it, as far as it is known; otherwise at the start.
@@ -240,10 +241,10 @@ pub(super) struct Impact {
 
 impl<'a> Scene<'a> {
     /// The bodies at `touch`, one of `touches`.
-    pub(super) fn at(touches: &'a FirstTouches<'_>, touch: Option<&'a FirstTouch>) -> Self {
+    pub(super) fn at(touches: &'a FirstTouches<'a>, touch: Option<&'a FirstTouch>) -> Self {
         let poses = touch.map_or(&touches.poses, |touch| &touch.poses);
         let kind = touch.and_then(|touch| touch.kind);
-        Self { spec: touches.spec, poses, sites: touch.map(|touch| touch.sites), kind }
+        Self { touches, spec: touches.spec, poses, sites: touch.map(|touch| touch.sites), kind }
     }
 
     /// The force of `contact` on each of its bodies.
@@ -421,13 +422,13 @@ impl<'a> Scene<'a> {
     fn view(&self, body: usize, site: &SurfacePlace) -> Option<SurfaceView> {
         let kind = &self.spec.bodies[body].kind;
         let compliance = kind.slowest_material().map_or(0.0, plane_compliance);
-        SurfaceView::new(surface::of_body(kind)?.as_ref(), compliance, &self.poses[body].rotation, site)
+        SurfaceView::new(self.touches.surface(body)?.as_ref(), compliance, &self.poses[body].rotation, site)
     }
 
     /// The view of the surface at `site`, on the face that meets there whose normal is nearest to
     /// the `direction` in space.
     fn facing(&self, body: usize, site: &SurfacePlace, direction: &Vector3<f64>) -> Option<SurfaceView> {
-        let surface = surface::of_body(&self.spec.bodies[body].kind)?;
+        let surface = self.touches.surface(body)?;
         let in_body = self.poses[body].rotation.inverse_transform_vector(direction);
         let direction = surface.motion().components(in_body.as_ref());
         self.view(body, &surface.turned_to(site, &direction.into()))
@@ -441,8 +442,9 @@ impl<'a> Scene<'a> {
     /// A partner that touches at `point` of space, as if it hung on no joint.
     fn partner(&self, body: usize, point: Vector3<f64>, normal: &Vector3<f64>) -> Partner {
         let pose = &self.poses[body];
-        let Inertia { motion, mass, centre, inertia, mobility, radiation } =
-            Inertia::of(&self.spec.bodies[body].kind, self.spec.is_held(body));
+        let Inertia { motion, mass, centre, inertia, mobility, radiation } = self
+            .touches
+            .measured(body, || Inertia::of(&self.spec.bodies[body].kind, self.spec.is_held(body)));
         let (arm, from_centre) = (point - pose.position, point - pose.position - pose.rotation * centre);
         let axes = pose.rotation.to_rotation_matrix().into_inner();
         let inertia = axes * inertia * axes.transpose();
@@ -480,7 +482,7 @@ impl<'a> Scene<'a> {
 
     /// Longest way through a body \[m\].
     pub(super) fn size(&self, body: usize) -> f64 {
-        surface::of_body(&self.spec.bodies[body].kind).map_or(0.0, |surface| surface.length())
+        self.touches.size(body)
     }
 
     /// Time of a wave there and back through a body; infinite without waves.
@@ -496,6 +498,7 @@ fn slowest_bar(body: &BodyKind) -> Option<f64> {
 }
 
 /// The inertia of a body and its impedance against waves.
+#[derive(Clone)]
 struct Inertia {
     motion: RigidMotion,
     /// [kg].

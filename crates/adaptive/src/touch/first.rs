@@ -1,6 +1,7 @@
 //! Where and how the contacts of a run touch first, before anything is built: one answer for plans,
 //! sizes, checks, costs and pictures.
 
+use std::any::{Any, TypeId};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -12,7 +13,7 @@ use nalgebra::Vector3;
 
 use crate::record::TouchedPart;
 use crate::spec::{ContactSpec, RunSpec};
-use crate::surface::{POLE, SurfacePlace};
+use crate::surface::{POLE, Surface, SurfacePlace};
 use crate::touch::flight::touch_in_flight;
 use crate::touch::hertz::local_surface::SurfaceView;
 use crate::touch::hertz::{HertzLaw, LocalSurface};
@@ -44,7 +45,15 @@ pub struct FirstTouches<'a> {
     pub poses: Vec<BodyState>,
     surfaces: Surfaces<'a>,
     known: Mutex<HashMap<String, Found>>,
+    measured: Mutex<HashMap<(TypeId, usize), Measured>>,
 }
+
+/// What has been measured of a body.
+type Measured = Box<dyn Any + Send + Sync>;
+
+/// Longest way through a body \[m\].
+#[derive(Clone, Copy)]
+struct Size(f64);
 
 /// What was found of a contact; none if one of its bodies has no surface.
 type Found = Option<Result<Arc<FirstTouch>, ContactError>>;
@@ -52,13 +61,42 @@ type Found = Option<Result<Arc<FirstTouch>, ContactError>>;
 impl<'a> FirstTouches<'a> {
     /// Those of the contacts of `spec` with the motions `poses` at the start.
     pub fn new(spec: &'a RunSpec, poses: Vec<BodyState>) -> Self {
-        Self { spec, poses, surfaces: Surfaces::new(&spec.bodies), known: Mutex::default() }
+        Self {
+            spec,
+            poses,
+            surfaces: Surfaces::new(&spec.bodies),
+            known: Mutex::default(),
+            measured: Mutex::default(),
+        }
     }
 
     /// The same touches of the same bodies and contacts, whose sizes alone are those of `spec` now.
     #[must_use]
     pub fn with_sizes(self, spec: &'a RunSpec) -> Self {
         Self { spec, surfaces: self.surfaces.with_bodies(&spec.bodies), ..self }
+    }
+
+    /// What `measure` finds of body `body`, whose shape and motion alone it may ask for: once for all contacts and all that ask for a `T`.
+    pub fn measured<T: Any + Clone + Send + Sync>(&self, body: usize, measure: impl FnOnce() -> T) -> T {
+        let measured = || self.measured.lock().unwrap_or_else(PoisonError::into_inner);
+        let key = (TypeId::of::<T>(), body);
+        if let Some(found) = measured().get(&key).and_then(|found| found.downcast_ref::<T>()) {
+            return found.clone();
+        }
+        // Not while the lock is held: what measures may take up other work that asks here.
+        let found = measure();
+        measured().insert(key, Box::new(found.clone()));
+        found
+    }
+
+    /// The surface of body `body`; none of a body that has no surface to touch.
+    pub fn surface(&self, body: usize) -> Option<Arc<dyn Surface>> {
+        self.surfaces.of(body).ok().flatten().map(|known| known.surface)
+    }
+
+    /// Longest way through body `body` \[m\]; zero without a surface.
+    pub fn size(&self, body: usize) -> f64 {
+        self.measured(body, || Size(self.surface(body).map_or(0.0, |surface| surface.length()))).0
     }
 
     /// Where the bodies of `contact` are nearest at the start; `None` if one of them has no
