@@ -116,14 +116,16 @@ pub enum SolverFault {
     },
     /// A singular Jacobian of Algorithm 1 (line 11).
     #[error(
-        "the Jacobian of the quasistatic contact is singular (reciprocal condition number {rcond:.2e}), lower the penalty factor"
+        "the Jacobian of the quasistatic contact is singular (reciprocal condition number {rcond:.2e}), lower the penalty factor or use the active-set solver"
     )]
     BroydenSingular {
         /// Reciprocal condition number.
         rcond: f64,
     },
     /// A Jacobian of Algorithm 1 that is not finite (line 13).
-    #[error("the Jacobian of the quasistatic contact is not finite, lower the penalty factor")]
+    #[error(
+        "the Jacobian of the quasistatic contact is not finite, lower the penalty factor or use the active-set solver"
+    )]
     BroydenNotFinite,
     /// Bodies of axisymmetric or plane models that share no axis or no plane.
     #[error(transparent)]
