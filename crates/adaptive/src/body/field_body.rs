@@ -74,7 +74,7 @@ impl CarriedWaves {
             return limit;
         }
         let [mut low, mut high] = [0.0, limit];
-        // To the last digit, as errors grow with the frequency.
+        // Errors grow with the frequency.
         for _ in 0..f64::MANTISSA_DIGITS {
             let middle = 0.5 * (low + high);
             if is_carried(middle) { low = middle } else { high = middle }

@@ -76,7 +76,8 @@ impl<'a> FirstTouches<'a> {
         Self { spec, surfaces: self.surfaces.with_bodies(&spec.bodies), ..self }
     }
 
-    /// What `measure` finds of body `body`, whose shape and motion alone it may ask for: once for all contacts and all that ask for a `T`.
+    /// What `measure` finds of body `body`: once for all contacts and all that ask for a `T`. It may not depend on elements or modes, which
+    /// [`FirstTouches::with_sizes`] changes.
     pub fn measured<T: Any + Clone + Send + Sync>(&self, body: usize, measure: impl FnOnce() -> T) -> T {
         let measured = || self.measured.lock().unwrap_or_else(PoisonError::into_inner);
         let key = (TypeId::of::<T>(), body);
