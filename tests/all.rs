@@ -87,6 +87,7 @@ mod sweep;
 mod system_modes;
 mod touches;
 mod traces;
+mod travelling;
 mod verification;
 mod versions;
 mod whole_surfaces;

@@ -180,6 +180,19 @@ pub trait ContactElement: Contact + ForceElement<Found: ContactFindings> {
     /// Normal forces of the points; none for laws without points \[N\].
     fn point_forces<'a>(&self, state: &'a Self::State, found: &'a Self::Found) -> Option<&'a [f64]>;
 
+    /// Friction forces of the points in the frame of the target \[N\]; none without friction, and for laws without points.
+    fn friction_forces(&self, state: &Self::State, found: &Self::Found) -> Vec<Vector3<f64>>;
+
+    /// The friction forces are those `wanted` from now on, as of [`ContactElement::friction_forces`], as far as the bounds of the
+    /// points allow; none: what the points stick to moves so that those of the last evaluation stay, in its motion
+    /// (docs/theory.md Eq. A.41).
+    fn prescribe_friction(
+        &self,
+        wanted: Option<&[Vector3<f64>]>,
+        state: &mut Self::State,
+        found: &Self::Found,
+    );
+
     /// Changes the penalty factor [N/m³]; allowed during a run.
     ///
     /// # Errors
@@ -226,6 +239,12 @@ pub trait ActiveContact: ActiveForce {
     /// As [`ContactElement::point_forces`].
     fn point_forces(&self) -> Option<&[f64]>;
 
+    /// As [`ContactElement::friction_forces`].
+    fn friction_forces(&self) -> Vec<Vector3<f64>>;
+
+    /// As [`ContactElement::prescribe_friction`].
+    fn prescribe_friction(&mut self, wanted: Option<&[Vector3<f64>]>);
+
     /// As [`ContactElement::set_penalty`].
     ///
     /// # Errors
@@ -265,6 +284,15 @@ impl<E: ContactElement> ActiveContact for Active<E> {
 
     fn point_forces(&self) -> Option<&[f64]> {
         self.element().point_forces(self.state(), self.found())
+    }
+
+    fn friction_forces(&self) -> Vec<Vector3<f64>> {
+        self.element().friction_forces(self.state(), self.found())
+    }
+
+    fn prescribe_friction(&mut self, wanted: Option<&[Vector3<f64>]>) {
+        let ActiveParts { element, state, found, .. } = self.parts();
+        element.prescribe_friction(wanted, state, found);
     }
 
     fn set_penalty(&mut self, penalty: f64) -> Result<(), ContactError> {

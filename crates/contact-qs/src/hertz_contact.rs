@@ -306,6 +306,12 @@ impl ContactElement for HertzContact {
         None
     }
 
+    fn friction_forces(&self, _: &SlidingState, _: &HertzFound) -> Vec<Vector3<f64>> {
+        Vec::new()
+    }
+
+    fn prescribe_friction(&self, _: Option<&[Vector3<f64>]>, _: &mut SlidingState, _: &HertzFound) {}
+
     fn set_penalty(&mut self, _: f64, _: &mut SlidingState) -> Result<(), ContactError> {
         Err(ContactError::NoPenalty { kind: self.kind() })
     }

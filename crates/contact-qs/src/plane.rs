@@ -352,6 +352,16 @@ impl ContactElement for PlaneContact {
         Some(&found.forces)
     }
 
+    fn friction_forces(&self, state: &PlaneState, _: &PlaneFound) -> Vec<Vector3<f64>> {
+        state.friction.as_ref().map_or_else(Vec::new, |friction| friction.vectors())
+    }
+
+    fn prescribe_friction(&self, wanted: Option<&[Vector3<f64>]>, state: &mut PlaneState, _: &PlaneFound) {
+        if let Some(friction) = &mut state.friction {
+            friction.prescribe(wanted);
+        }
+    }
+
     fn set_penalty(&mut self, penalty: f64, state: &mut PlaneState) -> Result<(), ContactError> {
         self.set_springs(penalty)?;
         if let Some(zone) = &mut state.zone {

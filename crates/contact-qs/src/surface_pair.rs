@@ -408,6 +408,23 @@ impl ContactElement for SurfacePair {
         Some(&state.start.forces)
     }
 
+    fn friction_forces(&self, state: &PairState, found: &PairFound) -> Vec<Vector3<f64>> {
+        let vector = |v: [f64; 3]| self.motion.in_space(&v);
+        state.friction.as_ref().map_or_else(Vec::new, |friction| {
+            friction.vectors(&found.jacobian).into_iter().map(vector).collect()
+        })
+    }
+
+    fn prescribe_friction(&self, wanted: Option<&[Vector3<f64>]>, state: &mut PairState, found: &PairFound) {
+        if let Some(friction) = &mut state.friction {
+            let components = |wanted: &[Vector3<f64>]| {
+                wanted.iter().map(|w| self.motion.components(&(*w).into())).collect()
+            };
+            let wanted: Option<Vec<_>> = wanted.map(components);
+            friction.prescribe(wanted.as_deref(), &found.jacobian);
+        }
+    }
+
     fn set_penalty(&mut self, penalty: f64, state: &mut PairState) -> Result<(), ContactError> {
         self.set_springs(penalty)?;
         if let Some(zone) = &mut state.zone {

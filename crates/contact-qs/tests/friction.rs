@@ -213,6 +213,39 @@ fn updated_references_change_no_force() {
 }
 
 #[test]
+fn friction_is_carried_to_a_contact_without_a_past() {
+    for motion in MOTIONS {
+        for (quasistatic, seed) in (0..12).map(|k| (k % 4 != 3, k)) {
+            let new = || Active::new(contact(motion, quasistatic, 100 + seed));
+            let (mut old, mut random) = (new(), Random::new(seed));
+            let state = pressed(&old, motion, 1e-3, &mut random);
+            evaluate(&mut old, &state);
+            old.save();
+            let state = moved(&state, 1e-4);
+            let (there, _) = evaluate(&mut old, &state);
+            old.save();
+            let wanted = old.friction_forces();
+            let mut young = new();
+            evaluate(&mut young, &state);
+            young.prescribe_friction(Some(&wanted));
+            evaluate(&mut young, &state);
+            young.prescribe_friction(None);
+            evaluate(&mut young, &state);
+            young.save();
+            let (here, _) = evaluate(&mut young, &state);
+            let name = format!("{motion:?} {quasistatic} {seed}");
+            // Alternations end at 1e-12 of the largest force, some digits of which the sum loses.
+            assert!((here.force - there.force).norm() <= 1e-9 * there.force.norm(), "{name}");
+            let next = moved(&state, 1e-4);
+            let (after, from_then_on) = (evaluate(&mut old, &next).0, evaluate(&mut young, &next).0);
+            // Points at their bounds may have slipped by what sticking ones have not.
+            let difference = (after.force - from_then_on.force).norm();
+            assert!(difference <= 1e-6 * after.force.norm(), "{name}: {:e}", difference / after.force.norm());
+        }
+    }
+}
+
+#[test]
 fn rejected_steps_leave_no_trace() {
     for motion in MOTIONS {
         let mut contact = Active::new(contact(motion, true, 9));

@@ -244,6 +244,40 @@ fn updated_references_change_no_force_and_restoring_brings_every_bit_back() {
 }
 
 #[test]
+fn friction_is_carried_to_a_pair_without_a_past() {
+    for motion in MOTIONS {
+        for case in CASES {
+            for seed in 1..5 {
+                let friction = Friction { coefficient: 0.3, stiffness_ratio: 0.7 };
+                let (mut old, bodies) = rubbing(motion, case, friction, seed);
+                evaluate(&mut old, &bodies);
+                old.save();
+                let bodies = later(&bodies, 1e-5);
+                evaluate(&mut old, &bodies);
+                old.save();
+                let there = old.report().force;
+                let wanted = old.friction_forces();
+                let (mut young, _) = rubbing(motion, case, friction, seed);
+                evaluate(&mut young, &bodies);
+                // Tangents are those of the last projection: the first evaluation finds them, the second one those of the
+                // place that the forces lead to.
+                for _ in 0..3 {
+                    young.prescribe_friction(Some(&wanted));
+                    evaluate(&mut young, &bodies);
+                }
+                young.prescribe_friction(None);
+                evaluate(&mut young, &bodies);
+                young.save();
+                evaluate(&mut young, &bodies);
+                let difference = (young.report().force - there).norm() / there.norm();
+                // Projections and forces meet to 1e-8 of the penetration, which the old pair reaches from another side.
+                assert!(difference <= 1e-6, "{motion:?} {case:?} {seed}: {difference:e}");
+            }
+        }
+    }
+}
+
+#[test]
 fn a_common_motion_of_both_bodies_is_no_slip() {
     for motion in [RigidMotion::Planar, RigidMotion::Spatial] {
         let friction = Friction { coefficient: 0.3, stiffness_ratio: 1.0 };

@@ -5,11 +5,12 @@
 use contact_qs::ActiveContact;
 use contact_qs::search::SurfaceSite;
 use ffr_dynamics::force::BodyState;
+use iga_core::nurbs::jet::difference;
 
 use super::widths::PredictedWidths;
 use super::{
     Activation, AdaptiveContact, FineContact, MISSED_SURFACE, RefinementRequest, TOUCHED_SURFACE, WIDEST,
-    flexible, kept_zone, zone_site,
+    ZoneOnBody, flexible, kept_zone, zone_site,
 };
 use crate::adaptivity::interval::finer_elements;
 use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy};
@@ -117,11 +118,13 @@ impl AdaptiveContact {
             self.predicted_widths(bodies, states, nearest, request.peak);
         let widths = self.widths(bodies, request, predicted);
         let finer = request.size.map_or(request.history.finer, ZoneSize::finer).max(1.0);
-        let mut own = zone_site(&nearest.contact, ZoneSize::Interval { widths, finer });
+        let [ahead, ahead_on_target] = &request.ahead;
+        let mut own =
+            Self::ahead(&bodies[self.body], &nearest.contact, ahead, ZoneSize::Interval { widths, finer });
         let mut target = target.map(|(other, there)| {
             let widths = self.target_widths(bodies, states, &nearest.contact, widths, other, there);
             let widths = held_widths(flexible(&bodies[other]), widths);
-            zone_site(there, ZoneSize::Interval { widths, finer })
+            Self::ahead(&bodies[other], there, ahead_on_target, ZoneSize::Interval { widths, finer })
         });
         if request.size.is_none()
             && let Some(kept) = self.kept_zones(bodies, &request.history, [Some(own), target])
@@ -129,6 +132,28 @@ impl AdaptiveContact {
             (own, target) = kept;
         }
         Ok(Sites { own, target, predicted, least, whole })
+    }
+
+    /// How far contact, now at the places `nearest`, has come from the middles of the zones of `fine`, on contact body and target \[m\].
+    pub fn ways(&self, bodies: &[BodyModel], fine: &FineContact, nearest: &Nearest) -> [[f64; 3]; 2] {
+        let places = [Some(&nearest.contact), nearest.target.as_ref()];
+        let way = |(zone, place): (&ZoneOnBody, Option<&SurfaceSite>)| {
+            let (surface, site) = (bodies[zone.body].undeformed()?, place?);
+            let [from, to] = [(zone.site.face, &zone.site.centre), (site.face, &site.xi)]
+                .map(|(face, xi)| surface.place(face, xi).point);
+            Some(difference(&to, &from))
+        };
+        let mut ways = fine.zones.iter().zip(places).map(|pair| way(pair).unwrap_or([0.0; 3]));
+        [ways.next().unwrap_or_default(), ways.next().unwrap_or_default()]
+    }
+
+    /// The place that is `ahead` \[m\] of `site` along the surface of `body`.
+    fn ahead(body: &BodyModel, site: &SurfaceSite, ahead: &[f64; 3], size: ZoneSize) -> ZoneSite {
+        let usual = zone_site(site, size);
+        let Some(surface) = body.undeformed().filter(|_| *ahead != [0.0; 3]) else { return usual };
+        let from = surface.place(site.face, &site.xi).point;
+        let foot = surface.nearest(&[0, 1, 2].map(|c| from[c] + ahead[c]));
+        foot.map_or(usual, |foot| ZoneSite::about((foot.place.face, foot.place.xi), size))
     }
 
     /// The zone on the contact body for a touch of the kind `whole`: its whole surface. An edge

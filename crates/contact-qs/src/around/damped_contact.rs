@@ -178,6 +178,14 @@ impl ActiveContact for DampedContact {
         self.contact.point_forces()
     }
 
+    fn friction_forces(&self) -> Vec<Vector3<f64>> {
+        self.contact.friction_forces()
+    }
+
+    fn prescribe_friction(&mut self, wanted: Option<&[Vector3<f64>]>) {
+        self.contact.prescribe_friction(wanted);
+    }
+
     fn set_penalty(&mut self, penalty: f64) -> Result<(), ContactError> {
         self.contact.set_penalty(penalty)
     }

@@ -254,6 +254,14 @@ impl<C: ContactElement> ContactElement for VibratingContact<C> {
         self.contact.point_forces(state, &found.contact)
     }
 
+    fn friction_forces(&self, state: &C::State, found: &Self::Found) -> Vec<Vector3<f64>> {
+        self.contact.friction_forces(state, &found.contact)
+    }
+
+    fn prescribe_friction(&self, wanted: Option<&[Vector3<f64>]>, state: &mut C::State, found: &Self::Found) {
+        self.contact.prescribe_friction(wanted, state, &found.contact);
+    }
+
     fn set_penalty(&mut self, penalty: f64, state: &mut C::State) -> Result<(), ContactError> {
         self.contact.set_penalty(penalty, state)
     }

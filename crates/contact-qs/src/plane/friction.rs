@@ -109,6 +109,31 @@ impl PlaneFriction {
         self.stick_slip.states().iter().filter(|s| **s == PointState::Slip).count()
     }
 
+    /// Friction forces of the points in the inertial frame, of rings along their radius as the first component \[N\].
+    pub fn vectors(&self) -> Vec<Vector3<f64>> {
+        let directions = self.directions();
+        let forces = self.stick_slip.forces().chunks_exact(self.n_t);
+        forces.map(|point| point.iter().zip(&directions).map(|(f, t)| t * *f).sum()).collect()
+    }
+
+    /// The friction forces are those `wanted` from now on; none: the references move so that they stay as they are (Eq. A.41).
+    pub fn prescribe(&mut self, wanted: Option<&[Vector3<f64>]>) {
+        let directions = self.directions();
+        let components = |wanted: &[Vector3<f64>]| {
+            wanted.iter().flat_map(|w| directions[..self.n_t].iter().map(|t| t.dot(w))).collect()
+        };
+        let is_over = wanted.is_none();
+        let shifts = self.stick_slip.prescribe(wanted.map(components));
+        if is_over {
+            self.references.iter_mut().zip(shifts).for_each(|(reference, shift)| *reference -= shift);
+            self.has_candidates = false;
+        }
+    }
+
+    fn directions(&self) -> [Vector3<f64>; 2] {
+        if self.motion == RigidMotion::Axial { [Vector3::x(), Vector3::zeros()] } else { self.world }
+    }
+
     /// Sum of the tangential forces in the inertial frame \[N\].
     pub fn resultant(&self) -> Vector3<f64> {
         let forces = self.stick_slip.forces().chunks_exact(self.n_t);

@@ -82,6 +82,8 @@ pub(crate) struct StickSlip {
     slip_rates: Vec<f64>,
     relaxation: Relaxation,
     n_components: usize,
+    /// Tangential forces that are given, not found.
+    prescribed: Option<Vec<f64>>,
 }
 
 impl StickSlip {
@@ -118,6 +120,7 @@ impl StickSlip {
             slip_rates: vec![0.0; n],
             relaxation: Relaxation::new(n),
             n_components,
+            prescribed: None,
         }
     }
 
@@ -278,6 +281,15 @@ impl StickSlip {
         }
     }
 
+    /// From now on the tangential forces are those `wanted`, as far as the bounds allow, whatever the slips are; none: by how much
+    /// these are to change so that the forces stay as they are (Eq. A.41) \[m\].
+    pub fn prescribe(&mut self, wanted: Option<Vec<f64>>) -> Vec<f64> {
+        self.prescribed = wanted;
+        let of_point = self.bounds.iter().flat_map(|bound| std::iter::repeat_n(*bound, self.n_t));
+        let shifts = self.solver.increments().iter().zip(of_point);
+        shifts.map(|(slip, bound)| if bound > 0.0 { -slip } else { 0.0 }).collect()
+    }
+
     /// Sets the forces to zero, for a start from nothing.
     pub fn clear_forces(&mut self) {
         self.forces.fill(0.0);
@@ -364,7 +376,13 @@ impl StickSlip {
             slips,
             bounds: &self.bounds,
         };
-        self.solver.solve(&problem, tolerance, &mut self.next)
+        match &self.prescribed {
+            Some(wanted) => {
+                self.solver.take(&problem, wanted, &mut self.next);
+                Ok(0)
+            }
+            None => self.solver.solve(&problem, tolerance, &mut self.next),
+        }
     }
 
     /// Tangential forces where all modes are dynamic: every point for itself.
@@ -373,6 +391,12 @@ impl StickSlip {
     /// If a slip is not finite.
     pub fn solve_points(&mut self, slips: &[f64], normal_forces: &[f64]) -> Result<(), EvaluationFailure> {
         self.set_bounds(normal_forces);
+        if let Some(wanted) = &self.prescribed {
+            let (compliance, springs, bounds) = (&self.tangential_compliance, &self.springs, &self.bounds);
+            let problem = TangentialProblem { compliance, springs, slips, bounds };
+            self.solver.take(&problem, wanted, &mut self.forces);
+            return Ok(());
+        }
         self.solver.return_to_bounds(&self.springs, slips, &self.bounds, &mut self.forces)
     }
 

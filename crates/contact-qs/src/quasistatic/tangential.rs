@@ -431,6 +431,28 @@ impl Tangential {
         slip_increments(problem, forces, self.n_t, &mut self.increments);
     }
 
+    /// Takes `forces` next to those `wanted` within the bounds, and the slip increments under them, for which nothing is solved.
+    pub fn take(&mut self, problem: &TangentialProblem<'_>, wanted: &[f64], forces: &mut [f64]) {
+        for (i, bound) in problem.bounds.iter().enumerate() {
+            let [x, y] = pair(wanted, i, self.n_t);
+            let size = x.hypot(y);
+            let share = if size > *bound { bound / size } else { 1.0 };
+            self.states[i] = match (*bound > 0.0, share < 1.0) {
+                (false, _) => PointState::Open,
+                (true, false) => PointState::Stick,
+                (true, true) => PointState::Slip,
+            };
+            if self.states[i] == PointState::Slip {
+                self.directions[i] = [x / size, y / size];
+            }
+            for k in self.n_t * i..self.n_t * (i + 1) {
+                forces[k] = share * wanted[k];
+            }
+        }
+        self.factored.clear();
+        self.update_all_increments(problem, forces);
+    }
+
     /// Whether point `i` is in the wrong state.
     fn is_wrong(&self, i: usize, problem: &TangentialProblem<'_>, forces: &[f64], tolerance: f64) -> bool {
         match self.states[i] {
@@ -501,7 +523,9 @@ impl Tangential {
 /// `w = (A_TT + D_T) τ + c`.
 fn slip_increments(problem: &TangentialProblem<'_>, forces: &[f64], n_t: usize, out: &mut [f64]) {
     out.copy_from_slice(problem.slips);
-    add_product(problem.compliance, forces, out);
+    if problem.compliance.nrows() > 0 {
+        add_product(problem.compliance, forces, out);
+    }
     for (k, w) in out.iter_mut().enumerate() {
         *w += problem.springs[k / n_t] * forces[k];
     }

@@ -373,6 +373,35 @@ impl PairFriction {
         self.reference_time = self.time;
     }
 
+    /// Friction forces of the points in the frame of the target, in the model's components \[N\].
+    pub fn vectors(&self, jacobian: &ContactJacobian) -> Vec<[f64; 3]> {
+        let tangents = jacobian.tangents_in_target.chunks_exact(self.n_t);
+        let forces = self.stick_slip.forces().chunks_exact(self.n_t);
+        tangents.zip(forces).map(|(tangents, force)| combination(tangents, force)).collect()
+    }
+
+    /// The friction forces are those `wanted` from now on, in the frame of the target; none: the springs stretch so that they stay as
+    /// they are (Eq. A.41).
+    pub fn prescribe(&mut self, wanted: Option<&[[f64; 3]]>, jacobian: &ContactJacobian) {
+        let n_t = self.n_t;
+        let on_tangents = |(tangents, wanted): (&[[f64; 3]], &[f64; 3])| {
+            let mut both = [[0.0; 3]; 2];
+            both[..n_t].copy_from_slice(tangents);
+            // Points that were never projected have no tangents, and no force.
+            let duals = duals(&both, n_t);
+            duals.map(|dual| Some(dot(&dual, wanted)).filter(|c| c.is_finite()).unwrap_or(0.0))
+        };
+        let components = |wanted: &[[f64; 3]]| {
+            let points = jacobian.tangents_in_target.chunks_exact(n_t).zip(wanted).map(on_tangents);
+            points.flat_map(|pair| pair.into_iter().take(n_t)).collect()
+        };
+        let is_over = wanted.is_none();
+        let shifts = self.stick_slip.prescribe(wanted.map(components));
+        for (k, shift) in shifts.into_iter().enumerate().filter(|_| is_over) {
+            self.references[k / n_t].stretch[k % n_t] += shift;
+        }
+    }
+
     /// Time before `t` over which the power of sliding is a difference quotient: `wanted`, but no
     /// longer than since the references were updated, from which slips count.
     pub fn time_before(&self, t: f64, wanted: f64) -> f64 {

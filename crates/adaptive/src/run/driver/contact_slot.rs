@@ -29,6 +29,12 @@ pub(super) struct ContactSlot {
     /// How far whole surfaces are to reach in the next trial of the running impact, if earlier ones
     /// were too small \[m\].
     pub reach: Option<f64>,
+    /// Whether the zone is one of several that the running impact has had on its way.
+    pub travels: bool,
+    /// How far ahead of the touch the middles of the next zones lie, on contact body and target \[m\].
+    pub ahead: [[f64; 3]; 2],
+    /// Trials of the running impact that ended at an end of a zone into which contact fits twice.
+    pub left: u32,
     /// Search for the nearest points of the surfaces.
     pub nearest: Search,
     /// The model with whole surfaces that the last such impact had: it is the same in the next one.
@@ -79,6 +85,9 @@ impl ContactSlot {
             left_out: None,
             preview: None,
             reach: None,
+            travels: false,
+            left: 0,
+            ahead: [[0.0; 3]; 2],
             nearest: Search::new(),
             whole: None,
             search: None,

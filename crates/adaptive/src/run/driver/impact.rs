@@ -9,6 +9,7 @@ pub(crate) mod judgement;
 pub(crate) mod pace;
 mod stepped_over;
 pub(crate) mod trial;
+mod travel;
 
 use super::{Driver, Part};
 use crate::adaptivity::interval::IntervalAssessment;
@@ -16,7 +17,9 @@ use crate::error::AdaptiveError;
 use crate::record::{StressState, TrialOutcome};
 use crate::run::driver::impact::intervals::Intervals;
 use crate::run::driver::impact::judgement::{Ending, Judgement};
+use crate::run::driver::impact::travel::HeldFriction;
 use crate::run::driver::impact::trial::Trial;
+use crate::run::driver::impact::trial_reason::Change;
 use crate::state::impact_monitor::ImpactMonitor;
 use crate::state::ledger::{EnergyLedger, NumericalDamping};
 use crate::state::peaks::Peaks;
@@ -35,6 +38,8 @@ pub(crate) struct Start {
     pub numerical: NumericalDamping,
     pub ledger: EnergyLedger,
     pub slow_since: Option<f64>,
+    /// What sticks in contacts that press.
+    pub friction: Vec<HeldFriction>,
     part: Part,
     n_phases: u32,
 }
@@ -43,19 +48,24 @@ impl Driver<'_> {
     /// Simulates an impact from the present state until every contact has been open for the quiet
     /// time; returns whether the observer stopped the run.
     pub(super) fn impact_phase(&mut self) -> Result<bool, AdaptiveError> {
-        let start = self.impact_start();
+        let mut start = self.impact_start();
         self.output.buffer(self.model.contacts.iter().any(|c| c.refinement.is_some()));
         let mut intervals = Intervals::new(self.slots.len());
         for slot in &mut self.slots {
             (slot.preview, slot.search, slot.reach) = (None, None, None);
+            (slot.travels, slot.left, slot.ahead) = (false, 0, [[0.0; 3]; 2]);
         }
         let touching = self.touching()?;
         self.preview(&touching)?;
         let mut built = self.activate_touching(&intervals.sizes);
         let mut contact_step_limit = self.restart_searches();
-        for number in 1..=MAX_TRIALS {
+        let (mut number, mut last) = (0, MAX_TRIALS);
+        while number < last {
+            number += 1;
             let mut trial = self.begin_trial(number, contact_step_limit);
-            let ending = match built.and_then(|()| self.simulate(&mut trial, &intervals.sizes)) {
+            let ending = match std::mem::replace(&mut built, Ok(()))
+                .and_then(|()| self.simulate(&mut trial, &intervals.sizes))
+            {
                 Ok(ending) => ending,
                 Err(AdaptiveError::Interrupted) => Ending::Interrupted,
                 Err(error) => return self.fail(&trial, &[], error),
@@ -68,7 +78,18 @@ impl Driver<'_> {
                     let is_interrupted = ending == Ending::Interrupted;
                     let outcome =
                         if is_interrupted { TrialOutcome::Interrupted } else { TrialOutcome::Accepted };
-                    self.log(&trial, outcome, &acceptance.to_string(), &verdicts)?;
+                    let reason = match ending {
+                        Ending::Travelled(i) => self.demand(i, Change::HandOver).to_string(),
+                        _ => acceptance.to_string(),
+                    };
+                    self.log(&trial, outcome, &reason, &verdicts)?;
+                    if let Ending::Travelled(i) = ending {
+                        if let Err(error) = self.hand_over(i, &mut intervals) {
+                            return self.fail(&trial, &verdicts, error);
+                        }
+                        (start, last) = (self.impact_start(), number + MAX_TRIALS);
+                        continue;
+                    }
                     intervals.raise(&mut verdicts);
                     self.record_history(&verdicts);
                     self.finish_impact(&minor)?;
@@ -78,8 +99,12 @@ impl Driver<'_> {
                     self.log(&trial, TrialOutcome::Rejected, &trial_reason::line(&demands), &verdicts)?;
                     contact_step_limit = contact_steps;
                     let sizes = &intervals.sizes;
-                    let mut again = || self.rewind(&start, sizes).and_then(|()| self.settle_again(sizes));
-                    built = if number < MAX_TRIALS { again() } else { Ok(()) };
+                    let mut again = || {
+                        self.rewind(&start, sizes)?;
+                        self.settle_again(sizes)?;
+                        self.hold_friction(&start.friction)
+                    };
+                    built = if number < last { again() } else { Ok(()) };
                 }
             }
         }
@@ -98,6 +123,7 @@ impl Driver<'_> {
             numerical: self.run.numerical,
             ledger: self.run.ledger,
             slow_since: self.run.slow_since,
+            friction: self.held_friction(),
             part: self.work.part,
             n_phases: self.run.n_phases,
         }

@@ -147,6 +147,12 @@ impl ContactElement for StandIn {
         None
     }
 
+    fn friction_forces(&self, (): &(), _: &ContactReport) -> Vec<Vector3<f64>> {
+        Vec::new()
+    }
+
+    fn prescribe_friction(&self, _: Option<&[Vector3<f64>]>, (): &mut (), _: &ContactReport) {}
+
     fn set_penalty(&mut self, _: f64, _: &mut ()) -> Result<(), ContactError> {
         Err(ContactError::NoPenalty { kind: self.kind() })
     }

@@ -136,6 +136,12 @@ impl Intervals {
         (self.sizes[i], self.latest) = (Some(ZoneSize::Interval { widths, finer }), i);
     }
 
+    /// The zone of contact `i` is one of the size `size` from now on; what earlier ones told of widths is over.
+    pub(super) fn go_on(&mut self, i: usize, size: Option<ZoneSize>) {
+        (self.sizes[i], self.latest) = (size, i);
+        self.brackets[i] = [Bracket::UNKNOWN; 2];
+    }
+
     /// Sets the zones of contact `i` to the whole surfaces.
     pub(super) fn take_whole(&mut self, i: usize) {
         (self.sizes[i], self.latest) = (Some(ZoneSize::Whole), i);

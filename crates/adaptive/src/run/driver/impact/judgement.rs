@@ -31,6 +31,8 @@ pub(crate) enum Ending {
     Interrupted,
     /// An interval of a refined contact turned out too small.
     EdgeTouched(usize),
+    /// Contact went on to the end of its zone, which is acceptable so far.
+    Travelled(usize),
     /// The peak of the force has shown that another penalty factor follows.
     PastPeak,
     /// The steps with contact after which the penalty search stops a trial have passed.
@@ -114,7 +116,11 @@ impl Driver<'_> {
                 continue;
             }
             // A trial that ends early has not used its interval yet.
-            if is_edge || !(verdict.is_acceptable() || is_short || matches!(ending, Ending::EdgeTouched(_))) {
+            let is_cut = matches!(ending, Ending::EdgeTouched(_) | Ending::Travelled(_));
+            if is_edge && self.slots[i].fine().is_some_and(FineContact::fits_twice) {
+                self.slots[i].left += 1;
+            }
+            if is_edge || !(verdict.is_acceptable() || is_short || is_cut || self.slots[i].travels) {
                 let Some(fine) = self.slots[i].fine() else { continue };
                 let tried = TriedInterval {
                     widths: fine.widths(),
@@ -135,6 +141,9 @@ impl Driver<'_> {
                     continue;
                 }
             }
+            if *ending == Ending::Travelled(i) {
+                demands.extend(self.shorter(i, intervals));
+            }
             if *ending == Ending::Complete {
                 demands.extend(self.finer(i, verdict, intervals));
             }
@@ -143,6 +152,19 @@ impl Driver<'_> {
             return Ok(Judgement::Again { demands, contact_steps: self.restart_searches() });
         }
         self.judge_penalties(ending, (verdicts, minor), number)
+    }
+
+    /// The demand for a shorter zone of contact `i`, which goes on beyond it and had too few of its elements at one instant.
+    fn shorter(&self, i: usize, intervals: &mut Intervals) -> Option<Demand> {
+        let (fine, refinement) = (self.slots[i].fine()?, self.model.contacts[i].refinement.as_ref()?);
+        let settings = refinement.interval_settings();
+        let size = fine.size_on_the_way(settings.target);
+        if !fine.is_coarse(&settings) || self.has_size(i, Some(size)) {
+            return None;
+        }
+        intervals.go_on(i, Some(size));
+        let directions = fine.shares_at_once().zip(size.widths()?).collect();
+        Some(self.demand(i, Change::Widths { is_edge: false, directions }))
     }
 
     /// The demand for more elements in the interval of contact `i`, whose width is settled, if
@@ -171,6 +193,9 @@ impl Driver<'_> {
     ) -> Result<Judgement, AdaptiveError> {
         let mut demands = Vec::new();
         let mut limit = None;
+        if matches!(ending, Ending::Travelled(i) if !self.has_lasted(*i)) {
+            return Ok(Judgement::Accept(self.acceptance(verdicts, minor)));
+        }
         for (i, minor) in minor.iter().enumerate() {
             let (peak_force, overlap) = (self.slots[i].monitor.judged_peak(), self.overlap(i));
             debug!(contact = self.model.contacts[i].name, peak_force, ?overlap, "penetration over approach");
@@ -286,7 +311,7 @@ impl Driver<'_> {
         Acceptance::Judged { minor, share: MINOR, little }
     }
 
-    fn demand(&self, i: usize, change: Change) -> Demand {
+    pub(crate) fn demand(&self, i: usize, change: Change) -> Demand {
         Demand { contact: self.model.contacts[i].name.clone(), change }
     }
 

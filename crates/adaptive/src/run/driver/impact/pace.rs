@@ -137,14 +137,22 @@ impl Driver<'_> {
         }
         let mut vibrates = false;
         let all = self.slots.iter().enumerate().all(|(i, slot)| {
-            let Some((lasted, rise)) = slot.monitor.pressed_for() else { return true };
-            let period = self.slowest_period(i);
-            vibrates |= period.is_finite();
-            // Force that is there from the start lasts where it is in equilibrium; elsewhere it is about to change.
-            let has_lasted = lasted >= RISES * rise && (lasted > 0.0 || self.is_settled_start());
-            has_lasted || lasted >= PERIODS * period
+            if !slot.monitor.is_pressed() {
+                return true;
+            }
+            vibrates |= self.slowest_period(i).is_finite();
+            self.has_lasted(i)
         });
         all && vibrates
+    }
+
+    /// Whether contact `i` presses and lasts (Eq. A.38).
+    pub(crate) fn has_lasted(&self, i: usize) -> bool {
+        self.slots[i].monitor.pressed_for().is_some_and(|(lasted, rise)| {
+            // Force that is there from the start lasts where it is in equilibrium; elsewhere it is about to change.
+            let lasts = lasted >= RISES * rise && (lasted > 0.0 || self.is_settled_start());
+            lasts || lasted >= PERIODS * self.slowest_period(i)
+        })
     }
 
     /// Period of the slowest vibration of the bodies of contact `i`; infinite if both are rigid \[s\].
@@ -181,6 +189,14 @@ impl Driver<'_> {
         let now = self.statistics();
         self.pace.block = (time, now.steps, now.evaluations);
         Ok(())
+    }
+
+    /// Whether contact has come to the end of a zone in the last step.
+    pub(crate) fn is_rim_touched(&self) -> bool {
+        let reports = self.model.system.forces().iter().map(|force| force.contact.report());
+        reports
+            .zip(&self.slots)
+            .any(|(report, slot)| slot.fine().is_some() && report.is_rim_touched && report.normal_force > 0.0)
     }
 
     /// Whether a contact that has a model has opened or closed in the last step, or did so within it.

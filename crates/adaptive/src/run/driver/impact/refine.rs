@@ -90,7 +90,7 @@ impl Driver<'_> {
     }
 
     /// Whether the fine model of contact `i` has the size wanted.
-    fn has_size(&self, i: usize, wanted: Option<ZoneSize>) -> bool {
+    pub(crate) fn has_size(&self, i: usize, wanted: Option<ZoneSize>) -> bool {
         let fine = self.slots[i].fine();
         if self.slots[i]
             .reach
@@ -171,6 +171,7 @@ impl Driver<'_> {
         let request = RefinementRequest {
             size,
             reach: slot.reach,
+            ahead: slot.ahead,
             peak: slot.preview,
             history: self.run.contacts[i].history,
             search: None,
@@ -297,7 +298,10 @@ impl Driver<'_> {
     pub(crate) fn record_history(&mut self, verdicts: &[Option<IntervalAssessment>]) {
         let mut ratios = Vec::new();
         for (i, verdict) in verdicts.iter().enumerate() {
-            let (Some(fine), Some(verdict)) = (self.slots[i].fine(), verdict) else { continue };
+            let (Some(fine), Some(verdict), false) = (self.slots[i].fine(), verdict, self.slots[i].travels)
+            else {
+                continue; // zones of contact that goes on are as long as its way
+            };
             let Some(refinement) = &self.model.contacts[i].refinement else { continue };
             if fine.whole.is_some() {
                 continue; // its zones and its penalty factor say nothing about smooth surfaces

@@ -90,6 +90,11 @@ impl Driver<'_> {
             // first step.
             let (t, y) = (self.integrator.time(), self.integrator.state());
             let _ = self.model.system.evaluate_accelerations(t, y);
+            if self.model.system.forces().iter().any(|force| force.contact.report().normal_force > 0.0) {
+                // Pressed from the start of the trial.
+                self.measure_dents(t);
+                self.local_deformation.restart_differences(t);
+            }
         }
         if self.begins_with_overlap() {
             // Its energy is there from the start, as the fine models of this trial have it.
@@ -119,7 +124,7 @@ impl Driver<'_> {
             };
             let joining = self.first_to_join(step)?;
             if self.pace.kind() == PhaseKind::Lasting {
-                if joining.is_some() || self.is_any_changed()? {
+                if joining.is_some() || self.is_any_changed()? || self.is_rim_touched() {
                     self.undo(step)?;
                     continue;
                 }
@@ -244,8 +249,11 @@ impl Driver<'_> {
             trial.most_active[i] = trial.most_active[i].max(report.n_active as u32);
             has_contact |= report.normal_force > 0.0;
             if self.note_elements(i)? {
-                return Ok(Some(Ending::EdgeTouched(i)));
+                return Ok(Some(if self.travels(i) { Ending::Travelled(i) } else { Ending::EdgeTouched(i) }));
             }
+        }
+        if let Some(i) = self.first_elsewhere()? {
+            return Ok(Some(Ending::Travelled(i)));
         }
         if let Some(i) = self.touched_outside(None)? {
             return Ok(Some(Ending::EdgeTouched(i)));

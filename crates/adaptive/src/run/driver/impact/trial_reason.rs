@@ -86,6 +86,8 @@ pub(crate) enum Change {
         /// How many times as many the next interval has.
         times: f64,
     },
+    /// Contact went on to the end of its zone: one about the present touch takes over.
+    HandOver,
     /// The penalty search goes on.
     Penalty {
         /// Why.
@@ -121,6 +123,7 @@ impl fmt::Display for Change {
                     "contact moved along the interval and had {share:.0} % of the elements of one at a time, next {times:.1} times as many elements"
                 )
             }
+            Self::HandOver => f.write_str("contact goes on beyond its zone, another one takes over"),
             Self::Penalty { cause, before, after } => {
                 write!(f, "{cause} at {before:.3e} N/m^3, next {after:.3e} N/m^3")
             }
