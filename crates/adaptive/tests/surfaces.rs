@@ -31,7 +31,7 @@ fn boxes() -> Vec<(String, Arc<dyn Surface>)> {
     let shape = Arc::new(solid::cuboid(BOX.map(|half| 2.0 * half)).unwrap());
     let mut all: Vec<(String, Arc<dyn Surface>)> =
         vec![("splines".into(), SplineSurface::of(&shape, &Model::Solid))];
-    for kind in ElementKind::ALL {
+    for kind in ElementKind::SOLID {
         let place = |x: [f64; 3]| std::array::from_fn(|d| BOX[d] * (2.0 * x[d] - 1.0));
         all.push((format!("{kind:?}"), mesh(kind, [3, 2, 2], place)));
     }
@@ -95,7 +95,7 @@ fn cylinders() -> Vec<(String, Arc<dyn Surface>)> {
     let shape = Arc::new(solid::cylinder(RADIUS, 2.0 * HALF).unwrap());
     let mut all: Vec<(String, Arc<dyn Surface>)> =
         vec![("splines".into(), SplineSurface::of(&shape, &Model::Solid))];
-    for kind in ElementKind::ALL {
+    for kind in ElementKind::SOLID {
         let place = |x: [f64; 3]| {
             let (angle, radius) = (ARC * (2.0 * x[1] - 1.0), RADIUS * (0.7 + 0.3 * x[0]));
             [radius * angle.cos(), radius * angle.sin(), 2.0 * HALF * x[2]]
@@ -227,7 +227,7 @@ fn whole_surfaces_of_bricks_have_the_points_of_splines() {
 #[test]
 fn the_part_that_may_press_at_a_touch_has_all_sides_that_come_near() {
     let place = |x: [f64; 3]| std::array::from_fn(|d| BOX[d] * (2.0 * x[d] - 1.0));
-    for kind in ElementKind::ALL {
+    for kind in ElementKind::SOLID {
         let mesh = MeshSurface::of(&Arc::new(Mesh::new(blocks::block(kind, [6, 4, 3], place), 1.0).unwrap()));
         let whole = ContactZone::whole_mesh(&mesh, &WholeRequest::default()).unwrap();
         let corner = TouchedPart {

@@ -1,7 +1,8 @@
 //! A surface made of polynomial pieces: what contact needs to know of the surface of a finite
 //! element mesh.
 //!
-//! Each piece maps the unit square by Bernstein polynomials (Eq. C.51). Pieces meet along whole
+//! Each piece maps the unit square by Bernstein polynomials (Eq. C.51); a piece of the curve that bounds
+//! a plane or axisymmetric model has degree zero in the second direction, and ends at its edges 1 and 3. Pieces meet along whole
 //! edges; where they do so smoothly, points may move on from one to the next.
 
 use ffr_dynamics::body::RigidMotion;
@@ -26,8 +27,8 @@ pub struct SurfacePiece {
     pub side: u32,
     /// Parameters of the side at the corners of the square.
     pub corners: [[f64; 2]; 4],
-    /// Degree in each direction, at least 1.
-    pub degree: usize,
+    /// Degree in each direction: at least 1, in the second 0 of a curve.
+    pub degrees: [usize; 2],
     /// Nodes of the body whose functions are not zero here.
     pub nodes: Vec<u32>,
     /// Bernstein coefficients of their functions, one row per node, the first direction fastest.
@@ -36,12 +37,12 @@ pub struct SurfacePiece {
     pub neighbours: [Option<PieceEdge>; 4],
 }
 
-/// A surface of pieces, whose normals `∂x/∂s × ∂x/∂t` point outwards.
+/// A surface of pieces, whose normals `∂x/∂s × ∂x/∂t` point outwards; curves have their body at the left.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PiecewiseSurface {
     /// The pieces.
     pub pieces: Vec<SurfacePiece>,
-    /// Positions of all nodes of the body \[m\].
+    /// Positions of all nodes of the body, in the components of its model \[m\].
     pub positions: Vec<[f64; 3]>,
 }
 
@@ -49,17 +50,15 @@ impl PiecewiseSurface {
     /// Checks that a body with the motions `motion` can have this surface.
     ///
     /// # Errors
-    /// [`ContactError::Nothing`] without a piece, [`ContactError::Data`] if sizes differ, [`ContactError::MixedModels`] unless the body moves in
-    /// space.
+    /// [`ContactError::Nothing`] without a piece, [`ContactError::Data`] if sizes differ, or if pieces are curves
+    /// and the body moves in space, or the other way round.
     pub(crate) fn check(&self, motion: RigidMotion) -> Result<(), ContactError> {
-        if motion != RigidMotion::Spatial {
-            return Err(ContactError::MixedModels { first: RigidMotion::Spatial, second: motion });
-        }
         if self.pieces.is_empty() {
             return Err(ContactError::Nothing { what: "the surface has no side" });
         }
         let (n_nodes, n_pieces) = (self.positions.len(), self.pieces.len());
-        match self.pieces.iter().position(|p| !p.is_consistent(n_nodes, n_pieces)) {
+        let n_directions = motion.n_components() - 1;
+        match self.pieces.iter().position(|p| !p.is_consistent(n_directions, n_nodes, n_pieces)) {
             Some(number) => {
                 let what = "pieces of a surface that fit its nodes".into();
                 Err(DataError::Index { what, number, count: n_pieces }.into())
@@ -120,14 +119,18 @@ impl SurfacePiece {
 
     /// Coefficients of node `k` of the piece.
     pub(crate) fn row(&self, k: usize) -> &[f64] {
-        let n = (self.degree + 1) * (self.degree + 1);
+        let n = self.n_points();
         &self.coefficients[k * n..(k + 1) * n]
+    }
+
+    /// Number of Bernstein polynomials.
+    pub(crate) fn n_points(&self) -> usize {
+        (self.degrees[0] + 1) * (self.degrees[1] + 1)
     }
 
     /// Bernstein coefficients of a field with the values `at` the nodes.
     pub(crate) fn net(&self, at: impl Fn(u32) -> [f64; 3]) -> Vec<[f64; 3]> {
-        let n = (self.degree + 1) * (self.degree + 1);
-        let mut net = vec![[0.0; 3]; n];
+        let mut net = vec![[0.0; 3]; self.n_points()];
         for (k, &node) in self.nodes.iter().enumerate() {
             let value = at(node);
             for (point, c) in net.iter_mut().zip(self.row(k)) {
@@ -138,9 +141,11 @@ impl SurfacePiece {
     }
 
     /// Whether sizes fit each other and every node has a position.
-    pub(crate) fn is_consistent(&self, n_nodes: usize, n_pieces: usize) -> bool {
-        let n = (self.degree + 1) * (self.degree + 1);
-        let fits = self.degree >= 1 && self.coefficients.len() == self.nodes.len() * n;
+    fn is_consistent(&self, n_directions: usize, n_nodes: usize, n_pieces: usize) -> bool {
+        let has_directions = self.degrees.iter().filter(|p| **p > 0).count() == n_directions;
+        let fits = has_directions
+            && self.degrees[0] > 0
+            && self.coefficients.len() == self.nodes.len() * self.n_points();
         let neighbours = self.neighbours.iter().flatten();
         fits && self.nodes.iter().all(|&node| (node as usize) < n_nodes)
             && neighbours.copied().all(|e| (e.piece as usize) < n_pieces && e.edge < 4)

@@ -170,9 +170,9 @@ pub enum ReadFault {
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
 pub enum MeshFault {
-    /// No solid elements.
+    /// No elements.
     #[error(
-        "no solid elements; Gmsh saves elements without physical group only with Mesh.SaveAll = 1, or give the volume a physical group"
+        "no solid or plane elements; Gmsh saves elements without physical group only with Mesh.SaveAll = 1, or give the volume, or the surface of a plane model, a physical group"
     )]
     NoElements,
     /// A unit of length that is none.
@@ -192,6 +192,40 @@ pub enum MeshFault {
         /// Number and kind of a quadratic element.
         second: (u64, &'static str),
     },
+    /// Plane elements that lie in no plane.
+    #[error(
+        "the file has plane elements alone, and node {node} is {distance:.3e} units of the file off their plane; plane and axisymmetric models lie in \
+         z = 0, as (x, y) or (r, z); of a solid mesh the volume (gmsh -3, with a physical group of the volume)"
+    )]
+    NotPlane {
+        /// Its number in the file.
+        node: u64,
+        /// Distance from the plane of the first node.
+        distance: f64,
+    },
+    /// Elements of another dimension than the model of their body.
+    #[error(
+        "{}",
+        if *is_plane {
+            "its elements are plane; choose the model \"plane-stress\", \"plane-strain\" or \"axisymmetric\", or mesh the volume (gmsh -3, with a physical group of the volume)"
+        } else {
+            "its elements are solids; choose model = \"mesh\", or mesh a section in the plane z = 0 (gmsh -2)"
+        }
+    )]
+    Dimension {
+        /// Whether the elements are plane.
+        is_plane: bool,
+    },
+    /// A node on the other side of the axis.
+    #[error(
+        "node {node} has the radius x = {radius:.4e} m; an axisymmetric section lies at x >= 0 beside its axis y, with x the radius"
+    )]
+    BeyondAxis {
+        /// Its number in the file.
+        node: u64,
+        /// Its radius \[m\].
+        radius: f64,
+    },
     /// An element that names a node twice.
     #[error("element {element} names node {node} twice; mesh the part again")]
     Collapsed {
@@ -202,7 +236,7 @@ pub enum MeshFault {
     },
     /// An element with negative volume somewhere.
     #[error(
-        "element {element} ({kind}) is inside out at ({:.4e}, {:.4e}, {:.4e}) m, Jacobian determinant {determinant:.3e} m3; {remedy}",
+        "element {element} ({kind}) is inside out at ({:.4e}, {:.4e}, {:.4e}) m, Jacobian determinant {determinant:.3e}; {remedy}",
         point[0], point[1], point[2]
     )]
     Inverted {
@@ -268,7 +302,7 @@ pub enum MeshFault {
     },
     /// A group without a side of the surface.
     #[error(
-        "group \"{name}\" has no side on the surface; name a physical surface, *SURFACE, or a set with all nodes of a side"
+        "group \"{name}\" has no side on the surface, to which the axis of a section does not belong; name a physical surface (of a plane mesh a physical curve), *SURFACE, or a set with all nodes of a side"
     )]
     NoSides {
         /// Its name.

@@ -1,4 +1,4 @@
-//! Finite element meshes of solids.
+//! Finite element meshes of solids, and of sections in the plane.
 //!
 //! The crate knows meshes and their files, elements, surfaces, and what makes a mesh a space of
 //! displacements ([`space`]); matrices, moments and stress are those that `iga-core` has of any
@@ -6,7 +6,8 @@
 //!
 //! * SI units once a mesh has been read with its unit of length.
 //! * Nodes of elements stand in the order of Abaqus and CalculiX ([`element::kind`]).
-//! * Unknowns are `3 node + direction`.
+//! * Unknowns of solids are `3 node + direction`, of plane models `2 node + direction`; radial ones of
+//!   nodes on the axis of an axisymmetric model are held.
 
 pub mod fault;
 pub mod element;

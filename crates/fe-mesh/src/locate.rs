@@ -2,7 +2,9 @@
 
 use std::cmp::Ordering;
 
-use crate::element::jacobian::{PointOf, cross, derivatives, dot, inverse, minus, norm, position};
+use crate::element::jacobian::{
+    PointOf, cross, derivatives, dot, element_map, inverse, minus, norm, position,
+};
 use crate::element::kind::{ElementKind, Form, SideKind};
 use crate::element::shape::Functions;
 use crate::fault::MeshFault;
@@ -30,7 +32,8 @@ pub struct OnSurface {
     pub distance: f64,
 }
 
-/// Position, area element and outward normal on a side.
+/// Position, area element and outward normal on a side. A curve, the side of a plane element, is taken a
+/// unit thick: its second tangent is the unit vector out of the plane.
 #[derive(Debug, Clone, Default)]
 pub struct SidePoint {
     /// Functions by parameters.
@@ -50,6 +53,9 @@ impl SidePoint {
         self.position = position(&self.functions.values, places);
         let map = derivatives(&self.functions.slopes, places);
         self.tangents = [0, 1].map(|j| [0, 1, 2].map(|i: usize| map[i][j]));
+        if kind.is_curve() {
+            self.tangents[1] = [0.0, 0.0, 1.0];
+        }
         self.area = cross(&self.tangents[0], &self.tangents[1]);
     }
 }
@@ -61,12 +67,17 @@ fn excess(form: Form, xi: &[f64; 3]) -> f64 {
         Form::Tetrahedron => most(&[-xi[0], -xi[1], -xi[2], xi[0] + xi[1] + xi[2] - 1.0]),
         Form::Hexahedron => most(&xi.map(|x| x.abs() - 1.0)),
         Form::Wedge => most(&[-xi[0], -xi[1], xi[0] + xi[1] - 1.0, xi[2].abs() - 1.0]),
+        Form::Triangle => most(&[-xi[0], -xi[1], xi[0] + xi[1] - 1.0]),
+        Form::Quadrilateral => most(&[xi[0].abs() - 1.0, xi[1].abs() - 1.0]),
         Form::Pyramid => most(&[-xi[2], xi[0].abs() + xi[2] - 1.0, xi[1].abs() + xi[2] - 1.0]),
     }
 }
 
 /// The nearest parameters in the domain of a side, up to its skewness.
 fn clamped(kind: SideKind, [x, y]: [f64; 2]) -> [f64; 2] {
+    if kind.is_curve() {
+        return [x.clamp(-1.0, 1.0), 0.0];
+    }
     if kind.n_corners() == 4 {
         return [x.clamp(-1.0, 1.0), y.clamp(-1.0, 1.0)];
     }
@@ -102,8 +113,8 @@ fn moved(form: Form, xi: &[f64; 3], step: &[f64; 3]) -> [f64; 3] {
 pub fn parameters(kind: ElementKind, places: &[[f64; 3]], point: &[f64; 3]) -> Option<[f64; 3]> {
     let mut xi = match kind.form() {
         Form::Tetrahedron => [0.25; 3],
-        Form::Hexahedron => [0.0; 3],
-        Form::Wedge => [1.0 / 3.0, 1.0 / 3.0, 0.0],
+        Form::Hexahedron | Form::Quadrilateral => [0.0; 3],
+        Form::Wedge | Form::Triangle => [1.0 / 3.0, 1.0 / 3.0, 0.0],
         Form::Pyramid => [0.0, 0.0, 0.25],
     };
     let mut at = PointOf::default();
@@ -113,7 +124,7 @@ pub fn parameters(kind: ElementKind, places: &[[f64; 3]], point: &[f64; 3]) -> O
             return None;
         }
         let rest = minus(point, &at.position);
-        let map = derivatives(&at.functions.slopes, places);
+        let map = element_map(kind, &at.functions.slopes, places);
         let inverse = inverse(&map, at.determinant);
         let step = inverse.map(|row| dot(&row, &rest));
         xi = moved(kind.form(), &xi, &step);
@@ -254,7 +265,7 @@ fn nearest_on_side(kind: SideKind, places: &[[f64; 3]], point: &[f64; 3]) -> ([f
     for i in 0..=steps {
         for j in 0..=steps {
             let grid = [i, j].map(|k| f64::from(k) / f64::from(steps));
-            let eta = if kind.n_corners() == 4 { grid.map(|x| 2.0 * x - 1.0) } else { grid };
+            let eta = if kind.n_corners() == 3 { grid } else { grid.map(|x| 2.0 * x - 1.0) };
             see(&mut at, clamped(kind, eta), &mut best);
         }
     }

@@ -5,19 +5,24 @@ pub mod boundary;
 pub mod pieces;
 pub mod check;
 mod straight;
+pub mod plane;
 
 use std::collections::HashMap;
 
 use boundary::{ByCorners, Face, boundary, key};
 
+use iga_core::elasticity::Model;
+
 use crate::element::kind::SideKind;
 use crate::fault::{MeshError, MeshFault};
 use pieces::shown;
-use raw::{Element, Elements, FaceSource, RawMesh};
+use raw::{Element, Elements, FaceSource, RawMesh, StatedModel};
 
 /// A mesh of one part.
 #[derive(Clone, PartialEq)]
 pub struct Mesh {
+    model: Model,
+    stated: Option<StatedModel>,
     nodes: Vec<[f64; 3]>,
     node_labels: Vec<u64>,
     elements: Elements,
@@ -52,7 +57,11 @@ impl Mesh {
         }
         let numbers = check::used_nodes(&raw.elements, &raw.node_labels, &mut raw.notes);
         raw.keep_nodes(&numbers);
-        let RawMesh { mut nodes, node_labels, elements, volumes, faces, mut notes } = raw;
+        let dimension = raw.elements.iter().next().map_or(3, |e| e.kind.dimension());
+        if dimension == 2 {
+            plane::flatten(&mut raw)?;
+        }
+        let RawMesh { mut nodes, node_labels, elements, stated, volumes, faces, mut notes } = raw;
         nodes.iter_mut().for_each(|x| *x = x.map(|x| unit * x));
         check::distinct_nodes(&elements, &node_labels)?;
         pieces::one_piece(&elements, &volumes, nodes.len())?;
@@ -91,18 +100,21 @@ impl Mesh {
                 }
             }
         }
-        Ok(Self { nodes, node_labels, elements, surface, volumes, faces: groups, notes })
+        let model = if dimension == 2 { Model::PlaneStrain { thickness: 1.0 } } else { Model::Solid };
+        Ok(Self { model, stated, nodes, node_labels, elements, surface, volumes, faces: groups, notes })
     }
 
     /// The mesh with other elements of the same part, whose `surface` sides are rising, and no
     /// groups of elements.
     pub(crate) fn divided(
+        model: Model,
         (nodes, elements): (Vec<[f64; 3]>, Elements),
         surface: Vec<Face>,
         faces: Vec<(String, Vec<Face>)>,
     ) -> Self {
         let node_labels = (1..=nodes.len() as u64).collect();
-        Self { nodes, node_labels, elements, surface, volumes: Vec::new(), faces, notes: Vec::new() }
+        let (stated, volumes, notes) = (None, Vec::new(), Vec::new());
+        Self { model, stated, nodes, node_labels, elements, surface, volumes, faces, notes }
     }
 
     /// Positions of the nodes \[m\].

@@ -70,7 +70,7 @@ impl Mesh {
                     element,
                     xi,
                     point: at.position,
-                    weight: rule.weight * norm(&at.area),
+                    weight: rule.weight * norm(&at.area) * self.model().measure(&at.position),
                 });
             }
         }
@@ -102,7 +102,7 @@ impl Surroundings for About<'_> {
     type Fault = MeshFault;
 
     fn model(&self) -> &Model {
-        &Model::Solid
+        self.mesh.model()
     }
 
     fn nearest(&self, point: &[f64; 3]) -> Option<Nearest<()>> {

@@ -206,7 +206,7 @@ impl<'a> Pieces<'a> {
         };
         let faces = self.before.faces().iter().map(|(name, faces)| (name.clone(), group(faces))).collect();
         let surface = self.surface.iter().map(|(face, _)| *face).collect();
-        let mesh = Mesh::divided((nodes, self.elements), surface, faces);
+        let mesh = Mesh::divided(*self.before.model(), (nodes, self.elements), surface, faces);
         let rows = Arc::new(rows(mesh.elements(), n_free, &hanging));
         RefinedMesh { mesh: Arc::new(mesh), n_free, hanging, rows, parents: self.parents, origins, n_before }
     }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use iga_core::elasticity::{ElementMaterials, Material};
+use iga_core::elasticity::{ElementMaterials, Material, Model};
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::space::{Cell, Element, GridBasis, Integrand, Rows, Space};
 
@@ -16,8 +16,8 @@ use crate::refined::RefinedMesh;
 /// The displacements of a mesh: functions of its nodes, of a divided one those of its free nodes
 /// (theory Eq. C.71).
 ///
-/// All elements are plain displacement elements with the rules of [`crate::element::rules`]: hex8 has
-/// neither a mean dilatation nor incompatible modes.
+/// All elements are plain displacement elements with the rules of [`crate::element::rules`]: hex8 and
+/// quad4 have neither a mean dilatation nor incompatible modes.
 pub struct MeshSpace {
     mesh: Arc<Mesh>,
     rows: Arc<Rows>,
@@ -34,8 +34,8 @@ struct KindTables {
 }
 
 impl KindTables {
-    fn new(kind: ElementKind, rule: MassRule) -> Self {
-        let stiffness = table(kind, &kind.stiffness_rule());
+    fn new(kind: ElementKind, model: &Model, rule: MassRule) -> Self {
+        let stiffness = table(kind, &kind.stiffness_points(model));
         Self { kind, stiffness, mass: table(kind, &kind.mass_points(rule)) }
     }
 }
@@ -79,7 +79,7 @@ impl MeshSpace {
     fn with_rows(mesh: Arc<Mesh>, rows: Arc<Rows>, n_free: usize, rule: MassRule) -> Self {
         let there = |kind: &ElementKind| mesh.elements().iter().any(|e| e.kind == *kind);
         let kinds = ElementKind::ALL.into_iter().filter(there);
-        let tables = kinds.map(|kind| KindTables::new(kind, rule)).collect();
+        let tables = kinds.map(|kind| KindTables::new(kind, mesh.model(), rule)).collect();
         Self { mesh, rows, n_free, tables }
     }
 
@@ -96,7 +96,7 @@ impl MeshSpace {
 
 impl Space for MeshSpace {
     fn dimension(&self) -> usize {
-        3
+        self.mesh.model().dimension()
     }
 
     fn n_functions(&self) -> usize {
@@ -116,13 +116,18 @@ impl Space for MeshSpace {
     }
 
     fn element(&self, e: usize) -> Element {
-        let (cell, lower) = match self.mesh.elements().get(e).kind.form() {
-            Form::Tetrahedron => (Cell::Tetrahedron, [0.0; 3]),
-            Form::Hexahedron => (Cell::Box, [-1.0; 3]),
-            Form::Wedge => (Cell::Wedge, [0.0, 0.0, -1.0]),
-            Form::Pyramid => (Cell::Pyramid, [-1.0, -1.0, 0.0]),
+        let solid = [1.0; 3];
+        let plane = [1.0, 1.0, 0.0];
+        let (cell, lower, upper) = match self.mesh.elements().get(e).kind.form() {
+            Form::Tetrahedron => (Cell::Tetrahedron, [0.0; 3], solid),
+            Form::Hexahedron => (Cell::Box, [-1.0; 3], solid),
+            Form::Wedge => (Cell::Wedge, [0.0, 0.0, -1.0], solid),
+            Form::Pyramid => (Cell::Pyramid, [-1.0, -1.0, 0.0], solid),
+            // The base of a wedge.
+            Form::Triangle => (Cell::Wedge, [0.0; 3], plane),
+            Form::Quadrilateral => (Cell::Box, [-1.0, -1.0, 0.0], plane),
         };
-        Element { patch: 0, cell, lower, upper: [1.0; 3] }
+        Element { patch: 0, cell, lower, upper }
     }
 
     fn active_functions(&self, e: usize, out: &mut Vec<u32>) {

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use iga_core::SplineError;
+use iga_core::elasticity::MaterialField;
 use iga_core::elasticity::kinematics::PointState;
 use iga_core::elasticity::recovery::RecoveryWorkspace;
-use iga_core::elasticity::{MaterialField, Model};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::element::kind::ElementKind;
@@ -13,7 +13,7 @@ use crate::element::shape::Functions;
 use crate::space::MeshSpace;
 
 impl MeshSpace {
-    /// Stress `xx, yy, zz, xy, yz, zx` at every node of the mesh under the displacements `u` of the
+    /// Stress at every node, `xx, yy, zz, xy, yz, zx`, of an axisymmetric mesh in the order of its model, of the mesh under the displacements `u` of the
     /// functions: what the points of the stiffness rule show, continued linearly to the nodes of
     /// each element by least squares and averaged over the elements of a node, the apex of pyramids
     /// among them, where gradients themselves have no single value \[Pa\]. The points of the rule
@@ -31,7 +31,7 @@ impl MeshSpace {
         let (mut work, mut continued) = (RecoveryWorkspace::default(), Continued::default());
         for (e, element) in self.mesh().elements().iter().enumerate() {
             let continuation = continued.of(element.kind);
-            let state = |xi| work.stress(self, &Model::Solid, materials.on(e), u, e, xi);
+            let state = |xi| work.stress(self, self.mesh().model(), materials.on(e), u, e, xi);
             let at_points = continuation.points.iter().map(state).collect::<Result<Vec<_>, _>>()?;
             for (&node, weights) in element.nodes.iter().zip(&continuation.to_nodes) {
                 let sum = &mut sums[node as usize];
@@ -82,7 +82,7 @@ impl MeshSpace {
                 let shared =
                     shared.filter_map(|(&n, weights)| value(n).map(|(i, v)| v / n_around[i] * weights[g]));
                 let weight: f64 = shared.sum();
-                for (function, states) in work.unit_states(self, &Model::Solid, own, k, point)? {
+                for (function, states) in work.unit_states(self, self.mesh().model(), own, k, point)? {
                     let sum =
                         sums.entry(function).or_insert_with(|| vec![PointState::default(); states.len()]);
                     sum.iter_mut().zip(&states).for_each(|(sum, state)| sum.add_scaled(state, weight));
@@ -107,7 +107,10 @@ impl Continuation {
         let share = 1.0 / points.len() as f64;
         let centre = points.iter().map(|xi| Vector3::from(*xi)).sum::<Vector3<f64>>() * share;
         let arm = |xi: &[f64; 3]| Vector3::from(*xi) - centre;
-        let moment = points.iter().map(|xi| arm(xi) * arm(xi).transpose()).sum::<Matrix3<f64>>();
+        let mut moment = points.iter().map(|xi| arm(xi) * arm(xi).transpose()).sum::<Matrix3<f64>>();
+        if kind.dimension() == 2 {
+            moment[(2, 2)] = 1.0;
+        }
         // A single point tells a constant.
         let inverse = moment.try_inverse().unwrap_or_else(Matrix3::zeros);
         let to_node = |xi: &[f64; 3]| {

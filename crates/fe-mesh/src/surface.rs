@@ -21,7 +21,7 @@ const FLAT: f64 = 1e-6;
 pub struct Neighbour {
     /// Side, an index into [`Mesh::surface`].
     pub side: u32,
-    /// Its edge, from 0: that from corner `edge` to the next.
+    /// Its edge, from 0: that from corner `edge` to the next, of a curve this corner.
     pub edge: u8,
     /// Whether the surface is smooth there.
     pub is_smooth: bool,
@@ -49,13 +49,11 @@ impl SurfaceSide {
     pub fn n_edges(&self) -> usize {
         self.kind.n_corners()
     }
-}
 
-/// Parameters of the middle of edge `edge` of a side.
-fn middle(kind: SideKind, edge: usize) -> [f64; 2] {
-    let corners = kind.node_parameters();
-    let (a, b) = (corners[edge], corners[(edge + 1) % kind.n_corners()]);
-    [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
+    /// Nodes at the ends of edge `edge`; of a curve, whose edges are its ends, one node twice.
+    pub fn edge_nodes(&self, edge: usize) -> [u32; 2] {
+        self.kind.edge(edge).map(|corner| self.nodes[corner])
+    }
 }
 
 impl Surface {
@@ -68,9 +66,8 @@ impl Surface {
         let mut surface = Self { sides: mesh.surface().iter().map(side).collect() };
         let mut edges: HashMap<[u32; 2], Vec<(u32, u8)>> = HashMap::new();
         for (i, side) in surface.sides.iter().enumerate() {
-            let n = side.n_edges();
-            for e in 0..n {
-                let mut ends = [side.nodes[e], side.nodes[(e + 1) % n]];
+            for e in 0..side.n_edges() {
+                let mut ends = side.edge_nodes(e);
                 ends.sort_unstable();
                 edges.entry(ends).or_default().push((i as u32, e as u8));
             }
@@ -93,7 +90,7 @@ impl Surface {
         let SurfaceSide { kind, nodes, .. } = &self.sides[side];
         let (mut at, mut places) = (SidePoint::default(), Vec::new());
         mesh.places(nodes, &mut places);
-        at.evaluate(*kind, &places, &middle(*kind, edge));
+        at.evaluate(*kind, &places, &kind.on_edge(edge, 0.5));
         at.area
     }
 
@@ -139,8 +136,12 @@ impl Surface {
         let (mut at, mut places) = (SidePoint::default(), Vec::new());
         mesh.places(&side.nodes, &mut places);
         let length = self.longest_edge(mesh, i);
-        // Of a quadrilateral the parameters have the width two.
-        let whole = if side.n_edges() == 3 { length * length } else { 0.25 * length * length };
+        // Of quadrilaterals and curves the parameters have the width two.
+        let whole = match side.n_edges() {
+            2 => 0.5 * length,
+            3 => length * length,
+            _ => 0.25 * length * length,
+        };
         let corners = side.kind.node_parameters();
         let points = side.kind.rule();
         let points = points.iter().map(|p| p.xi).chain(corners[..side.n_edges()].iter().copied());

@@ -8,6 +8,7 @@ mod calculix;
 mod decks;
 mod matrices;
 mod places;
+mod plane;
 mod readers;
 mod refined;
 mod spaces;

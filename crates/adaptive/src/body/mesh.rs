@@ -6,7 +6,7 @@ use contact_qs::zone::points::DofLookup;
 use faer::sparse::SparseColMat;
 use fe_mesh::fault::MeshFault;
 use fe_mesh::{Mesh, MeshSpace};
-use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion};
+use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix};
 use iga_core::SplineError;
 use iga_core::elasticity::assembly::assemble;
 use iga_core::elasticity::kinematics::PointState;
@@ -17,11 +17,9 @@ use iga_core::space::Space;
 use crate::body::field::Field;
 use crate::error::AdaptiveError;
 use crate::spec::MeshedSpec;
+use crate::spec::body::{dofs_of, rigid_motion};
 use crate::spec::unsupported::Unsupported;
 use crate::surface::MeshSurface;
-
-/// Displacement components of a node.
-const N_COMPONENTS: usize = 3;
 
 /// A body of finite elements before reduction.
 pub struct MeshedBody {
@@ -43,7 +41,7 @@ pub struct MeshedBody {
 
 /// Number of elastic modes that a mesh has.
 pub fn n_elastic_modes(mesh: &Mesh) -> usize {
-    (N_COMPONENTS * mesh.nodes().len()).saturating_sub(RigidMotion::Spatial.count())
+    dofs_of(mesh.model(), mesh.nodes()).len().saturating_sub(rigid_motion(mesh.model()).count())
 }
 
 impl MeshedSpec {
@@ -138,23 +136,18 @@ pub fn assembled(
     space: &MeshSpace,
     materials: &ElementMaterials,
 ) -> Result<AssembledBody, AdaptiveError> {
-    let matrices = assemble(space, &Model::Solid, materials);
+    let model = space.mesh().model();
+    let matrices = assemble(space, model, materials);
     let matrices = matrices.map_err(|source| AdaptiveError::Geometry { body: name.to_owned(), source })?;
     Ok(AssembledBody {
         name: name.to_owned(),
-        motion: RigidMotion::Spatial,
+        motion: rigid_motion(model),
         stiffness: matrices.stiffness,
         mass: MassMatrix::PerComponent(matrices.mass),
-        dofs: dofs_of(space.n_functions()),
+        dofs: dofs_of(model, space.control_points()),
         anchors: space.anchors(),
         nodes: space.control_points().to_vec(),
     })
-}
-
-/// The unknowns of `n` nodes, three each.
-pub fn dofs_of(n: usize) -> Vec<Dof> {
-    let node = |node: u32| (0..N_COMPONENTS as u8).map(move |component| Dof { node, component });
-    (0..n as u32).flat_map(node).collect()
 }
 
 /// [`Field::points_of`] of `field` on the nodes of `mesh`.
@@ -190,7 +183,7 @@ impl Field for MeshedBody {
     }
 
     fn model(&self) -> &Model {
-        &Model::Solid
+        self.spec.mesh.model()
     }
 
     fn materials(&self) -> &dyn MaterialField {

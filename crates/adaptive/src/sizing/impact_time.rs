@@ -15,7 +15,7 @@ use std::fmt;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::force::BodyState;
 use iga_core::elasticity::mass_properties::MassProperties;
-use iga_core::elasticity::{Material, MaterialField, Model};
+use iga_core::elasticity::{Material, MaterialField};
 use iga_core::nurbs::shape::lengths::lengths;
 use nalgebra::{Matrix3, Vector3};
 
@@ -548,7 +548,7 @@ pub fn mass_properties(body: &BodyKind) -> Option<MassProperties> {
     if let Some(meshed) = body.meshed() {
         let materials = meshed.materials().ok()?;
         let density = |e: usize| materials.on(e).density();
-        return MassProperties::of_space(&meshed.space(), &Model::Solid, &density).ok();
+        return MassProperties::of_space(&meshed.space(), meshed.mesh.model(), &density).ok();
     }
     let elastic = body.elastic()?;
     Some(MassProperties::of(&elastic.shape, &elastic.model).ok()?.times(elastic.material.density()))

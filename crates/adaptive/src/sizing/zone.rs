@@ -1,6 +1,7 @@
 //! Fine elements where a body meets a plane, for contacts that keep one model for the whole run and
 //! say nothing of it.
 
+use ffr_dynamics::body::RigidMotion;
 use iga_core::elasticity::Model;
 use nalgebra::Vector3;
 
@@ -105,6 +106,9 @@ pub struct PredictedLine {
 /// The line of the first touch of `contact` between spatial bodies; `None` if they touch otherwise,
 /// or nothing is known of it.
 pub fn predicted_line(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Option<PredictedLine> {
+    if touches.spec.bodies[contact.body].kind.motion() != RigidMotion::Spatial {
+        return None;
+    }
     let touch = touches.of(contact)?;
     let scene = Scene::at(touches, Some(&touch));
     let Impact { meeting, speed, inverse_mass, .. } = scene.impact(contact);

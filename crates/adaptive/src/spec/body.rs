@@ -6,8 +6,9 @@ use std::sync::Arc;
 use super::reduction::{DampingSpec, ReductionSpec};
 use fe_mesh::Mesh;
 use fe_mesh::element::rules::MassRule;
-use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::body::{Dof, RigidMotion};
 use iga_core::SplineError;
+use iga_core::elasticity::assembly::unknowns;
 use iga_core::elasticity::{Material, Model};
 use iga_core::extent::Extent;
 use iga_core::nurbs::Shape;
@@ -41,6 +42,11 @@ pub fn rigid_motion(model: &Model) -> RigidMotion {
         Model::PlaneStrain { .. } | Model::PlaneStress { .. } => RigidMotion::Planar,
         Model::Solid => RigidMotion::Spatial,
     }
+}
+
+/// The unknowns of `nodes` in the kinematics `model`, rising by node, then component.
+pub fn dofs_of(model: &Model, nodes: &[[f64; 3]]) -> Vec<Dof> {
+    unknowns(model, nodes).into_iter().map(|(node, component)| Dof { node, component }).collect()
 }
 
 /// A place on a body.
@@ -203,7 +209,7 @@ impl ElasticSpec {
 /// A material of each group of elements.
 pub type ByGroup = Vec<(String, Material)>;
 
-/// An elastic body of finite elements, in space.
+/// An elastic body of finite elements, of the kinematics that its mesh has.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeshedSpec {
     /// The mesh, in metres; clones share it.

@@ -39,7 +39,7 @@ impl BodyKind {
             Self::Elastic(elastic) => rigid_motion(&elastic.model),
             Self::Rigid(rigid) => rigid.motion,
             Self::Imported(imported) => imported.motion(),
-            Self::Meshed(_) => RigidMotion::Spatial,
+            Self::Meshed(meshed) => rigid_motion(meshed.mesh.model()),
         }
     }
 
@@ -104,7 +104,11 @@ impl BodyKind {
 
     /// Thickness of a plane model \[m\]; none of others.
     pub fn thickness(&self) -> Option<f64> {
-        self.elastic()?.model.thickness()
+        match self {
+            Self::Elastic(elastic) => elastic.model.thickness(),
+            Self::Meshed(meshed) => meshed.mesh.model().thickness(),
+            Self::Imported(_) | Self::Rigid(_) => None,
+        }
     }
 
     /// How it is reduced, held, damped and framed; none of a rigid body, and of one that comes

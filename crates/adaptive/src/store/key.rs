@@ -58,6 +58,7 @@ pub fn meshed_definition(spec: &MeshedSpec) -> Vec<u8> {
     let mut key = Bytes::default();
     // No definition of a body of splines begins like this.
     key.add("mesh");
+    key.model(mesh.model());
     key.add(mesh.nodes());
     key.add(&mesh.elements().len());
     for element in mesh.elements().iter() {

@@ -18,7 +18,9 @@ use nalgebra::{DMatrix, DVector, Matrix2, SymmetricEigen, Unit, Vector2, Vector3
 
 use super::{Foot, LocalShape, StraightLine, Surface, SurfacePlace};
 use crate::record::TouchedPart;
+use crate::spec::body::{dofs_of, rigid_motion};
 
+mod curve;
 mod edges;
 mod lines;
 
@@ -29,10 +31,13 @@ pub struct MeshSurface {
     /// Sides at each node.
     at_node: OnceLock<Vec<Vec<u32>>>,
     search: OnceLock<SurfaceSearch>,
+    /// Numbers of the unknowns of all nodes.
+    lookup: OnceLock<DofLookup>,
 }
 
-/// Parameters of the corners of a side of four.
+/// Parameters of the corners of a side of four, and of a curve a unit thick.
 const SQUARE: [[f64; 2]; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+const CURVE: [[f64; 2]; 4] = [[-1.0, 0.0], [1.0, 0.0], [1.0, 1.0], [-1.0, 1.0]];
 /// Least number of nodes to which a paraboloid is fitted for the curvatures; it has six unknowns.
 const FITTED: usize = 16;
 /// Number of parts of an edge at whose ends the normals of both sides are compared: enough for
@@ -54,8 +59,8 @@ const SAME_PLANE: f64 = 1e-6;
 impl MeshSurface {
     /// The surface of `mesh`.
     pub fn of(mesh: &Arc<Mesh>) -> Arc<Self> {
-        let (at_node, search) = Default::default();
-        Arc::new(Self { mesh: Arc::clone(mesh), sides: Sides::new(mesh), at_node, search })
+        let (at_node, search, lookup) = Default::default();
+        Arc::new(Self { mesh: Arc::clone(mesh), sides: Sides::new(mesh), at_node, search, lookup })
     }
 
     /// The mesh.
@@ -88,6 +93,14 @@ impl MeshSurface {
         self.mesh.places(&of.nodes, &mut places);
         at.evaluate(of.kind, &places, eta);
         at
+    }
+
+    /// Unknowns of node `n`; on a divided mesh of a node that follows no other.
+    pub fn unknowns_at(&self, n: u32) -> impl Iterator<Item = usize> {
+        let model = self.mesh.model();
+        let number = || DofLookup::new(&dofs_of(model, self.mesh.nodes()));
+        let lookup = self.lookup.get_or_init(number);
+        (0..model.dimension()).filter_map(move |c| lookup.number(n, c))
     }
 
     /// Longest edge of side `i`, between its corners \[m\].
@@ -154,12 +167,15 @@ impl MeshSurface {
         })
     }
 
-    /// Heights of the edges of sides over their chords, in their middles \[m\].
+    /// Heights of the edges of sides over their chords, in their middles, those of curves themselves \[m\].
     pub fn edge_heights(&self) -> impl Iterator<Item = f64> + '_ {
         self.sides().iter().enumerate().flat_map(move |(i, side)| {
-            (0..side.n_edges()).map(move |edge| {
-                let [a, middle, b] = [0.0, 0.5, 1.0]
-                    .map(|share| Vector3::from(self.at(i, &side.kind.on_edge(edge, share)).position));
+            (0..if side.kind.is_curve() { 1 } else { side.n_edges() }).map(move |edge| {
+                let [a, middle, b] = [0.0, 0.5, 1.0].map(|share| {
+                    let on_curve = [2.0 * share - 1.0, 0.0];
+                    let eta = if side.kind.is_curve() { on_curve } else { side.kind.on_edge(edge, share) };
+                    Vector3::from(self.at(i, &eta).position)
+                });
                 (middle - 0.5 * (a + b)).norm()
             })
         })
@@ -172,18 +188,19 @@ impl MeshSurface {
     }
 
     /// Each of the sides `chosen` as a face of its own, without normals that are continuous over
-    /// edges: one piece for a quadrilateral, three for a triangle.
+    /// edges: one piece for a curve and a quadrilateral, three for a triangle.
     pub fn faces(&self, chosen: &[u32]) -> PiecewiseSurface {
         let pieces = chosen.iter().flat_map(|&i| {
             let side = &self.sides()[i as usize];
             let corners = match side.n_edges() {
+                2 => vec![SidePiece { corners: CURVE }],
                 4 => vec![SidePiece { corners: SQUARE }],
                 _ => side.kind.pieces(),
             };
             corners.into_iter().map(move |piece| SurfacePiece {
                 side: i,
                 corners: piece.corners,
-                degree: side.kind.degree(),
+                degrees: side.kind.degrees(),
                 nodes: side.nodes.clone(),
                 coefficients: side.kind.bernstein(&piece).concat(),
                 neighbours: [None; 4],
@@ -207,6 +224,10 @@ impl MeshSurface {
                 let across = |edge: usize, is_start: bool| -> Option<PieceEdge> {
                     let other = side.neighbours[edge].filter(|other| other.is_smooth)?;
                     let (first, m) = (number.get(&other.side)?, self.sides()[other.side as usize].n_edges());
+                    if side.kind.is_curve() {
+                        let (piece, edge) = (first + u32::from(other.edge), [3, 1][other.edge as usize]);
+                        return Some(PieceEdge { piece, edge });
+                    }
                     // Sides run along their common edge against each other.
                     let (corner, edge) =
                         if is_start { ((other.edge as usize + 1) % m, 3) } else { (other.edge as usize, 0) };
@@ -216,15 +237,19 @@ impl MeshSurface {
                 pieces.push(SurfacePiece {
                     side: i,
                     corners: piece.corners,
-                    degree: side.kind.degree(),
+                    degrees: side.kind.degrees(),
                     nodes: side.nodes.clone(),
                     coefficients: side.kind.bernstein(piece).concat(),
-                    neighbours: [
-                        across(k, true),
-                        within((k + 1) % n, 2),
-                        within((k + n - 1) % n, 1),
-                        across((k + n - 1) % n, false),
-                    ],
+                    neighbours: match (side.kind.is_curve(), k) {
+                        (true, 0) => [None, within(1, 3), None, across(0, true)],
+                        (true, _) => [None, across(1, true), None, within(0, 1)],
+                        (false, _) => [
+                            across(k, true),
+                            within((k + 1) % n, 2),
+                            within((k + n - 1) % n, 1),
+                            across((k + n - 1) % n, false),
+                        ],
+                    },
                 });
             }
         }
@@ -350,7 +375,7 @@ impl MeshSurface {
     }
 
     /// Nodes of the sides around `place`, ring after ring over smooth edges until there are
-    /// `enough`, or no more.
+    /// `enough`, or no more; where they reach an axis of symmetry, with their mirror images.
     pub fn around(&self, place: &SurfacePlace, enough: usize) -> Vec<Vector3<f64>> {
         let mut rings: HashSet<u32> = HashSet::from([place.face]);
         let nodes = |sides: &HashSet<u32>| -> Vec<u32> {
@@ -373,7 +398,12 @@ impl MeshSurface {
                 break;
             }
         }
-        nodes(&rings).into_iter().map(|n| Vector3::from(self.mesh.nodes()[n as usize])).collect()
+        let found: Vec<Vector3<f64>> =
+            nodes(&rings).into_iter().map(|n| Vector3::from(self.mesh.nodes()[n as usize])).collect();
+        let is_axial = self.motion() == RigidMotion::Axial && found.iter().any(|x| x[0] == 0.0);
+        let beyond = found.iter().filter(|x| is_axial && x[0] > 0.0).map(|x| Vector3::new(-x[0], x[1], 0.0));
+        let beyond: Vec<_> = beyond.collect();
+        [found, beyond].concat()
     }
 }
 
@@ -397,7 +427,7 @@ fn first_pieces(corners: impl Iterator<Item = usize>) -> Vec<u32> {
 
 impl Surface for MeshSurface {
     fn motion(&self) -> RigidMotion {
-        RigidMotion::Spatial
+        rigid_motion(self.mesh.model())
     }
 
     fn points(&self) -> Box<dyn Iterator<Item = &[f64; 3]> + '_> {
@@ -413,7 +443,8 @@ impl Surface for MeshSurface {
     }
 
     fn place(&self, face: u32, xi: &[f64; 3]) -> SurfacePlace {
-        let xi = [xi[0], xi[1], 0.0];
+        let is_curve = self.sides()[face as usize].kind.is_curve();
+        let xi = [xi[0], if is_curve { 0.0 } else { xi[1] }, 0.0];
         SurfacePlace { face, xi, point: self.at(face as usize, &[xi[0], xi[1]]).position }
     }
 
@@ -438,7 +469,8 @@ impl Surface for MeshSurface {
 
     /// At a node or an edge the place is given on the side that is turned to the plane.
     fn lowest(&self, direction: &Vector3<f64>) -> Option<SurfacePlace> {
-        let plane = Plane { point: Vector3::zeros(), normal: Unit::try_new(*direction, 0.0)? };
+        let direction_in_space = self.motion().in_space(direction.as_ref());
+        let plane = Plane { point: Vector3::zeros(), normal: Unit::try_new(direction_in_space, 0.0)? };
         let (model, mut workspace) = (self.search_model().ok()?, SearchWorkspace::new());
         let found = plane_distance(&model, &BodyState::at_rest(0), &plane, &mut workspace).ok()?;
         Some(self.turned_to(&self.place(found.site.face, &found.site.xi), &-direction))
@@ -466,6 +498,9 @@ impl Surface for MeshSurface {
     fn shape_at(&self, place: &SurfacePlace) -> Option<LocalShape> {
         let centre = Vector3::from(place.point);
         let at = self.at(place.face as usize, &[place.xi[0], place.xi[1]]);
+        if self.mesh.model().dimension() == 2 {
+            return self.shape_of_curve(place, &at);
+        }
         let normal = Vector3::from(at.area).try_normalize(0.0)?;
         let along = Vector3::from(at.tangents[0]).try_normalize(0.0)?;
         let (t, s) = (along, normal.cross(&along));

@@ -6,6 +6,9 @@ use crate::surface::{LocalShape, MeshSurface, SurfacePlace};
 
 /// Functions of a polynomial of two variables of degree four.
 const FUNCTIONS: usize = 15;
+/// Those of them that are functions of the first variable, for a curve.
+const OF_CURVE: &[usize] = &[0, 1, 3, 6, 10];
+const ALL: &[usize] = &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14];
 /// Nodes for each of them, at least.
 const NODES: usize = 3;
 /// Weighted distance of the nodes from the surface, as a share of their heights over the plane that
@@ -23,7 +26,8 @@ pub struct SmoothFit {
     shape: LocalShape,
     /// Unit of lengths \[m\].
     size: f64,
-    coefficients: Vec<f64>,
+    /// Functions with their coefficients.
+    terms: Vec<(usize, f64)>,
 }
 
 /// All products of powers up to degree four.
@@ -55,14 +59,15 @@ impl SmoothFit {
     pub fn new(surface: &MeshSurface, site: &SurfacePlace, shape: &LocalShape, reach: f64) -> Option<Self> {
         let centre = Vector3::from(site.point);
         // Rings end where edges do: the nearest nodes of more of them lie on a disc.
-        let mut places = surface.around(site, 2 * NODES * FUNCTIONS);
+        let terms = if surface.mesh().model().dimension() == 2 { OF_CURVE } else { ALL };
+        let mut places = surface.around(site, 2 * NODES * terms.len());
         places.sort_by(|a, b| (a - centre).norm_squared().total_cmp(&(b - centre).norm_squared()));
-        places.truncate(NODES * FUNCTIONS);
+        places.truncate(NODES * terms.len());
         let size = places.iter().map(|x| (x - centre).norm()).fold(0.0, f64::max);
-        if places.len() < NODES * FUNCTIONS || size < reach {
+        if places.len() < NODES * terms.len() || size < reach {
             return None;
         }
-        let mut fit = Self { centre, shape: *shape, size, coefficients: Vec::new() };
+        let mut fit = Self { centre, shape: *shape, size, terms: Vec::new() };
         // Zero beyond the farthest node, without a jump.
         let weight = |x: &Vector3<f64>| (1.0 - (x - centre).norm_squared() / (1.1 * size * size)).powi(2);
         let rows: Vec<([f64; FUNCTIONS], f64, f64)> = places
@@ -72,7 +77,7 @@ impl SmoothFit {
                 (functions(u, v), z, weight(x))
             })
             .collect();
-        let matrix = DMatrix::from_fn(rows.len(), FUNCTIONS, |i, j| rows[i].2 * rows[i].0[j]);
+        let matrix = DMatrix::from_fn(rows.len(), terms.len(), |i, j| rows[i].2 * rows[i].0[terms[j]]);
         let heights = DVector::from_fn(rows.len(), |i, _| rows[i].2 * rows[i].1);
         let svd = matrix.clone().svd(true, true);
         let [least, most] = [svd.singular_values.min(), svd.singular_values.max()];
@@ -81,7 +86,7 @@ impl SmoothFit {
         }
         let found = svd.solve(&heights, 0.0).ok()?;
         let misfit = (&matrix * &found - &heights).norm();
-        fit.coefficients = found.iter().copied().collect();
+        fit.terms = terms.iter().copied().zip(found.iter().copied()).collect();
         (misfit <= MISFIT * heights.norm()).then_some(fit)
     }
 
@@ -100,7 +105,8 @@ impl SmoothFit {
     /// Height of the surface over `x`, along the normal at its centre \[m\].
     pub fn above(&self, x: &[f64; 3]) -> f64 {
         let [u, v, z] = self.local(&Vector3::from(*x));
-        let height: f64 = functions(u, v).iter().zip(&self.coefficients).map(|(f, c)| f * c).sum();
+        let functions = functions(u, v);
+        let height: f64 = self.terms.iter().map(|(k, c)| functions[*k] * c).sum();
         self.size * (height - z)
     }
 }

@@ -139,17 +139,27 @@ impl SurfaceModel {
         let (mut pieces, mut net, mut modes) = (Vec::new(), Vec::<Homogeneous>::new(), Vec::new());
         for piece in &surface.pieces {
             let places = piece.net(|node| surface.positions[node as usize]);
-            let (degrees, start, n_points) = ([piece.degree; 2], net.len(), places.len());
-            net.extend(places.iter().map(|x| [x[0], x[1], x[2], 1.0]));
-            let unknowns =
-                || piece.nodes.iter().flat_map(|&n| (0..3).filter_map(move |c| lookup.number(n, c)));
+            let (degrees, start, n_points) = (piece.degrees, net.len(), places.len());
+            net.extend(places.iter().map(|x| {
+                let x = motion.in_space(x);
+                [x[0], x[1], x[2], 1.0]
+            }));
+            let n_components = motion.n_components();
+            let unknowns = || {
+                piece.nodes.iter().flat_map(|&n| (0..n_components).filter_map(move |c| lookup.number(n, c)))
+            };
             if let Some(number) = unknowns().find(|dof| *dof >= shapes.nrows() && shapes.ncols() > 0) {
                 let (what, count) = ("rows of the mode shapes".into(), shapes.nrows());
                 return Err(DataError::Index { what, number, count }.into());
             }
             for mode in 0..shapes.ncols() {
                 let at = |node: u32| -> [f64; 3] {
-                    std::array::from_fn(|c| lookup.number(node, c).map_or(0.0, |dof| shapes[(dof, mode)]))
+                    let mut moved = [0.0; 3];
+                    for c in 0..n_components {
+                        let shape = lookup.number(node, c).map(|dof| shapes[(dof, mode)]);
+                        moved[motion.direction(c)] = shape.unwrap_or_default();
+                    }
+                    moved
                 };
                 modes.extend(piece.net(at).as_flattened());
             }

@@ -280,6 +280,9 @@ impl Displaced<'_> {
                 add(&mut jet.slopes[a], row[1 + a], n);
             }
         }
+        if self.surface.n_parameters == 1 {
+            jet.tangents[1] = [0.0, 0.0, 1.0];
+        }
         jet
     }
 

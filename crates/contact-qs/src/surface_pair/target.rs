@@ -252,22 +252,23 @@ impl TargetSurface {
             is_in_zone: true,
         };
         let grid = |(i, piece): (usize, &SurfacePiece)| FaceGrid {
-            degrees: [piece.degree; 2],
+            degrees: piece.degrees,
             breaks: [vec![0.0, 1.0], vec![0.0, 1.0]],
             cells: vec![i as u32],
             orientation: 1.0,
             is_edge: [[false; 2]; 2],
             reach: REACH * diagonal(&piece.net(|n| surface.positions[n as usize])),
         };
-        let smoothing = Smoothing::new(surface, number);
+        let smoothing = Smoothing::new(surface, motion, number);
+        let n_components = motion.n_components();
         let mut target = Self {
             motion,
-            n_parameters: 2,
+            n_parameters: n_components - 1,
             size: diagonal(&nodes),
-            low_rows: vec![0.0; nodes.len() * 3 * shapes.ncols()],
+            low_rows: vec![0.0; nodes.len() * n_components * shapes.ncols()],
             low_columns: Vec::new(),
             n_modes: shapes.ncols(),
-            dofs: vec![None; nodes.len() * 3],
+            dofs: vec![None; nodes.len() * n_components],
             compliance: Mat::zeros(0, 0),
             faces: surface.pieces.iter().enumerate().map(grid).collect(),
             elements: surface.pieces.iter().map(element).collect(),

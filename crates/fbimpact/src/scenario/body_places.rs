@@ -258,17 +258,23 @@ impl BodyPlaces {
             (Some((shape, model)), _) => Ok(Area::new(extent.clone(), coupling, shape, model)?),
             (None, Extent::Face(name)) if self.mesh().is_some() => {
                 let part = self.mesh().map(|mesh| mesh.face_part(name)).transpose()?;
-                let centre = part.map(|part| centroid(&part)).unwrap_or_default();
+                let centre = self.on_axis(part.map(|part| centroid(&part)).unwrap_or_default());
                 Ok(Area { extent: extent.clone(), centre, coupling })
             }
             (None, Extent::Around { point, radius }) => {
                 if let Some(mesh) = self.mesh() {
                     mesh.around(point, *radius)?;
                 }
-                Ok(Area { extent: extent.clone(), centre: *point, coupling })
+                Ok(Area { extent: extent.clone(), centre: self.on_axis(*point), coupling })
             }
             (None, Extent::Face(name)) => Err(self.unknown(name)),
         }
+    }
+
+    /// The centre of a part of a mesh about `centre`: of an axisymmetric one it is on the axis.
+    fn on_axis(&self, centre: [f64; 3]) -> [f64; 3] {
+        let is_axial = self.mesh().is_some_and(|mesh| *mesh.model() == Model::Axisymmetric);
+        [if is_axial { 0.0 } else { centre[0] }, centre[1], centre[2]]
     }
 
     fn unknown(&self, marker: &str) -> PlaceError {

@@ -60,6 +60,16 @@ pub fn gradient(slope: &[f64; 3], inverse: &[[f64; 3]; 3]) -> [f64; 3] {
     std::array::from_fn(|i| (0..3).map(|j| slope[j] * inverse[j][i]).sum())
 }
 
+/// Derivatives `∂x_i/∂ξ_j` of the map of an element of `kind`; of one in the plane with the identity
+/// in the third direction.
+pub fn element_map(kind: ElementKind, slopes: &[[f64; 3]], places: &[[f64; 3]]) -> [[f64; 3]; 3] {
+    let mut map = derivatives(slopes, places);
+    if kind.dimension() == 2 {
+        map[2][2] = 1.0;
+    }
+    map
+}
+
 /// Position, determinant and gradients at one point of an element.
 #[derive(Debug, Clone, Default)]
 pub struct PointOf {
@@ -67,7 +77,7 @@ pub struct PointOf {
     pub functions: Functions<3>,
     /// Position \[m\].
     pub position: [f64; 3],
-    /// Jacobian determinant \[m³\].
+    /// Jacobian determinant \[m³, in the plane m²\].
     pub determinant: f64,
     /// Gradients of the functions in space [1/m]; no numbers where the determinant vanishes.
     pub gradients: Vec<[f64; 3]>,
@@ -77,7 +87,7 @@ impl PointOf {
     /// Evaluates everything at the parameters `xi` of an element with nodes at `places`.
     pub fn evaluate(&mut self, kind: ElementKind, places: &[[f64; 3]], xi: &[f64; 3]) {
         kind.functions(xi, &mut self.functions);
-        let map = derivatives(&self.functions.slopes, places);
+        let map = element_map(kind, &self.functions.slopes, places);
         self.position = position(&self.functions.values, places);
         self.determinant = determinant(&map);
         let inverse = inverse(&map, self.determinant);

@@ -11,6 +11,9 @@
 //! | wedge18 | 7 × 3, degree 5 in the triangle | 7 × 3 |
 //! | pyramid5 | 2 × 2 × 2, conical | 2 × 2 × 2 |
 //! | pyramid13, pyramid14 | 3 × 3 × 3, conical | 3 × 3 × 3 |
+//! | tri3, tri6 | 3 points, degree 2; axisymmetric 7 | 7 points, degree 5 |
+//! | quad4 | 2 × 2 | 2 × 2 |
+//! | quad8, quad9 | 3 × 3 | 3 × 3 |
 //!
 //! Mass matrices are exact where the map of the element is affine, total mass on curved quadratic
 //! elements as well: their determinants have degree three in tetrahedra, four in the triangle of
@@ -19,6 +22,9 @@
 //! no rule integrates exactly. A rule that is exact to degree `2 p - 2` keeps the order `2 p` of
 //! frequencies (G. Strang, G. J. Fix: An Analysis of the Finite Element Method, 4.3); those of the
 //! stiffness are.
+//!
+//! The mass of plane elements is exact where the map is affine with the radius of axisymmetric models
+//! as well, which raises the degree by one.
 //!
 //! Conical rules of pyramids are Gauss' rules of `ξ/(1 - ζ)` and `η/(1 - ζ)` times the rule of
 //! Gauss and Jacobi for `(1 - ζ)²`; no point lies at the apex. In these three parameters the
@@ -30,6 +36,8 @@
 //! CalculiX integrates the mass of tet10 and wedge15 with the points of the stiffness
 //! ([`MassRule::AsStiffness`]). The order is the same, but the matrix of a mesh of few elements is
 //! singular: 4 points per tetrahedron do not determine ten functions.
+
+use iga_core::elasticity::Model;
 
 use crate::element::kind::{ElementKind, SideKind};
 
@@ -155,6 +163,11 @@ fn pyramid(n: usize) -> Vec<RulePoint<3>> {
     jacobi(n).into_iter().rev().flat_map(level).collect()
 }
 
+/// A rule of the plane as one of three parameters.
+fn flat(rule: Vec<RulePoint<2>>) -> Vec<RulePoint<3>> {
+    rule.into_iter().map(|p| RulePoint { xi: [p.xi[0], p.xi[1], 0.0], weight: p.weight }).collect()
+}
+
 impl ElementKind {
     /// Points for products of gradients.
     pub fn stiffness_rule(self) -> Vec<RulePoint<3>> {
@@ -168,7 +181,16 @@ impl ElementKind {
             Self::Wedge18 => wedge(7, 3),
             Self::Pyramid5 => pyramid(2),
             Self::Pyramid13 | Self::Pyramid14 => pyramid(3),
+            Self::Tri3 | Self::Tri6 => flat(triangle(3)),
+            Self::Quad4 => flat(square(2)),
+            Self::Quad8 | Self::Quad9 => flat(square(3)),
         }
+    }
+
+    /// Points for products of gradients in the kinematics `model`: with radii, which axisymmetric integrands
+    /// are multiplied by and divided by, those of the mass.
+    pub fn stiffness_points(self, model: &Model) -> Vec<RulePoint<3>> {
+        if *model == Model::Axisymmetric { self.mass_rule() } else { self.stiffness_rule() }
     }
 
     /// Points for products of functions, exact ones.
@@ -177,7 +199,11 @@ impl ElementKind {
             Self::Tet4 => tetrahedron(4),
             Self::Tet10 => tetrahedron(15),
             Self::Wedge15 => wedge(7, 3),
-            Self::Hex8
+            Self::Tri3 | Self::Tri6 => flat(triangle(7)),
+            Self::Quad4
+            | Self::Quad8
+            | Self::Quad9
+            | Self::Hex8
             | Self::Hex20
             | Self::Hex27
             | Self::Wedge6
@@ -192,7 +218,7 @@ impl ElementKind {
     /// the stiffness in tet4.
     pub fn mass_points(self, rule: MassRule) -> Vec<RulePoint<3>> {
         match rule {
-            MassRule::AsStiffness if self != Self::Tet4 => self.stiffness_rule(),
+            MassRule::AsStiffness if !matches!(self, Self::Tet4 | Self::Tri3) => self.stiffness_rule(),
             _ => self.mass_rule(),
         }
     }
@@ -202,18 +228,28 @@ impl SideKind {
     /// Points for products of a function, a coordinate and the area element, which on curved sides
     /// is no polynomial: degree 5.
     pub fn rule(self) -> Vec<RulePoint<2>> {
-        if self.n_corners() == 3 {
-            return triangle(7);
+        match self.n_corners() {
+            2 => line(3),
+            3 => triangle(7),
+            _ => square(3),
         }
-        square(3)
     }
 
     /// Points of contact: as few as integrate a constant pressure times every function of a flat
     /// side exactly. More would ask more conditions of a side than it has displacements to meet
     /// them by.
     pub fn contact_rule(self) -> Vec<RulePoint<2>> {
-        if self.n_corners() == 3 { triangle(3) } else { square(2) }
+        match self.n_corners() {
+            2 => line(2),
+            3 => triangle(3),
+            _ => square(2),
+        }
     }
+}
+
+/// Gauss' rule of `n` points on a curve.
+fn line(n: usize) -> Vec<RulePoint<2>> {
+    gauss(n).into_iter().map(|(x, weight)| RulePoint { xi: [x, 0.0], weight }).collect()
 }
 
 /// Gauss' rule on the square with `n` by `n` points.
@@ -240,6 +276,8 @@ mod tests {
         match form {
             Form::Tetrahedron => factorial(a) * factorial(b) * factorial(c) / factorial(a + b + c + 3),
             Form::Hexahedron => line(a) * line(b) * line(c),
+            Form::Triangle => factorial(a) * factorial(b) / factorial(a + b + 2),
+            Form::Quadrilateral => line(a) * line(b),
             Form::Wedge => factorial(a) * factorial(b) / factorial(a + b + 2) * line(c),
             Form::Pyramid => {
                 line(a) * line(b) * factorial(a + b + 2) * factorial(c) / factorial(a + b + c + 3)
@@ -253,8 +291,8 @@ mod tests {
                 for c in 0..=in_line {
                     let counts = match form {
                         Form::Tetrahedron | Form::Pyramid => a + b + c <= in_plane,
-                        Form::Wedge => a + b <= in_plane,
-                        Form::Hexahedron => true,
+                        Form::Wedge | Form::Triangle => a + b <= in_plane,
+                        Form::Hexahedron | Form::Quadrilateral => true,
                     };
                     if counts {
                         let power =
@@ -282,6 +320,10 @@ mod tests {
         check(Form::Wedge, &wedge(7, 3), 5, 5);
         check(Form::Pyramid, &pyramid(2), 3, 3);
         check(Form::Pyramid, &pyramid(3), 5, 5);
+        check(Form::Triangle, &flat(triangle(3)), 2, 0);
+        check(Form::Triangle, &flat(triangle(7)), 5, 0);
+        check(Form::Quadrilateral, &flat(square(2)), 3, 0);
+        check(Form::Quadrilateral, &flat(square(3)), 5, 0);
         for kind in ElementKind::ALL {
             for rule in [kind.stiffness_rule(), kind.mass_rule()] {
                 let total: f64 = rule.iter().map(|p| p.weight).sum();

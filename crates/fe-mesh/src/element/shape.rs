@@ -121,27 +121,41 @@ impl<const D: usize> Functions<D> {
         self.slopes.push(slope);
     }
 
-    /// The serendipity functions of a cube or square with nodes at `nodes`.
-    fn serendipity(&mut self, nodes: &[[f64; D]], xi: &[f64; D]) {
+    /// The serendipity functions of a cube or square, of the first `n` parameters, with nodes at
+    /// `nodes`.
+    fn serendipity(&mut self, n: usize, nodes: &[[f64; D]], xi: &[f64; D]) {
         for node in nodes {
             let factor =
                 |d: usize| along(d, if node[d] == 0.0 { bubble(xi[d]) } else { line2(node[d], xi[d]) });
             let factors: [(f64, [f64; D]); D] = std::array::from_fn(factor);
-            let mut function = product(&factors);
-            if node.iter().all(|c| *c != 0.0) {
-                let sum = (0..D).map(|d| node[d] * xi[d]).sum::<f64>() - (D as f64 - 1.0);
+            let mut function = product(&factors[..n]);
+            if node[..n].iter().all(|c| *c != 0.0) {
+                let sum = (0..n).map(|d| node[d] * xi[d]).sum::<f64>() - (n as f64 - 1.0);
                 function = product(&[function, (sum, *node)]);
             }
             self.push(function);
         }
     }
 
-    /// Products of Lagrange functions along each direction.
-    fn lagrange(&mut self, nodes: &[[f64; D]], xi: &[f64; D], line: impl Fn(f64, f64) -> (f64, f64)) {
+    /// Products of Lagrange functions along each of the first `n` directions.
+    fn lagrange(
+        &mut self,
+        n: usize,
+        nodes: &[[f64; D]],
+        xi: &[f64; D],
+        line: impl Fn(f64, f64) -> (f64, f64),
+    ) {
         for node in nodes {
             let factors: [(f64, [f64; D]); D] = std::array::from_fn(|d| along(d, line(node[d], xi[d])));
-            self.push(product(&factors));
+            self.push(product(&factors[..n]));
         }
+    }
+
+    /// The quadratic functions of the triangle of the first two parameters.
+    fn triangle(&mut self, xi: &[f64; D]) {
+        let l = barycentric(2, xi);
+        (0..3).for_each(|a| self.push(corner(l[a])));
+        (0..3).for_each(|a| self.push(scaled(product(&[l[a], l[(a + 1) % 3]]), 4.0)));
     }
 }
 
@@ -158,9 +172,14 @@ impl ElementKind {
                     out.push(scaled(product(&[l[*a as usize], l[*b as usize]]), 4.0));
                 }
             }
-            Self::Hex8 => out.lagrange(self.corners(), xi, line2),
-            Self::Hex20 => out.serendipity(&self.node_parameters(), xi),
-            Self::Hex27 => out.lagrange(&self.node_parameters(), xi, line3),
+            Self::Hex8 => out.lagrange(3, self.corners(), xi, line2),
+            Self::Hex20 => out.serendipity(3, &self.node_parameters(), xi),
+            Self::Hex27 => out.lagrange(3, &self.node_parameters(), xi, line3),
+            Self::Tri3 => barycentric(2, xi).into_iter().take(3).for_each(|l| out.push(l)),
+            Self::Tri6 => out.triangle(xi),
+            Self::Quad4 => out.lagrange(2, self.corners(), xi, line2),
+            Self::Quad8 => out.serendipity(2, &self.node_parameters(), xi),
+            Self::Quad9 => out.lagrange(2, &self.node_parameters(), xi, line3),
             Self::Wedge6 | Self::Wedge15 | Self::Wedge18 => self.wedge(xi, out),
             Self::Pyramid5 | Self::Pyramid13 | Self::Pyramid14 => self.pyramid(xi, out),
         }
@@ -246,14 +265,12 @@ impl SideKind {
         out.clear();
         match self {
             Self::Tri3 => barycentric(2, xi).into_iter().take(3).for_each(|l| out.push(l)),
-            Self::Tri6 => {
-                let l = barycentric(2, xi);
-                (0..3).for_each(|a| out.push(corner(l[a])));
-                (0..3).for_each(|a| out.push(scaled(product(&[l[a], l[(a + 1) % 3]]), 4.0)));
-            }
-            Self::Quad4 => out.lagrange(&self.node_parameters(), xi, line2),
-            Self::Quad8 => out.serendipity(&self.node_parameters(), xi),
-            Self::Quad9 => out.lagrange(&self.node_parameters(), xi, line3),
+            Self::Tri6 => out.triangle(xi),
+            Self::Line2 => out.lagrange(1, &self.node_parameters(), xi, line2),
+            Self::Line3 => out.lagrange(1, &self.node_parameters(), xi, line3),
+            Self::Quad4 => out.lagrange(2, &self.node_parameters(), xi, line2),
+            Self::Quad8 => out.serendipity(2, &self.node_parameters(), xi),
+            Self::Quad9 => out.lagrange(2, &self.node_parameters(), xi, line3),
         }
     }
 }
@@ -279,7 +296,7 @@ mod tests {
                 let f = at(kind, xi);
                 // Some thirty terms of order one: round-off below 1e-14.
                 assert!((f.values.iter().sum::<f64>() - 1.0).abs() < 1e-14, "{kind:?}");
-                for d in 0..3 {
+                for d in 0..kind.dimension() {
                     let sum: f64 = f.values.iter().zip(&nodes).map(|(v, n)| v * n[d]).sum();
                     assert!((sum - xi[d]).abs() < 1e-14, "{kind:?}");
                     for e in 0..3 {

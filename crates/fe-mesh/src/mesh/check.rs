@@ -55,7 +55,7 @@ pub fn used_nodes(elements: &Elements, labels: &[u64], notes: &mut Vec<String>) 
         let first: Vec<String> = loose.iter().take(LISTED).map(u64::to_string).collect();
         let more = if loose.len() > LISTED { ", …" } else { "" };
         notes.push(format!(
-            "{} nodes belong to no solid element and are left out: {}{more}",
+            "{} nodes belong to no element of the body and are left out: {}{more}",
             loose.len(),
             first.join(", ")
         ));
@@ -200,20 +200,23 @@ pub fn stiffness(elements: &Elements, nodes: &[[f64; 3]], notes: &mut Vec<String
         ));
     }
     let count = |kind| elements.iter().filter(|e| e.kind == kind).count();
-    for kind in [ElementKind::Tet4, ElementKind::Wedge6, ElementKind::Pyramid5] {
+    for kind in [ElementKind::Tet4, ElementKind::Wedge6, ElementKind::Pyramid5, ElementKind::Tri3] {
         let n = count(kind);
         if n > 0 {
             notes.push(format!(
-                "{n} elements are {}, linear ones whose strain hardly varies: bodies are far too stiff in bending; mesh with quadratic elements (gmsh -order 2, C3D10, C3D15)",
+                "{n} elements are {}, linear ones whose strain hardly varies: bodies are far too stiff in bending; mesh with quadratic elements (gmsh -order 2, C3D10, C3D15, CPS6)",
                 kind.name()
             ));
         }
     }
-    let n = count(ElementKind::Hex8);
-    if n > 0 {
-        notes.push(format!(
-            "{n} elements are hex8, too stiff in bending unless there are several over the thickness; hex20 is much better"
-        ));
+    for (kind, better) in [(ElementKind::Hex8, "hex20"), (ElementKind::Quad4, "quad8")] {
+        let n = count(kind);
+        if n > 0 {
+            notes.push(format!(
+                "{n} elements are {}, too stiff in bending unless there are several over the thickness; {better} is much better",
+                kind.name()
+            ));
+        }
     }
 }
 

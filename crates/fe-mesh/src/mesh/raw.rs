@@ -1,8 +1,10 @@
 //! A mesh as a file has it: numbers of the file resolved, nothing checked.
 
+use iga_core::elasticity::Model;
+
 use crate::element::kind::ElementKind;
 
-/// Solid elements, one after the other.
+/// Elements, one after the other.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Elements {
     kinds: Vec<ElementKind>,
@@ -20,6 +22,13 @@ pub struct Element<'a> {
     pub label: u64,
     /// Its nodes, counted from 0.
     pub nodes: &'a [u32],
+}
+
+impl Element<'_> {
+    /// Corners of a plane element as those of a side.
+    pub fn corners(&self) -> [u32; 4] {
+        std::array::from_fn(|i| if i < self.kind.n_corners() { self.nodes[i] } else { NO_NODE })
+    }
 }
 
 impl Elements {
@@ -64,12 +73,43 @@ impl Elements {
 /// How a file names a part of the surface.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FaceSource {
-    /// By surface elements: their corners, [`NO_NODE`] in the fourth place of triangles.
+    /// By surface elements: their corners, [`NO_NODE`] in the last places of triangles and lines.
     Corners(Vec<[u32; 4]>),
     /// By elements and numbers of their sides.
     Sides(Vec<(u32, u8)>),
     /// By nodes: sides all of whose nodes are in the set.
     Nodes(Vec<u32>),
+}
+
+/// A model that the type of plane elements names.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StatedModel {
+    /// Plane stress.
+    PlaneStress,
+    /// Plane strain.
+    PlaneStrain,
+    /// Rotational symmetry.
+    Axisymmetric,
+}
+
+impl StatedModel {
+    /// Whether `model` is that.
+    pub fn is_of(self, model: &Model) -> bool {
+        match self {
+            Self::PlaneStress => matches!(model, Model::PlaneStress { .. }),
+            Self::PlaneStrain => matches!(model, Model::PlaneStrain { .. }),
+            Self::Axisymmetric => *model == Model::Axisymmetric,
+        }
+    }
+
+    /// In words.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PlaneStress => "plane stress",
+            Self::PlaneStrain => "plane strain",
+            Self::Axisymmetric => "rotational symmetry",
+        }
+    }
 }
 
 /// No fourth corner.
@@ -82,8 +122,10 @@ pub struct RawMesh {
     pub nodes: Vec<[f64; 3]>,
     /// Numbers of the nodes in the file.
     pub node_labels: Vec<u64>,
-    /// Solid elements.
+    /// Elements, all solid or all plane.
     pub elements: Elements,
+    /// The plane model that the file has its elements for.
+    pub stated: Option<StatedModel>,
     /// Groups of elements by name.
     pub volumes: Vec<(String, Vec<u32>)>,
     /// Groups of faces by name.

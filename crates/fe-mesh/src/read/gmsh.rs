@@ -7,16 +7,17 @@ use super::numbers::{Encoding, Numbers};
 use super::skipped::Skipped;
 use crate::element::kind::ElementKind;
 use crate::fault::{MeshError, ReadFault};
-use crate::mesh::raw::{FaceSource, NO_NODE, RawMesh};
+use crate::mesh::raw::{Elements, FaceSource, NO_NODE, RawMesh};
 
 /// What an element type of Gmsh is here.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Type {
-    Solid(ElementKind),
-    /// A side with this many corners, of this many nodes.
-    Side(usize, usize),
-    /// A point or line of this many nodes, left out.
-    Small(usize),
+    /// An element of a body, or the side of one.
+    Of(ElementKind),
+    /// A line of this many nodes.
+    Line(usize),
+    /// A point, left out.
+    Point,
 }
 
 const ORDER: &str = "only elements of the orders 1 and 2 are computed: gmsh -order 2";
@@ -34,6 +35,11 @@ fn order(kind: ElementKind) -> Option<&'static [usize]> {
         ElementKind::Pyramid13 => Some(&[0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12]),
         ElementKind::Pyramid14 => Some(&[0, 1, 2, 3, 4, 5, 8, 10, 6, 7, 9, 11, 12, 13]),
         ElementKind::Tet4 | ElementKind::Hex8 | ElementKind::Wedge6 | ElementKind::Pyramid5 => None,
+        ElementKind::Tri3
+        | ElementKind::Tri6
+        | ElementKind::Quad4
+        | ElementKind::Quad8
+        | ElementKind::Quad9 => None,
     }
 }
 
@@ -51,22 +57,22 @@ fn number(kind: ElementKind) -> i32 {
         ElementKind::Pyramid5 => 7,
         ElementKind::Pyramid13 => 19,
         ElementKind::Pyramid14 => 14,
+        ElementKind::Tri3 => 2,
+        ElementKind::Tri6 => 9,
+        ElementKind::Quad4 => 3,
+        ElementKind::Quad8 => 16,
+        ElementKind::Quad9 => 10,
     }
 }
 
 fn element_type(of_file: i32) -> Result<Type, (String, &'static str)> {
     if let Some(kind) = ElementKind::ALL.into_iter().find(|kind| number(*kind) == of_file) {
-        return Ok(Type::Solid(kind));
+        return Ok(Type::Of(kind));
     }
     Ok(match of_file {
-        2 => Type::Side(3, 3),
-        3 => Type::Side(4, 4),
-        9 => Type::Side(3, 6),
-        10 => Type::Side(4, 9),
-        16 => Type::Side(4, 8),
-        15 => Type::Small(1),
-        1 => Type::Small(2),
-        8 => Type::Small(3),
+        15 => Type::Point,
+        1 => Type::Line(2),
+        8 => Type::Line(3),
         _ => return Err((format!("type {of_file} of Gmsh"), ORDER)),
     })
 }
@@ -82,6 +88,18 @@ enum Version {
     V41,
 }
 
+/// Elements of one dimension.
+#[derive(Default)]
+struct Layer {
+    elements: Elements,
+    groups: BTreeMap<i32, Vec<u32>>,
+    /// Elements of version 2.2 by their first four nodes, with their group: an element stands there
+    /// again for each further one.
+    known: HashMap<[u32; 4], (u32, i32)>,
+    /// Further groups of elements.
+    further: HashSet<(u32, i32)>,
+}
+
 /// What has been read.
 struct Reader {
     version: Version,
@@ -92,13 +110,10 @@ struct Reader {
     names: HashMap<Physical, String>,
     /// Physical groups of geometric entities, by dimension and number.
     of_entity: HashMap<(i32, i32), Vec<i32>>,
-    volumes: BTreeMap<i32, Vec<u32>>,
-    faces: BTreeMap<i32, Vec<[u32; 4]>>,
-    /// Solids of version 2.2 by their first four nodes, with their group: an element stands there
-    /// again for each further one.
-    solids: HashMap<[u32; 4], (u32, i32)>,
-    /// Further groups of elements.
-    further: HashSet<(u32, i32)>,
+    /// Plane elements, which are sides where there are solids, and solids.
+    layers: [Layer; 2],
+    /// Ends of lines by their physical group.
+    lines: BTreeMap<i32, Vec<[u32; 4]>>,
     /// How often elements are in groups, and how often they may be: a short list of groups
     /// multiplies what is in them.
     members: usize,
@@ -124,10 +139,8 @@ pub fn read(bytes: &[u8]) -> Result<RawMesh, MeshError> {
         has_elements: false,
         names: HashMap::new(),
         of_entity: HashMap::new(),
-        volumes: BTreeMap::new(),
-        faces: BTreeMap::new(),
-        solids: HashMap::new(),
-        further: HashSet::new(),
+        layers: Default::default(),
+        lines: BTreeMap::new(),
         members: 0,
         limit: bytes.len() / BYTES_A_MEMBER + FEW,
         skipped: Skipped::default(),
@@ -406,8 +419,9 @@ impl Reader {
             }
         };
         let n_nodes = match found {
-            Type::Solid(kind) => kind.n_nodes(),
-            Type::Side(_, n) | Type::Small(n) => n,
+            Type::Of(kind) => kind.n_nodes(),
+            Type::Line(n) => n,
+            Type::Point => 1,
         };
         let mut nodes = [NO_NODE; ElementKind::MAX_NODES];
         for place in &mut nodes[..n_nodes] {
@@ -420,60 +434,47 @@ impl Reader {
                 }
             };
         }
-        if !matches!(found, Type::Small(_)) {
+        if found != Type::Point {
             self.members = self.members.saturating_add(groups.len());
             if self.members > self.limit {
                 return numbers.fail(ReadFault::Members { limit: self.limit });
             }
         }
         match found {
-            Type::Solid(kind) => {
+            Type::Of(kind) => {
+                let layer = &mut self.layers[kind.dimension() - 2];
                 if let (Version::V22, &[group]) = (self.version, groups)
-                    && let Some(e) = self.again(kind, &nodes[..n_nodes], group)
+                    && let Some(e) = layer.again(kind, &nodes, group)
                 {
-                    self.volumes.entry(group).or_default().push(e);
+                    layer.groups.entry(group).or_default().push(e);
                     return Ok(());
                 }
-                let e = self.mesh.elements.len() as u32;
+                let e = layer.elements.len() as u32;
                 match order(kind) {
-                    Some(order) => self.mesh.elements.push(kind, label, order.iter().map(|&i| nodes[i])),
-                    None => self.mesh.elements.push(kind, label, nodes[..n_nodes].iter().copied()),
+                    Some(order) => layer.elements.push(kind, label, order.iter().map(|&i| nodes[i])),
+                    None => layer.elements.push(kind, label, nodes[..n_nodes].iter().copied()),
                 }
-                groups.iter().for_each(|group| self.volumes.entry(*group).or_default().push(e));
+                groups.iter().for_each(|group| layer.groups.entry(*group).or_default().push(e));
             }
-            Type::Side(n_corners, _) => {
-                let corners = std::array::from_fn(|i| if i < n_corners { nodes[i] } else { NO_NODE });
-                groups.iter().for_each(|group| self.faces.entry(*group).or_default().push(corners));
+            Type::Line(_) => {
+                let ends = [nodes[0], nodes[1], NO_NODE, NO_NODE];
+                groups.iter().for_each(|group| self.lines.entry(*group).or_default().push(ends));
             }
-            Type::Small(_) => {}
+            Type::Point => {}
         }
         Ok(())
     }
 
-    /// The element of kind `kind` with the nodes `nodes` of Gmsh's list if it has been read, in
-    /// another group than `group`.
-    fn again(&mut self, kind: ElementKind, nodes: &[u32], group: i32) -> Option<u32> {
-        let next = self.mesh.elements.len() as u32;
-        let key = std::array::from_fn(|i| nodes[i]);
-        let &mut (e, first) = self.solids.entry(key).or_insert((next, group));
-        if e == next || first == group {
-            return None;
-        }
-        let known = self.mesh.elements.get(e as usize);
-        let is_same = match order(kind) {
-            Some(order) => order.iter().map(|&i| nodes[i]).eq(known.nodes.iter().copied()),
-            None => nodes == known.nodes,
-        };
-        (is_same && known.kind == kind && self.further.insert((e, group))).then_some(e)
-    }
-
     fn finish(self) -> RawMesh {
-        let Self { mut mesh, names, volumes, faces, skipped, .. } = self;
+        let Self { mut mesh, names, layers: [plane, solid], lines, skipped, .. } = self;
         let name = |dimension, group: i32| {
             names.get(&(dimension, group)).cloned().unwrap_or_else(|| group.to_string())
         };
-        for (group, elements) in volumes {
-            let name = name(3, group);
+        let dimension = if solid.elements.is_empty() { 2 } else { 3 };
+        let (own, faces) = if dimension == 2 { (plane, lines) } else { (solid, plane.sides()) };
+        mesh.elements = own.elements;
+        for (group, elements) in own.groups {
+            let name = name(dimension, group);
             match mesh.volumes.iter_mut().find(|(n, _)| *n == name) {
                 Some((_, all)) => all.extend(elements),
                 None => mesh.volumes.push((name, elements)),
@@ -484,12 +485,37 @@ impl Reader {
             elements.dedup();
         }
         for (group, corners) in faces {
-            mesh.faces.push((name(2, group), FaceSource::Corners(corners)));
+            mesh.faces.push((name(dimension - 1, group), FaceSource::Corners(corners)));
         }
         if let Some(all) = skipped.list() {
             mesh.notes.push(format!("sections that are not read: {all}"));
         }
         mesh
+    }
+}
+
+impl Layer {
+    /// The element of kind `kind` with the nodes `nodes` of Gmsh's list if it has been read, in
+    /// another group than `group`.
+    fn again(&mut self, kind: ElementKind, nodes: &[u32], group: i32) -> Option<u32> {
+        let next = self.elements.len() as u32;
+        let key = std::array::from_fn(|i| nodes[i]);
+        let &mut (e, first) = self.known.entry(key).or_insert((next, group));
+        if e == next || first == group {
+            return None;
+        }
+        let known = self.elements.get(e as usize);
+        let is_same = match order(kind) {
+            Some(order) => order.iter().map(|&i| nodes[i]).eq(known.nodes.iter().copied()),
+            None => nodes[..kind.n_nodes()] == *known.nodes,
+        };
+        (is_same && known.kind == kind && self.further.insert((e, group))).then_some(e)
+    }
+
+    /// The groups as sides, by their corners.
+    fn sides(&self) -> BTreeMap<i32, Vec<[u32; 4]>> {
+        let corners = |&e: &u32| self.elements.get(e as usize).corners();
+        self.groups.iter().map(|(group, all)| (*group, all.iter().map(corners).collect())).collect()
     }
 }
 

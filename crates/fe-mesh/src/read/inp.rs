@@ -44,7 +44,9 @@ struct Reader<'a, 'b> {
     included: usize,
     cards: Skipped,
     elements: Skipped,
-    reduced: Option<(String, String)>,
+    /// The first reduced or mixed element type of solids and of plane elements, and types of lines.
+    reduced: [Option<(String, String)>; 2],
+    lines: Vec<(String, String)>,
     surplus: Option<String>,
 }
 
@@ -64,7 +66,8 @@ pub fn read(bytes: &[u8], wanted: &mut Wanted<'_>) -> Result<(RawMesh, Option<St
         included: 0,
         cards: Skipped::default(),
         elements: Skipped::default(),
-        reduced: None,
+        reduced: [None, None],
+        lines: Vec::new(),
         surplus: None,
     };
     reader.lines(bytes)?;
@@ -169,8 +172,8 @@ impl Reader<'_, '_> {
     fn element_type(&self) -> Option<(Type, usize)> {
         let found = element_type(&self.card.get("TYPE")?.to_ascii_uppercase())?;
         match found {
-            Type::Solid(kind) => Some((found, kind.n_nodes())),
-            Type::Side(n) => Some((found, n)),
+            Type::Solid(kind) | Type::Plane(kind, _) => Some((found, kind.n_nodes())),
+            Type::Side(n) | Type::Line(n) => Some((found, n)),
             Type::Other => None,
         }
     }
@@ -235,9 +238,15 @@ impl Reader<'_, '_> {
                     let set = self.card.get("ELSET");
                     return set.map_or(Ok(()), |set| self.part.name_set(set, &mut self.room, line));
                 }
-                Some(Type::Solid(_)) if name.ends_with(|c: char| c.is_ascii_alphabetic()) => {
+                Some(Type::Line(_)) => {
                     let place = self.place(line);
-                    self.reduced.get_or_insert((name, place));
+                    self.lines.push((name, place));
+                }
+                Some(found @ (Type::Solid(_) | Type::Plane(..)))
+                    if name.ends_with(|c: char| c.is_ascii_alphabetic()) =>
+                {
+                    let place = self.place(line);
+                    self.reduced[usize::from(matches!(found, Type::Plane(..)))].get_or_insert((name, place));
                 }
                 Some(_) => {}
             }
@@ -285,8 +294,12 @@ impl Reader<'_, '_> {
         let rest = self.assembly.finish(&mut self.part, self.wanted.part)?;
         let mut mesh = self.part.finish()?;
         if mesh.elements.is_empty() {
-            let remedy = "C3D10 and its like make a body; shells, beams and plane elements do not";
-            return fail(1, ReadFault::Missing { what: "solid elements", remedy });
+            let remedy = "C3D10 and its like make a body, CPS6, CPE6, CAX6 and theirs one in the plane; shells and beams do not";
+            return fail(1, ReadFault::Missing { what: "solid or plane elements", remedy });
+        }
+        let is_plane = mesh.stated.is_some();
+        for (name, place) in self.lines.iter().filter(|_| !is_plane) {
+            self.elements.note(name, place);
         }
         let left: Vec<String> = [
             self.cards.list().map(|all| format!("cards that are not read: {all}")),
@@ -301,7 +314,8 @@ impl Reader<'_, '_> {
                 left.join("; ")
             ));
         }
-        if let Some((name, place)) = self.reduced {
+        let [of_solids, of_plane] = self.reduced;
+        if let Some((name, place)) = if is_plane { of_plane } else { of_solids } {
             mesh.notes.push(format!(
                 "element type {name} ({place}) is computed with full integration and displacements alone"
             ));

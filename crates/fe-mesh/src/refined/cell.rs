@@ -1,5 +1,5 @@
-//! Pieces of elements: boxes, tetrahedra and wedges of the element's parameters, halved along every
-//! edge.
+//! Pieces of elements: boxes, tetrahedra, wedges, triangles and squares of the element's parameters,
+//! halved along every edge.
 
 use crate::element::kind::{ElementKind, Form};
 use crate::element::shape::Functions;
@@ -61,7 +61,7 @@ impl Cell {
         at
     }
 
-    /// The eight halves; none of a pyramid, six of whose pieces are pyramids and four tetrahedra.
+    /// The eight halves, four in the plane; none of a pyramid, six of whose pieces are pyramids and four tetrahedra.
     pub fn children(&self, kind: ElementKind) -> Option<Vec<Self>> {
         let child = |corners: &[[f64; 3]]| {
             let mut own = [[0.0; 3]; MOST_CORNERS];
@@ -74,7 +74,11 @@ impl Cell {
                 let corners = |of: &[[usize; 2]; 4]| of.map(|[a, b]| mean(&[c[a], c[b]]));
                 TETRAHEDRA.iter().map(|of| child(&corners(of))).collect()
             }
-            Form::Hexahedron => {
+            Form::Triangle => {
+                let corners = |of: &[[usize; 2]; 3]| of.map(|[a, b]| mean(&[c[a], c[b]]));
+                TRIANGLES.iter().map(|of| child(&corners(of))).collect()
+            }
+            Form::Hexahedron | Form::Quadrilateral => {
                 let corners = |v: usize| -> Vec<[f64; 3]> {
                     kind.corners()
                         .iter()
@@ -84,7 +88,7 @@ impl Cell {
                         })
                         .collect()
                 };
-                (0..8).map(|v| child(&corners(v))).collect()
+                (0..kind.n_corners()).map(|v| child(&corners(v))).collect()
             }
             Form::Wedge => {
                 let level = |at: [f64; 2], [a, b]: [usize; 2]| {

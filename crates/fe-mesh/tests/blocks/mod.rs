@@ -7,8 +7,8 @@ use fe_mesh::element::kind::{ElementKind, Form};
 use fe_mesh::element::rules::MassRule;
 use fe_mesh::mesh::raw::{Elements, FaceSource, RawMesh};
 use fe_mesh::{Mesh, MeshSpace};
+use iga_core::elasticity::Material;
 use iga_core::elasticity::mass_properties::MassProperties;
-use iga_core::elasticity::{Material, Model};
 
 /// Steel.
 pub fn steel() -> Material {
@@ -18,7 +18,7 @@ pub fn steel() -> Material {
 /// Integrals of `mesh`, of every element times `factor`.
 pub fn integrals(mesh: &Mesh, factor: &dyn Fn(usize) -> f64) -> MassProperties {
     let space = MeshSpace::new(mesh.clone(), MassRule::Exact);
-    MassProperties::of_space(&space, &Model::Solid, factor).expect("no element is folded")
+    MassProperties::of_space(&space, mesh.model(), factor).expect("no element is folded")
 }
 
 /// Volume of `mesh`.
@@ -50,6 +50,8 @@ fn pyramid(side: &[u8]) -> Vec<[usize; 3]> {
 fn pieces(form: Form) -> Vec<Vec<[usize; 3]>> {
     match form {
         Form::Hexahedron => vec![CUBE.to_vec()],
+        Form::Quadrilateral => vec![pick(&[0, 1, 2, 3])],
+        Form::Triangle => vec![pick(&[0, 1, 2]), pick(&[0, 2, 3])],
         Form::Pyramid => ElementKind::Hex8.sides().iter().map(|side| pyramid(side)).collect(),
         Form::Wedge => vec![pick(&[0, 1, 2, 4, 5, 6]), pick(&[0, 2, 3, 4, 6, 7])],
         // Six tetrahedra about the diagonal.
@@ -62,7 +64,7 @@ fn pieces(form: Form) -> Vec<Vec<[usize; 3]>> {
     }
 }
 
-/// A block `[0, 1]³` of `n` cells along each direction, its nodes moved by `map`; groups of faces are "x-" to "z+".
+/// A block `[0, 1]³`, of plane kinds a square, of `n` cells along each direction, its nodes moved by `map`; groups of faces are "x-" to "z+".
 pub fn block(kind: ElementKind, n: [usize; 3], map: impl Fn([f64; 3]) -> [f64; 3]) -> RawMesh {
     built(n, map, |_| pieces(kind.form()).into_iter().map(|corners| (kind, corners)).collect())
 }
@@ -114,15 +116,7 @@ fn built(n: [usize; 3], map: impl Fn([f64; 3]) -> [f64; 3], of: impl Fn(usize) -
                 [0, 1, 2].map(|d| of.iter().map(|&c| corners[c as usize][d]).sum::<usize>() / of.len())
             };
             let mut places = corners.clone();
-            if kind.n_nodes() > corners.len() {
-                places.extend(kind.edges().iter().map(|edge| mean(edge)));
-            }
-            if matches!(kind, ElementKind::Hex27 | ElementKind::Wedge18 | ElementKind::Pyramid14) {
-                places.extend(kind.sides().iter().filter(|s| s.len() == 4).map(|s| mean(s)));
-            }
-            if kind == ElementKind::Hex27 {
-                places.push(mean(&[0, 1, 2, 3, 4, 5, 6, 7]));
-            }
+            places.extend(kind.middles().into_iter().map(mean));
             let nodes: Vec<u32> = places
                 .iter()
                 .map(|place| {

@@ -42,6 +42,7 @@ fn layout(kind: ElementKind) -> (i32, Vec<Vec<u8>>) {
     ];
     let wedge: [&[u8]; 9] = [&[0, 1], &[0, 2], &[0, 3], &[1, 2], &[1, 4], &[2, 5], &[3, 4], &[3, 5], &[4, 5]];
     let pyramid: [&[u8]; 8] = [&[0, 1], &[0, 3], &[0, 4], &[1, 2], &[1, 4], &[2, 3], &[2, 4], &[3, 4]];
+    let ring: [&[u8]; 4] = [&[0, 1], &[1, 2], &[2, 3], &[0, 3]];
     match kind {
         ElementKind::Tet4 => (4, corners(4)),
         ElementKind::Hex8 => (5, corners(8)),
@@ -60,6 +61,11 @@ fn layout(kind: ElementKind) -> (i32, Vec<Vec<u8>>) {
             ];
             (12, with(8, &[&hex[..], &sides].concat()))
         }
+        ElementKind::Tri3 => (2, corners(3)),
+        ElementKind::Quad4 => (3, corners(4)),
+        ElementKind::Tri6 => (9, with(3, &[&[0, 1], &[1, 2], &[0, 2]])),
+        ElementKind::Quad8 => (16, with(4, &ring)),
+        ElementKind::Quad9 => (10, with(4, &[&ring[..], &[&[0, 1, 2, 3]]].concat())),
         ElementKind::Pyramid5 => (7, corners(5)),
         ElementKind::Pyramid13 => (19, with(5, &pyramid)),
         ElementKind::Pyramid14 => (14, with(5, &[&pyramid[..], &[&[0, 1, 2, 3]]].concat())),
@@ -163,6 +169,7 @@ fn sides(raw: &RawMesh, set: &[u32]) -> Vec<Vec<u32>> {
 /// A Gmsh file with one volume group and a group for each set of nodes, of linear surface elements.
 pub fn gmsh(raw: &RawMesh, form: Form) -> Vec<u8> {
     let is_new = !matches!(form, Form::Text22 | Form::Binary22);
+    let dimension = dimension(raw);
     let mut out = Out { bytes: Vec::new(), form };
     let binary = i32::from(!out.is_text());
     out.text(&format!(
@@ -178,9 +185,9 @@ pub fn gmsh(raw: &RawMesh, form: Form) -> Vec<u8> {
         out.text("\n");
     }
     out.text("$EndMeshFormat\n$PhysicalNames\n");
-    out.text(&format!("{}\n3 1 \"all\"\n", raw.faces.len() + 1));
+    out.text(&format!("{}\n{dimension} 1 \"all\"\n", raw.faces.len() + 1));
     for (i, (name, _)) in raw.faces.iter().enumerate() {
-        out.text(&format!("2 {} \"{name}\"\n", i + 1));
+        out.text(&format!("{} {} \"{name}\"\n", dimension - 1, i + 1));
     }
     out.text("$EndPhysicalNames\n");
     let faces: Vec<Vec<Vec<u32>>> = raw
@@ -192,13 +199,13 @@ pub fn gmsh(raw: &RawMesh, form: Form) -> Vec<u8> {
         })
         .collect();
     if is_new {
-        entities(&mut out, faces.len());
+        entities(&mut out, dimension, faces.len());
     }
     out.text("$Nodes\n");
     let n = raw.nodes.len() as u64;
     if is_new {
         out.counts(1, n);
-        out.block([3, 1, 0], n);
+        out.block([dimension, 1, 0], n);
         for label in raw.node_labels.iter().filter(|_| !matches!(form, Form::Text40 | Form::Binary40)) {
             out.size(*label);
             out.line();
@@ -219,9 +226,15 @@ pub fn gmsh(raw: &RawMesh, form: Form) -> Vec<u8> {
     out.bytes
 }
 
-fn entities(out: &mut Out, n_faces: usize) {
+/// Dimension of the elements.
+fn dimension(raw: &RawMesh) -> i32 {
+    raw.elements.get(0).kind.dimension() as i32
+}
+
+fn entities(out: &mut Out, dimension: i32, n_faces: usize) {
     out.text("$Entities\n");
-    [1, 0, n_faces as u64, 1].iter().for_each(|v| out.size(*v));
+    let all = if dimension == 2 { [1, n_faces as u64, 1, 0] } else { [1, 0, n_faces as u64, 1] };
+    all.iter().for_each(|v| out.size(*v));
     out.line();
     out.int(1);
     (0..if out.is_40() { 6 } else { 3 }).for_each(|_| out.real(0.0));
@@ -249,14 +262,14 @@ fn elements(out: &mut Out, raw: &RawMesh, faces: &[Vec<Vec<u32>>], is_new: bool)
     if is_new {
         // A block has one type; wedges have two types of sides.
         let blocks: usize =
-            faces.iter().map(|f| [3, 4].iter().filter(|k| f.iter().any(|s| s.len() == **k)).count()).sum();
+            faces.iter().map(|f| [2, 3, 4].iter().filter(|k| f.iter().any(|s| s.len() == **k)).count()).sum();
         out.counts((blocks + runs.len()) as u64, total);
     } else {
         out.text(&format!("{total}\n"));
     }
     let mut next = 1000;
     for (i, all) in faces.iter().enumerate() {
-        for corners in [3, 4] {
+        for corners in [2, 3, 4] {
             let some: Vec<&Vec<u32>> = all.iter().filter(|s| s.len() == corners).collect();
             if some.is_empty() {
                 continue;
@@ -264,7 +277,8 @@ fn elements(out: &mut Out, raw: &RawMesh, faces: &[Vec<Vec<u32>>], is_new: bool)
             let list = some.iter().map(|s| s.iter().map(|&n| label(n)).collect::<Vec<u64>>());
             let labels: Vec<u64> = (next..next + some.len() as u64).collect();
             next += some.len() as u64;
-            put(out, is_new, (2, i as i32 + 1, corners as i32 - 1), &labels, &list.collect::<Vec<_>>());
+            let on = dimension(raw) - 1;
+            put(out, is_new, (on, i as i32 + 1, corners as i32 - 1), &labels, &list.collect::<Vec<_>>());
         }
     }
     for run in runs {
@@ -274,7 +288,7 @@ fn elements(out: &mut Out, raw: &RawMesh, faces: &[Vec<Vec<u32>>], is_new: bool)
             .iter()
             .map(|e| layout.iter().map(|of| label(e.nodes[between(kind, of)])).collect::<Vec<u64>>());
         let labels: Vec<u64> = run.iter().map(|e| e.label).collect();
-        put(out, is_new, (3, 1, number), &labels, &list.collect::<Vec<_>>());
+        put(out, is_new, (dimension(raw), 1, number), &labels, &list.collect::<Vec<_>>());
     }
 }
 
@@ -328,7 +342,8 @@ pub fn inp(raw: &RawMesh) -> String {
     }
     for run in runs(raw) {
         let kind = run[0].kind;
-        writeln!(text, "*ELEMENT, TYPE=C3D{},\nELSET=all", kind.n_nodes()).expect("a line");
+        let family = if kind.dimension() == 2 { "CPE" } else { "C3D" };
+        writeln!(text, "*ELEMENT, TYPE={family}{},\nELSET=all", kind.n_nodes()).expect("a line");
         for element in run {
             let mut nodes = element.nodes.to_vec();
             if kind == ElementKind::Hex27 {

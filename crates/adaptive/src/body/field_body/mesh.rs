@@ -7,7 +7,7 @@ use contact_qs::ContactError;
 use contact_qs::search::SurfaceModel;
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::AssembledBody;
-use iga_core::elasticity::Material;
+use iga_core::elasticity::{Material, Model};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::adaptivity::interval::{IntervalGrid, finer_elements};
@@ -47,9 +47,10 @@ impl FieldBody for MeshedBody {
 
     /// One entry for the linear and one for the quadratic elements: the longest edge between
     /// corners, and the mean over the elements of the power of their longest edges by which they err,
-    /// each with the cube of its edge for its volume (Eq. P.20).
+    /// each with the cube of its edge, in the plane the square, for its volume (Eq. P.20).
     fn longest_elements(&self) -> Vec<LongestElement> {
         let mesh = &self.spec.mesh;
+        let dimension = mesh.model().dimension() as i32;
         let longest = |degree: usize| {
             let [mut length, mut volume, mut error] = [0.0_f64; 3];
             let elements = mesh.elements().iter().filter(|e| (e.kind.is_quadratic() as usize + 1) == degree);
@@ -58,8 +59,8 @@ impl FieldBody for MeshedBody {
                 let edges = e.kind.edges().iter().map(|[a, b]| (place(*a) - place(*b)).norm());
                 let edge = edges.fold(0.0, f64::max);
                 length = length.max(edge);
-                volume += edge.powi(3);
-                error += edge.powi(3 + 2 * degree as i32);
+                volume += edge.powi(dimension);
+                error += edge.powi(dimension + 2 * degree as i32);
             }
             let mean = Some((error / volume).powf(0.5 / degree as f64));
             (volume > 0.0).then_some(LongestElement { direction: None, degree, length, mean })
@@ -68,8 +69,12 @@ impl FieldBody for MeshedBody {
     }
 
     /// Along the principal axes of its nodes: that of a straight part, more than that of a bent
-    /// one.
+    /// one. Of an axisymmetric one the diameter or the length.
     fn thickness(&self) -> f64 {
+        if *self.spec.mesh.model() == Model::Axisymmetric {
+            let radius = self.spec.mesh.nodes().iter().map(|x| x[0]).fold(0.0, f64::max);
+            return (2.0 * radius).min(self.undeformed().extent_along(&Vector3::y()));
+        }
         let places = || self.spec.mesh.nodes().iter().map(|x| Vector3::from(*x));
         let mean = places().sum::<Vector3<f64>>() / self.spec.mesh.nodes().len() as f64;
         let spread: Matrix3<f64> = places().map(|x| (x - mean) * (x - mean).transpose()).sum();

@@ -22,9 +22,11 @@ use crate::adaptivity::interval::{IntervalEnd, IntervalGrid};
 use crate::adaptivity::subdivision::SubdivisionError;
 use crate::body::field::Field;
 use crate::body::fine::refined::{gigabytes, most_gigabytes};
-use crate::body::mesh::{MeshedBody, assembled, dofs_of, no_such_place, points_of};
+use crate::body::mesh::{MeshedBody, assembled, no_such_place, points_of};
 use crate::body::zone::{ContactZone, longest_within};
 use crate::error::AdaptiveError;
+use crate::spec::RefinementSpec;
+use crate::spec::body::dofs_of;
 use crate::spec::unsupported::Unsupported;
 use crate::store::{Bytes, meshed_definition};
 use crate::surface::smooth_fit::SmoothFit;
@@ -52,8 +54,6 @@ const FINEST: f64 = 3.0;
 const COARSER: f64 = 2.0;
 /// Pieces of elements at most, so that counting them ends; memory ends before.
 const MOST: usize = 300_000;
-/// Displacement components of a node.
-const N_COMPONENTS: usize = 3;
 
 /// The zone that a fine model is to have: its middle, its widths, its elements.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,11 +66,15 @@ pub struct WantedZone {
     pub elements: Option<usize>,
 }
 
-/// The ellipse of a zone, bent as the surface is.
+/// The ellipse of a zone, bent as the surface is; a part of a curve is as wide across it as you like.
 struct Footprint {
     centre: Vector3<f64>,
     shape: LocalShape,
     half: [f64; 2],
+    /// Number of directions of the surface.
+    n_directions: usize,
+    /// Whether the zone begins at the axis of symmetry.
+    from_axis: bool,
 }
 
 /// A divided mesh with its zone.
@@ -93,7 +97,18 @@ pub struct FineElements {
 impl Footprint {
     fn new(surface: &MeshSurface, wanted: &WantedZone) -> Option<Self> {
         let shape = surface.shape_at(&wanted.site)?;
-        Some(Self { centre: Vector3::from(wanted.site.point), shape, half: wanted.widths.map(|w| 0.5 * w) })
+        let (model, point) = (surface.mesh().model(), &wanted.site.point);
+        let n_directions = model.dimension() - 1;
+        let [width, other] = wanted.widths;
+        let along = RefinementSpec::half_width(model, point, width);
+        let half = [along, if n_directions == 1 { f64::INFINITY } else { 0.5 * other }];
+        let from_axis = along > 0.5 * width;
+        Some(Self { centre: Vector3::from(*point), shape, half, n_directions, from_axis })
+    }
+
+    /// Distance of its farthest end from its middle \[m\].
+    fn reach(&self) -> f64 {
+        self.half[..self.n_directions].iter().fold(0.0, |most, half| most.max(*half))
     }
 
     /// Coordinates along the principal directions.
@@ -140,7 +155,8 @@ impl FineElements {
         let footprint = Footprint::new(coarse, wanted).ok_or_else(nothing)?;
         let longest = longest_within(coarse, wanted.site.face, |x| footprint.contains(x));
         let elements = wanted.elements.unwrap_or_else(|| usual_elements(&spec.mesh));
-        let narrow = wanted.widths[0].min(wanted.widths[1]);
+        let narrow =
+            wanted.widths[..footprint.n_directions].iter().fold(f64::INFINITY, |least, w| least.min(*w));
         let levels = (longest * elements as f64 / narrow).log2().ceil().max(0.0);
         let refined = RefinedMesh::new(
             &spec.mesh,
@@ -156,9 +172,8 @@ impl FineElements {
         let n_free = refined.n_free();
         debug!(body = name, levels, elements = refined.mesh().elements().len(), nodes = n_free, "fine model");
         let surface = MeshSurface::of(refined.mesh());
-        let reach = footprint.half[0].max(footprint.half[1]);
-        let smooth = SmoothFit::new(coarse, &wanted.site, &footprint.shape, reach);
-        let dofs = dofs_of(n_free);
+        let smooth = SmoothFit::new(coarse, &wanted.site, &footprint.shape, footprint.reach());
+        let dofs = dofs_of(spec.mesh.model(), refined.free_nodes());
         let fine = Self {
             body: Arc::clone(body),
             wanted: *wanted,
@@ -179,12 +194,12 @@ impl FineElements {
     /// Refuses what no memory holds, with elements of the size `element`, so many of them `across`.
     fn check_size(&self, element: f64, across: usize) -> Result<(), AdaptiveError> {
         let (unknowns, interface) = (self.n_unknowns() as f64, self.contact_zone()?.unknowns.len() as f64);
-        let gigabytes = gigabytes(N_COMPONENTS, unknowns, interface);
+        let gigabytes = gigabytes(self.space.dimension(), unknowns, interface);
         let most = most_gigabytes();
         if gigabytes <= most {
             return Ok(());
         }
-        let width = 2.0 * self.footprint.half[0].max(self.footprint.half[1]);
+        let width = 2.0 * self.footprint.reach();
         let source =
             SubdivisionError::TooLarge { width, across, element, unknowns, interface, gigabytes, most };
         Err(AdaptiveError::Subdivision { body: self.body.name.clone(), source })
@@ -209,12 +224,18 @@ impl FineElements {
         Ok(())
     }
 
+    /// Widths of the zone; the second is zero of a curve \[m\].
+    fn widths(&self) -> [f64; 2] {
+        let [along, across] = self.wanted.widths;
+        [along, if self.footprint.n_directions == 1 { 0.0 } else { across }]
+    }
+
     /// Contact points and interface.
     ///
     /// # Errors
     /// [`AdaptiveError::Mesh`] for a side without area, [`AdaptiveError::Contact`] if there is no point.
     pub fn contact_zone(&self) -> Result<ContactZone, AdaptiveError> {
-        let widths = self.footprint.half.map(|h| 2.0 * h);
+        let widths = self.widths();
         let empty = || {
             let source = ContactError::Empty { width: widths[0] };
             AdaptiveError::Contact { contact: self.body.name.clone(), source }
@@ -242,25 +263,30 @@ impl FineElements {
 
     /// The rows by which the use of the zone is judged.
     pub fn rows(&self) -> IntervalGrid {
+        let first = if self.footprint.from_axis { IntervalEnd::Axis } else { IntervalEnd::Open };
         IntervalGrid {
-            widths: self.footprint.half.map(|h| 2.0 * h),
-            ends: vec![[IntervalEnd::Open; 2]; 2],
-            n_elements: [ROWS; 2],
+            widths: self.widths(),
+            ends: vec![[first, IntervalEnd::Open]; self.footprint.n_directions],
+            n_elements: [ROWS, if self.footprint.n_directions == 1 { 1 } else { ROWS }],
         }
     }
 
     /// The rows in which the points of `zone` lie, the outermost ones for those beyond it and on
     /// the rim.
     pub fn rows_of(&self, zone: &ContactZone) -> Vec<[usize; 2]> {
-        let row =
-            |x: f64, half: f64| ((0.5 * (x / half + 1.0) * ROWS as f64).max(0.0) as usize).min(ROWS - 1);
+        let Footprint { half, n_directions, from_axis, .. } = self.footprint;
+        let row = |x: f64, half: f64| {
+            let share = if from_axis { x.abs() / half } else { 0.5 * (x / half + 1.0) };
+            ((share * ROWS as f64).max(0.0) as usize).min(ROWS - 1)
+        };
         let rows = |x: &[f64; 3]| {
             let along = self.footprint.along(x);
-            [0, 1].map(|d| row(along[d], self.footprint.half[d]))
+            [0, 1].map(|d| if d < n_directions { row(along[d], half[d]) } else { 0 })
         };
+        let rim = [if from_axis { ROWS - 1 } else { 0 }, 0];
         // Beyond the rim nothing is watched: contact there asks for a wider zone, on whichever side
         // it is.
-        zone.points.iter().map(|p| if p.on_rim { [0, 0] } else { rows(&p.position) }).collect()
+        zone.points.iter().map(|p| if p.on_rim { rim } else { rows(&p.position) }).collect()
     }
 
     /// Stiffness and mass of the free nodes.
@@ -277,13 +303,15 @@ impl FineElements {
     /// Eq. A.12).
     pub fn prolonged(&self, shapes: MatRef<'_, f64>) -> Mat<f64> {
         let mut fine = Mat::zeros(self.n_unknowns(), shapes.ncols());
-        for node in 0..self.refined.n_free() {
-            let functions = self.refined.functions_before(&self.body.spec.mesh, node);
+        let mut functions = (usize::MAX, Vec::new());
+        for (row, dof) in self.dofs.iter().enumerate() {
+            let (node, c) = (dof.node as usize, dof.component as usize);
+            if functions.0 != node {
+                functions = (node, self.refined.functions_before(&self.body.spec.mesh, node));
+            }
             for j in 0..shapes.ncols() {
-                for c in 0..N_COMPONENTS {
-                    let value = |(n, w): &(u32, f64)| w * shapes[(N_COMPONENTS * *n as usize + c, j)];
-                    fine[(N_COMPONENTS * node + c, j)] = functions.iter().map(value).sum();
-                }
+                let value = |(n, w): &(u32, f64)| Some(w * shapes[(self.body.lookup.number(*n, c)?, j)]);
+                fine[(row, j)] = functions.1.iter().filter_map(value).sum();
             }
         }
         fine
@@ -313,7 +341,7 @@ impl Field for FineElements {
     }
 
     fn model(&self) -> &Model {
-        &Model::Solid
+        self.body.spec.mesh.model()
     }
 
     fn materials(&self) -> &dyn MaterialField {
@@ -347,13 +375,13 @@ impl Field for FineElements {
 
     /// With the nodes that follow others.
     fn drawn_values(&self, u: &[f64]) -> Vec<f64> {
-        let n = self.divided().nodes().len();
-        let mut all = u.to_vec();
-        all.resize(N_COMPONENTS * n, 0.0);
+        let (n, n_components) = (self.divided().nodes().len(), self.space.dimension());
+        let mut all = self.control_values(u);
+        all.resize(n_components * n, 0.0);
         for node in self.refined.n_free()..n {
             for &(free, weight) in self.refined.followed(node as u32) {
-                for c in 0..N_COMPONENTS {
-                    all[N_COMPONENTS * node + c] += weight * u[N_COMPONENTS * free as usize + c];
+                for c in 0..n_components {
+                    all[n_components * node + c] += weight * all[n_components * free as usize + c];
                 }
             }
         }

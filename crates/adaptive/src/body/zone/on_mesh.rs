@@ -6,6 +6,7 @@ use contact_qs::ContactError;
 use crate::body::zone::at_start::{LineOnBody, StartZone, ZoneRequest};
 use crate::body::zone::{ContactZone, longest_across};
 use crate::error::{AdaptiveError, ContactModelFault};
+use crate::spec::RefinementSpec;
 use crate::surface::{MeshSurface, Surface, SurfacePlace};
 
 /// Sides of quadratic elements on the half width of a contact along a line, at least: with fewer
@@ -42,7 +43,12 @@ pub fn zone_on_mesh(
         contact: contact.to_owned(),
         fault: ContactModelFault::NoWidthOnMesh { body: name.to_owned() },
     })?;
-    let zone = ContactZone::about(surface, &site, 0.5 * width).map_err(mesh_fault)?;
+    // A width that is given begins at an axis of symmetry.
+    let reach = match law.interval.width {
+        Some(width) => RefinementSpec::half_width(surface.mesh().model(), &site.point, width),
+        None => 0.5 * width,
+    };
+    let zone = ContactZone::about(surface, &site, reach).map_err(mesh_fault)?;
     if zone.points.is_empty() {
         let source = ContactError::Empty { width };
         return Err(AdaptiveError::Contact { contact: contact.to_owned(), source });

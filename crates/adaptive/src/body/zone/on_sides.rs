@@ -13,13 +13,10 @@ use nalgebra::Vector3;
 use super::{ContactZone, ZoneExtent, ZoneRegion};
 use crate::surface::{MeshSurface, SurfacePlace};
 
-/// Components of displacement at a node.
-const N_COMPONENTS: usize = 3;
-
 /// The linear functions of the corners of `side` at the parameters `xi`, with the numbers of their
 /// nodes.
 fn hats(side: &SurfaceSide, xi: &[f64; 2]) -> Vec<(u32, f64)> {
-    let kind = if side.n_edges() == 3 { SideKind::Tri3 } else { SideKind::Quad4 };
+    let kind = SideKind::linear(side.n_edges());
     let mut functions = Functions::default();
     kind.functions(xi, &mut functions);
     side.nodes.iter().copied().zip(functions.values).collect()
@@ -31,8 +28,7 @@ pub(super) fn unknowns_of(surface: &MeshSurface, chosen: &[u32]) -> Vec<usize> {
         chosen.iter().flat_map(|&i| surface.sides()[i as usize].nodes.iter().copied()).collect();
     nodes.sort_unstable();
     nodes.dedup();
-    let unknowns = |&n: &u32| (0..N_COMPONENTS).map(move |c| N_COMPONENTS * n as usize + c);
-    nodes.iter().flat_map(unknowns).collect()
+    nodes.iter().flat_map(|&n| surface.unknowns_at(n)).collect()
 }
 
 impl ContactZone {
@@ -85,6 +81,7 @@ impl ContactZone {
         let mut sides = surface.with_ring(&surface.smooth_part(first as usize, is_chosen));
         sides.retain(|&i| may_be(i as usize));
         let inside: HashSet<u32> = sides.iter().copied().collect();
+        let model = surface.mesh().model();
         let (mut points, mut parameters) = (Vec::new(), Vec::new());
         for &i in &sides {
             surface.check_side(i as usize)?;
@@ -95,7 +92,7 @@ impl ContactZone {
                 let at = surface.at(i as usize, &point.xi);
                 points.push(SurfacePoint {
                     position: at.position,
-                    area: point.weight * Vector3::from(at.area).norm(),
+                    area: point.weight * Vector3::from(at.area).norm() * model.measure(&at.position),
                     functions: side.nodes.iter().copied().zip(at.functions.values).collect(),
                     on_rim,
                     pressure: PressureMean::Hats(hats(side, &point.xi)),

@@ -30,6 +30,11 @@ const SIMPSON: [f64; 2] = [1.0 / 3.0, 4.0 / 3.0];
 fn points_of(kind: SideKind) -> Vec<([f64; 2], f64)> {
     let nodes = kind.node_parameters();
     match kind {
+        SideKind::Line2 => nodes.into_iter().map(|eta| (eta, 1.0)).collect(),
+        SideKind::Line3 => {
+            let weight = |x: f64| SIMPSON[usize::from(x.abs() < 0.5)];
+            nodes.into_iter().map(|eta| (eta, weight(eta[0]))).collect()
+        }
         SideKind::Tri3 => nodes.into_iter().map(|eta| (eta, 1.0 / 6.0)).collect(),
         SideKind::Quad4 => nodes.into_iter().map(|eta| (eta, 1.0)).collect(),
         SideKind::Tri6 => {
@@ -49,7 +54,11 @@ fn points_of(kind: SideKind) -> Vec<([f64; 2], f64)> {
 /// Points and weights of a side of the kind `kind` that is divided at its place `place` and by
 /// halves towards it: on the square of four corners, and on the pieces of a triangle.
 fn points_towards(kind: SideKind, pieces: &[SurfacePiece], place: [f64; 2]) -> Vec<([f64; 2], f64)> {
-    let rule = LobattoRule::new(kind.degree() + 1);
+    let rule = LobattoRule::new(kind.degrees()[0] + 1);
+    if kind.is_curve() {
+        let along = lobatto_towards((-1.0, 1.0), Some(place[0]), HALVINGS, &rule);
+        return along.into_iter().map(|(s, weight)| ([s, 0.0], weight)).collect();
+    }
     let square = |range: (f64, f64), place: Option<[f64; 2]>| -> Vec<([f64; 2], f64)> {
         let along = [0, 1].map(|d| lobatto_towards(range, place.map(|s| s[d]), HALVINGS, &rule));
         let grid = along[0].iter().flat_map(|u| along[1].iter().map(move |v| (u, v)));
@@ -93,9 +102,14 @@ impl Gathering<'_> {
     /// `group` about the place; an earlier one that stands there takes its area.
     fn add(&mut self, i: u32, (eta, weight): ([f64; 2], f64), group: Option<usize>) {
         let (side, at) = (&self.surface.sides()[i as usize], self.surface.at(i as usize, &eta));
+        let measure = self.surface.mesh().model().measure(&at.position);
         let (area, position) = (weight * Vector3::from(at.area), Vector3::from(at.position));
         let functions: Vec<(u32, f64)> =
             side.nodes.iter().copied().zip(at.functions.values).filter(|f| f.1.abs() > 0.0).collect();
+        // On the axis of symmetry.
+        if area.norm() * measure == 0.0 {
+            return;
+        }
         let node = functions.iter().find(|f| (f.1 - 1.0).abs() <= ONE).map(|f| f.0);
         let here = node.map(|n| [n, self.surface.part_at(n, i)]);
         let beside = || {
@@ -108,7 +122,7 @@ impl Gathering<'_> {
         };
         if let Some(k) = known {
             self.points[k].area += area;
-            self.points[k].size += area.norm();
+            self.points[k].size += area.norm() * measure;
             return;
         }
         match (here, group) {
@@ -119,7 +133,7 @@ impl Gathering<'_> {
             (None, None) => {}
         }
         let functions = node.map_or(functions, |n| vec![(n, 1.0)]);
-        let (xi, size) = ([eta[0], eta[1], 0.0], area.norm());
+        let (xi, size) = ([eta[0], eta[1], 0.0], area.norm() * measure);
         self.points.push(Gathered { xi, position, functions, area, size });
     }
 

@@ -9,13 +9,13 @@ use crate::surface::Surface;
 const GOES_ON: f64 = 0.5;
 
 impl MeshSurface {
-    /// Ends of the edges over which side `i` is not smooth, in the order of the side.
+    /// Ends of the edges over which side `i` is not smooth, in the order of the side; none of a curve,
+    /// whose edges are points.
     fn creases(&self, i: u32) -> impl Iterator<Item = [u32; 2]> {
         let side = &self.sides()[i as usize];
-        let n = side.n_edges();
-        (0..n)
+        (0..if side.kind.is_curve() { 0 } else { side.n_edges() })
             .filter(|e| side.neighbours[*e].is_none_or(|other| !other.is_smooth))
-            .map(move |e| [side.nodes[e], side.nodes[(e + 1) % n]])
+            .map(move |e| side.edge_nodes(e))
     }
 
     fn node(&self, n: u32) -> Vector3<f64> {

@@ -21,6 +21,9 @@ impl MeshSurface {
     /// See [`Surface::lines_through`]: the line in the direction of the smaller curvature, if that
     /// is one.
     pub(super) fn straight_lines(&self, point: &[f64; 3]) -> Vec<StraightLine> {
+        if self.mesh.model().dimension() == 2 {
+            return Vec::new();
+        }
         let Some(foot) = self.nearest(point) else { return Vec::new() };
         let mut lines: Vec<StraightLine> = Vec::new();
         for place in self.sides_at(&foot.place) {

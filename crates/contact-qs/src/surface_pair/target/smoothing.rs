@@ -1,5 +1,6 @@
 //! Continuous normals of a surface of pieces (docs/theory.md Eq. C.52).
 
+use ffr_dynamics::body::RigidMotion;
 use iga_core::nurbs::jet::{cross, norm};
 
 use crate::piecewise::{PieceEdge, PiecewiseSurface};
@@ -18,6 +19,9 @@ pub(in crate::surface_pair) struct Smoothing {
     slopes: Vec<(u32, [f64; 2])>,
     /// Bound of the sum of the absolute values of all functions at a place.
     pub spread: f64,
+    /// Whether pieces are curves, and whether their nodes may lie on an axis of symmetry.
+    is_curve: bool,
+    is_axial: bool,
 }
 
 /// A node at the corner of a piece.
@@ -28,30 +32,33 @@ struct Corner {
     range: [u32; 2],
 }
 
-/// Places in the net of a piece of degree `p` of the corner `k`, and of its neighbours along both
-/// parameters.
-fn net_places(p: usize, k: usize) -> (usize, [(usize, f64); 2]) {
+/// Places in the net of a piece of the degrees `p`, `q` of the corner `k`, and of its neighbours along
+/// both parameters; itself across a curve.
+fn net_places([p, q]: [usize; 2], k: usize) -> (usize, [(usize, f64); 2]) {
     let n = p + 1;
-    let (i, j) = [(0, 0), (p, 0), (p, p), (0, p)][k];
+    let (i, j) = [(0, 0), (p, 0), (p, q), (0, q)][k];
     let (inwards_s, sign_s) = if i == 0 { (1, 1.0) } else { (p - 1, -1.0) };
-    let (inwards_t, sign_t) = if j == 0 { (1, 1.0) } else { (p - 1, -1.0) };
+    let (inwards_t, sign_t) = if j == 0 { (q.min(1), 1.0) } else { (q - 1, -1.0) };
     (i + n * j, [(inwards_s + n * j, sign_s), (i + n * inwards_t, sign_t)])
 }
 
 impl Smoothing {
     /// The normals of `surface`, whose nodes have the numbers `number` in the target.
-    pub fn new(surface: &PiecewiseSurface, number: impl Fn(u32) -> u32) -> Self {
-        let mut smoothing =
-            Self { neighbours: surface.pieces.iter().map(|p| p.neighbours).collect(), ..Self::default() };
+    pub fn new(surface: &PiecewiseSurface, motion: RigidMotion, number: impl Fn(u32) -> u32) -> Self {
+        let mut smoothing = Self {
+            neighbours: surface.pieces.iter().map(|p| p.neighbours).collect(),
+            is_curve: motion != RigidMotion::Spatial,
+            is_axial: motion == RigidMotion::Axial,
+            ..Self::default()
+        };
         for piece in &surface.pieces {
-            let p = piece.degree;
-            let net = (p + 1) * (p + 1);
-            let sums = (0..net).map(|c| (0..piece.nodes.len()).map(|k| piece.row(k)[c].abs()).sum::<f64>());
+            let sums = (0..piece.n_points())
+                .map(|c| (0..piece.nodes.len()).map(|k| piece.row(k)[c].abs()).sum::<f64>());
             smoothing.spread = sums.fold(smoothing.spread, f64::max);
             // A node in the middle of an edge belongs to two pieces of the side, which have one
             // tangent plane there.
-            for corner in 0..3 {
-                let (here, [along, across]) = net_places(p, corner);
+            for corner in 0..if smoothing.is_curve { 2 } else { 3 } {
+                let (here, [along, across]) = net_places(piece.degrees, corner);
                 let at = |k: usize| (piece.row(k)[here] - 1.0).abs() < IS_ONE;
                 let Some(k) = (0..piece.nodes.len()).find(|k| at(*k)) else { continue };
                 let first = smoothing.slopes.len() as u32;
@@ -67,7 +74,8 @@ impl Smoothing {
         smoothing
     }
 
-    /// Unit normals at the nodes, which stand at `nodes`: the mean of those of the pieces there.
+    /// Unit normals at the nodes, which stand at `nodes`: the mean of those of the pieces there. On the axis
+    /// of symmetry, beyond which the surface goes on as its mirror image, that is the axis.
     pub fn normals(&self, nodes: &[[f64; 3]], out: &mut [[f64; 3]]) {
         out.fill([0.0; 3]);
         for Corner { node, range } in &self.corners {
@@ -79,11 +87,14 @@ impl Smoothing {
                     v[d] += t * x[d];
                 }
             }
-            let normal = cross(&u, &v);
+            let normal = if self.is_curve { [u[1], -u[0], 0.0] } else { cross(&u, &v) };
             let length = norm(&normal);
             out[*node as usize].iter_mut().zip(normal).for_each(|(sum, n)| *sum += n / length);
         }
-        for normal in out {
+        for (normal, x) in out.iter_mut().zip(nodes) {
+            if self.is_axial && x[0] == 0.0 {
+                normal[0] = 0.0;
+            }
             let length = norm(normal);
             if length > 0.0 {
                 normal.iter_mut().for_each(|n| *n /= length);

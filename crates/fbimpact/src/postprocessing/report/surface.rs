@@ -83,8 +83,8 @@ impl Surface {
             start = end;
             match cell_kind(kind) {
                 Some(kind) => sides.add_volume(&nodes, &kind),
-                None if is_revolved => sides.add_section(&nodes),
-                None => sides.add_flat(&nodes),
+                None if is_revolved => sides.add_section(&around(kind, nodes)),
+                None => sides.add_flat(&around(kind, nodes)),
             }
         }
         let parts = sides.outer();
@@ -123,6 +123,16 @@ impl Surface {
         };
         self.sources.iter().map(mean).collect()
     }
+}
+
+/// Corners and middles of edges of a cell of VTK's type `kind` without volume, in their order around it.
+fn around(kind: u8, nodes: Vec<usize>) -> Vec<usize> {
+    let n = match kind {
+        22 => 3,
+        23 | 28 => 4,
+        _ => return nodes,
+    };
+    (0..n).flat_map(|i| [nodes[i], nodes[n + i]]).collect()
 }
 
 /// Sides of cells, each with its corners in order, as long as only one cell has it.

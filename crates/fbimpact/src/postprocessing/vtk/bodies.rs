@@ -15,6 +15,7 @@ use adaptive::AdaptiveError;
 use adaptive::body::field::Field;
 use adaptive::impact::ZoneModel;
 use adaptive::model::RunModel;
+use adaptive::spec::body::rigid_motion;
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::RigidMotion;
 use iga_core::space::PatchSpace;
@@ -229,7 +230,7 @@ impl Drawn<'_> {
     pub fn motion(&self) -> RigidMotion {
         match self.geometry {
             DrawnGeometry::Splines(geometry) => geometry.motion,
-            DrawnGeometry::Mesh(_) => RigidMotion::Spatial,
+            DrawnGeometry::Mesh(geometry) => rigid_motion(geometry.mesh.model()),
         }
     }
 

@@ -67,7 +67,7 @@ fn bodies(
         let Some(index) = body.index else { continue };
         let pose = &pose(&poses[index]);
         let drawn = if let Some(meshed) = scenario.run.bodies[index].kind.meshed() {
-            let at_rest = vec![0.0; 3 * meshed.mesh.nodes().len()];
+            let at_rest = vec![0.0; meshed.mesh.model().dimension() * meshed.mesh.nodes().len()];
             Some(mesh::grid(&meshed.mesh, pose, Deformation { displacement: &at_rest, rate: &at_rest }, view))
         } else {
             shape(body, pose, (cells, view))?

@@ -17,6 +17,7 @@ use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 
 use super::super::body_places::{BodyPlaces, GivenPlace};
 use super::super::check::Checker;
+use super::super::files::bodies::is_meshed;
 use super::super::section::Section;
 use super::super::tables::BodyModel;
 use super::super::types::FileOfBody;
@@ -56,6 +57,8 @@ fn body(
     let is_imported = section.choice("model") == Some(BodyModel::Imported);
     let markers = if is_imported { Some(Vec::new()) } else { markers(checker, section) };
     let made = match section.choice("model") {
+        Some(_) if is_meshed(section) => meshed::meshed(checker, context, section, name, markers.as_deref())
+            .map(|(kind, facts)| Made::Moving(kind, Box::new(facts))),
         Some(BodyModel::Rigid) => {
             let made = rigid::rigid(checker, root, known, section, orientation, markers.as_deref());
             made.map(|rigid| match rigid {
@@ -71,8 +74,6 @@ fn body(
         }
         Some(BodyModel::Imported) => imported::imported(checker, context, section, name)
             .map(|(kind, facts)| Made::Moving(kind, Box::new(facts))),
-        Some(BodyModel::Mesh) => meshed::meshed(checker, context, section, name, markers.as_deref())
-            .map(|(kind, facts)| Made::Moving(kind, Box::new(facts))),
         Some(
             model @ (BodyModel::Solid
             | BodyModel::Axisymmetric
@@ -83,7 +84,7 @@ fn body(
             let made = elastic(checker, context, section, model, frame, markers.as_deref());
             made.map(|(spec, facts)| Made::Moving(BodyKind::Elastic(Box::new(spec)), Box::new(facts)))
         }
-        None => None,
+        Some(BodyModel::Mesh) | None => None,
     };
     let made = made?;
     markers?;
@@ -236,7 +237,8 @@ fn elastic(
     let kind = elastic_model(section, model);
     let material = material(checker, context.root, section);
     if section.item("geometry").is_none() {
-        let message = "required key is missing: a table with a \"shape\"".into();
+        let or_mesh = if model == BodyModel::Solid { "" } else { ", or \"file\", a mesh in the plane" };
+        let message = format!("required key is missing: a table with a \"shape\"{or_mesh}");
         checker.fault(&section.origin, section.path_of("geometry"), None, message);
     }
     let degree = section.table("discretisation").and_then(|d| d.counts("degree")?.into_iter().min());
@@ -251,10 +253,6 @@ fn elastic(
     let basis = section.table("reduction").and_then(|r| reduction(checker, r));
     let damping = damping(checker, section);
     let geometric_stiffening = stiffening(checker, section, frame.as_ref())?;
-    if geometric_stiffening && model == BodyModel::Axisymmetric {
-        let message = "has no meaning for model \"axisymmetric\", which does not turn".into();
-        checker.fault_in(section, "geometric_stiffening", message);
-    }
     let (places, (discretisation, wants_elements), basis) = (places?, mesh?, basis?);
     let follows_joint = frame == Some(GivenFrame::AtJoint);
     let frame = frame?.on_body(checker, section, &places)?;

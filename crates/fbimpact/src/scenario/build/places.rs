@@ -7,6 +7,7 @@ use ffr_dynamics::body::RigidMotion;
 use super::super::body_places::GivenPlace;
 use super::super::body_source::{BodySource, MeshSource};
 use super::super::check::Checker;
+use super::super::files::bodies::is_meshed;
 use super::super::files::spline_nets::{self, padded};
 use super::super::keys::{Named, names};
 use super::super::section::{AtFault, Checked, Section};
@@ -53,7 +54,7 @@ impl<'a> BodyFacts<'a> {
             BodyModel::Rigid => of_motion(section.choice("motion")?),
         };
         // A mesh that cannot be read is a fault already.
-        if model == BodyModel::Mesh && mesh.is_none() {
+        if is_meshed(section) && mesh.is_none() {
             return None;
         }
         Some(Self {

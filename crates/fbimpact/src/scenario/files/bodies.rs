@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use fe_mesh::read::{Wanted, read_part};
+use iga_core::elasticity::Model;
 use result_files::file::plain_file;
 use result_files::toml_text::document::{Origin, SourceText, Value, parse_json, parse_toml};
 use sha2::{Digest, Sha256};
@@ -38,18 +39,20 @@ pub fn read_all(checker: &mut Checker, root: &mut Section, directory: &Path) {
     let Some(Checked::Named(bodies)) = bodies.map(|item| &mut item.value) else { return };
     let mut known = Known::default();
     for (_, body) in bodies.iter_mut() {
+        if is_meshed(body) {
+            let (part, model) = (body.text("part").map(str::to_owned), kinematics(body));
+            read_one(checker, body, "mesh", |_, units, path| {
+                known.mesh(directory, path, (units, part.as_deref()), model).map_err(Some)
+            });
+            continue;
+        }
         match body.choice("model") {
             Some(BodyModel::Imported) => {
                 read_one(checker, body, "body file", |_, _, path| known.body(directory, path).map_err(Some));
             }
-            Some(BodyModel::Mesh) => {
-                let part = body.text("part").map(str::to_owned);
-                read_one(checker, body, "mesh", |_, units, path| {
-                    known.mesh(directory, path, (units, part.as_deref())).map_err(Some)
-                });
-            }
             Some(
-                BodyModel::Solid
+                BodyModel::Mesh
+                | BodyModel::Solid
                 | BodyModel::Axisymmetric
                 | BodyModel::PlaneStrain
                 | BodyModel::PlaneStress
@@ -57,6 +60,29 @@ pub fn read_all(checker: &mut Checker, root: &mut Section, directory: &Path) {
             )
             | None => read_shape(checker, body, directory),
         }
+    }
+}
+
+/// Whether the body of the table `section` is of finite elements: solid ones, or those of a plane or
+/// axisymmetric model that names a file.
+pub fn is_meshed(section: &Section) -> bool {
+    match section.choice("model") {
+        Some(BodyModel::Mesh) => true,
+        Some(BodyModel::Axisymmetric | BodyModel::PlaneStrain | BodyModel::PlaneStress) => {
+            section.given("file") && !section.given("geometry")
+        }
+        _ => false,
+    }
+}
+
+/// The kinematics of a body of finite elements; a thickness at fault is told elsewhere.
+fn kinematics(body: &Section) -> Model {
+    let thickness = body.number("thickness").unwrap_or(1.0);
+    match body.choice("model") {
+        Some(BodyModel::Axisymmetric) => Model::Axisymmetric,
+        Some(BodyModel::PlaneStrain) => Model::PlaneStrain { thickness },
+        Some(BodyModel::PlaneStress) => Model::PlaneStress { thickness },
+        _ => Model::Solid,
     }
 }
 
@@ -80,17 +106,19 @@ impl Known {
         directory: &Path,
         text: &str,
         (units, part): (Option<LengthUnit>, Option<&str>),
+        model: Model,
     ) -> Result<(Checked, String), String> {
         let path = directory.join(text);
         // Without a unit, which is a fault of its own, the mesh is read to find others.
         let units = units.unwrap_or(LengthUnit::Metre);
         let is_known = |source: &&Arc<MeshSource>| {
-            source.path == path && source.units == units && source.part.as_deref() == part
+            let is_read_so = source.units == units && source.part.as_deref() == part;
+            source.path == path && is_read_so && *source.mesh.model() == model
         };
         let source = match self.meshes.iter().find(is_known) {
             Some(source) => Arc::clone(source),
             None => {
-                let source = Arc::new(read_mesh(path, units, part)?);
+                let source = Arc::new(read_mesh(path, (units, part), model)?);
                 self.meshes.push(Arc::clone(&source));
                 source
             }
@@ -232,7 +260,11 @@ fn read_tables(
 }
 
 /// Reads the mesh `path`, or a part of it; what is doubtful about it is logged as a warning.
-fn read_mesh(path: PathBuf, units: LengthUnit, part: Option<&str>) -> Result<MeshSource, String> {
+fn read_mesh(
+    path: PathBuf,
+    (units, part): (LengthUnit, Option<&str>),
+    model: Model,
+) -> Result<MeshSource, String> {
     let cannot = |reason: String| format!("{}: {reason}", path.display());
     let bytes = plain_file::read(&path).map_err(|e| cannot(format!("cannot be read: {e}")))?;
     let mut hash = Sha256::new_with_prefix(&bytes);
@@ -244,6 +276,7 @@ fn read_mesh(path: PathBuf, units: LengthUnit, part: Option<&str>) -> Result<Mes
     };
     let mut wanted = Wanted { part, include: &mut include };
     let mesh = read_part(&bytes, units.length(), &mut wanted).map_err(|e| cannot(e.to_string()))?;
+    let mesh = mesh.of_model(model).map_err(|e| cannot(e.to_string()))?;
     for note in mesh.notes() {
         tracing::warn!("{}: {note}", path.display());
     }

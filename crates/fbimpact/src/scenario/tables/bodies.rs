@@ -62,11 +62,18 @@ name_values!(RigidMotion {
 
 /// The body is from a file.
 const FROM_FILE: Condition = Condition::new(
-    "for bodies with model \"imported\" or \"mesh\"",
-    Test::OneOf("model", &["imported", "mesh"]),
+    "for bodies with model \"imported\" or \"mesh\", and for plane and axisymmetric ones without \"geometry\"",
+    Test::Any(&[
+        Test::OneOf("model", &["imported", "mesh"]),
+        Test::All(&[IS_PLANE, Test::Without("geometry")]),
+    ]),
 );
+/// The model is plane or axisymmetric.
+const IS_PLANE: Test = Test::OneOf("model", &["axisymmetric", "plane-strain", "plane-stress"]);
 /// The body has a mesh.
-const OF_MESH: Condition = Condition::new("for bodies with model \"mesh\"", Test::OneOf("model", &["mesh"]));
+pub(super) const IS_MESH: Test =
+    Test::Any(&[Test::OneOf("model", &["mesh"]), Test::All(&[IS_PLANE, Test::With("file")])]);
+const OF_MESH: Condition = Condition::new("for bodies with a mesh", IS_MESH);
 /// The body has a shape by name or of splines.
 const WITH_SHAPE: Condition =
     Condition::new("for bodies that are not from a file", Test::NoneOf("model", &["imported", "mesh"]));
@@ -81,8 +88,10 @@ const FLEXIBLE: Condition = Condition::new("for flexible bodies", Test::NoneOf("
 const TO_REDUCE: &[Condition] =
     &[FLEXIBLE, Condition::new("for bodies that are not reduced already", Test::Fact(Fact::IsNotReduced))];
 /// The body has elements.
-const MESHED: Condition =
-    Condition::new("for flexible bodies with a shape", Test::NoneOf("model", &["rigid", "imported", "mesh"]));
+const MESHED: Condition = Condition::new(
+    "for flexible bodies with a shape",
+    Test::All(&[Test::NoneOf("model", &["rigid", "imported", "mesh"]), Test::Without("file")]),
+);
 /// The frame follows a place, which is to be given.
 const WITH_ELEMENTS: Condition = Condition::new(
     "for flexible bodies with a shape or a mesh",
@@ -167,7 +176,7 @@ pub const BODY: &[Key] = &[
         Kind::Name,
         "",
         Need::Optional("must be given"),
-        "Body file or mesh, relative to the scenario. Of a body file the markers are those of the body, which has no other places; contacts \
+        "Body file or mesh, relative to the scenario; of plane and axisymmetric models a mesh in the plane z = 0, with x the radius. Of a body file the markers are those of the body, which has no other places; contacts \
          and stresses need a shape and do not go with either yet.",
     ).when(&[FROM_FILE]),
     FILE_SHA256.when(&[FROM_FILE]),

@@ -24,12 +24,12 @@ pub enum BodyModel {
 name_values!(BodyModel {
     Solid: "solid", "three-dimensional, in (x, y, z)",
         elsewhere ["3d", "flexible", "elastic", "volume", "continuum", "beam", "shell", "plate", "truss"];
-    Axisymmetric: "axisymmetric", "rotationally symmetric about z, in (r, z); moves along z only",
+    Axisymmetric: "axisymmetric", "rotationally symmetric about z, in (r, z), of a shape or a mesh `file`; moves along z only",
         elsewhere ["axi", "rotational", "2d-axisymmetric"];
-    PlaneStrain: "plane-strain", "plane strain in (x, y)";
-    PlaneStress: "plane-stress", "plane stress in (x, y)";
+    PlaneStrain: "plane-strain", "plane strain in (x, y), of a shape or a mesh `file`";
+    PlaneStress: "plane-stress", "plane stress in (x, y), of a shape or a mesh `file`";
     Imported: "imported", "from the body file `file`, reduced or to be reduced (docs/body-file.md)";
-    Mesh: "mesh", "of finite elements, from the mesh `file` of Gmsh, Abaqus, CalculiX or Nastran (docs/own_part.md)",
+    Mesh: "mesh", "three-dimensional, of finite elements, from the mesh `file` of Gmsh, Abaqus, CalculiX or Nastran (docs/own_part.md)",
         elsewhere ["fem", "fe", "finite-element", "finite-elements"];
     Rigid: "rigid", "rigid; with the shape `plane` also at rest";
 });

@@ -2,6 +2,7 @@
 
 use super::super::text::split;
 use crate::element::kind::ElementKind;
+use crate::mesh::raw::StatedModel;
 
 /// Parameters of cards that say something of the mesh; a file may have any number of others.
 const PARAMETERS: &[&str] =
@@ -48,8 +49,12 @@ impl Card {
 #[derive(Debug, Clone, Copy)]
 pub enum Type {
     Solid(ElementKind),
+    /// An element of a plane or axisymmetric model, or on the surface of solids.
+    Plane(ElementKind, StatedModel),
     /// An element of so many nodes on the surface.
     Side(usize),
+    /// A line of so many nodes, on the surface of plane elements.
+    Line(usize),
     /// Something else, left out.
     Other,
 }
@@ -67,6 +72,12 @@ fn name_of(kind: ElementKind) -> Option<&'static str> {
         ElementKind::Pyramid5 => Some("C3D5"),
         ElementKind::Pyramid13 => Some("C3D13"),
         ElementKind::Wedge18 | ElementKind::Pyramid14 => None,
+        // Named after their models.
+        ElementKind::Tri3
+        | ElementKind::Tri6
+        | ElementKind::Quad4
+        | ElementKind::Quad8
+        | ElementKind::Quad9 => None,
     }
 }
 
@@ -77,7 +88,27 @@ pub fn element_type(name: &str) -> Option<Type> {
     if let Some(kind) = ElementKind::ALL.into_iter().find(|kind| name_of(*kind) == Some(bare)) {
         return Some(Type::Solid(kind));
     }
-    let n_nodes = ["S", "CPS", "CPE", "CAX", "M3D", "SFM3D", "STRI", "R3D"].iter().find_map(|family| {
+    let models = [
+        ("CPS", StatedModel::PlaneStress),
+        ("CPE", StatedModel::PlaneStrain),
+        ("CAX", StatedModel::Axisymmetric),
+    ];
+    for (family, model) in models {
+        let kind = match bare.strip_prefix(family) {
+            Some("3") => ElementKind::Tri3,
+            Some("4") => ElementKind::Quad4,
+            Some("6") => ElementKind::Tri6,
+            Some("8") => ElementKind::Quad8,
+            _ => continue,
+        };
+        return Some(Type::Plane(kind, model));
+    }
+    match bare {
+        "T2D2" | "T3D2" | "B21" | "B31" => return Some(Type::Line(2)),
+        "T2D3" | "T3D3" | "B22" | "B32" => return Some(Type::Line(3)),
+        _ => {}
+    }
+    let n_nodes = ["S", "M3D", "SFM3D", "STRI", "R3D"].iter().find_map(|family| {
         let n = bare.strip_prefix(family)?.parse().ok()?;
         match n {
             65 => Some(6),

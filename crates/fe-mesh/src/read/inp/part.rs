@@ -7,6 +7,7 @@ use super::super::sets::{Room, Sets};
 use super::super::text::{expected, fail, fields, real};
 use super::axes::{Axes, Movement};
 use super::card::{Card, Type};
+use crate::element::jacobian::{minus, norm};
 use crate::element::kind::ElementKind;
 use crate::fault::{MeshError, ReadFault};
 use crate::mesh::raw::{FaceSource, NO_NODE, RawMesh};
@@ -18,6 +19,38 @@ const SIDE_NODES: usize = 8;
 /// Set of the surface elements that are in none.
 const UNNAMED: &str = "surface elements";
 
+/// An element that is a side of another, or may be a plane element of the body.
+#[derive(Debug)]
+struct Flat {
+    found: Type,
+    label: u64,
+    nodes: [u32; SIDE_NODES],
+}
+
+impl Flat {
+    fn nodes(&self) -> impl Iterator<Item = u32> {
+        self.nodes.iter().copied().filter(|n| *n != NO_NODE)
+    }
+
+    /// Its corners as those of a side; of a line the two of its nodes that are farthest apart, since programs
+    /// differ in where its middle stands.
+    fn corners(&self, nodes: &[[f64; 3]]) -> [u32; 4] {
+        let n = match self.found {
+            Type::Line(_) => {
+                let apart = |[a, b]: &[u32; 2]| norm(&minus(&nodes[*a as usize], &nodes[*b as usize]));
+                let own: Vec<u32> = self.nodes().collect();
+                let pairs = own.iter().flat_map(|a| own.iter().map(move |b| [*a, *b]));
+                let ends = pairs.max_by(|a, b| apart(a).total_cmp(&apart(b))).unwrap_or([NO_NODE; 2]);
+                return [ends[0], ends[1], NO_NODE, NO_NODE];
+            }
+            Type::Plane(kind, _) => kind.n_corners(),
+            _ if matches!(self.nodes().count(), 4 | 8) => 4,
+            _ => 3,
+        };
+        std::array::from_fn(|i| if i < n { self.nodes[i] } else { NO_NODE })
+    }
+}
+
 /// A surface.
 #[derive(Debug)]
 struct Surface {
@@ -25,8 +58,8 @@ struct Surface {
     is_of_nodes: bool,
     nodes: Vec<u32>,
     sides: Vec<(u32, u8)>,
-    /// Surface elements.
-    elements: Vec<u32>,
+    /// Surface elements, with the number of a side that plane elements of a body have.
+    elements: Vec<(u32, Option<u8>)>,
 }
 
 /// Names of the part itself when those of the assembly are read.
@@ -52,8 +85,8 @@ pub struct Part {
     n_sorted: usize,
     /// Of every element in the order of the file, the place among solids or surface elements.
     ids: Vec<u32>,
-    /// Nodes of surface elements.
-    sides: Vec<[u32; SIDE_NODES]>,
+    /// Surface elements, plane ones and lines.
+    sides: Vec<Flat>,
     /// Sets of nodes and of elements.
     sets: [Sets; 2],
     surfaces: Vec<Surface>,
@@ -117,7 +150,7 @@ impl Part {
 
     /// Whether it has solid elements.
     pub fn is_solid(&self) -> bool {
-        !self.mesh.elements.is_empty()
+        !self.mesh.elements.is_empty() || self.sides.iter().any(|flat| matches!(flat.found, Type::Plane(..)))
     }
 
     /// The part as `instance`, one of `instances`, moved; sets and surfaces that follow are those of the assembly.
@@ -196,6 +229,8 @@ impl Part {
         for (place, &node) in nodes.iter_mut().zip(&given.values[1..=n]) {
             *place = match self.node_numbers.get(node) {
                 Some(place) => place,
+                // Lines beside a part may lead anywhere.
+                None if matches!(found, Type::Line(_)) => NO_NODE,
                 None => {
                     let user = format!("element {label}");
                     return fail(line, ReadFault::UnknownNode { user, node });
@@ -212,9 +247,9 @@ impl Part {
                 self.mesh.elements.push(kind, label, nodes[..n].iter().copied());
                 self.mesh.elements.len() as u32 - 1
             }
-            Type::Side(_) | Type::Other => {
+            Type::Side(_) | Type::Plane(..) | Type::Line(_) | Type::Other => {
                 set = set.or(Some(UNNAMED));
-                self.sides.push(std::array::from_fn(|i| nodes[i]));
+                self.sides.push(Flat { found, label, nodes: std::array::from_fn(|i| nodes[i]) });
                 (self.sides.len() as u32 - 1) | SIDE
             }
         };
@@ -326,7 +361,7 @@ impl Part {
             for id in all {
                 match id & SIDE {
                     0 => nodes.extend(self.mesh.elements.get(id as usize).nodes),
-                    _ => nodes.extend(self.sides[(id ^ SIDE) as usize].iter().filter(|n| **n != NO_NODE)),
+                    _ => nodes.extend(self.sides[(id ^ SIDE) as usize].nodes()),
                 }
             }
             nodes.sort_unstable();
@@ -373,9 +408,10 @@ impl Part {
             return Ok(());
         }
         let number = side.to_ascii_uppercase().strip_prefix('S').and_then(|s| s.parse::<u8>().ok());
+        let number = number.filter(|n| (1..=6).contains(n));
         for id in members {
-            match number.filter(|n| (1..=6).contains(n)) {
-                _ if id & SIDE != 0 => surface.elements.push(id ^ SIDE),
+            match number {
+                _ if id & SIDE != 0 => surface.elements.push((id ^ SIDE, number.map(|n| n - 1))),
                 Some(number) => surface.sides.push((id, number - 1)),
                 None => return expected(line, "the number of a side, S1 to S6,", side),
             }
@@ -385,12 +421,21 @@ impl Part {
 
     /// Corners of surface elements.
     fn corners(&self, all: impl Iterator<Item = u32>) -> Vec<[u32; 4]> {
-        let corners = |id: u32| {
-            let nodes = &self.sides[id as usize];
-            let n = nodes.iter().filter(|n| **n != NO_NODE).count();
-            std::array::from_fn(|i| if i < 3 || (i == 3 && matches!(n, 4 | 8)) { nodes[i] } else { NO_NODE })
-        };
-        all.map(corners).collect()
+        all.map(|id| self.sides[id as usize].corners(&self.mesh.nodes)).collect()
+    }
+
+    /// Makes the plane elements those of the body if there are no solids; the place of each of the surface
+    /// elements among them.
+    fn plane_body(&mut self) -> Vec<Option<u32>> {
+        let is_plane = self.mesh.elements.is_empty();
+        let mut places = vec![None; self.sides.len()];
+        for (flat, place) in self.sides.iter().zip(&mut places).filter(|_| is_plane) {
+            let Type::Plane(kind, model) = flat.found else { continue };
+            *place = Some(self.mesh.elements.len() as u32);
+            self.mesh.stated.get_or_insert(model);
+            self.mesh.elements.push(kind, flat.label, flat.nodes().take(kind.n_nodes()));
+        }
+        places
     }
 
     /// The mesh. Names of the part that the assembly has as well stand with the instance before them.
@@ -426,18 +471,35 @@ impl Part {
             }
         }
         let [of_nodes, of_elements] = sets;
+        let own = self.plane_body();
+        let is_plane = self.mesh.stated.is_some();
         let (mut volumes, mut faces) = (Vec::new(), Vec::new());
         for surface in std::mem::take(&mut self.surfaces) {
-            let Surface { name, is_of_nodes, nodes, sides, elements } = surface;
+            let Surface { name, is_of_nodes, nodes, mut sides, mut elements } = surface;
+            elements.retain(|(id, number)| match (own[*id as usize], number) {
+                (Some(e), Some(number)) => {
+                    sides.push((e, *number));
+                    false
+                }
+                (own, _) => own.is_none(),
+            });
             if !elements.is_empty() {
-                faces.push((name.clone(), FaceSource::Corners(self.corners(elements.into_iter()))));
+                let corners = self.corners(elements.into_iter().map(|(id, _)| id));
+                faces.push((name.clone(), FaceSource::Corners(corners)));
             }
             faces.push((name, if is_of_nodes { FaceSource::Nodes(nodes) } else { FaceSource::Sides(sides) }));
         }
         for (name, mut all) in of_elements {
             all.sort_unstable();
             all.dedup();
-            let sides = all.split_off(all.partition_point(|id| id & SIDE == 0));
+            let mut sides = all.split_off(all.partition_point(|id| id & SIDE == 0));
+            sides.retain(|id| {
+                let place = (id ^ SIDE) as usize;
+                all.extend(own[place]);
+                // Lines are sides of plane elements alone.
+                let is_read = is_plane || !matches!(self.sides[place].found, Type::Line(_));
+                own[place].is_none() && is_read
+            });
             if !sides.is_empty() {
                 let corners = self.corners(sides.into_iter().map(|id| id ^ SIDE));
                 faces.push((name.clone(), FaceSource::Corners(corners)));

@@ -23,7 +23,7 @@ pub struct View {
 }
 
 /// Linear cells an arc of at most a quarter turn.
-const CELLS_AN_ARC: usize = 6;
+pub(super) const CELLS_AN_ARC: usize = 6;
 
 /// The grid of a body with the control values of `deformation`.
 ///
@@ -195,7 +195,7 @@ pub fn placed(
 }
 
 /// A vector of the model in the axes of the body, on a node of an arc.
-fn vector(motion: RigidMotion, v: &[f64; 3], node: &ArcNode) -> Vector3<f64> {
+pub(super) fn vector(motion: RigidMotion, v: &[f64; 3], node: &ArcNode) -> Vector3<f64> {
     if motion == RigidMotion::Axial {
         return Vector3::new(v[0] * node.direction[0], v[0] * node.direction[1], v[1]);
     }

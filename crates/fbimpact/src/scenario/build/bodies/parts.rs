@@ -172,5 +172,9 @@ pub fn stiffening(checker: &mut Checker, section: &Section, frame: Option<&Given
     if is_stiffened && frame == Some(&GivenFrame::Buckens) {
         checker.fault_in(section, "geometric_stiffening", "needs frame = \"tangent\"".into());
     }
+    if is_stiffened && section.choice("model") == Some(BodyModel::Axisymmetric) {
+        let message = "has no meaning for model \"axisymmetric\", which does not turn".into();
+        checker.fault_in(section, "geometric_stiffening", message);
+    }
     Some(is_stiffened)
 }
