@@ -58,6 +58,7 @@ mod one_body;
 mod one_contact;
 mod outputs;
 mod own_part;
+mod plane_meshes;
 mod plausibility;
 mod plot;
 mod point_stress;
