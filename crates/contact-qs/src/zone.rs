@@ -2,5 +2,6 @@
 //! that forces at them stand for.
 
 pub mod submodel;
+pub mod compliance;
 pub mod points;
 pub mod pressure;

@@ -33,7 +33,7 @@ fn evaluations_do_not_allocate() {
             points: (0..n).map(|i| [1e-5 * i as f64, 0.0, 1e-9 * (i as f64 - 30.0).powi(2)]).collect(),
             areas: vec![1e-9; n],
             low: Mat::from_fn(3 * n, 4, |i, j| 0.1 * ((i + j) % 3) as f64),
-            compliance,
+            compliance: compliance.into(),
             interface: SparseRows::default(),
             rim: Vec::new(),
             facing: Vec::new(),

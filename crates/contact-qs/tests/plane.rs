@@ -47,7 +47,8 @@ fn submodel(motion: RigidMotion, quasistatic: bool) -> ContactSubmodel {
             Mat::from_fn(n_rows, n_rows, |i, j| 0.5 * (compliance[(i, j)] + compliance[(j, i)]))
         } else {
             Mat::zeros(0, 0)
-        },
+        }
+        .into(),
         interface,
         rim: vec![0, N_POINTS - 1],
         facing: Vec::new(),

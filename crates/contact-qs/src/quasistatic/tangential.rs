@@ -22,8 +22,6 @@ use faer::linalg::cholesky::llt;
 use faer::{Mat, MatMut, MatRef, Par};
 use ffr_dynamics::error::EvaluationFailure;
 
-use super::problem::add_product;
-
 mod loaded;
 mod uncoupled;
 
@@ -178,11 +176,11 @@ impl Tangential {
         tolerance: f64,
         forces: &mut [f64],
     ) -> Result<usize, EvaluationFailure> {
-        let largest =
-            problem.slips.iter().fold(0.0_f64, |m, c| if c.is_finite() { m.max(c.abs()) } else { f64::NAN });
-        if largest.is_nan() {
+        if !problem.slips.iter().all(|c| c.is_finite()) {
             return Err(SolverFault::NotFinite { value: "tangential displacement" }.into());
         }
+        let loaded = problem.slips.iter().enumerate().filter(|(k, _)| problem.bounds[k / self.n_t] > 0.0);
+        let largest = loaded.fold(0.0_f64, |m, (_, c)| m.max(c.abs()));
         self.guess(problem, forces);
         self.loaded.gather(&self.states, problem.compliance);
         self.loaded.update_increments(problem, forces, &mut self.increments);
@@ -426,9 +424,13 @@ impl Tangential {
         llt::solve::solve_in_place(factor, rhs, Par::Seq, MemStack::new(&mut self.memory));
     }
 
-    /// Slip increments of all points under `forces`, open ones included.
-    pub fn update_all_increments(&mut self, problem: &TangentialProblem<'_>, forces: &[f64]) {
-        slip_increments(problem, forces, self.n_t, &mut self.increments);
+    /// Sets the slip increments of open points.
+    pub fn set_open_increments(&mut self, increment: impl Fn(usize, usize) -> f64) {
+        for (i, increments) in self.increments.chunks_exact_mut(self.n_t).enumerate() {
+            if self.states[i] == PointState::Open {
+                increments.iter_mut().enumerate().for_each(|(a, w)| *w = increment(i, a));
+            }
+        }
     }
 
     /// Takes `forces` next to those `wanted` within the bounds, and the slip increments under them, for which nothing is solved.
@@ -450,7 +452,14 @@ impl Tangential {
             }
         }
         self.factored.clear();
-        self.update_all_increments(problem, forces);
+        if problem.compliance.nrows() > 0 {
+            self.loaded.gather(&self.states, problem.compliance);
+            self.loaded.update_increments(problem, forces, &mut self.increments);
+            return;
+        }
+        for (k, slip) in self.increments.iter_mut().enumerate() {
+            *slip = problem.slips[k] + problem.springs[k / self.n_t] * forces[k];
+        }
     }
 
     /// Whether point `i` is in the wrong state.
@@ -500,7 +509,7 @@ impl Tangential {
         self.factorise(problem)
     }
 
-    /// Rates of forces and slip increments on the present sets (Eq. F.11), when the bounds change
+    /// Rates of forces and of slip increments of loaded points on the present sets (Eq. F.11), when the bounds change
     /// at `bound_rates` \[N/s\] and `c` at `drift` [m/s]. [`Tangential::prepare_rates`] comes
     /// first.
     pub fn rates(
@@ -513,21 +522,10 @@ impl Tangential {
     ) {
         let rate_problem = TangentialProblem { bounds: bound_rates, slips: drift, ..*problem };
         self.forces_on_directions(bound_rates, rates);
-        slip_increments(&rate_problem, rates, self.n_t, slip_rates);
+        self.loaded.update_increments(&rate_problem, rates, slip_rates);
         self.solve_free(slip_rates);
         self.add_free(rates);
-        slip_increments(&rate_problem, rates, self.n_t, slip_rates);
-    }
-}
-
-/// `w = (A_TT + D_T) τ + c`.
-fn slip_increments(problem: &TangentialProblem<'_>, forces: &[f64], n_t: usize, out: &mut [f64]) {
-    out.copy_from_slice(problem.slips);
-    if problem.compliance.nrows() > 0 {
-        add_product(problem.compliance, forces, out);
-    }
-    for (k, w) in out.iter_mut().enumerate() {
-        *w += problem.springs[k / n_t] * forces[k];
+        self.loaded.update_increments(&rate_problem, rates, slip_rates);
     }
 }
 

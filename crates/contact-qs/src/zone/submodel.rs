@@ -2,8 +2,9 @@
 
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::data_error::{DataError, check_square};
+use ffr_dynamics::data_error::DataError;
 
+use super::compliance::ZoneCompliance;
 use crate::ContactError;
 
 /// Rows with few entries: the shape functions of the points in terms of the interface degrees of
@@ -47,11 +48,19 @@ impl SparseRows {
     pub fn row(&self, i: usize) -> &[(usize, f64)] {
         &self.entries[self.starts[i]..self.starts[i + 1]]
     }
+
+    /// Replaces `out` by the product of the transpose with `x`, one for each row.
+    pub(crate) fn spread(&self, x: &[f64], out: &mut [f64]) {
+        out.fill(0.0);
+        for (row, &factor) in x.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
+            self.row(row).iter().for_each(|&(column, value)| out[column] += value * factor);
+        }
+    }
 }
 
 /// Everything that contact needs from a reduced body.
 ///
-/// Rows of `low` and rows and columns of `compliance` are ordered
+/// Rows of `low` and those of the points' compliance are ordered
 /// `n_components * point + component`, in the components of the body model (`motion.direction(c)`
 /// gives each one's direction in space).
 #[derive(Debug, Clone)]
@@ -64,9 +73,8 @@ pub struct ContactSubmodel {
     pub areas: Vec<f64>,
     /// Shapes of the dynamic elastic coordinates at the points, `n_components n_points × n_q`.
     pub low: Mat<f64>,
-    /// Quasistatic compliance `N_b G N_bᵀ` of the points [m/N]; zero-sized when all modes are
-    /// dynamic.
-    pub compliance: Mat<f64>,
+    /// Quasistatic compliance `N_b G N_bᵀ` of the points [m/N].
+    pub compliance: ZoneCompliance,
     /// Shape functions `N_b` of the points in terms of the interface degrees of freedom, in the
     /// order of `G`; without rows when all modes are dynamic.
     pub interface: SparseRows,
@@ -102,7 +110,7 @@ impl ContactSubmodel {
 
     /// Whether the zone has a quasistatic compliance.
     pub fn is_quasistatic(&self) -> bool {
-        self.compliance.nrows() > 0
+        self.compliance.is_some()
     }
 
     /// Rows of `low`, one after the other.
@@ -135,7 +143,7 @@ impl ContactSubmodel {
         count("areas of the contact points", self.areas.len(), n)?;
         count("rows of shapes at the contact points", self.low.nrows(), n_rows)?;
         if self.is_quasistatic() {
-            check_square("the compliance of the contact points", self.compliance.as_ref(), n_rows)?;
+            self.compliance.check(&self.interface, n_rows)?;
         }
         if self.interface.n_rows() != 0 {
             count("rows of interface functions", self.interface.n_rows(), n_rows)?;

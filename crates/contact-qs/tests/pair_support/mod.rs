@@ -232,7 +232,8 @@ pub fn random_points(motion: RigidMotion, quasistatic: bool, seed: u64) -> Conta
             Mat::from_fn(n_rows, n_rows, |i, j| 0.5 * (c[(i, j)] + c[(j, i)]))
         } else {
             Mat::zeros(0, 0)
-        },
+        }
+        .into(),
         interface,
         rim: vec![0],
         facing: Vec::new(),

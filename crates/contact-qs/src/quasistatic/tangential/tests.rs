@@ -1,6 +1,16 @@
 //! Random zones and the classical return mapping.
 
 use super::*;
+use crate::quasistatic::problem::add_product;
+
+/// `w = (A_TT + D_T) τ + c`.
+fn slip_increments(problem: &TangentialProblem<'_>, forces: &[f64], n_t: usize, out: &mut [f64]) {
+    out.copy_from_slice(problem.slips);
+    add_product(problem.compliance, forces, out);
+    for (k, w) in out.iter_mut().enumerate() {
+        *w += problem.springs[k / n_t] * forces[k];
+    }
+}
 
 fn random(seed: &mut u64) -> f64 {
     *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
