@@ -27,6 +27,7 @@ pub use eigen::neighbours::Neighbours;
 pub use factor::{CholeskyFactor, SymbolicFactor};
 pub use modal::{LowModes, ReducedBasis, all_modes};
 pub use pencil::Pencil;
+pub use pencil::cost::Cost;
 pub use pencil::inertia::Inertia;
 pub use problem::ElasticProblem;
 pub use rigid::{MassProperties, RigidModes};

@@ -1,7 +1,7 @@
 //! What the models of a run take to be built, estimated before anything is factorised.
 
 use ffr_dynamics::body::AssembledBody;
-use ffr_dynamics::reduction::Pencil;
+use ffr_dynamics::reduction::{Cost, Pencil};
 
 use super::contacts::{interfaces, zones};
 use super::{full_models, resolution};
@@ -14,15 +14,6 @@ use crate::sizing::zone::predicted_zone;
 use crate::spec::{ContactSpec, ImportedSpec, SurfaceLaw};
 use crate::system::start;
 use crate::touch::first::FirstTouches;
-
-/// Bytes of an entry of a sparse matrix with its index.
-const SPARSE_ENTRY: f64 = 12.0;
-/// Matrices with the pattern of the stiffness that live at the same time: stiffness, mass, their
-/// sum.
-const MATRICES: f64 = 3.0;
-/// Dense matrices of the size of the interface that live at the same time: flexibility, compliance,
-/// the contact's own.
-const DENSE: f64 = 3.0;
 
 /// One model of a body.
 #[derive(Debug, Clone, PartialEq)]
@@ -37,11 +28,8 @@ pub struct ModelCost {
     pub n_dofs: usize,
     /// Number of degrees of freedom at the interface of the contact.
     pub n_interface: usize,
-    /// Memory for matrices, factor and compliance \[bytes\].
-    pub bytes: f64,
-    /// Multiplications and additions of a factorisation of the stiffness, and of the compliance of
-    /// the interface.
-    pub work: f64,
+    /// Memory and work of a factorisation of the stiffness, and of the compliance of the interface.
+    pub cost: Cost,
 }
 
 /// Models of all elastic bodies of a run, with the zones that contacts have from the start, and
@@ -113,17 +101,12 @@ fn part(first: &FirstTouches<'_>, contact: &ContactSpec, index: usize) -> Option
 fn cost(body: &AssembledBody, n_elements: usize, interface: &[usize]) -> Result<ModelCost, AdaptiveError> {
     let pencil = Pencil::new(body, interface)
         .map_err(|source| AdaptiveError::Reduction { body: body.name.clone(), source })?;
-    let symbolic = pencil.symbolic();
-    let (entries, n) = (symbolic.n_entries() as f64, interface.len() as f64);
-    let matrices = MATRICES * SPARSE_ENTRY * body.stiffness.compute_nnz() as f64;
     Ok(ModelCost {
         body: body.name.clone(),
         contact: None,
         n_elements,
         n_dofs: body.n_unknowns(),
         n_interface: interface.len(),
-        bytes: matrices + 8.0 * (entries + DENSE * n * n),
-        // The compliance of the last unknowns is the inverse of their part of the factor.
-        work: symbolic.work() + n.powi(3),
+        cost: pencil.cost(interface.len()),
     })
 }

@@ -5,6 +5,7 @@
 //! diagonal entry, so that the same analysis serves `K` supported, `K` with a clamped interface,
 //! and every `K - mu M` (Eq. R.3).
 
+pub mod cost;
 pub mod inertia;
 
 use std::borrow::Cow;

@@ -87,6 +87,7 @@ impl<'a> ElasticProblem<'a> {
     /// # Errors
     /// As [`Self::free`].
     pub fn free_on(pencil: Pencil<'a>, interface: &[usize]) -> Result<Self, DynamicsError> {
+        pencil.tell_cost(interface.len());
         let body = pencil.body();
         let rigid = Arc::new(RigidModes::new(body)?);
         let n = body.n_unknowns();

@@ -1,14 +1,11 @@
 //! `fbimpact check --cost`: what a run takes of the machine, roughly, before it begins.
 
 use std::fmt::Write as _;
-use std::time::Instant;
 
 use adaptive::model::{ModelCost, costs};
 use adaptive::prepared::Prepared;
 use adaptive::spec::GaugeRequest;
 use adaptive::spec::{BodySpec, FREE_INTERVAL, PointSpec, RunSpec};
-use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, Par};
 use serde::Serialize;
 
 use crate::cache::{self, CacheSettings};
@@ -17,13 +14,6 @@ use crate::scenario::Scenario;
 use crate::simulate::sizing::sized;
 use crate::simulate::thread_pool::thread_pool;
 
-/// Time that a model takes over that of one factorisation at the speed of a dense product:
-/// assembly, a second factorisation, solves, and what sparse matrices cost beside dense ones. An
-/// order of magnitude: 2.5 for a ball with its contact zone, 4 for a block of 50,000 unknowns.
-const BESIDE_THE_PRODUCT: f64 = 3.5;
-/// Rows of the matrices whose product measures the machine: some milliseconds, and more than its
-/// caches hold close by.
-const PROBE: usize = 512;
 /// Numbers of a stored state beside those of bodies, contacts, joints and points: time, energies,
 /// momentum.
 const OF_STATE: usize = 17;
@@ -78,15 +68,14 @@ pub fn cost(scenario: &Scenario, threads: usize) -> Result<CostReport, AppError>
     let sized = sized(scenario, threads, &cache::open(&CacheSettings::of_environment()))?;
     let spec = &sized.run;
     let models = thread_pool(threads)?.install(|| costs(Prepared::new(spec)?)).map_err(AppError::model)?;
-    let rate = products_per_second() * threads as f64;
     let row = |cost: ModelCost| ModelRow {
         body: cost.body,
         contact: cost.contact,
         elements: cost.n_elements,
         dofs: cost.n_dofs,
         interface: cost.n_interface,
-        memory: cost.bytes,
-        seconds: BESIDE_THE_PRODUCT * cost.work / rate,
+        memory: cost.cost.bytes,
+        seconds: cost.cost.seconds(threads),
     };
     let models: Vec<ModelRow> = models.into_iter().map(row).collect();
     let mut sizes: Vec<f64> = models.iter().map(|m| m.memory).collect();
@@ -97,19 +86,6 @@ pub fn cost(scenario: &Scenario, threads: usize) -> Result<CostReport, AppError>
         state_bytes: state_bytes(spec),
         models,
     })
-}
-
-/// Multiplications and additions of a dense product on one thread of this machine in a second, the
-/// best of a few.
-fn products_per_second() -> f64 {
-    let a = Mat::from_fn(PROBE, PROBE, |i, j| (i + 2 * j) as f64);
-    let mut c = Mat::<f64>::zeros(PROBE, PROBE);
-    let time = (0..3).map(|_| {
-        let begin = Instant::now();
-        matmul(c.as_mut(), Accum::Replace, a.as_ref(), a.as_ref(), 1.0, Par::Seq);
-        begin.elapsed().as_secs_f64()
-    });
-    (PROBE as f64).powi(3) / time.fold(f64::INFINITY, f64::min).max(f64::MIN_POSITIVE)
 }
 
 /// Stored states of a phase that lasts the whole run: evenly up to the number of
