@@ -42,6 +42,7 @@ mod zone_model;
 mod fine_side;
 mod sides;
 mod outside;
+mod on_the_way;
 pub mod local_deformation;
 pub mod stress;
 pub mod yielding;
@@ -67,13 +68,6 @@ const REACH_GROWTH: f64 = 4.0;
 const LEAST_SLACK: f64 = 1e-9;
 /// Ratio of successive penalty factors of a search, as in \[A\] section 4.1.
 const PENALTY_RISE: f64 = 10.0;
-/// Zones of contact that goes on, of curves and of surfaces: how many times as long as others along the way, and with how many times as
-/// many elements, which surfaces, whose unknowns they raise by the square, do not pay for.
-const ON_THE_WAY: [[f64; 2]; 2] = [[4.0, 4.0], [1.5, 1.0]];
-/// Rows of elements that a zone on the way has behind what presses.
-const BEHIND: f64 = 3.0;
-/// Difference of the share that touches from the one wanted up to which the next zone is as large.
-const SAME_SHARE: f64 = 0.25;
 /// Time steps with contact of a trial of the error-driven penalty search (\[A\] section 4.1).
 const TRIAL_STEPS: usize = 30;
 
@@ -522,54 +516,6 @@ impl FineContact {
         (0..self.interval.ends.len()).map(share).fold(f64::INFINITY, f64::min)
     }
 
-    /// Rows of elements that were in contact at one instant at most, per direction, as a share of the zone (Eq. A.40).
-    pub fn shares_at_once(&self) -> impl Iterator<Item = f64> {
-        let directions = 0..self.interval.ends.len();
-        directions.map(|d| self.at_once[d] as f64 / self.interval.n_elements[d] as f64)
-    }
-
-    /// For each direction whether contact came to an end of the zone.
-    fn reached(&self) -> Vec<bool> {
-        let of = |d: usize| self.flags.along(d);
-        let ends = (0..self.interval.ends.len()).map(of);
-        ends.map(|rows| rows.first() == Some(&true) || rows.last() == Some(&true)).collect()
-    }
-
-    /// Whether what touched at one instant fits into the zone twice, in every direction in which contact came to an end of it.
-    pub fn fits_twice(&self) -> bool {
-        let reached = self.reached();
-        // Contact that left the zone of the target alone does not tell in which direction.
-        let is_told = reached.contains(&true);
-        self.shares_at_once().zip(reached).all(|(share, end)| share <= 0.5 || is_told && !end)
-    }
-
-    /// The size of the next zone of contact that goes on beyond this one, of which the share `target` would touch if it stayed.
-    pub fn size_on_the_way(&self, target: f64) -> ZoneSize {
-        let [longer, finer] = ON_THE_WAY[self.interval.ends.len().clamp(1, 2) - 1];
-        let mut widths = self.interval.widths;
-        let is_along = self.reached().into_iter().map(|end| end || self.interval.ends.len() == 1);
-        let wanted: Vec<f64> = is_along.map(|along| if along { target / longer } else { target }).collect();
-        let shares: Vec<f64> = self.shares_at_once().collect();
-        let is_near = |(share, wanted): (&f64, &f64)| (share / wanted - 1.0).abs() <= SAME_SHARE;
-        if self.finer() == finer && shares.iter().zip(&wanted).all(is_near) || shares.contains(&0.0) {
-            return ZoneSize::Interval { widths: both(widths), finer: self.finer() };
-        }
-        for (width, (share, wanted)) in widths.iter_mut().zip(shares.iter().zip(&wanted)) {
-            *width *= share / wanted;
-        }
-        ZoneSize::Interval { widths: both(widths), finer }
-    }
-
-    /// How far ahead of the touch the middle of a zone of the size `next` may lie along the way, so that what presses has its other end
-    /// in it, three rows of elements before the end \[m\].
-    pub fn ahead_in(&self, next: ZoneSize) -> f64 {
-        let (Some(widths), reached) = (next.widths(), self.reached()) else { return 0.0 };
-        let d = reached.iter().position(|end| *end).unwrap_or(0);
-        let pressed = self.shares_at_once().nth(d).unwrap_or(1.0) * self.interval.widths[d];
-        let n = self.interval.n_elements[d] as f64 * next.finer() / self.finer();
-        (0.5 * (widths[d] - pressed) - BEHIND * widths[d] / n).max(0.0)
-    }
-
     /// Whether too few elements touched at one instant.
     pub fn is_coarse(&self, settings: &IntervalSettings) -> bool {
         self.resolution() < fewest_at_once(settings.minimum)
@@ -614,11 +560,6 @@ impl FineContact {
     pub fn widths(&self) -> [f64; 2] {
         self.interval.widths
     }
-}
-
-/// The widths of zones of one direction, twice.
-fn both(widths: [f64; 2]) -> [f64; 2] {
-    if widths[1] == 0.0 { [widths[0]; 2] } else { widths }
 }
 
 /// The model of the contact body or of a flexible target.

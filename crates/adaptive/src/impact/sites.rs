@@ -150,7 +150,9 @@ impl AdaptiveContact {
     /// The place that is `ahead` \[m\] of `site` along the surface of `body`.
     fn ahead(body: &BodyModel, site: &SurfaceSite, ahead: &[f64; 3], size: ZoneSize) -> ZoneSite {
         let usual = zone_site(site, size);
-        let Some(surface) = body.undeformed().filter(|_| *ahead != [0.0; 3]) else { return usual };
+        let Some(surface) = body.undeformed().filter(|_| ahead.iter().any(|c| c.abs() > 0.0)) else {
+            return usual;
+        };
         let from = surface.place(site.face, &site.xi).point;
         let foot = surface.nearest(&[0, 1, 2].map(|c| from[c] + ahead[c]));
         foot.map_or(usual, |foot| ZoneSite::about((foot.place.face, foot.place.xi), size))
