@@ -87,7 +87,7 @@ fn impact(folder: &Path, bodies: &str, is_ball: bool, keys: &str) -> ImpactRecor
     let text = format!("[simulation]\nend_time = {end:e}\n{bodies}{contact}{keys}");
     let found = scenarios::run(&scenarios::valid(folder, &text, &[]));
     assert!(found.energy_drift() < 1e-5, "{:e}", found.energy_drift());
-    found.impacts[0].clone()
+    found.impacts[0]
 }
 
 fn files(name: &str) -> std::path::PathBuf {
@@ -231,6 +231,44 @@ fn faces_and_corners_of_rectangles_meet_a_floor_as_those_of_splines_do() {
     }
 }
 
+/// The same of a cylinder that falls on its end: `nr` by `nz` elements, points that integrate with the radius.
+#[test]
+fn the_end_of_a_cylinder_meets_a_floor_as_that_of_splines_does() {
+    let folder = scenarios::folder("plane_cylinder");
+    let (nr, nz) = (5, 10);
+    let mut text = "*NODE\n".to_owned();
+    for k in 0..(nr + 1) * (nz + 1) {
+        let (i, j) = (k % (nr + 1), k / (nr + 1));
+        writeln!(text, "{}, {:e}, {:e}", k + 1, 2e-3 * f64::from(i), 2e-3 * f64::from(j)).unwrap();
+    }
+    text += "*ELEMENT, TYPE=CAX4, ELSET=bar\n";
+    for k in 0..nr * nz {
+        let first = k % nr + (nr + 1) * (k / nr) + 1;
+        let next = first + nr + 1;
+        writeln!(text, "{}, {first}, {}, {}, {next}", k + 1, first + 1, next + 1).unwrap();
+    }
+    std::fs::write(folder.join("rod.inp"), text).unwrap();
+    let fall = |is_mesh: bool| {
+        let made_of = if is_mesh {
+            "file = \"rod.inp\"\nunits = \"m\"".to_owned()
+        } else {
+            format!(
+                "geometry = {{ shape = \"rod\", radius = 10.0e-3, length = 20.0e-3 }}\ndiscretisation = {{ degree = 1, elements = [{nr}, {nz}] }}"
+            )
+        };
+        let rod = format!(
+            "[bodies.upper]\nmodel = \"axisymmetric\"\nmaterial = \"steel\"\nreduction = {{ modes = 20 }}\nposition = [0.0, 0.0, 1e-7]\n\
+             velocity = [0.0, 0.0, -0.1]\n{made_of}\n"
+        );
+        impact(&folder, &(rod + &floor(true)), true, "")
+    };
+    let [a, b] = [true, false].map(fall);
+    println!("end: {:.8e} {:.8e} N, {:.8e} {:.8e} N s", a.peak_force, b.peak_force, a.impulse, b.impulse);
+    // As above.
+    assert!((a.impulse / b.impulse - 1.0).abs() < 1e-5, "{:e} {:e}", a.impulse, b.impulse);
+    assert!((a.peak_force / b.peak_force - 1.0).abs() < 1e-4, "{:e} {:e}", a.peak_force, b.peak_force);
+}
+
 /// Held at a set of nodes as at the face of the shape: same frequencies of the system.
 #[test]
 fn plane_meshes_are_held_at_their_sets() {
@@ -271,4 +309,28 @@ fn what_does_not_go_with_a_mesh_in_the_plane_is_told() {
     assert!(half.contains("lies at x >= 0"), "{half}");
     let none = faults(&mesh.replace("file = \"disc.inp\"\nunits = \"mm\"\n", ""));
     assert!(none.contains("or \"file\", a mesh in the plane"), "{none}");
+}
+
+/// `fbimpact new --section` puts the section above its floor, in the axes of its model; the scenario is valid as it stands.
+#[test]
+fn new_writes_a_scenario_of_a_section() {
+    let folder = files("plane_mesh_new");
+    for (file, section, up) in [("disc.inp", "plane-stress", 1), ("half.inp", "axisymmetric", 2)] {
+        let path = folder.join(format!("{section}.toml"));
+        let run = std::process::Command::new(env!("CARGO_BIN_EXE_fbimpact"))
+            .arg("new")
+            .arg(&path)
+            .arg("--mesh")
+            .arg(folder.join(file))
+            .args(["--section", section, "--units", "mm", "--force"])
+            .output()
+            .unwrap();
+        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+        let text = std::fs::read_to_string(&path).unwrap();
+        let scenario = scenarios::valid(&folder, &text, &[]);
+        let position = scenario.run.bodies[0].motion.position;
+        // The gap is a ten-thousandth of the diagonal.
+        assert!((position[up] - 0.01 - 1e-4 * scenario.run.bodies[0].kind.diagonal().unwrap()).abs() < 1e-9);
+        assert!(scenario.run.bodies[0].motion.velocity[up] < 0.0);
+    }
 }

@@ -109,6 +109,17 @@ pub enum SplineFormat {
     Mfem,
 }
 
+/// Kinematics of a mesh in the plane.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum SectionModel {
+    /// In (x, y), a metre thick unless the scenario says otherwise.
+    PlaneStrain,
+    /// The same without stress out of the plane.
+    PlaneStress,
+    /// Round about y, x being the radius.
+    Axisymmetric,
+}
+
 /// Unit of length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum LengthUnit {
@@ -332,6 +343,9 @@ pub enum Command {
         /// is in it; a shape is meshed by Gmsh and makes NAME.msh as well
         #[arg(long, value_name = "PART", conflicts_with = "template")]
         mesh: Option<PathBuf>,
+        /// Kinematics of a mesh of triangles or quadrilaterals in the plane z = 0
+        #[arg(long, value_name = "MODEL", requires = "mesh")]
+        section: Option<SectionModel>,
         /// What it is
         #[command(flatten)]
         part: PartArguments,

@@ -127,8 +127,9 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
             commands::results::collect::collect(&runs, (&output, force), &column, long)
         }
         Command::Metric { file, expressions } => commands::results::metric::metric(&file, &expressions),
-        Command::New { name, template, mesh, part, force } => {
-            commands::prepare::new::new(&name, (template, mesh.as_deref(), &part), force)
+        Command::New { name, template, mesh, section, part, force } => {
+            let mesh = mesh.as_deref().map(|mesh| (mesh, section));
+            commands::prepare::new::new(&name, (template, mesh, &part), force)
         }
         Command::Completions { shell } => commands::program::shell::completions(shell),
         Command::Man { all: Some(folder), force, .. } => commands::program::shell::manuals(&folder, force),

@@ -126,7 +126,7 @@ fn written(arguments: &DropArguments, folder: &Path) -> Result<PathBuf, AppError
     let name = named(&arguments.file);
     let path = folder.join(format!("{name}.toml"));
     let title = format!("{name} on a rigid floor");
-    let made = part::scenario(&arguments.file, &arguments.part, &path, &title)?;
+    let made = part::scenario(&arguments.file, (&arguments.part, None), &path, &title)?;
     whole_file::write(&path, made.text.as_bytes())?;
     Ok(path)
 }

@@ -8,6 +8,7 @@ use contact_qs::SurfacePiece;
 use contact_qs::zone::points::{PressureMean, SurfacePoint};
 use fe_mesh::SideKind;
 use fe_mesh::fault::MeshFault;
+use iga_core::elasticity::Model;
 use iga_core::nurbs::SAME_PLACE;
 use iga_core::quadrature::LobattoRule;
 use iga_core::surface::lobatto_towards;
@@ -25,16 +26,22 @@ const TRIANGLE: [f64; 3] = [1.0 / 20.0, 2.0 / 15.0, 9.0 / 20.0];
 /// Weights of Simpson's rule on `[-1, 1]` at an end and in the middle.
 const SIMPSON: [f64; 2] = [1.0 / 3.0, 4.0 / 3.0];
 
+/// Points and weights of a curve, those of splines (theory Eq. C.56), divided at `place` and by halves
+/// towards it if there is one.
+fn on_curve(kind: SideKind, model: &Model, place: Option<f64>) -> Vec<([f64; 2], f64)> {
+    let of_radius = usize::from(*model == Model::Axisymmetric);
+    let rule = LobattoRule::new((kind.degrees()[0] + of_radius + 3).div_ceil(2));
+    let halvings = if place.is_some() { HALVINGS } else { 0 };
+    let points = lobatto_towards((-1.0, 1.0), place, halvings, &rule).into_iter();
+    points.map(|(s, weight)| ([s, 0.0], weight)).collect()
+}
+
 /// Points of a side on which contact stands on whole surfaces, its nodes among them, with their
 /// weights.
-fn points_of(kind: SideKind) -> Vec<([f64; 2], f64)> {
+fn points_of(kind: SideKind, model: &Model) -> Vec<([f64; 2], f64)> {
     let nodes = kind.node_parameters();
     match kind {
-        SideKind::Line2 => nodes.into_iter().map(|eta| (eta, 1.0)).collect(),
-        SideKind::Line3 => {
-            let weight = |x: f64| SIMPSON[usize::from(x.abs() < 0.5)];
-            nodes.into_iter().map(|eta| (eta, weight(eta[0]))).collect()
-        }
+        SideKind::Line2 | SideKind::Line3 => on_curve(kind, model, None),
         SideKind::Tri3 => nodes.into_iter().map(|eta| (eta, 1.0 / 6.0)).collect(),
         SideKind::Quad4 => nodes.into_iter().map(|eta| (eta, 1.0)).collect(),
         SideKind::Tri6 => {
@@ -53,12 +60,15 @@ fn points_of(kind: SideKind) -> Vec<([f64; 2], f64)> {
 
 /// Points and weights of a side of the kind `kind` that is divided at its place `place` and by
 /// halves towards it: on the square of four corners, and on the pieces of a triangle.
-fn points_towards(kind: SideKind, pieces: &[SurfacePiece], place: [f64; 2]) -> Vec<([f64; 2], f64)> {
-    let rule = LobattoRule::new(kind.degrees()[0] + 1);
+fn points_towards(
+    (kind, model): (SideKind, &Model),
+    pieces: &[SurfacePiece],
+    place: [f64; 2],
+) -> Vec<([f64; 2], f64)> {
     if kind.is_curve() {
-        let along = lobatto_towards((-1.0, 1.0), Some(place[0]), HALVINGS, &rule);
-        return along.into_iter().map(|(s, weight)| ([s, 0.0], weight)).collect();
+        return on_curve(kind, model, Some(place[0]));
     }
+    let rule = LobattoRule::new(kind.degrees()[0] + 1);
     let square = |range: (f64, f64), place: Option<[f64; 2]>| -> Vec<([f64; 2], f64)> {
         let along = [0, 1].map(|d| lobatto_towards(range, place.map(|s| s[d]), HALVINGS, &rule));
         let grid = along[0].iter().flat_map(|u| along[1].iter().map(move |v| (u, v)));
@@ -191,14 +201,14 @@ impl ContactZone {
         let is_rim = |n: u32| surface.at_node(n).iter().any(|&i| !is_chosen[i as usize]);
         for &i in &chosen {
             surface.check_side(i as usize)?;
-            let kind = surface.sides()[i as usize].kind;
+            let (kind, model) = (surface.sides()[i as usize].kind, surface.mesh().model());
             let holds = |group: &Vec<SurfacePlace>| group.iter().any(|place| place.face == i);
             let group = groups.iter().position(holds).filter(|_| !is_met);
             let points = match there.iter().find(|place| place.face == i && group.is_some()) {
                 Some(SurfacePlace { xi: [u, v, _], .. }) => {
-                    points_towards(kind, &surface.pieces_of(&[i]).pieces, [*u, *v])
+                    points_towards((kind, model), &surface.pieces_of(&[i]).pieces, [*u, *v])
                 }
-                None => points_of(kind),
+                None => points_of(kind, model),
             };
             points.into_iter().for_each(|point| gathering.add(i, point, group));
         }

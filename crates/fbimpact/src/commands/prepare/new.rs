@@ -6,7 +6,7 @@ use result_files::file::whole_file;
 use result_files::words::shown::{for_shell, shown};
 
 use super::part;
-use crate::cli::{PartArguments, Template};
+use crate::cli::{PartArguments, SectionModel, Template};
 use crate::commands::print;
 use crate::error::{AppError, CommandFault};
 use crate::scenario::written::schema;
@@ -44,11 +44,11 @@ impl Template {
 /// [`AppError::Io`] if a file exists and `force` is not set, or if it cannot be written.
 pub fn new(
     name: &Path,
-    (template, mesh, part): (Template, Option<&Path>, &PartArguments),
+    (template, mesh, part): (Template, Option<(&Path, Option<SectionModel>)>, &PartArguments),
     force: bool,
 ) -> Result<(), AppError> {
-    if let Some(file) = mesh {
-        return of_part(name, (file, part), force);
+    if let Some((file, section)) = mesh {
+        return of_part(name, (file, part, section), force);
     }
     let (path, stem) = named_file(name)?;
     let companion = template.companion().map(|(ending, text)| (path.with_extension(ending), text));
@@ -71,14 +71,18 @@ pub fn new(
 ///
 /// # Errors
 /// As [`new`], and those of [`part::scenario`].
-fn of_part(name: &Path, (file, arguments): (&Path, &PartArguments), force: bool) -> Result<(), AppError> {
+fn of_part(
+    name: &Path,
+    (file, arguments, section): (&Path, &PartArguments, Option<SectionModel>),
+    force: bool,
+) -> Result<(), AppError> {
     let (path, stem) = named_file(name)?;
     let companions = part::companions(file, &path);
     refuse_existing(
         &std::iter::once(&path).chain(&companions).map(PathBuf::as_path).collect::<Vec<_>>(),
         force,
     )?;
-    let made = part::scenario(file, arguments, &path, &format!("{stem} on a rigid floor"))?;
+    let made = part::scenario(file, (arguments, section), &path, &format!("{stem} on a rigid floor"))?;
     whole_file::write(&path, made.text.as_bytes())?;
     write_schema(&path, force)?;
     print(&part::description(&made.scenario))?;

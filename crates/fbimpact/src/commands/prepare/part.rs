@@ -8,12 +8,13 @@ use adaptive::sizing::impact_time::mass_properties;
 use adaptive::spec::{BodyKind, MeshedSpec};
 use adaptive::surface;
 use clap::ValueEnum;
+use ffr_dynamics::body::RigidMotion;
 use nalgebra::Vector3;
 use result_files::file::fault::Access;
 use result_files::file::whole_file;
 
 use super::digits::short;
-use crate::cli::{LengthUnit, PartArguments};
+use crate::cli::{LengthUnit, PartArguments, SectionModel};
 use crate::error::{AppError, CommandFault};
 use crate::scenario::{self, Scenario};
 use crate::studies::orientations::Floor;
@@ -49,14 +50,15 @@ pub struct PartScenario {
     pub scenario: Scenario,
 }
 
-/// Makes the scenario of the part of `part`, a mesh that is beside `path` then if it is a shape.
+/// Makes the scenario of the part of `part`, a mesh that is beside `path` then if it is a shape, of a mesh in
+/// the plane with the kinematics `section`.
 ///
 /// # Errors
 /// [`AppError::Io`] for files that cannot be read, written or meshed, [`AppError::Command`] without a unit of length,
 /// [`AppError::Scenario`] for a part that is no body.
 pub fn scenario(
     part: &Path,
-    arguments: &PartArguments,
+    (arguments, section): (&PartArguments, Option<SectionModel>),
     path: &Path,
     title: &str,
 ) -> Result<PartScenario, AppError> {
@@ -69,7 +71,15 @@ pub fn scenario(
         part.to_owned()
     };
     let file = from_folder(path.parent().unwrap_or(Path::new("")), &mesh);
-    let mut text = TEXT.replace("TITLE", &quoted(title)).replace("FILE", &quoted(&file.to_string_lossy()));
+    let model = section.and_then(|section| Some(section.to_possible_value()?.get_name().to_owned()));
+    let mut text = TEXT.replace("MODEL", &quoted(model.as_deref().unwrap_or("mesh")));
+    let is_plane = matches!(section, Some(SectionModel::PlaneStrain | SectionModel::PlaneStress));
+    let up = if is_plane { Vector3::y_axis() } else { Vector3::z_axis() };
+    for (what, factor) in [("GRAVITY", -9.81), ("VELOCITY", -1.0), ("NORMAL", 1.0)] {
+        text = text
+            .replace(what, &format!("{:?}", up.map(|x| if x == 0.0 { 0.0 } else { factor * x }).as_slice()));
+    }
+    text = text.replace("TITLE", &quoted(title)).replace("FILE", &quoted(&file.to_string_lossy()));
     text = text.replace("MATERIAL", &quoted(&arguments.material));
     text = text
         .replace("UNITS", &quoted(unit.to_possible_value().as_ref().map_or("mm", |value| value.get_name())));
@@ -79,12 +89,20 @@ pub fn scenario(
     let at_origin = text.replace("POSITION", "[0.0, 0.0, 0.0]").replace("HOLD", "");
     let read = scenario::parse(path, at_origin.as_bytes(), &[])?;
     let body = &read.run.bodies[0].kind;
-    let floor = Floor { point: Vector3::zeros(), up: Vector3::z_axis() };
+    let floor = Floor { point: Vector3::zeros(), up };
     let (gap, centre) = (GAP * body.diagonal().unwrap_or(1.0), mass_and_centre(body).1);
     let surface = surface::of_body(body);
-    let pose =
-        surface.and_then(|s| crate::studies::orientations::pose(&*s, &-floor.up, (&floor, gap), &centre));
-    let position = pose.map_or(Vector3::zeros(), |(position, _)| position);
+    let motion = body.motion();
+    let position = surface.and_then(|surface| {
+        if motion == RigidMotion::Spatial {
+            let pose = crate::studies::orientations::pose(&*surface, &-floor.up, (&floor, gap), &centre);
+            return pose.map(|(position, _)| position);
+        }
+        // In its plane, above the floor's point.
+        let lowest = surface.lowest(&motion.components(up.as_ref().as_ref()).into())?.point;
+        Some(up.into_inner() * (gap - up.dot(&motion.in_space(&lowest))))
+    });
+    let position = position.unwrap_or_default();
     text = text.replace("POSITION", &format!("{:?}", position.as_slice()));
     text = text.replace("HOLD", &body.meshed().map_or_else(String::new, hold));
     let scenario = scenario::parse(path, text.as_bytes(), &[])?;

@@ -256,7 +256,7 @@ fn face(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Optio
                 format!("a body from a file has no named faces, name a marker of the file: {markers}")
             }
             None if body.mesh.is_some() => {
-                "the mesh has no group of faces: give surfaces a physical group or write *SURFACE or *NSET, or give a \"point\"".into()
+                "the mesh has no group of faces: give surfaces, in the plane curves, a physical group or write *SURFACE or *NSET, or give a \"point\"".into()
             }
             None => "the body has no shape with faces, give a \"point\"".into(),
         };

@@ -190,13 +190,13 @@ fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts) 
         checker.fault_in(section, "model", message);
     }
     if facts.has_mesh && facts.model.is_massless() {
-        let message = "must be \"quasistatic\" or another model with a penalty factor where a body has model \"mesh\": corners of its sides have no \
+        let message = "must be \"quasistatic\" or another model with a penalty factor where a body is a mesh: corners of its sides have no \
                        area of their own, so that contact is watched at more points than the boundary has unknowns";
         checker.fault_in(section, "model", message.into());
         return;
     }
     if facts.has_mesh {
-        let message = "must be \"penalty\" where a body has model \"mesh\": corners of its sides have no area of their own, so that \
+        let message = "must be \"penalty\" where a body is a mesh: corners of its sides have no area of their own, so that \
                        contact is watched at more points than the constraint has unknowns for";
         checker.fault_in(section, "constraint", message.into());
         return;
@@ -218,7 +218,7 @@ fn check_transfer(checker: &mut Checker, section: &Section, facts: &ContactFacts
         );
         checker.fault_in(section, "modes", message);
     } else if has_own && facts.has_mesh {
-        let message = "must be \"prolonged\" with a body of model \"mesh\"".into();
+        let message = "must be \"prolonged\" with a body that is a mesh".into();
         checker.fault_in(section, "modes", message);
     }
     if section.choice("transfer") == Some(TransferMethod::Printed) && !has_own {
