@@ -8,8 +8,9 @@
 //! Newton's method on the sets: a sticking point has all its components free, a sliding one only
 //! the turn of its force along the circle (Eq. F.7), so that one symmetric positive definite matrix
 //! is factorised. In the plane a sliding point has nothing free, and the method is the active-set
-//! method for bounds on both sides, with the same safeguard as
-//! [`super::active_set`]: single exchanges where full ones don't gain.
+//! method for bounds on both sides. Where exchanges don't gain, as between points that are more than
+//! the surface has displacements, sweeps follow that lower F.5 point by point, and Newton's method
+//! goes on from the sets that they find.
 //!
 //! Only loaded points are computed: their block of the compliance is kept as long as they stay the
 //! same. A factor is kept until the free directions have turned, or until steps with it no longer
@@ -27,8 +28,10 @@ mod uncoupled;
 
 use loaded::LoadedPoints;
 
-/// Full exchanges without progress before single exchanges start.
-const PATIENCE: usize = 10; // Júdice & Pires 1994
+/// Exchanges without progress before sweeps start (Júdice & Pires 1994).
+const PATIENCE: usize = 10;
+/// Sweeps of the first time; each time they are twice as many.
+const FIRST_SWEEPS: usize = 8;
 /// Round-off allowance of a slip, in units of `n eps max|c|`.
 const SLIP_ROUND_OFF: f64 = 32.0 * f64::EPSILON;
 /// Relative excess of a force over its bound up to which the point still sticks: round-off of the
@@ -188,10 +191,10 @@ impl Tangential {
         let allowance = SLIP_ROUND_OFF * self.increments.len() as f64 * largest;
         let small = tolerance * problem.bounds.iter().copied().fold(0.0, f64::max);
         let (mut fewest, mut patience) = (usize::MAX, PATIENCE);
-        let (mut n_kept, mut last) = (0, f64::INFINITY);
+        let (mut n_kept, mut last, mut n_sweeps) = (0, f64::INFINITY, FIRST_SWEEPS);
         for iteration in 1..=limit {
             let step = self.step(problem, n_kept < KEPT_STEPS, forces)?;
-            let (n_wrong, highest) = self.count_wrong(problem, forces, allowance);
+            let n_wrong = self.count_wrong(problem, forces, allowance);
             let is_settled = if step.is_exact { step.turn <= TURN_TOLERANCE } else { step.size <= small };
             if n_wrong == 0 && is_settled {
                 return Ok(iteration);
@@ -204,15 +207,17 @@ impl Tangential {
             last = if n_wrong == 0 { step.size } else { f64::INFINITY };
             if n_wrong < fewest {
                 (fewest, patience) = (n_wrong, PATIENCE);
-            } else if n_wrong > 0 {
-                patience = patience.saturating_sub(1);
+            } else {
+                patience -= 1;
             }
-            if n_wrong > 0 {
-                for i in 0..self.states.len() {
-                    if patience > 0 || i == highest {
-                        self.exchange(i, problem, forces, allowance);
-                    }
-                }
+            if patience == 0 {
+                (fewest, patience) = (usize::MAX, PATIENCE);
+                (0..n_sweeps).for_each(|_| self.sweep(problem, forces));
+                n_sweeps *= 2;
+            } else if n_wrong > 0 {
+                (0..self.states.len()).for_each(|i| self.exchange(i, problem, forces, allowance));
+            }
+            if n_wrong > 0 || patience == PATIENCE {
                 self.loaded.update_increments(problem, forces, &mut self.increments);
             }
         }
@@ -477,9 +482,31 @@ impl Tangential {
         }
     }
 
-    fn count_wrong(&self, problem: &TangentialProblem<'_>, forces: &[f64], tolerance: f64) -> (usize, usize) {
-        let wrong = (0..self.states.len()).filter(|&i| self.is_wrong(i, problem, forces, tolerance));
-        wrong.fold((0, usize::MAX), |(n, _), i| (n + 1, i))
+    fn count_wrong(&self, problem: &TangentialProblem<'_>, forces: &[f64], tolerance: f64) -> usize {
+        (0..self.states.len()).filter(|&i| self.is_wrong(i, problem, forces, tolerance)).count()
+    }
+
+    /// Moves the force of one loaded point after the other down the slope of F.5, by no more than its
+    /// own yield allows, and back to its bound: none of these steps raises F.5. Sets are those that
+    /// the forces end with.
+    fn sweep(&mut self, problem: &TangentialProblem<'_>, forces: &mut [f64]) {
+        self.loaded.update_increments(problem, forces, &mut self.increments);
+        for slot in 0..self.loaded.len() {
+            let (i, n_t) = (self.loaded.point(slot), self.n_t);
+            let (increment, stiffest) = self.loaded.increment(slot, problem.springs[i]);
+            let (old, bound) = (pair(forces, i, n_t), problem.bounds[i]);
+            // What yields to no force needs none.
+            let way = if stiffest > 0.0 { 1.0 / stiffest } else { 0.0 };
+            let mut new = [0, 1].map(|a| old[a] - way * increment[a]);
+            let size = new[0].hypot(new[1]);
+            self.states[i] = if size > bound { PointState::Slip } else { PointState::Stick };
+            if size > bound {
+                self.directions[i] = new.map(|f| f / size);
+                new = self.directions[i].map(|d| d * bound);
+            }
+            forces[n_t * i..n_t * (i + 1)].copy_from_slice(&new[..n_t]);
+            self.loaded.add_force(slot, problem.springs[i], [new[0] - old[0], new[1] - old[1]]);
+        }
     }
 
     /// Moves point `i` to the other state if it is in the wrong one.
