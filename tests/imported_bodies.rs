@@ -182,7 +182,7 @@ fn faults_of_full_files_name_key_and_remedy() {
     assert_faults(&missing, &[(&[], "bodies.beam.file", "required key is missing")]);
     // Files belong to bodies that are imported.
     let wall = "bodies.wall={model=\"rigid\",geometry={shape=\"plane\"},normal=[0,1,0],file=\"beam.h5\"}";
-    assert_faults(SWING, &[(&[wall], "bodies.wall.file", "model \"imported\" or \"mesh\" only")]);
+    assert_faults(SWING, &[(&[wall], "bodies.wall.file", "axisymmetric ones without \"geometry\" only")]);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //! bilinear elements, which are splines of degree one; what is refused; sections in pictures.
 
 use crate::support::scenarios;
+use crate::support::vtu::array;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
@@ -333,4 +334,52 @@ fn new_writes_a_scenario_of_a_section() {
         assert!((position[up] - 0.01 - 1e-4 * scenario.run.bodies[0].kind.diagonal().unwrap()).abs() < 1e-9);
         assert!(scenario.run.bodies[0].motion.velocity[up] < 0.0);
     }
+}
+
+/// Pictures of a scenario: the section as it is, with VTK's triangles of six nodes, and turned around its axis, with the volume of the ball.
+#[test]
+fn sections_are_drawn_as_they_are_and_turned_around() {
+    let folder = files("plane_mesh_pictures");
+    let text = format!(
+        "[simulation]\nend_time = 1e-4\n{}{}",
+        body("upper", Made::Mesh, true, [10.0, -0.1]),
+        floor(true)
+    );
+    std::fs::write(folder.join("ball.toml"), text).unwrap();
+    let draw = |target: &str, more: &[&str]| {
+        let (from, to) = (folder.join("ball.toml"), folder.join(target));
+        let run = std::process::Command::new(env!("CARGO_BIN_EXE_fbimpact"))
+            .arg("export")
+            .arg(from)
+            .arg("--vtk")
+            .arg(&to)
+            .args(more)
+            .output()
+            .unwrap();
+        assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+        let files = std::fs::read_dir(to.join("ball")).unwrap().map(|file| file.unwrap().path());
+        let of_body =
+            |path: &std::path::PathBuf| path.file_name().unwrap().to_string_lossy().contains("bodies");
+        let file = files.into_iter().find(of_body).expect("the ball");
+        ["types", "connectivity", "Points"].map(|name| array(&file, name))
+    };
+    let [types, connectivity, points] = draw("section", &[]);
+    assert!(types.iter().all(|t| *t == 22.0) && connectivity.len() == 6 * types.len());
+    let [wedges, of_wedges, around] = draw("around", &["--revolve"]);
+    // Four linear parts a triangle, 24 sectors.
+    assert_eq!(wedges, vec![13.0; 24 * 4 * types.len()]);
+    assert_eq!(around.len(), 24 * points.len());
+    let place = |n: f64| nalgebra::Vector3::from_column_slice(&around[3 * n as usize..][..3]);
+    let volume = |of: &[f64]| {
+        let p: Vec<_> = of.iter().map(|n| place(*n)).collect();
+        let tetrahedron = |i: [usize; 4]| {
+            let [a, b, c, d] = i.map(|i| p[i]);
+            (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0
+        };
+        tetrahedron([0, 1, 2, 3]) + tetrahedron([1, 2, 3, 4]) + tetrahedron([2, 3, 4, 5])
+    };
+    let total: f64 = of_wedges.as_chunks::<6>().0.iter().map(|of| volume(of)).sum();
+    // A polygon of 24 corners in the circle, chords of 16 parts in its half.
+    let wanted = 4.0 / 3.0 * std::f64::consts::PI * 1e-6;
+    assert!((total.abs() / wanted - 1.0).abs() < 0.02, "{total:e}");
 }

@@ -64,7 +64,7 @@ pub fn raw_part(bytes: &[u8], wanted: &mut Wanted<'_>) -> Result<RawMesh, MeshEr
     let (mesh, part) = match format {
         Format::Input => inp::read(bytes, wanted)?,
         Format::Gmsh => (gmsh::read(bytes)?, wanted.part.map(str::to_owned)),
-        Format::Nastran => (nastran::read(bytes)?, wanted.part.map(str::to_owned)),
+        Format::Nastran => (nastran::read(bytes, wanted)?, wanted.part.map(str::to_owned)),
     };
     Ok(match part {
         Some(part) => mesh.part(&part)?,

@@ -302,11 +302,49 @@ fn coordinates_and_faults_of_nastran() {
             &["line 5", "CTETRA with 4 or 10 grid points", "5 grid points"],
         ),
         ("GRID,4,6,0.,0.,1.", "CORD2R,6,0,0.,0.,0.,0.,1.,0.\n+,0.,2.,0.", &["line 5", "on a line"]),
-        ("GRID,4,,0.,0.,1.", "INCLUDE 'a.bdf'", &["line 5", "INCLUDE", "one file"]),
+        ("GRID,4,,0.,0.,1.", "INCLUDE 'a.bdf'", &["line 5", "a.bdf", "there is none"]),
+        ("GRID,4,,0.,0.,1.", "INCLUDE", &["line 5", "INCLUDE with the name of a file"]),
     ] {
         let text = refused(&deck(grid, more), None);
         assert!(words.iter().all(|w| text.contains(w)), "{words:?}: {text}");
     }
+}
+
+/// Bulk data in several files are those in one; faults and notes name the file and its line.
+#[test]
+fn bulk_data_include_files() {
+    let raw = block(ElementKind::Tet10, [2, 1, 1], |x| x.map(|x| 16.0 * x));
+    let whole = nastran(&raw, Fields::Free);
+    let bulk =
+        whole.split_once("BEGIN BULK\n").expect("bulk data").1.split_once("ENDDATA").expect("its end").0;
+    let (elements, points) = bulk.split_at(bulk.find("GRID").expect("grid points"));
+    let main = "INCLUDE 'case control'\nBEGIN BULK\n$ the model\ninclude 'all.bdf' $ here\nENDDATA\nINCLUDE 'nothing'\n";
+    let all = "INCLUDE 'elements.bdf'\nPBUSH,1\nINCLUDE=\"points.bdf\"\n";
+    let found = |points: &str| {
+        let mut include = |name: &str| match name {
+            "all.bdf" => Ok(all.as_bytes().to_vec()),
+            "elements.bdf" => Ok(elements.as_bytes().to_vec()),
+            "points.bdf" => Ok(points.as_bytes().to_vec()),
+            _ => Err("there is none".to_owned()),
+        };
+        read_part(main.as_bytes(), 1.0, &mut Wanted { part: None, include: &mut include })
+    };
+    let (mesh, expected) = (found(points).expect("a mesh"), read(whole.as_bytes(), 1.0).expect("a mesh"));
+    assert_eq!((mesh.nodes(), mesh.elements()), (expected.nodes(), expected.elements()));
+    let notes = mesh.notes().join("\n");
+    assert!(notes.contains("PBUSH (line 2 of all.bdf)"), "{notes}");
+    let lost = found("GRID,1,,0.,0.,0.\nGRID,2,,x\n").expect_err("refused").to_string();
+    let words = ["line 4: in \"all.bdf\", line 3: in \"points.bdf\", line 2:", "field 4 of GRID"];
+    assert!(words.iter().all(|w| lost.contains(w)), "{lost}");
+    let itself = |name: &str| Ok(format!("INCLUDE '{name}'\n").into_bytes());
+    let mut include = itself;
+    let mut wanted = Wanted { part: None, include: &mut include };
+    let round =
+        read_part(b"GRID,1,,0.,0.,0.\nINCLUDE 'a'\n", 1.0, &mut wanted).expect_err("refused").to_string();
+    assert!(
+        round.starts_with("line 2: in \"a\", line 1:") && round.contains("16 files within each other"),
+        "{round}"
+    );
 }
 
 #[test]

@@ -63,7 +63,7 @@ pub fn format(bytes: &[u8]) -> Result<Format, ReadFault> {
         if line.strip_prefix(b"*").is_some_and(|card| begins(card.trim_ascii_start(), b"NODE")) {
             return Ok(Format::Input);
         }
-        if begins(line, b"GRID") {
+        if begins(line, b"GRID") || begins(line, b"BEGIN BULK") {
             return Ok(Format::Nastran);
         }
     }

@@ -2,10 +2,13 @@
 //! any system, solid elements, elements on the surface.
 
 mod fields;
+mod included;
 
 use std::collections::{BTreeMap, HashMap};
 
 use self::fields::{Entry, entries};
+use self::included::Lines;
+use super::Wanted;
 use super::labels::Labels;
 use super::skipped::Skipped;
 use super::text::{expected, fail, real, refuse};
@@ -79,11 +82,15 @@ enum Element {
 }
 
 /// Reads a file.
-pub fn read(bytes: &[u8]) -> Result<RawMesh, MeshError> {
-    let mut reader = Reader::default();
-    let text = String::from_utf8_lossy(bytes);
-    entries(&text, |entry| reader.entry(entry))?;
-    reader.finish()
+pub fn read(bytes: &[u8], wanted: &mut Wanted<'_>) -> Result<RawMesh, MeshError> {
+    let mut lines = Lines::default();
+    let text = lines.expanded(String::from_utf8_lossy(bytes), wanted);
+    let mesh = text.and_then(|text| {
+        let mut reader = Reader::default();
+        entries(&text, |entry| reader.entry(entry, &lines))?;
+        reader.finish()
+    });
+    mesh.map_err(|error| lines.told(error))
 }
 
 /// What the entry `name` is, if it is an element that is read.
@@ -174,7 +181,7 @@ fn nodes(
 }
 
 impl<'a> Reader<'a> {
-    fn entry(&mut self, entry: Entry<'a>) -> Result<(), MeshError> {
+    fn entry(&mut self, entry: Entry<'a>, lines: &Lines) -> Result<(), MeshError> {
         let line = entry.line;
         match entry.name.as_str() {
             "GRID" => {
@@ -190,9 +197,9 @@ impl<'a> Reader<'a> {
                 self.materials.insert(whole(&entry, 0)?, whole(&entry, 1)?);
             }
             "MAT1" | "PSHELL" => {}
-            "INCLUDE" => return refuse(line, "INCLUDE", "put the bulk data into one file"),
+            "INCLUDE" => return expected(line, "INCLUDE with the name of a file", ""),
             name if element_type(name).is_some() => self.elements.push(entry),
-            name => self.skipped.note(name, format_args!("line {line}")),
+            name => self.skipped.note(name, lines.place(line)),
         }
         Ok(())
     }
