@@ -26,7 +26,8 @@ use crate::ContactError;
 use crate::contact_element::{Contact, ContactElement, ContactFindings, ContactReport, Meeting};
 use crate::law::{Friction, penalty};
 use crate::quasistatic::Method;
-use crate::zone::submodel::{ContactSubmodel, SparseRows};
+use crate::zone::sparse_rows::SparseRows;
+use crate::zone::submodel::ContactSubmodel;
 
 mod relative_pose;
 mod target;

@@ -4,7 +4,7 @@ use crate::common::surface_compliance;
 use crate::counting::allocations;
 use contact_qs::quasistatic::Method;
 use contact_qs::quasistatic::broyden::BroydenSettings;
-use contact_qs::zone::submodel::SparseRows;
+use contact_qs::zone::sparse_rows::SparseRows;
 use contact_qs::{ActiveContact, ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;

@@ -5,7 +5,7 @@ use contact_qs::law::hertz::{HertzPair, Solid};
 use contact_qs::law::penalty::{DEFAULT_STIFFNESS_RATIO, compliance_weight};
 use contact_qs::quasistatic::broyden::BroydenSettings;
 use contact_qs::quasistatic::{ActiveSet, Method, Problem};
-use contact_qs::zone::submodel::SparseRows;
+use contact_qs::zone::sparse_rows::SparseRows;
 use contact_qs::{ContactSubmodel, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;

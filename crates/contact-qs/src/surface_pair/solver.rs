@@ -13,7 +13,7 @@ use crate::quasistatic::point_solver::PointSolver;
 use crate::quasistatic::problem::{add_columns, add_product, dot};
 use crate::quasistatic::stick_slip::{NormalSolver, StickSlip};
 use crate::zone::compliance::{Yielding, ZoneCompliance};
-use crate::zone::submodel::SparseRows;
+use crate::zone::sparse_rows::SparseRows;
 
 /// Quasistatic compliance of a pair: that of the contact body's points; the target's is that of its
 /// surface.

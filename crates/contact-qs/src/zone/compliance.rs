@@ -8,7 +8,7 @@
 use faer::Mat;
 use ffr_dynamics::data_error::{DataError, check_square};
 
-use super::submodel::SparseRows;
+use super::sparse_rows::SparseRows;
 use crate::quasistatic::problem::{add_columns, add_product};
 
 /// Compliance of the points of a zone.

@@ -11,7 +11,8 @@ use ffr_dynamics::data_error::{DataError, check_square};
 
 use crate::ContactError;
 use crate::zone::compliance::ZoneCompliance;
-use crate::zone::submodel::{ContactSubmodel, SparseRows};
+use crate::zone::sparse_rows::SparseRows;
+use crate::zone::submodel::ContactSubmodel;
 
 /// Round-off allowance of a sum of shape functions, which is 1.
 const UNITY_TOLERANCE: f64 = 1e-10;

@@ -10,7 +10,7 @@ pub mod elastic;
 
 use contact_qs::quasistatic::Method;
 use contact_qs::zone::points::{DofLookup, InterfaceCompliance, PressureMean, SurfacePoint};
-use contact_qs::zone::submodel::SparseRows;
+use contact_qs::zone::sparse_rows::SparseRows;
 use contact_qs::{ContactSubmodel, SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
 use faer::Mat;
 use ffr_dynamics::body::{Dof, RigidMotion};
