@@ -364,7 +364,7 @@ fn sections_are_drawn_as_they_are_and_turned_around() {
         ["types", "connectivity", "Points"].map(|name| array(&file, name))
     };
     let [types, connectivity, points] = draw("section", &[]);
-    assert!(types.iter().all(|t| *t == 22.0) && connectivity.len() == 6 * types.len());
+    assert_eq!((types.clone(), connectivity.len()), (vec![22.0; types.len()], 6 * types.len()));
     let [wedges, of_wedges, around] = draw("around", &["--revolve"]);
     // Four linear parts a triangle, 24 sectors.
     assert_eq!(wedges, vec![13.0; 24 * 4 * types.len()]);
