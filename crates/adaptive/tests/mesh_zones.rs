@@ -72,11 +72,11 @@ fn no_modes_are_chosen_that_a_mesh_does_not_carry() {
     };
     let ((found, waves), (finer, _)) = (frequencies(2), frequencies(4));
     // The estimate of the highest mode is no less than what a mesh of half the sides shows; by the longest
-    // edges of six tetrahedra in a cube, its diagonal, less than five times as much.
+    // edges of six tetrahedra in a cube, its diagonal, less than ten times as much.
     let error = found[coarse.modes - 1] / finer[coarse.modes - 1] - 1.0;
     let estimate = waves.error(found[coarse.modes - 1] / TAU).unwrap().0;
     println!("{} modes, error {error:.4}, estimate {estimate:.4}, carried {carried:.3e} Hz", coarse.modes);
-    assert!(error < estimate && estimate < 5.0 * error, "{error} {estimate}");
+    assert!(error < estimate && estimate < 10.0 * error, "{error} {estimate}");
 }
 
 #[test]
