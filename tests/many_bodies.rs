@@ -155,3 +155,37 @@ fn contacts_of_bodies_far_apart_take_no_time_and_no_space() {
     // 435 contacts and 30 bodies have 5,800 datasets, 14 MB when they had chunks of 256 rows.
     assert!(file.size() < 20_000_000, "{}", file.size());
 }
+
+#[test]
+fn flexible_bodies_far_apart_cost_an_impact_nothing() {
+    // The first of 14 balls on an axis, with contacts between all of them, flies into the second. In each step of the impact the
+    // other 90 contacts were searched, those with fine models asked all of them for their coordinates, and each kept buffers.
+    let scenario = |n: usize| {
+        let mut text = "[simulation]\nend_time = 1e-4\n".to_owned();
+        for i in 0..n {
+            let (z, speed) =
+                (if i < 2 { 0.02001 * i as f64 } else { 0.03 * i as f64 }, if i == 0 { 1 } else { 0 });
+            let _ = write!(
+                text,
+                "[bodies.a{i}]\nmodel = \"axisymmetric\"\nmaterial = \"steel\"\nposition = [0, 0, {z}]\nvelocity = [0, 0, {speed}]\n\
+                 geometry = {{ shape = \"sphere\", radius = 0.01 }}\n"
+            );
+            for k in 0..i {
+                let _ =
+                    write!(text, "[contacts.c{k}-{i}]\ncontact_body = \"a{k}\"\ntarget_body = \"a{i}\"\n");
+            }
+        }
+        text
+    };
+    let folders = [0, 1].map(|_| tempfile::tempdir().expect("a folder"));
+    let (alone, _) = peak_of_run(folders[0].path(), &scenario(2));
+    let begin = Instant::now();
+    let (among, file) = peak_of_run(folders[1].path(), &scenario(14));
+    assert!(begin.elapsed() < SECONDS, "{} s", begin.elapsed().as_secs());
+    // As among rigid balls.
+    assert!((among / alone - 1.0).abs() < 1e-5, "{among} {alone}");
+    // Eight times as many bodies and ninety times as many contacts: twice the time of the two bodies' impact for all there is but
+    // for what grows with the bodies, models and states.
+    let search = file.dataset("timings/search").and_then(|row| row.read_scalar::<f64>()).expect("a row");
+    assert!(search < 0.5, "{search} s");
+}

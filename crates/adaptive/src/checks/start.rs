@@ -43,8 +43,13 @@ pub fn check(
             Some(radii) => of_spheres(model, i, radii, (&states, &y))?,
             None => {
                 let (pair, detector) = (pair(model, i), detector(model, i, search)?);
-                normal = pair.nearest(&detector, search, &states)?.normal;
-                pair.overlap(&detector, search, &states)?
+                let is_slow = detector.closing_speed_bound(&states) <= model.contacts[i].wave_speed;
+                if is_slow && detector.least_gap(&states) > 0.0 {
+                    None
+                } else {
+                    normal = pair.nearest(&detector, search, &states)?.normal;
+                    pair.overlap(&detector, search, &states)?
+                }
             }
         };
         let facts = &model.contacts[i];
@@ -213,10 +218,14 @@ fn detector<'a>(
 /// # Errors
 /// [`AdaptiveError::Unsupported`] if a body has no surface.
 pub fn watched_pairs(model: &RunModel) -> Result<Vec<WatchedPair>, AdaptiveError> {
-    let pair = |(i, facts): (usize, &ContactFacts)| match (&facts.refinement, &facts.spheres) {
-        (Some(_), _) => Ok(WatchedPair::new(Shapes::Refined)),
-        (None, Some((own, other))) => Ok(WatchedPair::new(Shapes::Spheres(own.clone(), other.clone()))),
-        (None, None) => Ok(WatchedPair::new(Shapes::Lasting(Box::new(surfaces(model, i)?)))),
+    let search = Search::new();
+    let pair = |(i, facts): (usize, &ContactFacts)| {
+        let shapes = match (&facts.refinement, &facts.spheres) {
+            (Some(_), _) => Shapes::Refined,
+            (None, Some((own, other))) => Shapes::Spheres(own.clone(), other.clone()),
+            (None, None) => Shapes::Lasting(Box::new(surfaces(model, i)?)),
+        };
+        Ok(WatchedPair::new(shapes, search.of_another_pair()))
     };
     model.contacts.iter().enumerate().map(pair).collect()
 }

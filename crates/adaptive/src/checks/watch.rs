@@ -8,11 +8,8 @@ use nalgebra::Vector3;
 
 use crate::error::AdaptiveError;
 use crate::impact::AdaptiveContact;
-use crate::touch::detection::Search;
+use crate::touch::detection::{Clearance, Search};
 
-/// Ratio of the closing speed between two looks to that at the later one, at most, with the change
-/// by gravity and forces.
-const BETWEEN_LOOKS: f64 = 2.0;
 /// Share of the deepest overlap of a phase that a contact need not know of. Light touches at the
 /// beginning of a phase and deepest places between contact points are far below it; an overlap
 /// elsewhere, or without a contact, is above.
@@ -61,11 +58,7 @@ pub struct Unknown {
 pub struct WatchedPair {
     shapes: Shapes,
     search: Search,
-    /// The part of the gap at the last look that cannot have been closed since, with the time and
-    /// the closing speed of that look.
-    clearance: f64,
-    time: f64,
-    speed: f64,
+    clearance: Clearance,
     /// Time from the start of the phase at which the next look is due \[s\].
     due: f64,
     deepest: f64,
@@ -87,13 +80,11 @@ pub struct Seen {
 
 impl WatchedPair {
     /// A pair before its first phase.
-    pub fn new(shapes: Shapes) -> Self {
+    pub fn new(shapes: Shapes, search: Search) -> Self {
         Self {
             shapes,
-            search: Search::new(),
-            clearance: 0.0,
-            time: f64::NEG_INFINITY,
-            speed: 0.0,
+            search,
+            clearance: Clearance::UNKNOWN,
             due: 0.0,
             deepest: 0.0,
             worst: None,
@@ -104,7 +95,7 @@ impl WatchedPair {
     /// Begins another phase, or trial of one: what was seen before does not count.
     pub fn begin(&mut self) {
         self.search.forget();
-        (self.clearance, self.time, self.due) = (0.0, f64::NEG_INFINITY, 0.0);
+        (self.clearance, self.due) = (Clearance::UNKNOWN, 0.0);
         (self.deepest, self.worst, self.has_seen) = (0.0, None, false);
     }
 
@@ -149,18 +140,14 @@ impl WatchedPair {
             (Shapes::Refined, Some(refinement)) => &refinement.detector,
             (Shapes::Refined, None) => return Ok(None),
         };
-        let speed = detector.closing_speed_bound(states);
-        let way = BETWEEN_LOOKS * speed.max(self.speed) * (time - self.time);
-        if time >= self.time && self.clearance > way {
-            self.clearance -= way;
-            (self.time, self.speed) = (time, speed);
+        if self.clearance.holds(detector, (time, states), 0.0) {
             return Ok(None);
         }
         let nearest = self
             .search
             .nearest(detector, states)
             .map_err(|source| AdaptiveError::Contact { contact: contact.to_owned(), source })?;
-        (self.clearance, self.time, self.speed) = (nearest.gap.max(0.0), time, speed);
+        self.clearance.gap = nearest.gap.max(0.0);
         Ok((nearest.gap < 0.0).then_some(Overlap { depth: -nearest.gap, place: nearest.contact.point }))
     }
 
@@ -201,7 +188,7 @@ mod tests {
     use super::*;
 
     fn pair() -> WatchedPair {
-        WatchedPair::new(Shapes::Refined)
+        WatchedPair::new(Shapes::Refined, Search::new())
     }
 
     fn overlap(depth: f64) -> Overlap {

@@ -19,6 +19,7 @@ use crate::state::ledger::{EnergyLedger, Imbalance};
 use crate::state::observer::{Continue, Observer};
 use crate::state::stop_hit::StopHit;
 use crate::state::{ContactState, RunState};
+use crate::touch::detection::{Clearance, Search};
 
 /// Gap at the start, as a share of the body's size, below which bodies count as touching: round-off
 /// of coordinates.
@@ -34,10 +35,6 @@ const QUIET_STEPS: f64 = 10.0;
 /// Shortest interval between two gap evaluations of a pair that is not in contact, as a share of a
 /// step: overlaps that last longer are never missed.
 const SHORTEST_LOOK: f64 = 1e-4;
-/// Ratio of the closing speed within a step to the larger one at its ends, at most: a vibration
-/// that is resolved has at least three samples per period, and between two samples it is below
-/// `1 / cos(π / 3)` of the larger.
-const WITHIN_A_STEP: f64 = 2.0;
 /// Gap, as a share of the size of the pair, below which detection cannot tell it from a touch:
 /// touches are located to a billionth of a step.
 const NEAR: f64 = 1e-9;
@@ -210,7 +207,9 @@ impl<'a> Driver<'a> {
         let limits = MotionLimits::new(model, &states, &settings);
         let mass = model.bodies.iter().map(|b| b.data.mass).filter(|m| m.is_finite()).sum();
         let floor = settings.free.velocity_floor.max(settings.impact.velocity_floor);
-        let slots = model.contacts.iter().map(|c| ContactSlot::new(c.refinement.is_some()));
+        let search = Search::new();
+        let slots = model.contacts.iter();
+        let slots = slots.map(|c| ContactSlot::new(c.refinement.is_some(), search.of_another_pair()));
         let stops = model.system.model().stops();
         // What lasts is shown over its period: states at whole periods may all be the same.
         let usual_interval = FREE_INTERVAL.min(model.system.model().quarter_period(settings.end_time));
@@ -373,7 +372,10 @@ impl<'a> Driver<'a> {
 
     /// Makes searches start anew: the next ones depend on motions and surfaces alone.
     fn forget_searches(&mut self) {
-        self.slots.iter_mut().for_each(|slot| slot.nearest.forget());
+        for slot in &mut self.slots {
+            slot.nearest.forget();
+            slot.clearance = Clearance::UNKNOWN;
+        }
     }
 
     /// Whether a contact is closed, or open by no more than round-off.
@@ -382,7 +384,7 @@ impl<'a> Driver<'a> {
         system.body_states(t, y);
         let mut is_any = false;
         for (i, facts) in self.model.contacts.iter().enumerate() {
-            is_any |= self.slots[i].gap(system, (i, facts), y)? <= touching(facts);
+            is_any |= self.slots[i].gap_below(system, (i, facts), y, touching(facts))?.is_some();
         }
         Ok(is_any)
     }
@@ -391,7 +393,6 @@ impl<'a> Driver<'a> {
     /// observer stopped the run.
     fn free_phase(&mut self) -> Result<bool, AdaptiveError> {
         let end = self.settings.end_time;
-        self.slots.iter_mut().for_each(|slot| slot.clearance = 0.0);
         self.begin_watch();
         while self.integrator.time() < end && !self.is_at_rest() && !self.is_enough() {
             let step = self.free_step(end)?;

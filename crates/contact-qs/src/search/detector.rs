@@ -13,7 +13,7 @@ use super::boxes::NodeKind;
 use super::critical_pair::followed_overlap;
 use super::deformed::{Side, Site, smallest};
 use super::minimum_distance::{Proximity, check_state, minimum_distance};
-use super::query::SearchWorkspace;
+use super::query::{SearchWorkspace, in_first_frame};
 use super::surface_model::{SurfaceModel, SurfaceSite};
 use crate::error::MotionFault;
 use crate::{ContactError, Plane, Target};
@@ -100,6 +100,32 @@ impl Detector {
             return Ok(followed);
         }
         self.nearest(bodies, workspace)
+    }
+
+    /// A gap that the surfaces have at least in the motions `bodies`, without a search: that of the balls about the origins
+    /// of their frames that hold them, or of the boxes around them (theory Eq. C.28). It says nothing where it is not
+    /// above zero, and is minus infinity for motions that are not finite, or of bodies that share no axis or no plane \[m\].
+    pub fn least_gap(&self, bodies: &[BodyState]) -> f64 {
+        let inflation = |model: &SurfaceModel, state: &BodyState| {
+            check_state(model, state).ok().map(|()| model.displacement_bound(&state.elastic))
+        };
+        let least = || match self.pair(bodies) {
+            Target::Plane(plane) => {
+                let (model, state) = (&*self.own.model, &bodies[self.own.body]);
+                let n = state.rotation.inverse() * plane.normal.into_inner();
+                let height = plane.normal.dot(&(state.position - plane.point));
+                let lowest = model.nodes()[0].bounds.lowest(&n).max(-model.radius());
+                Some(height + lowest - inflation(model, state)?)
+            }
+            Target::Body((models, states)) => {
+                let placement = in_first_frame(models[0].motion(), states).ok()?;
+                let [first, second] = models.map(|model| &model.nodes()[0].bounds);
+                let balls = placement.origin.norm() - models[0].radius() - models[1].radius();
+                let apart = placement.distance(first, second).max(balls);
+                Some(apart - inflation(models[0], states[0])? - inflation(models[1], states[1])?)
+            }
+        };
+        least().unwrap_or(f64::NEG_INFINITY)
     }
 
     /// Largest speed at which the surfaces may approach each other [m/s].

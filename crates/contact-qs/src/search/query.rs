@@ -111,6 +111,16 @@ impl SearchWorkspace {
         }
     }
 
+    /// Where the last search ended.
+    pub fn last(&self) -> Option<[Site; 2]> {
+        self.last
+    }
+
+    /// Has the next search begin where one between the same surfaces ended: buffers serve any two, one pair after the other.
+    pub fn begin_at(&mut self, last: Option<[Site; 2]>) {
+        self.last = last;
+    }
+
     /// Work of the last search.
     pub fn report(&self) -> SearchReport {
         self.report

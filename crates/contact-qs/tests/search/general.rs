@@ -1,11 +1,13 @@
 //! General bodies against brute force; certificates; faulty states.
 
-use contact_qs::search::plane_distance;
-use contact_qs::{ContactError, Plane, SearchWorkspace, minimum_distance};
+use std::sync::Arc;
+
+use contact_qs::search::{BodySurface, plane_distance};
+use contact_qs::{ContactError, Detector, Plane, SearchWorkspace, Target, minimum_distance};
 use ffr_dynamics::body::RigidMotion::{Axial, Planar, Spatial};
 use ffr_dynamics::force::BodyState;
 use iga_core::nurbs::primitives::{SphereNet, plane, solid, sphere};
-use nalgebra::{UnitQuaternion, Vector3};
+use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 
 use super::bodies::{
     Flexible, Sampled, at, brute_force, c_shape, random_direction, random_rotation, refined, rigid,
@@ -76,6 +78,44 @@ fn deformed_bodies_agree_with_brute_force() {
             );
         }
     }
+}
+
+#[test]
+fn surfaces_are_never_nearer_than_the_least_gap() {
+    let shapes =
+        [solid::hollow_cylinder(0.3, 0.5, 0.8).unwrap(), sphere::sphere(0.5, SphereNet::Cube).unwrap()];
+    let models = shapes.each_ref().map(|shape| Arc::new(Flexible::new(Spatial, shape, 2, 3).model));
+    let surface = |body: usize, model: usize| BodySurface { body, model: Arc::clone(&models[model]) };
+    let mut random = Random::new(8);
+    let mut ws = SearchWorkspace::new();
+    let mut n_apart = 0;
+    for k in 0..40 {
+        // From one in the other to far apart; the last ten are two balls at rest.
+        let is_balls = k >= 30;
+        let place = random_direction(&mut random) * (0.1 * f64::from(k) + if is_balls { 0.0 } else { 0.05 });
+        let states = [[0.0; 3], place.into()].map(|p| BodyState {
+            rotation: random_rotation(&mut random),
+            elastic: (0..3).map(|_| if is_balls { 0.0 } else { 0.03 * random.next() }).collect(),
+            elastic_rates: vec![0.0; 3],
+            ..at(p)
+        });
+        let normal = UnitVector3::new_normalize(random_direction(&mut random));
+        let plane = Plane { point: -place, normal };
+        for target in [Target::Body(surface(1, 1)), Target::Plane(plane)] {
+            let detector = Detector { own: surface(0, usize::from(is_balls)), target };
+            let (least, gap) = (detector.least_gap(&states), detector.nearest(&states, &mut ws).unwrap().gap);
+            assert!(least <= gap.max(0.0) + 1e-12, "{k}: {least} {gap}");
+            n_apart += usize::from(least > 0.0);
+            // Control points of pieces as long as half the radius stand a twentieth of it outside of a ball; boxes would say
+            // up to 0.7 of the radius less.
+            assert!(!is_balls || gap < 0.0 || gap - least < 0.1 * 0.5 * 2.0, "{k}: {least} {gap}");
+            let lost = states
+                .each_ref()
+                .map(|state| BodyState { position: state.position * f64::NAN, ..state.clone() });
+            assert_eq!(detector.least_gap(&lost), f64::NEG_INFINITY);
+        }
+    }
+    assert!(n_apart > 40, "{n_apart}");
 }
 
 #[test]

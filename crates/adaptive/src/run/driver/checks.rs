@@ -113,9 +113,9 @@ impl Driver<'_> {
         for i in 0..self.slots.len() {
             if !self.run.contacts[i].has_closed() {
                 let (system, facts) = (&mut self.model.system, &self.model.contacts[i]);
-                let gap = self.slots[i].gap(system, (i, facts), &self.interpolated)?;
-                let contact = &mut self.run.contacts[i];
-                if gap < contact.smallest_gap {
+                let (y, contact) = (&self.interpolated, &mut self.run.contacts[i]);
+                let gap = self.slots[i].gap_below(system, (i, facts), y, contact.smallest_gap)?;
+                if let Some(gap) = gap.filter(|gap| *gap < contact.smallest_gap) {
                     (contact.smallest_gap, contact.smallest_gap_time) = (gap, t);
                 }
             }

@@ -2,12 +2,12 @@
 
 use crate::adaptivity::penalty_search::PenaltySearch;
 use crate::error::AdaptiveError;
-use crate::impact::FineContact;
 use crate::impact::stress::LeftOut;
+use crate::impact::{AdaptiveContact, FineContact};
 use crate::model::ContactFacts;
 use crate::state::impact_monitor::ImpactMonitor;
 use crate::state::simulation::{RunContact, System, gap_as_placed};
-use crate::touch::detection::Search;
+use crate::touch::detection::{Clearance, Search};
 use crate::uncertainty::trace::Trace;
 
 /// State of a contact between steps. What outlasts an impact is in [`crate::state::ContactState`].
@@ -41,11 +41,8 @@ pub(super) struct ContactSlot {
     pub whole: Option<(RunContact, Box<FineContact>)>,
     /// Penalty search of an earlier trial in which the contact joined the running impact.
     pub search: Option<PenaltySearch>,
-    /// What the last steps of a free phase left of the gap last looked at: the surfaces are no
-    /// nearer; zero if unknown; with a model, that at the end of the last step \[m\].
-    pub clearance: f64,
-    /// Bound of the closing speed at the end of the last step, while there is a clearance [m/s].
-    pub closing_speed: f64,
+    /// What is known of the gap at the end of the last step without a search.
+    pub clearance: Clearance,
     /// What bands of the running impact are made from.
     pub trace: Trace,
     /// How near the bodies were in the last step.
@@ -57,7 +54,7 @@ pub(super) struct ContactSlot {
 pub(super) enum Nearness {
     /// Not in closed form.
     Unknown,
-    /// Too far apart for a touch, by several times, and no impact is followed.
+    /// Too far apart for a touch, by several times, and no impact is followed; or without a model that could tell.
     Far,
     /// Others, with the gaps at both ends \[m\].
     Near { gaps: [f64; 2] },
@@ -74,9 +71,9 @@ pub(super) enum ContactPhase {
 }
 
 impl ContactSlot {
-    /// A contact before the first step; `is_refined`: whether it gets fine models when its bodies
-    /// touch.
-    pub fn new(is_refined: bool) -> Self {
+    /// A contact before the first step, which `search`es its nearest points; `is_refined`: whether it gets fine models when its
+    /// bodies touch.
+    pub fn new(is_refined: bool, search: Search) -> Self {
         Self {
             phase: if is_refined { ContactPhase::Watching } else { ContactPhase::Lasting },
             monitor: ImpactMonitor::default(),
@@ -88,11 +85,10 @@ impl ContactSlot {
             travels: false,
             left: 0,
             ahead: [[0.0; 3]; 2],
-            nearest: Search::new(),
+            nearest: search,
             whole: None,
             search: None,
-            clearance: 0.0,
-            closing_speed: 0.0,
+            clearance: Clearance::UNKNOWN,
             nearness: Nearness::Unknown,
             trace: Trace::default(),
         }
@@ -138,6 +134,30 @@ impl ContactSlot {
     ) -> Result<f64, AdaptiveError> {
         let Some(refinement) = &facts.refinement else { return Ok(gap_as_placed(system, y, i)) };
         Ok(refinement.nearest(system.last_evaluation().0, &mut self.nearest)?.gap)
+    }
+
+    /// As [`ContactSlot::gap`], if it is at most `most`.
+    ///
+    /// # Errors
+    /// [`AdaptiveError::Contact`] if the motions are not finite.
+    pub fn gap_below(
+        &mut self,
+        system: &mut System,
+        contact: (usize, &ContactFacts),
+        y: &[f64],
+        most: f64,
+    ) -> Result<Option<f64>, AdaptiveError> {
+        let states = system.last_evaluation().0;
+        let is_far = |refinement: &AdaptiveContact| refinement.detector.least_gap(states) > most;
+        if contact.1.refinement.as_ref().is_some_and(is_far) {
+            return Ok(None);
+        }
+        Ok(Some(self.gap(system, contact, y)?).filter(|gap| *gap <= most))
+    }
+
+    /// How near the bodies are where no distance tells: without a model nothing acts between them.
+    pub fn without_distance(&self) -> Nearness {
+        if self.is_watching() { Nearness::Far } else { Nearness::Unknown }
     }
 
     /// Whether the contact is watched, without a model.

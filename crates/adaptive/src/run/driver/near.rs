@@ -7,10 +7,12 @@ use contact_qs::search::{TouchSettings, first_touch};
 use ffr_dynamics::force::BodyState;
 use ffr_dynamics::integration::{Crossing, DenseOutput};
 
-use super::{Driver, EVENT_TOLERANCE, SHORTEST_LOOK, TOUCHING, WITHIN_A_STEP};
+use super::{Driver, EVENT_TOLERANCE, SHORTEST_LOOK, TOUCHING};
 use crate::error::AdaptiveError;
+use crate::impact::AdaptiveContact;
 use crate::run::driver::contact_slot::{ContactSlot, Nearness};
 use crate::state::simulation::{System, gap_alone, gap_as_placed, smallest_gap};
+use crate::touch::detection::{BETWEEN_INSTANTS, Clearance};
 
 /// How many times the way that bodies may have closed in a step they are apart to be left out: monitors of impacts then
 /// see them some steps before they touch.
@@ -29,14 +31,14 @@ impl Driver<'_> {
         // Whether there is a closed form does not depend on the motion.
         let is_any = (0..self.slots.len()).any(|i| clearance(system, i).is_some());
         if !is_any || end <= start {
-            self.slots.iter_mut().for_each(|slot| slot.nearness = Nearness::Unknown);
+            self.slots.iter_mut().for_each(|slot| slot.nearness = slot.without_distance());
             return;
         }
         system.body_states(end, y1);
         for (i, slot) in self.slots.iter_mut().enumerate() {
-            slot.nearness = Nearness::Unknown;
+            slot.nearness = slot.without_distance();
             if let Some((clearance, speed)) = clearance(system, i) {
-                (slot.clearance, slot.closing_speed) = (clearance, speed);
+                slot.clearance = Clearance { gap: clearance, time: end, speed };
                 slot.nearness = Nearness::Near { gaps: [gap_as_placed(system, y1, i); 2] };
             }
         }
@@ -47,8 +49,9 @@ impl Driver<'_> {
                 slot.nearness = Nearness::Unknown;
                 continue;
             };
-            let way = WITHIN_A_STEP * speed.max(slot.closing_speed) * (end - start);
-            let is_far = clearance.min(slot.clearance) > 0.0 && clearance + slot.clearance > FAR * way;
+            let last = slot.clearance;
+            let way = BETWEEN_INSTANTS * speed.max(last.speed) * (end - start);
+            let is_far = clearance.min(last.gap) > 0.0 && clearance + last.gap > FAR * way;
             gaps[0] = gap_as_placed(system, y0, i);
             if is_far && !slot.monitor.is_running() {
                 slot.nearness = Nearness::Far;
@@ -109,51 +112,47 @@ impl Driver<'_> {
     /// Last time in the step from `start` to `end` before any contact closes; `None` if none does.
     pub(super) fn first_closing(&mut self, (start, end): (f64, f64)) -> Result<Option<f64>, AdaptiveError> {
         self.sort_contacts();
-        let (watching, lasting): (Vec<usize>, Vec<usize>) =
-            (0..self.slots.len()).partition(|i| self.slots[*i].is_watching());
-        let near: Vec<usize> =
-            lasting.into_iter().filter(|i| self.slots[*i].nearness != Nearness::Far).collect();
+        let is_near = |slot: &ContactSlot| !slot.is_watching() && slot.nearness != Nearness::Far;
+        let near: Vec<usize> = (0..self.slots.len()).filter(|i| is_near(&self.slots[*i])).collect();
         let closing = self.first_crossings(&near)?.into_iter().map(|(_, c)| c.before).reduce(f64::min);
-        let close = self.without_clearance(watching, (start, end));
-        let touch = self.first_touch(&close, (start, end))?.map(|(_, time)| time);
+        let touch = self.first_touch((start, end))?.map(|(_, time)| time);
         Ok([closing, touch].into_iter().flatten().reduce(f64::min))
     }
 
-    /// The contacts among `which`, which are refined at a touch, whose surfaces may have met in the last step; the
-    /// clearance of the others is lowered by the way that they may have closed.
-    ///
-    /// The speed at which they approach is taken at both ends of the step. What moves a frame there
-    /// is resolved by the step, vibration of the body itself is bounded for all times (theory
-    /// Eq. C.33).
-    fn without_clearance(&mut self, which: Vec<usize>, (start, end): (f64, f64)) -> Vec<usize> {
-        let (y, system) = (self.integrator.state(), &mut self.model.system);
-        let mut close = which;
-        if !close.is_empty() {
-            system.body_states(end, y);
+    /// The watched contacts, which are refined at a touch, whose surfaces may have met in the last step.
+    fn without_clearance(&mut self, (start, end): (f64, f64)) -> Vec<usize> {
+        let mut close: Vec<usize> = (0..self.slots.len()).filter(|i| self.slots[*i].is_watching()).collect();
+        let [before, now] = [self.integrator.previous_state(), self.integrator.state()];
+        let is_unknown = |i: &&usize| self.slots[**i].clearance.time.to_bits() != start.to_bits();
+        let unknown: Vec<usize> = close.iter().filter(is_unknown).copied().collect();
+        let (slots, contacts, system) = (&mut self.slots, &self.model.contacts, &mut self.model.system);
+        let mut holds = |i: usize, t: f64, states: &[BodyState]| {
+            contacts[i].refinement.as_ref().is_none_or(|AdaptiveContact { detector, .. }| {
+                slots[i].clearance.holds(detector, (t, states), TOUCHING * detector.size())
+            })
+        };
+        if !unknown.is_empty() {
+            let states = system.body_states(start, before);
+            for i in unknown {
+                holds(i, start, states);
+            }
         }
-        close.retain(|&i| {
-            let Some(refinement) = &self.model.contacts[i].refinement else { return false };
-            let slot = &mut self.slots[i];
-            let speed = refinement.detector.closing_speed_bound(system.last_evaluation().0);
-            let fastest = WITHIN_A_STEP * speed.max(slot.closing_speed);
-            slot.closing_speed = speed;
-            slot.clearance -= fastest * (end - start);
-            let is_apart = slot.clearance > TOUCHING * refinement.detector.size();
-            !is_apart
-        });
+        if !close.is_empty() {
+            let states = system.body_states(end, now);
+            close.retain(|i| !holds(*i, end, states));
+        }
         close
     }
 
-    /// The first of the contacts `which`, which are refined at a touch, to touch in the last step,
-    /// and the last time before.
+    /// The first watched contact, which is refined at a touch, to touch in the last step, and the last time before.
     pub(super) fn first_touch(
         &mut self,
-        which: &[usize],
         (start, end): (f64, f64),
     ) -> Result<Option<(usize, f64)>, AdaptiveError> {
+        let which = self.without_clearance((start, end));
         let mut earliest: Option<(usize, f64)> = None;
         let mut y = vec![0.0; if which.is_empty() { 0 } else { self.interpolated.len() }];
-        for &i in which {
+        for i in which {
             let Some(refinement) = &self.model.contacts[i].refinement else { continue };
             let detector = &refinement.detector;
             let until = earliest.map_or(end, |(_, t)| t);
@@ -171,7 +170,8 @@ impl Driver<'_> {
                 let states = system.last_evaluation().0;
                 let (gap, speed) =
                     (search.nearest(detector, states)?.gap, detector.closing_speed_bound(states));
-                *clearance = gap; // the last look is at the end of the step if there is no touch
+                // The last look is at the end of the step if there is no touch.
+                *clearance = Clearance { gap, time: t, speed };
                 Ok((gap, speed))
             });
             let touch = touch

@@ -120,7 +120,6 @@ impl Driver<'_> {
     ) -> Result<Vec<f64>, AdaptiveError> {
         self.replace_integrator(kind, (t, y), step)?;
         self.work.unmarked = 0;
-        self.slots.iter_mut().for_each(|slot| slot.clearance = 0.0);
         if !self.is_settled_start() {
             self.model.forget();
         }

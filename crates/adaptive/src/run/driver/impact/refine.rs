@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use ffr_dynamics::force::active::Active;
-use ffr_dynamics::integration::{Integrator, Step, StepSettings};
+use ffr_dynamics::integration::{Integrator, StepSettings};
 use ffr_dynamics::system::multibody::error_scale::ErrorScale;
 
 use crate::run::driver::contact_slot::ContactPhase;
@@ -285,13 +285,6 @@ impl Driver<'_> {
         self.forget_searches();
         self.integrator.restart(t, &y);
         Ok(())
-    }
-
-    /// The first watched contact that closes in the last step, and when.
-    pub(crate) fn first_to_join(&mut self, step: Step) -> Result<Option<(usize, f64)>, AdaptiveError> {
-        let watching = (0..self.slots.len()).filter(|i| self.slots[*i].is_watching());
-        let watching: Vec<usize> = watching.collect();
-        self.first_touch(&watching, (step.start, step.end))
     }
 
     /// Keeps widths and penalty factors of an accepted impact for the next ones.

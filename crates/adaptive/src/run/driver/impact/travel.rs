@@ -9,6 +9,7 @@ use super::intervals::Intervals;
 use crate::error::AdaptiveError;
 use crate::impact::FineContact;
 use crate::record::{TransferDirection, ZoneSize};
+use crate::run::driver::contact_slot::ContactSlot;
 use crate::run::driver::{Driver, TOUCHING};
 
 /// Zones that were made wider, in vain, for contact that fits into one twice, after which the next one takes over.
@@ -39,11 +40,11 @@ impl Driver<'_> {
     }
 
     fn may_hand_over(&self, i: usize) -> bool {
-        let has_modes = self.slots.iter().filter_map(|slot| slot.fine()).any(|fine| !fine.hosted.is_empty());
-        let has_coordinates =
-            (0..self.slots.len()).any(|k| !self.model.system.coordinates_of_force(k).is_empty());
         let is_interval = self.slots[i].fine().is_some_and(|fine| fine.whole.is_none());
-        is_interval && !has_modes && !has_coordinates && !self.is_width_given(i)
+        is_interval
+            && !self.is_width_given(i)
+            && self.slots.iter().filter_map(ContactSlot::fine).all(|fine| fine.hosted.is_empty())
+            && self.model.system.forces().iter().all(|force| force.n_coordinates() == 0)
     }
 
     /// The first contact that is open in its zone and whose bodies touch beside it.

@@ -122,7 +122,7 @@ impl Driver<'_> {
                     return Ok(Ending::SolverFailed(refusal));
                 }
             };
-            let joining = self.first_to_join(step)?;
+            let joining = self.first_touch((step.start, step.end))?;
             if self.pace.kind() == PhaseKind::Lasting {
                 if joining.is_some() || self.is_any_changed()? || self.is_rim_touched() {
                     self.undo(step)?;
