@@ -59,6 +59,7 @@ mod one_contact;
 mod outputs;
 mod own_part;
 mod plane_meshes;
+mod plane_supports;
 mod plausibility;
 mod plot;
 mod point_stress;

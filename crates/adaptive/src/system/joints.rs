@@ -1,6 +1,5 @@
 //! Joints, loads and markers of a run as a multibody system.
 
-use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::system as multibody;
@@ -102,11 +101,7 @@ pub fn system_spec(spec: &RunSpec, bodies: &[BodyModel]) -> Result<SystemSpec, A
         if spec.joints.iter().any(|j| j.child.body == Some(i)) {
             continue;
         }
-        let kind = match bodies[i].data.motion {
-            RigidMotion::Axial => JointKind::Axial,
-            RigidMotion::Planar => JointKind::Planar,
-            RigidMotion::Spatial => JointKind::Free,
-        };
+        let kind = JointKind::freest(bodies[i].data.motion);
         let name = format!("start of {}", body.name);
         builder.ground.push(Marker::rigid(&name, body.motion.position, body.motion.rotation));
         builder.markers[i].push(Marker::rigid("frame", Vector3::zeros(), UnitQuaternion::identity()));

@@ -25,6 +25,8 @@ pub enum GivenPlace {
         extent: Extent,
         /// How it is joined to what holds it.
         coupling: Coupling,
+        /// Where its marker is, on a rigid arm; in the middle if not given.
+        at: Option<[f64; 3]>,
     },
 }
 
@@ -112,11 +114,11 @@ impl BodyPlaces {
                 GivenPlace::Point(point) => {
                     points.insert(name.clone(), *point);
                 }
-                GivenPlace::Part { extent, coupling } => {
+                GivenPlace::Part { extent, coupling, at } => {
                     if let Extent::Around { point, .. } = extent {
                         points.insert(name.clone(), *point);
                     }
-                    let area = places.area(extent, *coupling)?;
+                    let area = places.area(extent, *coupling, *at)?;
                     places.areas.insert(name.clone(), area);
                 }
                 GivenPlace::Marker(_) => {}
@@ -153,7 +155,7 @@ impl BodyPlaces {
         let faces = self.shape().into_iter().flat_map(|(shape, _)| shape.faces.keys().map(String::as_str));
         let faces = faces.chain(self.mesh().into_iter().flat_map(Mesh::face_names));
         let face = |name: &str| {
-            let area = self.area(&Extent::Face(name.to_owned()), Coupling::Average).ok()?;
+            let area = self.face(name).ok()?;
             (!self.areas.contains_key(name)).then(|| (name.to_owned(), area))
         };
         let added = self.areas.iter().map(|(name, area)| (name.clone(), area.clone()));
@@ -170,7 +172,7 @@ impl BodyPlaces {
             GivenPlace::Marker(marker) => {
                 self.points().get(marker).copied().ok_or_else(|| self.unknown(marker))
             }
-            GivenPlace::Part { extent, coupling } => Ok(self.area(extent, *coupling)?.centre),
+            GivenPlace::Part { extent, coupling, at } => Ok(self.area(extent, *coupling, *at)?.centre),
         }
     }
 
@@ -186,7 +188,7 @@ impl BodyPlaces {
                 Ok(self.part(&self.areas[marker]))
             }
             GivenPlace::Marker(marker) if self.mesh().is_some() && self.has_face(marker) => {
-                Ok(self.part(&self.area(&Extent::Face(marker.clone()), Coupling::Average)?))
+                Ok(self.part(&self.face(marker)?))
             }
             _ => self.inside(at).map(Place::Point),
         }
@@ -218,13 +220,11 @@ impl BodyPlaces {
     /// [`PlaceError`] for an unknown marker or face.
     pub fn held(&self, at: &GivenPlace) -> Result<Place, PlaceError> {
         match at {
-            GivenPlace::Part { extent, coupling } => Ok(self.part(&self.area(extent, *coupling)?)),
+            GivenPlace::Part { extent, coupling, at } => Ok(self.part(&self.area(extent, *coupling, *at)?)),
             GivenPlace::Marker(marker) if self.kind == PlacesOf::File => Ok(Place::Marker(marker.clone())),
             GivenPlace::Marker(marker) => match self.areas.get(marker) {
                 Some(area) => Ok(self.part(area)),
-                None if self.has_face(marker) => {
-                    Ok(self.part(&self.area(&Extent::Face(marker.clone()), Coupling::Average)?))
-                }
+                None if self.has_face(marker) => Ok(self.part(&self.face(marker)?)),
                 None => self.point(at).map(Place::Point),
             },
             GivenPlace::Point(_) => self.point(at).map(Place::Point),
@@ -253,27 +253,34 @@ impl BodyPlaces {
         }
     }
 
-    fn area(&self, extent: &Extent, coupling: Coupling) -> Result<Area, PlaceError> {
-        match (self.shape(), extent) {
-            (Some((shape, model)), _) => Ok(Area::new(extent.clone(), coupling, shape, model)?),
-            (None, Extent::Face(name)) if self.mesh().is_some() => {
-                let part = self.mesh().map(|mesh| mesh.face_part(name)).transpose()?;
-                let centre = self.on_axis(part.map(|part| centroid(&part)).unwrap_or_default());
-                Ok(Area { extent: extent.clone(), centre, coupling })
+    /// A whole face, held by its mean motion.
+    fn face(&self, name: &str) -> Result<Area, PlaceError> {
+        self.area(&Extent::Face(name.to_owned()), Coupling::Average, None)
+    }
+
+    /// The part `extent` with its marker in its middle, or `at` a point.
+    fn area(&self, extent: &Extent, coupling: Coupling, at: Option<[f64; 3]>) -> Result<Area, PlaceError> {
+        let middle = match (self.shape(), extent) {
+            (Some((shape, model)), _) => extent.centre(shape, model)?,
+            (None, Extent::Face(name)) => {
+                let mesh = self.mesh().ok_or_else(|| self.unknown(name))?;
+                self.on_axis(centroid(&mesh.face_part(name)?))
             }
             (None, Extent::Around { point, radius }) => {
                 if let Some(mesh) = self.mesh() {
                     mesh.around(point, *radius)?;
                 }
-                Ok(Area { extent: extent.clone(), centre: self.on_axis(*point), coupling })
+                self.on_axis(*point)
             }
-            (None, Extent::Face(name)) => Err(self.unknown(name)),
-        }
+        };
+        let centre = at.map_or(middle, |at| self.on_axis(at));
+        Ok(Area { extent: extent.clone(), centre, coupling })
     }
 
-    /// The centre of a part of a mesh about `centre`: of an axisymmetric one it is on the axis.
+    /// A place of a marker: in axisymmetric bodies that is on the axis.
     fn on_axis(&self, centre: [f64; 3]) -> [f64; 3] {
-        let is_axial = self.mesh().is_some_and(|mesh| *mesh.model() == Model::Axisymmetric);
+        let model = self.mesh().map(Mesh::model).or(self.shape().map(|(_, model)| model));
+        let is_axial = model.is_some_and(|model| *model == Model::Axisymmetric);
         [if is_axial { 0.0 } else { centre[0] }, centre[1], centre[2]]
     }
 

@@ -23,7 +23,7 @@ use super::super::tables::BodyModel;
 use super::super::types::FileOfBody;
 use super::built_bodies::{Built, BuiltBodies, Moving, MovingFacts};
 use super::joints::GROUND;
-use super::places::{BodyFacts, motion_in_words, part};
+use super::places::{BodyFacts, given_place, motion_in_words, part};
 use discretisation::{discretisation, reduction};
 use known_shapes::KnownShapes;
 use parts::{Context, GivenFrame, damping, elastic_model, frame, material, stiffening};
@@ -149,20 +149,8 @@ fn markers(checker: &mut Checker, section: &Section) -> Option<Markers> {
             checker.fault(&marker.origin, marker.path.clone(), None, message);
             continue;
         }
-        let keys = ["face", "point"].into_iter().filter(|key| marker.item(key).is_some());
-        let at = match keys.collect::<Vec<_>>()[..] {
-            [key] => part(checker, marker, key, &facts),
-            [] => {
-                let message = "required key is missing: either \"face\" or \"point\"".into();
-                checker.fault(&marker.origin, marker.path_of("point"), None, message);
-                None
-            }
-            _ => {
-                let message = "either \"face\" or \"point\" can be given, not both".into();
-                checker.fault_in(marker, "face", message);
-                None
-            }
-        };
+        let key = given_place(checker, marker, &["face", "point"]);
+        let at = key.and_then(|key| part(checker, marker, key, &facts));
         built.extend(at.map(|at| (name.clone(), at)));
     }
     (built.len() == list.len()).then_some(built)

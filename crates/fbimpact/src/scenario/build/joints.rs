@@ -55,7 +55,10 @@ fn joint<'a>(
     section: &Section,
     bodies: &BuiltBodies,
 ) -> Option<BuiltJoint<'a>> {
-    let kind = section.choice("type").and_then(|of| kind(checker, section, of));
+    let motion =
+        section.table("child").and_then(|side| Some(BodyFacts::find(root, side.text("body")?)?.motion()));
+    let motion = motion.unwrap_or(RigidMotion::Spatial);
+    let kind = section.choice("type").and_then(|of| kind(checker, section, of, motion));
     let mut side = |key: &str, can_be_ground: bool| {
         section.table(key).and_then(|side| attachment(checker, root, side, can_be_ground, bodies))
     };
@@ -114,7 +117,7 @@ fn in_marker(kind: JointKind, mut velocities: Vec<f64>, rotation: &UnitQuaternio
     velocities
 }
 
-fn kind(checker: &mut Checker, section: &Section, of: JointType) -> Option<JointKind> {
+fn kind(checker: &mut Checker, section: &Section, of: JointType, motion: RigidMotion) -> Option<JointKind> {
     Some(match of {
         JointType::Fixed => JointKind::Fixed,
         JointType::Revolute => JointKind::Revolute,
@@ -125,12 +128,12 @@ fn kind(checker: &mut Checker, section: &Section, of: JointType) -> Option<Joint
         JointType::Planar => JointKind::Planar,
         JointType::Free => JointKind::Free,
         JointType::Axial => JointKind::Axial,
-        JointType::Generic => generic(checker, section)?,
+        JointType::Generic => generic(checker, section, motion)?,
     })
 }
 
-/// The joint that holds the directions of key `locked`.
-fn generic(checker: &mut Checker, section: &Section) -> Option<JointKind> {
+/// The joint that holds the directions of key `locked`, and those in which bodies with `motion` cannot move.
+fn generic(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Option<JointKind> {
     if section.item("locked").is_none() {
         let message =
             "required key is missing for type \"generic\": the directions that the joint holds".into();
@@ -138,14 +141,16 @@ fn generic(checker: &mut Checker, section: &Section) -> Option<JointKind> {
         return None;
     }
     let locked = section.names("locked")?;
-    let free = FreeDirections::NAMES.map(|name| !locked.iter().any(|l| l == name));
+    let most = JointKind::freest(motion);
+    let FreeDirections(all) = most.free_directions();
+    let is_locked = |name: &str| locked.iter().any(|l| l == name);
+    let free: [bool; 6] = std::array::from_fn(|k| all[k] && !is_locked(FreeDirections::NAMES[k]));
     let other = match free {
-        [true, true, true, true, true, true] => "free",
-        [false, false, false, false, false, false] => "fixed",
+        [false, false, false, false, false, false] => ("holds everything", "fixed"),
+        _ if free == all => ("holds nothing", most.name()),
         _ => return Some(JointKind::Generic(FreeDirections(free))),
     };
-    let what = if other == "free" { "holds nothing" } else { "holds everything" };
-    checker.fault_in(section, "locked", format!("{what}, choose type \"{other}\""));
+    checker.fault_in(section, "locked", format!("{}, choose type \"{}\"", other.0, other.1));
     None
 }
 

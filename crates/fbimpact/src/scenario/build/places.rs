@@ -178,21 +178,7 @@ pub fn marker_or_point(checker: &mut Checker, section: &Section, body: &BodyFact
 /// The place that joints and loads take hold of: a marker, a face, or a point, of flexible bodies
 /// with an extent.
 pub fn held(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Option<GivenPlace> {
-    let given: Vec<&str> =
-        ["marker", "face", "point"].into_iter().filter(|key| section.item(key).is_some()).collect();
-    let [key] = given[..] else {
-        let choice = "one of \"marker\", \"face\" and \"point\"";
-        match given.last() {
-            None => {
-                let message = format!("required key is missing: {choice}");
-                checker.fault(&section.origin, section.path_of("marker"), None, message);
-            }
-            Some(second) => {
-                checker.fault_in(section, second, format!("only {choice} can be given"));
-            }
-        }
-        return None;
-    };
+    let Some(key) = given_place(checker, section, &["marker", "face", "point"]) else { return None };
     if body.is_plane() {
         return place(checker, section, key, body); // which says that it has none
     }
@@ -236,14 +222,39 @@ pub fn part(checker: &mut Checker, section: &Section, key: &str, body: &BodyFact
     if key == "point" && radius.is_none() {
         return place(checker, section, key, body);
     }
-    let extent = match radius {
-        Some(radius) => {
-            let GivenPlace::Point(point) = place(checker, section, key, body)? else { return None };
-            Extent::Around { point, radius }
-        }
-        None => Extent::Face(face(checker, section, body)?),
+    let mut at = || match place(checker, section, "point", body)? {
+        GivenPlace::Point(point) => Some(point),
+        GivenPlace::Marker(_) | GivenPlace::Part { .. } => None,
     };
-    Some(GivenPlace::Part { extent, coupling })
+    if let Some(radius) = radius {
+        let extent = Extent::Around { point: at()?, radius };
+        return Some(GivenPlace::Part { extent, coupling, at: None });
+    }
+    let at = if section.item("point").is_some() { Some(at()?) } else { None };
+    Some(GivenPlace::Part { extent: Extent::Face(face(checker, section, body)?), coupling, at })
+}
+
+/// The one of `keys` that is given and says what a place is: a point beside a face says where its marker is.
+pub fn given_place(checker: &mut Checker, section: &Section, keys: &[&'static str]) -> Option<&'static str> {
+    let given: Vec<&str> = keys.iter().copied().filter(|key| section.item(key).is_some()).collect();
+    let names = keys.iter().map(|key| format!("\"{key}\"")).collect::<Vec<_>>();
+    let choice = format!("one of {} and {}", names[..names.len() - 1].join(", "), names[names.len() - 1]);
+    match given[..] {
+        [key] | [key @ "face", "point"] => Some(key),
+        [] => {
+            let message = format!("required key is missing: {choice}");
+            checker.fault(&section.origin, section.path_of(keys[0]), None, message);
+            None
+        }
+        [.., last] => {
+            checker.fault_in(
+                section,
+                last,
+                format!("only {choice} can be given, and \"point\" beside \"face\""),
+            );
+            None
+        }
+    }
 }
 
 /// The name of key `face`, which the body must have.

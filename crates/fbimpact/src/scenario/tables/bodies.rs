@@ -351,7 +351,7 @@ const MARKER: &[Key] = &[
         Kind::Point(COORDINATE),
         "m",
         Need::Optional("`face` must be given"),
-        "Point in the components of the body's model: [x, y, z], [x, y] or [r, z].",
+        "Point in the components of the body's model: [x, y, z], [x, y] or [r, z]; beside `face` where the marker is, on a rigid arm.",
     ),
     RADIUS,
     FACE,
@@ -359,8 +359,9 @@ const MARKER: &[Key] = &[
 ];
 
 /// A point stands beside the key.
-pub(super) const BESIDE_POINT: Condition = Condition::new("beside \"point\"", Test::With("point"))
-    .remark("a face is taken as a whole, and a marker has its own");
+pub(super) const BESIDE_POINT: Condition =
+    Condition::new("beside \"point\" alone", Test::All(&[Test::With("point"), Test::Without("face")]))
+        .remark("a face is taken as a whole, and a marker has its own");
 /// A part of the body is given beside the key.
 pub(super) const BESIDE_PART: Condition =
     Condition::new("beside \"face\" or \"radius\"", Test::Any(&[Test::With("face"), Test::With("radius")]))

@@ -81,7 +81,8 @@ const POINT: Key = Key::new(
         "`marker` or `face` must be given; on ground, unless the joint closes a loop, where the child's place is with the \
          child's origin at that of space",
     ),
-    "Point in the components of the body's model: [x, y, z], [x, y] or [r, z]; on ground [x, y, z].",
+    "Point in the components of the body's model: [x, y, z], [x, y] or [r, z]; on ground [x, y, z]. Beside `face` it says where the place is that \
+     the face carries, on a rigid arm; in the middle of the face otherwise.",
 );
 
 /// The side of the joint is on a body.
@@ -177,7 +178,8 @@ pub(super) const JOINT: &[Key] = &[
         Kind::Choices(DIRECTIONS),
         "",
         Need::Optional("must be given"),
-        "Directions in which the joint holds its child, along and about the axes of the parent: the first and second cross axis and `axis`. Of two free \
+        "Directions in which the joint holds its child, along and about the axes of the parent: the first and second cross axis and `axis`; plane bodies \
+         have `x`, `y` and `rz` alone, what else there is is held anyhow. Of two free \
          rotations the first one in this order is about the parent's axis, the second about the child's. Coordinates are the free displacements, \
          then the free rotations, in this order.",
     ).when(&[GENERIC]),
@@ -452,7 +454,7 @@ pub(super) const LOAD: &[Key] = &[
     HELD_FACE,
     Key {
         need: Need::Optional("`marker` or `face` must be given"),
-        doc: "Point in the components of the body's model: [x, y, z], [x, y] or [r, z].",
+        doc: "Point in the components of the body's model: [x, y, z], [x, y] or [r, z]; beside `face` where the load acts, on a rigid arm.",
         ..POINT
     },
     HELD_RADIUS,

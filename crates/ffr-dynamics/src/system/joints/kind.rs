@@ -6,6 +6,7 @@
 
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 
+use crate::body::RigidMotion;
 use crate::rotation::{quaternion_rate, rotation_from_slice};
 
 /// Kind of a joint. Coordinates in the order given.
@@ -108,6 +109,15 @@ impl JointKind {
             Self::Free => "free",
             Self::Axial => "axial",
             Self::Generic(_) => "generic",
+        }
+    }
+
+    /// The joint that lets a body with `motion` move as it can.
+    pub fn freest(motion: RigidMotion) -> Self {
+        match motion {
+            RigidMotion::Spatial => Self::Free,
+            RigidMotion::Planar => Self::Planar,
+            RigidMotion::Axial => Self::Axial,
         }
     }
 

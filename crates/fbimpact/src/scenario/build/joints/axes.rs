@@ -1,7 +1,7 @@
 //! Axes of joints, and whether they suit the models of the bodies.
 
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::system::joints::{FreeDirections, JointKind};
+use ffr_dynamics::system::joints::JointKind;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::super::super::check::Checker;
@@ -121,15 +121,9 @@ pub fn check_models(
         }
         RigidMotion::Spatial => return Some(()),
     };
-    // Displacements in the plane and a rotation about its normal.
-    let lies_in_plane = match kind {
-        JointKind::Generic(FreeDirections([_, _, z, rx, ry, _])) => {
-            child == RigidMotion::Planar && !(z || rx || ry)
-        }
-        _ => false,
-    };
     let child = motion_in_words(child);
-    if !kinds.contains(&kind) && !lies_in_plane {
+    // A generic joint frees the directions of the model alone.
+    if !kinds.contains(&kind) && !matches!(kind, JointKind::Generic(_)) {
         let known: Vec<String> = kinds.iter().map(|k| format!("\"{}\"", k.name())).collect();
         let message = format!("does not go with bodies that are {child}, choose {}", known.join(" or "));
         checker.fault_in(section, "type", message);
