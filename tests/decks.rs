@@ -112,3 +112,78 @@ fn check_tells_where_a_mesh_is_moved_and_held_and_refuses_a_touch_behind_it() {
     let words = ["refused", "contact \"blow\": its bodies never meet", "0.001 m apart", "at 1 m/s"];
     assert!(code == Some(4) && words.iter().all(|w| told.contains(w)), "{told}");
 }
+
+/// A bar of 60 × 10 × 10 mm as one mesh, and as two blocks whose ends are tied, the second moved in place as an instance.
+fn write_tied(folder: &Path) {
+    let of = |n: usize, length: f64| {
+        inp(&block(ElementKind::Hex20, [n, 2, 2], |[x, y, z]| [length * x, 10.0 * y, 10.0 * z]))
+    };
+    std::fs::write(folder.join("one.inp"), of(12, 60.0)).unwrap();
+    let half = of(6, 30.0);
+    let deck = format!(
+        "*PART, NAME=Left half\n{half}*SURFACE, NAME=End, TYPE=NODE\nx+,\n*END PART\n*PART, NAME=Right\n{half}*END PART\n*ASSEMBLY, NAME=A\n\
+         *INSTANCE, NAME=\"Left half-1\", PART=Left half\n*END INSTANCE\n*INSTANCE, NAME=Right-1, PART=Right\n30., 0., 0.\n*END INSTANCE\n\
+         *NODE\n900, 0., 0., 50.\n*NSET, NSET=Begin, INSTANCE=Right-1\nx-\n*SURFACE, NAME=Begin, TYPE=NODE\nBegin,\n\
+         *NSET, NSET=Foot, INSTANCE=\"Left half-1\"\nx-\n*SURFACE, NAME=Foot, TYPE=NODE\nFoot,\n\
+         *TIE, NAME=Glue, POSITION TOLERANCE=0.1\nBegin, \"Left half-1.End\"\n\
+         *COUPLING, CONSTRAINT NAME=Hold, REF NODE=900, SURFACE=Foot\n*DISTRIBUTING\n*END ASSEMBLY\n"
+    );
+    std::fs::write(folder.join("tied.inp"), deck).unwrap();
+}
+
+#[test]
+fn what_a_deck_ties_is_joined_in_the_scenario_that_is_written() {
+    let folder = scenarios::folder("decks_tied");
+    write_tied(&folder);
+    let run = |arguments: &[&str]| {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_fbimpact"));
+        let output = program.current_dir(&folder).args(arguments).output().unwrap();
+        let [out, err] = [output.stdout, output.stderr].map(|text| String::from_utf8(text).unwrap());
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {err}");
+        (out, err)
+    };
+    let frequencies = |name: &str, set: &[&str]| -> Vec<f64> {
+        let file = format!("{name}.toml");
+        let (out, _) = run(&[&["modes", &file, "--system", "--json"], set].concat());
+        let found: serde_json::Value = serde_json::from_str(&out).unwrap();
+        let all = found["frequencies"].as_array().unwrap().iter().map(|f| f.as_f64().unwrap());
+        all.filter(|f| *f > 1.0).take(4).collect()
+    };
+    run(&["new", "one", "--mesh", "one.inp", "--units", "mm", "--force"]);
+    let (out, _) = run(&["new", "tied", "--mesh", "tied.inp", "--units", "mm", "--force"]);
+    for words in [
+        "body            left-half-1",
+        "body            right-1",
+        "\"Begin\" to \"Left half-1.End\"",
+        "a support of body",
+    ] {
+        assert!(out.contains(words), "{words}: {out}");
+    }
+    let text = std::fs::read_to_string(folder.join("tied.toml")).unwrap();
+    for words in
+        ["[bodies.left-half-1]", "# *TIE \"Glue\" (line ", "[joints.tie-1]", "#[joints.hold-1]", "node 900"]
+    {
+        assert!(text.contains(words), "{words}: {text}");
+    }
+    let (_, told) = run(&["check", "tied.toml"]);
+    // The second is moved with the first alone, by the gap to the floor; what is tied is named.
+    let moved = "joint \"tie-1\" moves body \"right-1\": the origin of its file is at (0, 0, 0.00000";
+    assert!(told.contains(moved) && told.contains("what the file ties is for joints"), "{told}");
+    let modes = |coupling: &str| {
+        let text = text.replace("0.005] }", &format!("0.005], coupling = {coupling:?} }}"));
+        std::fs::write(folder.join("coupled.toml"), text).unwrap();
+        frequencies(
+            "coupled",
+            &["--set", "bodies.left-half-1.reduction.modes=30", "--set", "bodies.right-1.reduction.modes=30"],
+        )
+    };
+    let one = frequencies("one", &["--set", "bodies.part.reduction.modes=30"]);
+    let [rigid, average] = ["rigid", "average"].map(modes);
+    println!("one mesh {one:?}\nrigid {rigid:?}\naverage {average:?}");
+    // Two of bending, torsion, bending. Faces that are held by their means bend as those of one mesh, but warp apart in torsion; rigid
+    // ones do not warp at all.
+    for (i, within) in [1e-4, 1e-4, 6e-3, 2e-3].into_iter().enumerate() {
+        assert!((average[i] / one[i] - 1.0).abs() < within, "{i}: {average:?} {one:?}");
+        assert!(rigid[i] > one[i] && rigid[i] < 1.02 * one[i], "{i}: {rigid:?} {one:?}");
+    }
+}

@@ -188,3 +188,59 @@ fn a_mesh_is_described_and_lies_above_the_floor() {
     assert!(code == 6 && err.contains("exists"), "{err}");
     assert_eq!(fbimpact(at, &["new", "case", "--mesh", "meshes/brick.msh", "--template", "drop"]).0, 2);
 }
+
+/// A rectangle of 30 by 20 mm, of one quadrilateral or half of a round one.
+fn section(folder: &Path, kind: &str) {
+    let deck = format!(
+        "*NODE\n1, 0., 0.\n2, 15., 0.\n3, 30., 0.\n4, 0., 20.\n5, 15., 20.\n6, 30., 20.\n*ELEMENT, TYPE={kind}4, ELSET=all\n1, 1, 2, 5, 4\n2, 2, 3, 6, 5\n"
+    );
+    std::fs::write(folder.join("section.inp"), deck).expect("written");
+}
+
+#[test]
+fn sections_fall_in_their_plane_and_round_ones_on_their_ends() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    let drop = |model: &str, more: &[&str]| {
+        let arguments =
+            ["drop", "section.inp", "--units", "mm", "--height", "0.01", "--section", model, "--no-reports"];
+        let set = ["--set", "bodies.part.reduction={modes=4}"];
+        fbimpact(at, &[&arguments[..], &set, more].concat())
+    };
+    let rows = || {
+        let text = std::fs::read(at.join("section.drop/drop.json")).expect("readable");
+        let json: Value = serde_json::from_slice(&text).expect("JSON");
+        json["falls"].as_array().expect("a list").clone()
+    };
+    let impulse = |row: &Value| row["impulse"].as_f64().expect("a number");
+    section(at, "CPS");
+    let (code, out, err) = drop("plane-stress", &["--toward", "faces,edges,corners"]);
+    assert!(code == 0 && rows().len() == 8, "{out}{err}");
+    // The rectangle is the same turned by half a turn about its middle: so are the falls.
+    let of = |name: &str| rows().into_iter().find(|row| row["orientation"] == name).expect("a row");
+    for [a, b] in [["corner-x-y-", "corner-x+y+"], ["corner-x+y-", "corner-x-y+"]] {
+        let ratio = impulse(&of(a)) / impulse(&of(b));
+        assert!((ratio - 1.0).abs() < 1e-6, "{a} {ratio}");
+    }
+    // It stops at least: a metre thick, 4.71 kg.
+    let stopped = 4.71 * (2.0 * 9.81 * 0.01_f64).sqrt();
+    assert!(rows().iter().all(|row| impulse(row) > 0.99 * stopped && impulse(row) < 2.01 * stopped), "{out}");
+    section(at, "CAX");
+    std::fs::remove_dir_all(at.join("section.drop")).expect("removed");
+    let (code, out, err) = drop("axisymmetric", &[]);
+    assert!(code == 0 && rows().len() == 2, "{out}{err}");
+    // The same fall seen in a mirror, with the floor above and gravity upwards.
+    let ratio = impulse(&of("face-z-")) / impulse(&of("face-z+"));
+    assert!((ratio - 1.0).abs() < 1e-6, "{ratio}");
+    for (more, words) in [
+        (&["--toward", "5"][..], "falls along its axis alone"),
+        (&["--toward", "edges"], "has none of these"),
+        (&["--on", "steel"], "MATERIAL:THICKNESS"),
+    ] {
+        let (code, _, err) = drop("axisymmetric", more);
+        assert!(code == 2 && err.contains(words), "{more:?}: {code} {err}");
+    }
+    std::fs::write(at.join("egg.toml"), EGG).expect("written");
+    let (code, _, err) = fbimpact(at, &["drop", "egg.toml", "--height", "1", "--on", "rigid"]);
+    assert!(code == 2 && err.contains("--on is for meshes and shapes"), "{err}");
+}

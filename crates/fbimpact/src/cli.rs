@@ -9,7 +9,7 @@ use result_files::expression::named::{NamedExpression, column};
 use crate::cache::{CacheSettings, DEFAULT_LIMIT};
 use crate::process::provenance;
 use crate::scenario::Override;
-use crate::studies::orientations::Toward;
+use crate::studies::orientations::{Ground, Toward};
 
 pub mod examples;
 mod results;
@@ -542,6 +542,13 @@ pub struct DropArguments {
     /// observed; may be repeated
     #[arg(long, value_name = "[NAME=]X,Y,Z", allow_hyphen_values = true)]
     pub at: Vec<PointAt>,
+    /// What a part falls on: rigid, or a layer of a material on rigid ground with its thickness in
+    /// metres, as aluminium:0.01; the floor of a scenario stands in it [default: rigid]
+    #[arg(long, value_name = "rigid|MATERIAL:M")]
+    pub on: Option<Ground>,
+    /// Kinematics of a mesh of triangles or quadrilaterals in the plane z = 0
+    #[arg(long, value_name = "MODEL")]
+    pub section: Option<SectionModel>,
     /// What the part is
     #[command(flatten)]
     pub part: PartArguments,

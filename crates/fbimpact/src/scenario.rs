@@ -29,6 +29,7 @@ use changes::expanded::Expanded;
 use check::Checker;
 
 pub use changes::overrides::{Override, OverrideFault};
+pub use files::bodies::mesh_parts;
 pub use result_files::toml_text::fault::{Fault, Faults};
 pub use types::{Compression, FileBody, FileOfBody, Scenario, Source};
 

@@ -2,6 +2,21 @@
 
 use thiserror::Error;
 
+/// Names that a message lists before it ends.
+const LISTED: usize = 20;
+
+/// Names in quotes for a message.
+pub(crate) fn shown<'a>(names: impl Iterator<Item = &'a str>) -> String {
+    let mut names: Vec<String> = names.take(LISTED + 1).map(|name| format!("\"{name}\"")).collect();
+    if names.is_empty() {
+        return "none".to_owned();
+    }
+    if names.len() > LISTED {
+        names[LISTED] = "…".to_owned();
+    }
+    names.join(", ")
+}
+
 /// Where in a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
@@ -139,14 +154,15 @@ pub enum ReadFault {
     },
     /// Several parts, none of which is chosen.
     #[error(
-        "{} the file has the parts {names}; choose one by its name, as part = \"NAME\" in the table of the body",
-        asked.as_ref().map_or("several parts:".to_owned(), |name| format!("no part \"{name}\":"))
+        "{} the file has the parts {}; choose one by its name, as part = \"NAME\" in the table of the body",
+        asked.as_ref().map_or("several parts:".to_owned(), |name| format!("no part \"{name}\":")),
+        shown(names.iter().map(String::as_str))
     )]
     Parts {
         /// The name asked for.
         asked: Option<String>,
         /// Those that there are.
-        names: String,
+        names: Vec<String>,
     },
     /// A set that names nothing that exists.
     #[error("{user} names the set \"{set}\", which the file does not have above")]

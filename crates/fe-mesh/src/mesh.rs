@@ -1,5 +1,6 @@
 //! A checked mesh in metres, from a mesh as a file has it.
 
+pub mod tie;
 pub mod raw;
 pub mod boundary;
 pub mod pieces;
@@ -14,9 +15,9 @@ use boundary::{ByCorners, Face, boundary, key};
 use iga_core::elasticity::Model;
 
 use crate::element::kind::SideKind;
-use crate::fault::{MeshError, MeshFault};
-use pieces::shown;
+use crate::fault::{MeshError, MeshFault, shown};
 use raw::{Element, Elements, FaceSource, RawMesh, StatedModel};
+use tie::{Joined, Tie};
 
 /// A mesh of one part.
 #[derive(Clone, PartialEq)]
@@ -30,6 +31,7 @@ pub struct Mesh {
     volumes: Vec<(String, Vec<u32>)>,
     faces: Vec<(String, Vec<Face>)>,
     notes: Vec<String>,
+    ties: Vec<Tie>,
 }
 
 impl std::fmt::Debug for Mesh {
@@ -61,7 +63,7 @@ impl Mesh {
         if dimension == 2 {
             plane::flatten(&mut raw)?;
         }
-        let RawMesh { mut nodes, node_labels, elements, stated, volumes, faces, mut notes } = raw;
+        let RawMesh { mut nodes, node_labels, elements, stated, volumes, faces, mut notes, ties } = raw;
         nodes.iter_mut().for_each(|x| *x = x.map(|x| unit * x));
         check::distinct_nodes(&elements, &node_labels)?;
         pieces::one_piece(&elements, &volumes, nodes.len())?;
@@ -101,7 +103,7 @@ impl Mesh {
             }
         }
         let model = if dimension == 2 { Model::PlaneStrain { thickness: 1.0 } } else { Model::Solid };
-        Ok(Self { model, stated, nodes, node_labels, elements, surface, volumes, faces: groups, notes })
+        Ok(Self { model, stated, nodes, node_labels, elements, surface, volumes, faces: groups, notes, ties })
     }
 
     /// The mesh with other elements of the same part, whose `surface` sides are rising, and no
@@ -113,8 +115,8 @@ impl Mesh {
         faces: Vec<(String, Vec<Face>)>,
     ) -> Self {
         let node_labels = (1..=nodes.len() as u64).collect();
-        let (stated, volumes, notes) = (None, Vec::new(), Vec::new());
-        Self { model, stated, nodes, node_labels, elements, surface, volumes, faces, notes }
+        let (stated, volumes, notes, ties) = (None, Vec::new(), Vec::new(), Vec::new());
+        Self { model, stated, nodes, node_labels, elements, surface, volumes, faces, notes, ties }
     }
 
     /// Positions of the nodes \[m\].
@@ -150,6 +152,23 @@ impl Mesh {
     /// What the file has that was left out, and what the mesh is not good for.
     pub fn notes(&self) -> &[String] {
         &self.notes
+    }
+
+    /// What the file joins, of all its parts.
+    pub fn ties(&self) -> &[Tie] {
+        &self.ties
+    }
+
+    /// The group of faces that `joined` names in this mesh, the part called `part` of a file; `None` if that is
+    /// none of this part.
+    pub fn joined_face(&self, part: &str, joined: &Joined) -> Option<&str> {
+        let Joined::Group(name) = joined else { return None };
+        let called = |name: &str| self.face_names().find(|face| face.eq_ignore_ascii_case(name));
+        let own = || {
+            let (owner, rest) = name.split_at_checked(part.len())?;
+            called(rest.strip_prefix('.').filter(|_| owner.eq_ignore_ascii_case(part))?)
+        };
+        called(name).or_else(own)
     }
 
     /// Names of the groups of faces that have faces.

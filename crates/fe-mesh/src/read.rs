@@ -11,7 +11,7 @@ mod gmsh;
 mod inp;
 mod nastran;
 
-use crate::fault::{MeshError, Place};
+use crate::fault::{MeshError, Place, ReadFault};
 use crate::mesh::Mesh;
 use crate::mesh::raw::RawMesh;
 use foreign::Format;
@@ -44,6 +44,22 @@ pub fn read(bytes: &[u8], unit: f64) -> Result<Mesh, MeshError> {
 /// [`crate::fault::MeshFault::UnknownGroup`] name the parts that there are.
 pub fn read_part(bytes: &[u8], unit: f64, wanted: &mut Wanted<'_>) -> Result<Mesh, MeshError> {
     Mesh::new(raw_part(bytes, wanted)?, unit)
+}
+
+/// Names of the parts of a file that share no node, any of which [`Wanted::part`] may be: instances of an input file, groups
+/// of elements, or "element N"; none of a mesh that is one piece.
+///
+/// # Errors
+/// As [`raw_part`].
+pub fn parts(
+    bytes: &[u8],
+    include: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
+) -> Result<Vec<String>, MeshError> {
+    match raw_part(bytes, &mut Wanted { part: None, include }) {
+        Ok(mesh) => Ok(mesh.pieces()),
+        Err(MeshError::Read { fault: ReadFault::Parts { names, .. }, .. }) => Ok(names),
+        Err(error) => Err(error),
+    }
 }
 
 /// The mesh as it stands in the file.

@@ -5,7 +5,7 @@ use crate::blocks::{block, shaken, volume};
 use crate::writers::{Fields, Form, gmsh, inp, nastran};
 use fe_mesh::fault::MeshError;
 use fe_mesh::mesh::raw::RawMesh;
-use fe_mesh::read::{Wanted, read, read_part};
+use fe_mesh::read::{Wanted, parts, read, read_part};
 use fe_mesh::{ElementKind, Mesh};
 
 /// The mesh of `part` of a file that includes none.
@@ -70,7 +70,7 @@ fn the_body_is_chosen_among_parts_and_moved_as_its_instance() {
     assert_eq!(cube.face_group("Under").expect("a face"), cube.face_group("z-").expect("a face"));
     assert_eq!(cube.face_group("Hold").expect("a face").len(), cube.surface().len());
     let notes = cube.notes().join("\n");
-    assert!(notes.contains("*TIE (line") && notes.contains("*NODE of the assembly"), "{notes}");
+    assert!(notes.contains("*TIE \"T\" (line") && notes.contains("*NODE of the assembly"), "{notes}");
     // The only instance of a part can be called by the part; sets are sought in an instance named before them.
     let rod = part(&text, Some("Rod, long")).expect("a mesh");
     assert!(near(ends(&rod, 2), [5.0, 6.0]) && (volume(&rod) - 3.0).abs() < 1e-14);
@@ -420,4 +420,64 @@ fn thin_walls_of_tetrahedra_are_told() {
         };
         assert_eq!([ElementKind::Tet10, ElementKind::Hex20].map(told), [is_thin, false], "{thickness}");
     }
+}
+
+#[test]
+fn parts_are_listed_with_what_ties_them() {
+    let mut none = |_: &str| Err("there is none".to_owned());
+    let mut named = |text: &str| parts(text.as_bytes(), &mut none).expect("parts");
+    let deck = assembly();
+    assert_eq!(named(&deck), ["Cube-1", "Cube-2", "Rod-1"]);
+    let cube = inp(&sized(ElementKind::Hex8, [1.0; 3]));
+    assert!(named(&cube).is_empty(), "one piece");
+    // A flat file of two pieces, tied in all ways that there are.
+    let mut other = sized(ElementKind::Hex8, [1.0; 3]);
+    other.nodes.iter_mut().for_each(|x| x[0] += 1.0);
+    other.node_labels.iter_mut().for_each(|label| *label += 100);
+    let first_of_other =
+        (0..other.elements.len()).map(|e| other.elements.get(e).label).max().expect("elements");
+    let second = inp(&other)
+        .replace("everything", "others")
+        .replace("ELSET=all", "ELSET=more")
+        .replace("nset=", "nset=b");
+    let numbered = second.lines().map(|line| match line.split_once(", ") {
+        // Numbers of elements differ from those of the first piece; lines of nodes have points.
+        Some((label, rest)) if !line.contains('e') && !line.starts_with('*') => {
+            format!("{}, {rest}\n", label.parse::<u64>().expect("a number") + first_of_other)
+        }
+        _ => format!("{line}\n"),
+    });
+    let second: String = numbered.collect();
+    let ties = "*TIE, NAME=Glue\nx+, bx-\n*Coupling, ref node = 7, surface=x-, constraint name=Hold\n*Distributing\n\
+                *RIGID BODY, NSET=bx+, REF NODE=7\n*RIGID BODY, ELSET=all, REF NODE=8\n*MPC\nBEAM, 3, 4\nPIN, 1, 2\n*KINEMATIC COUPLING, REF NODE=9\nx+, 1, 3\n*STEP\n";
+    let flat = format!("{cube}{second}{ties}");
+    let names = named(&flat);
+    assert_eq!(names, ["all", "more"]);
+    let meshes = names.iter().map(|name| part(&flat, Some(name)).expect("a part")).collect::<Vec<_>>();
+    let told: Vec<String> = meshes[0].ties().iter().map(|tie| format!("{} {}", tie.is_rigid, tie)).collect();
+    let line = |card: &str| 1 + flat.lines().position(|line| line.starts_with(card)).expect("a card");
+    let wanted = [
+        format!("false *TIE \"Glue\" (line {}): \"x+\" to \"bx-\"", line("*TIE")),
+        format!("false *COUPLING \"Hold\" (line {}): \"x-\" to node 7", line("*Coupling")),
+        format!("true *RIGID BODY (line {}): \"bx+\" to node 7", line("*RIGID")),
+        format!("true *MPC (line {}): node 3 to node 4", line("*MPC")),
+        format!("true *KINEMATIC COUPLING (line {}): node 9 to \"x+\"", line("*KINEMATIC")),
+    ];
+    assert_eq!(told, wanted);
+    let glue = &meshes[0].ties()[0].joined;
+    assert_eq!(meshes[0].joined_face("all", &glue[0]), Some("x+"));
+    assert_eq!(
+        [meshes[0].joined_face("all", &glue[1]), meshes[1].joined_face("more", &glue[1])],
+        [None, Some("bx-")]
+    );
+    let [cube, rod] = ["Cube-1", "Rod-1"].map(|name| part(&deck, Some(name)).expect("a part"));
+    let joined = &cube.ties()[0].joined;
+    assert_eq!(cube.joined_face("Cube-1", &joined[1]), Some("Under"));
+    assert_eq!(rod.joined_face("Rod-1", &joined[1]), None);
+    assert!(cube.notes().iter().any(|note| note.contains("what the file ties")), "{:?}", cube.notes());
+    assert!(
+        meshes[0].notes().iter().any(|note| note.contains("not read: *RIGID BODY")),
+        "{:?}",
+        meshes[0].notes()
+    );
 }

@@ -13,7 +13,7 @@ use result_files::expression::named::NamedExpression;
 use result_files::file::whole_file;
 
 use super::many_runs::{Planned, Runs};
-use super::prepare::part;
+use super::prepare::part::{self, Wanted};
 use super::run::stop::Stop;
 use super::{print, scenario_file, threads};
 use crate::cache;
@@ -23,7 +23,7 @@ use crate::postprocessing::drops::{Fall, Falls};
 use crate::scenario::{Override, Scenario};
 use crate::simulate::sizing::sized;
 use crate::studies::execute::prepare;
-use crate::studies::orientations::{Floor, Orientation, orientations, pose};
+use crate::studies::orientations::{Floor, Ground, Orientation, Toward, orientations, pose};
 
 /// What the folder holds of all runs, for programs; marks the folder.
 const FILE: &str = "drop.json";
@@ -46,6 +46,14 @@ pub fn drop(arguments: &DropArguments) -> Result<(), AppError> {
     let is_scenario = arguments.file.extension().is_some_and(|ending| ending == "toml");
     let mut set = arguments.set.set.clone();
     if is_scenario {
+        if let Some(key) = [(arguments.on.is_some(), "--on"), (arguments.section.is_some(), "--section")]
+            .iter()
+            .find(|(is, _)| *is)
+        {
+            let reason =
+                format!("{} is for meshes and shapes, {} says it itself", key.1, arguments.file.display());
+            return Err(CommandFault::request(reason).into());
+        }
         falling(&scenario_file::read(&arguments.file, &set)?)?;
     } else {
         part::unit(&arguments.file, &arguments.part)?;
@@ -64,7 +72,7 @@ pub fn drop(arguments: &DropArguments) -> Result<(), AppError> {
     let scenario = scenario_file::read(&base, &set)?;
     let falls = falling(&scenario)?;
     stop.begin();
-    let all = orientations(&arguments.toward, falls.bounds, &falls.centre);
+    let all = falls.orientations(&arguments.toward)?;
     let speed = (2.0 * falls.gravity * arguments.height).sqrt();
     let planned = all.iter().map(|orientation| falls.planned(orientation, speed));
     let planned = planned.collect::<Option<Vec<Planned>>>();
@@ -125,8 +133,18 @@ fn named(file: &Path) -> String {
 fn written(arguments: &DropArguments, folder: &Path) -> Result<PathBuf, AppError> {
     let name = named(&arguments.file);
     let path = folder.join(format!("{name}.toml"));
-    let title = format!("{name} on a rigid floor");
-    let made = part::scenario(&arguments.file, (&arguments.part, None), &path, &title)?;
+    let ground = arguments.on.clone().unwrap_or(Ground::Rigid);
+    let wanted = Wanted {
+        arguments: &arguments.part,
+        section: arguments.section,
+        is_assembly: false,
+        ground: &ground,
+    };
+    let title = match &ground {
+        Ground::Rigid => format!("{name} on a rigid floor"),
+        Ground::Layer(material, thickness) => format!("{name} on {thickness} m of {material}"),
+    };
+    let made = part::scenario(&arguments.file, &wanted, &path, &title)?;
     whole_file::write(&path, made.text.as_bytes())?;
     Ok(path)
 }
@@ -177,6 +195,8 @@ struct Falling<'a> {
     spec: &'a RunSpec,
     body: usize,
     floor: Floor,
+    /// Name of the floor if it is a plane, which can be turned.
+    plane: Option<String>,
     gravity: f64,
     bounds: [Vector3<f64>; 2],
     centre: Vector3<f64>,
@@ -211,45 +231,95 @@ fn falling(scenario: &Scenario) -> Result<Falling<'_>, AppError> {
                     contact.name
                 ));
             };
-            let up = nalgebra::Unit::try_new(-spec.settings.gravity, 0.0).unwrap_or(Vector3::z_axis());
+            let motion = spec.bodies[under].kind.motion();
+            let usual = if motion == RigidMotion::Planar { Vector3::y_axis() } else { Vector3::z_axis() };
+            let up = nalgebra::Unit::try_new(-spec.settings.gravity, 0.0).unwrap_or(usual);
             let touches = Prepared::new(spec).map_err(AppError::model)?.touches;
             let pose = &touches.poses[under];
-            let down = pose.rotation.inverse_transform_vector(&-up.into_inner());
-            let top = surface::of_body(&spec.bodies[under].kind).and_then(|s| s.lowest(&down));
-            let top = top.map_or(Vector3::zeros(), |place| Vector3::from(place.point));
+            let upwards = motion.components(pose.rotation.inverse_transform_vector(&up).as_ref());
+            let top = surface::of_body(&spec.bodies[under].kind)
+                .and_then(|surface| surface.lowest(&-Vector3::from(upwards)));
+            let top = top.map_or(Vector3::zeros(), |place| motion.in_space(&place.point));
             (body, Floor { point: pose.position + pose.rotation * top, up })
         }
     };
     let kind = &spec.bodies[body].kind;
-    if kind.motion() != RigidMotion::Spatial || !is_free(body) {
+    let motion = kind.motion();
+    if !is_free(body) {
+        let name = &spec.bodies[body].name;
         return refused(format!(
-            "body \"{}\" must move freely in space to fall in any orientation",
-            spec.bodies[body].name
+            "body \"{name}\" must move freely, without joints, to fall in any orientation"
         ));
     }
     let ends = [Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)];
     let bounds = surface::of_body(kind).map_or([Vector3::zeros(); 2], |surface| {
-        let of =
-            |[low, high]: [Vector3<f64>; 2], p: &[f64; 3]| [low.inf(&(*p).into()), high.sup(&(*p).into())];
+        let of = |[low, high]: [Vector3<f64>; 2], p: &[f64; 3]| {
+            let p = motion.in_space(p);
+            [low.inf(&p), high.sup(&p)]
+        };
         surface.points().fold(ends, of)
     });
-    Ok(Falling { spec, body, floor, gravity, bounds, centre: part::mass_and_centre(kind).1 })
+    let plane = match contact.target {
+        Target::Plane(_) => floor_of(scenario, &contact.name),
+        Target::Body(_) => None,
+    };
+    Ok(Falling { spec, body, floor, plane, gravity, bounds, centre: part::mass_and_centre(kind).1 })
+}
+
+/// Name of the plane of a contact.
+fn floor_of(scenario: &Scenario, contact: &str) -> Option<String> {
+    let table: toml::Table = scenario.source.resolved.parse().ok()?;
+    Some(table.get("contacts")?.get(contact)?.get("target_body")?.as_str()?.to_owned())
 }
 
 impl Falling<'_> {
+    fn motion(&self) -> RigidMotion {
+        self.spec.bodies[self.body].kind.motion()
+    }
+
+    /// How it is turned toward the floor.
+    fn orientations(&self, toward: &Toward) -> Result<Vec<Orientation>, AppError> {
+        let (motion, name) = (self.motion(), &self.spec.bodies[self.body].name);
+        let refused = |reason: &str| Err(CommandFault::request(format!("body \"{name}\" {reason}")).into());
+        if motion == RigidMotion::Axial && matches!(toward, Toward::Sphere(_)) {
+            return refused(
+                "is axisymmetric and falls along its axis alone: leave --toward out, or drop a mesh of the solid",
+            );
+        }
+        let mut all = orientations(toward, motion, self.bounds, &self.centre);
+        // A body with an axis is not turned: the floor is, if it can be.
+        all.retain(|o| {
+            motion != RigidMotion::Axial || self.plane.is_some() || o.down.dot(&self.floor.up) < 0.0
+        });
+        if all.is_empty() {
+            return refused(
+                "has none of these: a plane body has faces and corners, an axisymmetric one has faces",
+            );
+        }
+        Ok(all)
+    }
+
     /// The fall in one orientation, that ends at the floor with `speed`; `None` of a body without a surface.
     fn planned(&self, orientation: &Orientation, speed: f64) -> Option<Planned> {
         let body = &self.spec.bodies[self.body];
         let gap = part::GAP * (self.bounds[1] - self.bounds[0]).norm();
         let surface = surface::of_body(&body.kind)?;
-        let (position, rotation) = pose(&*surface, &orientation.down, (&self.floor, gap), &self.centre)?;
-        let velocity = self.floor.up.into_inner() * -speed;
-        let key = |key: &str, numbers: &[f64]| format!("bodies.{}.{key}={numbers:?}", body.name);
-        let set = vec![
-            key("position", position.as_slice()),
-            key("orientation", &[rotation.w, rotation.i, rotation.j, rotation.k]),
-            key("velocity", velocity.as_slice()),
+        let is_turned = self.motion() == RigidMotion::Axial && orientation.down.dot(&self.floor.up) > 0.0;
+        let up = if is_turned { -self.floor.up } else { self.floor.up };
+        let floor = Floor { up, ..self.floor };
+        let (position, rotation) = pose(&*surface, &orientation.down, (&floor, gap), &self.centre)?;
+        let velocity = up.into_inner() * -speed;
+        let key = |key: &str, numbers: &[f64]| format!("{key}={:?}", numbers);
+        let of_body = |word: &str, numbers: &[f64]| key(&format!("bodies.{}.{word}", body.name), numbers);
+        let mut set = vec![
+            of_body("position", position.as_slice()),
+            of_body("orientation", &[rotation.w, rotation.i, rotation.j, rotation.k]),
+            of_body("velocity", velocity.as_slice()),
         ];
+        if let Some(plane) = self.plane.as_ref().filter(|_| is_turned) {
+            set.push(key(&format!("bodies.{plane}.normal"), up.as_slice()));
+            set.push(key("simulation.gravity", (-self.spec.settings.gravity).as_slice()));
+        }
         Some(Planned { name: orientation.name.clone(), set })
     }
 }

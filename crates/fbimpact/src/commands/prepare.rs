@@ -4,6 +4,7 @@ mod digits;
 pub mod check;
 pub mod mesh_size;
 pub mod modes;
+pub mod tied;
 pub mod part;
 pub mod new;
 pub mod system_modes;

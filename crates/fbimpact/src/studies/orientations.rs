@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use std::str::FromStr;
 
 use adaptive::surface::Surface;
+use ffr_dynamics::body::RigidMotion;
 use nalgebra::{Unit, UnitQuaternion, Vector3};
 
 /// Most directions; more runs are a sweep.
@@ -17,6 +18,34 @@ pub enum Toward {
     Box(Vec<usize>),
     /// So many directions, spread over the sphere.
     Sphere(usize),
+}
+
+/// What a part falls on.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Ground {
+    /// A rigid plane.
+    Rigid,
+    /// A layer of a material on rigid ground, so thick \[m\].
+    Layer(String, f64),
+}
+
+impl FromStr for Ground {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "rigid" {
+            return Ok(Self::Rigid);
+        }
+        let layer = text.split_once(':').and_then(|(material, thickness)| {
+            let thickness: f64 = thickness.trim().parse().ok()?;
+            let is_sound = thickness > 0.0 && thickness.is_finite() && !material.trim().is_empty();
+            is_sound.then(|| Self::Layer(material.trim().to_owned(), thickness))
+        });
+        layer.ok_or_else(|| {
+            "must be rigid, or MATERIAL:THICKNESS in metres, as aluminium:0.01; other floors stand in a scenario"
+                .to_owned()
+        })
+    }
 }
 
 /// Parts of a box by the numbers of sides that meet there.
@@ -48,22 +77,33 @@ pub struct Orientation {
     pub down: Unit<Vector3<f64>>,
 }
 
-/// The orientations of a part in the box from `low` to `high`, whose centre of mass is `centre`. Under an edge or a corner
-/// of the box the centre of mass is straight above it, which leaves the fall most energy.
+/// The orientations of a part that moves by `motion`, in the box from `low` to `high`, whose centre of mass is `centre`. Under an
+/// edge or a corner of the box the centre of mass is straight above it, which leaves the fall most energy. A plane part is turned in
+/// its plane, where its box has sides and corners; one with an axis falls on its ends.
 pub fn orientations(
     toward: &Toward,
+    motion: RigidMotion,
     [low, high]: [Vector3<f64>; 2],
     centre: &Vector3<f64>,
 ) -> Vec<Orientation> {
+    let turns = |signs: &Vector3<f64>| match motion {
+        RigidMotion::Spatial => true,
+        RigidMotion::Planar => signs.z == 0.0,
+        RigidMotion::Axial => signs.x == 0.0 && signs.y == 0.0,
+    };
     let parts = match toward {
         Toward::Box(parts) => parts,
-        Toward::Sphere(n) => return spread(*n),
+        Toward::Sphere(n) => return if motion == RigidMotion::Planar { around(*n) } else { spread(*n) },
     };
     let signs = (0..27).map(|i| [i % 3, i / 3 % 3, i / 9].map(|k| [0.0, -1.0, 1.0][k]));
     let mut all: Vec<(usize, Orientation)> = Vec::new();
-    for signs in signs.map(Vector3::<f64>::from) {
+    for signs in signs.map(Vector3::<f64>::from).filter(turns) {
         let sides = signs.iter().filter(|s| s.abs() > 0.0).count();
-        let Some((kind, _)) = PARTS.iter().find(|(_, n)| *n == sides && parts.contains(n)) else { continue };
+        // Where two sides of a plane part meet is a corner.
+        let meeting = if motion == RigidMotion::Planar && sides == 2 { 3 } else { sides };
+        let Some((kind, _)) = PARTS.iter().find(|(_, n)| *n == meeting && parts.contains(n)) else {
+            continue;
+        };
         let end = Vector3::from_fn(|i, _| if signs[i] > 0.0 { high[i] } else { low[i] });
         let way = if sides == 1 { signs } else { (end - centre).component_mul(&signs.abs()) };
         let letter = |i: usize| match signs[i] {
@@ -93,6 +133,17 @@ fn spread(n: usize) -> Vec<Orientation> {
     (0..n).map(direction).collect()
 }
 
+/// Directions at equal angles in the plane.
+fn around(n: usize) -> Vec<Orientation> {
+    let digits = n.to_string().len();
+    let direction = |i: usize| {
+        let (sin, cos) = (TAU * i as f64 / n as f64).sin_cos();
+        let down = Unit::new_normalize(Vector3::new(sin, -cos, 0.0));
+        Orientation { name: format!("direction-{:0digits$}", i + 1), down }
+    };
+    (0..n).map(direction).collect()
+}
+
 /// A plane on which a part falls.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Floor {
@@ -110,13 +161,18 @@ pub fn pose(
     (floor, gap): (&Floor, f64),
     centre: &Vector3<f64>,
 ) -> Option<(Vector3<f64>, UnitQuaternion<f64>)> {
+    let motion = surface.motion();
     let rotation = UnitQuaternion::rotation_between(down, &-floor.up.into_inner())
-        // Half a turn about any direction across.
+        // Half a turn about any direction across, of a plane part about its normal.
         .unwrap_or_else(|| {
-            let across = down.cross(&Vector3::ith(down.iamin(), 1.0));
+            let across = match motion {
+                RigidMotion::Planar => Vector3::z(),
+                _ => down.cross(&Vector3::ith(down.iamin(), 1.0)),
+            };
             UnitQuaternion::from_axis_angle(&Unit::new_normalize(across), 0.5 * TAU)
         });
-    let lowest = Vector3::from(surface.lowest(&-down.into_inner())?.point);
+    let upwards = motion.components((-down.into_inner()).as_ref());
+    let lowest = motion.in_space(&surface.lowest(&upwards.into())?.point);
     let (up, aside) = (floor.up.into_inner(), rotation * centre);
     let position = floor.point - aside + up * (up.dot(&aside) + gap - up.dot(&(rotation * lowest)));
     Some((position, rotation))
@@ -128,7 +184,8 @@ mod tests {
 
     fn of(toward: &str) -> Vec<Orientation> {
         let bounds = [Vector3::new(-1.0, -2.0, -3.0), Vector3::new(1.0, 2.0, 3.0)];
-        orientations(&toward.parse().expect("parts of a box"), bounds, &Vector3::zeros())
+        let toward = toward.parse().expect("parts of a box");
+        orientations(&toward, RigidMotion::Spatial, bounds, &Vector3::zeros())
     }
 
     #[test]
@@ -147,6 +204,27 @@ mod tests {
         for wrong in ["sides", "", "0", "-3", "faces;edges", "100000"] {
             assert!(wrong.parse::<Toward>().is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn plane_parts_have_sides_and_corners_round_ones_have_ends() {
+        let bounds = [Vector3::new(-1.0, -2.0, 0.0), Vector3::new(1.0, 2.0, 0.0)];
+        let of = |toward: &str, motion| {
+            let all = orientations(&toward.parse().expect("a choice"), motion, bounds, &Vector3::zeros());
+            all.into_iter().map(|o| (o.name, o.down.into_inner())).collect::<Vec<_>>()
+        };
+        let all = of("faces,edges,corners", RigidMotion::Planar);
+        assert!(all.len() == 8 && all.iter().all(|(_, down)| down.z == 0.0), "{all:?}");
+        let corner = all.iter().find(|(name, _)| name == "corner-x-y+").expect("a corner");
+        assert!((corner.1 - Vector3::new(-1.0, 2.0, 0.0).normalize()).norm() < 1e-15);
+        assert_eq!(of("edges", RigidMotion::Planar).len(), 0);
+        let all = of("4", RigidMotion::Planar);
+        assert!(
+            (all[0].1 + Vector3::y()).norm() < 1e-15 && (all[1].1 - Vector3::x()).norm() < 1e-15,
+            "{all:?}"
+        );
+        let all = of("faces,edges,corners", RigidMotion::Axial);
+        assert_eq!(all.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["face-z-", "face-z+"]);
     }
 
     #[test]

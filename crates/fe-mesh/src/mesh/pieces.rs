@@ -1,24 +1,10 @@
 //! Pieces of a mesh that share no node, and the part of a mesh that is a body.
 
-use crate::fault::MeshFault;
+use crate::fault::{MeshFault, shown};
 use crate::mesh::raw::{Elements, FaceSource, NO_NODE, RawMesh};
 
-/// Names that a message lists before it ends.
-const LISTED: usize = 20;
 /// What stands before the number of an element that a piece is called by.
 const BY_ELEMENT: &str = "element ";
-
-/// Names in quotes for a message.
-pub fn shown<'a>(names: impl Iterator<Item = &'a str>) -> String {
-    let mut names: Vec<String> = names.take(LISTED + 1).map(|name| format!("\"{name}\"")).collect();
-    if names.is_empty() {
-        return "none".to_owned();
-    }
-    if names.len() > LISTED {
-        names[LISTED] = "…".to_owned();
-    }
-    names.join(", ")
-}
 
 /// Number of the piece of every element, in the order of the elements, and of pieces.
 fn pieces(elements: &Elements, n_nodes: usize) -> (Vec<u32>, usize) {
@@ -50,6 +36,28 @@ fn pieces(elements: &Elements, n_nodes: usize) -> (Vec<u32>, usize) {
     (of_element.collect(), n as usize)
 }
 
+/// Names of the pieces: groups of elements that are one, or "element N" for what hangs together with one; none of a mesh that is
+/// one piece.
+fn names(elements: &Elements, volumes: &[(String, Vec<u32>)], n_nodes: usize) -> Vec<String> {
+    let (of_element, parts) = pieces(elements, n_nodes);
+    if parts < 2 {
+        return Vec::new();
+    }
+    let (mut sizes, mut names) = (vec![0; parts], vec![None; parts]);
+    of_element.iter().for_each(|&piece| sizes[piece as usize] += 1);
+    for (name, all) in volumes {
+        let Some(&first) = all.first() else { continue };
+        let piece = of_element[first as usize] as usize;
+        let is_whole =
+            all.len() == sizes[piece] && all.iter().all(|&e| of_element[e as usize] == piece as u32);
+        names[piece] = names[piece].take().or_else(|| is_whole.then(|| name.clone()));
+    }
+    for (element, &piece) in elements.iter().zip(&of_element) {
+        names[piece as usize].get_or_insert_with(|| format!("{BY_ELEMENT}{}", element.label));
+    }
+    names.into_iter().flatten().collect()
+}
+
 /// Refuses a mesh of several pieces, which are called by the groups of elements that are one, or by an element.
 ///
 /// # Errors
@@ -59,30 +67,18 @@ pub fn one_piece(
     volumes: &[(String, Vec<u32>)],
     n_nodes: usize,
 ) -> Result<(), MeshFault> {
-    let (of_element, parts) = pieces(elements, n_nodes);
-    if parts < 2 {
-        return Ok(());
+    match names(elements, volumes, n_nodes) {
+        names if names.is_empty() => Ok(()),
+        names => Err(MeshFault::Parts { parts: names.len(), names: shown(names.iter().map(String::as_str)) }),
     }
-    let (mut sizes, mut names) = (vec![0; parts], vec![None; parts.min(LISTED + 1)]);
-    of_element.iter().for_each(|&piece| sizes[piece as usize] += 1);
-    for (name, all) in volumes {
-        let Some(&first) = all.first() else { continue };
-        let piece = of_element[first as usize] as usize;
-        let is_whole =
-            all.len() == sizes[piece] && all.iter().all(|&e| of_element[e as usize] == piece as u32);
-        if let Some(known) = names.get_mut(piece).filter(|known| known.is_none() && is_whole) {
-            *known = Some(name.clone());
-        }
-    }
-    for (element, &piece) in elements.iter().zip(&of_element) {
-        if let Some(known) = names.get_mut(piece as usize) {
-            known.get_or_insert_with(|| format!("{BY_ELEMENT}{}", element.label));
-        }
-    }
-    Err(MeshFault::Parts { parts, names: shown(names.iter().flatten().map(String::as_str)) })
 }
 
 impl RawMesh {
+    /// Names of the pieces that share no node, by which [`RawMesh::part`] knows them; none of a mesh that is one.
+    pub fn pieces(&self) -> Vec<String> {
+        names(&self.elements, &self.volumes, self.nodes.len())
+    }
+
     /// The elements of the group `name`; "element 7" is all that hangs together with element 7.
     ///
     /// # Errors

@@ -2,6 +2,7 @@
 
 use iga_core::elasticity::Model;
 
+use super::tie::Tie;
 use crate::element::kind::ElementKind;
 
 /// Elements, one after the other.
@@ -132,6 +133,8 @@ pub struct RawMesh {
     pub faces: Vec<(String, FaceSource)>,
     /// What was left out, with its place.
     pub notes: Vec<String>,
+    /// What the file joins, of all its parts.
+    pub ties: Vec<Tie>,
 }
 
 impl RawMesh {

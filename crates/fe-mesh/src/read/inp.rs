@@ -4,17 +4,20 @@ mod card;
 mod axes;
 mod part;
 mod assembly;
+mod ties;
 
 use self::assembly::Assembly;
 use self::axes::Axes;
 use self::card::{Card, Type, element_type};
 use self::part::{Given, Of, Part};
+use self::ties::Ties;
 use super::Wanted;
 use super::sets::Room;
-use super::skipped::Skipped;
+use super::skipped::{LISTED, Skipped};
 use super::text::{expected, fail, refuse};
 use crate::fault::{MeshError, ReadFault};
 use crate::mesh::raw::RawMesh;
+use crate::mesh::tie::Tie;
 
 /// Cards whose data say nothing of the mesh, left out without a word.
 const SILENT: &[&str] = &["HEADING", "PREPRINT", "RESTART", "INCLUDE", "END STEP"];
@@ -37,6 +40,7 @@ struct Reader<'a, 'b> {
     part: Part,
     assembly: Assembly,
     axes: Axes,
+    ties: Ties,
     room: Room,
     /// The included file that is read, how deep it stands, and includes so far.
     file: Option<String>,
@@ -60,6 +64,7 @@ pub fn read(bytes: &[u8], wanted: &mut Wanted<'_>) -> Result<(RawMesh, Option<St
         part: Part::default(),
         assembly: Assembly::default(),
         axes: Axes::default(),
+        ties: Ties::default(),
         room: Room::of(bytes.len()),
         file: None,
         depth: 0,
@@ -202,8 +207,12 @@ impl Reader<'_, '_> {
             "SYSTEM" => self.axes.begin(line),
             "NODE" | "ELEMENT" | "NSET" | "ELSET" | "SURFACE" => return self.begin_mesh(),
             name => {
+                let place = self.place(line);
+                if self.ties.begin(&self.card, place.clone()) {
+                    return Ok(());
+                }
                 if !SILENT.contains(&name) {
-                    self.cards.note(&format!("*{name}"), self.place(line));
+                    self.cards.note(&format!("*{name}"), place);
                 }
                 self.is_read = false;
             }
@@ -286,7 +295,10 @@ impl Reader<'_, '_> {
             "ELSET" => self.part.set(with, (line, text), Of::Elements),
             "SURFACE" => self.part.surface(with, line, text),
             "INSTANCE" => self.assembly.data(line, text),
-            _ => Ok(()),
+            _ => {
+                self.ties.data(&self.card, text);
+                Ok(())
+            }
         }
     }
 
@@ -301,6 +313,11 @@ impl Reader<'_, '_> {
         for (name, place) in self.lines.iter().filter(|_| !is_plane) {
             self.elements.note(name, place);
         }
+        let (ties, none) = self.ties.finish();
+        mesh.ties = ties;
+        for (card, place) in none.iter().filter_map(|card| card.strip_suffix(')')?.rsplit_once(" (")) {
+            self.cards.note(card, place);
+        }
         let left: Vec<String> = [
             self.cards.list().map(|all| format!("cards that are not read: {all}")),
             self.elements.list().map(|all| format!("elements that are left out: {all}")),
@@ -313,6 +330,13 @@ impl Reader<'_, '_> {
                 "{}; material, supports, springs, masses and couplings are those of the scenario",
                 left.join("; ")
             ));
+        }
+        let mut tied: Vec<String> = mesh.ties.iter().take(LISTED + 1).map(Tie::to_string).collect();
+        if !tied.is_empty() {
+            if tied.len() > LISTED {
+                tied[LISTED] = "…".to_owned();
+            }
+            mesh.notes.push(format!("what the file ties is for joints of the scenario: {}", tied.join("; ")));
         }
         let [of_solids, of_plane] = self.reduced;
         if let Some((name, place)) = if is_plane { of_plane } else { of_solids } {

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 
 /// Names that a note lists before it ends.
-const LISTED: usize = 20;
+pub const LISTED: usize = 20;
 
 /// Names of sections, cards or elements that are left out, with the place of the first of each.
 #[derive(Debug, Default)]

@@ -10,6 +10,7 @@ use crate::cli::{PartArguments, SectionModel, Template};
 use crate::commands::print;
 use crate::error::{AppError, CommandFault};
 use crate::scenario::written::schema;
+use crate::studies::orientations::Ground;
 
 /// The schema that the scenario names in its first line.
 const SCHEMA: &str = "fbimpact.schema.json";
@@ -82,10 +83,11 @@ fn of_part(
         &std::iter::once(&path).chain(&companions).map(PathBuf::as_path).collect::<Vec<_>>(),
         force,
     )?;
-    let made = part::scenario(file, (arguments, section), &path, &format!("{stem} on a rigid floor"))?;
+    let wanted = part::Wanted { arguments, section, is_assembly: true, ground: &Ground::Rigid };
+    let made = part::scenario(file, &wanted, &path, &format!("{stem} on a rigid floor"))?;
     whole_file::write(&path, made.text.as_bytes())?;
     write_schema(&path, force)?;
-    print(&part::description(&made.scenario))?;
+    print(&part::description(&made))?;
     tracing::info!("{} written, next: fbimpact check {}", path.display(), for_shell(&path));
     Ok(())
 }

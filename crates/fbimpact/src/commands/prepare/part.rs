@@ -14,10 +14,11 @@ use result_files::file::fault::Access;
 use result_files::file::whole_file;
 
 use super::digits::short;
+use super::tied::{self, Joints, PartBody};
 use crate::cli::{LengthUnit, PartArguments, SectionModel};
 use crate::error::{AppError, CommandFault};
 use crate::scenario::{self, Scenario};
-use crate::studies::orientations::Floor;
+use crate::studies::orientations::{Floor, Ground};
 
 /// Gap to the floor over the size of a part: a fall of microseconds.
 pub const GAP: f64 = 1e-4;
@@ -27,6 +28,13 @@ const SHAPES: [&str; 5] = ["step", "stp", "brep", "iges", "igs"];
 const INSTALL: &str = "a shape is meshed by Gmsh, which was not found, neither the program nor the package of python3: pip install gmsh";
 /// The body of the scenarios that are written.
 pub const BODY: &str = "part";
+const FLOOR: &str = "floor";
+/// Parts that become bodies of one scenario; of a file with more one is to be chosen.
+const MOST_PARTS: usize = 50;
+/// Modes of a layer on rigid ground, which follows a contact that is slower than waves through it as a spring does.
+const LAYER_MODES: usize = 20;
+/// Characters of the name of a part that the name of its body has.
+const LONGEST: usize = 40;
 
 /// Whether `path` holds a shape that is to be meshed.
 fn is_shape(path: &Path) -> bool {
@@ -42,23 +50,40 @@ pub fn companions(part: &Path, scenario: &Path) -> Vec<PathBuf> {
     ["msh", "geo"].map(|ending| scenario.with_extension(ending)).to_vec()
 }
 
+/// What a scenario is made of.
+#[derive(Debug, Clone, Copy)]
+pub struct Wanted<'a> {
+    /// The part.
+    pub arguments: &'a PartArguments,
+    /// Kinematics of a mesh in the plane.
+    pub section: Option<SectionModel>,
+    /// Whether all parts of a file with several become bodies.
+    pub is_assembly: bool,
+    /// What the part falls on.
+    pub ground: &'a Ground,
+}
+
 /// A scenario at `path` in which a part falls on a rigid floor, as text, and as it is read.
 pub struct PartScenario {
     /// The text.
     pub text: String,
     /// What it says.
     pub scenario: Scenario,
+    /// Names of its bodies that are parts.
+    names: Vec<String>,
+    /// What the file ties, in words.
+    told: Vec<String>,
 }
 
 /// Makes the scenario of the part of `part`, a mesh that is beside `path` then if it is a shape, of a mesh in
-/// the plane with the kinematics `section`.
+/// the plane with its kinematics. Parts of an assembly become bodies, joined where the file ties them.
 ///
 /// # Errors
 /// [`AppError::Io`] for files that cannot be read, written or meshed, [`AppError::Command`] without a unit of length,
 /// [`AppError::Scenario`] for a part that is no body.
 pub fn scenario(
     part: &Path,
-    (arguments, section): (&PartArguments, Option<SectionModel>),
+    &Wanted { arguments, section, is_assembly, ground }: &Wanted<'_>,
     path: &Path,
     title: &str,
 ) -> Result<PartScenario, AppError> {
@@ -71,10 +96,23 @@ pub fn scenario(
         part.to_owned()
     };
     let file = from_folder(path.parent().unwrap_or(Path::new("")), &mesh);
+    let parts = match &arguments.part {
+        Some(part) => vec![part.clone()],
+        None if is_assembly => scenario::mesh_parts(&mesh).map_err(|reason| AppError::io(&mesh, reason))?,
+        None => Vec::new(),
+    };
+    let parts = if (1..=MOST_PARTS).contains(&parts.len()) { parts } else { vec![String::new()] };
+    let mut names: Vec<String> = Vec::new();
+    for part in &parts {
+        let name = if parts.len() > 1 { plain(part) } else { BODY.to_owned() };
+        let mut others = (2..).map(|i| format!("{name}-{i}"));
+        let is_free = |name: &String| name != FLOOR && !names.contains(name);
+        names.extend(Some(name.clone()).filter(is_free).or_else(|| others.find(is_free)));
+    }
     let model = section.and_then(|section| Some(section.to_possible_value()?.get_name().to_owned()));
-    let mut text = TEXT.replace("MODEL", &quoted(model.as_deref().unwrap_or("mesh")));
     let is_plane = matches!(section, Some(SectionModel::PlaneStrain | SectionModel::PlaneStress));
     let up = if is_plane { Vector3::y_axis() } else { Vector3::z_axis() };
+    let mut text = TEXT.replace("MODEL", &quoted(model.as_deref().unwrap_or("mesh")));
     for (what, factor) in [("GRAVITY", -9.81), ("VELOCITY", -1.0), ("NORMAL", 1.0)] {
         text = text
             .replace(what, &format!("{:?}", up.map(|x| if x == 0.0 { 0.0 } else { factor * x }).as_slice()));
@@ -83,30 +121,92 @@ pub fn scenario(
     text = text.replace("MATERIAL", &quoted(&arguments.material));
     text = text
         .replace("UNITS", &quoted(unit.to_possible_value().as_ref().map_or("mm", |value| value.get_name())));
-    let named = arguments.part.as_ref().map(|name| format!("part = {}\n", quoted(name)));
-    text = text.replace("PART\n", &named.unwrap_or_default());
+    let written = |position: &Vector3<f64>, lowest: &str, joints: &Joints, floor: Option<&str>| {
+        let (before, rest) = text.split_once("[bodies.BODY]").unwrap_or((&text, ""));
+        let (body, after) = rest.split_once("[bodies.floor]").unwrap_or((rest, ""));
+        let mut bodies = String::new();
+        for (i, (part, name)) in parts.iter().zip(&names).enumerate() {
+            let part = if part.is_empty() { String::new() } else { format!("part = {}\n", quoted(part)) };
+            let is_child = joints.is_child.get(i) == Some(&true);
+            let moves =
+                |line: &&str| ["position", "orientation", "velocity"].iter().any(|key| line.starts_with(key));
+            bodies += &format!("[bodies.{name}]");
+            body.split_inclusive('\n')
+                .filter(|line| !(is_child && moves(line)))
+                .for_each(|line| bodies += line);
+            bodies = bodies.replace("PART\n", &part);
+        }
+        let after = after.replace("LOWEST", lowest).replace("HOLD", &joints.text);
+        let (own, after) = after.split_once("[contacts").unwrap_or((&after, ""));
+        let all = format!("{before}{bodies}[bodies.{FLOOR}]{}[contacts{after}", floor.unwrap_or(own));
+        all.replace("POSITION", &format!("{:?}", position.as_slice()))
+    };
     // Where it stands depends on what is read.
-    let at_origin = text.replace("POSITION", "[0.0, 0.0, 0.0]").replace("HOLD", "");
+    let at_origin = written(&Vector3::zeros(), &names[0], &Joints::default(), None);
     let read = scenario::parse(path, at_origin.as_bytes(), &[])?;
-    let body = &read.run.bodies[0].kind;
+    let kinds = || read.run.bodies.iter().take(parts.len()).map(|body| &body.kind);
+    let meshes = parts.iter().zip(&names).zip(kinds()).filter_map(|((part, name), kind)| {
+        Some(PartBody { name: name.clone(), part, mesh: &kind.meshed()?.mesh })
+    });
+    let mut joints = tied::joints(&meshes.collect::<Vec<_>>());
+    if joints.told.is_empty() && parts.len() == 1 {
+        joints.text = kinds().next().and_then(BodyKind::meshed).map_or_else(String::new, hold);
+    }
     let floor = Floor { point: Vector3::zeros(), up };
-    let (gap, centre) = (GAP * body.diagonal().unwrap_or(1.0), mass_and_centre(body).1);
-    let surface = surface::of_body(body);
-    let motion = body.motion();
-    let position = surface.and_then(|surface| {
-        if motion == RigidMotion::Spatial {
+    let gap = |kind: &BodyKind| GAP * kind.diagonal().unwrap_or(1.0);
+    let position = |kind: &BodyKind| {
+        let (surface, motion) = (surface::of_body(kind)?, kind.motion());
+        if motion == RigidMotion::Spatial && parts.len() == 1 {
+            let (gap, centre) = (gap(kind), mass_and_centre(kind).1);
             let pose = crate::studies::orientations::pose(&*surface, &-floor.up, (&floor, gap), &centre);
             return pose.map(|(position, _)| position);
         }
-        // In its plane, above the floor's point.
+        // As the file has it, above the floor's point.
         let lowest = surface.lowest(&motion.components(up.as_ref().as_ref()).into())?.point;
-        Some(up.into_inner() * (gap - up.dot(&motion.in_space(&lowest))))
-    });
-    let position = position.unwrap_or_default();
-    text = text.replace("POSITION", &format!("{:?}", position.as_slice()));
-    text = text.replace("HOLD", &body.meshed().map_or_else(String::new, hold));
+        Some(up.into_inner() * (gap(kind) - up.dot(&motion.in_space(&lowest))))
+    };
+    let highest =
+        |a: &(usize, Vector3<f64>), b: &(usize, Vector3<f64>)| up.dot(&a.1).total_cmp(&up.dot(&b.1));
+    let lowest = kinds().enumerate().filter_map(|(i, kind)| Some((i, position(kind)?))).max_by(highest);
+    let (lowest, position) = lowest.unwrap_or_default();
+    let layer = kinds().nth(lowest).and_then(|kind| layer(ground, kind, model.as_deref()));
+    let text = written(&position, &names[lowest], &joints, layer.as_deref());
     let scenario = scenario::parse(path, text.as_bytes(), &[])?;
-    Ok(PartScenario { text, scenario })
+    Ok(PartScenario { text, scenario, names, told: joints.told })
+}
+
+/// The table of a floor that is no rigid plane, below the `body`: twice as wide as that is long, so that waves from its sides come late,
+/// and held at its base.
+fn layer(ground: &Ground, body: &BodyKind, section: Option<&str>) -> Option<String> {
+    let Ground::Layer(material, thickness) = ground else { return None };
+    let (side, material) = (2.0 * body.diagonal()?.max(*thickness), quoted(material));
+    let (model, geometry, elements, point, face) = match body.motion() {
+        RigidMotion::Spatial => {
+            let shape = format!("shape = \"box\", size = [{side:?}, {side:?}, {thickness:?}]");
+            ("solid", shape, "[8, 8, 2]", [0.0, 0.0, -thickness], "z-")
+        }
+        RigidMotion::Planar => {
+            let shape = format!("shape = \"rectangle\", size = [{side:?}, {thickness:?}]");
+            (section?, shape, "[16, 2]", [0.0, -thickness, 0.0], "y-")
+        }
+        RigidMotion::Axial => {
+            let shape = format!("shape = \"rod\", radius = {:?}, length = {thickness:?}", 0.5 * side);
+            ("axisymmetric", shape, "[8, 2]", [0.0, 0.0, -thickness], "z-")
+        }
+    };
+    Some(format!(
+        "\nmodel = \"{model}\"\ngeometry = {{ {geometry} }}\nmaterial = {material}\n\
+         discretisation = {{ degree = 2, elements = {elements} }}    # waves within it are few and late, its contact is resolved by itself\n\
+         reduction = {{ modes = {LAYER_MODES} }}\n\n[joints.base]\ntype = \"fixed\"\n\
+         parent = {{ body = \"ground\", point = {point:?} }}\nchild = {{ body = \"{FLOOR}\", face = \"{face}\", coupling = \"rigid\" }}\n\n"
+    ))
+}
+
+/// A name of a part as one that a body can have.
+fn plain(name: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    let name: String = name.chars().map(|c| if is_plain(c) { c } else { '-' }).take(LONGEST).collect();
+    name.to_lowercase()
 }
 
 /// The unit of length of a part that is there.
@@ -156,9 +256,19 @@ pub fn mass_and_centre(body: &BodyKind) -> (f64, Vector3<f64>) {
     }
 }
 
-/// What is in the part of a scenario, for people.
-pub fn description(scenario: &Scenario) -> String {
-    let body = &scenario.run.bodies[0].kind;
+/// What is in the parts of a scenario, and what ties them, for people.
+pub fn description(made: &PartScenario) -> String {
+    let bodies = made.names.iter().zip(&made.scenario.run.bodies);
+    let told = |(name, body): (&String, &adaptive::spec::BodySpec)| {
+        let title = if made.names.len() > 1 { format!("body            {name}\n") } else { String::new() };
+        title + &described(&body.kind)
+    };
+    let all: Vec<String> = bodies.map(told).collect();
+    let ties: String = made.told.iter().map(|tie| format!("tied            {tie}\n")).collect();
+    all.join("\n") + &ties
+}
+
+fn described(body: &BodyKind) -> String {
     let (mass, centre) = mass_and_centre(body);
     let mut out = String::new();
     // Writing to a string cannot fail.

@@ -5,7 +5,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use fe_mesh::read::{Wanted, read_part};
+use fe_mesh::read::{Wanted, parts, read_part};
 use iga_core::elasticity::Model;
 use result_files::file::plain_file;
 use result_files::toml_text::document::{Origin, SourceText, Value, parse_json, parse_toml};
@@ -268,9 +268,8 @@ fn read_mesh(
     let cannot = |reason: String| format!("{}: {reason}", path.display());
     let bytes = plain_file::read(&path).map_err(|e| cannot(format!("cannot be read: {e}")))?;
     let mut hash = Sha256::new_with_prefix(&bytes);
-    // Names of files in a file are relative to its folder.
     let mut include = |name: &str| {
-        let included = plain_file::read(&path.with_file_name(name)).map_err(|e| e.to_string())?;
+        let included = included(&path, name)?;
         hash.update(&included);
         Ok(included)
     };
@@ -282,6 +281,20 @@ fn read_mesh(
     }
     let (sha256, part) = (hex(&hash.finalize()), part.map(str::to_owned));
     Ok(MeshSource { path, sha256, units, part, mesh: Arc::new(mesh) })
+}
+
+/// The file `name` that the file `path` includes: names are relative to its folder.
+fn included(path: &Path, name: &str) -> Result<Vec<u8>, String> {
+    plain_file::read(&path.with_file_name(name)).map_err(|e| e.to_string())
+}
+
+/// Names of the parts of the mesh file `path`, none if it is one.
+///
+/// # Errors
+/// Why it cannot be read.
+pub fn mesh_parts(path: &Path) -> Result<Vec<String>, String> {
+    let bytes = plain_file::read(path).map_err(|e| format!("cannot be read: {e}"))?;
+    parts(&bytes, &mut |name| included(path, name)).map_err(|e| e.to_string())
 }
 
 /// Reads the body file `path`.

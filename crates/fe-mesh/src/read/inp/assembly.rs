@@ -5,7 +5,6 @@ use super::axes::Movement;
 use super::card::Card;
 use super::part::Part;
 use crate::fault::{MeshError, ReadFault};
-use crate::mesh::pieces::shown;
 
 /// An instance of a part.
 #[derive(Debug, Default)]
@@ -181,7 +180,7 @@ impl Assembly {
             return Ok(self.rest);
         }
         let all = self.candidates();
-        let names = shown(all.iter().filter(|c| self.parts[c.part].is_solid()).map(|c| c.name.as_str()));
+        let names = all.into_iter().filter(|c| self.parts[c.part].is_solid()).map(|c| c.name).collect();
         let line = self.instances.first().map_or(1, |instance| instance.line);
         fail(line, ReadFault::Parts { asked: wanted.map(str::to_owned), names })
     }

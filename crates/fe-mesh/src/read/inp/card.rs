@@ -5,8 +5,24 @@ use crate::element::kind::ElementKind;
 use crate::mesh::raw::StatedModel;
 
 /// Parameters of cards that say something of the mesh; a file may have any number of others.
-const PARAMETERS: &[&str] =
-    &["TYPE", "ELSET", "NSET", "NAME", "GENERATE", "SYSTEM", "INPUT", "FILE", "PART", "INSTANCE", "COMBINE"];
+const PARAMETERS: &[&str] = &[
+    "TYPE",
+    "ELSET",
+    "NSET",
+    "NAME",
+    "GENERATE",
+    "SYSTEM",
+    "INPUT",
+    "FILE",
+    "PART",
+    "INSTANCE",
+    "COMBINE",
+    "REF NODE",
+    "SURFACE",
+    "CONSTRAINT NAME",
+    "TIE NSET",
+    "PIN NSET",
+];
 
 /// A card with its parameters.
 #[derive(Debug, Clone, Default)]
