@@ -7,7 +7,7 @@ use std::process::Command;
 use fe_mesh::element::kind::ElementKind;
 use serde_json::Value;
 
-use crate::{blocks, writers};
+use crate::{blocks, plane_meshes, writers};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_fbimpact");
 /// A rigid egg above a plane, with Hertz's law: a run takes some hundredths of a second.
@@ -243,4 +243,30 @@ fn sections_fall_in_their_plane_and_round_ones_on_their_ends() {
     std::fs::write(at.join("egg.toml"), EGG).expect("written");
     let (code, _, err) = fbimpact(at, &["drop", "egg.toml", "--height", "1", "--on", "rigid"]);
     assert!(code == 2 && err.contains("--on is for meshes and shapes"), "{err}");
+}
+
+/// A ball on a layer that is much thicker than the touch is wide, at Hertz' peak $k^{2/5} (\tfrac54 m v^2)^{3/5}$, $k = \tfrac43 E^* \sqrt R$.
+#[test]
+fn a_layer_yields_as_a_half_space_where_it_is_thick() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path();
+    std::fs::write(at.join("half.inp"), plane_meshes::round("CAX6", true, plane_meshes::RINGS))
+        .expect("written");
+    let arguments = ["drop", "half.inp", "--units", "mm", "--height", "0.01", "--section", "axisymmetric"];
+    let more = ["--on", "aluminium:0.02", "--no-reports"];
+    let (code, _, err) = fbimpact(at, &[&arguments[..], &more].concat());
+    assert_eq!(code, 0, "{err}");
+    let text = std::fs::read(at.join("half.drop/drop.json")).expect("readable");
+    let json: Value = serde_json::from_slice(&text).expect("JSON");
+    let found = json["falls"][0]["peak_force"].as_f64().expect("a number");
+    let (radius, speed) = (10e-3_f64, (2.0 * 9.80665 * 0.01_f64).sqrt());
+    let mass = 7850.0 * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+    let modulus = 1.0 / (0.91 / 210e9 + 0.91 / 70e9);
+    let stiffness = 4.0 / 3.0 * modulus * radius.sqrt();
+    let peak = stiffness.powf(0.4) * (1.25 * mass * speed * speed).powf(0.6);
+    println!("{found} N, {peak} N");
+    // A touch of 0.4 mm on a layer of 20 mm, which is some a/t = 2 % stiffer than a half space.
+    assert!(found > peak && found < 1.025 * peak, "{found} N, {peak} N");
+    // The layer lies there whole: no orientation from below.
+    assert_eq!(json["falls"].as_array().expect("a list").len(), 1);
 }

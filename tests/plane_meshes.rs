@@ -10,11 +10,11 @@ use std::path::Path;
 use adaptive::record::ImpactRecord;
 
 /// Rings of triangles of a disc of 10 mm: sides of 1.25 mm, where contacts are a tenth of that wide, and of one that is fine enough for a contact on its own sides.
-const RINGS: usize = 8;
+pub const RINGS: usize = 8;
 const FINE: usize = 24;
 
 /// A disc of triangles with six nodes in millimetres, or the half of it at `x >= 0`, as an input file: six triangles about the middle, each cut into rings.
-fn round(type_name: &str, is_half: bool, rings: usize) -> String {
+pub fn round(type_name: &str, is_half: bool, rings: usize) -> String {
     let sectors = if is_half { 3 } else { 6 };
     let (mut numbers, mut text) = (BTreeMap::new(), "*NODE\n".to_owned());
     let mut elements = String::new();

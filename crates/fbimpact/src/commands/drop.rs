@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use adaptive::prepared::Prepared;
-use adaptive::spec::{RunSpec, Target};
+use adaptive::spec::{BodyKind, RunSpec, Target};
 use adaptive::surface;
 use ffr_dynamics::body::RigidMotion;
 use nalgebra::Vector3;
@@ -32,6 +32,8 @@ const TABLE: &str = "table.csv";
 const PAGE: &str = "report.html";
 /// Standard gravity, where the scenario has none [m/s²].
 const GRAVITY: f64 = 9.80665;
+/// How far below its highest place a body may be above its centre of mass that is a level top, in its length: sides of a mesh.
+const LEVEL: f64 = 1e-6;
 /// Runs of which the page has pictures.
 const PICTURED: usize = 3;
 
@@ -231,15 +233,13 @@ fn falling(scenario: &Scenario) -> Result<Falling<'_>, AppError> {
                     contact.name
                 ));
             };
-            let motion = spec.bodies[under].kind.motion();
-            let usual = if motion == RigidMotion::Planar { Vector3::y_axis() } else { Vector3::z_axis() };
+            let kind = &spec.bodies[under].kind;
+            let usual =
+                if kind.motion() == RigidMotion::Planar { Vector3::y_axis() } else { Vector3::z_axis() };
             let up = nalgebra::Unit::try_new(-spec.settings.gravity, 0.0).unwrap_or(usual);
             let touches = Prepared::new(spec).map_err(AppError::model)?.touches;
             let pose = &touches.poses[under];
-            let upwards = motion.components(pose.rotation.inverse_transform_vector(&up).as_ref());
-            let top = surface::of_body(&spec.bodies[under].kind)
-                .and_then(|surface| surface.lowest(&-Vector3::from(upwards)));
-            let top = top.map_or(Vector3::zeros(), |place| motion.in_space(&place.point));
+            let top = top(kind, &pose.rotation.inverse_transform_vector(&up)).unwrap_or_default();
             (body, Floor { point: pose.position + pose.rotation * top, up })
         }
     };
@@ -264,6 +264,18 @@ fn falling(scenario: &Scenario) -> Result<Falling<'_>, AppError> {
         Target::Body(_) => None,
     };
     Ok(Falling { spec, body, floor, plane, gravity, bounds, centre: part::mass_and_centre(kind).1 })
+}
+
+/// The highest place of a body: that above its centre of mass where the body has a level top there, as a table has.
+fn top(kind: &BodyKind, up: &Vector3<f64>) -> Option<Vector3<f64>> {
+    let (surface, motion) = (surface::of_body(kind)?, kind.motion());
+    let upwards = Vector3::from(motion.components(up.as_ref()));
+    let highest = motion.in_space(&surface.lowest(&-upwards)?.point);
+    let centre = part::mass_and_centre(kind).1;
+    let above = centre + up * up.dot(&(highest - centre));
+    let place = surface.nearest(&motion.components(above.as_ref()))?.place.point;
+    let is_level = (motion.in_space(&place) - above).norm() < LEVEL * surface.length();
+    Some(if is_level || motion == RigidMotion::Axial { above } else { highest })
 }
 
 /// Name of the plane of a contact.

@@ -183,21 +183,26 @@ fn layer(ground: &Ground, body: &BodyKind, section: Option<&str>) -> Option<Stri
     let (model, geometry, elements, point, face) = match body.motion() {
         RigidMotion::Spatial => {
             let shape = format!("shape = \"box\", size = [{side:?}, {side:?}, {thickness:?}]");
-            ("solid", shape, "[8, 8, 2]", [0.0, 0.0, -thickness], "z-")
+            (
+                "solid",
+                shape,
+                "\ndiscretisation = { degree = 2, elements = [8, 8, 3] }",
+                [0.0, 0.0, -thickness],
+                "z-",
+            )
         }
         RigidMotion::Planar => {
             let shape = format!("shape = \"rectangle\", size = [{side:?}, {thickness:?}]");
-            (section?, shape, "[16, 2]", [0.0, -thickness, 0.0], "y-")
+            (section?, shape, "", [0.0, -thickness, 0.0], "y-")
         }
         RigidMotion::Axial => {
             let shape = format!("shape = \"rod\", radius = {:?}, length = {thickness:?}", 0.5 * side);
-            ("axisymmetric", shape, "[8, 2]", [0.0, 0.0, -thickness], "z-")
+            ("axisymmetric", shape, "", [0.0, 0.0, -thickness], "z-")
         }
     };
     Some(format!(
-        "\nmodel = \"{model}\"\ngeometry = {{ {geometry} }}\nmaterial = {material}\n\
-         discretisation = {{ degree = 2, elements = {elements} }}    # waves within it are few and late, its contact is resolved by itself\n\
-         reduction = {{ modes = {LAYER_MODES} }}\n\n[joints.base]\ntype = \"fixed\"\n\
+        "\nmodel = \"{model}\"\ngeometry = {{ {geometry} }}\nmaterial = {material}{elements}\n\
+         reduction = {{ modes = {LAYER_MODES} }}    # it yields as a spring to contacts slower than waves through it\n\n[joints.base]\ntype = \"fixed\"\n\
          parent = {{ body = \"ground\", point = {point:?} }}\nchild = {{ body = \"{FLOOR}\", face = \"{face}\", coupling = \"rigid\" }}\n\n"
     ))
 }
