@@ -15,7 +15,7 @@ use ffr_dynamics::force::BodyState;
 
 use crate::adaptivity::interval::{
     ContactFlags, DirectionUse, IntervalAssessment, IntervalEnd, IntervalGrid, IntervalSettings, Verdict,
-    assess, fewest_at_once, finer_by,
+    assess, fewest_at_once, finer_by, share_at_once,
 };
 use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy};
 use crate::body::fine::refined::FineBody;
@@ -510,9 +510,9 @@ impl FineContact {
     }
 
     /// Rows of elements that were in contact at one instant at most, as a share of those that
-    /// intervals of the contact have: the least of the directions.
+    /// intervals of the contact have, but for more than suffice: the least of the directions.
     pub fn resolution(&self) -> f64 {
-        let share = |d: usize| self.at_once[d] as f64 * self.finer() / self.interval.n_elements[d] as f64;
+        let share = |d: usize| share_at_once(self.at_once[d], self.interval.n_elements[d], self.finer());
         (0..self.interval.ends.len()).map(share).fold(f64::INFINITY, f64::min)
     }
 

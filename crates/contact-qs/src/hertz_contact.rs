@@ -259,7 +259,12 @@ impl ForceElement for HertzContact {
     }
 
     fn clearance(&self, bodies: &[BodyState]) -> Option<f64> {
-        if self.sliding.is_some() { None } else { self.geometry.clearance(bodies) }
+        self.geometry.clearance(bodies)
+    }
+
+    /// Friction counts slip from where the bodies stood when they touched.
+    fn notes_motions(&self) -> bool {
+        self.sliding.is_some()
     }
 
     fn save(&self, state: &mut SlidingState, found: &HertzFound) {

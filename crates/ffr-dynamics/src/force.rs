@@ -186,8 +186,13 @@ pub trait ForceElement: Send {
     /// By how much the origins of the frames of the element's two bodies may move relative to each other, that of a
     /// body on space itself, from the motions `bodies` until an evaluation finds anything else than right after
     /// [`ForceElement::start`], however the bodies turn \[m\]; none, or nothing positive, where that is not known at
-    /// once. Elements with internal coordinates or whose evaluations depend on those before have none.
+    /// once. Elements with internal coordinates have none.
     fn clearance(&self, _bodies: &[BodyState]) -> Option<f64> {
         None
+    }
+
+    /// Whether it notes, in evaluations in which its bodies are apart, how they stand: then it is to be evaluated in all of them.
+    fn notes_motions(&self) -> bool {
+        false
     }
 }

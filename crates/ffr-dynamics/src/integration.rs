@@ -13,7 +13,7 @@ mod implicit;
 pub mod integrator;
 
 pub use dense_output::DenseOutput;
-pub use events::{Crossing, CrossingSearch};
+pub use events::{Crossing, CrossingSearch, Slope};
 pub(crate) use implicit::collocation::PAIRS as STAGE_PAIRS;
 pub use integrator::{Integrator, Method};
 pub use linearisation::{KinematicBlock, Linearisation};

@@ -4,7 +4,7 @@
 
 use crate::small_equations::{ECCENTRICITY, Given, PERIHELION, distance, kepler_rate, norm, slope};
 use ffr_dynamics::error::EvaluationFailure;
-use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, OdeSystem, StepSettings};
+use ffr_dynamics::integration::{CrossingSearch, DenseOutput, Integrator, OdeSystem, Slope, StepSettings};
 
 fn kepler_run(settings: StepSettings, tolerance: f64, t_end: f64) -> Integrator {
     let mut integrator = Integrator::explicit(settings, 0.0, &PERIHELION).unwrap();
@@ -226,7 +226,7 @@ fn instants_of_every_search_have_their_numbers() {
     let functions: [fn(f64) -> f64; 5] =
         [|t| 1.0 - 0.9 * t, |t| 0.1 + t, |t| t - 0.1, |t| 0.5 - t, |t| (t - 0.6).powi(2) - 0.01];
     for f in functions {
-        let own = search.first_crossing_of((0.0, 1.0), |t, instant, _| {
+        let own = search.first_crossing_of((0.0, 1.0), Slope::UNKNOWN, |t, instant, _| {
             if let Some(known) = instant.map(|i| times[i].get_or_insert(t)) {
                 assert_eq!(known.to_bits(), t.to_bits());
             }
@@ -236,4 +236,28 @@ fn instants_of_every_search_have_their_numbers() {
         assert_eq!(own.unwrap(), usual.unwrap());
     }
     assert_eq!(times.iter().flatten().count(), n, "{times:?}");
+}
+
+#[test]
+fn a_known_slope_saves_looks_and_misses_nothing() {
+    let mut search = CrossingSearch::new(1, 1e-10, 4);
+    for i in 0..200 {
+        // A dip between two samples of one and the same function, of the slope 2 at most, from below zero to above.
+        let (bottom, height) = (0.021 + 0.958 * f64::from(i) / 199.0, 1e-3 * f64::from(i - 100));
+        let dip = |t: f64| (t - bottom).powi(2) + height;
+        let mut count = |slope: Slope| {
+            let mut looks = 0;
+            let found = search.first_crossing_of((0.0, 1.0), slope, |t, _, _| {
+                looks += 1;
+                dip(t)
+            });
+            (found.unwrap(), looks)
+        };
+        let (all, many) = count(Slope::UNKNOWN);
+        let (known, few) = count(Slope { fastest: 2.0, jump: 0.0 });
+        assert_eq!(all, known, "{bottom} {height}");
+        assert!(few <= many && (height < 0.05 || few <= 20), "{bottom} {height}: {few} of {many}");
+        // What may jump by as much as there is left is looked for.
+        assert_eq!(count(Slope { fastest: 2.0, jump: 2.0 }), (all, many));
+    }
 }

@@ -49,6 +49,16 @@ const FEWEST: f64 = 0.7;
 /// one direction, and in both of a surface, whose unknowns they raise by the square.
 const FINEST: [f64; 2] = [16.0, 2.0];
 
+/// Rows beyond which those of an interval count no more: of as many as a scenario may ask for, 512 say, contact at one instant
+/// needs no larger number than of some more than are usual.
+const MOST_ROWS: f64 = 24.0;
+
+/// Share of the rows of an interval that were in contact at one instant, of which there were `at_once` among `n_elements` where it
+/// had `finer` times as many as usual.
+pub fn share_at_once(at_once: usize, n_elements: usize, finer: f64) -> f64 {
+    at_once as f64 / (n_elements as f64 / finer).min(MOST_ROWS)
+}
+
 /// So many times as many elements as `usual`.
 pub fn finer_elements(usual: usize, finer: f64) -> usize {
     (usual as f64 * finer).round() as usize
@@ -261,6 +271,16 @@ mod tests {
     fn one(contact: &[bool], ends: [IntervalEnd; 2]) -> DirectionAssessment {
         let direction = DirectionUse { contact, width: 2.0, ends };
         assess(&[direction], &IntervalSettings::default()).directions[0]
+    }
+
+    #[test]
+    fn contact_that_moves_asks_for_rows_and_not_for_a_share_of_many() {
+        // 6 of the usual 16 rows at once, and of twice as many; 12 of 512 that the scenario asks for are as good as of 24.
+        for (at_once, n_elements, finer, share) in
+            [(6, 16, 1.0, 0.375), (6, 32, 2.0, 0.375), (12, 512, 1.0, 0.5), (3, 512, 1.0, 0.125)]
+        {
+            assert_eq!(share_at_once(at_once, n_elements, finer), share, "{at_once} of {n_elements}");
+        }
     }
 
     #[test]

@@ -146,6 +146,10 @@ impl ActiveForce for DampedContact {
         self.contact.clearance(bodies)
     }
 
+    fn notes_motions(&self) -> bool {
+        self.contact.notes_motions()
+    }
+
     fn elapsed(&self) -> Duration {
         self.contact.elapsed()
     }

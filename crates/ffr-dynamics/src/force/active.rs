@@ -50,6 +50,9 @@ pub trait ActiveForce: Send {
     /// As [`ForceElement::clearance`].
     fn clearance(&self, bodies: &[BodyState]) -> Option<f64>;
 
+    /// As [`ForceElement::notes_motions`].
+    fn notes_motions(&self) -> bool;
+
     /// Time spent in evaluations since the start, or since it was taken last.
     fn elapsed(&self) -> Duration;
 
@@ -154,6 +157,10 @@ impl<E: ForceElement> ActiveForce for Active<E> {
 
     fn clearance(&self, bodies: &[BodyState]) -> Option<f64> {
         self.element.clearance(bodies)
+    }
+
+    fn notes_motions(&self) -> bool {
+        self.element.notes_motions()
     }
 
     fn elapsed(&self) -> Duration {

@@ -24,6 +24,25 @@ pub struct Crossing {
     pub value: f64,
 }
 
+/// How fast a function may fall: by less than `fastest` times the time, and `jump` at once.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slope {
+    /// Its largest rate [1/s].
+    pub fastest: f64,
+    /// What it may change by besides.
+    pub jump: f64,
+}
+
+impl Slope {
+    /// Nothing is known.
+    pub const UNKNOWN: Self = Self { fastest: f64::INFINITY, jump: 0.0 };
+
+    /// Whether a function is positive between two samples.
+    fn keeps_positive(&self, left: Sample, right: Sample) -> bool {
+        0.5 * (left.1 + right.1 - self.fastest * (right.0 - left.0)) > self.jump
+    }
+}
+
 /// Search for the first zero within a step. Keeps its buffers, so that a search allocates nothing.
 #[derive(Debug, Clone)]
 pub struct CrossingSearch {
@@ -63,7 +82,7 @@ impl CrossingSearch {
         solution: &impl DenseOutput,
         mut function: impl FnMut(f64, &[f64]) -> f64,
     ) -> Result<Option<Crossing>, DynamicsError> {
-        self.first_crossing_of(solution.interval(), |t, _, y| {
+        self.first_crossing_of(solution.interval(), Slope::UNKNOWN, |t, _, y| {
             solution.interpolate(t, y);
             function(t, y)
         })
@@ -76,18 +95,20 @@ impl CrossingSearch {
 
     /// As [`CrossingSearch::first_crossing`] in the time `interval` of a `function` that has the number of the instant
     /// if it is one of those that every search in the step looks at, below [`CrossingSearch::n_instants`], so that many
-    /// functions are evaluated there together. Its last argument is a state to work on.
+    /// functions are evaluated there together. Its last argument is a state to work on. Where the `slope` of the function tells
+    /// that it stays positive between two samples nothing is looked for.
     ///
     /// # Errors
     /// Likewise.
     pub fn first_crossing_of(
         &mut self,
         (start, end): (f64, f64),
+        slope: Slope,
         mut function: impl FnMut(f64, Option<usize>, &mut [f64]) -> f64,
     ) -> Result<Option<Crossing>, DynamicsError> {
         let n = self.n_samples;
         let time = |i: usize| if i == n { end } else { start + (end - start) * (i as f64 / n as f64) };
-        let mut evaluate = Evaluation { n, function: &mut function, y: &mut self.y };
+        let mut evaluate = Evaluation { n, slope, function: &mut function, y: &mut self.y };
         let mut older = None;
         let mut left = (start, evaluate.of(start, Some(0))?);
         for i in 1..=n {
@@ -108,6 +129,7 @@ type Sample = (f64, f64);
 
 struct Evaluation<'a, F> {
     n: usize,
+    slope: Slope,
     function: &'a mut F,
     y: &'a mut [f64],
 }
@@ -135,7 +157,7 @@ impl<F: FnMut(f64, Option<usize>, &mut [f64]) -> f64> Evaluation<'_, F> {
         is_first: bool,
         is_last: bool,
     ) -> Result<Option<(Sample, Sample)>, DynamicsError> {
-        if left.1 <= 0.0 || right.1 <= 0.0 {
+        if left.1 <= 0.0 || right.1 <= 0.0 || self.slope.keeps_positive(left, right) {
             return Ok(None);
         }
         let width = right.0 - left.0;
@@ -157,6 +179,7 @@ impl<F: FnMut(f64, Option<usize>, &mut [f64]) -> f64> Evaluation<'_, F> {
             && left.1 > 0.0
             && left.1 <= older.1
             && left.1 <= right.1
+            && !(self.slope.keeps_positive(older, left) && self.slope.keeps_positive(left, right))
             && let Some(found) = self.dip(older, right)?
         {
             return Ok(Some(found));
@@ -175,6 +198,9 @@ impl<F: FnMut(f64, Option<usize>, &mut [f64]) -> f64> Evaluation<'_, F> {
         for _ in 0..MAX_DIP_ITERATIONS {
             if middle.1 <= 0.0 {
                 return Ok(Some((left, middle)));
+            }
+            if self.slope.keeps_positive(a, middle) && self.slope.keeps_positive(middle, b) {
+                return Ok(None);
             }
             let into_right = b.0 - middle.0 > middle.0 - a.0;
             t = if into_right {

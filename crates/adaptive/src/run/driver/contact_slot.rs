@@ -1,5 +1,7 @@
 //! A contact of the run: what its watching and its impacts need beside its model.
 
+use ffr_dynamics::integration::Slope;
+
 use crate::adaptivity::penalty_search::PenaltySearch;
 use crate::error::AdaptiveError;
 use crate::impact::stress::LeftOut;
@@ -56,8 +58,8 @@ pub(super) enum Nearness {
     Unknown,
     /// Too far apart for a touch, by several times, and no impact is followed; or without a model that could tell.
     Far,
-    /// Others, with the gaps at both ends \[m\].
-    Near { gaps: [f64; 2] },
+    /// Others, with the gaps at both ends, and how fast they may have closed in between \[m\].
+    Near { gaps: [f64; 2], slope: Slope },
 }
 
 /// Model of a contact.

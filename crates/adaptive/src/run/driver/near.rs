@@ -5,7 +5,7 @@
 
 use contact_qs::search::{TouchSettings, first_touch};
 use ffr_dynamics::force::BodyState;
-use ffr_dynamics::integration::{Crossing, DenseOutput};
+use ffr_dynamics::integration::{Crossing, DenseOutput, Slope};
 
 use super::{Driver, EVENT_TOLERANCE, SHORTEST_LOOK, TOUCHING};
 use crate::error::AdaptiveError;
@@ -39,18 +39,22 @@ impl Driver<'_> {
             slot.nearness = slot.without_distance();
             if let Some((clearance, speed)) = clearance(system, i) {
                 slot.clearance = Clearance { gap: clearance, time: end, speed };
-                slot.nearness = Nearness::Near { gaps: [gap_as_placed(system, y1, i); 2] };
+                let gap = gap_as_placed(system, y1, i);
+                // Beside the frames that move centres of spheres turn with them.
+                let slope = Slope { fastest: speed, jump: gap - clearance };
+                slot.nearness = Nearness::Near { gaps: [gap; 2], slope };
             }
         }
         system.body_states(start, y0);
         for (i, slot) in self.slots.iter_mut().enumerate() {
-            let Nearness::Near { gaps } = &mut slot.nearness else { continue };
+            let Nearness::Near { gaps, slope } = &mut slot.nearness else { continue };
             let Some((clearance, speed)) = clearance(system, i) else {
                 slot.nearness = Nearness::Unknown;
                 continue;
             };
             let last = slot.clearance;
-            let way = BETWEEN_INSTANTS * speed.max(last.speed) * (end - start);
+            slope.fastest = BETWEEN_INSTANTS * speed.max(last.speed);
+            let way = slope.fastest * (end - start);
             let is_far = clearance.min(last.gap) > 0.0 && clearance + last.gap > FAR * way;
             gaps[0] = gap_as_placed(system, y0, i);
             if is_far && !slot.monitor.is_running() {
@@ -62,7 +66,7 @@ impl Driver<'_> {
 
     /// Gaps of contact `i` at both ends of the last step.
     pub(super) fn gaps(&mut self, i: usize) -> [f64; 2] {
-        if let Nearness::Near { gaps } = self.slots[i].nearness {
+        if let Nearness::Near { gaps, .. } = self.slots[i].nearness {
             return gaps;
         }
         let (system, (start, end)) = (&mut self.model.system, self.integrator.interval());
@@ -87,7 +91,11 @@ impl Driver<'_> {
         let mut found = Vec::new();
         for &i in which {
             let place = together.binary_search(&i).ok();
-            let search = self.crossing.first_crossing_of(integrator.interval(), |t, instant, y| {
+            let slope = match slots[i].nearness {
+                Nearness::Near { slope, .. } => slope,
+                Nearness::Unknown | Nearness::Far => Slope::UNKNOWN,
+            };
+            let search = self.crossing.first_crossing_of(integrator.interval(), slope, |t, instant, y| {
                 let Some((instant, place)) = instant.zip(place) else {
                     integrator.interpolate(t, y);
                     return if place.is_some() {

@@ -72,7 +72,8 @@ impl Apart {
         self.near.clear();
         let mut least = f64::INFINITY;
         for (i, force) in forces.iter().enumerate() {
-            match force.clearance(states).filter(|clearance| *clearance > self.skin) {
+            let clearance = force.clearance(states).filter(|_| !force.notes_motions());
+            match clearance.filter(|clearance| *clearance > self.skin) {
                 Some(clearance) => least = least.min(clearance),
                 None => self.near.push(i),
             }
