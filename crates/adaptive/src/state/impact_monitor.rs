@@ -70,6 +70,10 @@ pub struct Change {
 const TURNED: f64 = 0.9;
 const LET_GO: f64 = 0.5;
 
+/// Share of the approach by which bodies that were pressed together at the start of a phase come nearer while they stay in
+/// equilibrium, at most: ten times what that leaves out of balance.
+const AT_REST: f64 = 1e-3;
+
 /// State of a watched contact.
 #[derive(Debug, Clone, Default)]
 pub struct ImpactMonitor {
@@ -95,6 +99,8 @@ struct PhaseExtremes {
     /// force acts \[m\].
     approach: f64,
     largest_approach: f64,
+    /// That with which the phase began, bodies being pressed together then \[m\].
+    first_approach: f64,
     /// Penetration at the instant of the largest approach \[m\].
     penetration: f64,
     /// Beginning of the touch, and that instant \[s\].
@@ -167,12 +173,15 @@ impl ImpactMonitor {
     /// Share of the approach of the bodies, the largest of this phase, that is penetration and not
     /// deformation at that instant, and how long after the first touch that is \[s\]; none without
     /// approach, or if the penetration is no more than `round_off` \[m\] (theory Eq. A.36). Bodies
-    /// that overlapped by `before` when the phase began have approached by that at least \[m\].
+    /// that overlapped by `before` when the phase began have approached by that at least \[m\]; where they
+    /// stay in the equilibrium in which it began, that is the instant.
     pub fn overlap_share(&self, round_off: f64, before: f64) -> Option<(f64, f64)> {
         let phase = &self.phase;
         let approach = phase.largest_approach.max(before);
         let says_something = self.is_running() && approach > 0.0 && phase.penetration > round_off;
-        says_something.then(|| (phase.penetration / approach, phase.approach_time - phase.start))
+        let moves = phase.largest_approach - phase.first_approach > AT_REST * approach;
+        let time = if moves { phase.approach_time - phase.start } else { 0.0 };
+        says_something.then_some((phase.penetration / approach, time))
     }
 
     /// How the force rings at the peak of this phase, between the lulls before and after it; none if it does
@@ -288,6 +297,7 @@ impl ImpactMonitor {
             self.phase = PhaseExtremes {
                 approach: penetration,
                 largest_approach: penetration,
+                first_approach: penetration,
                 penetration,
                 start,
                 approach_time: start,
@@ -478,6 +488,20 @@ mod tests {
         // Bodies that overlapped by 4 m before have approached by that.
         let of_overlapping = watch.overlap_share(0.0, 4.0).expect("it runs").0;
         assert!((of_overlapping - 0.1 / 4.0).abs() < 1e-12, "{of_overlapping}");
+    }
+
+    #[test]
+    fn what_rests_was_nearest_when_it_began_to() {
+        // Pressed in by 0.1 of an approach of 1 m, and by what a step leaves later.
+        for (speed, later) in [(1e-6, 0.0), (-1e-6, 0.0), (0.1, 2.0)] {
+            let mut watch = ImpactMonitor::default();
+            for t in [0.0, 1.0, 2.0] {
+                let now = ContactInstant { penetration: 0.1, ..instant(t, 1.0, 0.0, -speed) };
+                watch.step(now, None, None);
+            }
+            let (share, time) = watch.overlap_share(0.0, 1.0).expect("it runs");
+            assert!((share - 0.1).abs() < 1e-15 && (time - later).abs() < 1e-15, "{speed} {share} {time}");
+        }
     }
 
     #[test]

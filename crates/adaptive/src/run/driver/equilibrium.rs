@@ -159,10 +159,10 @@ impl Driver<'_> {
         self.integrator.time() <= 0.0 && self.settings.start.is_static()
     }
 
-    /// Brings the present state, the start of a trial, into equilibrium with its own zones, of the `sizes` wanted, if the run begins
-    /// in equilibrium.
+    /// Brings the present state, the start of another trial, into equilibrium with its own zones, of the `sizes` wanted, and its own
+    /// penalty factors: what friction holds in it is its own as well.
     pub(super) fn settle_again(&mut self, sizes: &[Option<ZoneSize>]) -> Result<(), AdaptiveError> {
-        if self.is_settled_start() { self.settle_all(sizes).map(|_| ()) } else { Ok(()) }
+        self.settle_all(sizes).map(|_| ())
     }
 
     /// Goes to equilibrium, with zones of the `sizes` wanted for contacts that touch on the way; the contact that came to press

@@ -101,8 +101,11 @@ impl Driver<'_> {
                     let sizes = &intervals.sizes;
                     let mut again = || {
                         self.rewind(&start, sizes)?;
-                        self.settle_again(sizes)?;
-                        self.hold_friction(&start.friction)
+                        if self.is_settled_start() {
+                            self.settle_again(sizes)
+                        } else {
+                            self.hold_friction(&start.friction)
+                        }
                     };
                     built = if number < last { again() } else { Ok(()) };
                 }
