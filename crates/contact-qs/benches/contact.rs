@@ -2,7 +2,7 @@
 
 use contact_qs::quasistatic::Method;
 use contact_qs::quasistatic::broyden::BroydenSettings;
-use contact_qs::zone::submodel::SparseRows;
+use contact_qs::zone::sparse_rows::SparseRows;
 use contact_qs::{ActiveContact, ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
@@ -39,7 +39,8 @@ fn contact(n: usize, motion: RigidMotion, method: Method) -> PlaneContact {
         low: Mat::from_fn(nc * n, N_MODES, |i, j| ((i * j) % 7) as f64),
         compliance: Mat::from_fn(nc * n, nc * n, |i, j| {
             if i % nc == j % nc { 4e-12 / (distance(i / nc, j / nc) + 0.3 * spacing) } else { 0.0 }
-        }),
+        })
+        .into(),
         interface: SparseRows::default(),
         rim: Vec::new(),
         facing: Vec::new(),

@@ -32,6 +32,7 @@ pub use piecewise::{PieceEdge, PiecewiseSurface, SurfacePiece};
 pub use plane::{PlaneContact, PlaneContactSettings};
 pub use search::{BodySurface, Detector, Proximity, SearchWorkspace, SurfaceModel, minimum_distance};
 pub use surface_pair::{SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
+pub use zone::compliance::ZoneCompliance;
 pub use zone::points::{DofLookup, InterfaceCompliance, PressureMean, SurfacePoint, contact_submodel};
 pub use zone::pressure::PressureRecovery;
 pub use zone::submodel::ContactSubmodel;

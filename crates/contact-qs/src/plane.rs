@@ -145,7 +145,8 @@ impl PlaneContact {
     pub fn new(submodel: ContactSubmodel, settings: PlaneContactSettings) -> Result<Self, ContactError> {
         submodel.validate()?;
         let quasistatic = if submodel.is_quasistatic() {
-            Some(Quasistatic::new(settings.method, submodel.motion, submodel.compliance.clone())?)
+            let compliance = submodel.compliance.of_points(&submodel.interface);
+            Some(Quasistatic::new(settings.method, submodel.motion, compliance)?)
         } else {
             None
         };
@@ -286,7 +287,6 @@ impl ForceElement for PlaneContact {
         debug_assert_eq!(body.elastic.len(), self.submodel.low.ncols());
         self.locate(motion.time, body, state, workspace, found)?;
         let solver = self.solve(state, workspace, found)?;
-        self.load_points(state, workspace, found);
         self.sum_up(solver, state, workspace, found);
         if let Some(friction) = &mut state.friction {
             friction.note();
@@ -398,12 +398,7 @@ impl ContactElement for PlaneContact {
             return false;
         }
         assert_eq!(out.len(), rows.n_columns(), "number of interface degrees of freedom");
-        out.fill(0.0);
-        for (row, &load) in found.loads.iter().enumerate().filter(|(_, load)| **load != 0.0) {
-            for &(b, value) in rows.row(row) {
-                out[b] += value * load;
-            }
-        }
+        rows.spread(&found.loads, out);
         true
     }
 }

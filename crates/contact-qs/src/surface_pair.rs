@@ -26,7 +26,8 @@ use crate::ContactError;
 use crate::contact_element::{Contact, ContactElement, ContactFindings, ContactReport, Meeting};
 use crate::law::{Friction, penalty};
 use crate::quasistatic::Method;
-use crate::zone::submodel::{ContactSubmodel, SparseRows};
+use crate::zone::sparse_rows::SparseRows;
+use crate::zone::submodel::ContactSubmodel;
 
 mod relative_pose;
 mod target;
@@ -108,7 +109,8 @@ impl SurfacePair {
         let n_q = submodel.low.ncols();
         let (low_rows, is_rim) = (submodel.low_rows(), submodel.is_rim());
         let compliances = if submodel.is_quasistatic() || surface.is_quasistatic() {
-            Some(Compliances::new(settings.method, nc, submodel.compliance, n, &surface)?)
+            let body = (submodel.compliance, &submodel.interface);
+            Some(Compliances::new(settings.method, nc, body, n, &surface)?)
         } else {
             None
         };
@@ -457,10 +459,7 @@ impl ContactElement for SurfacePair {
     fn interface_force(&self, body: usize, found: &PairFound, out: &mut [f64]) -> bool {
         if body == self.settings.contact_body && self.interface.n_rows() > 0 {
             assert_eq!(out.len(), self.interface.n_columns(), "number of interface degrees of freedom");
-            out.fill(0.0);
-            for (row, &load) in found.loads.iter().enumerate().filter(|(_, load)| **load != 0.0) {
-                self.interface.row(row).iter().for_each(|&(b, value)| out[b] += value * load);
-            }
+            self.interface.spread(&found.loads, out);
         } else if Some(body) == self.settings.target_body && !found.interface_loads.is_empty() {
             assert_eq!(out.len(), found.interface_loads.len(), "number of interface degrees of freedom");
             out.copy_from_slice(&found.interface_loads);

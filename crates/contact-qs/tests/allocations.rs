@@ -4,7 +4,7 @@ use crate::common::surface_compliance;
 use crate::counting::allocations;
 use contact_qs::quasistatic::Method;
 use contact_qs::quasistatic::broyden::BroydenSettings;
-use contact_qs::zone::submodel::SparseRows;
+use contact_qs::zone::sparse_rows::SparseRows;
 use contact_qs::{ActiveContact, ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
@@ -33,7 +33,7 @@ fn evaluations_do_not_allocate() {
             points: (0..n).map(|i| [1e-5 * i as f64, 0.0, 1e-9 * (i as f64 - 30.0).powi(2)]).collect(),
             areas: vec![1e-9; n],
             low: Mat::from_fn(3 * n, 4, |i, j| 0.1 * ((i + j) % 3) as f64),
-            compliance,
+            compliance: compliance.into(),
             interface: SparseRows::default(),
             rim: Vec::new(),
             facing: Vec::new(),

@@ -3,7 +3,7 @@
 use crate::common::Random;
 use contact_qs::quasistatic::broyden::BroydenSettings;
 use contact_qs::quasistatic::{Method, PointState};
-use contact_qs::zone::submodel::SparseRows;
+use contact_qs::zone::sparse_rows::SparseRows;
 use contact_qs::{
     ActiveContact, ContactError, ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings,
 };
@@ -39,7 +39,7 @@ fn submodel(motion: RigidMotion, quasistatic: bool, seed: u64) -> ContactSubmode
         points,
         areas: (0..N_POINTS).map(|_| 1e-4 * (1.5 + random.next())).collect(),
         low: random.matrix(n_rows, N_MODES),
-        compliance: if quasistatic { compliance } else { Mat::zeros(0, 0) },
+        compliance: if quasistatic { compliance } else { Mat::zeros(0, 0) }.into(),
         interface: SparseRows::default(),
         rim: Vec::new(),
         facing: Vec::new(),
@@ -135,9 +135,12 @@ fn power_of_the_forces_goes_into_stored_energy_and_slip_alone() {
                 force.force.dot(&state.velocity) + force.torque_in_body.dot(&state.angular_velocity_in_body);
             power += force.elastic.iter().zip(&state.elastic_rates).map(|(f, v)| f * v).sum::<f64>();
             let h = 1e-8;
+            // Back to the start, so that each is projected anew: turns by as little use a projection again.
+            contact.restore();
             let (_, after) = evaluate(&mut contact, &moved(&state, h));
             let after_states = contact.state().point_states().to_vec();
             let work_after = contact.energies().slid;
+            contact.restore();
             let (_, before) = evaluate(&mut contact, &moved(&state, -h));
             let work_before = contact.energies().slid;
             if after_states != states || contact.state().point_states() != states {

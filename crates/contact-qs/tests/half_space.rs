@@ -5,7 +5,7 @@ use contact_qs::law::hertz::{HertzPair, Solid};
 use contact_qs::law::penalty::{DEFAULT_STIFFNESS_RATIO, compliance_weight};
 use contact_qs::quasistatic::broyden::BroydenSettings;
 use contact_qs::quasistatic::{ActiveSet, Method, Problem};
-use contact_qs::zone::submodel::SparseRows;
+use contact_qs::zone::sparse_rows::SparseRows;
 use contact_qs::{ContactSubmodel, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
@@ -98,7 +98,8 @@ fn contact(n: usize, penalty: Option<f64>, method: Method) -> PlaneContact {
         low: Mat::zeros(2 * n, 0),
         compliance: Mat::from_fn(2 * n, 2 * n, |i, j| {
             if i % 2 == 1 && j % 2 == 1 { a[(i / 2, j / 2)] } else { 0.0 }
-        }),
+        })
+        .into(),
         interface: SparseRows::default(),
         rim: vec![n - 1],
         facing: Vec::new(),

@@ -3,7 +3,7 @@
 
 use crate::common::Random;
 use contact_qs::quasistatic::Method;
-use contact_qs::zone::submodel::SparseRows;
+use contact_qs::zone::sparse_rows::SparseRows;
 use contact_qs::{ContactSubmodel, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
@@ -72,7 +72,8 @@ fn the_exact_constraint_is_signorinis_law_on_macneals_massless_boundary() {
             low: Mat::from_fn(2 * POINTS, MODES, |i, j| if axial(i) { modes[(i / 2, j)] } else { 0.0 }),
             compliance: Mat::from_fn(2 * POINTS, 2 * POINTS, |i, j| {
                 if axial(i) && axial(j) { flexibility[(i / 2, j / 2)] } else { 0.0 }
-            }),
+            })
+            .into(),
             interface: SparseRows::default(),
             rim: Vec::new(),
             facing: Vec::new(),

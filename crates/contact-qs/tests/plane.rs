@@ -3,7 +3,7 @@
 use crate::common::Random;
 use contact_qs::quasistatic::Method;
 use contact_qs::quasistatic::broyden::BroydenSettings;
-use contact_qs::zone::submodel::SparseRows;
+use contact_qs::zone::sparse_rows::SparseRows;
 use contact_qs::{ActiveContact, ContactError, ContactSubmodel, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
@@ -47,7 +47,8 @@ fn submodel(motion: RigidMotion, quasistatic: bool) -> ContactSubmodel {
             Mat::from_fn(n_rows, n_rows, |i, j| 0.5 * (compliance[(i, j)] + compliance[(j, i)]))
         } else {
             Mat::zeros(0, 0)
-        },
+        }
+        .into(),
         interface,
         rim: vec![0, N_POINTS - 1],
         facing: Vec::new(),

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use crate::common::{Random, surface_compliance};
 use crate::free_motion::{body_state, free_system, state_vector};
 use contact_qs::quasistatic::{Method, PointState};
-use contact_qs::zone::submodel::SparseRows;
+use contact_qs::zone::sparse_rows::SparseRows;
 use contact_qs::{ActiveContact, ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
@@ -58,7 +58,7 @@ fn zone(motion: RigidMotion, n: usize, spacing: f64, coupling: f64) -> ContactSu
         motion,
         areas: vec![spacing * if nc == 2 { 1.0 } else { spacing }; n_points],
         low: Mat::zeros(nc * n_points, 0),
-        compliance,
+        compliance: compliance.into(),
         interface: SparseRows::default(),
         rim: vec![0, n_points - 1],
         facing: Vec::new(),
@@ -266,7 +266,7 @@ fn reversed_sliding_follows_the_bilinear_loop() {
         points: vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]],
         areas: vec![1e-4; 2],
         low: Mat::zeros(4, 0),
-        compliance: Mat::zeros(0, 0),
+        compliance: Mat::zeros(0, 0).into(),
         rim: Vec::new(),
         facing: Vec::new(),
         ..zone(motion, 2, 1.0, 0.0)

@@ -133,49 +133,47 @@ impl PlaneContact {
         workspace: &mut PlaneWorkspace,
         found: &mut PlaneFound,
     ) -> Result<SolveReport, EvaluationFailure> {
-        let PlaneWorkspace { free_gaps, is_member, .. } = &mut *workspace;
-        let (free_gaps, springs) = (&*free_gaps, &self.springs);
-        let PlaneFound { normal, gaps, forces, displacements, .. } = found;
-        let (Some(model), Some(zone)) = (&self.quasistatic, &mut state.zone) else {
+        let free_gaps = &workspace.free_gaps;
+        let PlaneState { zone, friction } = state;
+        let PlaneFound { normal, gaps, forces, displacements, .. } = &mut *found;
+        let (Some(model), Some(zone)) = (&self.quasistatic, zone) else {
             let areas = &self.submodel.areas;
             for ((force, &gap), &area) in forces.iter_mut().zip(free_gaps).zip(areas) {
                 *force = area * penalty::pressure(self.settings.penalty, gap);
             }
             gaps.copy_from_slice(free_gaps);
-            if let Some(friction) = &mut state.friction {
+            if let Some(friction) = friction {
                 friction.stick_slip.solve_points(&friction.slips, forces)?;
             }
+            self.load_points(friction.as_deref(), found);
             return Ok(SolveReport::default());
         };
         // A body in flight needs no projections; Algorithm 1 keeps its own state there.
         let is_touching = free_gaps.iter().any(|g| *g < 0.0);
-        let Some(friction) = &mut state.friction else {
-            if is_touching && !model.needs_springs() {
-                return self.solve_pressed(model, zone, workspace, found);
-            }
-            if model.needs_springs() {
-                zone.project(model, *normal);
-            }
-            let report = zone.solve(springs, free_gaps, forces)?;
-            zone.displace(forces, free_gaps, gaps, displacements);
-            return Ok(report);
-        };
-        is_member.iter_mut().zip(free_gaps).for_each(|(is_member, gap)| *is_member = *gap != OPEN);
-        if is_touching {
-            // Slips are projected on this very normal.
-            zone.turn(model, *normal);
-            zone.project_members(model, *normal, is_member);
-            friction.stick_slip.project(model.compliance(), normal, &friction.tangents, is_member);
+        if is_touching && !model.needs_springs() {
+            return self.solve_pressed((model, zone), friction.as_deref_mut(), workspace, found);
         }
-        friction.stick_slip.solve(zone, springs, free_gaps, &friction.slips, forces)
+        if model.needs_springs() {
+            zone.project(model, *normal);
+        }
+        let report = match friction {
+            None => zone.solve(&self.springs, free_gaps, forces)?,
+            Some(f) => f.stick_slip.solve(zone, &self.springs, free_gaps, &f.slips, forces)?,
+        };
+        zone.displace(forces, free_gaps, gaps, displacements);
+        self.load_points(friction.as_deref(), found);
+        if let Some(friction) = friction {
+            friction.follow_open(&found.displacements);
+        }
+        Ok(report)
     }
 
-    /// Point forces without friction, by the points alone that lie below the plane, and those that
-    /// their forces press against it: what stays open needs no compliance.
+    /// Point forces by the points alone that lie below the plane, and those that their forces press
+    /// against it: what stays open needs no compliance.
     fn solve_pressed(
         &self,
-        model: &Quasistatic,
-        zone: &mut ZoneSolver,
+        (model, zone): (&Quasistatic, &mut ZoneSolver),
+        mut friction: Option<&mut PlaneFriction>,
         workspace: &mut PlaneWorkspace,
         found: &mut PlaneFound,
     ) -> Result<SolveReport, EvaluationFailure> {
@@ -189,8 +187,21 @@ impl PlaneContact {
             for ((pressed, gap), is_member) in pressed_gaps.iter_mut().zip(&*free_gaps).zip(&*is_member) {
                 *pressed = if *is_member { *gap } else { OPEN };
             }
-            total.add(zone.solve(&self.springs, pressed_gaps, &mut found.forces)?);
-            zone.displace(&found.forces, free_gaps, &mut found.gaps, &mut found.displacements);
+            let (springs, forces) = (&self.springs, &mut found.forces);
+            match &mut friction {
+                None => {
+                    total.add(zone.solve(springs, pressed_gaps, forces)?);
+                    zone.displace(forces, free_gaps, &mut found.gaps, &mut found.displacements);
+                    self.load_points(None, found);
+                }
+                Some(f) => {
+                    f.stick_slip.project(model.compliance(), &found.normal, &f.tangents, is_member);
+                    total.add(f.stick_slip.solve(zone, springs, pressed_gaps, &f.slips, forces)?);
+                    self.load_points(Some(f), found);
+                    model.displacements(&found.loads, &mut found.displacements);
+                    self.open_gaps(free_gaps, found);
+                }
+            }
             let mut has_new = false;
             for (is_member, gap) in is_member.iter_mut().zip(&found.gaps) {
                 if !*is_member && *gap < ROUND_OFF * deepest {
@@ -198,30 +209,36 @@ impl PlaneContact {
                 }
             }
             if !has_new {
+                if let Some(friction) = friction {
+                    friction.follow_open(&found.displacements);
+                }
                 return Ok(total);
             }
         }
     }
 
-    /// Components of the point forces; with friction the displacements under them.
-    pub(super) fn load_points(&self, state: &PlaneState, workspace: &PlaneWorkspace, found: &mut PlaneFound) {
+    /// Gaps under the displacements found.
+    fn open_gaps(&self, free_gaps: &[f64], found: &mut PlaneFound) {
         let nc = self.submodel.motion.n_components();
-        let PlaneFound { normal, gaps, forces, displacements, loads, .. } = found;
+        let points = found.displacements.chunks_exact(nc);
+        for ((gap, free), u) in found.gaps.iter_mut().zip(free_gaps).zip(points) {
+            *gap = free + dot(u, &found.normal[..nc]);
+        }
+    }
+
+    /// Components of the point forces.
+    fn load_points(&self, friction: Option<&PlaneFriction>, found: &mut PlaneFound) {
+        let nc = self.submodel.motion.n_components();
+        let PlaneFound { normal, forces, loads, .. } = found;
         for (load, &force) in loads.chunks_exact_mut(nc).zip(&*forces) {
             load.iter_mut().zip(&*normal).for_each(|(l, n)| *l = n * force);
         }
-        let Some(friction) = &state.friction else { return };
+        let Some(friction) = friction else { return };
         let points = friction.stick_slip.forces().chunks_exact(friction.n_t);
         for (load, point) in loads.chunks_exact_mut(nc).zip(points) {
             for (force, tangent) in point.iter().zip(&friction.tangents) {
                 load.iter_mut().zip(tangent).for_each(|(l, t)| *l += t * force);
             }
-        }
-        let Some(zone) = &self.quasistatic else { return };
-        zone.displacements(loads, displacements);
-        for ((gap, &free), u) in gaps.iter_mut().zip(&workspace.free_gaps).zip(displacements.chunks_exact(nc))
-        {
-            *gap = free + dot(u, &normal[..nc]);
         }
     }
 
@@ -299,7 +316,8 @@ impl PlaneContact {
             (0..nc).for_each(|c| rates[c] = turned[motion.direction(c)]);
         }
         let mut drift = [0.0; 3];
-        for i in 0..self.submodel.n_points() {
+        // What stays open has no part in the rates of the forces.
+        for i in (0..self.submodel.n_points()).filter(|i| workspace.is_member[*i]) {
             let mut arm = self.local_place(i, &body.elastic);
             (0..nc).for_each(|c| arm[motion.direction(c)] += found.displacements[nc * i + c]);
             let rigid = frame + turning.cross(&arm);

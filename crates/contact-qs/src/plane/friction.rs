@@ -10,6 +10,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::law::Friction;
 use crate::quasistatic::PointState;
+use crate::quasistatic::problem::dot;
 use crate::quasistatic::stick_slip::StickSlip;
 
 /// Friction of one plane contact.
@@ -89,6 +90,15 @@ impl PlaneFriction {
             *candidate = self.references[k] + if is_held { 0.0 } else { increments[k] };
         }
         self.has_candidates = true;
+    }
+
+    /// Has the references of open points follow them, which are displaced by `displacements`.
+    pub fn follow_open(&mut self, displacements: &[f64]) {
+        let (n_t, nc) = (self.n_t, self.motion.n_components());
+        let Self { stick_slip, slips, tangents, .. } = self;
+        stick_slip.set_open_increments(|i, a| {
+            slips[n_t * i + a] + dot(&displacements[nc * i..nc * (i + 1)], &tangents[a])
+        });
     }
 
     pub fn save(&mut self) {

@@ -2,6 +2,10 @@
 
 /// Iterations without a smaller change after which steps are shortened.
 const IDLE: usize = 10;
+/// Change, as a share of the largest number, that is round-off where it does not fall any more:
+/// forces on points that are dependent but for their springs err by eps times the stiffness of these
+/// against the surface, `1e3` to `1e5`.
+const ROUND_OFF: f64 = 1e-10;
 
 /// Fixed-point iteration with Aitken's relaxation (Irons & Tuck 1969) as long as that gains; then
 /// steps of half the length, and half that again (Krasnoselskii 1955), which no cycle of states
@@ -36,8 +40,8 @@ impl Relaxation {
         (self.least, self.n_idle) = (f64::INFINITY, 0);
     }
 
-    /// Moves `x` towards its image `image`; whether they differ by `tolerance` at most, where `x`
-    /// becomes the image.
+    /// Moves `x` towards its image `image`; whether they differ by `tolerance` at most, or by round-off,
+    /// where `x` becomes the image.
     pub fn step(&mut self, x: &mut [f64], image: &[f64], tolerance: f64) -> bool {
         let (mut largest, mut product, mut square) = (0.0_f64, 0.0, 0.0);
         for ((old, a), b) in self.residual.iter_mut().zip(&*x).zip(image) {
@@ -47,12 +51,13 @@ impl Relaxation {
             square += (new - *old) * (new - *old);
             *old = new;
         }
-        if largest <= tolerance {
+        self.n_idle = if largest < self.least { 0 } else { self.n_idle + 1 };
+        self.least = self.least.min(largest);
+        let size = image.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+        if largest <= tolerance || (self.n_idle >= IDLE && largest <= ROUND_OFF * size) {
             x.copy_from_slice(image);
             return true;
         }
-        self.n_idle = if largest < self.least { 0 } else { self.n_idle + 1 };
-        self.least = self.least.min(largest);
         if self.n_idle >= IDLE {
             self.damped = Some(0.5 * self.damped.unwrap_or(1.0));
             self.n_idle = 0;
@@ -65,5 +70,27 @@ impl Relaxation {
         self.is_first = false;
         x.iter_mut().zip(&self.residual).for_each(|(x, r)| *x += self.factor * r);
         false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn iterations_end_at_round_off() {
+        // The image is off by 1e-12 to and fro, the tolerance is finer.
+        let (mut relaxation, mut x) = (Relaxation::new(1), [0.0]);
+        relaxation.restart();
+        let mut sign = 1.0;
+        let is_done = (0..60).any(|_| {
+            sign = -sign;
+            let image = [1.0 + 0.1 * (x[0] - 1.0) + 1e-12 * sign];
+            relaxation.step(&mut x, &image, 1e-14)
+        });
+        assert!(is_done && (x[0] - 1.0).abs() < 1e-11, "{x:?}");
+        // What still swings by more than that has not converged.
+        relaxation.restart();
+        assert!(!(0..60).any(|_| relaxation.step(&mut [1.0], &[1.0 + 1e-6], 1e-14)));
     }
 }

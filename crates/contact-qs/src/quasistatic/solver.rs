@@ -42,6 +42,13 @@ pub struct ZoneSolver {
 /// less in a step, one that rolls by more.
 const SAME_NORMAL: f64 = 1e-8;
 
+/// Whether a projection on the unit vectors `before` may be used for `now`. Asked this way round, a
+/// NaN has changed.
+pub(super) fn is_same(now: &[[f64; 3]], before: &[[f64; 3]]) -> bool {
+    let pairs = now.as_flattened().iter().zip(before.as_flattened());
+    pairs.into_iter().all(|(a, b)| (a - b).abs() <= SAME_NORMAL)
+}
+
 impl Quasistatic {
     /// Zone with compliance `N_b G N_bᵀ` (docs/theory.md Eq. C.2), `n_c n_p × n_c n_p` [m/N].
     ///
@@ -124,9 +131,7 @@ impl ZoneSolver {
     /// marks, all if it is empty. Columns of other points are not valid afterwards, and these points
     /// must stay open. The factor of the solver outlives points that come to those of the same normal.
     pub(crate) fn project_members(&mut self, zone: &Quasistatic, normal: [f64; 3], is_member: &[bool]) {
-        // Asked this way round, a NaN has changed.
-        let is_same = normal.iter().zip(&self.normal).all(|(a, b)| (a - b).abs() <= SAME_NORMAL);
-        if !is_same {
+        if !is_same(&[normal], &[self.normal]) {
             self.turn(zone, normal);
         }
         for j in 0..self.is_projected.len() {
@@ -149,7 +154,7 @@ impl ZoneSolver {
 
     /// Takes the normal in all its bits: nothing is projected on another one yet but the modes of
     /// Algorithm 1.
-    pub(crate) fn turn(&mut self, zone: &Quasistatic, normal: [f64; 3]) {
+    fn turn(&mut self, zone: &Quasistatic, normal: [f64; 3]) {
         if self.normal.map(f64::to_bits) == normal.map(f64::to_bits) {
             return;
         }

@@ -17,7 +17,7 @@ use super::active_set::SolveReport;
 use super::problem::{add_product, depth};
 use super::relaxation::Relaxation;
 use super::sliding_work::SlidingWork;
-use super::solver::ZoneSolver;
+use super::solver::{ZoneSolver, is_same};
 use super::tangential::{PointState, Tangential, TangentialProblem};
 
 /// Change of the friction forces in one alternation below which they have converged, as a share of
@@ -68,8 +68,10 @@ pub(crate) struct StickSlip {
     coupling_transposed: Mat<f64>,
     /// Points that the projections were made for: the others have zero rows and columns.
     members: Vec<usize>,
+    is_projected: Vec<bool>,
     /// Normal and tangents that the projections belong to; NaN before the first one.
     directions: [[f64; 3]; 3],
+    saved_directions: [[f64; 3]; 3],
     springs: Vec<f64>,
     solver: Tangential,
     forces: Vec<f64>,
@@ -107,7 +109,9 @@ impl StickSlip {
             coupling: Mat::zeros(rows, columns),
             coupling_transposed: Mat::zeros(columns, rows),
             members: Vec::with_capacity(n_points),
+            is_projected: vec![false; n_points],
             directions: [[f64::NAN; 3]; 3],
+            saved_directions: [[f64::NAN; 3]; 3],
             springs: vec![0.0; n_points],
             solver: Tangential::new(n_points, n_t),
             forces: vec![0.0; n],
@@ -170,19 +174,24 @@ impl StickSlip {
 
     pub fn save(&mut self) {
         self.solver.save();
+        self.saved_directions = self.directions;
         self.saved_forces.copy_from_slice(&self.forces);
         self.next.copy_from_slice(&self.forces);
     }
 
     pub fn restore(&mut self) {
+        let bits = |d: &[[f64; 3]; 3]| d.map(|v| v.map(f64::to_bits));
+        if bits(&self.directions) != bits(&self.saved_directions) {
+            self.turn(self.saved_directions);
+        }
         self.solver.restore();
         self.forces.copy_from_slice(&self.saved_forces);
         self.next.copy_from_slice(&self.saved_forces);
     }
 
     /// Projects `compliance` on the normal and the tangents, given in the model's components, for
-    /// the points that `is_member` marks, all if it is empty (Eq. F.4). Does nothing when neither
-    /// has changed in any bit.
+    /// the points that `is_member` marks, all if it is empty (Eq. F.4). A projection is used again
+    /// as that of the normal is ([`ZoneSolver::project`]), and grows by points that come.
     pub fn project(
         &mut self,
         compliance: &Mat<f64>,
@@ -191,42 +200,48 @@ impl StickSlip {
         is_member: &[bool],
     ) {
         let directions = [*normal, tangents[0], tangents[1]];
-        let bits = |d: &[[f64; 3]; 3]| d.map(|v| v.map(f64::to_bits));
-        let is_same = self.members.iter().copied().eq(chosen(is_member, self.n_points));
-        if is_same && bits(&directions) == bits(&self.directions) {
-            return;
+        if !is_same(&directions, &self.directions) {
+            self.turn(directions);
         }
-        if !is_same {
-            self.begin_blocks(is_member);
-        }
-        self.directions = directions;
         let (n_t, nc) = (self.n_t, self.n_components);
-        for &j in &self.members {
-            for d in 0..=n_t {
-                let direction = if d == n_t { normal } else { &tangents[d] };
-                let target = if d == n_t {
-                    self.coupling.col_as_slice_mut(j)
-                } else {
-                    self.tangential_compliance.col_as_slice_mut(n_t * j + d)
-                };
-                for &i in &self.members {
-                    let mut point = [0.0; 3];
-                    for (c, &factor) in direction[..nc].iter().enumerate() {
-                        let source = &compliance.col_as_slice(nc * j + c)[nc * i..][..nc];
-                        point.iter_mut().zip(source).for_each(|(o, a)| *o += a * factor);
-                    }
-                    for (t, tangent) in target[n_t * i..][..n_t].iter_mut().zip(tangents) {
-                        *t = point[..nc].iter().zip(tangent).map(|(a, b)| a * b).sum();
+        let [normal, tangents @ ..] = self.directions;
+        for j in 0..self.n_points {
+            if self.is_projected[j] || !is_member.get(j).is_none_or(|is_member| *is_member) {
+                continue;
+            }
+            self.is_projected[j] = true;
+            self.members.push(j);
+            for slot in 0..self.members.len() {
+                let i = self.members[slot];
+                let mut block = [[0.0; 3]; 3];
+                for (b, column) in block[..nc].iter_mut().enumerate() {
+                    let source = &compliance.col_as_slice(nc * j + b)[nc * i..][..nc];
+                    column.iter_mut().zip(source).for_each(|(c, s)| *c = *s);
+                }
+                // Displacement of point `i` along `u` under a unit force on `j` along `v`.
+                let along = |u: &[f64; 3], c: &[f64; 3]| u[0] * c[0] + u[1] * c[1] + u[2] * c[2];
+                let answer = |u: &[f64; 3], v: &[f64; 3]| along(v, &block.map(|column| along(u, &column)));
+                for a in 0..n_t {
+                    self.set_coupling(i, a, j, answer(&tangents[a], &normal));
+                    self.set_coupling(j, a, i, answer(&normal, &tangents[a]));
+                    for b in 0..n_t {
+                        self.set_tangential((i, a), (j, b), answer(&tangents[a], &tangents[b]));
                     }
                 }
             }
         }
-        self.finish_blocks();
     }
 
-    /// Sets all compliances to zero. Those between the points that `is_member` marks, all if it is
-    /// empty, are to be set next.
-    pub fn begin_blocks(&mut self, is_member: &[bool]) {
+    /// Takes these directions: nothing is projected on them yet.
+    fn turn(&mut self, directions: [[f64; 3]; 3]) {
+        self.begin_blocks(|_| false);
+        self.directions = directions;
+        self.solver.invalidate();
+    }
+
+    /// Sets all compliances to zero. Those between the points that `is_member` marks are to be set
+    /// next.
+    pub fn begin_blocks(&mut self, is_member: impl Fn(usize) -> bool) {
         let n_t = self.n_t;
         for &j in &self.members {
             for &i in &self.members {
@@ -240,14 +255,17 @@ impl StickSlip {
                 }
             }
         }
+        self.is_projected.iter_mut().enumerate().for_each(|(i, is_projected)| *is_projected = is_member(i));
         self.members.clear();
-        self.members.extend(chosen(is_member, self.n_points));
+        self.members.extend((0..self.n_points).filter(|i| self.is_projected[*i]));
     }
 
     /// Sets the displacement of point `i` along its tangent `a` under a unit normal force on point
     /// `j`.
     pub fn set_coupling(&mut self, i: usize, a: usize, j: usize, value: f64) {
-        self.coupling[(self.n_t * i + a, j)] = value;
+        let row = self.n_t * i + a;
+        self.coupling[(row, j)] = value;
+        self.coupling_transposed[(j, row)] = value;
     }
 
     /// Sets the displacement of point `i` along its tangent `a` under a unit force on point `j`
@@ -260,13 +278,12 @@ impl StickSlip {
 
     /// To be called when compliances have been set.
     pub fn finish_blocks(&mut self) {
-        for &i in &self.members {
-            for k in self.n_t * i..self.n_t * (i + 1) {
-                let target = self.coupling_transposed.col_as_slice_mut(k);
-                self.members.iter().for_each(|&j| target[j] = self.coupling[(k, j)]);
-            }
-        }
         self.solver.invalidate();
+    }
+
+    /// Sets the slip increment of every open point along each tangent.
+    pub fn set_open_increments(&mut self, increment: impl Fn(usize, usize) -> f64) {
+        self.solver.set_open_increments(increment);
     }
 
     /// Adds the displacements of the points along the normals under the last tangential forces to
@@ -297,7 +314,7 @@ impl StickSlip {
 
     /// Solves for normal point forces `normal_forces` and the tangential ones at gaps `gaps` and
     /// slips `slips` since the references were last updated, both without quasistatic displacement
-    /// \[m\]; slip increments of open points as well.
+    /// \[m\]. Slip increments of open points are left as they are.
     ///
     /// # Errors
     /// Those of [`ZoneSolver::solve`] and [`Tangential::solve`]; the iteration limit if the
@@ -310,21 +327,11 @@ impl StickSlip {
         slips: &[f64],
         normal_forces: &mut [f64],
     ) -> Result<SolveReport, EvaluationFailure> {
-        let report = self.solve_within(TOLERANCE, zone, springs, gaps, slips, normal_forces)?;
-        self.offsets.copy_from_slice(slips);
-        add_product(&self.coupling, normal_forces, &mut self.offsets);
-        let problem = TangentialProblem {
-            compliance: &self.tangential_compliance,
-            springs: &self.springs,
-            slips: &self.offsets,
-            bounds: &self.bounds,
-        };
-        self.solver.update_all_increments(&problem, &self.forces);
-        Ok(report)
+        self.solve_within(TOLERANCE, zone, springs, gaps, slips, normal_forces)
     }
 
     /// As [`StickSlip::solve`], until the friction forces change by less than `tolerance` of the
-    /// largest, and without the slip increments of open points.
+    /// largest.
     ///
     /// # Errors
     /// As [`StickSlip::solve`].
@@ -497,11 +504,6 @@ fn not_converged(coefficient: f64) -> EvaluationFailure {
     SolverFault::Alternation { alternations: MAX_ALTERNATIONS, coefficient }.into()
 }
 
-/// Numbers of those of `n` points that `is_member` marks, of all if it is empty.
-fn chosen(is_member: &[bool], n: usize) -> impl Iterator<Item = usize> {
-    (0..n).filter(|i| is_member.get(*i).is_none_or(|is_member| *is_member))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -535,7 +537,7 @@ mod tests {
         let n = N * N;
         let mut normal = Mat::zeros(n, n);
         let mut zone = StickSlip::new(0.0, n, 2, 3, true);
-        zone.begin_blocks(&[]);
+        zone.begin_blocks(|_| true);
         for i in 0..n {
             for j in 0..n {
                 let (p, q) = (place(i), place(j));

@@ -8,8 +8,9 @@
 //! Newton's method on the sets: a sticking point has all its components free, a sliding one only
 //! the turn of its force along the circle (Eq. F.7), so that one symmetric positive definite matrix
 //! is factorised. In the plane a sliding point has nothing free, and the method is the active-set
-//! method for bounds on both sides, with the same safeguard as
-//! [`super::active_set`]: single exchanges where full ones don't gain.
+//! method for bounds on both sides. Where exchanges don't gain, as between points that are more than
+//! the surface has displacements, sweeps follow that lower F.5 point by point, and Newton's method
+//! goes on from the sets that they find.
 //!
 //! Only loaded points are computed: their block of the compliance is kept as long as they stay the
 //! same. A factor is kept until the free directions have turned, or until steps with it no longer
@@ -22,15 +23,15 @@ use faer::linalg::cholesky::llt;
 use faer::{Mat, MatMut, MatRef, Par};
 use ffr_dynamics::error::EvaluationFailure;
 
-use super::problem::add_product;
-
 mod loaded;
 mod uncoupled;
 
 use loaded::LoadedPoints;
 
-/// Full exchanges without progress before single exchanges start.
-const PATIENCE: usize = 10; // Júdice & Pires 1994
+/// Exchanges without progress before sweeps start (Júdice & Pires 1994).
+const PATIENCE: usize = 10;
+/// Sweeps of the first time; each time they are twice as many.
+const FIRST_SWEEPS: usize = 8;
 /// Round-off allowance of a slip, in units of `n eps max|c|`.
 const SLIP_ROUND_OFF: f64 = 32.0 * f64::EPSILON;
 /// Relative excess of a force over its bound up to which the point still sticks: round-off of the
@@ -178,11 +179,11 @@ impl Tangential {
         tolerance: f64,
         forces: &mut [f64],
     ) -> Result<usize, EvaluationFailure> {
-        let largest =
-            problem.slips.iter().fold(0.0_f64, |m, c| if c.is_finite() { m.max(c.abs()) } else { f64::NAN });
-        if largest.is_nan() {
+        if !problem.slips.iter().all(|c| c.is_finite()) {
             return Err(SolverFault::NotFinite { value: "tangential displacement" }.into());
         }
+        let loaded = problem.slips.iter().enumerate().filter(|(k, _)| problem.bounds[k / self.n_t] > 0.0);
+        let largest = loaded.fold(0.0_f64, |m, (_, c)| m.max(c.abs()));
         self.guess(problem, forces);
         self.loaded.gather(&self.states, problem.compliance);
         self.loaded.update_increments(problem, forces, &mut self.increments);
@@ -190,10 +191,10 @@ impl Tangential {
         let allowance = SLIP_ROUND_OFF * self.increments.len() as f64 * largest;
         let small = tolerance * problem.bounds.iter().copied().fold(0.0, f64::max);
         let (mut fewest, mut patience) = (usize::MAX, PATIENCE);
-        let (mut n_kept, mut last) = (0, f64::INFINITY);
+        let (mut n_kept, mut last, mut n_sweeps) = (0, f64::INFINITY, FIRST_SWEEPS);
         for iteration in 1..=limit {
             let step = self.step(problem, n_kept < KEPT_STEPS, forces)?;
-            let (n_wrong, highest) = self.count_wrong(problem, forces, allowance);
+            let n_wrong = self.count_wrong(problem, forces, allowance);
             let is_settled = if step.is_exact { step.turn <= TURN_TOLERANCE } else { step.size <= small };
             if n_wrong == 0 && is_settled {
                 return Ok(iteration);
@@ -206,15 +207,17 @@ impl Tangential {
             last = if n_wrong == 0 { step.size } else { f64::INFINITY };
             if n_wrong < fewest {
                 (fewest, patience) = (n_wrong, PATIENCE);
-            } else if n_wrong > 0 {
-                patience = patience.saturating_sub(1);
+            } else {
+                patience -= 1;
             }
-            if n_wrong > 0 {
-                for i in 0..self.states.len() {
-                    if patience > 0 || i == highest {
-                        self.exchange(i, problem, forces, allowance);
-                    }
-                }
+            if patience == 0 {
+                (fewest, patience) = (usize::MAX, PATIENCE);
+                (0..n_sweeps).for_each(|_| self.sweep(problem, forces));
+                n_sweeps *= 2;
+            } else if n_wrong > 0 {
+                (0..self.states.len()).for_each(|i| self.exchange(i, problem, forces, allowance));
+            }
+            if n_wrong > 0 || patience == PATIENCE {
                 self.loaded.update_increments(problem, forces, &mut self.increments);
             }
         }
@@ -426,9 +429,13 @@ impl Tangential {
         llt::solve::solve_in_place(factor, rhs, Par::Seq, MemStack::new(&mut self.memory));
     }
 
-    /// Slip increments of all points under `forces`, open ones included.
-    pub fn update_all_increments(&mut self, problem: &TangentialProblem<'_>, forces: &[f64]) {
-        slip_increments(problem, forces, self.n_t, &mut self.increments);
+    /// Sets the slip increments of open points.
+    pub fn set_open_increments(&mut self, increment: impl Fn(usize, usize) -> f64) {
+        for (i, increments) in self.increments.chunks_exact_mut(self.n_t).enumerate() {
+            if self.states[i] == PointState::Open {
+                increments.iter_mut().enumerate().for_each(|(a, w)| *w = increment(i, a));
+            }
+        }
     }
 
     /// Takes `forces` next to those `wanted` within the bounds, and the slip increments under them, for which nothing is solved.
@@ -450,7 +457,14 @@ impl Tangential {
             }
         }
         self.factored.clear();
-        self.update_all_increments(problem, forces);
+        if problem.compliance.nrows() > 0 {
+            self.loaded.gather(&self.states, problem.compliance);
+            self.loaded.update_increments(problem, forces, &mut self.increments);
+            return;
+        }
+        for (k, slip) in self.increments.iter_mut().enumerate() {
+            *slip = problem.slips[k] + problem.springs[k / self.n_t] * forces[k];
+        }
     }
 
     /// Whether point `i` is in the wrong state.
@@ -468,9 +482,31 @@ impl Tangential {
         }
     }
 
-    fn count_wrong(&self, problem: &TangentialProblem<'_>, forces: &[f64], tolerance: f64) -> (usize, usize) {
-        let wrong = (0..self.states.len()).filter(|&i| self.is_wrong(i, problem, forces, tolerance));
-        wrong.fold((0, usize::MAX), |(n, _), i| (n + 1, i))
+    fn count_wrong(&self, problem: &TangentialProblem<'_>, forces: &[f64], tolerance: f64) -> usize {
+        (0..self.states.len()).filter(|&i| self.is_wrong(i, problem, forces, tolerance)).count()
+    }
+
+    /// Moves the force of one loaded point after the other down the slope of F.5, by no more than its
+    /// own yield allows, and back to its bound: none of these steps raises F.5. Sets are those that
+    /// the forces end with.
+    fn sweep(&mut self, problem: &TangentialProblem<'_>, forces: &mut [f64]) {
+        self.loaded.update_increments(problem, forces, &mut self.increments);
+        for slot in 0..self.loaded.len() {
+            let (i, n_t) = (self.loaded.point(slot), self.n_t);
+            let (increment, stiffest) = self.loaded.increment(slot, problem.springs[i]);
+            let (old, bound) = (pair(forces, i, n_t), problem.bounds[i]);
+            // What yields to no force needs none.
+            let way = if stiffest > 0.0 { 1.0 / stiffest } else { 0.0 };
+            let mut new = [0, 1].map(|a| old[a] - way * increment[a]);
+            let size = new[0].hypot(new[1]);
+            self.states[i] = if size > bound { PointState::Slip } else { PointState::Stick };
+            if size > bound {
+                self.directions[i] = new.map(|f| f / size);
+                new = self.directions[i].map(|d| d * bound);
+            }
+            forces[n_t * i..n_t * (i + 1)].copy_from_slice(&new[..n_t]);
+            self.loaded.add_force(slot, problem.springs[i], [new[0] - old[0], new[1] - old[1]]);
+        }
     }
 
     /// Moves point `i` to the other state if it is in the wrong one.
@@ -500,7 +536,7 @@ impl Tangential {
         self.factorise(problem)
     }
 
-    /// Rates of forces and slip increments on the present sets (Eq. F.11), when the bounds change
+    /// Rates of forces and of slip increments of loaded points on the present sets (Eq. F.11), when the bounds change
     /// at `bound_rates` \[N/s\] and `c` at `drift` [m/s]. [`Tangential::prepare_rates`] comes
     /// first.
     pub fn rates(
@@ -513,21 +549,10 @@ impl Tangential {
     ) {
         let rate_problem = TangentialProblem { bounds: bound_rates, slips: drift, ..*problem };
         self.forces_on_directions(bound_rates, rates);
-        slip_increments(&rate_problem, rates, self.n_t, slip_rates);
+        self.loaded.update_increments(&rate_problem, rates, slip_rates);
         self.solve_free(slip_rates);
         self.add_free(rates);
-        slip_increments(&rate_problem, rates, self.n_t, slip_rates);
-    }
-}
-
-/// `w = (A_TT + D_T) τ + c`.
-fn slip_increments(problem: &TangentialProblem<'_>, forces: &[f64], n_t: usize, out: &mut [f64]) {
-    out.copy_from_slice(problem.slips);
-    if problem.compliance.nrows() > 0 {
-        add_product(problem.compliance, forces, out);
-    }
-    for (k, w) in out.iter_mut().enumerate() {
-        *w += problem.springs[k / n_t] * forces[k];
+        self.loaded.update_increments(&rate_problem, rates, slip_rates);
     }
 }
 

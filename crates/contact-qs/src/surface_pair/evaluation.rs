@@ -396,7 +396,9 @@ impl SurfacePair {
             f.stick_slip.deflect(forces, &mut w.deflections, &mut f.deflections);
         }
         self.load(work.state, work.found);
-        both.compliances.body_displacements(&work.found.loads, &mut work.state.start.body);
+        if let Some(zone) = &mut work.state.zone {
+            zone.displace_body(both.compliances, &work.found.loads, &mut work.state.start.body);
+        }
         self.displace_target(work.state, work.found);
         Ok(report)
     }

@@ -17,6 +17,7 @@ use iga_core::nurbs::locate::box_newton::{Sample, minimize};
 use super::target::TargetSurface;
 use super::target::bezier::{self, MAX_ORDER, Table};
 use normal_walk::{Foot, NormalJet, foot};
+use proximity_cache::square;
 
 /// Newton steps from a known start before the safeguarded search takes over.
 const MAX_STEPS: usize = 6;
@@ -528,8 +529,7 @@ impl Samples {
     fn nearest_among(&self, range: Range<usize>, point: &[f64; 3]) -> (SurfacePlace, f64) {
         let (mut best, mut least) = (range.start, f64::INFINITY);
         for (k, sample) in self.points.iter().enumerate().take(range.end).skip(range.start) {
-            let r = difference(point, sample);
-            let distance = dot(&r, &r);
+            let distance = square(point, sample);
             if distance < least {
                 (best, least) = (k, distance);
             }

@@ -12,12 +12,14 @@ use crate::quasistatic::modal_basis::ModalBasis;
 use crate::quasistatic::point_solver::PointSolver;
 use crate::quasistatic::problem::{add_columns, add_product, dot};
 use crate::quasistatic::stick_slip::{NormalSolver, StickSlip};
+use crate::zone::compliance::{Yielding, ZoneCompliance};
+use crate::zone::sparse_rows::SparseRows;
 
 /// Quasistatic compliance of a pair: that of the contact body's points; the target's is that of its
 /// surface.
 pub(super) struct Compliances {
-    /// Zero-sized if the contact body has none.
-    body: Mat<f64>,
+    /// Of no size if the contact body has none.
+    body: Yielding,
     n_components: usize,
     n_points: usize,
     method: Method,
@@ -36,10 +38,10 @@ pub(super) struct PairBodies<'a> {
 pub(super) struct PairZone {
     /// Normal compliance `A` of the points on `rows`.
     normal_compliance: Mat<f64>,
-    /// Displacements of the target's interface and of the contact body's points under one point's
-    /// load.
+    /// Displacements of the target's interface under one point's load, those of the contact body's
+    /// points or interface, and a buffer.
     target_half: Vec<f64>,
-    body_half: Vec<f64>,
+    body_half: [Vec<f64>; 2],
     /// Rows that `A` was built on, and the points it was built for: the others have zero rows and
     /// columns.
     jacobian: ContactJacobian,
@@ -53,16 +55,18 @@ impl Compliances {
     pub fn new(
         method: Method,
         n_components: usize,
-        body: Mat<f64>,
+        (compliance, functions): (ZoneCompliance, &SparseRows),
         n_points: usize,
         surface: &TargetSurface,
     ) -> Result<Self, ContactError> {
+        // Algorithm 1 works with the modes of the points.
+        let body = Yielding::new(compliance, functions, matches!(method, Method::Broyden(_)));
         let bases = match method {
             Method::ActiveSet => [None, None],
             Method::Broyden(_) => {
                 let basis =
                     |m: &Mat<f64>| (m.nrows() > 0).then(|| ModalBasis::from_compliance(m)).transpose();
-                [basis(&body)?, basis(&surface.compliance)?]
+                [basis(body.matrix())?, basis(&surface.compliance)?]
             }
         };
         Ok(Self { body, n_components, n_points, method, bases })
@@ -87,21 +91,12 @@ impl Compliances {
         PairZone {
             normal_compliance: Mat::zeros(n_points, n_points),
             target_half: vec![0.0; surface.n_interface()],
-            body_half: vec![0.0; self.body.nrows()],
+            body_half: [(); 2].map(|()| vec![0.0; self.body.matrix().nrows()]),
             saved_jacobian: jacobian.clone(),
             jacobian,
             members: vec![false; n_points],
             saved_members: vec![false; n_points],
             solver,
-        }
-    }
-
-    /// Displacements of the contact body's points under their loads, components of each point in
-    /// turn.
-    pub fn body_displacements(&self, loads: &[f64], out: &mut [f64]) {
-        if self.body.nrows() > 0 {
-            out.fill(0.0);
-            add_product(&self.body, loads, out);
         }
     }
 }
@@ -143,7 +138,7 @@ impl PairZone {
     fn project(&mut self, bodies: PairBodies<'_>, mut friction: Option<&mut StickSlip>) {
         self.normal_compliance.fill(0.0);
         if let Some(friction) = &mut friction {
-            friction.begin_blocks(&self.members);
+            friction.begin_blocks(|i| self.members[i]);
         }
         let n_directions = 1 + if friction.is_some() { self.jacobian.n_t } else { 0 };
         for j in 0..self.members.len() {
@@ -208,11 +203,8 @@ impl PairZone {
     /// Displacements of both bodies under a unit load of point `j` in direction `d` (0: normal).
     fn load(&mut self, PairBodies { compliances, surface }: PairBodies<'_>, j: usize, d: usize) {
         let nc = compliances.n_components;
-        self.body_half.fill(0.0);
-        if compliances.body.nrows() > 0 {
-            let direction = self.jacobian.direction_in_body(j, d);
-            add_columns(&compliances.body, (0..nc).map(|c| (nc * j + c, direction[c])), &mut self.body_half);
-        }
+        let direction = self.jacobian.direction_in_body(j, d);
+        compliances.body.load((0..nc).map(|c| (nc * j + c, direction[c])), &mut self.body_half[0]);
         self.target_half.fill(0.0);
         if !self.target_half.is_empty() {
             add_columns(&surface.compliance, self.jacobian.entries(surface, j, d), &mut self.target_half);
@@ -223,8 +215,11 @@ impl PairZone {
     fn answer(&self, PairBodies { compliances, surface }: PairBodies<'_>, i: usize, e: usize) -> f64 {
         let nc = compliances.n_components;
         let mut sum = 0.0;
-        if !self.body_half.is_empty() {
-            sum += dot(&self.body_half[nc * i..nc * (i + 1)], &self.jacobian.direction_in_body(i, e));
+        if !self.body_half[0].is_empty() {
+            let direction = self.jacobian.direction_in_body(i, e);
+            let along =
+                |c: usize| direction[c] * compliances.body.displacement(nc * i + c, &self.body_half[0]);
+            sum += (0..nc).map(along).sum::<f64>();
         }
         if !self.target_half.is_empty() {
             sum += self
@@ -234,6 +229,14 @@ impl PairZone {
                 .sum::<f64>();
         }
         sum
+    }
+
+    /// Displacements of the contact body's points under their loads, components of each point in
+    /// turn.
+    pub fn displace_body(&mut self, compliances: &Compliances, loads: &[f64], out: &mut [f64]) {
+        if !self.body_half[0].is_empty() {
+            compliances.body.displacements(loads, &mut self.body_half, out);
+        }
     }
 
     /// Replaces `out` by `A forces`.

@@ -10,7 +10,9 @@ use ffr_dynamics::body::{Dof, RigidMotion};
 use ffr_dynamics::data_error::{DataError, check_square};
 
 use crate::ContactError;
-use crate::zone::submodel::{ContactSubmodel, SparseRows};
+use crate::zone::compliance::ZoneCompliance;
+use crate::zone::sparse_rows::SparseRows;
+use crate::zone::submodel::ContactSubmodel;
 
 /// Round-off allowance of a sum of shape functions, which is 1.
 const UNITY_TOLERANCE: f64 = 1e-10;
@@ -104,11 +106,10 @@ pub fn contact_submodel(
         }
     }
     let (functions, compliance) = match interface {
-        None => (SparseRows::new(0), Mat::zeros(0, 0)),
+        None => (SparseRows::new(0), ZoneCompliance::none()),
         Some(interface) => {
-            let functions = interface_rows(&rows, interface)?;
-            let compliance = point_compliance(&functions, interface.compliance);
-            (functions, compliance)
+            let compliance = ZoneCompliance::Interface(interface.compliance.to_owned());
+            (interface_rows(&rows, interface)?, compliance)
         }
     };
     let submodel = ContactSubmodel {
@@ -190,30 +191,4 @@ fn interface_rows(rows: &SparseRows, interface: InterfaceCompliance<'_>) -> Resu
         functions.push(rows.row(i).iter().filter_map(|e| place[e.0].map(|b| (b, e.1))));
     }
     Ok(functions)
-}
-
-/// `N_b G N_bᵀ`, exactly symmetric.
-fn point_compliance(functions: &SparseRows, compliance: MatRef<'_, f64>) -> Mat<f64> {
-    let (n, n_b) = (functions.n_rows(), functions.n_columns());
-    // G N_bᵀ, column by column.
-    let mut half = Mat::<f64>::zeros(n_b, n);
-    for j in 0..n {
-        for &(b, value) in functions.row(j) {
-            let target = half.col_as_slice_mut(j);
-            for (i, entry) in target.iter_mut().enumerate() {
-                *entry += value * compliance[(i, b)];
-            }
-        }
-    }
-    let mut full = Mat::from_fn(n, n, |i, j| {
-        functions.row(i).iter().map(|&(b, value)| value * half[(b, j)]).sum::<f64>()
-    });
-    for j in 0..n {
-        for i in 0..j {
-            let mean = 0.5 * (full[(i, j)] + full[(j, i)]);
-            full[(i, j)] = mean;
-            full[(j, i)] = mean;
-        }
-    }
-    full
 }

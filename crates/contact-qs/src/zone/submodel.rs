@@ -2,56 +2,15 @@
 
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
-use ffr_dynamics::data_error::{DataError, check_square};
+use ffr_dynamics::data_error::DataError;
 
+use super::compliance::ZoneCompliance;
+use super::sparse_rows::SparseRows;
 use crate::ContactError;
-
-/// Rows with few entries: the shape functions of the points in terms of the interface degrees of
-/// freedom, `N_b`.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct SparseRows {
-    starts: Vec<usize>,
-    entries: Vec<(usize, f64)>,
-    n_columns: usize,
-}
-
-impl SparseRows {
-    /// No rows yet, `n_columns` columns.
-    pub fn new(n_columns: usize) -> Self {
-        Self { starts: vec![0], entries: Vec::new(), n_columns }
-    }
-
-    /// Adds a row of `(column, value)` pairs.
-    ///
-    /// # Panics
-    /// If a column does not exist.
-    pub fn push(&mut self, row: impl IntoIterator<Item = (usize, f64)>) {
-        for (column, value) in row {
-            assert!(column < self.n_columns, "column {column} of {}", self.n_columns);
-            self.entries.push((column, value));
-        }
-        self.starts.push(self.entries.len());
-    }
-
-    /// Number of rows.
-    pub fn n_rows(&self) -> usize {
-        self.starts.len().saturating_sub(1)
-    }
-
-    /// Number of columns.
-    pub fn n_columns(&self) -> usize {
-        self.n_columns
-    }
-
-    /// Entries `(column, value)` of row `i`.
-    pub fn row(&self, i: usize) -> &[(usize, f64)] {
-        &self.entries[self.starts[i]..self.starts[i + 1]]
-    }
-}
 
 /// Everything that contact needs from a reduced body.
 ///
-/// Rows of `low` and rows and columns of `compliance` are ordered
+/// Rows of `low` and those of the points' compliance are ordered
 /// `n_components * point + component`, in the components of the body model (`motion.direction(c)`
 /// gives each one's direction in space).
 #[derive(Debug, Clone)]
@@ -64,9 +23,8 @@ pub struct ContactSubmodel {
     pub areas: Vec<f64>,
     /// Shapes of the dynamic elastic coordinates at the points, `n_components n_points × n_q`.
     pub low: Mat<f64>,
-    /// Quasistatic compliance `N_b G N_bᵀ` of the points [m/N]; zero-sized when all modes are
-    /// dynamic.
-    pub compliance: Mat<f64>,
+    /// Quasistatic compliance `N_b G N_bᵀ` of the points [m/N].
+    pub compliance: ZoneCompliance,
     /// Shape functions `N_b` of the points in terms of the interface degrees of freedom, in the
     /// order of `G`; without rows when all modes are dynamic.
     pub interface: SparseRows,
@@ -102,7 +60,7 @@ impl ContactSubmodel {
 
     /// Whether the zone has a quasistatic compliance.
     pub fn is_quasistatic(&self) -> bool {
-        self.compliance.nrows() > 0
+        self.compliance.is_some()
     }
 
     /// Rows of `low`, one after the other.
@@ -135,7 +93,7 @@ impl ContactSubmodel {
         count("areas of the contact points", self.areas.len(), n)?;
         count("rows of shapes at the contact points", self.low.nrows(), n_rows)?;
         if self.is_quasistatic() {
-            check_square("the compliance of the contact points", self.compliance.as_ref(), n_rows)?;
+            self.compliance.check(&self.interface, n_rows)?;
         }
         if self.interface.n_rows() != 0 {
             count("rows of interface functions", self.interface.n_rows(), n_rows)?;

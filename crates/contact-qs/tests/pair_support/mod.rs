@@ -10,7 +10,7 @@ pub mod elastic;
 
 use contact_qs::quasistatic::Method;
 use contact_qs::zone::points::{DofLookup, InterfaceCompliance, PressureMean, SurfacePoint};
-use contact_qs::zone::submodel::SparseRows;
+use contact_qs::zone::sparse_rows::SparseRows;
 use contact_qs::{ContactSubmodel, SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
 use faer::Mat;
 use ffr_dynamics::body::{Dof, RigidMotion};
@@ -232,7 +232,8 @@ pub fn random_points(motion: RigidMotion, quasistatic: bool, seed: u64) -> Conta
             Mat::from_fn(n_rows, n_rows, |i, j| 0.5 * (c[(i, j)] + c[(j, i)]))
         } else {
             Mat::zeros(0, 0)
-        },
+        }
+        .into(),
         interface,
         rim: vec![0],
         facing: Vec::new(),

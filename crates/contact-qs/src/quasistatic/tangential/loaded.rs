@@ -2,7 +2,7 @@
 
 use faer::Mat;
 
-use super::{PointState, TangentialProblem};
+use super::{PointState, TangentialProblem, pair};
 
 /// Points with a normal force.
 pub(super) struct LoadedPoints {
@@ -89,6 +89,44 @@ impl LoadedPoints {
         add_block(&self.block, &tau[..m], &mut w[..m]);
         for (slot, &i) in self.points.iter().enumerate() {
             increments[n_t * i..n_t * (i + 1)].copy_from_slice(&w[n_t * slot..n_t * (slot + 1)]);
+        }
+    }
+}
+
+/// Sweeps over the points, from the increments last updated on.
+impl LoadedPoints {
+    /// Number of loaded points.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// The loaded point number `slot`.
+    pub fn point(&self, slot: usize) -> usize {
+        self.points[slot]
+    }
+
+    /// Slip increment of a loaded point, and the largest yield of its own to a unit force, with that
+    /// of its spring.
+    pub fn increment(&self, slot: usize, spring: f64) -> ([f64; 2], f64) {
+        let (n_t, m) = (self.n_t, self.n_t * self.points.len());
+        let own = |a: usize, b: usize| self.block[(n_t * slot + b) * m + n_t * slot + a];
+        let largest = if n_t == 1 {
+            own(0, 0)
+        } else {
+            let (mean, half) = (0.5 * (own(0, 0) + own(1, 1)), 0.5 * (own(0, 0) - own(1, 1)));
+            mean + half.hypot(own(0, 1))
+        };
+        (pair(&self.compact[1], slot, n_t), largest + spring)
+    }
+
+    /// Adds `force` to that of a loaded point: increments of all follow.
+    pub fn add_force(&mut self, slot: usize, spring: f64, force: [f64; 2]) {
+        let (n_t, m) = (self.n_t, self.n_t * self.points.len());
+        let increments = &mut self.compact[1][..m];
+        for (a, f) in force.iter().enumerate().take(n_t).filter(|(_, f)| **f != 0.0) {
+            let k = n_t * slot + a;
+            increments[k] += spring * f;
+            increments.iter_mut().zip(&self.block[k * m..]).for_each(|(w, yielding)| *w += f * yielding);
         }
     }
 }

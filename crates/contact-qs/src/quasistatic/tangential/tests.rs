@@ -1,10 +1,60 @@
 //! Random zones and the classical return mapping.
 
 use super::*;
+use crate::quasistatic::problem::add_product;
+
+/// `w = (A_TT + D_T) τ + c`.
+fn slip_increments(problem: &TangentialProblem<'_>, forces: &[f64], n_t: usize, out: &mut [f64]) {
+    out.copy_from_slice(problem.slips);
+    add_product(problem.compliance, forces, out);
+    for (k, w) in out.iter_mut().enumerate() {
+        *w += problem.springs[k / n_t] * forces[k];
+    }
+}
 
 fn random(seed: &mut u64) -> f64 {
     *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
     (*seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+}
+
+/// Points that are more than the displacements of their surface, as Gauss points of a mesh, with soft
+/// springs and uneven bounds: exchanges alone went round for hundreds of steps.
+#[test]
+fn more_points_than_displacements_settle_soon() {
+    let (mut seed, mut most) = (5, 0);
+    for (n, n_t) in [(60, 2), (90, 2), (90, 1)] {
+        for _ in 0..20 {
+            let size = n * n_t;
+            let v = Mat::from_fn(size, size / 2, |_, _| random(&mut seed));
+            let compliance = &v * v.transpose();
+            let springs = vec![1e-3; n];
+            let slips: Vec<f64> =
+                (0..size).map(|k| 2.0 + random(&mut seed) - f64::from(k as u32 % 2)).collect();
+            let bounds: Vec<f64> = (0..n).map(|_| 0.05 * random(&mut seed).abs()).collect();
+            let problem = TangentialProblem {
+                compliance: &compliance,
+                springs: &springs,
+                slips: &slips,
+                bounds: &bounds,
+            };
+            let mut forces = vec![0.0; size];
+            let mut solver = Tangential::new(n, n_t);
+            most = most.max(solver.solve(&problem, 1e-12, &mut forces).unwrap());
+            let mut w = vec![0.0; size];
+            slip_increments(&problem, &forces, n_t, &mut w);
+            for (i, bound) in bounds.iter().enumerate() {
+                let (f, w) = (pair(&forces, i, n_t), pair(&w, i, n_t));
+                let (force, slip) = (f[0].hypot(f[1]), w[0].hypot(w[1]));
+                // Round-off of the factorisation, of condition 1e5.
+                assert!(
+                    force <= bound * (1.0 + 1e-9) && slip * (bound - force) <= 1e-9,
+                    "{force} {bound} {slip}"
+                );
+                assert!(f[0] * w[0] + f[1] * w[1] + force * slip <= 1e-9, "{f:?} {w:?}");
+            }
+        }
+    }
+    assert!(most <= 150, "{most}");
 }
 
 #[test]

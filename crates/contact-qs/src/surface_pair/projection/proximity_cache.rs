@@ -110,6 +110,8 @@ impl ProximityCache {
     }
 }
 
-fn square(a: &[f64; 3], b: &[f64; 3]) -> f64 {
+/// Square of the distance of two places.
+#[inline]
+pub(super) fn square(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum()
 }
