@@ -248,6 +248,58 @@ fn friction_is_carried_to_a_contact_without_a_past() {
     }
 }
 
+/// Within a step the force is a function of the position: whatever was evaluated before, and with one derivative at all
+/// increments as long as no point changes its state.
+#[test]
+fn within_a_step_forces_depend_on_the_position_alone() {
+    let mut n_derivatives = 0;
+    for (motion, seed) in MOTIONS.into_iter().flat_map(|m| (0..12).map(move |k| (m, k))) {
+        let mut contact = Active::new(contact(motion, seed % 4 != 3, 500 + seed));
+        let start = pressed(&contact, motion, 8e-3, &mut Random::new(seed));
+        evaluate(&mut contact, &start);
+        contact.save();
+        let here = moved(&start, 1e-3);
+        let (first, _) = evaluate(&mut contact, &here);
+        let states = contact.state().point_states().to_vec();
+        let by = |h: f64| BodyState { position: here.position + normal_of(motion) * h, ..here.clone() };
+        let mut turned = here.clone();
+        if motion != RigidMotion::Axial {
+            turned.rotation *= UnitQuaternion::from_axis_angle(&Vector3::z_axis(), 4e-9);
+        }
+        let name = format!("{motion:?} {seed}");
+        // Alternations end at 1e-12 of the largest force; a projection serves turns of up to 1e-8.
+        let ways = [
+            (moved(&start, -4e-3), 1e-9),
+            (moved(&start, 3e-3), 1e-9),
+            (by(0.1), 1e-9),
+            (by(-2e-3), 1e-9),
+            (turned, 1e-7),
+        ];
+        for (k, (way, tolerance)) in ways.into_iter().enumerate() {
+            evaluate(&mut contact, &way);
+            let (again, _) = evaluate(&mut contact, &here);
+            let difference = (again.force - first.force).norm() / first.force.norm();
+            assert!(difference <= tolerance, "{name} {k}: {difference:e}");
+        }
+        let mut is_same = true;
+        let slopes = [1e-5, 1e-7, 1e-9].map(|h| {
+            let [after, before] = [h, -h].map(|h| {
+                let force = evaluate(&mut contact, &by(h)).0.force;
+                is_same &= contact.state().point_states() == states;
+                force
+            });
+            (after - before) / (2.0 * h)
+        });
+        if is_same {
+            n_derivatives += 1;
+            // Round-off of 1e-12 of a force of 8 mm over 1 nm; curvature of the directions over 10 µm.
+            let worst = slopes[1..].iter().map(|s| (s - slopes[0]).norm()).fold(0.0, f64::max);
+            assert!(worst <= 1e-3 * slopes[0].norm(), "{name}: {slopes:?}");
+        }
+    }
+    assert!(n_derivatives > 20, "{n_derivatives}");
+}
+
 #[test]
 fn rejected_steps_leave_no_trace() {
     for motion in MOTIONS {

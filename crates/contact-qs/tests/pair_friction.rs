@@ -244,6 +244,51 @@ fn updated_references_change_no_force_and_restoring_brings_every_bit_back() {
 }
 
 #[test]
+fn within_a_step_forces_of_a_pair_depend_on_the_positions_alone() {
+    let mut n_derivatives = 0;
+    for motion in MOTIONS {
+        for case in CASES {
+            for seed in 1..5 {
+                let friction = Friction { coefficient: 0.3, stiffness_ratio: 0.7 };
+                let (mut pair, bodies) = rubbing(motion, case, friction, seed);
+                evaluate(&mut pair, &bodies);
+                pair.save();
+                let here = later(&bodies, 1e-5);
+                let first = evaluate(&mut pair, &here).0[2].force;
+                let states = pair.state().point_states().to_vec();
+                let name = format!("{motion:?} {case:?} {seed}");
+                for dt in [-1e-4, 1e-4, 3e-4] {
+                    evaluate(&mut pair, &later(&bodies, dt));
+                    let again = evaluate(&mut pair, &here).0[2].force;
+                    let difference = (again - first).norm() / first.norm();
+                    // Projections and forces meet to 1e-8 of the penetration, from whichever side.
+                    assert!(difference <= 1e-6, "{name} {dt}: {difference:e}");
+                }
+                let mut is_same = true;
+                let along = first.normalize();
+                let slopes = [1e-6, 1e-7].map(|h| {
+                    let [after, before] = [h, -h].map(|h| {
+                        let mut bodies = here.clone();
+                        bodies[2].position += along * h;
+                        let force = evaluate(&mut pair, &bodies).0[2].force;
+                        is_same &= pair.state().point_states() == states;
+                        force
+                    });
+                    (after - before) / (2.0 * h)
+                });
+                if is_same && motion != RigidMotion::Axial {
+                    n_derivatives += 1;
+                    // 1e-8 of the penetration, 2 mm, over 0.1 µm.
+                    let difference = (slopes[1] - slopes[0]).norm() / slopes[0].norm();
+                    assert!(difference <= 1e-2, "{name}: {difference:e}");
+                }
+            }
+        }
+    }
+    assert!(n_derivatives > 10, "{n_derivatives}");
+}
+
+#[test]
 fn friction_is_carried_to_a_pair_without_a_past() {
     for motion in MOTIONS {
         for case in CASES {
