@@ -110,10 +110,16 @@ impl Driver<'_> {
             None => Some("model"),
         };
         let name = &facts.name;
-        let remedy = given.map_or_else(
-            || "give its bodies more elements".to_owned(),
-            |key| format!("leave contacts.{name}.{key} out, so that the program finds where they touch"),
-        );
+        let is_interval = self.slots[i].fine().is_some_and(|fine| fine.whole.is_none());
+        let remedy = match given {
+            Some(key) => {
+                format!("leave contacts.{name}.{key} out, so that the program finds where they touch")
+            }
+            None if is_interval => format!(
+                "its zone lies about one touch; where smooth surfaces touch at several places at once, take contacts.{name}.model = \"quasistatic\", an interval.width that holds them all, and discretisation.refine of the bodies at each"
+            ),
+            None => "give its bodies more elements".to_owned(),
+        };
         AdaptiveError::PassedThrough {
             remedy: remedy.into(),
             contact: facts.name.clone(),
