@@ -448,7 +448,7 @@ fn parts_are_listed_with_what_ties_them() {
         _ => format!("{line}\n"),
     });
     let second: String = numbered.collect();
-    let ties = "*TIE, NAME=Glue\nx+, bx-\n*Coupling, ref node = 7, surface=x-, constraint name=Hold\n*Distributing\n\
+    let ties = "*TIE, NAME=Glue\nx+, bx-\n*TIE, CYCLIC SYMMETRY\nx+, x-\n*Coupling, ref node = 7, surface=x-, constraint name=Hold\n*Distributing\n\
                 *RIGID BODY, NSET=bx+, REF NODE=7\n*RIGID BODY, ELSET=all, REF NODE=8\n*MPC\nBEAM, 3, 4\nPIN, 1, 2\n*KINEMATIC COUPLING, REF NODE=9\nx+, 1, 3\n*STEP\n";
     let flat = format!("{cube}{second}{ties}");
     let names = named(&flat);

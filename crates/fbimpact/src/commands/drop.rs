@@ -1,5 +1,6 @@
 //! `fbimpact drop`: a part on a floor in many orientations.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
@@ -34,6 +35,8 @@ const PAGE: &str = "report.html";
 const GRAVITY: f64 = 9.80665;
 /// How far below its highest place a body may be above its centre of mass that is a level top, in its length: sides of a mesh.
 const LEVEL: f64 = 1e-6;
+/// How many times the modes that it asks for a run may have.
+const SHARED: f64 = 1.5;
 /// Runs of which the page has pictures.
 const PICTURED: usize = 3;
 
@@ -78,18 +81,21 @@ pub fn drop(arguments: &DropArguments) -> Result<(), AppError> {
     let speed = (2.0 * falls.gravity * arguments.height).sqrt();
     let planned = all.iter().map(|orientation| falls.planned(orientation, speed));
     let planned = planned.collect::<Option<Vec<Planned>>>();
-    let planned =
+    let mut planned =
         planned.ok_or_else(|| CommandFault::request(format!("body \"{body}\" has no surface to fall on")))?;
     tracing::info!("{}: {} orientations, {speed:.4} m/s at the floor", folder.display(), all.len());
     if scenario.wishes[falls.body].modes {
         let cache = cache::open(&arguments.runs.cache.settings());
-        let modes = most_modes((&base, &set, falls.body), &planned, &|scenario| {
+        let own = modes((&base, &set, falls.body), &planned, &|scenario| {
             Ok(sized(scenario, n_threads, &cache)?.into_owned())
         })?;
-        tracing::info!(
-            "{modes} modes of body \"{body}\" in all orientations, the most that one of them asks for"
-        );
-        set.push(changed(&format!("bodies.{body}.reduction.modes={modes}"))?);
+        let shared = shared(&own);
+        for (planned, modes) in planned.iter_mut().zip(&shared) {
+            planned.set.push(format!("bodies.{body}.reduction.modes={modes}"));
+        }
+        let numbers: BTreeSet<usize> = shared.into_iter().collect();
+        let numbers: Vec<String> = numbers.iter().map(usize::to_string).collect();
+        tracing::info!("{} modes of body \"{body}\", as orientations ask for", numbers.join(" or "));
     }
     let runs = Runs {
         scenario: &base,
@@ -167,22 +173,34 @@ fn changed(text: &str) -> Result<Override, AppError> {
     text.parse().map_err(|fault| CommandFault::Override(fault).into())
 }
 
-/// The largest number of modes that the program chooses for a body in one of the `planned` runs: all of them get it, so that
-/// they share a reduced body and differ in their orientation alone.
-fn most_modes(
+/// The numbers of modes that the program chooses for a body in the `planned` runs.
+fn modes(
     (base, set, body): (&Path, &[Override], usize),
     planned: &[Planned],
     sized: &dyn Fn(&Scenario) -> Result<Scenario, AppError>,
-) -> Result<usize, AppError> {
-    let mut most = 1;
-    for planned in planned {
+) -> Result<Vec<usize>, AppError> {
+    let of = |planned: &Planned| {
         let own = planned.set.iter().map(|text| changed(text)).collect::<Result<Vec<_>, AppError>>()?;
         let scenario = scenario_file::read(base, &[set, &own].concat())?;
         let sized = sized(&scenario)?;
         let modes = sized.run.bodies[body].kind.flexible().and_then(|flexible| flexible.reduction.modes());
-        most = most.max(modes.unwrap_or(0));
+        Ok(modes.unwrap_or(0).max(1))
+    };
+    planned.iter().map(of).collect()
+}
+
+/// As many modes as each asks for or up to [`SHARED`] times as many: few numbers, each that of the one of its runs that asks for
+/// most, so that these share a reduced body and differ in their orientation alone.
+fn shared(own: &[usize]) -> Vec<usize> {
+    let mut falling = own.to_vec();
+    falling.sort_unstable_by(|a, b| b.cmp(a));
+    let mut numbers: Vec<usize> = Vec::new();
+    for modes in falling {
+        if numbers.last().is_none_or(|last| SHARED * (modes as f64) < *last as f64) {
+            numbers.push(modes);
+        }
     }
-    Ok(most)
+    own.iter().map(|modes| numbers.iter().rev().copied().find(|n| n >= modes).unwrap_or(*modes)).collect()
 }
 
 /// The largest acceleration of an observed point as a column.
@@ -385,5 +403,17 @@ fn report(folder: &Path, row: &mut Fall, is_pictured: bool) {
             .collect();
         pictures.sort();
         row.pictures = pictures;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shared;
+
+    #[test]
+    fn runs_share_few_numbers_of_modes() {
+        assert_eq!(shared(&[278, 80, 200, 100, 79, 270, 12]), [278, 100, 278, 100, 100, 278, 12]);
+        assert_eq!(shared(&[]), [0; 0]);
+        assert_eq!(shared(&[7, 7]), [7, 7]);
     }
 }

@@ -102,13 +102,7 @@ pub fn scenario(
         None => Vec::new(),
     };
     let parts = if (1..=MOST_PARTS).contains(&parts.len()) { parts } else { vec![String::new()] };
-    let mut names: Vec<String> = Vec::new();
-    for part in &parts {
-        let name = if parts.len() > 1 { plain(part) } else { BODY.to_owned() };
-        let mut others = (2..).map(|i| format!("{name}-{i}"));
-        let is_free = |name: &String| name != FLOOR && !names.contains(name);
-        names.extend(Some(name.clone()).filter(is_free).or_else(|| others.find(is_free)));
-    }
+    let names = names(&parts);
     let model = section.and_then(|section| Some(section.to_possible_value()?.get_name().to_owned()));
     let is_plane = matches!(section, Some(SectionModel::PlaneStrain | SectionModel::PlaneStress));
     let up = if is_plane { Vector3::y_axis() } else { Vector3::z_axis() };
@@ -205,6 +199,19 @@ fn layer(ground: &Ground, body: &BodyKind, section: Option<&str>) -> Option<Stri
          reduction = {{ modes = {LAYER_MODES} }}    # it yields as a spring to contacts slower than waves through it\n\n[joints.base]\ntype = \"fixed\"\n\
          parent = {{ body = \"ground\", point = {point:?} }}\nchild = {{ body = \"{FLOOR}\", face = \"{face}\", coupling = \"rigid\" }}\n\n"
     ))
+}
+
+/// Names of the bodies of `parts`.
+fn names(parts: &[String]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for part in parts {
+        let name = if parts.len() > 1 { plain(part) } else { BODY.to_owned() };
+        let mut others = (2..).map(|i| format!("{name}-{i}"));
+        let is_free = |name: &String| name != FLOOR && !names.contains(name);
+        let name = Some(name.clone()).filter(is_free).or_else(|| others.find(is_free));
+        names.extend(name);
+    }
+    names
 }
 
 /// A name of a part as one that a body can have.

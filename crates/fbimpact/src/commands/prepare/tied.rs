@@ -64,6 +64,11 @@ pub fn joints(bodies: &[PartBody<'_>]) -> Joints {
             continue;
         };
         let others: Vec<TiedFace<'_>> = faces.into_iter().filter(|face| face.body != hub.body).collect();
+        let has_node = ties.iter().any(|tie| tie.joined.iter().any(|of| matches!(of, Joined::Node(_))));
+        if others.is_empty() && !has_node {
+            found.told.push(format!("{cards}: left out, within body \"{}\"", bodies[hub.body].name));
+            continue;
+        }
         if others.is_empty() {
             found.told.push(format!("{cards}: a support of body \"{}\" to choose", bodies[hub.body].name));
             held.push((cards, hub));

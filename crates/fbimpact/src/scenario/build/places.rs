@@ -178,7 +178,7 @@ pub fn marker_or_point(checker: &mut Checker, section: &Section, body: &BodyFact
 /// The place that joints and loads take hold of: a marker, a face, or a point, of flexible bodies
 /// with an extent.
 pub fn held(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Option<GivenPlace> {
-    let Some(key) = given_place(checker, section, &["marker", "face", "point"]) else { return None };
+    let key = given_place(checker, section, &["marker", "face", "point"])?;
     if body.is_plane() {
         return place(checker, section, key, body); // which says that it has none
     }

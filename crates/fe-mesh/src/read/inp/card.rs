@@ -22,6 +22,8 @@ const PARAMETERS: &[&str] = &[
     "CONSTRAINT NAME",
     "TIE NSET",
     "PIN NSET",
+    "CYCLIC SYMMETRY",
+    "MULTISTAGE",
 ];
 
 /// A card with its parameters.

@@ -23,6 +23,10 @@ impl Ties {
         let node = || card.get("REF NODE").map(|node| Joined::Node(node.to_owned()));
         let set = |key: &str| card.get(key).map(|set| Joined::Group(set.to_owned()));
         match card.name.as_str() {
+            // Sectors that repeat are no parts of one body.
+            "TIE" if ["CYCLIC SYMMETRY", "MULTISTAGE"].iter().any(|key| card.get(key).is_some()) => {
+                return false;
+            }
             // Both faces deform, alike.
             "TIE" => self.list.push(tie(card.get("NAME"), false, Vec::new())),
             "MPC" => self.list.push(tie(None, true, Vec::new())),
