@@ -476,7 +476,10 @@ fn parts_are_listed_with_what_ties_them() {
     assert_eq!(rod.joined_face("Rod-1", &joined[1]), None);
     assert!(cube.notes().iter().any(|note| note.contains("what the file ties")), "{:?}", cube.notes());
     assert!(
-        meshes[0].notes().iter().any(|note| note.contains("not read: *RIGID BODY")),
+        meshes[0]
+            .notes()
+            .iter()
+            .any(|note| note.contains("not read: *TIE (line") && note.contains("), *RIGID BODY (line")),
         "{:?}",
         meshes[0].notes()
     );
