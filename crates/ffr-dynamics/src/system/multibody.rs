@@ -381,7 +381,8 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
     /// Velocity that carries the energy of the internal coordinates of the force elements in `y`
     /// [m/s].
     fn internal_speed(&self, y: &[f64]) -> f64 {
-        let parts = self.forces.iter().zip(self.internal_coordinates());
+        let n = if y.len() == self.n_without_internal() { 0 } else { self.forces.len() };
+        let parts = self.forces.iter().zip(self.internal_coordinates()).take(n);
         parts.map(|(force, place)| force.coordinate_speed(&y[place]).powi(2)).sum::<f64>().sqrt()
     }
 
@@ -429,13 +430,17 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
                 .copy_from_slice(&self.workspace.accelerations.rates[layout.rates_elastic()]);
         }
         let n = self.model.n_states();
-        for (i, force) in self.forces.iter().enumerate() {
+        let end = self.n_without_internal();
+        dydt[n + 2..end].fill(0.0);
+        for i in self.apart.found(self.forces.len()) {
+            let force = &self.forces[i];
             powers.dissipated += force.energies().integrated_power();
             dydt[n + 2 + 3 * i..n + 5 + 3 * i].copy_from_slice(force.resultant().as_slice());
         }
         dydt[n] = powers.dissipated;
         dydt[n + 1] = powers.supplied;
-        for (force, place) in self.forces.iter().zip(self.internal_coordinates()) {
+        let internal = if y.len() == end { 0 } else { self.forces.len() };
+        for (force, place) in self.forces.iter().zip(self.internal_coordinates()).take(internal) {
             let middle = place.start + place.len() / 2;
             dydt[place.start..middle].copy_from_slice(&y[middle..place.end]);
             dydt[middle..place.end].copy_from_slice(force.accelerations());
@@ -554,8 +559,8 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
         // Work of sliding goes to the dissipated work; the next step starts where nothing has slid
         // yet: there `slid` grows with the power of sliding.
         let k = self.model.n_states();
-        for force in &self.forces {
-            let energies = force.energies();
+        for i in self.apart.found(self.forces.len()) {
+            let energies = self.forces[i].energies();
             y[k] += energies.slid;
             rate[k] += energies.slid_rate - energies.sliding_power;
         }

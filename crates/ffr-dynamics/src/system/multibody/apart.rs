@@ -56,6 +56,13 @@ impl Apart {
         is_known.then_some(self.near.as_slice())
     }
 
+    /// Which of `n_elements` elements may have found anything in the last evaluation; the others found what they do at the start:
+    /// no energy, no force.
+    pub fn found(&self, n_elements: usize) -> impl Iterator<Item = usize> {
+        let near = (self.reach >= 0.0).then_some(&self.near);
+        (0..near.map_or(n_elements, Vec::len)).map(move |k| near.map_or(k, |near| near[k]))
+    }
+
     /// Sorts `forces`, which have just been evaluated in the motions `states`. Does not allocate.
     pub fn sort<F: DerefMut<Target: ActiveForce>>(&mut self, forces: &[F], states: &[BodyState]) {
         if self.reach >= 0.0 {
