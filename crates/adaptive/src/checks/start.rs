@@ -251,7 +251,7 @@ fn of_spheres(
     (radius, other_radius): (f64, f64),
     (states, y): (&[BodyState], &[f64]),
 ) -> Result<Option<Overlap>, AdaptiveError> {
-    let (force, motion) = model.system.force_in_motion(0.0, y, i);
+    let (force, motion) = model.system.force_as_placed(y, i);
     let Meeting { gap, normal, .. } = force.contact.meeting(motion);
     let facts = &model.contacts[i];
     match facts.target.body() {
