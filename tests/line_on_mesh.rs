@@ -9,6 +9,7 @@ use adaptive::model::check_unbuilt;
 use adaptive::prepared::Prepared;
 use adaptive::spec::RunSpec;
 use fe_mesh::ElementKind;
+use result_files::tables::ImpactRow;
 use std::path::{Path, PathBuf};
 
 fn check(run: &RunSpec) -> Result<(), AdaptiveError> {
@@ -105,4 +106,37 @@ fn a_cylinder_meets_the_face_of_a_mesh_as_one_of_splines() {
         // One to three sides of quadratic elements on the half width: below 1 %, and as much for modes that are not the same.
         assert!((found / expected - 1.0).abs() < 2e-2, "{file}: {found} {expected}");
     }
+}
+
+#[test]
+#[ignore = "second tier: fourteen seconds, most of them for the zone that no memory holds"]
+fn a_long_touch_that_no_memory_holds_is_held_by_the_sides_about_it() {
+    // A block with a bulged bottom, of the radii 25 mm and 1 m, lands on most of its length at once: as fine as the touch is narrow
+    // there would be elements for gigabytes.
+    let folder = scenarios::folder("long_touch");
+    let raw = block(ElementKind::Hex20, [4, 3, 1], |[x, y, z]| {
+        let (x, y) = (20.0 * (x - 0.5), 30.0 * (y - 0.5));
+        let bottom = 0.02 * x * x + 5e-4 * y * y;
+        [x, y, bottom + (5.0 - bottom) * z]
+    });
+    std::fs::write(folder.join("bulge.inp"), inp(&raw)).expect("written");
+    let text = "[simulation]\nend_time = 4e-4\nstop_after_impacts = 1\n[bodies.part]\nmodel = \"mesh\"\nfile = \"bulge.inp\"\nunits = \"mm\"\n\
+                material = \"steel\"\nreduction = { modes = 8 }\nposition = [0.0, 0.0, 1e-6]\nvelocity = [0.0, 0.0, -1.0]\n\
+                [bodies.floor]\nmodel = \"rigid\"\ngeometry = { shape = \"plane\" }\n\
+                [contacts.c]\ncontact_body = \"part\"\ntarget_body = \"floor\"\n";
+    std::fs::write(folder.join("s.toml"), text).expect("written");
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_fbimpact"))
+        .args(["run", "s.toml", "--memory", "1", "--no-cache", "--threads", "1"])
+        .current_dir(&folder)
+        .output()
+        .expect("it starts");
+    let told = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success() && told.contains("edge-touch"), "{told}");
+    let file = hdf5::File::open(folder.join("s.h5")).expect("a result");
+    let rows = file.dataset("impacts").and_then(|rows| rows.read_raw::<ImpactRow>()).expect("rows");
+    // It leaves as the impulse says: 20 x 30 x (5 - 2/3 - 0.0375) mm of steel.
+    let mass = 7850.0 * 20e-3 * 30e-3 * (5e-3 - 2e-3 / 3.0 - 3.75e-5);
+    let expected = mass * (1.0 + rows[0].separation_velocity);
+    // Gravity is off, and the force acts along one line.
+    assert!((rows[0].impulse / expected - 1.0).abs() < 1e-2, "{} {expected}", rows[0].impulse);
 }

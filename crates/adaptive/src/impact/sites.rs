@@ -14,6 +14,7 @@ use super::{
 };
 use crate::adaptivity::interval::finer_elements;
 use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy};
+use crate::adaptivity::subdivision::SubdivisionError;
 use crate::body::fine::refined::ELEMENTS;
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::record::{TargetPlace, TouchedPart, ZoneSite, ZoneSize};
@@ -260,6 +261,17 @@ impl AdaptiveContact {
     /// nobody has given a width.
     pub fn may_be_whole(&self) -> bool {
         !self.is_vibrating() && self.law.interval.width.is_none()
+    }
+
+    /// Whether a touch of the kind `kind`, for whose zone `error` tells that no memory holds it, may have the sides about it, as
+    /// they are: of a mesh whose zones nobody has given.
+    pub fn may_keep_sides(&self, kind: TouchKind, error: &AdaptiveError) -> bool {
+        let is_of_mesh = matches!(
+            error,
+            AdaptiveError::Subdivision { source: SubdivisionError::TooLarge { of_mesh: true, .. }, .. }
+        );
+        let is_open = self.may_be_whole() && self.law.interval.elements.is_none();
+        is_of_mesh && is_open && kind.zone() == TouchZone::Interval
     }
 
     /// The penalty factor of a contact of whole surfaces: as stiff as the modes can follow (theory

@@ -200,8 +200,16 @@ impl FineElements {
             return Ok(());
         }
         let width = 2.0 * self.footprint.reach();
-        let source =
-            SubdivisionError::TooLarge { width, across, element, unknowns, interface, gigabytes, most };
+        let source = SubdivisionError::TooLarge {
+            width,
+            across,
+            element,
+            unknowns,
+            interface,
+            gigabytes,
+            most,
+            of_mesh: true,
+        };
         Err(AdaptiveError::Subdivision { body: self.body.name.clone(), source })
     }
 

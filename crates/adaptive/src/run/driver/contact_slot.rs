@@ -31,6 +31,9 @@ pub(super) struct ContactSlot {
     /// How far whole surfaces are to reach in the next trial of the running impact, if earlier ones
     /// were too small \[m\].
     pub reach: Option<f64>,
+    /// Whether the sides of a mesh about the touch, as they are, hold it in the running impact: no memory holds as many finer ones as a
+    /// long touch wants.
+    pub as_edge: bool,
     /// Whether the zone is one of several that the running impact has had on its way.
     pub travels: bool,
     /// How far ahead of the touch the middles of the next zones lie, on contact body and target \[m\].
@@ -84,6 +87,7 @@ impl ContactSlot {
             left_out: None,
             preview: None,
             reach: None,
+            as_edge: false,
             travels: false,
             left: 0,
             ahead: [[0.0; 3]; 2],

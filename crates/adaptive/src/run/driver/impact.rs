@@ -52,7 +52,7 @@ impl Driver<'_> {
         self.output.buffer(self.model.contacts.iter().any(|c| c.refinement.is_some()));
         let mut intervals = Intervals::new(self.slots.len());
         for slot in &mut self.slots {
-            (slot.preview, slot.search, slot.reach) = (None, None, None);
+            (slot.preview, slot.search, slot.reach, slot.as_edge) = (None, None, None, false);
             (slot.travels, slot.left, slot.ahead) = (false, 0, [[0.0; 3]; 2]);
         }
         let touching = self.touching()?;

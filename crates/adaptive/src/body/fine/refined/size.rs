@@ -73,5 +73,14 @@ pub(super) fn check_size(
         return Ok(());
     }
     let (element, across, width) = finest;
-    Err(SubdivisionError::TooLarge { width, across, element, unknowns, interface, gigabytes, most })
+    Err(SubdivisionError::TooLarge {
+        width,
+        across,
+        element,
+        unknowns,
+        interface,
+        gigabytes,
+        most,
+        of_mesh: false,
+    })
 }

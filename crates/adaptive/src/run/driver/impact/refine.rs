@@ -20,6 +20,7 @@ use crate::record::{PhaseKind, TransferDirection, ZoneSite, ZoneSize};
 use crate::state::observer::Stage;
 use crate::state::simulation::RunContact;
 use crate::touch::hertz::preview::StandIn;
+use crate::touch::parts::TouchKind;
 
 /// Relative error a step of a preview, which only sizes an interval.
 const PREVIEW_TOLERANCE: f64 = 1e-6;
@@ -99,7 +100,7 @@ impl Driver<'_> {
         {
             return false;
         }
-        let wanted = match wanted {
+        let wanted = match wanted.filter(|_| !self.slots[i].as_edge) {
             None => return true,
             Some(ZoneSize::Whole) => return fine.is_some_and(|fine| fine.whole.is_some()),
             Some(ZoneSize::Interval { widths, finer }) => {
@@ -164,7 +165,11 @@ impl Driver<'_> {
         let states = self.model.system.last_evaluation().0;
         let Some(refinement) = &self.model.contacts[i].refinement else { return Ok(()) };
         let slot = &mut self.slots[i];
-        let touch = refinement.touch(&self.model.bodies, states, &mut slot.nearest)?;
+        let mut touch = refinement.touch(&self.model.bodies, states, &mut slot.nearest)?;
+        if slot.as_edge {
+            touch.kind = TouchKind::Edge;
+        }
+        let size = size.filter(|_| !slot.as_edge);
         let activation = Activation { time: t, number: self.run.n_refined + 1 };
         let whole = refinement.whole_at(&touch, size)?;
         // Points about another place are those of another model.
@@ -199,6 +204,10 @@ impl Driver<'_> {
             || if observer.is_interrupted() { Err(AdaptiveError::Interrupted) } else { Ok(()) };
         let refined = refinement.refine(&self.model.bodies, states, &touch, request, &mut check_cancel);
         observer.stage(Stage::Motion);
+        if refined.as_ref().is_err_and(|error| refinement.may_keep_sides(touch.kind, error)) {
+            slot.as_edge = true;
+            return self.activate(i, None);
+        }
         let RefinedContact { element, recovery, bases, contact } = refined?;
         let facts = &self.model.contacts[i];
         let element = RunContact::new(element).with_pressures(Some(recovery)).with_damping(facts.damping);
