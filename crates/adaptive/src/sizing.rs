@@ -25,6 +25,7 @@ use crate::record::work::{self, Work};
 use crate::spec::{Accuracy, DiscretisationSpec, ElasticSpec, ReductionSpec, RefinementSpec};
 use crate::store::{ModelCache, StoredModel};
 use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::reduction::Digits;
 use iga_core::elasticity::Model;
 use impact_time::{ForceTime, TimeScale};
 use mesh::ChosenMesh;
@@ -116,7 +117,7 @@ struct Numbers {
     elements: Vec<usize>,
     error: f64,
     modes: usize,
-    highest: f64,
+    highest: Option<f64>,
 }
 
 impl Numbers {
@@ -128,7 +129,7 @@ impl Numbers {
         };
         let mut solved = Vec::new();
         let (modes, highest) =
-            if wish.modes { mode_count::count(candidate, range, &mut solved)? } else { (given, 0.0) };
+            if wish.modes { mode_count::count(candidate, range, &mut solved)? } else { (given, None) };
         let (elements, error) =
             if wish.elements { mesh::mesh(candidate, modes, solved)? } else { (Vec::new(), 0.0) };
         Ok(Self { elements, error, modes, highest })
@@ -136,15 +137,16 @@ impl Numbers {
 
     fn stored(&self) -> StoredModel {
         let counts = std::iter::once(self.modes).chain(self.elements.iter().copied());
-        StoredModel { counts: counts.map(|n| n as u64).collect(), values: vec![self.error, self.highest] }
+        let values = std::iter::once(self.error).chain(self.highest).collect();
+        StoredModel { counts: counts.map(|n| n as u64).collect(), values }
     }
 
     fn from_stored(stored: &StoredModel) -> Option<Self> {
         let counts: Vec<usize> =
             stored.counts.iter().map(|n| usize::try_from(*n)).collect::<Result<_, _>>().ok()?;
-        let ((modes, elements), [error, highest]) =
-            (counts.split_first()?, stored.values[..].try_into().ok()?);
-        Some(Self { elements: elements.to_vec(), error, modes: *modes, highest })
+        let ((modes, elements), (error, highest)) = (counts.split_first()?, stored.values.split_first()?);
+        let highest = highest.first().copied();
+        Some(Self { elements: elements.to_vec(), error: *error, modes: *modes, highest })
     }
 
     fn with_reason(self, candidate: &Candidate<'_>, time: Option<&ForceTime>) -> ChosenSizes {
@@ -187,6 +189,8 @@ pub struct Candidate<'a> {
     wish: SizeRequest,
     /// Level of what is chosen.
     accuracy: Accuracy,
+    /// What the meshes tried so far have shown of single precision.
+    digits: Digits,
 }
 
 impl<'a> Candidate<'a> {
@@ -198,7 +202,7 @@ impl<'a> Candidate<'a> {
         if wish.elements {
             spec.discretisation.elements = vec![1; mesh.degrees.len()];
         }
-        Self { name, spec, wish, accuracy: Accuracy::default() }
+        Self { name, spec, wish, accuracy: Accuracy::default(), digits: Digits::default() }
     }
 
     /// The same, with what is chosen at a level of accuracy.
@@ -269,7 +273,8 @@ impl<'a> Candidate<'a> {
     ) -> Result<Spectrum, AdaptiveError> {
         let _work = self.trial(elements);
         let body = self.build(elements)?;
-        let spectrum = FrequencyProblem::new(self.name, &body.assembled)?.lowest_below(n, bounds)?;
+        let spectrum =
+            FrequencyProblem::new(self.name, &body.assembled, &self.digits)?.lowest_below(n, bounds)?;
         Ok(Spectrum { elements: elements.to_vec(), ..spectrum })
     }
 

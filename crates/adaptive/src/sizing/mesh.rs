@@ -7,13 +7,13 @@
 //! N.6).
 
 pub mod proportions;
-pub(crate) mod first_elements;
+pub mod first_elements;
 
 use std::fmt;
 
 use super::{Candidate, Spectrum};
 use crate::error::AdaptiveError;
-use crate::sizing::mesh::first_elements::first_elements;
+use crate::sizing::mesh::first_elements::{errors_across, first_elements};
 use crate::spec::Accuracy;
 
 /// Largest relative error of a kept frequency.
@@ -178,6 +178,9 @@ struct Check<'a> {
     equivalent_directions: Vec<usize>,
     /// Meshes solved: where one direction alone is doubled, they serve the next round.
     solved: Vec<Spectrum>,
+    /// For each group, its error where that follows from the proportions of the body and is no more
+    /// than its share.
+    given: Vec<Option<f64>>,
     /// Mesh and error of the last check of each group.
     last: Vec<Option<(Vec<usize>, f64)>>,
     /// For each group, the power of the element's size with which its error falls: that of smooth
@@ -193,14 +196,20 @@ impl<'a> Check<'a> {
             if groups.len() == 1 { vec![0] } else { candidate.equivalent_directions() };
         let last = vec![None; groups.len()];
         let rates = groups.iter().map(|group| 2.0 * candidate.degrees()[group[0]] as f64).collect();
-        Self { candidate, n_modes, groups, equivalent_directions, solved, last, rates }
+        let across = errors_across(&candidate.spec, n_modes);
+        let given = groups.iter().map(|group| across[group[0]].filter(|_| group.len() == 1)).collect();
+        let check = Self { candidate, n_modes, groups, equivalent_directions, solved, given, last, rates };
+        let share = check.share();
+        let given = check.given.iter().map(|error| error.filter(|error| *error <= share)).collect();
+        Self { given, ..check }
     }
 
     /// Whether the meshes that tell the errors of `elements` have no more than `most` unknowns; of
     /// directions that have settled the last error will do.
     fn is_feasible(&self, elements: &[usize], most: usize) -> bool {
         let fits = |g: usize| {
-            self.candidate.unknowns(&finer(self.candidate, elements, &self.groups[g])) <= most
+            self.given[g].is_some()
+                || self.candidate.unknowns(&finer(self.candidate, elements, &self.groups[g])) <= most
                 || self.last[g]
                     .as_ref()
                     .is_some_and(|last| self.is_known(Known::Converged, last, elements, g))
@@ -213,8 +222,9 @@ impl<'a> Check<'a> {
         let mut errors: Vec<f64> = Vec::with_capacity(self.groups.len());
         for g in 0..self.groups.len() {
             let twin = self.equivalent_directions[g];
-            let error = match self.last[g].as_ref().filter(|last| self.is_known(known, last, elements, g)) {
-                Some((_, error)) => *error,
+            let last = self.last[g].as_ref().filter(|last| self.is_known(known, last, elements, g));
+            let error = match self.given[g].or(last.map(|(_, error)| *error)) {
+                Some(error) => error,
                 None if twin < g && elements[twin] == elements[g] => errors[twin],
                 None => self.error(elements, g)?,
             };

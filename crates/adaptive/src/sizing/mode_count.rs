@@ -31,8 +31,8 @@ pub fn least(motion: RigidMotion) -> usize {
 pub struct ChosenModes {
     /// Number of modes.
     pub modes: usize,
-    /// Frequency of the highest one \[Hz\].
-    pub highest: f64,
+    /// Frequency of the highest one \[Hz\]; `None` where forces ask for more than are ever chosen.
+    pub highest: Option<f64>,
     /// Frequency up to which a mesh carries waves, where the force asks for higher ones \[Hz\].
     pub carried: Option<f64>,
     /// The force that determines the number; `None` without contacts.
@@ -42,15 +42,18 @@ pub struct ChosenModes {
 impl ChosenModes {
     /// Whether more modes would be needed than are ever chosen, and they would count.
     pub fn is_cut(&self) -> bool {
-        let is_cut = |t: &ForceTime| !t.scale.is_jump() && t.frequency > self.highest;
-        self.time.as_ref().is_some_and(is_cut) && self.modes >= MOST
+        let is_beyond = |t: &ForceTime| self.highest.is_none_or(|highest| t.frequency > highest);
+        self.time.as_ref().is_some_and(|t| !t.scale.is_jump() && is_beyond(t)) && self.modes >= MOST
     }
 }
 
 impl fmt::Display for ChosenModes {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { modes, highest, carried, time } = self;
-        write!(out, "{modes} modes chosen, up to {highest:.4e} Hz: ")?;
+        match highest {
+            Some(highest) => write!(out, "{modes} modes chosen, up to {highest:.4e} Hz: ")?,
+            None => write!(out, "{modes} modes chosen, the most that ever are: ")?,
+        }
         match time {
             None => write!(out, "no contact acts on the body")?,
             Some(time) => write!(out, "{time}")?,
@@ -91,8 +94,11 @@ impl ModeRange {
     }
 }
 
-/// Number of modes of `candidate` in `range`, and the frequency of the last. What was solved for
-/// goes to `solved`.
+/// Number of modes of `candidate` in `range`, and the frequency of the last, unless more than are
+/// ever chosen lie below the limit. What was solved for goes to `solved`.
+///
+/// A mesh on which so many lie below it decides even if it is coarse, and a very coarse one is asked
+/// first: frequencies of a conforming model lie above those of every finer one (section N.2).
 ///
 /// # Errors
 /// [`AdaptiveError`] naming the body.
@@ -100,13 +106,16 @@ pub fn count(
     candidate: &Candidate<'_>,
     range: ModeRange,
     solved: &mut Vec<Spectrum>,
-) -> Result<(usize, f64), AdaptiveError> {
+) -> Result<(usize, Option<f64>), AdaptiveError> {
     let (motion, ModeRange { limit, least, most }) = (candidate.motion(), range);
     let (mut wanted, mut resolved) = (least, least.min(CHECKED));
-    // The last of the lowest frequencies and its number.
-    let mut last = None;
-    // Whether more modes than are ever taken are known to follow it.
-    let mut is_followed = false;
+    if candidate.wish.elements && limit > 0.0 {
+        let body = candidate.build(&first_elements(&candidate.spec, resolved / 4))?;
+        let problem = FrequencyProblem::new(candidate.name, &body.assembled, &candidate.digits)?;
+        if problem.below(limit)? >= most.max(least) {
+            return Ok((most, None));
+        }
+    }
     loop {
         let elements = if candidate.wish.elements {
             first_elements(&candidate.spec, resolved)
@@ -115,16 +124,12 @@ pub fn count(
         };
         let _work = candidate.trial(&elements);
         let body = candidate.build(&elements)?;
-        let problem = FrequencyProblem::new(candidate.name, &body.assembled)?;
-        if let Some(known) = last.filter(|_| is_followed) {
-            return Ok((most, problem.nth(most, known)?));
-        }
+        let problem = FrequencyProblem::new(candidate.name, &body.assembled, &candidate.digits)?;
         // The check of the mesh asks for the lowest ones anyway.
         if wanted == least && (candidate.wish.elements || limit <= 0.0) {
             let lowest = problem.lowest(least + GROUP)?;
             let found = Known { first: 0, frequencies: lowest.frequencies.clone() };
             let reaches = found.below(limit) <= least || lowest.is_complete;
-            last = found.frequencies.last().map(|last| (*last, found.frequencies.len()));
             solved.push(Spectrum { elements, ..lowest });
             if reaches {
                 return Ok(chosen_from(&found, range, motion));
@@ -132,10 +137,9 @@ pub fn count(
         }
         let found = problem.next_to(limit, GROUP)?;
         let below = found.below(limit);
-        if below <= wanted || wanted >= most || !candidate.wish.elements {
-            return chosen_on(&problem, &found, range, last);
+        if below <= wanted || below >= most || !candidate.wish.elements {
+            return chosen_on(&problem, &found, range);
         }
-        is_followed = below >= most;
         wanted = (below + below / 4).max(wanted + least).min(most);
         // Where half the waves have two elements a half wave, the shortest ones are right to a per
         // cent: enough to count them.
@@ -144,7 +148,7 @@ pub fn count(
 }
 
 /// As [`chosen_from`] where `found` are the frequencies of `problem` next to the limit: others are
-/// found if they decide, from a frequency and its number if one is `known`.
+/// found if they decide.
 ///
 /// # Errors
 /// [`AdaptiveError`] naming the body.
@@ -152,12 +156,11 @@ pub fn chosen_on(
     problem: &FrequencyProblem<'_>,
     found: &Known,
     range: ModeRange,
-    known: Option<(f64, usize)>,
-) -> Result<(usize, f64), AdaptiveError> {
+) -> Result<(usize, Option<f64>), AdaptiveError> {
     let ModeRange { limit, least, most } = range;
     let (motion, below) = (problem.motion(), found.below(limit));
     if below >= most.max(least) {
-        return Ok((most, problem.nth(most, known.unwrap_or((limit, below)))?));
+        return Ok((most, None));
     }
     let wanted = below.max(least);
     if (found.first + 1..=found.first + found.frequencies.len()).contains(&wanted) {
@@ -170,11 +173,11 @@ pub fn chosen_on(
 
 /// Number of frequencies in `range`, of which those next to its limit are `known`, without cutting
 /// a group, and the last of them \[Hz\].
-pub fn chosen_from(known: &Known, range: ModeRange, motion: RigidMotion) -> (usize, f64) {
+pub fn chosen_from(known: &Known, range: ModeRange, motion: RigidMotion) -> (usize, Option<f64>) {
     let (Known { first, frequencies }, ModeRange { limit, least, most }) = (known, range);
     let n = known.below(limit).max(least).min(most).min(first + frequencies.len());
     let n = (first + whole_group(frequencies, n.saturating_sub(*first), motion)).min(most);
-    (n, frequencies.get(n.saturating_sub(first + 1)).copied().unwrap_or(0.0))
+    (n, frequencies.get(n.saturating_sub(first + 1)).copied())
 }
 
 /// Modes beyond those wanted, as many as the largest group of equal frequencies of low modes of a
@@ -212,6 +215,7 @@ mod tests {
         for (first, limit, expected) in
             [(1, 2.0, (4, 2.0)), (2, 2.5, (4, 2.0)), (4, 3.5, (5, 3.0)), (5, 9.0, (6, 4.0))]
         {
+            let expected = (expected.0, Some(expected.1));
             assert_eq!((of(first, limit), of(0, limit)), (expected, expected), "{limit}");
         }
     }

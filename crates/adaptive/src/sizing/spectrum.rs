@@ -4,17 +4,9 @@ use std::f64::consts::TAU;
 
 use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::{AssembledBody, RigidMotion};
-use ffr_dynamics::reduction::{ElasticProblem, Pencil};
+use ffr_dynamics::reduction::{Digits, ElasticProblem, Pencil};
 
 use crate::error::AdaptiveError;
-
-/// Frequencies above a shift among which one is sought.
-const AROUND: usize = 10;
-/// Shifts after which a frequency is found among the lowest ones instead.
-const SHIFTS: usize = 8;
-/// Power of the frequency with which the number below it grows at first sight: that of plane
-/// bodies, between bars and solids.
-const FIRST_GROWTH: f64 = 2.0;
 
 /// Lowest eigenfrequencies of a trial.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,13 +43,14 @@ pub struct FrequencyProblem<'a> {
 }
 
 impl<'a> FrequencyProblem<'a> {
-    /// The eigenvalue problem of `body`, whose name is `name`.
+    /// The eigenvalue problem of `body`, whose name is `name`, with what its other meshes have shown
+    /// of the digits that it takes.
     ///
     /// # Errors
     /// [`AdaptiveError::Reduction`] naming the body.
-    pub fn new(name: &'a str, body: &'a AssembledBody) -> Result<Self, AdaptiveError> {
+    pub fn new(name: &'a str, body: &'a AssembledBody, digits: &Digits) -> Result<Self, AdaptiveError> {
         let pencil = Pencil::new(body, &[]).map_err(|source| fault(name, source))?;
-        Ok(Self { name, body, pencil })
+        Ok(Self { name, body, pencil: pencil.with_digits(digits.clone()) })
     }
 
     /// Rigid motions of the body.
@@ -111,36 +104,11 @@ impl<'a> FrequencyProblem<'a> {
         Ok(Known { first: 0, frequencies: self.lowest(below + n)?.frequencies })
     }
 
-    /// The frequency number `n` \[Hz\], counted from 1, found from the numbers below others,
-    /// `known` (frequency and number) being the first of them.
-    ///
-    /// # Errors
-    /// [`AdaptiveError::Reduction`] naming the body.
-    pub fn nth(&self, n: usize, known: (f64, usize)) -> Result<f64, AdaptiveError> {
-        let ((mut frequency, mut below), mut growth) = (known, FIRST_GROWTH);
-        for _ in 0..SHIFTS {
-            // So that the one sought is in the middle of those found above the shift.
-            let aim = n.saturating_sub(AROUND / 2).max(1) as f64;
-            let shift = frequency * (aim / below.max(1) as f64).powf(1.0 / growth);
-            let found = self.next_to(shift, AROUND)?;
-            if let Some(sought) = (n - 1).checked_sub(found.first).and_then(|i| found.frequencies.get(i)) {
-                return Ok(*sought);
-            }
-            let now = found.below(shift);
-            let seen = (now.max(1) as f64 / below.max(1) as f64).ln() / (shift / frequency).ln();
-            growth =
-                if seen.is_finite() { seen.clamp(0.5 * FIRST_GROWTH, 2.0 * FIRST_GROWTH) } else { growth };
-            (frequency, below) = (shift, now);
-        }
-        let lowest = self.lowest(n)?.frequencies;
-        Ok(lowest.last().copied().unwrap_or(0.0))
-    }
-
     /// Number of frequencies of elastic modes below `limit` \[Hz\].
     ///
     /// # Errors
     /// [`AdaptiveError::Reduction`] naming the body.
-    fn below(&self, limit: f64) -> Result<usize, AdaptiveError> {
+    pub fn below(&self, limit: f64) -> Result<usize, AdaptiveError> {
         let fail = |source| fault(self.name, source);
         let (eigenvalue, free) = ((TAU * limit).powi(2), vec![false; self.body.n_unknowns()]);
         let inertia = match self.pencil.inertia_single(eigenvalue, &free).map_err(fail)? {

@@ -10,6 +10,7 @@ pub mod inertia;
 
 use std::borrow::Cow;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use faer::sparse::{SparseColMat, SparseColMatRef, SymbolicSparseColMat};
 
@@ -34,6 +35,23 @@ pub struct Pencil<'a> {
     /// the mass value).
     mass_places: Vec<(u32, u32)>,
     symbolic: Arc<SymbolicFactor>,
+    digits: Digits,
+}
+
+/// Whether single precision has enough digits for the matrices of a body, as far as its factors have
+/// shown: the thinner a body, and the finer its mesh, the fewer are left.
+#[derive(Debug, Clone, Default)]
+pub struct Digits {
+    known: Arc<TooFew>,
+}
+
+/// For which matrices digits are too few.
+#[derive(Debug, Default)]
+struct TooFew {
+    /// The stiffness, whose factor is to be solved with.
+    definite: AtomicBool,
+    /// Shifted matrices, whose pivots are counted.
+    shifted: AtomicBool,
 }
 
 impl<'a> Pencil<'a> {
@@ -50,7 +68,43 @@ impl<'a> Pencil<'a> {
         let pattern = stiffness.symbolic();
         let order = elimination_order(pattern, &body.dofs, &body.anchors, last);
         let symbolic = Arc::new(SymbolicFactor::new(pattern, order, last.len())?);
-        Ok(Self { body, stiffness, mass_places, symbolic })
+        Ok(Self { body, stiffness, mass_places, symbolic, digits: Digits::default() })
+    }
+
+    /// The same with what other meshes of the body have shown, and for those that follow.
+    #[must_use]
+    pub fn with_digits(self, digits: Digits) -> Self {
+        Self { digits, ..self }
+    }
+
+    /// Whether a factor in single precision is worth its while: the matrix is large, and digits have
+    /// not been found `too_few`.
+    fn tries_single(&self, too_few: &AtomicBool) -> bool {
+        self.symbolic.n_entries() >= SINGLE_FROM && !too_few.load(Ordering::Relaxed)
+    }
+
+    /// Takes note that the stiffness needs double precision, here and on meshes that follow.
+    pub(super) fn note_too_few_digits(&self) {
+        self.digits.known.definite.store(true, Ordering::Relaxed);
+    }
+
+    /// Inertia and factor of a shifted `matrix` in single precision; `None` if that is not tried, or
+    /// the factor too inaccurate to count.
+    fn counted_single(
+        &self,
+        matrix: SparseColMatRef<'_, u32, f64>,
+    ) -> Result<Option<(Inertia, ShiftedFactor)>, DynamicsError> {
+        let too_few = &self.digits.known.shifted;
+        if !self.tries_single(too_few) {
+            return Ok(None);
+        }
+        let counted = self.symbolic.counted_single(matrix)?;
+        // Less than that may be due to the shift alone.
+        let is_hopeless = |(inertia, _): &(Inertia, _)| inertia.contraction.is_some_and(|c| c > 1.0);
+        if counted.as_ref().is_some_and(is_hopeless) {
+            too_few.store(true, Ordering::Relaxed);
+        }
+        Ok(counted.filter(|(inertia, _)| inertia.stands()))
     }
 
     /// The body.
@@ -73,13 +127,13 @@ impl<'a> Pencil<'a> {
         self.with_combination(shift, fixed, |matrix| self.symbolic.cholesky(matrix, name))
     }
 
-    /// As [`Self::cholesky`] of `K` in single precision; `None` if the matrix is small, or a pivot
-    /// not positive.
+    /// As [`Self::cholesky`] of `K` in single precision; `None` if the matrix is small, a pivot not
+    /// positive, or the digits known to be too few.
     pub(super) fn single_precision(
         &self,
         fixed: &[bool],
     ) -> Result<Option<SinglePrecisionFactor>, DynamicsError> {
-        if self.symbolic.n_entries() < SINGLE_FROM {
+        if !self.tries_single(&self.digits.known.definite) {
             return Ok(None);
         }
         self.symbolic.check_memory(size_of::<f32>())?;
@@ -104,10 +158,7 @@ impl<'a> Pencil<'a> {
     /// # Errors
     /// [`DynamicsError::FactorTooLarge`] if memory does not suffice.
     pub fn inertia_single(&self, mu: f64, fixed: &[bool]) -> Result<Option<Inertia>, DynamicsError> {
-        if self.symbolic.n_entries() < SINGLE_FROM {
-            return Ok(None);
-        }
-        let counted = self.with_combination(-mu, fixed, |matrix| self.symbolic.counted_single(matrix))?;
+        let counted = self.with_combination(-mu, fixed, |matrix| self.counted_single(matrix))?;
         Ok(counted.map(|(inertia, _)| inertia))
     }
 
@@ -116,13 +167,9 @@ impl<'a> Pencil<'a> {
     /// pivot vanishes.
     pub(super) fn shifted(&self, mu: f64) -> Result<(Inertia, Option<ShiftedFactor>), DynamicsError> {
         let free = vec![false; self.body.n_unknowns()];
-        self.with_combination(-mu, &free, |matrix| {
-            if self.symbolic.n_entries() >= SINGLE_FROM
-                && let Some((inertia, factor)) = self.symbolic.counted_single(matrix)?
-            {
-                return Ok((inertia, Some(factor)));
-            }
-            self.symbolic.counted_double(matrix)
+        self.with_combination(-mu, &free, |matrix| match self.counted_single(matrix)? {
+            Some((inertia, factor)) => Ok((inertia, Some(factor))),
+            None => self.symbolic.counted_double(matrix),
         })
     }
 

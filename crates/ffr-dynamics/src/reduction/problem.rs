@@ -158,7 +158,11 @@ impl<'a> ElasticProblem<'a> {
         if let Factor::Single { contraction, .. } = &mut problem.factor {
             *contraction = measured;
         }
-        Ok((measured <= CONTRACTION_LIMIT).then_some(problem))
+        if measured <= CONTRACTION_LIMIT {
+            return Ok(Some(problem));
+        }
+        problem.pencil.note_too_few_digits();
+        Ok(None)
     }
 
     /// The same problem with a factor in double precision.

@@ -22,6 +22,8 @@ const FIRST_ERROR: f64 = 2.5e-4;
 const LEAST: usize = 2;
 /// Degree that follows the shear over the thickness of a plate with one element.
 const OF_SHEAR: usize = 3;
+/// Error of one element of degree 3 across a wall, of the fourth power of wave number times thickness.
+const ACROSS: f64 = 1e-3;
 /// Part of half a wave below which a length is thin.
 const THIN: f64 = 0.5;
 /// Width over thickness from which a section is that of a wall.
@@ -57,6 +59,18 @@ pub fn first_elements(spec: &ElasticSpec, n_modes: usize) -> Vec<usize> {
         body.along(d, degrees[d]).max(if is_across { 1 } else { LEAST }).max(own(d))
     };
     (0..degrees.len()).map(wanted).collect()
+}
+
+/// Largest relative error that one element across a wall makes in the frequencies of `n_modes` modes
+/// (Eq. N.12), per direction; `None` where it does not follow from the proportions.
+pub fn errors_across(spec: &ElasticSpec, n_modes: usize) -> Vec<Option<f64>> {
+    let degrees = &spec.discretisation.degrees;
+    if spec.shape.patches.len() > 1 {
+        return vec![None; degrees.len()];
+    }
+    let body = Proportions::new(spec, n_modes);
+    let error = |d: usize| ACROSS * (PI * body.lengths[d] / body.half_wave).powi(4);
+    (0..degrees.len()).map(|d| (body.is_across_wall(d) && degrees[d] >= OF_SHEAR).then(|| error(d))).collect()
 }
 
 /// Elements of degree `p` over a number of half waves, four a wave of cubic ones; of a higher

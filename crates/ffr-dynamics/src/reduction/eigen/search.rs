@@ -532,6 +532,21 @@ mod tests {
     }
 
     #[test]
+    fn digits_that_did_not_suffice_are_not_tried_again() {
+        use crate::reduction::{Digits, Pencil};
+        let body = lattice(17);
+        let digits = Digits::default();
+        let pencil = || Pencil::new(&body, &[]).expect("a pencil").with_digits(digits.clone());
+        let first = ElasticProblem::free_on(pencil(), &[]).expect("a free body");
+        assert!(first.is_single_precision());
+        first.pencil().note_too_few_digits();
+        let second = ElasticProblem::free_on(pencil(), &[]).expect("a free body");
+        assert!(!second.is_single_precision(), "another mesh of the body");
+        // Shifted matrices are judged by themselves.
+        assert!(pencil().inertia_single(-1.0, second.clamped_unknowns()).expect("memory").is_some());
+    }
+
+    #[test]
     fn pairs_that_are_off_are_corrected_until_they_are_not() {
         // Rough vectors beside the modes, of the size that a poor factor in single precision leaves
         // outside the space of a search: high modes, as the stiffness brings out of random vectors.

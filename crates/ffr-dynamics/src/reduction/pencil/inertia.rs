@@ -35,9 +35,16 @@ pub struct Inertia {
     /// sits on an eigenvalue of the matrix or of a leading block, so that the count is not to be
     /// trusted. Infinite if a pivot is zero.
     pub growth: f64,
-    /// Measured error of the single-precision factor (contraction of its refinement, below 1);
-    /// `None` in double precision.
+    /// Measured error of the single-precision factor (contraction of its refinement, below 1 where
+    /// the count stands); `None` in double precision.
     pub contraction: Option<f64>,
+}
+
+impl Inertia {
+    /// Whether the factor is accurate enough for the count to stand.
+    pub(super) fn stands(&self) -> bool {
+        self.contraction.is_none_or(|c| c <= CONTRACTION_LIMIT) && self.growth.is_finite()
+    }
 }
 
 /// The factor of `K - mu M` in the precision in which its pivots could be counted.
@@ -101,10 +108,11 @@ impl SymbolicFactor {
         self: &Arc<Self>,
         matrix: SparseColMatRef<'_, u32, f64>,
     ) -> Result<Option<Inertia>, DynamicsError> {
-        Ok(self.counted_single(matrix)?.map(|(inertia, _)| inertia))
+        let counted = self.counted_single(matrix)?;
+        Ok(counted.map(|(inertia, _)| inertia).filter(Inertia::stands))
     }
 
-    /// The same with the factor.
+    /// The count whether it stands or not, with the factor; `None` if a pivot vanishes.
     pub(super) fn counted_single(
         self: &Arc<Self>,
         matrix: SparseColMatRef<'_, u32, f64>,
@@ -117,9 +125,8 @@ impl SymbolicFactor {
         let inertia = self.count_pivots(factor.values(), &vec![1.0; self.n_unknowns()]);
         let contraction = contraction(matrix, &factor);
         tracing::debug!(contraction, growth = inertia.growth, "inertia count in single precision");
-        let stands = contraction <= CONTRACTION_LIMIT && inertia.growth.is_finite();
         let counted = Inertia { contraction: Some(contraction), ..inertia };
-        Ok(stands.then_some((counted, ShiftedFactor::Single(factor))))
+        Ok(Some((counted, ShiftedFactor::Single(factor))))
     }
 
     fn count_pivots<T: Copy + Into<f64>>(&self, values: &[T], diagonal: &[f64]) -> Inertia {
