@@ -223,7 +223,7 @@ pub enum MeshFault {
     #[error(
         "{}",
         if *is_plane {
-            "its elements are plane; choose the model \"plane-stress\", \"plane-strain\" or \"axisymmetric\", or mesh the volume (gmsh -3, with a physical group of the volume)"
+            "its elements are plane; choose the model \"plane-stress\", \"plane-strain\" or \"axisymmetric\" (\"fbimpact new\" and \"drop\": --section), or mesh the volume (gmsh -3, with a physical group of the volume)"
         } else {
             "its elements are solids; choose model = \"mesh\", or mesh a section in the plane z = 0 (gmsh -2)"
         }

@@ -61,8 +61,6 @@ pub enum SubdivisionError {
         gigabytes: f64,
         /// Memory permitted \[GB\].
         most: f64,
-        /// Whether the elements are those of a mesh.
-        of_mesh: bool,
     },
     /// Algorithm 3 within its limits finds no division.
     #[error(

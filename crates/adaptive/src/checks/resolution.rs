@@ -175,9 +175,14 @@ pub fn longest_element_of(body: &BodyModel) -> Option<f64> {
     elements.iter().map(|e| e.length).reduce(f64::max)
 }
 
-/// The warning of a contact in which an edge or a corner touches at a time \[s\], on elements that
-/// are `length` long at most \[m\].
-pub fn edge_touch((contact, time): (&str, f64), body: &BodyModel) -> Option<Warning> {
+/// The warning of a contact in which an edge or a corner touches at a time \[s\], or with
+/// `keeps_sides` a place too long for finer elements, on the elements that the body has.
+pub fn edge_touch((contact, time): (&str, f64), body: &BodyModel, keeps_sides: bool) -> Option<Warning> {
+    let what = if keeps_sides {
+        "a place touches that is too long for finer elements"
+    } else {
+        "an edge or a corner touches"
+    };
     let length = longest_element_of(body)?;
     Some(Warning {
         kind: WarningKind::EdgeTouch,
@@ -186,7 +191,7 @@ pub fn edge_touch((contact, time): (&str, f64), body: &BodyModel) -> Option<Warn
         value: length,
         limit: 0.0,
         message: format!(
-            "an edge or a corner touches: impulse, motion and energy do not depend on how far it yields, but peak force and duration do, and \
+            "{what}: impulse, motion and energy do not depend on how far it yields, but peak force and duration do, and \
              elements of up to {length:.3e} m yield as a whole; pressure there has no limit"
         ),
         remedy: format!(

@@ -140,7 +140,7 @@ impl WatchedPair {
             (Shapes::Refined, Some(refinement)) => &refinement.detector,
             (Shapes::Refined, None) => return Ok(None),
         };
-        if self.clearance.holds(detector, (time, states), 0.0) {
+        if self.clearance.go_on(detector, (time, states), 0.0) {
             return Ok(None);
         }
         let nearest = self

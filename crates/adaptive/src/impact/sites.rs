@@ -263,15 +263,17 @@ impl AdaptiveContact {
         !self.is_vibrating() && self.law.interval.width.is_none()
     }
 
-    /// Whether a touch of the kind `kind`, for whose zone `error` tells that no memory holds it, may have the sides about it, as
-    /// they are: of a mesh whose zones nobody has given.
-    pub fn may_keep_sides(&self, kind: TouchKind, error: &AdaptiveError) -> bool {
-        let is_of_mesh = matches!(
-            error,
-            AdaptiveError::Subdivision { source: SubdivisionError::TooLarge { of_mesh: true, .. }, .. }
-        );
+    /// Whether a touch of the kind `kind`, for whose zone `error` tells that no memory holds it, may
+    /// have the sides about it as they are: of a mesh whose zones nobody has given.
+    pub fn may_keep_sides(&self, kind: TouchKind, bodies: &[BodyModel], error: &AdaptiveError) -> bool {
+        let AdaptiveError::Subdivision { body, source: SubdivisionError::TooLarge { .. } } = error else {
+            return false;
+        };
+        let mut flexible = bodies.iter().filter_map(BodyModel::flexible);
         let is_open = self.may_be_whole() && self.law.interval.elements.is_none();
-        is_of_mesh && is_open && kind.zone() == TouchZone::Interval
+        is_open
+            && kind.zone() == TouchZone::Interval
+            && flexible.any(|model| model.name() == body && model.body.mesh().is_some())
     }
 
     /// The penalty factor of a contact of whole surfaces: as stiff as the modes can follow (theory

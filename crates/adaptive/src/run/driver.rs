@@ -5,6 +5,7 @@ use std::time::Instant;
 
 use ffr_dynamics::integration::{CrossingSearch, Integrator, Statistics, StepSettings};
 use ffr_dynamics::system::model::stops::StopSite;
+use ffr_dynamics::system::multibody::apart::Apart;
 
 use crate::checks::linearity::LinearLimits;
 use crate::checks::motion::MotionLimits;
@@ -75,6 +76,10 @@ pub struct Driver<'a> {
     run: RunState,
     /// Contacts in the order of the system's force elements.
     slots: Vec<ContactSlot>,
+    /// Contacts that were not far from a touch in the last step.
+    near: Vec<usize>,
+    /// What is known of others without a look at each.
+    apart: Apart,
     output: Output<'a>,
     integrator: Integrator,
     crossing: CrossingSearch,
@@ -225,6 +230,8 @@ impl<'a> Driver<'a> {
         let marked_hits = run.hits.clone();
         Ok(Self {
             run,
+            near: Vec::with_capacity(slots.len()),
+            apart: Apart::new(slots.len(), model.bodies.len()),
             slots: slots.collect(),
             output: Output::new(observer),
             imbalance: Imbalance::default(),

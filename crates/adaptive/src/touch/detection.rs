@@ -43,7 +43,7 @@ impl Clearance {
 
     /// Goes on to `time`, when the surfaces of `detector` are in the motions `bodies`; whether they cannot have come as near
     /// as `least` since the last instant, nor at this one if there was none (theory C.28, C.33). No search is made.
-    pub fn holds(&mut self, detector: &Detector, (time, bodies): (f64, &[BodyState]), least: f64) -> bool {
+    pub fn go_on(&mut self, detector: &Detector, (time, bodies): (f64, &[BodyState]), least: f64) -> bool {
         let speed = detector.closing_speed_bound(bodies);
         let passed = if self.time.is_finite() { time - self.time } else { 0.0 };
         // The larger one of two of which one is not a number would be the other.
@@ -133,7 +133,7 @@ mod tests {
         let detector = Detector { own, target: Target::Plane(floor) };
         let mut clearance = Clearance::UNKNOWN;
         let mut holds =
-            |t: f64, gap: f64, speed: f64| clearance.holds(&detector, (t, &ball(gap, speed)), 0.0);
+            |t: f64, gap: f64, speed: f64| clearance.go_on(&detector, (t, &ball(gap, speed)), 0.0);
         // (time, gap, speed, what is known): the way is 2 × the larger speed × the time since the last instant.
         for (t, gap, speed, expected) in [
             (1.0, 0.010, 1.0, true),    // nothing known: 10 mm at this instant
@@ -147,7 +147,7 @@ mod tests {
             assert_eq!(holds(t, gap, speed), expected, "{t} {gap} {speed}");
         }
         for gap in [-0.001, 0.0, f64::NAN] {
-            assert!(!Clearance::UNKNOWN.clone().holds(&detector, (0.0, &ball(gap, 1.0)), 0.0), "{gap}");
+            assert!(!Clearance::UNKNOWN.clone().go_on(&detector, (0.0, &ball(gap, 1.0)), 0.0), "{gap}");
         }
     }
 }

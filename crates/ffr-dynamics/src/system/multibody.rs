@@ -6,7 +6,7 @@
 pub mod error_scale;
 pub(super) mod free_vibration;
 pub(super) mod workspace;
-mod apart;
+pub mod apart;
 mod derivative;
 
 use std::ops::DerefMut;
@@ -268,12 +268,14 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
             force.evaluate(motion, sums)
         };
         // Those left out have no internal coordinates.
-        if let Some(near) = self.apart.near(states) {
+        if let Some(near) = self.apart.near(states, 0.0) {
             near.iter().try_for_each(|i| evaluate(&mut self.forces[*i]))?;
         } else {
             self.apart.forget();
             self.forces.iter_mut().try_for_each(evaluate)?;
-            self.apart.sort(&self.forces, states);
+            let forces = &self.forces;
+            let clearance = |i: usize| forces[i].clearance(states).filter(|_| !forces[i].notes_motions());
+            self.apart.sort(forces.len(), states, clearance);
         }
         self.workspace.add_loads(&self.model);
         Ok(())

@@ -200,16 +200,8 @@ impl FineElements {
             return Ok(());
         }
         let width = 2.0 * self.footprint.reach();
-        let source = SubdivisionError::TooLarge {
-            width,
-            across,
-            element,
-            unknowns,
-            interface,
-            gigabytes,
-            most,
-            of_mesh: true,
-        };
+        let source =
+            SubdivisionError::TooLarge { width, across, element, unknowns, interface, gigabytes, most };
         Err(AdaptiveError::Subdivision { body: self.body.name.clone(), source })
     }
 

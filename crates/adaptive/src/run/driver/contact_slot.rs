@@ -26,32 +26,38 @@ pub(super) struct ContactSlot {
     /// What the stress of an observed point leaves out of the contact at the peak of the running
     /// impact, with the number of the point.
     pub left_out: Option<(usize, LeftOut)>,
-    /// Peak force that a preview of the running impact gave \[N\].
-    pub preview: Option<f64>,
-    /// How far whole surfaces are to reach in the next trial of the running impact, if earlier ones
-    /// were too small \[m\].
-    pub reach: Option<f64>,
-    /// Whether the sides of a mesh about the touch, as they are, hold it in the running impact: no memory holds as many finer ones as a
-    /// long touch wants.
-    pub as_edge: bool,
-    /// Whether the zone is one of several that the running impact has had on its way.
-    pub travels: bool,
-    /// How far ahead of the touch the middles of the next zones lie, on contact body and target \[m\].
-    pub ahead: [[f64; 3]; 2],
-    /// Trials of the running impact that ended at an end of a zone into which contact fits twice.
-    pub left: u32,
+    /// What the trials of the running impact have found so far.
+    pub found: Found,
     /// Search for the nearest points of the surfaces.
     pub nearest: Search,
     /// The model with whole surfaces that the last such impact had: it is the same in the next one.
     pub whole: Option<(RunContact, Box<FineContact>)>,
-    /// Penalty search of an earlier trial in which the contact joined the running impact.
-    pub search: Option<PenaltySearch>,
     /// What is known of the gap at the end of the last step without a search.
     pub clearance: Clearance,
     /// What bands of the running impact are made from.
     pub trace: Trace,
     /// How near the bodies were in the last step.
     pub nearness: Nearness,
+}
+
+/// What the trials of an impact have found of a contact for those that follow.
+#[derive(Default)]
+pub(super) struct Found {
+    /// Peak force that a preview gave \[N\].
+    pub preview: Option<f64>,
+    /// How far whole surfaces are to reach in the next trial, if earlier ones were too small \[m\].
+    pub reach: Option<f64>,
+    /// Whether the sides of a mesh about the touch, as they are, hold it: no memory holds as many
+    /// finer ones as a long touch wants.
+    pub keeps_sides: bool,
+    /// Whether the zone is one of several that the impact has had on its way.
+    pub travels: bool,
+    /// How far ahead of the touch the middles of the next zones lie, on contact body and target \[m\].
+    pub ahead: [[f64; 3]; 2],
+    /// Trials that ended at an end of a zone into which contact fits twice.
+    pub left: u32,
+    /// Penalty search of a trial in which the contact joined the impact.
+    pub search: Option<PenaltySearch>,
 }
 
 /// How near the bodies of a contact were in the last step.
@@ -85,15 +91,9 @@ impl ContactSlot {
             pressure: 0.0,
             n_active: 0,
             left_out: None,
-            preview: None,
-            reach: None,
-            as_edge: false,
-            travels: false,
-            left: 0,
-            ahead: [[0.0; 3]; 2],
+            found: Found::default(),
             nearest: search,
             whole: None,
-            search: None,
             clearance: Clearance::UNKNOWN,
             nearness: Nearness::Unknown,
             trace: Trace::default(),

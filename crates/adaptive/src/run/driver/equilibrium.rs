@@ -185,7 +185,7 @@ impl Driver<'_> {
             if self.slots[i].fine().is_some() {
                 self.deactivate(i)?;
             }
-            self.slots[i].preview = None;
+            self.slots[i].found.preview = None;
             if sizes[i].is_none() {
                 self.preview_at_rest(i, &held)?;
             }
@@ -214,7 +214,7 @@ impl Driver<'_> {
         self.model.system.forces_mut()[i] = inactive;
         debug!(contact = self.model.contacts[i].name, force, ?outcome, "force at rest by Hertz's law");
         if force > 0.0 {
-            self.slots[i].preview = Some(force);
+            self.slots[i].found.preview = Some(force);
         }
         Ok(())
     }

@@ -15,6 +15,7 @@ use super::{Driver, Part};
 use crate::adaptivity::interval::IntervalAssessment;
 use crate::error::AdaptiveError;
 use crate::record::{StressState, TrialOutcome};
+use crate::run::driver::contact_slot::Found;
 use crate::run::driver::impact::intervals::Intervals;
 use crate::run::driver::impact::judgement::{Ending, Judgement};
 use crate::run::driver::impact::travel::HeldFriction;
@@ -52,8 +53,7 @@ impl Driver<'_> {
         self.output.buffer(self.model.contacts.iter().any(|c| c.refinement.is_some()));
         let mut intervals = Intervals::new(self.slots.len());
         for slot in &mut self.slots {
-            (slot.preview, slot.search, slot.reach, slot.as_edge) = (None, None, None, false);
-            (slot.travels, slot.left, slot.ahead) = (false, 0, [[0.0; 3]; 2]);
+            slot.found = Found::default();
         }
         let touching = self.touching()?;
         self.preview(&touching)?;

@@ -170,12 +170,12 @@ impl Driver<'_> {
     /// # Errors
     /// [`AdaptiveError::Contact`] if motions are not finite.
     pub(super) fn is_separating(&mut self) -> Result<bool, AdaptiveError> {
-        let are_open = (0..self.slots.len()).all(|i| {
-            self.slots[i].nearness == Nearness::Far || {
-                let [before, gap] = self.gaps(i);
-                gap > 0.0 && (!self.slots[i].monitor.is_running() || gap > before)
-            }
+        let near = std::mem::take(&mut self.near);
+        let are_open = near.iter().all(|&i| {
+            let [before, gap] = self.gaps(i);
+            gap > 0.0 && (!self.slots[i].monitor.is_running() || gap > before)
         });
+        self.near = near;
         Ok(are_open && !self.are_surfaces_closing()?)
     }
 
@@ -208,10 +208,8 @@ impl Driver<'_> {
     pub(super) fn update_monitors(&mut self) -> Result<(), AdaptiveError> {
         let (t, y) = (self.integrator.time(), self.integrator.state());
         self.model.system.body_states(t, y);
-        for i in 0..self.slots.len() {
-            if self.slots[i].nearness == Nearness::Far {
-                continue;
-            }
+        for k in 0..self.near.len() {
+            let i = self.near[k];
             let now = self.instant(i);
             self.check_contact(i, now.time, -now.motion.along(&now.normal))?;
             let (touch, release) = self.changes(i)?;
@@ -294,12 +292,16 @@ impl Driver<'_> {
         let is_new = |slot: &ContactSlot| {
             matches!(slot.nearness, Nearness::Near { .. }) && !slot.monitor.has_seen(start)
         };
-        if !self.slots.iter().any(is_new) {
+        if !self.near.iter().any(|i| is_new(&self.slots[*i])) {
             return;
         }
         let [before, now] = [self.integrator.previous_state(), self.integrator.state()];
         system.body_states(start, before);
-        for (i, slot) in self.slots.iter_mut().enumerate().filter(|(_, slot)| is_new(slot)) {
+        for &i in &self.near {
+            let slot = &mut self.slots[i];
+            if !is_new(slot) {
+                continue;
+            }
             let (normal, motion) = normal_motion(system, before, i);
             let impulse = system.impulse(before, i);
             slot.monitor.see_again(ContactInstant {

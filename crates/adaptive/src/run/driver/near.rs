@@ -20,33 +20,42 @@ const FAR: f64 = 4.0;
 
 impl Driver<'_> {
     /// Finds which of the contacts with a model were far from a touch throughout the last step, and the gaps at its ends
-    /// of others that have them in closed form. Leaves the bodies at its end.
+    /// of others that have them in closed form; lists those that were not far. Leaves the bodies at its end.
     ///
     /// With clearances `c0` and `c1` at the ends of a step of `h`, and origins that move at `v` relative to each other at
     /// most, the clearance is at least `(c0 + c1 - v h) / 2` in between (theory section C, spheres that are far apart).
     pub(super) fn sort_contacts(&mut self) {
         let (start, end) = self.integrator.interval();
+        let mut which = std::mem::take(&mut self.near);
+        which.clear();
+        let is_known = self.list_not_apart(&mut which);
+        if !is_known {
+            which.extend(0..self.slots.len());
+        }
         let [y0, y1] = [self.integrator.previous_state(), self.integrator.state()];
         let system = &mut self.model.system;
         // Whether there is a closed form does not depend on the motion.
-        let is_any = (0..self.slots.len()).any(|i| clearance(system, i).is_some());
+        let is_any = which.iter().any(|i| clearance(system, *i).is_some());
         if !is_any || end <= start {
-            self.slots.iter_mut().for_each(|slot| slot.nearness = slot.without_distance());
+            for i in &which {
+                self.slots[*i].nearness = self.slots[*i].without_distance();
+            }
+            which.retain(|i| self.slots[*i].nearness != Nearness::Far);
+            self.near = which;
             return;
         }
         system.body_states(end, y1);
-        for (i, slot) in self.slots.iter_mut().enumerate() {
+        for &i in &which {
+            let slot = &mut self.slots[i];
             slot.nearness = slot.without_distance();
             if let Some((clearance, speed)) = clearance(system, i) {
                 slot.clearance = Clearance { gap: clearance, time: end, speed };
-                let gap = gap_as_placed(system, y1, i);
-                // Beside the frames that move centres of spheres turn with them.
-                let slope = Slope { fastest: speed, jump: gap - clearance };
-                slot.nearness = Nearness::Near { gaps: [gap; 2], slope };
+                slot.nearness = Nearness::Near { gaps: [clearance; 2], slope: Slope::UNKNOWN };
             }
         }
         system.body_states(start, y0);
-        for (i, slot) in self.slots.iter_mut().enumerate() {
+        for &i in &which {
+            let slot = &mut self.slots[i];
             let Nearness::Near { gaps, slope } = &mut slot.nearness else { continue };
             let Some((clearance, speed)) = clearance(system, i) else {
                 slot.nearness = Nearness::Unknown;
@@ -56,12 +65,53 @@ impl Driver<'_> {
             slope.fastest = BETWEEN_INSTANTS * speed.max(last.speed);
             let way = slope.fastest * (end - start);
             let is_far = clearance.min(last.gap) > 0.0 && clearance + last.gap > FAR * way;
-            gaps[0] = gap_as_placed(system, y0, i);
             if is_far && !slot.monitor.is_running() {
                 slot.nearness = Nearness::Far;
+            } else {
+                gaps[0] = gap_as_placed(system, y0, i);
             }
         }
-        system.body_states(end, y1);
+        let states = system.body_states(end, y1);
+        if !is_known && self.slots.len() > states.len() {
+            let (slots, states) = (&self.slots, system.last_evaluation().0);
+            let far = |i: usize| clearance(system, i).filter(|_| slots[i].nearness == Nearness::Far);
+            self.apart.sort(slots.len(), states, |i| far(i).map(|(clearance, _)| clearance));
+        }
+        which.retain(|i| self.slots[*i].nearness != Nearness::Far);
+        for &i in &which {
+            let slot = &mut self.slots[i];
+            if let Nearness::Near { gaps, slope } = &mut slot.nearness {
+                gaps[1] = gap_as_placed(system, y1, i);
+                // Beside the frames that move centres of spheres turn with them.
+                slope.jump = gaps[1] - slot.clearance.gap;
+            }
+        }
+        self.near = which;
+    }
+
+    /// Lists the contacts that may not have been far apart throughout the last step, if that is known without a look at
+    /// each: others have more than [`FAR`] times the way that the fastest two bodies may have closed in it. Where there
+    /// are no more contacts than bodies, a look at each costs no more.
+    fn list_not_apart(&mut self, which: &mut Vec<usize>) -> bool {
+        let ((start, end), system) = (self.integrator.interval(), &mut self.model.system);
+        let [y0, y1] = [self.integrator.previous_state(), self.integrator.state()];
+        let fastest =
+            |states: &[BodyState]| states.iter().map(|state| state.velocity.norm()).fold(0.0, f64::max);
+        if self.slots.len() <= system.model().bodies.len() {
+            return false;
+        }
+        let speed = fastest(system.body_states(end, y1));
+        let states = system.body_states(start, y0);
+        let margin = FAR * BETWEEN_INSTANTS * speed.max(fastest(states)) * (end - start);
+        let is_known = self.apart.near(states, margin).is_some()
+            && self.apart.near(system.body_states(end, y1), margin).is_some_and(|near| {
+                which.extend_from_slice(near);
+                true
+            });
+        if !is_known {
+            self.apart.forget();
+        }
+        is_known
     }
 
     /// Gaps of contact `i` at both ends of the last step.
@@ -120,8 +170,8 @@ impl Driver<'_> {
     /// Last time in the step from `start` to `end` before any contact closes; `None` if none does.
     pub(super) fn first_closing(&mut self, (start, end): (f64, f64)) -> Result<Option<f64>, AdaptiveError> {
         self.sort_contacts();
-        let is_near = |slot: &ContactSlot| !slot.is_watching() && slot.nearness != Nearness::Far;
-        let near: Vec<usize> = (0..self.slots.len()).filter(|i| is_near(&self.slots[*i])).collect();
+        let is_open = |i: &usize| !self.slots[*i].is_watching();
+        let near: Vec<usize> = self.near.iter().copied().filter(is_open).collect();
         let closing = self.first_crossings(&near)?.into_iter().map(|(_, c)| c.before).reduce(f64::min);
         let touch = self.first_touch((start, end))?.map(|(_, time)| time);
         Ok([closing, touch].into_iter().flatten().reduce(f64::min))
@@ -136,7 +186,7 @@ impl Driver<'_> {
         let (slots, contacts, system) = (&mut self.slots, &self.model.contacts, &mut self.model.system);
         let mut holds = |i: usize, t: f64, states: &[BodyState]| {
             contacts[i].refinement.as_ref().is_none_or(|AdaptiveContact { detector, .. }| {
-                slots[i].clearance.holds(detector, (t, states), TOUCHING * detector.size())
+                slots[i].clearance.go_on(detector, (t, states), TOUCHING * detector.size())
             })
         };
         if !unknown.is_empty() {

@@ -73,14 +73,5 @@ pub(super) fn check_size(
         return Ok(());
     }
     let (element, across, width) = finest;
-    Err(SubdivisionError::TooLarge {
-        width,
-        across,
-        element,
-        unknowns,
-        interface,
-        gigabytes,
-        most,
-        of_mesh: false,
-    })
+    Err(SubdivisionError::TooLarge { width, across, element, unknowns, interface, gigabytes, most })
 }

@@ -12,7 +12,7 @@ use crate::adaptivity::penalty_search::{PenaltyAction, PenaltyFailure, RunOutcom
 use crate::checks::resolution::longest_element_of;
 use crate::error::AdaptiveError;
 use crate::impact::{AdaptiveContact, FineContact};
-use crate::run::driver::contact_slot::{ContactSlot, Nearness};
+use crate::run::driver::contact_slot::ContactSlot;
 use crate::run::driver::{Driver, TOUCHING};
 use crate::touch::parts::TouchKind;
 
@@ -98,7 +98,7 @@ impl Driver<'_> {
         if let Ending::EdgeTouched(i) = *ending
             && let Some(reach) = self.slots[i].fine().and_then(FineContact::wider)
         {
-            (self.slots[i].reach, intervals.latest) = (Some(reach), i);
+            (self.slots[i].found.reach, intervals.latest) = (Some(reach), i);
             demands.push(self.demand(i, Change::Reach(reach)));
             return Ok(Judgement::Again { demands, contact_steps: self.restart_searches() });
         }
@@ -118,9 +118,9 @@ impl Driver<'_> {
             // A trial that ends early has not used its interval yet.
             let is_cut = matches!(ending, Ending::EdgeTouched(_) | Ending::Travelled(_));
             if is_edge && self.slots[i].fine().is_some_and(FineContact::fits_twice) {
-                self.slots[i].left += 1;
+                self.slots[i].found.left += 1;
             }
-            if is_edge || !(verdict.is_acceptable() || is_short || is_cut || self.slots[i].travels) {
+            if is_edge || !(verdict.is_acceptable() || is_short || is_cut || self.slots[i].found.travels) {
                 let Some(fine) = self.slots[i].fine() else { continue };
                 let tried = TriedInterval {
                     widths: fine.widths(),
@@ -246,8 +246,7 @@ impl Driver<'_> {
     /// follows, and its interval is acceptable: the rest of the trial would say no more (theory section
     /// A.4). Trials of Fig. 3 as printed end by themselves.
     pub(crate) fn is_past_peak(&self) -> bool {
-        let mut near = (0..self.slots.len()).filter(|i| self.slots[*i].nearness != Nearness::Far);
-        let (Some(i), None) = (near.next(), near.next()) else { return false };
+        let [i] = self.near[..] else { return false };
         let (slot, refinement) = (&self.slots[i], &self.model.contacts[i].refinement);
         let (Some(fine), Some(refinement)) = (slot.fine(), refinement) else { return false };
         if !slot.monitor.has_turned() || fine.search.stops_at_errors() {

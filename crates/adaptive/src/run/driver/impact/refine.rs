@@ -36,6 +36,7 @@ impl Driver<'_> {
     /// Back to the start of the impact, with fine models of the widths wanted.
     pub(crate) fn rewind(&mut self, start: &Start, sizes: &[Option<ZoneSize>]) -> Result<(), AdaptiveError> {
         self.output.discard_after(start.time);
+        self.apart.forget();
         for (slot, monitor) in self.slots.iter_mut().zip(&start.monitors) {
             slot.monitor.clone_from(monitor);
         }
@@ -55,7 +56,7 @@ impl Driver<'_> {
             }
             if self.has_size(i, sizes[i]) {
                 // It is activated again, now or when it touches, and goes on with its search.
-                self.slots[i].search = Some(search);
+                self.slots[i].found.search = Some(search);
             }
             self.deactivate(i)?;
             self.output.discard_transfers_of(i);
@@ -94,13 +95,14 @@ impl Driver<'_> {
     pub(crate) fn has_size(&self, i: usize, wanted: Option<ZoneSize>) -> bool {
         let fine = self.slots[i].fine();
         if self.slots[i]
+            .found
             .reach
             .zip(fine.and_then(FineContact::wider))
             .is_some_and(|(reach, next)| reach >= next)
         {
             return false;
         }
-        let wanted = match wanted.filter(|_| !self.slots[i].as_edge) {
+        let wanted = match wanted.filter(|_| !self.slots[i].found.keeps_sides) {
             None => return true,
             Some(ZoneSize::Whole) => return fine.is_some_and(|fine| fine.whole.is_some()),
             Some(ZoneSize::Interval { widths, finer }) => {
@@ -166,18 +168,18 @@ impl Driver<'_> {
         let Some(refinement) = &self.model.contacts[i].refinement else { return Ok(()) };
         let slot = &mut self.slots[i];
         let mut touch = refinement.touch(&self.model.bodies, states, &mut slot.nearest)?;
-        if slot.as_edge {
+        if slot.found.keeps_sides {
             touch.kind = TouchKind::Edge;
         }
-        let size = size.filter(|_| !slot.as_edge);
+        let size = size.filter(|_| !slot.found.keeps_sides);
         let activation = Activation { time: t, number: self.run.n_refined + 1 };
         let whole = refinement.whole_at(&touch, size)?;
         // Points about another place are those of another model.
         let request = RefinementRequest {
             size,
-            reach: slot.reach,
-            ahead: slot.ahead,
-            peak: slot.preview,
+            reach: slot.found.reach,
+            ahead: slot.found.ahead,
+            peak: slot.found.preview,
             history: self.run.contacts[i].history,
             search: None,
             activation,
@@ -192,20 +194,23 @@ impl Driver<'_> {
             whole.is_some() && fine.whole == whole && fine.zones.first().is_some_and(|zone| zone.site == site)
         };
         if let Some((mut element, mut fine)) = slot.whole.take_if(|(_, fine)| serves(fine)) {
-            let (search, bodies) = (slot.search.take(), (self.model.bodies.as_slice(), states));
+            let (search, bodies) = (slot.found.search.take(), (self.model.bodies.as_slice(), states));
             refinement.begin_again((element.contact.as_mut(), &mut fine), search, activation, bodies)?;
             fine.overlap = (0.0 - touch.nearest.gap).max(0.0);
             return self.enter((i, element), fine, Vec::new());
         }
-        let request = RefinementRequest { search: slot.search.take(), ..request };
+        let request = RefinementRequest { search: slot.found.search.take(), ..request };
         let observer = &mut *self.output.observer;
         observer.stage(fine_models(self.model, i));
         let mut check_cancel =
             || if observer.is_interrupted() { Err(AdaptiveError::Interrupted) } else { Ok(()) };
         let refined = refinement.refine(&self.model.bodies, states, &touch, request, &mut check_cancel);
         observer.stage(Stage::Motion);
-        if refined.as_ref().is_err_and(|error| refinement.may_keep_sides(touch.kind, error)) {
-            slot.as_edge = true;
+        if refined
+            .as_ref()
+            .is_err_and(|error| refinement.may_keep_sides(touch.kind, &self.model.bodies, error))
+        {
+            slot.found.keeps_sides = true;
             return self.activate(i, None);
         }
         let RefinedContact { element, recovery, bases, contact } = refined?;
@@ -233,7 +238,11 @@ impl Driver<'_> {
         self.run.n_refined += 1;
         if fine.whole.is_some_and(|kind| !kind.bounds_pressure()) {
             let contact = &self.model.contacts[i];
-            let found = edge_touch((&contact.name, t), &self.model.bodies[contact.body]);
+            let found = edge_touch(
+                (&contact.name, t),
+                &self.model.bodies[contact.body],
+                self.slots[i].found.keeps_sides,
+            );
             self.warn(found.map(|warning| (i, warning)).into_iter().collect())?;
         }
         self.slots[i].phase = ContactPhase::Fine(fine);
@@ -255,6 +264,7 @@ impl Driver<'_> {
     fn replace_contact(&mut self, i: usize, element: RunContact) -> Result<RunContact, AdaptiveError> {
         let n = 2 * element.n_coordinates();
         let place = self.model.system.coordinates_of_force(i);
+        self.apart.forget();
         let left = std::mem::replace(&mut self.model.system.forces_mut()[i], element);
         if !place.is_empty() || n > 0 {
             let (t, mut y) = (self.integrator.time(), self.integrator.state().to_vec());
@@ -300,7 +310,8 @@ impl Driver<'_> {
     pub(crate) fn record_history(&mut self, verdicts: &[Option<IntervalAssessment>]) {
         let mut ratios = Vec::new();
         for (i, verdict) in verdicts.iter().enumerate() {
-            let (Some(fine), Some(verdict), false) = (self.slots[i].fine(), verdict, self.slots[i].travels)
+            let (Some(fine), Some(verdict), false) =
+                (self.slots[i].fine(), verdict, self.slots[i].found.travels)
             else {
                 continue; // zones of contact that goes on are as long as its way
             };
@@ -357,7 +368,7 @@ impl Driver<'_> {
         for (i, peak) in indices.into_iter().zip(peaks?) {
             debug!(contact = self.model.contacts[i].name, peak, "preview");
             if peak > 0.0 || which.contains(&i) {
-                self.slots[i].preview = Some(peak);
+                self.slots[i].found.preview = Some(peak);
             }
         }
         Ok(())

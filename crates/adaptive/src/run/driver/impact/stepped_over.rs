@@ -8,7 +8,6 @@ use ffr_dynamics::integration::DenseOutput;
 
 use crate::error::AdaptiveError;
 use crate::run::driver::Driver;
-use crate::run::driver::contact_slot::Nearness;
 use crate::state::simulation::smallest_gap;
 
 /// Halvings, or nearly, of an overlap in search of its deepest instant: to a thousandth of it.
@@ -23,10 +22,11 @@ impl Driver<'_> {
         let (_, end) = self.integrator.interval();
         let mut first: Option<f64> = None;
         let mut open = Vec::new();
-        for i in 0..self.slots.len() {
+        for k in 0..self.near.len() {
+            let i = self.near[k];
             let (slot, forces) = (&self.slots[i], self.model.system.forces());
             let may_touch = !slot.monitor.is_running() && slot.monitor.is_closing_without_force();
-            let is_left = slot.is_watching() || slot.nearness == Nearness::Far || !may_touch;
+            let is_left = slot.is_watching() || !may_touch;
             if !is_left && forces[i].contact.report().normal_force <= 0.0 && self.gaps(i)[1] > 0.0 {
                 open.push(i);
             }

@@ -36,7 +36,7 @@ impl Driver<'_> {
         let slot = &self.slots[i];
         self.may_hand_over(i)
             && slot.fine().is_some_and(FineContact::fits_twice)
-            && (slot.travels || slot.left >= WIDENED || self.has_lasted(i))
+            && (slot.found.travels || slot.found.left >= WIDENED || self.has_lasted(i))
     }
 
     fn may_hand_over(&self, i: usize) -> bool {
@@ -100,15 +100,15 @@ impl Driver<'_> {
         self.deactivate(i)?;
         if !is_pressed {
             // Another touch, of which nothing is known.
-            self.slots[i].preview = None;
+            self.slots[i].found.preview = None;
             self.preview(&[i])?;
         }
-        (self.slots[i].search, self.slots[i].ahead) = (Some(search), ahead);
+        (self.slots[i].found.search, self.slots[i].found.ahead) = (Some(search), ahead);
         self.activate(i, size)?;
         if let Some(fine) = self.slots[i].fine_mut().filter(|_| is_pressed) {
             fine.overlap = overlap;
         }
-        self.slots[i].travels |= is_pressed;
+        self.slots[i].found.travels |= is_pressed;
         intervals.go_on(i, size);
         self.hold_friction(&held)?;
         let after = self.present_balance()?;

@@ -146,7 +146,7 @@ impl Driver<'_> {
             if let Some(ending) = self.inspect_contacts(trial)? {
                 return Ok(ending);
             }
-            let last = self.slots.iter().filter_map(|slot| slot.monitor.last_touch());
+            let last = self.near.iter().filter_map(|i| self.slots[*i].monitor.last_touch());
             trial.last_force = last.fold(trial.last_force, f64::max);
             let progress = self.output.observer.progress(step.end, step.end - step.start, self.pace.kind());
             if progress == Continue::Interrupt {
@@ -181,7 +181,7 @@ impl Driver<'_> {
 
     /// Contact `i` joins the impact at the present instant, with a zone of the size wanted.
     fn join(&mut self, i: usize, trial: &mut Trial, sizes: &[Option<ZoneSize>]) -> Result<(), AdaptiveError> {
-        if self.slots[i].preview.is_none() {
+        if self.slots[i].found.preview.is_none() {
             self.preview(&[i])?;
         }
         self.activate(i, sizes[i])?;
@@ -243,7 +243,8 @@ impl Driver<'_> {
     /// pointless.
     fn inspect_contacts(&mut self, trial: &mut Trial) -> Result<Option<Ending>, AdaptiveError> {
         let mut has_contact = false;
-        for i in 0..self.slots.len() {
+        for k in 0..self.near.len() {
+            let i = self.near[k];
             let contact = self.model.system.forces()[i].contact.as_ref();
             let report = *contact.report();
             trial.most_active[i] = trial.most_active[i].max(report.n_active as u32);
