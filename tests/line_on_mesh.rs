@@ -10,6 +10,7 @@ use adaptive::prepared::Prepared;
 use adaptive::spec::RunSpec;
 use fe_mesh::ElementKind;
 use result_files::tables::ImpactRow;
+use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
 fn check(run: &RunSpec) -> Result<(), AdaptiveError> {
@@ -79,7 +80,8 @@ fn lines_that_a_mesh_does_not_carry_are_refused_with_what_does() {
         assert_eq!(said(&of_mesh("a.inp"), RIGID, contact), None);
     }
     for bar in ["coarse.inp", "a.inp"] {
-        let refused = said(&of_mesh(bar), RIGID, "").expect("refused");
+        assert_eq!(said(&of_mesh(bar), RIGID, ""), None, "the sides as they are");
+        let refused = said(&of_mesh(bar), RIGID, "interval = { elements = 12 }").expect("refused");
         assert!(refused.contains("model = \"quasistatic\""), "{refused}");
         let refused = said(&of_mesh(bar), "model = \"solid\"", &wide).expect("refused");
         assert!(refused.contains("of splines, touches a mesh along a line"), "{refused}");
@@ -106,6 +108,18 @@ fn a_cylinder_meets_the_face_of_a_mesh_as_one_of_splines() {
         // One to three sides of quadratic elements on the half width: below 1 %, and as much for modes that are not the same.
         assert!((found / expected - 1.0).abs() < 2e-2, "{file}: {found} {expected}");
     }
+}
+
+#[test]
+fn a_line_on_a_mesh_is_held_by_the_sides_about_it_and_told_of() {
+    let text = text(&of_mesh("coarse.inp"), RIGID, "");
+    let recording = run(&scenarios::valid(&files(), &text, &[]));
+    assert!(recording.warnings.iter().any(|w| w.message.contains("too long for finer elements")));
+    // The impulse is what the rigid cylinder, which comes at 1 m/s, has taken up.
+    let mass = 7850.0 * PI * 5e-3 * 5e-3 * 16e-3;
+    let left = recording.samples.last().expect("states").bodies[1].velocity[2];
+    let impulse = recording.impacts[0].impulse;
+    assert!((impulse / (mass * (1.0 + left)) - 1.0).abs() < 1e-6, "{impulse} {left}");
 }
 
 #[test]

@@ -178,10 +178,11 @@ pub fn longest_element_of(body: &BodyModel) -> Option<f64> {
 /// The warning of a contact in which an edge or a corner touches at a time \[s\], or with
 /// `keeps_sides` a place too long for finer elements, on the elements that the body has.
 pub fn edge_touch((contact, time): (&str, f64), body: &BodyModel, keeps_sides: bool) -> Option<Warning> {
-    let what = if keeps_sides {
-        "a place touches that is too long for finer elements"
+    let (what, pressure, besides) = if keeps_sides {
+        let strip = ", or have a strip of short sides along it and model = \"quasistatic\"";
+        ("a place touches that is too long for finer elements", "is not resolved", strip)
     } else {
-        "an edge or a corner touches"
+        ("an edge or a corner touches", "has no limit", "")
     };
     let length = longest_element_of(body)?;
     Some(Warning {
@@ -192,10 +193,10 @@ pub fn edge_touch((contact, time): (&str, f64), body: &BodyModel, keeps_sides: b
         limit: 0.0,
         message: format!(
             "{what}: impulse, motion and energy do not depend on how far it yields, but peak force and duration do, and \
-             elements of up to {length:.3e} m yield as a whole; pressure there has no limit"
+             elements of up to {length:.3e} m yield as a whole; pressure there {pressure}"
         ),
         remedy: format!(
-            "compare with smaller elements of body \"{}\": {}",
+            "compare with smaller elements of body \"{}\": {}{besides}",
             body.name,
             body.flexible()?.body.finer_there()
         ),

@@ -269,11 +269,18 @@ impl AdaptiveContact {
         let AdaptiveError::Subdivision { body, source: SubdivisionError::TooLarge { .. } } = error else {
             return false;
         };
-        let mut flexible = bodies.iter().filter_map(BodyModel::flexible);
-        let is_open = self.may_be_whole() && self.law.interval.elements.is_none();
-        is_open
+        let is_mesh = |model: &FlexibleModel| model.name() == body && model.body.mesh().is_some();
+        self.law.leaves_zone_open()
             && kind.zone() == TouchZone::Interval
-            && flexible.any(|model| model.name() == body && model.body.mesh().is_some())
+            && bodies.iter().filter_map(BodyModel::flexible).any(is_mesh)
+    }
+
+    /// Whether a touch of the kind `kind` has the sides about it as they are: along a line on a mesh,
+    /// whose elements are divided about points alone.
+    pub fn keeps_sides(&self, kind: TouchKind, bodies: &[BodyModel]) -> bool {
+        let mut touched = [Some(self.body), self.flexible_target].into_iter().flatten();
+        let is_mesh = |body: usize| bodies[body].flexible().is_some_and(|model| model.body.mesh().is_some());
+        kind == TouchKind::Line && self.law.leaves_zone_open() && touched.any(is_mesh)
     }
 
     /// The penalty factor of a contact of whole surfaces: as stiff as the modes can follow (theory

@@ -154,7 +154,8 @@ fn start_zone<T>(
 }
 
 /// Refuses contacts along a line with a mesh for which no zones can be made that are strips along
-/// the line: contacts that are refined at the touch, and contacts with a partner of splines.
+/// the line: contacts that are refined at the touch, unless they may have the sides about it as they are, and contacts with
+/// a partner of splines.
 fn check_line(run: &Prepared<'_>, planned: PlannedContact<'_>) -> Result<(), AdaptiveError> {
     let contact = planned.spec;
     let Some(law) = contact.law.surface() else { return Ok(()) };
@@ -163,6 +164,9 @@ fn check_line(run: &Prepared<'_>, planned: PlannedContact<'_>) -> Result<(), Ada
     let Some(mesh) = mesh.filter(|_| law.treatment.has_fine_zone()) else { return Ok(()) };
     let Some(line) = predicted_line(&run.touches, contact) else { return Ok(()) };
     let fault = if planned.at_touch().is_some() {
+        if law.leaves_zone_open() {
+            return Ok(());
+        }
         ContactModelFault::RefinedLine { body: mesh.name.clone(), width: 2.0 * line.half_width }
     } else if let Some(body) = bodies().find(|body| body.kind.is_meshed_here()) {
         ContactModelFault::LineOfSplines { body: body.name.clone() }

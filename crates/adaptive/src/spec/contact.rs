@@ -177,6 +177,13 @@ pub struct SurfaceLaw {
 }
 
 impl SurfaceLaw {
+    /// Whether the program may choose any zone, the sides of a mesh as they are among others: nobody has
+    /// given one, and its points do not vibrate.
+    pub fn leaves_zone_open(&self) -> bool {
+        let given = self.interval.width.is_some() || self.interval.elements.is_some();
+        !self.treatment.is_vibrating() && !given
+    }
+
     /// Whether nothing yields between the surfaces: no penetration, no springs.
     pub fn is_exact(&self) -> bool {
         self.penalty == Some(f64::INFINITY)

@@ -109,9 +109,13 @@ mod tests {
         apart.sort(3, &sorted, |i| [Some(1.0), Some(3.0), None][i]);
         assert_eq!(apart.near(&sorted, 0.0), Some(&[2][..]));
         // Two bodies that close by `way` each leave 1 - 2 way to the first pair.
-        for (way, margin, is_known) in
-            [(0.4, 0.1, true), (0.4, 0.3, false), (0.49, 0.0, true), (0.51, 0.0, false), (f64::NAN, 0.0, false)]
-        {
+        for (way, margin, is_known) in [
+            (0.4, 0.1, true),
+            (0.4, 0.3, false),
+            (0.49, 0.0, true),
+            (0.51, 0.0, false),
+            (f64::NAN, 0.0, false),
+        ] {
             let moved = [at(way), at(1.0 - way), at(3.0)];
             assert_eq!(apart.near(&moved, margin).is_some(), is_known, "{way}, {margin}");
         }

@@ -168,6 +168,7 @@ impl Driver<'_> {
         let Some(refinement) = &self.model.contacts[i].refinement else { return Ok(()) };
         let slot = &mut self.slots[i];
         let mut touch = refinement.touch(&self.model.bodies, states, &mut slot.nearest)?;
+        slot.found.keeps_sides |= refinement.keeps_sides(touch.kind, &self.model.bodies);
         if slot.found.keeps_sides {
             touch.kind = TouchKind::Edge;
         }
