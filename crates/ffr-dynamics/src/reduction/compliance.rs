@@ -99,9 +99,7 @@ impl FreeFlexibility {
     fn interface_compliance(&self) -> Mat<f64> {
         let n_b = self.interface.len();
         let rows = |m: &Mat<f64>| Mat::from_fn(n_b, m.ncols(), |i, j| m[(self.interface[i], j)]);
-        let mut inverse = Mat::<f64>::identity(n_b, n_b);
-        dense::solve_lower(self.factor.trailing_block(n_b).as_ref(), inverse.as_mut());
-        let mut g = dense::product(inverse.transpose(), inverse.as_ref());
+        let mut g = dense::inverse_of_factor(self.factor.trailing_block(n_b).as_ref());
         // Held unknowns have a row of their own in the factor, and no displacement.
         for (i, _) in self.interface.iter().enumerate().filter(|(_, unknown)| self.held[**unknown]) {
             g.row_mut(i).fill(0.0);

@@ -128,6 +128,47 @@ pub fn solve_lower_transposed(l: MatRef<'_, f64>, x: MatMut<'_, f64>) {
     by_columns(x, &|x| solve_upper_triangular_in_place(l.transpose(), x, Par::Seq));
 }
 
+/// Inverse `L^-T L^-1` of `L L^T`. Zeros of the triangles are left out, and half of what is symmetric: a third of the
+/// work of a solution for all unit vectors and the product of two full matrices.
+pub fn inverse_of_factor(l: MatRef<'_, f64>) -> Mat<f64> {
+    let n = l.nrows();
+    let mut x = Mat::identity(n, n);
+    by_tiles(x.as_mut(), 0, &|x, first| {
+        let (l, x) = (l.submatrix(first, first, n - first, n - first), x.subrows_mut(first, n - first));
+        solve_lower_triangular_in_place(l, x, Par::Seq);
+    });
+    let mut g = Mat::zeros(n, n);
+    by_tiles(g.as_mut(), 0, &|mut g, first| {
+        // Rows of `x` above the first of a tile have no share in it.
+        for row in (first..n).step_by(INVERSE_TILE) {
+            let height = INVERSE_TILE.min(n - row);
+            let below = x.subrows(row, n - row);
+            let (a, b) = (below.subcols(row, height), below.subcols(first, g.ncols()));
+            matmul(g.as_mut().subrows_mut(row, height), Accum::Replace, a.transpose(), b, 1.0, Par::Seq);
+        }
+    });
+    for j in 0..n {
+        for i in j + 1..n {
+            g[(j, i)] = g[(i, j)];
+        }
+    }
+    g
+}
+
+/// Columns of a tile of an inverse: few beside the thousands of a large one, enough for the kernels.
+const INVERSE_TILE: usize = 128;
+
+/// Calls `work` with tiles of the columns of `x`, the first of which is number `first`, and the number of their first one.
+fn by_tiles(x: MatMut<'_, f64>, first: usize, work: &(impl Fn(MatMut<'_, f64>, usize) + Sync)) {
+    let half = halved(x.ncols(), INVERSE_TILE);
+    if half == x.ncols() {
+        work(x, first);
+        return;
+    }
+    let (left, right) = x.split_at_col_mut(half);
+    rayon::join(|| by_tiles(left, first, work), || by_tiles(right, first + half, work));
+}
+
 /// Eigenvalues in ascending order and orthonormal eigenvectors of a symmetric matrix.
 ///
 /// Divide and conquer; its secular equation is sometimes solved to half the digits only (residuals
