@@ -33,6 +33,7 @@ pub struct MeshSurface {
     search: OnceLock<SurfaceSearch>,
     /// Numbers of the unknowns of all nodes.
     lookup: OnceLock<DofLookup>,
+    highest_edge: OnceLock<f64>,
 }
 
 /// Parameters of the corners of a side of four, and of a curve a unit thick.
@@ -59,8 +60,9 @@ const SAME_PLANE: f64 = 1e-6;
 impl MeshSurface {
     /// The surface of `mesh`.
     pub fn of(mesh: &Arc<Mesh>) -> Arc<Self> {
-        let (at_node, search, lookup) = Default::default();
-        Arc::new(Self { mesh: Arc::clone(mesh), sides: Sides::new(mesh), at_node, search, lookup })
+        let (at_node, search, lookup, highest_edge) = Default::default();
+        let (mesh, sides) = (Arc::clone(mesh), Sides::new(mesh));
+        Arc::new(Self { mesh, sides, at_node, search, lookup, highest_edge })
     }
 
     /// The mesh.
@@ -167,8 +169,12 @@ impl MeshSurface {
         })
     }
 
-    /// Heights of the edges of sides over their chords, in their middles, those of curves themselves \[m\].
-    pub fn edge_heights(&self) -> impl Iterator<Item = f64> + '_ {
+    /// The largest height of an edge of a side over its chord, in its middle, that of a curve itself \[m\].
+    pub fn highest_edge(&self) -> f64 {
+        *self.highest_edge.get_or_init(|| self.edge_heights().fold(0.0, f64::max))
+    }
+
+    fn edge_heights(&self) -> impl Iterator<Item = f64> + '_ {
         self.sides().iter().enumerate().flat_map(move |(i, side)| {
             (0..if side.kind.is_curve() { 1 } else { side.n_edges() }).map(move |edge| {
                 let [a, middle, b] = [0.0, 0.5, 1.0].map(|share| {

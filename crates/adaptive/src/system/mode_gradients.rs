@@ -1,7 +1,7 @@
 //! Gradients and stresses of the modes of a body at points all over it (docs/theory.md Eq. P.13).
 
 use contact_qs::zone::points::DofLookup;
-use faer::MatRef;
+use faer::{Mat, MatRef};
 use iga_core::SplineError;
 use iga_core::elasticity::kinematics::PointState;
 use iga_core::elasticity::recovery::RecoveryWorkspace;
@@ -53,6 +53,8 @@ impl FieldModes<'_> {
     fn for_each(&self, take: &mut dyn FnMut(GradientsAt)) -> Result<(), SplineError> {
         let (space, model, lookup) = (self.field.space(), self.field.model(), self.field.lookup());
         let (mut work, mut rule) = (RecoveryWorkspace::default(), GridBasis::default());
+        // All modes of an unknown side by side, as they are read.
+        let by_unknown = self.shapes.transpose().to_owned();
         for e in 0..space.n_elements() {
             let material = self.field.materials().on(e);
             let density = material.density();
@@ -61,7 +63,7 @@ impl FieldModes<'_> {
                 let functions = work.functions(space, e, xi)?;
                 let mass = density * weight * work.determinant(space, e, xi)?;
                 let slopes = functions.iter().map(|f| (f.number, f.gradient));
-                let gradients = gradients(slopes, lookup, self.shapes, model.dimension());
+                let gradients = gradients(slopes, lookup, &by_unknown, model.dimension());
                 let stress = |g: &Matrix3<f64>| {
                     let rows = std::array::from_fn(|i| std::array::from_fn(|j| g[(i, j)]));
                     tensor(&PointState::new(model, material, &rows, g[(0, 0)]).stress)
@@ -87,19 +89,18 @@ impl ModeFields for &ImportedModel {
     }
 }
 
-/// Gradients of all modes from those of the functions; components that are held do not move.
+/// Gradients of all modes, rows of `by_unknown`, from those of the functions; components that are held do not move.
 fn gradients(
     slopes: impl Iterator<Item = (u32, [f64; 3])>,
     lookup: &DofLookup,
-    shapes: MatRef<'_, f64>,
+    by_unknown: &Mat<f64>,
     n_components: usize,
 ) -> Vec<Matrix3<f64>> {
-    let mut sums = vec![Matrix3::zeros(); shapes.ncols()];
+    let mut sums = vec![Matrix3::zeros(); by_unknown.nrows()];
     for (function, slope) in slopes {
         for c in 0..n_components {
             let Some(row) = lookup.number(function, c) else { continue };
-            for (j, sum) in sums.iter_mut().enumerate() {
-                let value = shapes[(row, j)];
+            for (sum, value) in sums.iter_mut().zip(by_unknown.col_as_slice(row)) {
                 slope.iter().enumerate().for_each(|(k, s)| sum[(c, k)] += value * s);
             }
         }

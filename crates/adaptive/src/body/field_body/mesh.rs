@@ -85,7 +85,7 @@ impl FieldBody for MeshedBody {
 
     /// Linear sides are their own chords.
     fn height_between_points(&self) -> f64 {
-        self.surface.edge_heights().fold(0.0, f64::max) * 0.25
+        self.surface.highest_edge() * 0.25
     }
 
     fn finer_there(&self) -> String {
