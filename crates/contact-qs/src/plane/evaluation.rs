@@ -12,10 +12,10 @@ use super::{NORMAL_TOLERANCE, PlaneContact, PlaneFound, PlaneState, PlaneWorkspa
 use crate::ContactError;
 use crate::contact_element::ContactReport;
 use crate::law::penalty;
-use crate::quasistatic::problem::dot;
+use crate::quasistatic::problem::{OPEN, dot};
 use crate::quasistatic::sliding_work::SlidingWork;
 use crate::quasistatic::{Quasistatic, SolveReport, ZoneSolver};
-use crate::zone::submodel::{OPEN, is_turned_to};
+use crate::zone::submodel::is_turned_to;
 
 /// Share of the deepest gap below which a gap is round-off of its sum.
 const ROUND_OFF: f64 = 1e-12;
@@ -160,7 +160,7 @@ impl PlaneContact {
             None => zone.solve(&self.springs, free_gaps, forces)?,
             Some(f) => f.stick_slip.solve(zone, &self.springs, free_gaps, &f.slips, forces)?,
         };
-        zone.displace(forces, free_gaps, gaps, displacements);
+        zone.displace((&self.springs, forces), free_gaps, gaps, displacements);
         self.load_points(friction.as_deref(), found);
         if let Some(friction) = friction {
             friction.follow_open(&found.displacements);
@@ -183,7 +183,7 @@ impl PlaneContact {
         let deepest = free_gaps.iter().copied().fold(0.0, f64::min);
         let mut total = SolveReport::default();
         loop {
-            zone.project_members(model, found.normal, is_member);
+            zone.project_members(model, found.normal, is_member, friction.is_none());
             for ((pressed, gap), is_member) in pressed_gaps.iter_mut().zip(&*free_gaps).zip(&*is_member) {
                 *pressed = if *is_member { *gap } else { OPEN };
             }
@@ -191,7 +191,7 @@ impl PlaneContact {
             match &mut friction {
                 None => {
                     total.add(zone.solve(springs, pressed_gaps, forces)?);
-                    zone.displace(forces, free_gaps, &mut found.gaps, &mut found.displacements);
+                    zone.displace((springs, forces), free_gaps, &mut found.gaps, &mut found.displacements);
                     self.load_points(None, found);
                 }
                 Some(f) => {
@@ -203,8 +203,9 @@ impl PlaneContact {
                 }
             }
             let mut has_new = false;
+            let limit = ROUND_OFF * deepest + zone.doubt();
             for (is_member, gap) in is_member.iter_mut().zip(&found.gaps) {
-                if !*is_member && *gap < ROUND_OFF * deepest {
+                if !*is_member && *gap < limit {
                     (*is_member, has_new) = (true, true);
                 }
             }

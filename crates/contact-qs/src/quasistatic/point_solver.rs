@@ -19,7 +19,7 @@ pub enum Method {
 
 /// Solver of the point forces with its state.
 pub(crate) enum PointSolver {
-    ActiveSet(ActiveSet),
+    ActiveSet(Box<ActiveSet>),
     Broyden(Box<Modal>),
 }
 
@@ -32,7 +32,7 @@ pub(crate) struct Modal {
 
 impl PointSolver {
     pub fn active_set(n_points: usize) -> Self {
-        Self::ActiveSet(ActiveSet::new(n_points))
+        Self::ActiveSet(Box::new(ActiveSet::new(n_points)))
     }
 
     /// Algorithm 1 with modes of stiffness `stiffness`, whose shapes along the normal are to be

@@ -7,6 +7,10 @@
 
 use faer::Mat;
 
+/// Gap that points have in the problem for the forces which nothing can press: farther than any
+/// displacement brings them \[m\].
+pub(crate) const OPEN: f64 = 1e6;
+
 /// Data of one quasistatic contact problem.
 #[derive(Debug, Clone, Copy)]
 pub struct Problem<'a> {

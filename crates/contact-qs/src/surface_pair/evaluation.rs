@@ -16,9 +16,8 @@ use super::state::{Buffers, PairFound, PairState, Work};
 use crate::contact_element::ContactReport;
 use crate::law::penalty;
 use crate::quasistatic::SolveReport;
-use crate::quasistatic::problem::{add_product, dot};
+use crate::quasistatic::problem::{OPEN, add_product, dot};
 use crate::quasistatic::stick_slip::NormalSolver;
-use crate::zone::submodel::OPEN;
 
 /// Limit of the passes of projection and solution. Each pass reduces the error to about the ratio
 /// of contact radius to body radius, a few per cent.

@@ -42,10 +42,6 @@ pub struct ContactSubmodel {
 /// 90 degrees one of the two faces at least is always turned by less than 45.
 const TURNED_TO: f64 = 0.1;
 
-/// Gap that points have in the problem for the forces which nothing can press: farther than any
-/// displacement brings them \[m\].
-pub(crate) const OPEN: f64 = 1e6;
-
 /// Whether a face with the outward unit normal `facing` is turned to a surface with the outward
 /// normal `normal` (Eq. C.59).
 pub(crate) fn is_turned_to(facing: &[f64; 3], normal: &[f64; 3]) -> bool {
