@@ -277,3 +277,20 @@ pub fn pivot_rows(rigid: MatRef<'_, f64>, allowed: impl Fn(usize) -> bool) -> Ve
     }
     rows
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_inverse_of_several_tiles_is_that_of_the_whole_factor() {
+        // No multiple of a tile; rows that fall off keep the condition at some ten.
+        let n = 2 * INVERSE_TILE + 37;
+        let entry = |i: usize, j: usize| if i < j { 0.0 } else { 1.0 / (1.0 + 3.0 * (i - j) as f64) };
+        let l = Mat::from_fn(n, n, entry);
+        let found =
+            product(inverse_of_factor(l.as_ref()).as_ref(), product(l.as_ref(), l.transpose()).as_ref());
+        let off = |i: usize, j: usize| (found[(i, j)] - f64::from(u8::from(i == j))).abs();
+        assert!((0..n * n).all(|k| off(k % n, k / n) < 1e-11));
+    }
+}
