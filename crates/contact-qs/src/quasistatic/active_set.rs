@@ -401,7 +401,7 @@ mod tests {
         let mut n_by_inverse = 0;
         for step in 0..20 {
             // A part that lifts off grows and shrinks; one point is out of reach.
-            let lifted = 10 * (10 - (step as usize).abs_diff(10));
+            let lifted = 10 * (10 - usize::abs_diff(step, 10));
             let gap = |i: usize| if i < lifted { 0.5 } else { -1.0 - 0.1 * (0.3 * (i + step) as f64).sin() };
             let gaps: Vec<f64> = (0..n).map(|i| if i == n - 1 { OPEN } else { gap(i) }).collect();
             let problem = Problem { compliance: &compliance, springs: &springs, gaps: &gaps };
