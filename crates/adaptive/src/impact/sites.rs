@@ -40,6 +40,10 @@ pub(super) struct Sites {
     pub whole: Option<TouchKind>,
 }
 
+/// How many times as long as it is wide a zone of a mesh may be: elements are divided alike in all directions,
+/// so that their number grows with this ratio. At 8 a zone of quadratic elements has some 2,000 nodes, and
+/// its compliance takes longer than the impact of a part of a few thousand nodes on the sides as they are.
+const LONGEST: f64 = 8.0;
 /// Lowest bits of a width that are set to zero, a millionth of it: far above round-off and far
 /// below the accuracy of widths.
 const LOOSE_BITS: u32 = 32;
@@ -275,12 +279,32 @@ impl AdaptiveContact {
             && bodies.iter().filter_map(BodyModel::flexible).any(is_mesh)
     }
 
-    /// Whether a touch of the kind `kind` has the sides about it as they are: along a line on a mesh,
-    /// whose elements are divided about points alone.
-    pub fn keeps_sides(&self, kind: TouchKind, bodies: &[BodyModel]) -> bool {
-        let mut touched = [Some(self.body), self.flexible_target].into_iter().flatten();
+    /// Whether `touch` has the sides of a mesh about it as they are, for nobody has given its zone: along a
+    /// line, where the curvatures of the sides tell no width, or where the zone that `request` leads to is more
+    /// than [`LONGEST`] times as long as it is wide.
+    ///
+    /// # Errors
+    /// As [`AdaptiveContact::whole_at`].
+    pub fn keeps_sides(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        touch: &Touch,
+        request: &RefinementRequest<'_>,
+    ) -> Result<bool, AdaptiveError> {
         let is_mesh = |body: usize| bodies[body].flexible().is_some_and(|model| model.body.mesh().is_some());
-        kind == TouchKind::Line && self.law.leaves_zone_open() && touched.any(is_mesh)
+        let meshes = [Some(self.body), self.flexible_target].map(|body| body.is_some_and(is_mesh));
+        let is_open = self.law.leaves_zone_open() && touch.kind.zone() == TouchZone::Interval;
+        if !is_open || meshes == [false; 2] || touch.kind == TouchKind::Line {
+            return Ok(is_open && meshes != [false; 2]);
+        }
+        let Sites { own, target, least, .. } = self.sites(bodies, states, touch, request)?;
+        let is_blind = least.iter().all(|width| *width <= 0.0);
+        let is_strip =
+            |site: ZoneSite| site.size.widths().is_some_and(|[u, v]| u.max(v) > LONGEST * u.min(v));
+        let sites =
+            meshes.into_iter().zip([Some(own), target]).filter_map(|(mesh, site)| site.filter(|_| mesh));
+        Ok(is_blind || sites.into_iter().any(is_strip))
     }
 
     /// The penalty factor of a contact of whole surfaces: as stiff as the modes can follow (theory

@@ -168,25 +168,23 @@ impl Driver<'_> {
         let Some(refinement) = &self.model.contacts[i].refinement else { return Ok(()) };
         let slot = &mut self.slots[i];
         let mut touch = refinement.touch(&self.model.bodies, states, &mut slot.nearest)?;
-        slot.found.keeps_sides |= refinement.keeps_sides(touch.kind, &self.model.bodies);
-        if slot.found.keeps_sides {
-            touch.kind = TouchKind::Edge;
-        }
-        let size = size.filter(|_| !slot.found.keeps_sides);
-        let activation = Activation { time: t, number: self.run.n_refined + 1 };
-        let whole = refinement.whole_at(&touch, size)?;
         // Points about another place are those of another model.
-        let request = RefinementRequest {
-            size,
+        let mut request = RefinementRequest {
+            size: size.filter(|_| !slot.found.keeps_sides),
             reach: slot.found.reach,
             ahead: slot.found.ahead,
             peak: slot.found.preview,
             history: self.run.contacts[i].history,
             search: None,
-            activation,
+            activation: Activation { time: t, number: self.run.n_refined + 1 },
             points: &self.model.observed.points,
             fixed: &fixed,
         };
+        if slot.found.keeps_sides || refinement.keeps_sides(&self.model.bodies, states, &touch, &request)? {
+            slot.found.keeps_sides = true;
+            (touch.kind, request.size) = (TouchKind::Edge, None);
+        }
+        let whole = refinement.whole_at(&touch, request.size)?;
         let site = ZoneSite {
             part: whole.and_then(|_| refinement.parts(&self.model.bodies, states, &touch, &request)[0]),
             ..refinement.whole_site(&self.model.bodies, states, &touch.nearest, whole)
@@ -196,11 +194,16 @@ impl Driver<'_> {
         };
         if let Some((mut element, mut fine)) = slot.whole.take_if(|(_, fine)| serves(fine)) {
             let (search, bodies) = (slot.found.search.take(), (self.model.bodies.as_slice(), states));
-            refinement.begin_again((element.contact.as_mut(), &mut fine), search, activation, bodies)?;
+            refinement.begin_again(
+                (element.contact.as_mut(), &mut fine),
+                search,
+                request.activation,
+                bodies,
+            )?;
             fine.overlap = (0.0 - touch.nearest.gap).max(0.0);
             return self.enter((i, element), fine, Vec::new());
         }
-        let request = RefinementRequest { search: slot.found.search.take(), ..request };
+        request.search = slot.found.search.take();
         let observer = &mut *self.output.observer;
         observer.stage(fine_models(self.model, i));
         let mut check_cancel =
