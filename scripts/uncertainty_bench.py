@@ -149,6 +149,43 @@ ROWS["bars 0.1 and 0.3 m, 8 modes"] = (bars(0.005, (0.1, 0.3), 2.0, 8), truth_of
 ROWS["square on its face, plane strain"] = (block("plane-strain", 0.01, 0.1, (0, 1, 0)), None)
 # Explicit elements written for the purpose.
 ROWS["cube on its face"] = (block("solid", 0.01, 0.1, (0, 0, 1)), {"impulse": 1.398e-3})
+
+
+def struck_beam(*held, at=0.05):
+    """A disc falls on a beam along x in the plane, from -0.1 to 0.1 m, at `at`, where joints hold the beam."""
+    return scenario(
+        2e-4,
+        body("a", "plane-stress", 'shape = "disc", radius = 0.01', (at, 0.015, 0), (0, -0.5, 0)),
+        body("b", "plane-stress", 'shape = "rectangle", size = [0.2, 0.01]'),
+        materials="".join(held),
+    )
+
+
+def joint(kind, at, child, more=""):
+    parent = f'parent = {{ body = "ground", point = {list(map(float, at))} }}'
+    return f'[joints.{kind}]\ntype = "{kind}"\n{parent}\nchild = {{ body = "b", {child} }}\n{more}'
+
+
+Z = "axis = [0.0, 0.0, 1.0]\n"
+LEFT = 'face = "x-"'
+ROWS["ball on a rod on a spring"] = (
+    ROWS["ball on a rod, 0.5 m/s"][0] + joint("axial", (0, 0, 0.3), 'marker = "end"', "stiffness = 1e6\n"), None)
+ROWS["ball on a rod that is held"] = (
+    ball_on_rod(0.01, (0.01, 0.1), 0.5) + joint("fixed", (0, 0, 0.1), 'marker = "end"'), None)
+ROWS["disc on a cantilever"] = (struck_beam(joint("fixed", (-0.1, 0, 0), LEFT)), None)
+ROWS["disc on a beam on a hinge"] = (struck_beam(joint("revolute", (-0.1, 0, 0), LEFT, Z)), None)
+ROWS["disc on a beam on pin and roller"] = (
+    struck_beam(
+        joint("revolute", (-0.1, 0, 0), LEFT, Z),
+        joint("generic", (0.1, 0, 0), 'face = "x+"', 'locked = ["y"]\ncloses_loop = true\n'),
+    ), None)
+ROWS["disc on a disc on a hinge"] = (
+    scenario(
+        1.5e-4,
+        body("a", "plane-stress", 'shape = "disc", radius = 0.01', (-0.01, 0, 0), (0.5, 0, 0)),
+        body("b", "plane-stress", 'shape = "disc", radius = 0.015'),
+        materials=joint("revolute", (0.015, 0, 0), "point = [0.0, 0.0], radius = 0.004", Z),
+    ), None)
 HOLLOW = """[materials.celluloid]
 youngs_modulus = 3e9
 poissons_ratio = 0.35

@@ -31,12 +31,10 @@ pub struct Evidence<'a> {
     pub numbers: Numbers,
     /// First contact \[s\].
     pub start: f64,
-    /// Closing speed [m/s].
-    pub speed: f64,
     /// The force from there on.
     pub instants: &'a [Instant],
-    /// Modes of its bodies, in the order of the bodies.
-    pub modes: Vec<Mode>,
+    /// Masses and modes of its bodies, modes in the order of the bodies.
+    pub bodies: Bodies,
     /// Where the modes of each body end in that list.
     pub ends: Vec<usize>,
     /// How the yield at the touch is known.
@@ -97,13 +95,13 @@ pub fn band(evidence: &Evidence<'_>) -> Band {
 /// # Errors
 /// Why that is not known.
 pub fn parts(evidence: &Evidence<'_>) -> Result<Vec<(Source, Numbers)>, NoBand> {
-    let Evidence { numbers, speed, .. } = evidence;
+    let Evidence { numbers, bodies, .. } = evidence;
+    let speed = bodies.approach;
     let zone = zone::error(evidence.zone, evidence.touch, evidence.across).ok_or(NoBand::Coarse)?;
     let mass = numbers.impulse / (speed + numbers.separation_velocity);
-    if !(mass > 0.0 && mass.is_finite() && *speed > 0.0 && numbers.duration > 0.0) {
+    if !(mass > 0.0 && mass.is_finite() && speed > 0.0 && numbers.duration > 0.0) {
         return Err(NoBand::Unended);
     }
-    let bodies = Bodies { mass, speed: *speed, modes: evidence.modes.clone() };
     let highest = bodies.modes.iter().map(Mode::frequency).fold(0.0, f64::max);
     let end = LONGER * numbers.duration;
     let wanted = STEPS.max(STEPS_OF_PERIOD * highest * numbers.duration);
@@ -112,7 +110,7 @@ pub fn parts(evidence: &Evidence<'_>) -> Result<Vec<(Source, Numbers)>, NoBand> 
     let h = fine.max(end * (bodies.modes.len() + 1) as f64 / MOST_WORK);
     let window = evidence.jump_window().unwrap_or(0.0);
     let grid = Grid { step: h, end, window };
-    let law = shown_law(evidence, &bodies, h).ok_or(NoBand::NotOneForce)?;
+    let law = shown_law(evidence, bodies, h).ok_or(NoBand::NotOneForce)?;
     let base = bodies.replay(&law, grid);
     let ringing = ringing_part(evidence);
     let smooth = Numbers { peak_force: numbers.peak_force - ringing, ..*numbers };
@@ -126,30 +124,30 @@ pub fn parts(evidence: &Evidence<'_>) -> Result<Vec<(Source, Numbers)>, NoBand> 
     };
     let penetration: Vec<_> = evidence.instants.iter().map(|i| (i.force, i.penetration)).collect();
     let stiffer = penalty::stiffer(law, evidence.touch, &penetration)
-        .map(|law| beside(&bodies, &law))
+        .map(|law| beside(bodies, &law))
         .unwrap_or_default();
     let of_penalty = Numbers::each(|of| penalty::to_rigid(of(&stiffer)));
-    let of_zone = beside(&bodies, &Law { scale: 1.0 + zone.approach, ..law });
+    let of_zone = beside(bodies, &Law { scale: 1.0 + zone.approach, ..law });
     let of_zone = Numbers { peak_force: of_zone.peak_force + zone.force * base.peak_force, ..of_zone };
     let [half, quarter] = [0.5, 0.25].map(|share| {
-        let (bodies, law) = modes::truncated(&bodies, &evidence.ends, law, share);
+        let (bodies, law) = modes::truncated(bodies, &evidence.ends, law, share);
         bodies.replay(&law, grid)
     });
     let of_modes = modes::change(&base, &half, &quarter);
     let of_modes = match evidence.jump_window() {
         Some(window) => {
-            modes::of_jump(&of_modes, window * numbers.peak_force / numbers.impulse, *speed, numbers)
+            modes::of_jump(&of_modes, window * numbers.peak_force / numbers.impulse, speed, numbers)
         }
         None => of_modes,
     };
     let found = [
         (Source::Penalty, of_penalty),
         (Source::Zone, of_zone),
-        (Source::Mesh, beside(&mesh::finer(&bodies), &law)),
+        (Source::Mesh, beside(&mesh::finer(bodies), &law)),
         (Source::Modes, of_modes),
         (Source::Ringing, Numbers { peak_force: ringing, ..Numbers::default() }),
-        (Source::Steps, steps::of_steps(evidence.steps, *speed, numbers)),
-        (Source::Ledger, steps::of_ledger(evidence.energy, (mass, *speed), numbers)),
+        (Source::Steps, steps::of_steps(evidence.steps, speed, numbers)),
+        (Source::Ledger, steps::of_ledger(evidence.energy, (mass, speed), numbers)),
     ];
     let mut parts = found.to_vec();
     if zone.has_no_limit {

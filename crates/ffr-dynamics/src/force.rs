@@ -54,6 +54,13 @@ pub struct GeneralisedForce {
 }
 
 impl GeneralisedForce {
+    /// The force times `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let elastic = self.elastic.iter().map(|f| f * factor).collect();
+        Self { force: self.force * factor, torque_in_body: self.torque_in_body * factor, elastic }
+    }
+
     /// No force on a body with `n` elastic coordinates.
     pub fn zeros(n: usize) -> Self {
         Self { force: Vector3::zeros(), torque_in_body: Vector3::zeros(), elastic: vec![0.0; n] }

@@ -20,4 +20,5 @@ pub use multibody::Multibody;
 pub use multibody::error_scale::ErrorScale;
 pub use reaction::Reaction;
 pub use vibration::held_damping::OwnDamping;
+pub use vibration::pressed::PressedMode;
 pub use vibration::{SystemMode, SystemModes};

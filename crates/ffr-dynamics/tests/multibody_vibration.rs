@@ -3,6 +3,7 @@
 use crate::dynamics_support::{Random, block};
 use faer::Mat;
 use ffr_dynamics::body::{GeometricStiffening, RigidMotion, StandardInputData};
+use ffr_dynamics::force::GeneralisedForce;
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::system::{
@@ -109,6 +110,45 @@ fn double_pendulum_in_the_tree_and_closed_by_a_loop() {
     for (found, expected) in found.modes.iter().zip(expected) {
         assert!((found.squared_frequency / expected - 1.0).abs() < CLOSED_FORM, "{found:?} {expected}");
         assert!((found.shares.iter().sum::<f64>() - 1.0).abs() < 1e-14);
+    }
+}
+
+/// A unit force across at the end of a rod of the length `l`.
+fn push(l: f64) -> GeneralisedForce {
+    GeneralisedForce { force: Vector3::x(), torque_in_body: Vector3::z() * l, elastic: Vec::new() }
+}
+
+#[test]
+fn a_force_meets_the_modes_of_what_joints_hold() {
+    let (m, l) = ([2.0, 0.8], [0.7, 0.4]);
+    let upper = hinge("one", (GROUND, "pin"), ("upper", "top"));
+    let alone = system(vec![rod("upper", m[0], l[0])], vec![upper.clone()], vec![]);
+    let mut y = alone.rest();
+    alone.set_joint(&mut y, 0, &[0.0], &[0.3]).unwrap();
+    let found = alone.pressed_modes((0.0, &y), &[(0, push(l[0]))]).unwrap();
+    let [mode] = &found[..] else { panic!("one coordinate") };
+    // l²/(m l²/3); weight is left out; the end moves by l times the angular velocity.
+    assert!(
+        (mode.share * mode.share * m[0] / 3.0 - 1.0).abs() < 1e-14 && mode.squared_frequency.abs() <= 0.0,
+        "{mode:?}"
+    );
+    assert!((mode.share * mode.start[1] / (0.3 * l[0]) - 1.0).abs() < 1e-14, "{mode:?}");
+    assert!((mode.carried / mode.share - 1.0).abs() < 1e-14, "{mode:?}");
+
+    // Two rods, in the tree and closed by a loop: the mobility is that of the inverse of their inertia by absolute angles.
+    let bodies = || vec![rod("upper", m[0], l[0]), rod("lower", m[1], l[1])];
+    let lower = hinge("two", ("upper", "end"), ("lower", "top"));
+    let inertia = [(m[0] / 3.0 + m[1]) * l[0] * l[0], 0.5 * m[1] * l[0] * l[1], m[1] * l[1] * l[1] / 3.0];
+    let [a, b, c] = inertia;
+    let expected = (c * l[0] * l[0] - 2.0 * b * l[0] * l[1] + a * l[1] * l[1]) / (a * c - b * b);
+    let tree = system(bodies(), vec![upper.clone(), lower.clone()], vec![]);
+    let tied = system(bodies(), vec![upper], vec![lower]);
+    let mut y = tied.rest();
+    tied.set_joint(&mut y, 1, &[0.0, -l[0], 0.0, 1.0, 0.0, 0.0, 0.0], &[0.0; 6]).unwrap();
+    for (system, y) in [(&tree, tree.rest()), (&tied, y)] {
+        let modes = system.pressed_modes((0.0, &y), &[(1, push(l[1]))]).unwrap();
+        let mobility: f64 = modes.iter().map(|mode| mode.share * mode.share).sum();
+        assert!(modes.len() == 2 && (mobility / expected - 1.0).abs() < 1e-12, "{mobility} {expected}");
     }
 }
 

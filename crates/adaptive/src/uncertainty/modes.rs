@@ -69,9 +69,20 @@ mod tests {
 
     #[test]
     fn what_is_cut_off_yields_statically() {
-        let mode = |stiffness: f64| Mode { stiffness, damping: 0.0, share: 1.0, start: [0.0; 2], error: 0.0 };
-        let bodies =
-            Bodies { mass: 1.0, speed: 1.0, modes: vec![mode(1.0), mode(4.0), mode(1.0), mode(100.0)] };
+        let mode = |stiffness: f64| Mode {
+            stiffness,
+            damping: 0.0,
+            share: 1.0,
+            carried: 0.0,
+            start: [0.0; 2],
+            error: 0.0,
+        };
+        let bodies = Bodies {
+            mass: 1.0,
+            speed: 1.0,
+            approach: 1.0,
+            modes: vec![mode(1.0), mode(4.0), mode(1.0), mode(100.0)],
+        };
         let law = Law::shown(super::super::law::Power { factor: 1.0, exponent: 1.0 });
         let (kept, law) = truncated(&bodies, &[2, 4], law, 0.5);
         assert_eq!(kept.modes.len(), 2);

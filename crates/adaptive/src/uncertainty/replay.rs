@@ -12,6 +12,9 @@ pub struct Mode {
     pub damping: f64,
     /// How far the gap opens by a unit of the coordinate, and the modal force by a unit of the contact's.
     pub share: f64,
+    /// What a unit rate of it adds to the speed at which the bodies separate by their momenta (Eq. Q.2); zero of a body that
+    /// nothing holds.
+    pub carried: f64,
     /// Coordinate and rate at the touch.
     pub start: [f64; 2],
     /// Relative error of the frequency by the mesh.
@@ -87,10 +90,12 @@ pub struct Grid {
 /// The masses and modes of an impact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Bodies {
-    /// Effective mass of the rigid motions \[kg\].
+    /// Effective mass of the rigid motions; infinite if there are none \[kg\].
     pub mass: f64,
     /// Their closing speed at the touch [m/s].
     pub speed: f64,
+    /// The closing speed by the momenta of the bodies, over which the restitution is taken [m/s].
+    pub approach: f64,
     /// Modes.
     pub modes: Vec<Mode>,
 }
@@ -162,6 +167,12 @@ impl March {
         (rigid - (opened - self.start), compliance)
     }
 
+    /// Speed at which the bodies separate by their momenta.
+    fn separation(&self, modes: &[Mode]) -> f64 {
+        let by_modes = modes.iter().zip(&self.coordinates).map(|(mode, at)| mode.carried * at[1]);
+        by_modes.sum::<f64>() - self.speed
+    }
+
     fn end_step(&mut self, force: f64) {
         let h = self.h;
         self.approach += self.speed * h - (2.0 * self.force + force) * h * h / (6.0 * self.mass);
@@ -209,14 +220,14 @@ impl Bodies {
                 // The force falls to zero like the approach: from there on evenly.
                 let share = before / (before - free);
                 numbers.duration = (n as f64 - 1.0 + share.clamp(0.0, 1.0)) * h;
-                numbers.separation_velocity = -march.speed;
+                numbers.separation_velocity = march.separation(&self.modes);
             }
             before = if force > 0.0 { free - compliance * force } else { 0.0 };
         }
         if march.force > 0.0 {
-            (numbers.duration, numbers.separation_velocity) = (end, -march.speed);
+            (numbers.duration, numbers.separation_velocity) = (end, march.separation(&self.modes));
         }
-        numbers.restitution = numbers.separation_velocity / self.speed;
+        numbers.restitution = numbers.separation_velocity / self.approach;
         numbers
     }
 }
@@ -230,7 +241,7 @@ mod tests {
 
     #[test]
     fn a_mass_on_a_spring_is_right() {
-        let bodies = Bodies { mass: 2.0, speed: 3.0, modes: Vec::new() };
+        let bodies = Bodies { mass: 2.0, speed: 3.0, approach: 3.0, modes: Vec::new() };
         let law = Law::shown(Power { factor: 1.0 / 800.0, exponent: 1.0 });
         let omega = 20.0_f64;
         let found = bodies.replay(&law, Grid { step: 1e-3 * PI / omega, end: 1.5 * PI / omega, window: 0.0 });
@@ -243,7 +254,8 @@ mod tests {
     #[test]
     fn a_mode_moves_as_its_equation_says() {
         // q'' + 0.4 q' + 9 q = 2 (1 + t/2), from 0.3 and 0.1, beside central differences.
-        let mode = Mode { stiffness: 9.0, damping: 0.4, share: 2.0, start: [0.3, 0.1], error: 0.0 };
+        let mode =
+            Mode { stiffness: 9.0, damping: 0.4, share: 2.0, carried: 0.0, start: [0.3, 0.1], error: 0.0 };
         let h = 0.5;
         let transition = Transition::new(&mode, h);
         let mut found = transition.step(mode.start, 1.0);
@@ -263,8 +275,9 @@ mod tests {
 
     #[test]
     fn the_law_of_a_record_is_found_again() {
-        let mode = Mode { stiffness: 900.0, damping: 0.0, share: 0.3, start: [0.0; 2], error: 0.0 };
-        let bodies = Bodies { mass: 2.0, speed: 3.0, modes: vec![mode] };
+        let mode =
+            Mode { stiffness: 900.0, damping: 0.0, share: 0.3, carried: 0.0, start: [0.0; 2], error: 0.0 };
+        let bodies = Bodies { mass: 2.0, speed: 3.0, approach: 3.0, modes: vec![mode] };
         let forces: Vec<f64> = (0..200).map(|i| (f64::from(i) * 0.01).sin()).collect();
         let (h, found) = (1e-3, bodies.approaches(&forces, 1e-3));
         // Without modes: v t less the double integral of the force over the mass.

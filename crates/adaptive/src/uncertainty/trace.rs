@@ -1,5 +1,7 @@
 //! What is kept of a contact in a trial.
 
+use ffr_dynamics::force::GeneralisedForce;
+
 /// The force of a contact at the end of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instant {
@@ -11,15 +13,25 @@ pub struct Instant {
     pub penetration: f64,
 }
 
+/// What a contact begins with.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Beginning {
+    /// Coordinates and rates of the modes of each of its bodies, which nothing holds.
+    Free(Vec<Vec<[f64; 2]>>),
+    /// The state of the system, in which joints hold a body of it.
+    Held(Vec<f64>),
+}
+
 /// What is kept of a contact.
 #[derive(Debug, Clone, Default)]
 pub struct Trace {
-    /// Beginning \[s\], and coordinates and rates of each body's modes there.
-    pub begun: Option<(f64, Vec<Vec<[f64; 2]>>)>,
+    /// Beginning \[s\], and the state of the system there: coordinates and rates of each body's modes, or, where
+    /// joints hold a body, all of it.
+    pub begun: Option<(f64, Beginning)>,
     /// Its force.
     pub instants: Vec<Instant>,
-    /// Modal forces on each body at the peak, for a unit of the contact's.
-    pub shares: Vec<Vec<f64>>,
+    /// Forces on each body at the peak, for a unit of the contact's.
+    pub pushes: Vec<GeneralisedForce>,
     /// Whether no other forces acted on the bodies there.
     pub is_alone: bool,
     /// Energy at the first instant and at the last \[J\].

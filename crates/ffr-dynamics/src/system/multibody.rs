@@ -552,7 +552,12 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
             }
         }
         if self.model.has_constraints() {
+            // The forces of the last evaluation are those of the step, which closing changes in the last digits.
+            let Workspace { sums, spare_sums, .. } = &mut self.workspace;
+            std::mem::swap(sums, spare_sums);
             has_changed |= self.close_loops(t, y);
+            let Workspace { sums, spare_sums, .. } = &mut self.workspace;
+            std::mem::swap(sums, spare_sums);
         }
         has_changed
     }

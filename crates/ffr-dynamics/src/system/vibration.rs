@@ -3,6 +3,7 @@
 mod dead_load;
 pub(super) mod small_motion;
 pub mod held_damping;
+pub mod pressed;
 
 use std::ops::DerefMut;
 

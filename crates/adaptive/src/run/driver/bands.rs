@@ -11,14 +11,19 @@ use crate::checks::resolution::{frequency_error, highest_free_mode};
 use crate::record::ImpactRecord;
 use crate::record::band::{Band, NoBand};
 use crate::system::body::{BodyForm, BodyModel};
-use crate::uncertainty::replay::{Mode, Numbers};
-use crate::uncertainty::trace::Instant;
+use crate::uncertainty::replay::{Bodies, Mode, Numbers};
+use crate::uncertainty::trace::{Beginning, Instant};
 use crate::uncertainty::zone::ZoneEstimate;
 use crate::uncertainty::{Evidence, band};
 
 /// Force that is not the contact's, as a share of it, up to which it acts alone: with more the shares of the
 /// modes would be off by as much.
 const ALONE: f64 = 1e-3;
+/// Rates of a system that joints hold, at most, for whose modes together an impact pays: a second.
+const MOST_RATES: usize = 400;
+/// Angle \[rad\] by which a mode that counts as a rigid motion goes on during the impact: a hundredth changes its
+/// displacement by 2e-5.
+const SLOW: f64 = 1e-2;
 
 impl Driver<'_> {
     /// The bodies of contact `i`.
@@ -37,7 +42,10 @@ impl Driver<'_> {
             let state = &states[body];
             state.elastic.iter().zip(&state.elastic_rates).map(|(q, rate)| [*q, *rate]).collect()
         };
-        let at_start = self.pressed(i).map(of).collect();
+        let at_start = match self.pressed(i).all(|body| self.is_free(body)) {
+            true => Beginning::Free(self.pressed(i).map(of).collect()),
+            false => Beginning::Held(self.integrator.state().to_vec()),
+        };
         self.slots[i].trace.begun = Some((time, at_start));
     }
 
@@ -65,8 +73,7 @@ impl Driver<'_> {
                 (sums[body].force - expected).norm() <= ALONE * resultant.norm()
             };
             trace.is_alone = bodies.clone().all(alone);
-            let share = |(body, _): (usize, _)| sums[body].elastic.iter().map(|f| f / force).collect();
-            trace.shares = bodies.map(share).collect();
+            trace.pushes = bodies.map(|(body, _)| sums[body].scaled(force.recip())).collect();
         }
     }
 
@@ -105,20 +112,18 @@ impl Driver<'_> {
             return Err(NoBand::Coarse);
         }
         if !record.separation_velocity.is_finite() {
-            return Err(NoBand::Unended);
+            return Err(if is_alone { NoBand::Unended } else { NoBand::OtherForces });
         }
         if record.start < begun - self.impact_step {
             return Err(NoBand::Continued);
         }
-        if !(is_alone && trace.is_alone && self.pressed(i).all(|body| self.is_free(body))) {
+        if !trace.is_alone {
             return Err(NoBand::OtherForces);
         }
-        let (mut modes, mut ends) = (Vec::new(), Vec::new());
-        let since = record.start - begun;
-        for ((body, shares), at_start) in self.pressed(i).zip(&trace.shares).zip(at_start) {
-            modes.extend(self.modes_of(body, (shares, at_start), since)?);
-            ends.push(modes.len());
-        }
+        let (bodies, ends) = match at_start {
+            Beginning::Free(at_start) => self.free_bodies(record, (i, at_start), record.start - begun)?,
+            Beginning::Held(y) => self.held_bodies(record, (i, y), record.start - begun)?,
+        };
         let within = |instant: &&Instant| (record.start..=record.end).contains(&instant.time);
         let mut instants = vec![Instant { time: record.start, force: 0.0, penetration: 0.0 }];
         instants.extend(trace.instants.iter().filter(within));
@@ -134,9 +139,8 @@ impl Driver<'_> {
                 restitution: record.restitution,
             },
             start: record.start,
-            speed: record.approach_velocity,
             instants: &[],
-            modes,
+            bodies,
             ends,
             zone: facts.zone,
             touch: doubts.touch,
@@ -162,36 +166,97 @@ impl Driver<'_> {
         joint.kind == kind && joint.parent.body.is_none() && joint.coordinates.is_empty() && !holds_other
     }
 
-    /// The modes of `body` with their shares at the peak and what they were at the beginning, the touch being
-    /// `since` \[s\] later.
-    fn modes_of(
+    /// Bodies of contact `i` that nothing holds, with their modes and where those of each end; `at_start`: what these were at the beginning, the
+    /// touch being `since` \[s\] later.
+    fn free_bodies(
         &self,
-        body: usize,
-        (shares, at_start): (&[f64], &[[f64; 2]]),
+        record: &ImpactRecord,
+        (i, at_start): (usize, &[Vec<[f64; 2]>]),
         since: f64,
-    ) -> Result<Vec<Mode>, NoBand> {
+    ) -> Result<(Bodies, Vec<usize>), NoBand> {
+        let (mut modes, mut ends) = (Vec::new(), Vec::new());
+        for ((body, push), at_start) in self.pressed(i).zip(&self.slots[i].trace.pushes).zip(at_start) {
+            let data = &self.model.system.model().bodies[body].data;
+            let is_simple = data.modal_mass == ModalMass::Identity
+                && !matches!(data.modal_damping, ModalDamping::Full(_));
+            if !is_simple || at_start.len() != push.elastic.len() {
+                return Err(NoBand::ModesOfFile);
+            }
+            let errors = self.frequency_errors(body)?;
+            let mode = |(k, (share, start)): (usize, (&f64, &[f64; 2]))| {
+                let stiffness = data.modal_stiffness[k];
+                let damping = match &data.modal_damping {
+                    ModalDamping::PerMode(coefficients) => coefficients[k],
+                    ModalDamping::None | ModalDamping::Full(_) => 0.0,
+                };
+                let error = errors(stiffness);
+                Mode { stiffness, damping, share: *share, carried: 0.0, start: *start, error }.after(since)
+            };
+            modes.extend(push.elastic.iter().zip(at_start).enumerate().map(mode));
+            ends.push(modes.len());
+        }
+        let (speed, approach) = (record.approach_velocity, record.approach_velocity);
+        let mass = record.impulse / (speed + record.separation_velocity);
+        Ok((Bodies { mass, speed, approach, modes }, ends))
+    }
+
+    /// Bodies of contact `i` of which joints hold one: the modes of the system in its state `y` at the beginning, those of each body together
+    /// (Eq. U.13).
+    fn held_bodies(
+        &self,
+        record: &ImpactRecord,
+        (i, y): (usize, &[f64]),
+        since: f64,
+    ) -> Result<(Bodies, Vec<usize>), NoBand> {
+        let system = &self.model.system;
+        let model = system.model();
+        let is_driven =
+            model.bodies.iter().any(|body| body.layout.n_velocities < body.joint.kind.n_velocities());
+        if model.n_rates() > MOST_RATES || is_driven || y.len() != self.model.dimension() {
+            return Err(NoBand::OtherForces);
+        }
+        let errors =
+            self.pressed(i).map(|body| self.frequency_errors(body)).collect::<Result<Vec<_>, _>>()?;
+        let pushes: Vec<_> = self.pressed(i).zip(self.slots[i].trace.pushes.iter().cloned()).collect();
+        let mut found = system.pressed_modes((record.start, y), &pushes).map_err(|_| NoBand::OtherForces)?;
+        found.sort_by_key(|mode| mode.body);
+        let (mut mobility, mut speed) = (0.0, 0.0);
+        let (mut modes, mut ends) = (Vec::new(), Vec::new());
+        let slowest = (SLOW / (record.end - record.start)).powi(2);
+        for (k, mode) in found.iter().enumerate() {
+            let stiffness = mode.squared_frequency;
+            if stiffness <= slowest {
+                mobility += mode.share * mode.share;
+                speed -= mode.share * mode.start[1];
+            } else {
+                let error = errors.iter().map(|error| error(stiffness)).fold(0.0, f64::max);
+                let (damping, share, carried, start) = (mode.damping, mode.share, mode.carried, mode.start);
+                modes.push(Mode { stiffness, damping, share, carried, start, error }.after(since));
+            }
+            if found.get(k + 1).is_none_or(|next| next.body != mode.body) {
+                ends.push(modes.len());
+            }
+        }
+        let approach = record.approach_velocity;
+        Ok((Bodies { mass: mobility.recip(), speed, approach, modes }, ends))
+    }
+
+    /// The share by which the mesh of `body` puts a frequency off, of its square [rad²/s²].
+    fn frequency_errors(&self, body: usize) -> Result<impl Fn(f64) -> f64 + use<>, NoBand> {
         let model: &BodyModel = &self.model.bodies[body];
-        let data = &self.model.system.model().bodies[body].data;
-        let is_simple =
-            data.modal_mass == ModalMass::Identity && !matches!(data.modal_damping, ModalDamping::Full(_));
-        if matches!(model.form, BodyForm::Imported(_)) || !is_simple || at_start.len() != shares.len() {
+        if matches!(model.form, BodyForm::Imported(_)) {
             return Err(NoBand::ModesOfFile);
         }
         let known = self.model.frequency_errors.get(body).copied().flatten();
         // The mesh is asked once, for it is slow to answer.
+        let data = &self.model.system.model().bodies[body].data;
         let highest = data.modal_stiffness.iter().copied().fold(0.0, f64::max);
         let ask = || frequency_error(model, highest.sqrt() / std::f64::consts::TAU);
         let of_highest = if known.is_none() && highest > 0.0 { ask() } else { None };
-        let mode = |(k, (share, start)): (usize, (&f64, &[f64; 2]))| {
-            let stiffness = data.modal_stiffness[k];
-            let damping = match &data.modal_damping {
-                ModalDamping::PerMode(coefficients) => coefficients[k],
-                ModalDamping::None | ModalDamping::Full(_) => 0.0,
-            };
-            let of_mesh = of_highest.map(|(error, power)| error * (stiffness / highest).sqrt().powf(power));
-            let error = known.or(of_mesh).unwrap_or(0.0);
-            Mode { stiffness, damping, share: *share, start: *start, error }.after(since)
-        };
-        Ok(shares.iter().zip(at_start).enumerate().map(mode).collect())
+        Ok(move |stiffness: f64| {
+            let of_mesh =
+                of_highest.map(|(error, power)| error * (stiffness / highest).sqrt().min(1.0).powf(power));
+            known.or(of_mesh).unwrap_or(0.0)
+        })
     }
 }

@@ -26,6 +26,8 @@ pub(in crate::system) struct Powers {
 pub(in crate::system) struct Workspace {
     pub states: Vec<BodyState>,
     pub sums: Vec<GeneralisedForce>,
+    /// In its place while motions are corrected, which does not ask for forces.
+    pub spare_sums: Vec<GeneralisedForce>,
     pub edges: Vec<JointKinematics>,
     pub(in crate::system) bodies: Vec<BodyWorkspace>,
     pub pose: TreePose,
@@ -58,6 +60,7 @@ impl Workspace {
         };
         Self {
             sums: model.bodies.iter().map(|b| GeneralisedForce::zeros(b.layout.n_modes)).collect(),
+            spare_sums: model.bodies.iter().map(|b| GeneralisedForce::zeros(b.layout.n_modes)).collect(),
             edges: model.bodies.iter().map(edge).collect(),
             bodies: model.bodies.iter().map(|b| BodyWorkspace::new(&b.data, &b.deformation)).collect(),
             pose: TreePose::new(model),

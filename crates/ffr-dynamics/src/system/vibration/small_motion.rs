@@ -1,7 +1,7 @@
 //! Mass and stiffness of a joined system about a pose at rest (docs/theory.md Eq. M.55 to M.57, M.63).
 
 use faer::{Mat, MatRef};
-use nalgebra::Vector3;
+use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::dead_load::DeadLoad;
 use crate::error::{DynamicsError, EvaluationFailure};
@@ -321,12 +321,32 @@ impl SmallMotion {
         }
     }
 
+    /// Momenta of all bodies moving with `frames` and elastic rates, and those along the modes.
+    pub fn momenta_of(
+        &self,
+        model: &MultibodyModel,
+        frames: &[SpatialVector],
+        rates: &[f64],
+    ) -> (Vec<SpatialVector>, Vec<f64>) {
+        let (mut rigid, mut modal) = (vec![[0.0; 6]; frames.len()], vec![0.0; rates.len()]);
+        self.momenta(model, frames, rates, &mut rigid, &mut modal);
+        (rigid, modal)
+    }
+
+    /// The rigid motion that carries the momenta of body `i`, `rigid` in its axes, as it stands (Eq. Q.2).
+    pub fn carrying(&self, i: usize, rigid: &SpatialVector) -> SpatialVector {
+        let inertia = Matrix6::from_fn(|r, c| self.inertia[i].rigid[r][c]);
+        // Of plane bodies some directions have none.
+        let least = f64::EPSILON * inertia.amax();
+        let inverse = inertia.pseudo_inverse(least).unwrap_or_else(|_| Matrix6::zeros());
+        (inverse * Vector6::from_row_slice(rigid)).into()
+    }
+
     /// Twice the kinetic energy of each body for `rates`.
     pub fn energies(&self, model: &MultibodyModel, edges: &[JointKinematics], rates: &[f64]) -> Vec<f64> {
         let mut frames = vec![[0.0; 6]; self.inertia.len()];
         frame_velocities(model, edges, rates, &mut frames);
-        let (mut rigid, mut modal) = (vec![[0.0; 6]; frames.len()], vec![0.0; rates.len()]);
-        self.momenta(model, &frames, rates, &mut rigid, &mut modal);
+        let (rigid, modal) = self.momenta_of(model, &frames, rates);
         let of = |(i, body): (usize, &TreeBody)| {
             let elastic = body.layout.rates_elastic();
             dot(&rigid[i], &frames[i]) + dot(&modal[elastic.clone()], &rates[elastic])
@@ -501,7 +521,7 @@ impl Movable {
 }
 
 /// A force in the axes of the body.
-fn wrench(state: &BodyState, sum: &GeneralisedForce) -> SpatialVector {
+pub(super) fn wrench(state: &BodyState, sum: &GeneralisedForce) -> SpatialVector {
     join(&state.rotation.inverse_transform_vector(&sum.force), &sum.torque_in_body)
 }
 
