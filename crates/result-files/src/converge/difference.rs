@@ -296,7 +296,15 @@ mod tests {
     use super::*;
 
     fn impact(contact: &str, order: usize, [start, peak_force, duration, impulse]: [f64; 4]) -> Impact {
-        Impact { contact: contact.to_owned(), order, start, duration, peak_force, impulse }
+        Impact {
+            contact: contact.to_owned(),
+            order,
+            start,
+            duration,
+            peak_force,
+            impulse,
+            bands: [f64::NAN; 3],
+        }
     }
 
     fn motion(body: &str, speed: f64, turn: f64, fastest: f64) -> Motion {

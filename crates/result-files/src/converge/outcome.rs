@@ -51,6 +51,8 @@ pub struct Impact {
     pub peak_force: f64,
     /// Normal force over time [N s].
     pub impulse: f64,
+    /// Bands of peak force, duration and impulse, as the run has them; NaN where it has none \[N, s, N s\].
+    pub bands: [f64; 3],
 }
 
 impl Outcome {
@@ -91,6 +93,7 @@ fn impacts(rows: &[ImpactRow]) -> Vec<Impact> {
         duration: row.end - row.start,
         peak_force: row.peak_force,
         impulse: row.impulse,
+        bands: [row.peak_force_uncertainty, row.duration_uncertainty, row.impulse_uncertainty],
     };
     rows.iter().enumerate().map(impact).collect()
 }

@@ -64,7 +64,7 @@ impl Study<'_> {
     }
 
     fn impact(&self, number: usize, impact: &Impact, out: &mut String) {
-        let Impact { contact, start, duration, peak_force, impulse, .. } = impact;
+        let Impact { contact, start, duration, peak_force, impulse, bands, .. } = impact;
         let _ = writeln!(
             out,
             "impact {number}, contact {contact}: at {start:.6e} s, peak {peak_force:.6} N, {duration:.5e} s long, impulse {impulse:.6e} N s"
@@ -75,6 +75,9 @@ impl Study<'_> {
             "  {:<16} {:>11} {:>11} {:>11} {:>11}",
             heads[0], heads[1], heads[2], heads[3], heads[4]
         );
+        let values = [peak_force, duration, impulse];
+        let [peak, long, push] = [0, 1, 2].map(|k| share(bands[k] / values[k].abs()).replace('+', "±"));
+        let _ = writeln!(out, "  {:<16} {:>11} {peak:>11} {long:>11} {push:>11}", "predicted", "-");
         for (name, difference) in self.complete() {
             let Some(change) = difference.impacts.iter().find(|i| i.number == number) else {
                 let _ = writeln!(out, "  {name:<16} {:>11}", "missing");
@@ -183,7 +186,9 @@ fn run(outcome: &Outcome) -> Value {
 fn base(outcome: &Outcome) -> Value {
     let impacts = outcome.impacts.iter().enumerate().map(|(i, impact)| {
         json!({ "impact": i + 1, "contact": impact.contact, "start": impact.start, "duration": impact.duration,
-            "peak_force": impact.peak_force, "impulse": impact.impulse })
+            "peak_force": impact.peak_force, "impulse": impact.impulse,
+            "peak_force_uncertainty": finite(impact.bands[0]), "duration_uncertainty": finite(impact.bands[1]),
+            "impulse_uncertainty": finite(impact.bands[2]) })
     });
     let bodies = outcome
         .motions
