@@ -252,6 +252,30 @@ mod tests {
     }
 
     #[test]
+    fn a_slow_mode_that_carries_momentum_is_a_rigid_motion() {
+        let law = Law::shown(Power { factor: 1.0 / 800.0, exponent: 1.0 });
+        let grid = Grid { step: 1e-4, end: 0.25, window: 0.0 };
+        let rigid = Bodies { mass: 2.0, speed: 3.0, approach: 3.0, modes: Vec::new() };
+        // Of unit mass with a share of the root of 1/m; its stiffness moves it by 1e-4 rad meanwhile.
+        let share = 0.5_f64.sqrt();
+        let slow = Mode {
+            stiffness: 2e-7,
+            damping: 0.0,
+            share,
+            carried: share,
+            start: [0.0, -3.0 / share],
+            error: 0.0,
+        };
+        let held = Bodies { mass: f64::INFINITY, speed: 0.0, approach: 3.0, modes: vec![slow] };
+        let [expected, found] = [rigid, held].map(|bodies| bodies.replay(&law, grid));
+        for of in
+            [|n: &Numbers| n.peak_force, |n: &Numbers| n.separation_velocity, |n: &Numbers| n.restitution]
+        {
+            assert!((of(&found) / of(&expected) - 1.0).abs() < 1e-5, "{found:?} {expected:?}");
+        }
+    }
+
+    #[test]
     fn a_mode_moves_as_its_equation_says() {
         // q'' + 0.4 q' + 9 q = 2 (1 + t/2), from 0.3 and 0.1, beside central differences.
         let mode =
