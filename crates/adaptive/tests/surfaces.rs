@@ -11,6 +11,8 @@ use adaptive::spec::{DiscretisationSpec, ElasticSpec, ReductionSpec};
 use adaptive::surface::{MeshSurface, SplineSurface, Surface};
 use fe_mesh::{ElementKind, Mesh};
 use iga_core::elasticity::{Material, Model};
+use iga_core::nurbs::Shape;
+use iga_core::nurbs::primitives::round::Round;
 use iga_core::nurbs::primitives::solid;
 use nalgebra::Vector3;
 
@@ -103,6 +105,36 @@ fn cylinders() -> Vec<(String, Arc<dyn Surface>)> {
         all.push((format!("{kind:?}"), mesh(kind, [1, 6, 3], place)));
     }
     all
+}
+
+#[test]
+fn a_face_is_flat_as_far_as_it_is_plane() {
+    let (radius, fillet) = (RADIUS, 0.3 * RADIUS);
+    let round = |crown_radius| Round::RoundedCylinder {
+        radius,
+        length: 2.0 * HALF,
+        crown_radius,
+        fillet_radius: Some(fillet),
+    };
+    let faces = |round: Round| {
+        let of = |shape: Shape, model| SplineSurface::of(&Arc::new(shape), &model) as Arc<dyn Surface>;
+        let axial = of(round.axisymmetric().unwrap(), Model::Axisymmetric);
+        [(axial, -Vector3::y()), (of(round.solid().unwrap(), Model::Solid), -Vector3::z())]
+    };
+    for (surface, down) in faces(round(None)) {
+        let at = [0.5 * RADIUS, 0.0, 0.0];
+        assert!(surface.has_flat_face(&at, &down, 1e-6));
+        assert!(!surface.has_flat_face(&at, &(down + 1e-4 * Vector3::<f64>::x()).normalize(), 1e-6));
+        // On the fillet, a tenth of its angle on: no part of the end has this normal, nor this height.
+        let (sine, cosine) = 0.15_f64.sin_cos();
+        let mut there = [RADIUS - fillet + fillet * sine, 0.0, 0.0];
+        there[if down.y < 0.0 { 1 } else { 2 }] = fillet * (1.0 - cosine);
+        assert!(!surface.has_flat_face(&there, &(cosine * down + sine * Vector3::<f64>::x()), 1e-6));
+        assert!(!surface.has_flat_face(&there, &down, 1e-6));
+    }
+    for (surface, down) in faces(round(Some(10.0 * RADIUS))) {
+        assert!(!surface.has_flat_face(&[0.0; 3], &down, 1e-6));
+    }
 }
 
 #[test]

@@ -153,14 +153,40 @@ impl SplineSurface {
     }
 }
 
-/// Parameters of `face` at shares of its ranges.
-fn at_shares(face: &Face, patch: &Patch, shares: [f64; 2]) -> [f64; 3] {
-    let (lower, upper) = patch.domain();
-    let mut xi = face.on_face(&lower);
-    for (d, share) in face.directions().zip(shares) {
-        xi[d] = lower[d] + share * (upper[d] - lower[d]);
+/// A part of a face between knots.
+struct FacePart {
+    face: Face,
+    lower: [f64; 3],
+    upper: [f64; 3],
+}
+
+impl FacePart {
+    /// Parameters at shares of its ranges.
+    fn at_shares(&self, shares: [f64; 2]) -> [f64; 3] {
+        let mut xi = self.lower;
+        for (d, share) in self.face.directions().zip(shares) {
+            xi[d] += share * (self.upper[d] - self.lower[d]);
+        }
+        xi
     }
-    xi
+}
+
+/// The parts of `face` between the knots of its patch.
+fn parts(face: &Face, patch: &Patch) -> Vec<FacePart> {
+    let (lower, upper) = patch.domain();
+    let whole = FacePart { face: *face, lower: face.on_face(&lower), upper: face.on_face(&upper) };
+    face.directions().fold(vec![whole], |parts, d| {
+        let breaks = patch.knots()[d].breaks();
+        let cut = |part: FacePart| -> Vec<FacePart> {
+            let between = |ends: &[f64]| {
+                let mut cut = FacePart { ..part };
+                (cut.lower[d], cut.upper[d]) = (ends[0], ends[1]);
+                cut
+            };
+            breaks.windows(2).map(between).collect()
+        };
+        parts.into_iter().flat_map(cut).collect()
+    })
 }
 
 impl Surface for SplineSurface {
@@ -253,11 +279,12 @@ impl Surface for SplineSurface {
     }
 
     fn has_flat_face(&self, point: &[f64; 3], outward: &Vector3<f64>, parallel: f64) -> bool {
-        self.outer.iter().any(|face| {
+        // A part between knots may be plane where the face as a whole goes on in a fillet.
+        self.outer.iter().flat_map(|face| parts(face, &self.patches()[face.id.patch])).any(|part| {
             let mut scratch = PointBasis::default();
-            let patch = &self.patches()[face.id.patch];
+            let (face, patch) = (part.face, &self.patches()[part.face.id.patch]);
             SAMPLES.iter().all(|shares| {
-                let at = face.at(patch, &at_shares(face, patch, *shares), &mut scratch);
+                let at = face.at(patch, &part.at_shares(*shares), &mut scratch);
                 let height = (Vector3::from(at.point) - Vector3::from(*point)).dot(outward);
                 let lean = Vector3::from(at.normal).cross(outward).norm();
                 Vector3::from(at.normal).dot(outward) > 0.5
