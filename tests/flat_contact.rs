@@ -114,7 +114,7 @@ fn what_touches_first_is_known_from_shapes_and_motions() {
     for (name, text, wanted) in cases {
         assert_eq!(kind(&text), Some(wanted), "{name}");
     }
-    // The edge of a box has points along it, a face has none where another's edge lies along it.
+    // An edge of the target along a face, of which any place is nearest, is an edge.
     let boxes = |turns: [[f64; 3]; 2], pair: [&str; 2]| {
         let cube = |name: &str, z: f64, turn: [f64; 3], speed: f64| {
             format!(
@@ -129,7 +129,7 @@ fn what_touches_first_is_known_from_shapes_and_motions() {
     let (down, up) = (["upper", "lower"], ["lower", "upper"]);
     assert_eq!(kind(&boxes([flat, flat], down)), Some(TouchKind::Flat));
     assert_eq!(kind(&boxes([along, flat], down)), Some(TouchKind::Edge));
-    assert_eq!(kind(&boxes([along, flat], up)), Some(TouchKind::BetweenPoints));
+    assert_eq!(kind(&boxes([along, flat], up)), Some(TouchKind::Edge));
     assert_eq!(kind(&boxes([along, across], down)), Some(TouchKind::Edge));
     assert_eq!(kind(&boxes([flat, [20.0, 30.0, 0.0]], down)), Some(TouchKind::Edge));
     // Jackets of four faces whose nets are singular where they meet.

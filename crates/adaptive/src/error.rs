@@ -435,9 +435,9 @@ pub enum ContactModelFault {
         /// The first point of contact in the body's frame \[m\].
         point: [f64; 3],
     },
-    /// A touch with an edge of the target that no contact points see.
+    /// A touch with a curved edge of the target that no contact points see.
     #[error(
-        "an edge of its target lies along a face of the contact body, where no contact points stand; the points of an edge stand on its own body: {}",
+        "a curved edge of its target lies along a face of the contact body, where no contact points stand; the points of an edge stand on its own body: {}",
         if *.is_rigid { "make the target elastic (leave out model = \"rigid\") and the contact body, and this one the target" } else { "exchange contact_body and target_body" }
     )]
     BetweenPoints {

@@ -584,6 +584,10 @@ pub struct TargetPlace {
     pub xi: [f64; 3],
     /// Unit normal towards the contact body, in the target's frame.
     pub normal: [f64; 3],
+    /// Half of the straight edge that lies along a face of the contact body and has this place in its
+    /// middle, in the frames of the contact body and of the target (theory Eq. C.97); zero of a place
+    /// alone \[m\].
+    pub along: [[f64; 3]; 2],
 }
 
 impl ZoneSite {

@@ -40,6 +40,7 @@ mod state;
 mod evaluation;
 
 use friction::PairFriction;
+use projection::meeting_point::MetPlanes;
 use solver::{Compliances, PairBodies};
 use state::Work;
 
@@ -88,7 +89,7 @@ pub struct SurfacePair {
     ground: BodyState,
     tolerance: f64,
     /// Where edges cross, or the target has a corner.
-    meeting: Option<MeetingPoint>,
+    meeting: Option<MetPlanes>,
 }
 
 impl SurfacePair {

@@ -188,6 +188,8 @@ table!(TransferRow "transfers" "Changes of models in the course of the run, and 
         "face of the target that has an edge or a corner where the contact body meets it at one point (theory C.63), counted through its patches; -1 elsewhere";
     edge_place: [f64; 3] ["–"], "parameters of that point in the face's patch";
     edge_normal: [f64; 3] ["–"], "unit normal there towards the contact body, in the target's frame";
+    edge_along: [f64; 6] ["m"],
+        "half of the straight edge that lies along a face of the contact body and has this point in its middle (theory C.97), in the frames of the contact body (3) and of the target (3); zeros where one point is met";
     part: [f64; 8] ["–"],
         "the part of a surface with edges that is the zone (theory C.91): place (3) and direction to the partner (3) in the model's components, depth and radius in m; zeros where it is all";
     target_part: [f64; 8] ["–"], "the same of the target body";

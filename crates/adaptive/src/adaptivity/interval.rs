@@ -32,6 +32,13 @@ pub struct IntervalGrid {
     pub n_elements: [usize; 2],
 }
 
+impl IntervalGrid {
+    /// That of the whole surface of a body of the size `size` \[m\].
+    pub fn of_whole(size: f64) -> Self {
+        Self { widths: [size, 0.0], ends: Vec::new(), n_elements: [1; 2] }
+    }
+}
+
 /// Share of an interval's elements that shall touch (\[A\] section 4.2).
 pub const TARGET_UTILISATION: f64 = 0.7;
 

@@ -19,7 +19,7 @@ use super::reduced::{Interface, ReducedBody, ReductionInput, geometric_stiffenin
 use crate::body::mesh::MeshedBody;
 use crate::body::splines::ElasticBody;
 use crate::body::zone::at_start::StartZone;
-use crate::body::zone::{ContactZone, WholeRequest};
+use crate::body::zone::{ContactZone, PointsAbout, WholeRequest};
 use crate::error::AdaptiveError;
 use crate::spec::unsupported::Unsupported;
 use crate::spec::{Area, FlexibleSpec, FrameSpec, IntervalSpec};
@@ -162,6 +162,18 @@ pub trait FieldBody: Field {
         size: ([f64; 2], f64),
         interval: &IntervalSpec,
     ) -> Result<Box<dyn FineModel>, AdaptiveError>;
+
+    /// The model refined about an edge of the target that lies along a face, with the whole surface as
+    /// its zone (theory Eq. C.98); none of elements that are not refined along lines, and where the
+    /// edge lies `about` no line.
+    fn refined_along(self: Arc<Self>, _about: &PointsAbout) -> Option<Box<dyn FineModel>> {
+        None
+    }
+
+    /// Length of the elements of that model across the edge \[m\].
+    fn length_along(&self, _about: &PointsAbout) -> Option<f64> {
+        None
+    }
 
     /// The body of splines, whose faces contact zones lie on; none of one of other elements.
     fn splines(&self) -> Option<&ElasticBody> {

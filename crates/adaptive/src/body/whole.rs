@@ -38,10 +38,10 @@ pub fn fine_model(
     if let ZoneSize::Interval { widths, finer } = site.size {
         return Arc::clone(body).refined((site.face, site.centre), (widths, finer), interval);
     }
-    let about = site.place().map(|(face, xi)| {
-        let place = body.undeformed().place(face, &xi);
-        PointsAbout { place, meets: site.meets }
-    });
+    let about = PointsAbout::of(body.undeformed(), site);
+    if let Some(fine) = about.as_ref().and_then(|about| Arc::clone(body).refined_along(about)) {
+        return Ok(fine);
+    }
     let request = WholeRequest { about, part: site.part };
     Ok(Box::new(WholeBody { body: Arc::clone(body), request }))
 }
@@ -65,7 +65,7 @@ impl FineModel for WholeBody {
     }
 
     fn grid(&self) -> IntervalGrid {
-        IntervalGrid { widths: [self.body.size(), 0.0], ends: Vec::new(), n_elements: [1; 2] }
+        IntervalGrid::of_whole(self.body.size())
     }
 
     fn contact_elements(&self, zone: &ContactZone) -> Vec<[usize; 2]> {

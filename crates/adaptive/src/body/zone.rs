@@ -14,19 +14,24 @@ use iga_core::elasticity::Model;
 use iga_core::nurbs::Face;
 use iga_core::nurbs::jet::{diagonal, difference, norm};
 use iga_core::nurbs::{FaceId, SAME_PLACE};
-use iga_core::surface::{BodySurface, CollocationPoint, gauss_points, greville_points, lobatto_points};
+use iga_core::surface::{
+    BodySurface, CollocationPoint, FacePoint, gauss_points, greville_points, lobatto_points,
+};
+use nalgebra::Vector3;
 
 use crate::body::splines::Discretised;
-use crate::record::{TargetPlace, TouchedPart};
+use crate::record::{TargetPlace, TouchedPart, ZoneSite};
 use crate::spec::PointRule;
-use crate::surface::SurfacePlace;
+use crate::surface::{Surface, SurfacePlace};
 
+mod met_edge;
 mod on_sides;
 mod whole_mesh;
 pub mod at_start;
 pub mod contact;
 pub mod on_mesh;
 
+pub use met_edge::MetEdge;
 pub use on_sides::{longest_across, longest_within};
 
 /// A contact zone on faces of a body.
@@ -48,8 +53,9 @@ pub struct ContactZone {
     pub region: ZoneRegion,
     /// Which part of the surface of the body it covers.
     pub extent: ZoneExtent,
-    /// Indices of the points that meet an edge or a corner of the target (theory Eq. C.63).
-    pub meeting: Vec<usize>,
+    /// Indices of the points that meet an edge or a corner of the target (theory Eq. C.63), with their
+    /// places along the edge from its middle, as shares of its half; zero of a place alone.
+    pub meeting: Vec<(usize, f64)>,
 }
 
 /// What of a whole surface is a contact zone.
@@ -69,6 +75,20 @@ pub struct PointsAbout {
     /// The edge or corner of the target that the place meets. Without one, points stand ever more
     /// densely towards the place.
     pub meets: Option<TargetPlace>,
+}
+
+impl PointsAbout {
+    /// That of the zone at `site` of `surface`; none of one without further points.
+    pub fn of(surface: &dyn Surface, site: &ZoneSite) -> Option<Self> {
+        let place = site.place().map(|(face, xi)| surface.place(face, &xi))?;
+        Some(Self { place, meets: site.meets })
+    }
+
+    /// The edge of the target that lies along a face at the place; none of a place alone.
+    pub fn edge(&self) -> Option<MetEdge> {
+        let half = Vector3::from(self.meets?.along[0]);
+        (half.norm() > 0.0).then_some(MetEdge { middle: self.place.point.into(), half })
+    }
 }
 
 /// Number of halvings of the sides of elements towards a place where an edge touches (theory
@@ -186,14 +206,16 @@ impl ContactZone {
     /// unknowns of the functions that are not zero there. At the place `about`, if there is one,
     /// every face that meets there has a point: for a bent edge, which may touch between the points
     /// of its elements, with further points ever more densely about the place; to meet an edge or a
-    /// corner of the target, without them.
+    /// corner of the target, without them. An edge of the target that lies along a face has points
+    /// along it in place of those that stand there.
     ///
     /// # Errors
     /// [`ContactError::Nothing`] for a body without an outer face.
     pub fn whole(body: &Discretised<'_>, about: Option<&PointsAbout>) -> Result<Self, ContactError> {
         let faces = Face::outer(body.patches, *body.model == Model::Axisymmetric);
         let size = diagonal(body.space.control_points());
-        let here = about.map(|about| about.place.point);
+        let edge = about.and_then(PointsAbout::edge);
+        let here = about.filter(|_| edge.is_none()).map(|about| about.place.point);
         let places: Vec<(FaceId, [f64; 3])> = here.map_or_else(Vec::new, |here| {
             let on = |face: &Face| {
                 let found = BodySurface::of_faces(body.patches, vec![*face]).closest(body.patches, &here)?;
@@ -203,7 +225,30 @@ impl ContactZone {
         });
         let is_met = about.is_some_and(|about| about.meets.is_some());
         let halvings = if is_met { 0 } else { HALVINGS };
-        let found = lobatto_points(body.space, body.patches, &faces, (&places, halvings));
+        let mut found = lobatto_points(body.space, body.patches, &faces, (&places, halvings));
+        let mut meeting: Vec<(usize, f64)> = Vec::new();
+        if let Some(edge) = &edge {
+            let surface = BodySurface::of_faces(body.patches, faces.clone());
+            let on = |point: [f64; 3]| surface.closest(body.patches, &point);
+            let element = |at: &FacePoint| body.space.find_element(faces[at.face].id.patch, &at.xi);
+            let own = on(edge.middle.into()).map_or([0.0; 3], |at| at.normal);
+            found.retain(|p| !edge.holds(&p.point, &p.normal, &own, size));
+            let largest = found.iter().map(|p| p.area).fold(0.0, f64::max);
+            let points = edge.points(&own, size, |point| on(point).map(|at| element(&at)));
+            for (share, weight) in points {
+                let Some(at) = on(edge.at(share)) else { continue };
+                meeting.push((found.len(), share));
+                found.push(CollocationPoint {
+                    face: faces[at.face].id,
+                    element: element(&at),
+                    xi: at.xi,
+                    point: at.point,
+                    normal: own,
+                    area: weight * largest,
+                    function: None,
+                });
+            }
+        }
         if found.is_empty() {
             return Err(ContactError::Nothing { what: "the body has no outer face" });
         }
@@ -219,14 +264,15 @@ impl ContactZone {
                 facing: Some(p.normal),
             })
             .collect();
-        let is_here = |p: &CollocationPoint| {
-            here.is_some_and(|here| norm(&difference(&p.point, &here)) <= 4.0 * SAME_PLACE * size)
-        };
-        let meeting: Vec<usize> = (0..found.len()).filter(|i| is_met && is_here(&found[*i])).collect();
-        // The spring of a point has no area of its own: together they have that of the stiffest of
-        // all.
-        let largest = points.iter().map(|p| p.area).fold(0.0, f64::max);
-        meeting.iter().for_each(|&i| points[i].area = largest / meeting.len() as f64);
+        if let Some(here) = here.filter(|_| is_met) {
+            let is_here =
+                |p: &CollocationPoint| norm(&difference(&p.point, &here)) <= 4.0 * SAME_PLACE * size;
+            meeting.extend((0..found.len()).filter(|i| is_here(&found[*i])).map(|i| (i, 0.0)));
+            // The spring of a point has no area of its own: together they have that of the stiffest of
+            // all.
+            let largest = points.iter().map(|p| p.area).fold(0.0, f64::max);
+            meeting.iter().for_each(|(i, _)| points[*i].area = largest / meeting.len() as f64);
+        }
         let gauss = gauss_points(body.space, body.patches, &faces, None);
         Ok(Self {
             unknowns: interface(body, &gauss, &points),

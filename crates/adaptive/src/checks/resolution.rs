@@ -8,8 +8,9 @@ use ffr_dynamics::force::BodyState;
 
 use crate::body::field_body::{CARRIED, FieldBody, LongestElement};
 use crate::body::loads::{HeldPlace, PLACE_ERROR};
-use crate::record::ImpactRecord;
+use crate::body::zone::PointsAbout;
 use crate::record::warning::{Warning, WarningKind};
+use crate::record::{ImpactRecord, ZoneSite};
 use crate::sizing::impact_time::ForceNeeds;
 use crate::spec::Coupling;
 use crate::state::impact_monitor::Ringing;
@@ -177,14 +178,26 @@ pub fn longest_element_of(body: &BodyModel) -> Option<f64> {
 
 /// The warning of a contact in which an edge or a corner touches at a time \[s\], or with
 /// `keeps_sides` a place too long for finer elements, on the elements that the body has.
-pub fn edge_touch((contact, time): (&str, f64), body: &BodyModel, keeps_sides: bool) -> Option<Warning> {
-    let (what, pressure, besides) = if keeps_sides {
-        let strip = ", or have a strip of short sides along it and model = \"quasistatic\"";
-        ("a place touches that is too long for finer elements", "is not resolved", strip)
+pub fn edge_touch(
+    (contact, time): (&str, f64),
+    (body, site): (&BodyModel, Option<&ZoneSite>),
+    keeps_sides: bool,
+) -> Option<Warning> {
+    let elastic = &body.flexible()?.body;
+    let about = site.and_then(|site| PointsAbout::of(elastic.undeformed(), site));
+    let finer =
+        || format!("compare with smaller elements of body \"{}\": {}", body.name, elastic.finer_there());
+    let longest = || longest_element_of(body);
+    let (what, pressure, length, remedy) = if keeps_sides {
+        let remedy =
+            format!("{}, or have a strip of short sides along it and model = \"quasistatic\"", finer());
+        ("a place touches that is too long for finer elements", "is not resolved", longest()?, remedy)
+    } else if let Some(length) = about.and_then(|about| elastic.length_along(&about)) {
+        let remedy = "compare with an edge that is rounded, as all are".to_owned();
+        ("an edge touches along a face", "has no limit", length, remedy)
     } else {
-        ("an edge or a corner touches", "has no limit", "")
+        ("an edge or a corner touches", "has no limit", longest()?, finer())
     };
-    let length = longest_element_of(body)?;
     Some(Warning {
         kind: WarningKind::EdgeTouch,
         subject: format!("contact \"{contact}\""),
@@ -195,11 +208,7 @@ pub fn edge_touch((contact, time): (&str, f64), body: &BodyModel, keeps_sides: b
             "{what}: impulse, motion and energy do not depend on how far it yields, but peak force and duration do, and \
              elements of up to {length:.3e} m yield as a whole; pressure there {pressure}"
         ),
-        remedy: format!(
-            "compare with smaller elements of body \"{}\": {}{besides}",
-            body.name,
-            body.flexible()?.body.finer_there()
-        ),
+        remedy,
     })
 }
 

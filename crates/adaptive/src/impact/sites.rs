@@ -165,8 +165,8 @@ impl AdaptiveContact {
 
     /// The zone on the contact body for a touch of the kind `whole`: its whole surface. An edge
     /// that may touch between the points of its elements has further points about the nearest place
-    /// (Eq. C.65), and a touch with an edge or a corner of the target has one point there
-    /// (Eq. C.63). Flat faces, and straight edges on a plane, touch at the points of the elements.
+    /// (Eq. C.65), a touch with an edge or a corner of the target has one point there (Eq. C.63), and
+    /// an edge of the target along a face points along it (Eq. C.97). Flat faces, and straight edges on a plane, touch at the points of the elements.
     pub fn whole_site(
         &self,
         bodies: &[BodyModel],
@@ -225,7 +225,7 @@ impl AdaptiveContact {
         nearest: &Nearest,
     ) -> Option<TargetPlace> {
         let (own, target) = self.moved(bodies, states)?;
-        met_place(&Side::new(own), &Side::new(target?), nearest)
+        met_place(&Side::new(own), &Side::new(target?), nearest, PARALLEL_IN_RUN)
     }
 
     /// The kind of `touch`, if an edge or flat faces touch and `widths` do not ask for an interval:

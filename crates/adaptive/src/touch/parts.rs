@@ -4,13 +4,13 @@
 pub(crate) mod side;
 mod line;
 
-use iga_core::nurbs::SAME_PLACE;
+use contact_qs::search::SurfaceSite;
 use nalgebra::Vector3;
 
 use crate::record::TouchedPart;
 use crate::touch::detection::Nearest;
-use line::middle_of_line;
-use side::{Moved, Side, touch_direction};
+use line::{middle_of_line, site};
+use side::{EdgeOver, Moved, Side, slack, touch_direction};
 
 /// Which parts of two surfaces touch first: smooth faces, flat faces, edges or lines.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,7 +24,7 @@ pub enum TouchKind {
     Flat,
     /// An edge, a rim or a corner of one of the bodies or of both.
     Edge,
-    /// An edge of the target that lies along a face of the contact body, where no contact points
+    /// A curved edge of the target that lies along a face of the contact body, where no contact points
     /// stand but perhaps at its ends.
     BetweenPoints,
 }
@@ -103,8 +103,8 @@ impl TouchKind {
 /// How two bodies touch.
 #[derive(Debug, Clone, Copy)]
 pub struct Touch {
-    /// The places that touch: the nearest ones or, of a whole straight line of them, those at its
-    /// middle.
+    /// The places that touch: the nearest ones or, of a whole straight line or edge of them, those at
+    /// its middle.
     pub nearest: Nearest,
     /// What touches there.
     pub kind: TouchKind,
@@ -125,10 +125,43 @@ impl Touch {
 
     /// The same at the places `nearest` themselves, even if they belong to a line.
     pub fn at_places(own: Moved<'_>, other: Option<Moved<'_>>, nearest: &Nearest, parallel: f64) -> Self {
-        let (own, target) = (Side::new(own), other.map(Side::new));
-        let normal = touch_direction(&own, target.as_ref(), nearest);
-        let (own, target) = (own.facing(&-normal), target.map(|side| side.facing(&normal)));
-        Self { nearest: *nearest, kind: kind_at(&own, target.as_ref(), nearest, &normal, parallel), normal }
+        let (side, target) = (Side::new(own), other.map(Side::new));
+        let normal = touch_direction(&side, target.as_ref(), nearest);
+        let (side, target) = (side.facing(&-normal), target.map(|side| side.facing(&normal)));
+        let kind = kind_at(&side, target.as_ref(), nearest, parallel);
+        let mut touch = Self { nearest: *nearest, kind, normal };
+        if let (TouchKind::Edge, Some(target), Some(other), Some(there)) =
+            (kind, &target, other, &nearest.target)
+        {
+            touch.take_edge((&side, own), (target, other), there, slack(&side, target, parallel));
+        }
+        touch
+    }
+
+    /// Takes the middle of an edge of the target that lies along a face of the contact body, no farther
+    /// from it than `slack` \[m\], as the place of the touch (Eq. C.97).
+    fn take_edge(
+        &mut self,
+        (side, own): (&Side<'_>, Moved<'_>),
+        (target, other): (&Side<'_>, Moved<'_>),
+        there: &SurfaceSite,
+        slack: f64,
+    ) {
+        let places = [side.place(&self.nearest.contact).point, target.place(there).point];
+        match side.edge_over(&places[0], &self.normal, target, &places[1], slack) {
+            Some(EdgeOver::Straight([from, to])) => {
+                let way = other.1.rotation * (0.5 * (from + to));
+                let moved = |(surface, pose): Moved<'_>, point: [f64; 3]| {
+                    let place = Vector3::from(point) + pose.rotation.inverse_transform_vector(&way);
+                    Some(site(&surface.nearest(&place.into())?.place, pose))
+                };
+                if let (Some(contact), there @ Some(_)) = (moved(own, places[0]), moved(other, places[1])) {
+                    self.nearest = Nearest { contact, target: there, ..self.nearest };
+                }
+            }
+            Some(EdgeOver::Bent) => self.kind = TouchKind::BetweenPoints,
+            None => {}
+        }
     }
 }
 
@@ -158,15 +191,9 @@ pub fn pressed_parts(
 }
 
 /// The kind of touch at the places `nearest` of the sides `own` of a contact body and `target` of
-/// its target, none of a plane, along the direction `normal`. Flat faces meet as a whole if they
-/// are inclined by no more than the angle `parallel` \[rad\].
-fn kind_at(
-    own: &Side<'_>,
-    target: Option<&Side<'_>>,
-    nearest: &Nearest,
-    normal: &Vector3<f64>,
-    parallel: f64,
-) -> TouchKind {
+/// its target, none of a plane. Flat faces meet as a whole if they are inclined by no more than the
+/// angle `parallel` \[rad\].
+fn kind_at(own: &Side<'_>, target: Option<&Side<'_>>, nearest: &Nearest, parallel: f64) -> TouchKind {
     let own_point = own.place(&nearest.contact).point;
     let target_point = target.zip(nearest.target).map(|(side, site)| side.place(&site).point);
     let both = || std::iter::once((own, own_point)).chain(target.zip(target_point));
@@ -174,11 +201,6 @@ fn kind_at(
         TouchKind::Flat
     } else if both().all(|(side, point)| side.is_smooth(&point)) {
         TouchKind::Smooth
-    } else if target.zip(target_point).is_some_and(|(target, point)| {
-        let slack = (parallel + SAME_PLACE) * own.size().min(target.size());
-        own.holds_edge(&own_point, normal, target, &point, slack)
-    }) {
-        TouchKind::BetweenPoints
     } else {
         TouchKind::Edge
     }

@@ -70,8 +70,9 @@ impl ContactSide<'_> {
             }
             (ZoneRegion::Faces(_), None) => return None,
         };
+        let along = target.motion.components(&meets.along[1]);
         Some(MeetingPoint {
-            points: self.zone.meeting.clone(),
+            points: self.zone.meeting.iter().map(|(i, share)| (*i, along.map(|c| share * c))).collect(),
             place,
             normal: target.motion.components(&meets.normal),
         })

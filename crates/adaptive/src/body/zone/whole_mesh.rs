@@ -15,8 +15,8 @@ use iga_core::surface::lobatto_towards;
 use nalgebra::{Matrix3, Vector3};
 
 use super::on_sides::unknowns_of;
-use super::{ContactZone, HALVINGS, WholeRequest, ZoneExtent, ZoneRegion};
-use crate::surface::{MeshSurface, Surface, SurfacePlace};
+use super::{ContactZone, HALVINGS, MetEdge, PointsAbout, WholeRequest, ZoneExtent, ZoneRegion};
+use crate::surface::{Foot, MeshSurface, Surface, SurfacePlace};
 
 /// Round-off of a function that is one at its node.
 const ONE: f64 = 1e-12;
@@ -149,7 +149,7 @@ impl Gathering<'_> {
 
     /// Adds a point of each of the smooth parts `groups` at their place, which meet what is there
     /// of the target; their indices.
-    fn add_meeting(&mut self, groups: &[Vec<SurfacePlace>]) -> Vec<usize> {
+    fn add_meeting(&mut self, groups: &[Vec<SurfacePlace>]) -> Vec<(usize, f64)> {
         let mut meeting = Vec::new();
         for group in groups {
             let (Some(SurfacePlace { face, xi, .. }), Some(normal)) =
@@ -159,14 +159,45 @@ impl Gathering<'_> {
             };
             let at = self.surface.at(*face as usize, &[xi[0], xi[1]]);
             let nodes = self.surface.sides()[*face as usize].nodes.iter().copied();
-            meeting.push(self.points.len());
+            meeting.push((self.points.len(), 0.0));
             let (position, functions) = (at.position.into(), nodes.zip(at.functions.values).collect());
             self.points.push(Gathered { xi: *xi, position, functions, area: normal, size: 0.0 });
         }
         // The spring of a point has no area of its own: together they have that of the stiffest of
         // all.
         let largest = self.points.iter().map(|g| g.size).fold(0.0, f64::max);
-        meeting.iter().for_each(|&k| self.points[k].size = largest / meeting.len() as f64);
+        meeting.iter().for_each(|(k, _)| self.points[*k].size = largest / meeting.len() as f64);
+        meeting
+    }
+
+    /// Adds points along `edge` in place of those that stand there; their indices and shares.
+    fn add_edge(&mut self, edge: &MetEdge) -> Vec<(usize, f64)> {
+        let (surface, size) = (self.surface, self.surface.length());
+        let on = |point: [f64; 3]| surface.nearest(&point);
+        let own = on(edge.middle.into()).map_or_else(Vector3::zeros, |at| at.normal);
+        let is_apart = |g: &Gathered| {
+            let normal = g.area.try_normalize(0.0).unwrap_or_default();
+            !edge.holds(&g.position.into(), &normal.into(), own.as_ref(), size)
+        };
+        self.points.retain(is_apart);
+        let largest = self.points.iter().map(|g| g.size).fold(0.0, f64::max);
+        let points = edge.points(own.as_ref(), size, |point| on(point).map(|at| at.place.face as usize));
+        let mut meeting = Vec::new();
+        for (share, weight) in points {
+            let Some(Foot { place: SurfacePlace { face, xi, .. }, .. }) = on(edge.at(share)) else {
+                continue;
+            };
+            let at = surface.at(face as usize, &[xi[0], xi[1]]);
+            let nodes = surface.sides()[face as usize].nodes.iter().copied();
+            meeting.push((self.points.len(), share));
+            self.points.push(Gathered {
+                xi,
+                position: at.position.into(),
+                functions: nodes.zip(at.functions.values).collect(),
+                area: own,
+                size: weight * largest,
+            });
+        }
         meeting
     }
 }
@@ -184,7 +215,9 @@ impl ContactZone {
     pub fn whole_mesh(surface: &MeshSurface, request: &WholeRequest) -> Result<Self, MeshFault> {
         let about = request.about.as_ref();
         let is_met = about.is_some_and(|about| about.meets.is_some());
-        let there = about.map_or_else(Vec::new, |about| surface.sides_at(&about.place));
+        let edge = about.and_then(PointsAbout::edge);
+        let alone = about.filter(|_| edge.is_none());
+        let there = alone.map_or_else(Vec::new, |about| surface.sides_at(&about.place));
         let groups = surface.smooth_groups(&there);
         let mut gathering = Gathering {
             surface,
@@ -212,7 +245,11 @@ impl ContactZone {
             };
             points.into_iter().for_each(|point| gathering.add(i, point, group));
         }
-        let meeting = if is_met { gathering.add_meeting(&groups) } else { Vec::new() };
+        let meeting = match &edge {
+            Some(edge) => gathering.add_edge(edge),
+            None if is_met => gathering.add_meeting(&groups),
+            None => Vec::new(),
+        };
         let parameters = gathering.points.iter().map(|g| g.xi).collect();
         let points = gathering.points.into_iter().map(|g| SurfacePoint {
             position: g.position.into(),

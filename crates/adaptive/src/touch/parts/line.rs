@@ -140,7 +140,7 @@ impl LineTouch {
 }
 
 /// A place of a body in the motion `pose` as a search finds it.
-fn site(place: &SurfacePlace, pose: &BodyState) -> SurfaceSite {
+pub fn site(place: &SurfacePlace, pose: &BodyState) -> SurfaceSite {
     let point = pose.position + pose.rotation * Vector3::from(place.point);
     SurfaceSite { face: place.face, xi: place.xi, point }
 }

@@ -4,6 +4,7 @@
 use contact_qs::search::SurfaceSite;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::force::BodyState;
+use iga_core::nurbs::SAME_PLACE;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::record::{TargetPlace, TouchedPart};
@@ -14,6 +15,9 @@ use crate::touch::tolerances::{ALONG_EDGE, ROUND_OFF, SAME_DIRECTION};
 /// Limit of the sweeps over the normals of a cone: the normals at a place differ by 8 degrees or
 /// more, so that each sweep reduces the error by 2 % or more.
 const SWEEPS: usize = 500;
+/// Halvings of the way along an edge in the search for the end of a face under it: to a billionth of
+/// the bodies' size, as places are known.
+const HALVINGS: usize = 30;
 /// Improvement below which a direction does not count as better than an earlier one: the error that
 /// the sweeps leave.
 const BETTER: f64 = 1e-6;
@@ -128,37 +132,54 @@ impl<'a> Side<'a> {
         different(self.surface.normals_at(point)).len()
     }
 
-    /// Whether an edge of the solid `target` lies along a face of this body. The edge touches the
-    /// smooth part of the face at `point` of this body and `there` of the target with the normal
-    /// `normal`; it lies along the face if it is no farther from it than `slack` \[m\] at a tenth
-    /// of the bodies' size.
-    pub fn holds_edge(
+    /// The edge of the solid `target` that lies along a face of this body, if there is one. It touches
+    /// the smooth part of the face at `point` of this body and `there` of the target with the normal
+    /// `normal`, and is no farther from it than `slack` \[m\] at a tenth of the bodies' size.
+    pub fn edge_over(
         &self,
         point: &[f64; 3],
         normal: &Vector3<f64>,
         target: &Self,
         there: &[f64; 3],
         slack: f64,
-    ) -> bool {
+    ) -> Option<EdgeOver> {
         if self.surface.motion() != RigidMotion::Spatial {
-            return false;
+            return None;
         }
-        let length = ALONG_EDGE * self.size.min(target.size);
+        let least = self.size.min(target.size);
         let (here, start) = (Vector3::from(*point), Vector3::from(*there));
-        let is_inside = |x: Vector3<f64>| {
-            let in_space = target.rotation * (x - start);
+        let over = |way: &Vector3<f64>| {
+            let in_space = target.rotation * way;
             let place = here + self.rotation.inverse_transform_vector(&in_space);
             let found = self.surface.nearest(&place.into());
-            found.is_some_and(|found| {
+            found.filter(|found| {
                 let outward = self.rotation * found.normal;
-                // Places beside the face do not count, nor do edges of this body, where contact
-                // points stand.
-                found.distance <= slack
-                    && outward.dot(normal) < -ALONG
-                    && self.n_normals(&found.place.point) == 1
+                found.distance <= slack && outward.dot(normal) < -ALONG
             })
         };
-        target.surface.along_edges(there, length).into_iter().any(is_inside)
+        // Places beside the face do not count, nor do edges of this body, where contact points stand.
+        let is_inside =
+            |way: &Vector3<f64>| over(way).is_some_and(|found| self.n_normals(&found.place.point) == 1);
+        let is_edge = |way: &Vector3<f64>| {
+            let found = target.surface.nearest(&(start + way).into());
+            found.is_some_and(|found| found.distance <= slack && target.n_normals(&found.place.point) > 1)
+        };
+        let ways = target.surface.along_edges(there, ALONG_EDGE * least).into_iter().map(|end| end - start);
+        let way = ways.into_iter().find(is_inside)?;
+        if !is_edge(&(0.5 * way)) {
+            return Some(EdgeOver::Bent);
+        }
+        let farthest = 2.0 * least * way.normalize();
+        let end = |farthest: Vector3<f64>| {
+            let [mut inside, mut outside] = [0.0, 1.0];
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (inside + outside);
+                let way = middle * farthest;
+                if over(&way).is_some() && is_edge(&way) { inside = middle } else { outside = middle }
+            }
+            inside * farthest
+        };
+        Some(EdgeOver::Straight([end(-farthest), end(farthest)]))
     }
 
     /// Whether the surface is smooth at `point`: the faces that meet there have one normal, which
@@ -168,6 +189,15 @@ impl<'a> Side<'a> {
         let all_within = |cosine: f64| normals.iter().all(|normal| normal.dot(&self.outward) > cosine);
         all_within(ALONG) || normals.len() == 1 && all_within(self.surface.smooth_cosine())
     }
+}
+
+/// An edge of a target that lies along a face of the contact body.
+pub enum EdgeOver {
+    /// A straight one: from the place of the touch to both ends of the part that lies there, in the
+    /// target's frame \[m\].
+    Straight([Vector3<f64>; 2]),
+    /// A curved one.
+    Bent,
 }
 
 /// `normals` without those that agree with an earlier one.
@@ -181,10 +211,17 @@ fn different(normals: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
     different
 }
 
+/// Largest distance of an edge from a face along which it lies, inclined by the angle `parallel` \[rad\]
+/// at most \[m\].
+pub fn slack(own: &Side<'_>, target: &Side<'_>, parallel: f64) -> f64 {
+    (parallel + SAME_PLACE) * own.size().min(target.size())
+}
+
 /// The place of an edge or a corner of the target that the contact body meets, with the normal of
 /// Eq. C.62. None if the target is smooth there, or if one of its faces has this normal: then the
-/// face is touched, at its end.
-pub fn met_place(own: &Side<'_>, target: &Side<'_>, nearest: &Nearest) -> Option<TargetPlace> {
+/// face is touched, at its end. Of a straight edge along a face, which may be inclined by the angle
+/// `parallel` \[rad\], the place is the middle of the part that lies there.
+pub fn met_place(own: &Side<'_>, target: &Side<'_>, nearest: &Nearest, parallel: f64) -> Option<TargetPlace> {
     let (here, there) = (own.place(&nearest.contact), target.place(nearest.target.as_ref()?));
     if target.n_normals(&there.point) < 2 {
         return None;
@@ -194,8 +231,16 @@ pub fn met_place(own: &Side<'_>, target: &Side<'_>, nearest: &Nearest) -> Option
     if faces.iter().any(|face| face.dot(&normal) > SAME_DIRECTION) {
         return None;
     }
+    let slack = slack(own, target, parallel);
+    let along = match own.edge_over(&here.point, &normal, target, &there.point, slack) {
+        Some(EdgeOver::Straight([from, to])) => {
+            let half = 0.5 * (to - from);
+            [own.rotation.inverse_transform_vector(&(target.rotation * half)).into(), half.into()]
+        }
+        Some(EdgeOver::Bent) | None => [[0.0; 3]; 2],
+    };
     let normal = target.rotation.inverse_transform_vector(&normal).into();
-    Some(TargetPlace { face: there.face, xi: there.xi, normal })
+    Some(TargetPlace { face: there.face, xi: there.xi, normal, along })
 }
 
 /// Direction from the target to the contact body: between the nearest places or, where these agree

@@ -1,13 +1,13 @@
 //! Meeting points: places on an edge or a corner of the target, which have no normal by themselves
 //! and get the one of the touch, where edges cross or where a corner or an edge of the target
-//! touches the contact body (docs/theory.md Eq. C.63).
+//! touches the contact body, at one place or along a straight line (docs/theory.md Eqs. C.63, C.97).
 
 use ffr_dynamics::data_error::DataError;
 use iga_core::nurbs::jet::{difference, dot, norm};
 
-use super::{Displaced, Functions, Projection, SurfacePlace};
+use super::{Displaced, Functions, Projection, Samples, SurfacePlace};
 use crate::ContactError;
-use crate::surface_pair::SurfacePair;
+use crate::surface_pair::{SurfacePair, TargetSurface};
 
 /// Distance from the place within which points meet the plane, as a share of the target's size;
 /// further away curved edges have left the plane.
@@ -15,34 +15,61 @@ const REACH: f64 = 0.02;
 /// Error of the length of a unit vector: round-off.
 const UNIT: f64 = 1e-9;
 
-/// Points of the contact body that meet one place of the target. For them the surface of the target
-/// is the plane through that place.
+/// Points of the contact body that meet one place of the target each. For them the surface of the
+/// target is the plane through that place.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeetingPoint {
-    /// Indices of the points, which stand in one place.
-    pub points: Vec<usize>,
-    /// The place on the target, its face counted as they were given to [`crate::surface_pair::TargetSurface`].
+    /// Indices of the points, ascending, and how far from `place` the undeformed target has the place
+    /// that each of them meets, in the components of its model \[m\].
+    pub points: Vec<(usize, [f64; 3])>,
+    /// A place on the target, its face counted as they were given to [`crate::surface_pair::TargetSurface`].
     pub place: SurfacePlace,
     /// Unit normal towards the contact body, in the components of the target's model.
     pub normal: [f64; 3],
 }
 
 impl MeetingPoint {
-    /// Projection of the point `x` on the plane through the displaced place, whose functions are
+    /// The same with the place of each point on the undeformed `surface`.
+    fn on(self, surface: &TargetSurface) -> MetPlanes {
+        let mut functions = Functions::new(surface);
+        let undeformed = Displaced { surface, nodes: &surface.nodes, normals: &[], slack: 0.0 };
+        let mut samples = Samples::new(surface);
+        samples.update(undeformed);
+        let start = undeformed.jet(&self.place, &mut functions).point;
+        let mut place_at = |aside: [f64; 3]| {
+            let there = std::array::from_fn(|c| start[c] + aside[c]);
+            let is_start = norm(&aside) == 0.0;
+            let mut found = || undeformed.on_all_faces(&there, None, &samples, &mut functions).place;
+            if is_start { self.place } else { found() }
+        };
+        let points = self.points.iter().map(|(i, aside)| (*i, place_at(*aside))).collect();
+        MetPlanes { points, normal: self.normal }
+    }
+}
+
+/// The same with the place of each point.
+pub(in crate::surface_pair) struct MetPlanes {
+    points: Vec<(usize, SurfacePlace)>,
+    normal: [f64; 3],
+}
+
+impl MetPlanes {
+    /// Projection of the point `x` on the plane through the displaced `place`, whose functions are
     /// left in `functions`; none of a point that has slid too far from it.
-    pub(super) fn project(
+    fn project(
         &self,
+        place: SurfacePlace,
         displaced: Displaced<'_>,
         x: &[f64; 3],
         functions: &mut Functions,
     ) -> Option<Projection> {
-        let jet = displaced.jet(&self.place, functions);
+        let jet = displaced.jet(&place, functions);
         let away = difference(x, &jet.point);
         let gap = dot(&away, &self.normal);
         let along: [f64; 3] = std::array::from_fn(|c| away[c] - gap * self.normal[c]);
         let is_near = norm(&along) <= REACH * displaced.surface.size;
         is_near.then_some(Projection {
-            place: self.place,
+            place,
             element: jet.element,
             point: along,
             normal: self.normal,
@@ -54,8 +81,8 @@ impl MeetingPoint {
 }
 
 impl SurfacePair {
-    /// Lets the points of `meeting` meet the plane through its place in place of the surface, as
-    /// long as they are near it.
+    /// Lets the points of `meeting` meet the planes through their places in place of the surface, as
+    /// long as they are near them.
     ///
     /// # Errors
     /// [`ContactError::Data`] if a point or the face does not exist, [`ContactError::Nothing`] without a unit normal.
@@ -64,13 +91,13 @@ impl SurfacePair {
             true => Ok(()),
             false => Err(DataError::Index { what: what.into(), number, count }),
         };
-        meeting.points.iter().try_for_each(|i| check("points that meet", *i, self.points.len()))?;
+        meeting.points.iter().try_for_each(|(i, _)| check("points that meet", *i, self.points.len()))?;
         check("faces of the target", meeting.place.face as usize, self.surface.faces.len())?;
         let error = (norm(&meeting.normal) - 1.0).abs();
         if error.is_nan() || error > UNIT {
             return Err(ContactError::Nothing { what: "a place without a normal" });
         }
-        self.meeting = Some(meeting);
+        self.meeting = Some(meeting.on(&self.surface));
         Ok(self)
     }
 
@@ -83,7 +110,53 @@ impl SurfacePair {
         displaced: Displaced<'_>,
         functions: &mut Functions,
     ) -> Option<Projection> {
-        let meeting = self.meeting.as_ref().filter(|meeting| meeting.points.contains(&i))?;
-        meeting.project(displaced, x, functions)
+        let meeting = self.meeting.as_ref()?;
+        let k = meeting.points.binary_search_by_key(&i, |(i, _)| *i).ok()?;
+        meeting.project(meeting.points[k].1, displaced, x, functions)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surface_pair::target::TargetFace;
+    use ffr_dynamics::body::RigidMotion;
+    use iga_core::nurbs::{Face, FaceId, Patch};
+    use iga_core::space::PatchSpace;
+    use iga_core::splines::knots::KnotVector;
+
+    #[test]
+    fn points_along_an_edge_meet_planes_through_their_own_places() {
+        let corners = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2].map(f64::from)).collect();
+        let knots = vec![KnotVector::uniform(1, 1).expect("knots"); 3];
+        let patches = vec![Patch::new(knots, corners, vec![1.0; 8]).expect("a cube")];
+        let space = PatchSpace::new(patches.clone()).expect("a space");
+        let faces: Vec<TargetFace> = (0..6)
+            .map(|k| FaceId { patch: 0, direction: k / 2, upper: k % 2 == 1 })
+            .map(|id| TargetFace::whole(Face::new(&patches, id, false), &patches))
+            .collect();
+        let surface = TargetSurface::rigid(RigidMotion::Spatial, &space, &patches, &faces)
+            .expect("a surface")
+            .complete();
+        // The edge along z at x = y = 1, met in its middle on the face x = 1, whose parameters are y and z.
+        let normal = [0.5_f64.sqrt(), 0.5_f64.sqrt(), 0.0];
+        let shares = [-0.5, -0.2, 0.0, 0.37];
+        let points = shares.iter().enumerate().map(|(i, z)| (2 * i, [0.0, 0.0, *z])).collect();
+        let met =
+            MeetingPoint { points, place: SurfacePlace { face: 1, xi: [1.0, 0.5] }, normal }.on(&surface);
+        let displaced = Displaced { surface: &surface, nodes: &surface.nodes, normals: &[], slack: 0.0 };
+        let mut functions = Functions::new(&surface);
+        for ((i, place), (k, z)) in met.points.iter().zip(shares.iter().enumerate()) {
+            let y = displaced.jet(place, &mut functions).point;
+            // Places of a search are found to the root of round-off along the surface.
+            let there = [1.0, 1.0, 0.5 + z];
+            assert!(*i == 2 * k && norm(&difference(&y, &there)) < 1e-7, "{y:?} {there:?}");
+            // A point over the edge there is as far from it as from its plane, one that has slid on meets faces.
+            let over = std::array::from_fn(|c| there[c] + 0.01 * normal[c]);
+            let found = met.project(*place, displaced, &over, &mut functions).expect("it is near");
+            assert!((found.gap - 0.01).abs() < 1e-9 && found.normal == normal, "{found:?}");
+            let away = [over[0], over[1], over[2] + 0.1];
+            assert!(met.project(*place, displaced, &away, &mut functions).is_none());
+        }
     }
 }

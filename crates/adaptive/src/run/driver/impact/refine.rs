@@ -244,7 +244,7 @@ impl Driver<'_> {
             let contact = &self.model.contacts[i];
             let found = edge_touch(
                 (&contact.name, t),
-                &self.model.bodies[contact.body],
+                (&self.model.bodies[contact.body], fine.zones.first().map(|zone| &zone.site)),
                 self.slots[i].found.keeps_sides,
             );
             self.warn(found.map(|warning| (i, warning)).into_iter().collect())?;
