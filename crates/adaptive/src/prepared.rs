@@ -21,7 +21,7 @@ use crate::touch::sites::Sites;
 /// pairs are too, with the width and penalty factor given, unless both bodies, as far as they are
 /// flexible, are refined by their own discretisation at the places where they are nearest at the
 /// start and no interval is given: then that refinement is the model of the whole run, as it always
-/// is of coarse contacts and of those with a plane, unless these are quasistatic and nobody has given
+/// is of coarse contacts, of rigid bodies and of those with a plane, unless these are quasistatic and nobody has given
 /// a zone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Plan {
@@ -124,7 +124,13 @@ fn plan(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Result<Plan, Adapt
             |what| AdaptiveError::unsupported_contact(&contact.name, Unsupported::NoHertzPoint { what });
         return touches.no_hertz_point(contact).map_or(Ok(Plan::Point), |what| Err(refused(what)));
     };
-    check_surfaces(spec, contact)?;
+    check_surfaces(spec, contact, law)?;
+    if contact.bodies().all(|body| spec.bodies[body].kind.is_rigid()) {
+        if matches!(touches.kind(contact), Some(TouchKind::Smooth | TouchKind::Line)) {
+            return Err(AdaptiveError::unsupported_contact(&contact.name, Unsupported::SmoothByPoints));
+        }
+        return find_sites(touches, contact).map(Plan::FromStart);
+    }
     if let Some(kind) = open_touch(touches, contact, law) {
         let without_model = |fault| Err(AdaptiveError::ContactModel { contact: contact.name.clone(), fault });
         match kind.zone() {
@@ -186,19 +192,17 @@ fn find_sites(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Result<Sites
     sites.map_err(|source| AdaptiveError::Contact { contact: contact.name.clone(), source })
 }
 
-/// Checks that the contact body is flexible, and that the target has a surface.
-fn check_surfaces(spec: &RunSpec, contact: &ContactSpec) -> Result<(), AdaptiveError> {
+/// Checks that the contact body can carry points under `law`, and that all have a surface: a rigid one does in a contact without
+/// a fine zone and without flexible bodies.
+fn check_surfaces(spec: &RunSpec, contact: &ContactSpec, law: &SurfaceLaw) -> Result<(), AdaptiveError> {
     let refused = |what| Err(AdaptiveError::unsupported_contact(&contact.name, what));
-    let own = &spec.bodies[contact.body];
-    if !own.kind.has_elements() {
-        return refused(Unsupported::RigidContactBody { body: own.name.clone() });
+    let has_elements = |body: usize| spec.bodies[body].kind.has_elements();
+    let wants_elements = law.treatment.has_fine_zone() || contact.bodies().any(has_elements);
+    if wants_elements && !has_elements(contact.body) {
+        return refused(Unsupported::RigidContactBody { body: spec.bodies[contact.body].name.clone() });
     }
-    let Some(other) = contact.target.body() else { return Ok(()) };
-    let target = &spec.bodies[other];
-    if surface::address(&target.kind).is_none() {
-        return refused(Unsupported::NoSurface { body: target.name.clone() });
-    }
-    Ok(())
+    let without = contact.bodies().find(|body| surface::address(&spec.bodies[*body].kind).is_none());
+    without.map_or(Ok(()), |body| refused(Unsupported::NoSurface { body: spec.bodies[body].name.clone() }))
 }
 
 /// Checks that the parts of bodies that joints and loads hold, that move like rigid ones or are observed

@@ -20,6 +20,7 @@ pub mod hertz_contact;
 pub mod surface_pair;
 
 pub use around::damped_contact::DampedContact;
+pub use around::mutual::MutualContact;
 pub use around::vibrating_zone::{VibratingContact, ZoneVibration};
 pub use contact_element::{
     ActiveContact, Contact, ContactElement, ContactFindings, ContactReport, Meeting, Plane, Target,

@@ -7,6 +7,8 @@
 
 pub mod active;
 
+use std::ops::Add;
+
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::error::EvaluationFailure;
@@ -102,6 +104,22 @@ impl ForceEnergies {
     /// Power that is integrated within a step, while `slid` is added at its end \[W\].
     pub fn integrated_power(&self) -> f64 {
         self.dissipated_power - self.slid_rate
+    }
+}
+
+impl Add for ForceEnergies {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            elastic_high: self.elastic_high + other.elastic_high,
+            penalty: self.penalty + other.penalty,
+            kinetic: self.kinetic + other.kinetic,
+            dissipated_power: self.dissipated_power + other.dissipated_power,
+            slid: self.slid + other.slid,
+            slid_rate: self.slid_rate + other.slid_rate,
+            sliding_power: self.sliding_power + other.sliding_power,
+        }
     }
 }
 

@@ -27,6 +27,7 @@ use crate::surface::{Surface, SurfacePlace};
 mod met_edge;
 mod on_sides;
 mod whole_mesh;
+pub mod of_rigid;
 pub mod at_start;
 pub mod contact;
 pub mod on_mesh;

@@ -151,8 +151,8 @@ pub fn ringing_force(
 /// Share of the mean of a force that rings by which its peak may be above it without a word.
 const RINGS: f64 = 0.02;
 
-/// The warning of contact `contact`, whose force rings about its mean at the peak.
-pub fn ringing_peak(contact: &str, ringing: &Ringing) -> Option<Warning> {
+/// The warning of contact `contact`, whose force rings about its mean at the peak; `is_rigid`: on nothing but its springs.
+pub fn ringing_peak(contact: &str, ringing: &Ringing, is_rigid: bool) -> Option<Warning> {
     let Ringing { mean, time, share, period } = *ringing;
     (share > RINGS).then(|| Warning {
         kind: WarningKind::RingingForce,
@@ -166,7 +166,11 @@ pub fn ringing_peak(contact: &str, ringing: &Ringing) -> Option<Warning> {
             1.0 / period,
             100.0 * share
         ),
-        remedy: "read the force as that mean, or damp the modes of the body that ring (bodies.NAME.damping)".into(),
+        remedy: if is_rigid {
+            format!("read the force as that mean, begin at rest (simulation.start = \"static\"), or give contacts.{contact}.damping")
+        } else {
+            "read the force as that mean, or damp the modes of the body that ring (bodies.NAME.damping)".into()
+        },
     })
 }
 

@@ -2,8 +2,8 @@
 
 use contact_qs::ContactError;
 use contact_qs::contact_element::ActiveContact;
-use contact_qs::{Detector, HertzContact, PressureRecovery};
-use ffr_dynamics::force::BodyState;
+use contact_qs::{Detector, HertzContact, MutualContact, PressureRecovery};
+use ffr_dynamics::force::Motion;
 use ffr_dynamics::force::active::Active;
 use nalgebra::Vector3;
 
@@ -16,7 +16,8 @@ use crate::body::reduced::Interface;
 use crate::body::splines::refined_shape;
 use crate::body::zone::ContactZone;
 use crate::body::zone::at_start::{LineOnBody, StartZone, ZoneRequest, wanted_refinement};
-use crate::body::zone::contact::ZoneContact;
+use crate::body::zone::contact::{ContactSide, ZoneContact};
+use crate::body::zone::of_rigid::zone_of_rigid;
 use crate::body::zone::on_mesh::zone_on_mesh;
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::impact::AdaptiveContact;
@@ -85,7 +86,7 @@ pub fn check_refined(run: &Prepared<'_>, wishes: &[SizeRequest]) -> Result<(), A
 pub struct Zones {
     /// On the contact body.
     contact_body: ContactZone,
-    /// On the target; none on a plane and on a rigid body.
+    /// On the target; none on a plane, and on a rigid body that a flexible one touches.
     target: Option<ContactZone>,
 }
 
@@ -109,7 +110,15 @@ pub fn zones(run: &Prepared<'_>, full: &[FullModel<'_>]) -> Result<Vec<Option<Zo
         check_line(run, planned)?;
         let (contact, Some((_, sites))) = (planned.spec, planned.from_start()) else { return Ok(None) };
         let zone = |body: usize, site: SurfacePlace| {
-            let FullModel::Flexible(full) = &full[body] else { return Err(no_surface(contact)) };
+            let full = match &full[body] {
+                FullModel::Flexible(full) => full,
+                FullModel::Rigid(rigid) => {
+                    let fail = |source| AdaptiveError::Contact { contact: contact.name.clone(), source };
+                    let shape = rigid.geometry().ok_or_else(|| no_surface(contact))?;
+                    return zone_of_rigid(shape.shape, shape.model).map_err(fail);
+                }
+                FullModel::Imported(_) => return Err(no_surface(contact)),
+            };
             let zone = start_zone(run, planned, body, site, |wanted| full.zone_at_start(wanted));
             let zone = zone.unwrap_or_else(|| Err(no_surface(contact)))?;
             let other = contact.bodies().find(|other| *other != body);
@@ -117,7 +126,9 @@ pub fn zones(run: &Prepared<'_>, full: &[FullModel<'_>]) -> Result<Vec<Option<Zo
             Ok(zone.over_both(thickness(body), other.and_then(thickness)))
         };
         let contact_body = zone(contact.body, sites.contact_body)?;
-        let target = contact.target.body().filter(|other| !is_rigid(&full[*other])).zip(sites.target);
+        // A rigid target of a flexible body has a surface and no points.
+        let has_points = |other: &usize| is_rigid(&full[contact.body]) || !is_rigid(&full[*other]);
+        let target = contact.target.body().filter(has_points).zip(sites.target);
         let target = target.map(|(other, site)| zone(other, site)).transpose()?;
         Ok(Some(Zones { contact_body, target }))
     };
@@ -275,18 +286,11 @@ pub fn build_contact(
     zones: Option<&Zones>,
     bodies: &[BodyModel],
 ) -> Result<(RunContact, ContactFacts), AdaptiveError> {
-    let (spec, poses) = (planned.spec, &run.touches.poses);
+    let spec = planned.spec;
     let fail = |source| AdaptiveError::Contact { contact: spec.name.clone(), source };
-    let flexible = |body: usize| bodies[body].flexible();
-    let mut size = flexible(spec.body).map_or(0.0, |e| e.body.size());
+    let mut size = bodies[spec.body].size();
     let element: Box<dyn ActiveContact> = match (spec.law.surface(), zones) {
-        (Some(law), Some(zones)) => {
-            let side = |body: usize, zone| Some(Side { body, model: flexible(body)?, zone });
-            let own = side(spec.body, &zones.contact_body).ok_or_else(|| no_surface(spec))?;
-            let target = spec.target.body().zip(zones.target.as_ref());
-            let other = target.and_then(|(body, zone)| side(body, zone));
-            zone_contact(law, spec.target, own, other, bodies, poses).map_err(fail)?
-        }
+        (Some(law), Some(zones)) => zone_contact(run, (spec, law), zones, bodies).map_err(fail)?,
         (Some(_), None) => Box::new(Active::new(StandIn::inactive((spec.body, spec.target.body())))),
         (None, _) => {
             let contact = hertz_contact(spec, bodies)?;
@@ -320,29 +324,63 @@ fn hertz_contact(spec: &ContactSpec, bodies: &[BodyModel]) -> Result<HertzContac
     contact.and_then(|contact| contact.with_friction(law.friction)).map_err(fail)
 }
 
-/// Contact with one model for the whole run (theory section C.8), the `bodies` being in the motions
-/// `poses` at the start.
+/// Contact with one model for the whole run (theory section C.8), of rigid bodies that of the points of both (C.17).
 fn zone_contact(
-    law: &SurfaceLaw,
-    target: Target,
-    own: Side<'_>,
-    other: Option<Side<'_>>,
+    run: &Prepared<'_>,
+    (contact, law): (&ContactSpec, &SurfaceLaw),
+    zones: &Zones,
     bodies: &[BodyModel],
-    poses: &[BodyState],
 ) -> Result<Box<dyn ActiveContact>, ContactError> {
-    let rigid = target.body().and_then(|body| Some((body, bodies[body].rigid_surface()?)));
-    let on_target = match (&other, rigid) {
-        (Some(side), _) => Some(side.of_contact(law)),
-        (None, rigid) => rigid.map(|(body, surface)| surface.side(body, false)),
+    let poses = &run.touches.poses;
+    let (body, zone) = (contact.body, &zones.contact_body);
+    let target = contact.target.body().zip(zones.target.as_ref());
+    let flexible = |(body, zone)| Some(Side { body, model: bodies[body].flexible()?, zone });
+    let Some(own) = flexible((body, zone)) else {
+        return rigid_contact(run, (contact, law), (body, zone), target, bodies);
     };
-    let contact = ZoneContact::new(law, target, &own.of_contact(law), on_target.as_ref())?;
-    if let ZoneContact::Plane(plane) = &contact {
-        plane.check_alignment(&poses[own.body].rotation)?;
+    let other = target.and_then(flexible);
+    let on_target = other.map(|side| side.of_contact(law)).or_else(|| {
+        let body = contact.target.body()?;
+        Some(bodies[body].rigid_surface()?.side(body, false))
+    });
+    let made = ZoneContact::new(law, contact.target, &own.of_contact(law), on_target.as_ref())?;
+    if let ZoneContact::Plane(plane) = &made {
+        plane.check_alignment(&poses[body].rotation)?;
     }
-    let mut contact = contact.active();
+    let mut made = made.active();
     if law.penalty.is_none() {
         let sides: Vec<Side<'_>> = [Some(own), other].into_iter().flatten().collect();
-        default_penalty::set(contact.as_mut(), law, &sides, bodies, poses)?;
+        default_penalty::set(made.as_mut(), law, &sides, bodies, poses)?;
     }
-    Ok(contact)
+    Ok(made)
+}
+
+/// Contact of two rigid bodies, or of one and a plane, with points on their whole surfaces.
+fn rigid_contact(
+    run: &Prepared<'_>,
+    (contact, law): (&ContactSpec, &SurfaceLaw),
+    own: (usize, &ContactZone),
+    target: Option<(usize, &ContactZone)>,
+    bodies: &[BodyModel],
+) -> Result<Box<dyn ActiveContact>, ContactError> {
+    let side = |(body, zone): (usize, _)| {
+        let surface = bodies[body].rigid_surface();
+        let surface = surface.ok_or(ContactError::Nothing { what: "a body has no surface to touch" })?;
+        Ok::<_, ContactError>(ContactSide { zone, ..surface.side(body, true) })
+    };
+    let (side, other) = (side(own)?, target.map(side).transpose()?);
+    let made = ZoneContact::new(law, contact.target, &side, other.as_ref())?;
+    if let ZoneContact::Plane(plane) = &made {
+        plane.check_alignment(&run.touches.poses[own.0].rotation)?;
+    }
+    let mut made = made.active();
+    if let Some(other) = &other {
+        let mirrored = ZoneContact::new(law, Target::Body(own.0), other, Some(&side))?.active();
+        made = Box::new(MutualContact::new(made, mirrored));
+    }
+    if law.penalty.is_none() {
+        let meeting = made.meeting(Motion::new(0.0, &run.touches.poses));
+        made.set_penalty(default_penalty::of_rigid(&run.touches, contact, own.1, &meeting))?;
+    }
+    Ok(made)
 }

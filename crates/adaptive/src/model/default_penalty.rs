@@ -1,10 +1,10 @@
 //! The penalty factor of a contact with one model for the whole run, where the scenario gives none
-//! (docs/theory.md Eqs. A.25, P.16, P.17).
+//! (docs/theory.md Eqs. A.25, P.16, P.17, C.98).
 
 use std::f64::consts::PI;
 
 use contact_qs::zone::points::{InterfaceCompliance, contact_submodel};
-use contact_qs::{ActiveContact, ContactError};
+use contact_qs::{ActiveContact, ContactError, Meeting};
 use ffr_dynamics::force::{BodyState, Motion};
 use nalgebra::Vector3;
 
@@ -12,8 +12,9 @@ use super::BodyModel;
 use crate::body::splines::ElasticBody;
 use crate::body::zone::ContactZone;
 use crate::body::zone::contact::ContactSide;
-use crate::spec::SurfaceLaw;
+use crate::spec::{ContactSpec, SurfaceLaw};
 use crate::system::body::FlexibleModel;
+use crate::touch::first::FirstTouches;
 use crate::touch::hertz::local_surface::plane_compliance;
 
 /// The zone that a contact has from the start on one of its bodies.
@@ -61,6 +62,54 @@ pub fn set(
         }
     };
     contact.set_penalty(law.first_penalty(Some(weight))?)
+}
+
+/// Penetration under weight, as a share of the least extent of the bodies: that of a corner, on which a body stands that bears a 144th of
+/// a face, is a thousandth of it then, and 0.1 m of size sink by 1e-6 m.
+const AT_REST: f64 = 1e-5;
+/// The same in the first impact.
+const IN_IMPACT: f64 = 1e-3;
+/// What bodies are held against each other by where nothing tells it [m/s²].
+const USUAL_WEIGHT: f64 = 9.81;
+
+/// The penalty factor of a contact of rigid bodies, whose contact body has the points of `zone` and which are nearest at `meeting` at
+/// the start, from what presses them together (Eq. C.98) [N/m³].
+pub fn of_rigid(
+    touches: &FirstTouches<'_>,
+    contact: &ContactSpec,
+    zone: &ContactZone,
+    meeting: &Meeting,
+) -> f64 {
+    let (spec, touch) = (touches.spec, touches.of(contact));
+    let gravity = spec.settings.gravity;
+    let extents = contact.bodies().filter_map(|body| touches.surface(body)).map(|surface| {
+        let axes = (0..surface.motion().n_components()).map(|c| Vector3::ith(c, 1.0));
+        axes.map(|axis| surface.extent_along(&axis)).fold(f64::INFINITY, f64::min)
+    });
+    let least = extents.fold(f64::INFINITY, f64::min);
+    // Mean shadow of a convex body (Cauchy).
+    let area = 0.25 * zone.points.iter().map(|point| point.area).sum::<f64>();
+    let moving: Vec<usize> = contact.bodies().filter(|body| !spec.is_held(*body)).collect();
+    let mass = |body: &usize| spec.bodies[*body].kind.rigid().map_or(0.0, |rigid| rigid.mass);
+    // The body above weighs on the contact.
+    let above = if meeting.normal.dot(&gravity) > 0.0 { moving.last() } else { moving.first() };
+    let weight = if gravity.norm() > 0.0 { gravity.norm() } else { USUAL_WEIGHT };
+    let at_rest = mass(above.unwrap_or(&contact.body)) * weight / (AT_REST * least);
+    // Bodies whose touch is known are just before it.
+    let known = touch.as_ref().filter(|touch| touch.kind.is_some());
+    let poses = known.map_or(&touches.poses, |touch| &touch.poses);
+    let fall = if known.is_some() { 0.0 } else { 2.0 * gravity.norm() * meeting.gap.max(0.0) };
+    let velocity = |body: usize| {
+        let pose = &poses[body];
+        pose.velocity
+            + (pose.rotation * pose.angular_velocity_in_body).cross(&(meeting.place - pose.position))
+    };
+    let relative = velocity(contact.body) - contact.target.body().map_or_else(Vector3::zeros, velocity);
+    let squared = relative.dot(&meeting.normal).min(0.0).powi(2) + fall;
+    let inverse_mass: f64 = moving.iter().map(|body| 1.0 / mass(body)).sum();
+    let in_impact = squared / (inverse_mass * (IN_IMPACT * least).powi(2));
+    // Of bodies that nothing moves, or whose places are no numbers, the weight alone.
+    at_rest.max(if in_impact.is_finite() { in_impact } else { 0.0 }) / area
 }
 
 impl<'a> Side<'a> {

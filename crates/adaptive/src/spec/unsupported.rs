@@ -68,15 +68,20 @@ pub enum Unsupported {
     Surface(ContactError),
     /// Contact points on a rigid body.
     #[error(
-        "body \"{body}\" is not flexible and carries no contact points; exchange contact body and target, between two rigid bodies choose model \"hertz\""
+        "body \"{body}\" is not flexible and carries contact points of model \"coarse\" alone; exchange contact body and target, between two rigid bodies choose \"coarse\" (flat faces, edges, corners) or \"hertz\" (curved faces)"
     )]
     RigidContactBody {
         /// Name of the body.
         body: String,
     },
+    /// Contact points of a rigid body where a smooth face touches.
+    #[error(
+        "smooth faces of rigid bodies touch where perhaps no contact point stands; choose model = \"hertz\", which follows the closest places, or where they touch along a line take one of them as flexible"
+    )]
+    SmoothByPoints,
     /// Hertz's law where it has no answer.
     #[error(
-        "{what}, where Hertz's law needs smooth surfaces that are curved against each other in both directions; choose model = \"adaptive\""
+        "{what}, where Hertz's law needs smooth surfaces that are curved against each other in both directions; choose model = \"adaptive\", of rigid bodies \"coarse\""
     )]
     NoHertzPoint {
         /// What touches.

@@ -184,6 +184,14 @@ impl BodyModel {
         Ok(Self { name, data, form: BodyForm::Rigid(surface) })
     }
 
+    /// Size of its surface \[m\]; zero of a body without one.
+    pub fn size(&self) -> f64 {
+        match (self.flexible(), self.rigid_surface()) {
+            (Some(flexible), _) => flexible.body.size(),
+            (None, rigid) => rigid.map_or(0.0, |rigid| rigid.undeformed().length()),
+        }
+    }
+
     /// How far the surface rises between neighbouring contact points of its whole surface at most
     /// \[m\]; zero of a body without elements.
     pub fn height_between_points(&self) -> f64 {

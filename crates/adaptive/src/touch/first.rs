@@ -167,8 +167,14 @@ impl<'a> FirstTouches<'a> {
             return None;
         }
         let touch = self.of(contact)?;
-        if let Some(reason) = touch.kind?.no_hertz_point() {
-            return Some(reason);
+        let kind = touch.kind?;
+        if let Some(reason) = kind.no_hertz_point() {
+            // What another contact holds does not fly on as far as an edge.
+            let is_held = |other: &ContactSpec| {
+                other.name != contact.name && other.bodies().any(|b| contact.acts_on(b))
+            };
+            let may_miss = kind == TouchKind::Edge && self.spec.contacts.iter().any(is_held);
+            return (!may_miss).then_some(reason);
         }
         let pair = Pair::new(&self.surfaces, contact).ok()??;
         let (own, other) = pair.in_motion(&touch.poses);

@@ -21,6 +21,9 @@ use crate::ContactError;
 const MAX_STEPS: usize = 12;
 /// Change of parameters that is round-off.
 const ROUND_OFF: f64 = 1e-14;
+/// Distance beside the common normal, as a share of the size of the first body, up to which two places lie on it: round-off of places is
+/// far below. At the end of a flat face the normals are one, and the place held back there is none of the touch.
+const BESIDE: f64 = 1e-9;
 
 /// Gap and places of the overlap that `workspace` was at last, in the motions `states`; `None`
 /// where the method finds none, or the bodies are apart by now: [`super::minimum_distance`] knows.
@@ -133,8 +136,10 @@ fn pair(query: &Query<'_>, ws: &SearchWorkspace, sites: [Site; 2]) -> Option<(Pa
     let jets = jets(query, ws, &sites);
     let [own, facing] = [0, 1].map(|b| ws.deformed[b].normal(&query.sides[b], &sites[b], &jets[b]));
     let points = jets.each_ref().map(|jet| jet.point);
-    let gap = facing.dot(&(points[0] - points[1]));
-    if own.dot(&facing) > OPPOSITE || gap >= 0.0 {
+    let way = points[0] - points[1];
+    let gap = facing.dot(&way);
+    let beside = (way - facing * gap).norm();
+    if own.dot(&facing) > OPPOSITE || gap >= 0.0 || beside > BESIDE * query.sides[0].model.size() {
         return None;
     }
     Some((Pair { sites, points, direction: Some(facing), distance: -gap }, gap, facing))

@@ -195,13 +195,13 @@ impl Driver<'_> {
         }
         let coarse = self.coarse_zone(i, impact);
         self.warn(coarse.map(|warning| (i, warning)).into_iter().collect())?;
-        let name = &self.model.contacts[i].name;
+        let (name, is_rigid) = (&self.model.contacts[i].name, self.model.contacts[i].is_rigid());
         let element = self.model.system.forces()[i].contact.facts();
         let ((body, target), penalty) = (element.bodies(), element.penalty());
         let bodies = [Some(body), target].into_iter().flatten();
         let touching: Vec<_> = bodies.clone().map(|b| &self.model.bodies[b]).collect();
         let rings = ringing_force(name, &touching, impact, doubts.beyond_modes)
-            .or_else(|| doubts.ringing.and_then(|ringing| ringing_peak(name, &ringing)))
+            .or_else(|| doubts.ringing.and_then(|ringing| ringing_peak(name, &ringing, is_rigid)))
             .map(|warning| (i, warning));
         if !is_open {
             return self.warn(rings.into_iter().collect());
@@ -215,7 +215,9 @@ impl Driver<'_> {
         }
         let few_at_once = doubts.few_at_once.map(|shares| (i, moving_contact(name, impact, shares)));
         warnings.extend(few_at_once);
-        warnings.extend(doubts.too_soft.map(|overlap| (i, soft_contact((name, penalty), impact, overlap))));
+        // Of rigid bodies the springs are all that yields.
+        let too_soft = doubts.too_soft.filter(|_| !is_rigid);
+        warnings.extend(too_soft.map(|overlap| (i, soft_contact((name, penalty), impact, overlap))));
         if is_minor && self.model.contacts[i].refinement.is_some() {
             warnings.push((i, minor_contact(name, impact)));
         }
@@ -236,7 +238,7 @@ impl Driver<'_> {
     fn coarse_zone(&self, i: usize, impact: &ImpactRecord) -> Option<Warning> {
         let (facts, element) = (&self.model.contacts[i], &self.model.system.forces()[i].contact);
         element.facts().point(0)?;
-        if facts.refinement.is_some() {
+        if facts.refinement.is_some() || facts.is_rigid() {
             return None;
         }
         let across = self.points_across(i);

@@ -18,6 +18,8 @@ use crate::scenario::tables::{ContactModel, ReductionMethod, Search, ShapeName, 
 pub fn check_hertz(checker: &mut Checker, root: &Section, section: &Section) {
     let facts = |key| section.text(key).and_then(|name| BodyFacts::find(root, name));
     let (contact, target) = (facts("contact_body"), facts("target_body"));
+    let is_flat = |body: &BodyFacts<'_>| body.is_plane() || body.shape == Some(ShapeName::Box);
+    let are_flat = [&contact, &target].into_iter().flatten().all(is_flat);
     for (key, body) in [("contact_body", &contact), ("target_body", &target)] {
         let Some(body) = body else { continue };
         let fault = if body.is_plane() {
@@ -28,11 +30,13 @@ pub fn check_hertz(checker: &mut Checker, root: &Section, section: &Section) {
             )
         } else if body.shape.is_none() || body.file.is_some() {
             Some("has no surface to touch; Hertz's law needs a body with \"geometry\"")
-        } else if body.shape == Some(ShapeName::Box) {
-            Some("has flat faces alone, of which Hertz's law knows nothing; choose model = \"adaptive\"")
+        } else if body.shape == Some(ShapeName::Box) && are_flat {
+            Some(
+                "has flat faces alone, as the other has, of which Hertz's law knows nothing; choose model = \"adaptive\", of rigid bodies \"coarse\"",
+            )
         } else if body.motion() == RigidMotion::Planar {
             Some(
-                "must be spatial or axisymmetric with model \"hertz\": bodies of plane models touch along a line, choose model = \"adaptive\"",
+                "must be spatial or axisymmetric with model \"hertz\": bodies of plane models touch along a line, choose model = \"adaptive\", of rigid bodies \"coarse\"",
             )
         } else {
             None
@@ -71,17 +75,13 @@ pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
         return;
     }
     if contact.is_some_and(|body| body.is_rigid) {
-        let remedy = if target.is_some_and(|body| body.is_rigid) {
-            "contact of two rigid bodies goes with model \"hertz\" only"
-        } else {
-            "exchange contact_body and target_body"
-        };
-        let message = format!("must be a flexible body, for it carries the contact points; {remedy}");
-        checker.fault_in(section, "contact_body", message);
+        check_rigid(checker, section, [contact.as_ref(), target.as_ref()]);
     }
-    if target.is_some_and(|body| body.is_rigid && body.shape.is_none()) {
-        let message = "has no surface to touch, for it has a mass but no shape; give it \"geometry\" and \"material\" in their place";
-        checker.fault_in(section, "target_body", message.into());
+    for (key, body) in [("contact_body", contact), ("target_body", target)] {
+        if body.is_some_and(|body| body.is_rigid && body.shape.is_none()) {
+            let message = "has no surface to touch, for it has a mass but no shape; give it \"geometry\" and \"material\" in their place";
+            checker.fault_in(section, key, message.into());
+        }
     }
     let method = contact.and_then(|b| b.section.table("reduction")?.choice::<ReductionMethod>("method"));
     if let Some(model) = section.choice::<ContactModel>("model")
@@ -104,16 +104,41 @@ pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
         );
         checker.fault_in(section, "target_body", message);
     }
-    if !contact.is_rigid && target.is_rigid && !target.is_plane() && contact.motion() != target.motion() {
-        let message = format!(
-            "must have motion = \"{}\", for it meets a body with model \"{}\"",
-            contact.motion().name(),
-            contact.components.name()
-        );
+    if target.is_rigid && !target.is_plane() && contact.motion() != target.motion() {
+        let motion = contact.motion().name();
+        let own = if contact.is_rigid { ("motion", motion) } else { ("model", contact.components.name()) };
+        let message =
+            format!("must have motion = \"{motion}\", for it meets a body with {} \"{}\"", own.0, own.1);
         checker.fault_in(section, "target_body", message);
     }
     check_normal(checker, &contact, &target);
     check_shared_space(checker, root, section, [&contact, &target]);
+}
+
+/// Reports what a rigid contact body does not go with: flexible targets, models with zones, places and parts of its surface that
+/// carry points.
+fn check_rigid(checker: &mut Checker, section: &Section, [contact, target]: [Option<&BodyFacts<'_>>; 2]) {
+    if contact.is_some_and(BodyFacts::is_plane) {
+        let message = "must be a body, exchange contact_body and target_body".into();
+        checker.fault_in(section, "contact_body", message);
+        return;
+    }
+    if target.is_some_and(|body| !body.is_rigid) {
+        let message = "must be a flexible body where the target is one, for its points yield; exchange contact_body and target_body";
+        checker.fault_in(section, "contact_body", message.into());
+        return;
+    }
+    if !section.choice("model").is_some_and(|model: ContactModel| !model.is(Treatment::has_fine_zone)) {
+        let message = "must be \"coarse\" between rigid bodies (contact points all over the contact body, on springs: flat faces, edges, \
+                       corners) or \"hertz\" (smooth faces that are curved against each other)";
+        checker.fault_in(section, "model", message.into());
+    }
+    for key in ["points", "interval"] {
+        if section.given(key) {
+            let message = "has no meaning with a rigid contact body, which has points all over its surface; leave it out".into();
+            checker.fault_in(section, key, message);
+        }
+    }
 }
 
 /// Reports a plane whose normal leaves the space of the contact body's model.
