@@ -72,6 +72,7 @@ mod recorded_quantities;
 mod refused_alike;
 mod report;
 mod resume;
+mod rigid_points;
 mod rigid_targets;
 mod scenario;
 mod scenario_bodies;

@@ -151,7 +151,8 @@ pub fn ringing_force(
 /// Share of the mean of a force that rings by which its peak may be above it without a word.
 const RINGS: f64 = 0.02;
 
-/// The warning of contact `contact`, whose force rings about its mean at the peak; `is_rigid`: on nothing but its springs.
+/// The warning of contact `contact`, whose force rings about its mean at the peak; `is_rigid`: between bodies without
+/// modes.
 pub fn ringing_peak(contact: &str, ringing: &Ringing, is_rigid: bool) -> Option<Warning> {
     let Ringing { mean, time, share, period } = *ringing;
     (share > RINGS).then(|| Warning {

@@ -113,13 +113,6 @@ impl ContactFacts {
     }
 }
 
-impl ContactFacts {
-    /// Whether nothing but the springs of its points yields: rigid bodies, of which no law tells otherwise.
-    pub fn is_rigid(&self) -> bool {
-        self.modulus.is_infinite()
-    }
-}
-
 /// The material with the slowest waves of a flexible body.
 fn material(body: &BodyModel) -> Option<&Material> {
     body.flexible().and_then(|flexible| flexible.body.slowest_material())

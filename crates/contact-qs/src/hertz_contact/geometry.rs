@@ -170,9 +170,17 @@ impl Geometry {
         let no_point = |why| SolverFault::NoHertzPoint { why, time: motion.time };
         let at = |side: usize, place: &Site, sign: f64| {
             let Some(surface) = surface(surfaces, side) else { return Ok(Matrix3::zeros()) };
+            let state = &motion.bodies[surface.body];
             let shape =
                 surface.model.local_shape(place).ok_or_else(|| no_point("a place without curvature"))?;
-            shape_in_space(&shape, surface, &motion.bodies[surface.body], touch, sign)
+            // The end of a face may be found as that of another one.
+            let beside = || {
+                let outward = state.rotation.inverse_transform_vector(&touch.normal) * sign;
+                let there = surface.model.turned_to(place, &outward, ALONG)?;
+                shape_in_space(&surface.model.local_shape(&there)?, surface, state, touch, sign)
+            };
+            shape_in_space(&shape, surface, state, touch, sign)
+                .or_else(beside)
                 .ok_or_else(|| no_point("an edge, a rim or a place beside the axis"))
         };
         let (mine, theirs) = (at(0, &places[0], -1.0)?, at(1, &places[1], 1.0)?);

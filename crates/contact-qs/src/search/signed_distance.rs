@@ -7,10 +7,14 @@ use nalgebra::{Matrix3, Vector3};
 use super::bezier::PieceJet;
 use super::boxes::NodeKind;
 use super::deformed::{Deformed, Side, Site, smallest};
+use super::surface_model::SurfaceModel;
 
 /// Distance, in round-off of the size of a body, from which on a line between two points has a
 /// direction: to a hundredth.
 const DIRECTED: f64 = 256.0;
+
+/// Distance, as a share of the size of a body, within which pieces meet: round-off of a search is far below.
+const SAME_EDGE: f64 = 1e-9;
 
 /// The surface point nearest to a point.
 #[derive(Debug, Clone, Copy)]
@@ -116,6 +120,27 @@ pub(super) fn pieces_at(
                 }
             }
         }
+    }
+}
+
+impl SurfaceModel {
+    /// The place of another piece that meets the undeformed surface's `place` at an edge or a seam, whose outward normal in the
+    /// body's frame has a cosine above `least` with `direction`; none if there is none.
+    pub fn turned_to(&self, place: &Site, direction: &Vector3<f64>, least: f64) -> Option<Site> {
+        let at_rest = vec![0.0; self.n_modes()];
+        let side = Side { model: self, elastic: &at_rest, placement: None, inflation: 0.0 };
+        let (mut deformed, mut stack, mut pieces) = (Deformed::default(), Vec::new(), Vec::new());
+        deformed.begin(self);
+        deformed.load(&side, place.piece);
+        let x = deformed.jet(&side, place.piece, place.s).point;
+        let limit = SAME_EDGE * self.size();
+        pieces_at(&side, &mut deformed, &mut stack, &x, limit, &mut pieces);
+        pieces.into_iter().filter(|piece| *piece != place.piece).find_map(|piece| {
+            let there = site_on_piece(&side, &deformed, piece, &x);
+            let jet = deformed.jet(&side, piece, there.s);
+            let is_there = (jet.point - x).norm() <= limit;
+            (is_there && deformed.normal(&side, &there, &jet).dot(direction) > least).then_some(there)
+        })
     }
 }
 

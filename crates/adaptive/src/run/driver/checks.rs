@@ -195,7 +195,7 @@ impl Driver<'_> {
         }
         let coarse = self.coarse_zone(i, impact);
         self.warn(coarse.map(|warning| (i, warning)).into_iter().collect())?;
-        let (name, is_rigid) = (&self.model.contacts[i].name, self.model.contacts[i].is_rigid());
+        let (name, is_rigid) = (&self.model.contacts[i].name, self.is_rigid(i));
         let element = self.model.system.forces()[i].contact.facts();
         let ((body, target), penalty) = (element.bodies(), element.penalty());
         let bodies = [Some(body), target].into_iter().flatten();
@@ -224,6 +224,12 @@ impl Driver<'_> {
         self.warn(warnings)
     }
 
+    /// Whether nothing yields in contact `i` but what its law has for it: no body of it is flexible.
+    fn is_rigid(&self, i: usize) -> bool {
+        let (body, target) = self.model.system.forces()[i].contact.facts().bodies();
+        [Some(body), target].into_iter().flatten().all(|body| self.model.bodies[body].flexible().is_none())
+    }
+
     /// Points across contact `i` that carried its force at the peak.
     pub(super) fn points_across(&self, i: usize) -> f64 {
         let n = self.slots[i].n_active as f64;
@@ -238,7 +244,7 @@ impl Driver<'_> {
     fn coarse_zone(&self, i: usize, impact: &ImpactRecord) -> Option<Warning> {
         let (facts, element) = (&self.model.contacts[i], &self.model.system.forces()[i].contact);
         element.facts().point(0)?;
-        if facts.refinement.is_some() || facts.is_rigid() {
+        if facts.refinement.is_some() || self.is_rigid(i) {
             return None;
         }
         let across = self.points_across(i);

@@ -59,7 +59,7 @@ name_values!(ContactModel {
     Massless: "massless", "as `quasistatic`, without penetration and without a penalty factor: the boundary has no mass and obeys the laws of Signorini and Coulomb as they are";
     Damped: "damped", "every Craig-Bampton mode is dynamic, high-frequency ones damped critically";
     Dynamic: "dynamic", "every Craig-Bampton mode is dynamic";
-    Coarse: "coarse", "the modes of the free body alone, without refinement";
+    Coarse: "coarse", "the modes of the free body alone, without refinement; of rigid bodies, points all over both, on springs";
     Hertz: "hertz", "Hertz's law at the closest places of two smooth surfaces that are curved against each other, rigid or flexible, or of one and a plane";
 });
 
@@ -155,7 +155,7 @@ pub const CONTACT: &[Key] = &[
         Kind::Name,
         "",
         Need::Required,
-        "Body that carries the contact points, flexible; with `hertz`, which has none, also a rigid one. Of a flexible and a rigid body it is \
+        "Body that carries the contact points, flexible; with `coarse`, where no body is flexible, and with `hertz`, which has none, also a rigid one. Of a flexible and a rigid body it is \
          the flexible one. With a `*`, such as `ball-*`, all bodies with such a name: the table is a contact for each pair of different bodies, called by its \
          name and what the `*` stand for.",
     ),
@@ -246,7 +246,9 @@ const PENALTY: &[Key] = &[
         "initial",
         Kind::Number(FACTOR),
         "N/m³",
-        Need::Optional("predicted from the compliance of the model"),
+        Need::Optional(
+            "predicted from the compliance of the model, of rigid bodies from weight and approach",
+        ),
         "Penalty factor: pressure per penetration. A search starts from it.",
     )
     .when(&[Condition::new(
