@@ -6,7 +6,8 @@ use nalgebra::{UnitQuaternion, Vector3};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::path::Path;
 
-use crate::support::scenarios::{faults, refusal, run_text, valid};
+use crate::support::fbimpact;
+use crate::support::scenarios::{faults, folder, refusal, run_text, valid};
 
 const GRAVITY: f64 = 9.81;
 /// Steel [kg/m³].
@@ -344,4 +345,24 @@ fn what_rigid_points_do_not_go_with_is_told() {
     let ball = flying.replace(&cuboid(BLOCK), "shape = \"sphere\", radius = 0.02");
     let told = refusal(&valid(Path::new("."), &ball, &[]));
     assert!(told.contains("choose model = \"hertz\""), "{told}");
+}
+
+#[test]
+fn results_of_rigid_points_are_looked_at_again() {
+    let (scene, _) = on_slope(0.9, AT_REST, "");
+    let folder = folder("rigid_points");
+    let path = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    std::fs::write(path("slope.toml"), scene.text.replace("end_time = 0.1", "end_time = 1e-3")).unwrap();
+    let (file, result) = (path("slope.toml"), path("slope.h5"));
+    let shown = path("shown");
+    for arguments in [
+        vec!["check", "-q", &file],
+        vec!["run", "-q", &file, "-o", &result],
+        vec!["report", "-q", &result, "-o", &path("slope.html")],
+        vec!["export", "-q", "--vtk", &shown, &result],
+        vec!["info", &result],
+    ] {
+        let (code, _, said) = fbimpact(&arguments);
+        assert!(code == 0 && !said.contains("left out"), "{arguments:?}: {said}");
+    }
 }

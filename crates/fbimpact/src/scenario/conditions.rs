@@ -83,6 +83,9 @@ impl<'a> Scope<'a> {
             Fact::IsOnSplines => {
                 !ContactFacts::of(self.root, self.section).is_some_and(|facts| facts.has_mesh)
             }
+            Fact::IsOnFlexible => {
+                !ContactFacts::of(self.root, self.section).is_some_and(|facts| facts.is_rigid)
+            }
             Fact::SearchConverges => {
                 contact().is_none_or(|facts| facts.search == Some(Search::UntilConverged))
             }

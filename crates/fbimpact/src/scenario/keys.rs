@@ -128,6 +128,8 @@ pub enum Fact {
     SearchConverges,
     /// Neither body of the contact of the table is of finite elements.
     IsOnSplines,
+    /// The contact body of the contact of the table is flexible.
+    IsOnFlexible,
 }
 
 /// Whether a key must be given.

@@ -225,7 +225,7 @@ impl Driver<'_> {
     }
 
     /// Whether nothing yields in contact `i` but what its law has for it: no body of it is flexible.
-    fn is_rigid(&self, i: usize) -> bool {
+    pub(super) fn is_rigid(&self, i: usize) -> bool {
         let (body, target) = self.model.system.forces()[i].contact.facts().bodies();
         [Some(body), target].into_iter().flatten().all(|body| self.model.bodies[body].flexible().is_none())
     }

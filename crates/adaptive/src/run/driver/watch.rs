@@ -112,6 +112,9 @@ impl Driver<'_> {
         let name = &facts.name;
         let is_interval = self.slots[i].fine().is_some_and(|fine| fine.whole.is_none());
         let remedy = match given {
+            _ if self.is_rigid(i) => {
+                "no contact point of either stands there, as where edges cross between theirs: take one of them as flexible".into()
+            }
             Some(key) => {
                 format!("leave contacts.{name}.{key} out, so that the program finds where they touch")
             }

@@ -131,6 +131,12 @@ name_values!(TransferMethod {
 /// The contact has contact points on a surface.
 const SURFACE: &[Condition] =
     &[Condition::new("with contact points", Test::NoneOf("model", &["hertz"])).remark("\"hertz\" has none")];
+/// The contact has points in a zone.
+const ON_FLEXIBLE: &[Condition] = &[
+    SURFACE[0],
+    Condition::new("with a flexible contact body", Test::Fact(Fact::IsOnFlexible))
+        .remark("a rigid one has points all over its surface"),
+];
 /// The contact has a law to choose.
 const CHOSEN: &[Condition] = &[
     SURFACE[0],
@@ -139,7 +145,8 @@ const CHOSEN: &[Condition] = &[
 ];
 /// The contact is one of surfaces of splines.
 const ON_SPLINES: &[Condition] = &[
-    SURFACE[0],
+    ON_FLEXIBLE[0],
+    ON_FLEXIBLE[1],
     Condition::new("between bodies with a shape", Test::Fact(Fact::IsOnSplines))
         .remark("contacts of bodies with model \"mesh\" have Gauss points"),
 ];
@@ -235,7 +242,7 @@ pub const CONTACT: &[Key] = &[
         "",
         Need::Default("{}"),
         "Part of the surface that carries contact points, about the place of first contact.",
-    ).when(SURFACE),
+    ).when(ON_FLEXIBLE),
 ];
 
 /// Soft foam to far above the stiffest contact that double precision resolves [N/m³].

@@ -115,8 +115,7 @@ pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
     check_shared_space(checker, root, section, [&contact, &target]);
 }
 
-/// Reports what a rigid contact body does not go with: flexible targets, models with zones, places and parts of its surface that
-/// carry points.
+/// Reports what a rigid contact body does not go with: flexible targets, models with zones.
 fn check_rigid(checker: &mut Checker, section: &Section, [contact, target]: [Option<&BodyFacts<'_>>; 2]) {
     if contact.is_some_and(BodyFacts::is_plane) {
         let message = "must be a body, exchange contact_body and target_body".into();
@@ -132,12 +131,6 @@ fn check_rigid(checker: &mut Checker, section: &Section, [contact, target]: [Opt
         let message = "must be \"coarse\" between rigid bodies (contact points all over the contact body, on springs: flat faces, edges, \
                        corners) or \"hertz\" (smooth faces that are curved against each other)";
         checker.fault_in(section, "model", message.into());
-    }
-    for key in ["points", "interval"] {
-        if section.given(key) {
-            let message = "has no meaning with a rigid contact body, which has points all over its surface; leave it out".into();
-            checker.fault_in(section, key, message);
-        }
     }
 }
 

@@ -19,6 +19,8 @@ pub struct ContactFacts {
     pub search: Option<Search>,
     /// Whether one of the bodies is.
     pub has_mesh: bool,
+    /// Whether the contact body is rigid.
+    pub is_rigid: bool,
 }
 
 impl ContactFacts {
@@ -27,6 +29,7 @@ impl ContactFacts {
         let model: ContactModel = section.choice("model")?;
         let body = |key| section.text(key).and_then(|name| BodyFacts::find(root, name));
         let (own, target) = (body("contact_body"), body("target_body"));
+        let is_rigid = own.is_some_and(|body| body.is_rigid);
         let is_mesh = |body: &Option<BodyFacts<'_>>| body.is_some_and(|b| b.mesh.is_some());
         let has_mesh = is_mesh(&own) || is_mesh(&target);
         let is_exact = model.is_massless() || section.choice("constraint") == Some(Constraint::Exact);
@@ -36,7 +39,7 @@ impl ContactFacts {
             None => Some(Search::Fixed),
         });
         let is_pair = target.is_some_and(|t| !t.is_plane());
-        Some(Self { model, is_pair, is_exact, search, has_mesh })
+        Some(Self { model, is_pair, is_exact, search, has_mesh, is_rigid })
     }
 
     /// Whether the program refines the contact zone by itself.
