@@ -2,6 +2,7 @@
 
 use adaptive::model::{RunModel, check_unbuilt};
 use adaptive::prepared::Prepared;
+use adaptive::spec::Treatment;
 use fbimpact::scenario::keys::Named;
 use fbimpact::scenario::tables::{BodyModel, ContactModel};
 use fe_mesh::ElementKind;
@@ -158,10 +159,10 @@ fn refuses_alike(chosen: impl Fn(BodyModel) -> bool) {
     println!("{} built, {refused} refused", built.len());
     for body in BodyModel::VALUES.iter().copied().filter(|body| chosen(*body)) {
         for &kind in ContactModel::VALUES {
-            // Surfaces carry points on flexible bodies, Hertz' law knows curved ones in space.
+            // Surfaces carry points on flexible bodies, of rigid ones without zones; Hertz' law knows curved ones in space.
             let is_of_points = kind.treatment().is_some();
             let is_possible = match body {
-                BodyModel::Rigid => !is_of_points,
+                BodyModel::Rigid => !kind.is(Treatment::has_fine_zone),
                 BodyModel::Solid | BodyModel::Axisymmetric => true,
                 BodyModel::PlaneStrain | BodyModel::PlaneStress => is_of_points,
                 BodyModel::Mesh => is_of_points && !kind.is_massless(),

@@ -247,7 +247,8 @@ fn targets_are_rigid_bodies_with_a_shape_and_the_motion_of_the_contact_body() {
     assert_fault(PAIRS, &[&spatial, target], "contacts.first.target_body", "motion = \"axial\"");
     let [own, other] = ["contacts.first.contact_body=puck", "contacts.first.target_body=block"];
     let second = axial.replace("puck", "block");
-    assert_fault(PAIRS, &[&axial, &second, own, other], "contacts.first.contact_body", "\"hertz\" only");
+    let rigid = [&*axial, &second, own, other];
+    assert_fault(PAIRS, &rigid, "contacts.first.model", "\"coarse\" between rigid bodies");
 }
 
 #[test]
