@@ -242,7 +242,7 @@ fn springs_are_those_given_or_follow_from_weight_and_approach() {
         found.samples.iter().map(|sample| sample.contacts[0].penetration).fold(0.0, f64::max)
     };
     let shadow = 0.5 * (x * y + y * z + z * x);
-    // Eq. C.98: a hundred-thousandth of the least extent on the mean shadow.
+    // Eq. C.100: a hundred-thousandth of the least extent on the mean shadow.
     let found = drop(0.0, "", AT_REST);
     close("at rest", deepest(&found), 1e-5 * z * shadow / (x * y), 1e-5);
     let found = drop(0.0, "penalty = { initial = 1.0e9 }", AT_REST);

@@ -324,7 +324,7 @@ fn hertz_contact(spec: &ContactSpec, bodies: &[BodyModel]) -> Result<HertzContac
     contact.and_then(|contact| contact.with_friction(law.friction)).map_err(fail)
 }
 
-/// Contact with one model for the whole run (theory section C.8), of rigid bodies that of the points of both (C.17).
+/// Contact with one model for the whole run (theory section C.8), of rigid bodies that of the points of both (C.18).
 fn zone_contact(
     run: &Prepared<'_>,
     (contact, law): (&ContactSpec, &SurfaceLaw),

@@ -1,5 +1,5 @@
 //! The penalty factor of a contact with one model for the whole run, where the scenario gives none
-//! (docs/theory.md Eqs. A.25, P.16, P.17, C.98).
+//! (docs/theory.md Eqs. A.25, P.16, P.17, C.100).
 
 use std::f64::consts::PI;
 
@@ -73,7 +73,7 @@ const IN_IMPACT: f64 = 1e-3;
 const USUAL_WEIGHT: f64 = 9.81;
 
 /// The penalty factor of a contact of rigid bodies, whose contact body has the points of `zone` and which are nearest at `meeting` at
-/// the start, from what presses them together (Eq. C.98) [N/m³].
+/// the start, from what presses them together (Eq. C.100) [N/m³].
 pub fn of_rigid(
     touches: &FirstTouches<'_>,
     contact: &ContactSpec,

@@ -1,4 +1,4 @@
-//! Two bodies that carry points, each on the surface of the other (docs/theory.md section C.17).
+//! Two bodies that carry points, each on the surface of the other (docs/theory.md section C.18).
 
 use std::time::Duration;
 

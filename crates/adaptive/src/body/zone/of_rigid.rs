@@ -1,4 +1,4 @@
-//! Contact points of a rigid body: all over its surface (docs/theory.md section C.17).
+//! Contact points of a rigid body: all over its surface (docs/theory.md section C.18).
 
 use contact_qs::ContactError;
 use contact_qs::zone::points::DofLookup;
