@@ -210,7 +210,7 @@ pub fn edge_touch(
         value: length,
         limit: 0.0,
         message: format!(
-            "{what}: impulse, motion and energy do not depend on how far it yields, but peak force and duration do, and \
+            "{what}: peak force and duration depend on how far it yields, impulse and motion too where the bodies bend meanwhile, and \
              elements of up to {length:.3e} m yield as a whole; pressure there {pressure}"
         ),
         remedy,

@@ -127,7 +127,7 @@ fn check_rigid(checker: &mut Checker, section: &Section, [contact, target]: [Opt
         checker.fault_in(section, "contact_body", message.into());
         return;
     }
-    if !section.choice("model").is_some_and(|model: ContactModel| !model.is(Treatment::has_fine_zone)) {
+    if section.choice("model").is_none_or(|model: ContactModel| model.is(Treatment::has_fine_zone)) {
         let message = "must be \"coarse\" between rigid bodies (contact points all over the contact body, on springs: flat faces, edges, \
                        corners) or \"hertz\" (smooth faces that are curved against each other)";
         checker.fault_in(section, "model", message.into());
