@@ -154,7 +154,10 @@ mod tests {
             // A point over the edge there is as far from it as from its plane, one that has slid on meets faces.
             let over = std::array::from_fn(|c| there[c] + 0.01 * normal[c]);
             let found = met.project(*place, displaced, &over, &mut functions).expect("it is near");
-            assert!((found.gap - 0.01).abs() < 1e-9 && found.normal == normal, "{found:?}");
+            assert!(
+                (found.gap - 0.01).abs() < 1e-9 && norm(&difference(&found.normal, &normal)) < 1e-15,
+                "{found:?}"
+            );
             let away = [over[0], over[1], over[2] + 0.1];
             assert!(met.project(*place, displaced, &away, &mut functions).is_none());
         }
