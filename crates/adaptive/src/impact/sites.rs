@@ -281,7 +281,7 @@ impl AdaptiveContact {
 
     /// Whether `touch` has the sides of a mesh about it as they are, for nobody has given its zone: along a
     /// line, where the curvatures of the sides tell no width, or where the zone that `request` leads to is more
-    /// than [`LONGEST`] times as long as it is wide.
+    /// than eight times as long as it is wide.
     ///
     /// # Errors
     /// As [`AdaptiveContact::whole_at`].
