@@ -146,3 +146,34 @@ fn truth_is_within_the_bands_of_a_rod_that_a_joint_holds() {
         assert!(band.peak_force < 5e-3 * impact.peak_force && band.missing.is_none(), "{band:?}");
     }
 }
+
+#[test]
+fn an_impact_is_repeated_until_its_band_is_as_narrow_as_wanted() {
+    let text = BALL_ON_ROD.replace("interval = { elements = 8 }\n", "");
+    let with = |accuracy: f64| run_text(&format!("{text}[uncertainty]\naccuracy = {accuracy}\n"));
+    let is_wide = |run: &Recording| run.warnings.iter().any(|w| w.kind.identifier() == "wide-band");
+    // What it has without being asked for, 2.6e-3, is narrow enough for the first: the same run.
+    let (usual, wide, narrow) = (run_text(&text), with(0.02), with(1e-3));
+    assert_eq!(first(&usual).peak_force.to_bits(), first(&wide).peak_force.to_bits());
+    assert!(!is_wide(&wide) && !is_wide(&narrow));
+    let impact = first(&narrow);
+    let error = (impact.peak_force - 699.41).abs();
+    // The truth is right to 1e-4.
+    assert!(
+        impact.band.peak_force <= 1e-3 * impact.peak_force && error <= impact.band.peak_force + 0.07,
+        "{impact:?}"
+    );
+    assert!(first(&usual).band.peak_force > 1.5e-3 * impact.peak_force);
+    let told =
+        |run: &Recording| run.trials.iter().filter(|trial| trial.reason.contains("are wanted, next")).count();
+    assert!((1..=3).contains(&told(&narrow)) && told(&wide) == 0);
+}
+
+#[test]
+fn what_no_trial_makes_narrower_is_told_with_its_lever() {
+    let text = BALL_ON_ROD.replace("interval = { elements = 8 }\n", "")
+        + "[bodies.rod.reduction]\nmodes = 4\n[uncertainty]\naccuracy = 1e-3\n";
+    let run = run_text(&text);
+    let told = run.warnings.iter().find(|w| w.kind.identifier() == "wide-band").expect("it is told");
+    assert!(told.remedy.contains("reduction.modes"), "{told:?}");
+}

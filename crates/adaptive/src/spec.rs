@@ -134,6 +134,8 @@ pub struct RunSettings {
     pub pressure: bool,
     /// Whether numbers of impacts get bands.
     pub uncertainty: bool,
+    /// How wide the band of a peak force may be, as a share of it; none: as it is.
+    pub accuracy: Option<f64>,
 }
 
 /// Time between stored states in free phases unless it is given, if nothing vibrates fast \[s\].

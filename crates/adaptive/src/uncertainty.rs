@@ -14,6 +14,7 @@ pub mod mesh;
 pub mod steps;
 pub mod modes;
 pub mod ringing;
+pub mod accuracy;
 
 use tracing::debug;
 
@@ -88,6 +89,14 @@ pub fn band(evidence: &Evidence<'_>) -> Band {
         }
         Err(missing) => Band::none(missing),
     }
+}
+
+/// The parts of the band of the peak force, as shares of it; none where that has none.
+pub fn shares_of_peak(evidence: &Evidence<'_>) -> Option<Vec<(Source, f64)>> {
+    let found = parts(evidence).ok()?;
+    let share = |part: &Numbers| SAFETY * part.peak_force / evidence.numbers.peak_force;
+    let shares: Vec<_> = found.iter().map(|(source, part)| (*source, share(part))).collect();
+    shares.iter().all(|(_, share)| share.is_finite()).then_some(shares)
 }
 
 /// What each source changes in the numbers of an impact.

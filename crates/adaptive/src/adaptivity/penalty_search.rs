@@ -252,6 +252,14 @@ impl PenaltySearch {
         Self { state: State::Known, ..Self::new(strategy, penalty) }
     }
 
+    /// The search that accepts a factor `times` as large in the first completed run; none of a factor that is given, and where none so large is
+    /// permitted.
+    pub fn raised_by(&self, times: f64) -> Option<Self> {
+        let penalty = self.penalty * times;
+        let may_rise = self.strategy != PenaltyStrategy::Fixed && penalty <= self.range.upper;
+        may_rise.then(|| Self { range: self.range, ..Self::from_accepted(self.strategy, penalty) })
+    }
+
     /// This search with the factors limited to `range`.
     #[must_use]
     pub fn within(self, range: PenaltyRange) -> Self {

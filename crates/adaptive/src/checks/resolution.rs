@@ -175,6 +175,25 @@ pub fn ringing_peak(contact: &str, ringing: &Ringing, is_rigid: bool) -> Option<
     })
 }
 
+/// The warning of an impact of the contact `contact` whose peak force has no band, or one wider than `wanted`, a share of it.
+pub fn wide_band(contact: &str, impact: &ImpactRecord, wanted: f64) -> Option<Warning> {
+    let share = impact.band.peak_force / impact.peak_force;
+    if share <= wanted {
+        return None;
+    }
+    let message = match share.is_nan() {
+        true => format!("the peak force has no band, {:.2} % are wanted", 100.0 * wanted),
+        false => format!(
+            "the band of the peak force is {:.2} % of it, {:.2} % are wanted",
+            100.0 * share,
+            100.0 * wanted
+        ),
+    };
+    let (subject, time, remedy) =
+        (format!("contact \"{contact}\""), impact.peak_time, impact.band.note(contact));
+    Some(Warning { kind: WarningKind::WideBand, subject, time, value: share, limit: wanted, message, remedy })
+}
+
 /// Length of the longest side of an element of a body; none of one without elements \[m\].
 pub fn longest_element_of(body: &BodyModel) -> Option<f64> {
     let elements = body.flexible()?.body.longest_elements();

@@ -67,6 +67,7 @@ kinds! {
     SuddenSpin = "sudden-spin": "A body starts undeformed at a spin that strains it, so that its stress rings.",
     LocalStress = "local-stress": "Stress is asked for so near to a contact that what its law leaves out of it counts.",
     Yields = "yields": "A contact or a stress that is asked for exceeds what a material bears without yielding.",
+    WideBand = "wide-band": "The band of a peak force is wider than the scenario wants it.",
     RingingForce = "ringing-force": "A force rings about its mean, as that of springs between flat faces that are stiffer than the modes kept follow, and its peak is too high.",
 }
 

@@ -234,6 +234,7 @@ pub fn spec(bodies: Vec<BodySpec>, contacts: Vec<ContactSpec>, end_time: f64) ->
             free_share: 0.0,
             pressure: true,
             uncertainty: true,
+            accuracy: None,
         },
         resolution: Resolution::default(),
         frequency_errors: Vec::new(),
@@ -267,6 +268,7 @@ pub fn explicit(end_time: f64) -> RunSettings {
         free_share: 0.0,
         pressure: true,
         uncertainty: true,
+        accuracy: None,
     }
 }
 

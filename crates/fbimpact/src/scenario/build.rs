@@ -57,7 +57,15 @@ pub fn scenario(checker: &mut Checker, root: &Section, source: Source) -> Option
         resolution::resolution(checker, root, &names().collect::<Vec<_>>(), &contact_names)?;
     let mut settings = settings::settings(simulation?, output?, accuracy)?;
     settings.tighten(tolerance_factor);
-    settings.uncertainty = root.table("uncertainty")?.boolean("enabled")?;
+    let bands = root.table("uncertainty")?;
+    (settings.uncertainty, settings.accuracy) = (bands.boolean("enabled")?, bands.number("accuracy"));
+    if settings.accuracy.is_some() && !settings.uncertainty {
+        checker.fault_in(
+            bands,
+            "accuracy",
+            "has no meaning with enabled = false, for it is judged by bands".into(),
+        );
+    }
     let (title, requests) = (root.text("title")?.to_owned(), requests?);
     let joints = joints.into_iter().map(specified).collect::<Option<Vec<_>>>()?;
     take_from_joints(&mut bodies, &joints, &loads);

@@ -9,12 +9,12 @@ use super::Driver;
 use super::checks::Doubts;
 use crate::checks::resolution::{frequency_error, highest_free_mode};
 use crate::record::ImpactRecord;
-use crate::record::band::{Band, NoBand};
+use crate::record::band::{Band, NoBand, Source};
 use crate::system::body::{BodyForm, BodyModel};
 use crate::uncertainty::replay::{Bodies, Mode, Numbers};
 use crate::uncertainty::trace::{Beginning, Instant};
 use crate::uncertainty::zone::ZoneEstimate;
-use crate::uncertainty::{Evidence, band};
+use crate::uncertainty::{Evidence, band, shares_of_peak};
 
 /// Force that is not the contact's, as a share of it, up to which it acts alone: with more the shares of the
 /// modes would be off by as much.
@@ -96,6 +96,15 @@ impl Driver<'_> {
             }
             Err(missing) => Band::none(missing),
         }
+    }
+
+    /// The parts of the band of the peak force of contact `i` in the trial that has just ended, as shares of it.
+    pub(super) fn shares_of_trial(&self, i: usize, is_minor: bool) -> Option<Vec<(Source, f64)>> {
+        let records = self.slots[i].monitor.clone().finish(i as u32, 0, |_| true);
+        let record = records.into_iter().max_by(|a, b| a.peak_force.total_cmp(&b.peak_force))?;
+        let (mut evidence, instants) = self.evidence(&record, true, &self.doubts(i, is_minor)).ok()?;
+        evidence.instants = &instants;
+        shares_of_peak(&evidence)
     }
 
     fn evidence(

@@ -13,6 +13,7 @@ use crate::adaptivity::overlap::Overlap;
 use crate::checks::contact_strain::{HUGE_CONTACT_STRAIN, contact_strain, large_contact_strain};
 use crate::checks::resolution::{
     few_modes, highest_vibration, ringing_force, ringing_peak, shown_interval, slow_rise, sparse_output,
+    wide_band,
 };
 use crate::checks::{motion, start};
 use crate::error::AdaptiveError;
@@ -193,6 +194,9 @@ impl Driver<'_> {
             let warning = left_out.warning(subject, self.model.name_of(&left_out), impact.peak_time);
             self.warn(vec![(point, warning)])?;
         }
+        let wide =
+            self.settings.accuracy.and_then(|wanted| wide_band(&self.model.contacts[i].name, impact, wanted));
+        self.warn(wide.map(|warning| (i, warning)).into_iter().collect())?;
         let coarse = self.coarse_zone(i, impact);
         self.warn(coarse.map(|warning| (i, warning)).into_iter().collect())?;
         let (name, is_rigid) = (&self.model.contacts[i].name, self.is_rigid(i));

@@ -56,7 +56,9 @@ pub(super) struct Found {
     pub ahead: [[f64; 3]; 2],
     /// Trials that ended at an end of a zone into which contact fits twice.
     pub left: u32,
-    /// Penalty search of a trial in which the contact joined the impact.
+    /// Trials that were to make the band of its peak force narrower.
+    pub sharper: u32,
+    /// Penalty search with which the next model of the contact goes on.
     pub search: Option<PenaltySearch>,
 }
 

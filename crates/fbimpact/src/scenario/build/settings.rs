@@ -38,6 +38,7 @@ pub fn settings(simulation: &Section, output: &Section, accuracy: Accuracy) -> O
         free_share: if is_even { 0.0 } else { phase_share },
         pressure: output.boolean("pressure")?,
         uncertainty: true,
+        accuracy: None,
     })
 }
 

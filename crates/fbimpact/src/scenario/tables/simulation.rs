@@ -185,14 +185,24 @@ name_values!(Compression {
 const PLACE: Range = Range::within(1e6);
 
 /// `[uncertainty]`.
-pub const UNCERTAINTY: &[Key] = &[Key::new(
-    "enabled",
-    Kind::Boolean,
-    "",
-    Need::Default("true"),
-    "Whether it is estimated by how much peak force, duration, impulse, separating speed and restitution of each impact may be off because \
+pub const UNCERTAINTY: &[Key] = &[
+    Key::new(
+        "enabled",
+        Kind::Boolean,
+        "",
+        Need::Default("true"),
+        "Whether it is estimated by how much peak force, duration, impulse, separating speed and restitution of each impact may be off because \
      of what the run is resolved to: the columns `…_uncertainty` of `/impacts` (docs/uncertainty.md). Motion and forces are the same without.",
-)];
+    ),
+    Key::new(
+        "accuracy",
+        Kind::Number(Range { min: Bound::Closed(1e-4), max: Bound::Closed(1.0) }),
+        "",
+        Need::Optional("bands are as wide as they come"),
+        "How wide the band of a peak force may be, as a share of it, contacts of model \"adaptive\" get more elements across their zones, four times as many at \
+     most, and stiffer springs until it is as narrow; a warning says what it would take where other parts of the band are too wide.",
+    ),
+];
 
 /// `[output]`.
 pub const OUTPUT: &[Key] = &[

@@ -15,12 +15,15 @@ use crate::impact::{AdaptiveContact, FineContact};
 use crate::run::driver::contact_slot::ContactSlot;
 use crate::run::driver::{Driver, TOUCHING};
 use crate::touch::parts::TouchKind;
+use crate::uncertainty::accuracy::{MOST_FINER, Remedy, remedy};
 
 /// Share of the largest force on connected bodies below which a contact is not judged: a twentieth
 /// of the change of the peak force down to which penalty factors are searched. Such a contact
 /// changes no motion by more, and its force may be no more than the error of the motion, as between
 /// bodies at rest that a wave has not reached yet.
 pub(crate) const MINOR: f64 = 1e-4;
+/// Trials of an impact at most that are to make the band of a contact narrower.
+const MOST_SHARPER: u32 = 3;
 
 /// How a trial of an impact ended.
 #[derive(Debug, Clone, PartialEq)]
@@ -151,7 +154,56 @@ impl Driver<'_> {
         if !demands.is_empty() {
             return Ok(Judgement::Again { demands, contact_steps: self.restart_searches() });
         }
-        self.judge_penalties(ending, (verdicts, minor), number)
+        let judgement = self.judge_penalties(ending, (verdicts, minor), number)?;
+        if let (Judgement::Accept(_), Ending::Complete, Some(wanted)) =
+            (&judgement, ending, self.settings.accuracy)
+        {
+            for (i, minor) in minor.iter().enumerate() {
+                demands.extend(self.sharper(i, wanted, *minor, intervals));
+            }
+            if !demands.is_empty() {
+                return Ok(Judgement::Again { demands, contact_steps: None });
+            }
+        }
+        Ok(judgement)
+    }
+
+    /// The demand for a finer zone and stiffer springs of contact `i` if the band of its peak force is wider than `wanted`, a share of it, and
+    /// these make it narrower (Eq. U.14).
+    fn sharper(
+        &mut self,
+        i: usize,
+        wanted: f64,
+        is_minor: bool,
+        intervals: &mut Intervals,
+    ) -> Option<Demand> {
+        let fine =
+            self.slots[i].fine().filter(|fine| fine.has_touched() && fine.whole.is_none() && !is_minor)?;
+        if self.slots[i].found.sharper >= MOST_SHARPER {
+            return None;
+        }
+        let shares = self.shares_of_trial(i, is_minor)?;
+        let mut next = remedy(&shares, wanted)?;
+        let before = fine.finer();
+        let finer = if self.is_width_given(i) { before } else { (before * next.finer).min(MOST_FINER) };
+        let stiffer = fine.search.raised_by(next.stiffer).filter(|_| next.stiffer > 1.0);
+        let is_finer = finer > before;
+        if !is_finer && stiffer.is_none() {
+            return None;
+        }
+        next = Remedy { finer: finer / before, stiffer: stiffer.as_ref().map_or(1.0, |_| next.stiffer) };
+        let widths = fine.widths();
+        let search = stiffer.unwrap_or_else(|| fine.search.clone());
+        let slot = &mut self.slots[i];
+        slot.found.sharper += 1;
+        if is_finer {
+            slot.found.search = Some(search);
+            intervals.refine(i, widths, finer);
+        } else if let Some(fine) = slot.fine_mut() {
+            fine.search = search;
+        }
+        let band = shares.iter().map(|(_, share)| share).sum();
+        Some(self.demand(i, Change::Accuracy { band, wanted, next }))
     }
 
     /// The demand for a shorter zone of contact `i`, which goes on beyond it and had too few of its elements at one instant.

@@ -5,6 +5,7 @@ use std::fmt;
 use ffr_dynamics::error::EvaluationFailure;
 
 use crate::adaptivity::overlap::Overlap;
+use crate::uncertainty::accuracy::Remedy;
 
 /// Why a trial is the result.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,6 +87,15 @@ pub(crate) enum Change {
         /// How many times as many the next interval has.
         times: f64,
     },
+    /// The band of the peak force is wider than it is wanted.
+    Accuracy {
+        /// The band, as a share of the peak force.
+        band: f64,
+        /// What it may be.
+        wanted: f64,
+        /// How many times as many elements the next interval has, and as stiff springs.
+        next: Remedy,
+    },
     /// Contact went on to the end of its zone: one about the present touch takes over.
     HandOver,
     /// The penalty search goes on.
@@ -121,6 +131,13 @@ impl fmt::Display for Change {
                 write!(
                     f,
                     "contact moved along the interval and had {share:.0} % of the elements of one at a time, next {times:.1} times as many elements"
+                )
+            }
+            Self::Accuracy { band, wanted, next: Remedy { finer, stiffer } } => {
+                let [band, wanted] = [band, wanted].map(|share| 100.0 * share);
+                write!(
+                    f,
+                    "the band of the peak force is {band:.2} %, {wanted:.2} % are wanted, next {finer:.0} times as many elements, springs {stiffer:.1} times as stiff"
                 )
             }
             Self::HandOver => f.write_str("contact goes on beyond its zone, another one takes over"),
