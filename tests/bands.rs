@@ -165,7 +165,7 @@ fn an_impact_is_repeated_until_its_band_is_as_narrow_as_wanted() {
     );
     assert!(first(&usual).band.peak_force > 1.5e-3 * impact.peak_force);
     let told =
-        |run: &Recording| run.trials.iter().filter(|trial| trial.reason.contains("are wanted, next")).count();
+        |run: &Recording| run.trials.iter().filter(|trial| trial.reason.contains("are wanted")).count();
     assert!((1..=3).contains(&told(&narrow)) && told(&wide) == 0);
 }
 

@@ -135,10 +135,14 @@ impl fmt::Display for Change {
             }
             Self::Accuracy { band, wanted, next: Remedy { finer, stiffer } } => {
                 let [band, wanted] = [band, wanted].map(|share| 100.0 * share);
-                write!(
-                    f,
-                    "the band of the peak force is {band:.2} %, {wanted:.2} % are wanted, next {finer:.0} times as many elements, springs {stiffer:.1} times as stiff"
-                )
+                write!(f, "the band of the peak force is {band:.2} %, {wanted:.2} % are wanted")?;
+                if *finer > 1.0 {
+                    write!(f, ", next {finer:.0} times as many elements")?;
+                }
+                if *stiffer > 1.0 {
+                    write!(f, ", next springs {stiffer:.1} times as stiff")?;
+                }
+                Ok(())
             }
             Self::HandOver => f.write_str("contact goes on beyond its zone, another one takes over"),
             Self::Penalty { cause, before, after } => {
@@ -199,6 +203,12 @@ mod tests {
              not judged, for their forces are below 1e-4 of the largest: a, b"
         );
         let widths = Change::Widths { is_edge: true, directions: vec![(1.0, 2e-3), (0.5, 1e-3)] };
+        let accuracy =
+            Change::Accuracy { band: 0.024, wanted: 0.01, next: Remedy { finer: 2.0, stiffer: 1.0 } };
+        assert_eq!(
+            accuracy.to_string(),
+            "the band of the peak force is 2.40 %, 1.00 % are wanted, next 2 times as many elements"
+        );
         let penalty = Change::Penalty { cause: PenaltyCause::TrialPassed, before: 1e12, after: 1e13 };
         let demands = [("c", widths), ("d", penalty)];
         assert_eq!(
