@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::file::fault::{Access, FileError, FileFault};
 
@@ -74,12 +75,21 @@ pub fn check(path: &Path) -> Result<(), FileFault> {
         return Err(DEVICE.into());
     }
     let fail = |e| FileFault::system(Access::Write, e);
+    let standing = no_probe();
     let probe = aside(path).map_err(fail)?;
     std::fs::remove_file(&probe).map_err(fail)?;
+    drop(standing);
     if is_kept(path, directory) {
         return Err(fail(io::ErrorKind::PermissionDenied.into()));
     }
     Ok(())
+}
+
+/// Waits until no file stands by which [`check`] asks, and keeps others from standing: who ends the process from another thread holds it meanwhile,
+/// so that none is left.
+pub fn no_probe() -> MutexGuard<'static, ()> {
+    static STANDING: Mutex<()> = Mutex::new(());
+    STANDING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Whether the file `path` may not be replaced because it is somebody else's in a folder where each

@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 
 use indicatif::ProgressBar;
 use result_files::file::fault::FileFault;
+use result_files::file::whole_file;
 
 use crate::error::AppError;
 use crate::process::allocation;
@@ -142,6 +143,7 @@ impl Stop {
             if let Some(error) = error {
                 let code = if allocation::has_ended() { allocation::EXIT_CODE } else { error.code() };
                 crate::report(&error);
+                let _none = whole_file::no_probe();
                 std::process::exit(i32::from(code));
             }
             drop(held);
