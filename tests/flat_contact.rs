@@ -179,8 +179,8 @@ fn a_filleted_end_falls_flat() {
     let [usual, more] = ["", "reduction = { modes = 200 }\n"].map(|modes| run(&falls("axisymmetric", modes)));
     let [a, b] = [usual.impacts[0].impulse, more.impacts[0].impulse];
     println!("impulse {a:.6e} N s, with 200 modes {b:.6e} N s");
-    // The force falls half a period of the highest mode late, a few per cent of an impact that ends with a force of a few per cent of its mean.
-    assert!((a / b - 1.0).abs() < 3e-3, "{a:e} {b:e}");
+    // The force falls half a period of the highest mode late, a tenth of an impact that ends with less than a tenth of its mean force.
+    assert!((a / b - 1.0).abs() < 1e-2, "{a:e} {b:e}");
     // Claims 1 and 3 of docs/verification.md: momentum is what the floor has given.
     let momentum = |s: &Sample| s.linear_momentum[2];
     let change = momentum(usual.samples.last().unwrap()) - momentum(usual.samples.first().unwrap());
