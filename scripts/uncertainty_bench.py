@@ -3,8 +3,8 @@
 
     uncertainty_bench.py PROGRAM [--folder DIR] [--only TEXT] [--table FILE]
 
-Every row is an impact: its numbers with their bands by the defaults, and the truth, a closed form or the same scenario with
-`accuracy = "fine"` and, by `[resolution]`, twice the modes, elements and points across, stiffer springs and a tenth of the tolerance. A
+Every row is an impact: its numbers with their bands by the defaults, and the truth, a closed form or the same scenario, of meshes that of
+the same shape of splines, with `accuracy = "fine"` and, by `[resolution]`, twice the modes, elements and points across, stiffer springs and a tenth of the tolerance. A
 truth by refinement has an error of its own, which is not known: small errors and their ratios to bands are no sharper than that.
 Needs h5py and numpy. Runs that are there already in DIR are not made again.
 """
@@ -12,13 +12,18 @@ import argparse
 import json
 import math
 import pathlib
+import random
+import re
 import subprocess
+from typing import NamedTuple
 
 import h5py
 import numpy as np
 
-STEEL = dict(E=210e9, nu=0.3, rho=7850.0)
-OUTPUTS = ["peak_force", "duration", "impulse", "separation_velocity", "restitution"]
+STOP = "stop_after_impacts = 1\n"
+OUTPUTS = ["peak_force", "peak_time", "duration", "impulse", "separation_velocity", "restitution"]
+PEAKS = {"reaction_force": "joints", "reaction_moment": "joints", "position": "points", "von_mises": "points"}
+SEEDS = (62, 63)
 FINER = 'accuracy = "fine"\n[resolution]\nmodes = 2\nmesh = 2\nzone = 2\npenalty = 4.0\ntolerance = 0.1\n'
 
 
@@ -35,7 +40,7 @@ def body(name, model, geometry, position=None, velocity=None, material="steel", 
 
 def scenario(time, *bodies, contact=("a", "b"), extra="", materials=""):
     law = f'[contacts.c]\ncontact_body = "{contact[0]}"\ntarget_body = "{contact[1]}"\n{extra}'
-    return f"[simulation]\nend_time = {time!r}\nstop_after_impacts = 1\n{materials}" + "".join(bodies) + law
+    return f"[simulation]\nend_time = {time!r}\n{STOP}{materials}" + "".join(bodies) + law
 
 
 def plane(normal=(0, 0, 1)):
@@ -206,6 +211,113 @@ weights = [1.0, 0.7071067811865476, 1.0, 0.7071067811865476, 1.0, 1.0, 0.7071067
 ROWS["hollow ball, table tennis"] = (scenario(1.1e-3, HOLLOW, plane()), {"peak_force": 6.70, "impulse": 2.7566e-3})
 
 
+
+def with_spin(text, spin, friction):
+    """The scenario with its body a spinning [rad/s] and the coefficient of friction of its contact."""
+    turning = f"[bodies.a]\nangular_velocity = [0.0, 0.0, {spin!r}]\n"
+    return text.replace("[bodies.a]\n", turning, 1) + f"friction = {friction!r}\n"
+
+
+def disc_of_triangles(radius, rings):
+    """A disc [mm] of triangles with six nodes as an input file: six triangles about the middle, each cut into rings."""
+    numbers, nodes, elements = {}, [], []
+
+    def node(ring, along):
+        key = (ring, along % (6 * ring) if ring else 0)
+        if key not in numbers:
+            numbers[key] = len(numbers) + 1
+            angle, at = (along / max(ring, 1) - 1.5) * math.pi / 3, radius * ring / (2 * rings)
+            nodes.append(f"{numbers[key]}, {at * math.cos(angle)!r}, {at * math.sin(angle)!r}\n")
+        return numbers[key]
+
+    def triangle(sector, corners):
+        middles = [tuple((corners[a][d] + corners[b][d]) // 2 for d in (0, 1)) for a, b in ((0, 1), (1, 2), (2, 0))]
+        places = [node(ring, sector * ring + along) for ring, along in [*corners, *middles]]
+        elements.append(f"{len(elements) + 1}, " + ", ".join(map(str, places)) + "\n")
+
+    for sector in range(6):
+        for ring in range(rings):
+            i, o = 2 * ring, 2 * ring + 2
+            for k in range(0, i + 2, 2):
+                triangle(sector, [(i, k), (o, k), (o, k + 2)])
+                if k < i:
+                    triangle(sector, [(i, k), (o, k + 2), (i, k + 2)])
+    return "*NODE\n" + "".join(nodes) + "*ELEMENT, TYPE=CPE6, ELSET=disc\n" + "".join(elements)
+
+
+def add_random(rows, seed):
+    """Impacts drawn by chance: kinds of bodies and touches in turn, sizes, speeds and materials."""
+    draw = random.Random(seed)
+    first = 100 * SEEDS.index(seed)
+
+    def between(low, high):
+        return float(f"{low * (high / low) ** draw.random():.3g}")
+
+    materials = ("steel", "aluminium", "brass")
+    for n in range(1, 11):
+        radius, speed, material = between(3e-3, 3e-2), between(0.02, 2.0), draw.choice(materials)
+        rows[f"drawn: ball on a plane {first + n}"] = (ball_on_plane(radius, speed, material), None)
+    for n in range(1, 11):
+        radius, pair = between(4e-3, 2e-2), (draw.choice(materials), draw.choice(materials))
+        rod = (radius * between(0.7, 2.0), radius * between(5.0, 30.0))
+        text = ball_on_rod(radius, rod, between(0.05, 1.5), pair)
+        rows[f"drawn: ball on a rod {first + n}"] = (text + END_OF_ROD, None)
+    for n in range(1, 11):
+        radius, pair = between(4e-3, 2e-2), (draw.choice(materials), draw.choice(materials))
+        rows[f"drawn: two balls {first + n}"] = (balls((radius, radius * between(0.7, 4.0)), between(0.05, 1.5), pair), None)
+    for n in range(1, 7):
+        rows[f"drawn: disc on a plane {first + n}"] = (disc_on_plane(between(5e-3, 3e-2), between(0.05, 0.5)), None)
+    for n in range(1, 9):
+        radius = between(5e-3, 2e-2)
+        model = draw.choice(("plane-strain", "plane-stress"))
+        rows[f"drawn: two discs {first + n}"] = (discs((radius, radius * between(0.7, 2.0)), between(0.05, 0.5), model), None)
+    for n in range(1, 9):
+        radius, speed = between(5e-3, 2e-2), between(0.05, 0.3)
+        text = with_spin(disc_on_plane(radius, speed), draw.choice((-1, 1)) * speed / radius * between(0.1, 3.0), between(0.05, 0.5))
+        rows[f"drawn: spinning disc on a plane with friction {first + n}"] = (text, None)
+    for n in range(1, 7):
+        radius, speed = between(5e-3, 2e-2), between(0.05, 0.3)
+        text = discs((radius, radius * between(0.7, 2.0)), speed, "plane-strain")
+        text = with_spin(text, draw.choice((-1, 1)) * speed / radius * between(0.1, 3.0), between(0.05, 0.5))
+        rows[f"drawn: two discs with spin and friction {first + n}"] = (text, None)
+    holds = {
+        "cantilever": [joint("fixed", (-0.1, 0, 0), LEFT)],
+        "hinge": [joint("revolute", (-0.1, 0, 0), LEFT, Z)],
+        "pin and roller": [
+            joint("revolute", (-0.1, 0, 0), LEFT, Z),
+            joint("generic", (0.1, 0, 0), 'face = "x+"', 'locked = ["y"]\ncloses_loop = true\n'),
+        ],
+        "nothing": [],
+    }
+    for n in range(1, 9):
+        held = draw.choice(list(holds))
+        rows[f"drawn: disc on a beam {first + n}, {held}"] = (
+            struck_beam(*holds[held], at=round(draw.uniform(-0.08, 0.08), 4)) + PLACES_OF_BEAM, None)
+    for n in range(1, 7):
+        radius, rings, speed = between(5e-3, 2e-2), draw.randrange(10, 25), between(0.05, 0.3)
+        text = disc_on_plane(radius, speed)
+        shape = f'geometry = {{ shape = "disc", radius = {radius} }}\n'
+        meshed = text.replace(shape, f'file = "drawn{first + n}.inp"\nunits = "mm"\n')
+        FILES[f"drawn{first + n}.inp"] = disc_of_triangles(1e3 * radius, rings)
+        rows[f"drawn: disc of triangles on a plane {first + n}"] = (meshed, text)
+    for n in range(1, 3):
+        radius, speed = between(5e-3, 2e-2), between(0.05, 0.5)
+        ball = body("a", "solid", f'shape = "sphere", radius = {radius}', (0, 0, radius), (0, 0, -speed))
+        rows[f"drawn: solid ball on a plane {first + n}"] = (scenario(6e-2 * radius * speed**-0.2, ball, plane()), ball_on_plane(radius, speed))
+
+
+END_OF_ROD = '[output]\nfree_interval = 5e-7\n[output.points.end]\nbody = "b"\nmarker = "end"\n'
+PLACES_OF_BEAM = """[output]
+free_interval = 1e-6
+[output.points]
+tip = { body = "b", point = [0.1, 0.005] }
+middle = { body = "b", point = [-0.02, -0.005], stress = true }
+"""
+FILES = {}
+for SEED in SEEDS:
+    add_random(ROWS, SEED)
+
+
 def impact(program, text, path):
     """First impact of the run of `text`; None if it failed."""
     if not (path.with_suffix(".h5").exists() and path.exists() and path.read_text() == text):
@@ -221,7 +333,18 @@ def impact(program, text, path):
         row = file["impacts"][0]
         numbers = {name: float(row[name]) for name in row.dtype.names if row.dtype[name].kind == "f"}
         numbers["note"] = row["uncertainty"].decode()
+        for series, group in PEAKS.items():
+            for place in [place for place in file.get(group, {}) if series in file[group][place]]:
+                found = file[group][place][series].attrs
+                numbers[f"{series} of {place}"] = float(found["peak"])
+                numbers[f"{series} of {place}_uncertainty"] = float(found.get("peak_uncertainty", math.nan))
+        for name, body in file["bodies"].items():
+            bands = body.get("eigenfrequencies_uncertainty", [])
+            for k, band in enumerate(bands[:]):
+                numbers[f"frequency of {name} {k + 1}"] = float(body["eigenfrequencies"][k])
+                numbers[f"frequency of {name} {k + 1}_uncertainty"] = float(band)
     numbers["duration"] = numbers["end"] - numbers["start"]
+    numbers["peak_time"] -= numbers["start"]
     return numbers
 
 
@@ -233,43 +356,75 @@ def main():
     parser.add_argument("--table", type=pathlib.Path)
     arguments = parser.parse_args()
     arguments.folder.mkdir(parents=True, exist_ok=True)
-    cells, lines = {name: [] for name in OUTPUTS}, []
+    for name, text in FILES.items():
+        (arguments.folder / name).write_text(text)
+    found = []
     for number, (name, (text, truth)) in enumerate(ROWS.items()):
         if arguments.only not in name:
             continue
+        if "[joints" in text or "[output.points" in text:
+            text = text.replace(STOP, "")  # largest values are those up to one time
         path = arguments.folder / f"row{number:03}.toml"
-        found = impact(arguments.program, text, path)
-        if found is None:
+        run = impact(arguments.program, text, path)
+        if run is not None and (truth is None or isinstance(truth, str)):
+            truth = impact(arguments.program, FINER + without_own(truth or text), path.with_name(f"row{number:03}_truth.toml"))
+        if run is None or truth is None:
             continue
-        if truth is None:
-            finer = FINER + without_own(text)
-            truth = impact(arguments.program, finer, path.with_name(f"row{number:03}_truth.toml"))
-        if truth is None:
-            continue
-        told = []
-        for output in OUTPUTS:
-            band, value = found[f"{output}_uncertainty"], found[output]
-            if output not in truth or not math.isfinite(truth[output]) or not math.isfinite(value):
-                told.append("")
-                continue
-            error = abs(value - truth[output])
-            if not math.isfinite(band):
-                told.append("–")
-                continue
-            cells[output].append((error <= band, band / max(error, 1e-12 * abs(value)), name))
-            told.append(f"{error / abs(truth[output]):.1e} ({band / abs(truth[output]):.1e})" + ("" if error <= band else " out"))
-        lines.append(f"| {name} | " + " | ".join(told) + " |")
-        print(lines[-1], found["note"][:60], flush=True)
-    print()
-    lines.append("")
-    for output, rows in cells.items():
-        if rows:
-            share = sum(row[0] for row in rows) / len(rows)
-            ratio = float(np.median([row[1] for row in rows]))
-            lines.append(f"{output}: {100 * share:.0f} % of {len(rows)} within, band over error {ratio:.1f} in the median")
-            print(lines[-1])
+        rows = compared(name, run, truth)
+        found += rows
+        told = [f"{row.output} {row.error:.1e} ({row.band:.1e}){'' if row.is_within else ' OUT'}" for row in rows]
+        print(f"{name}: " + ", ".join(told), run["note"][:60], flush=True)
+    lines = tables(found)
+    print("\n".join(lines))
     if arguments.table:
         arguments.table.write_text("\n".join(lines) + "\n")
+
+
+class Row(NamedTuple):
+    """A number of an impact beside the truth: error and band as shares of the truth."""
+
+    name: str
+    output: str
+    error: float
+    band: float
+
+    @property
+    def is_within(self):
+        return self.error <= self.band
+
+
+def compared(name, run, truth):
+    """The numbers of `run` that have a band and a truth, but for what is round-off of a zero."""
+    rows = []
+    peaks = [key for key in run if " of " in key and not key.endswith("_uncertainty")]
+    for output in [*OUTPUTS, *peaks]:
+        band, value, right = run[f"{output}_uncertainty"], run[output], truth.get(output, math.nan)
+        if all(map(math.isfinite, (band, value, right))) and abs(right) > 1e-12:
+            rows.append(Row(name, output, abs(value - right) / abs(right), band / abs(right)))
+    return rows
+
+
+def tables(found):
+    """How often bands are right, and which are not."""
+    lines = ["| number | within | band over error, median | band, median |", "|---|---|---|---|"]
+    outputs = {row.output.split(" of ")[0]: None for row in found}
+    for output in outputs:
+        rows = [row for row in found if row.output.split(" of ")[0] == output]
+        within = sum(row.is_within for row in rows)
+        ratio = np.median([row.band / max(row.error, 1e-12) for row in rows])
+        words = output.replace("_", " ").replace("position", "displacement")
+        share, band = 100 * within / len(rows), np.median([row.band for row in rows])
+        lines.append(f"| {words} | {within} of {len(rows)}, {share:.0f} % | {ratio:.1f} | {band:.1e} |")
+    lines += ["", "| kind | impacts | bands | within |", "|---|---|---|---|"]
+    kind = lambda row: "at which constants were settled" if not row.name.startswith("drawn: ") else re.sub(r" \d+.*", "", row.name)
+    for name in {kind(row): None for row in found}:
+        rows = [row for row in found if kind(row) == name]
+        impacts = len({row.name for row in rows})
+        lines.append(f"| {name} | {impacts} | {len(rows)} | {sum(row.is_within for row in rows)} |")
+    lines += ["", "| outside | number | error | band |", "|---|---|---|---|"]
+    outside = [row for row in found if not row.is_within]
+    lines += [f"| {row.name} | {row.output.replace('_', ' ')} | {row.error:.1e} | {row.band:.1e} |" for row in outside]
+    return lines
 
 
 def without_own(text):

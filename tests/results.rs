@@ -73,7 +73,11 @@ fn sample(i: u32) -> Sample {
 }
 
 fn start(observer: &mut dyn Observer) -> Result<(), AppError> {
-    let body = |name: &str, f: Vec<f64>| BodyLayout { name: name.into(), eigenfrequencies: f };
+    let body = |name: &str, f: Vec<f64>| BodyLayout {
+        name: name.into(),
+        frequency_bands: vec![0.5; f.len()],
+        eigenfrequencies: f,
+    };
     let layout = RunLayout {
         bodies: vec![body("ball", (1..=6).map(|i| 1e5 * f64::from(i)).collect()), body("floor", Vec::new())],
         contacts: vec!["impact".into()],
@@ -210,7 +214,11 @@ fn between_flushes_a_run_of_many_bodies_is_on_the_disk_as_it_was_at_the_last_flu
     const MODES: usize = 20;
     let (directory, path) = directory();
     let mut recorder = Recorder::create(&path, &scenario_with(&[]), 1).expect("writable");
-    let body = |i: usize| BodyLayout { name: format!("body {i}"), eigenfrequencies: vec![1.0; MODES] };
+    let body = |i: usize| BodyLayout {
+        name: format!("body {i}"),
+        eigenfrequencies: vec![1.0; MODES],
+        ..BodyLayout::default()
+    };
     let layout = RunLayout { bodies: (0..BODIES).map(body).collect(), ..RunLayout::default() };
     recorder.start(&layout).expect("writable");
     let body = BodySample {
@@ -248,9 +256,11 @@ fn summary_holds_what_was_recorded() {
     assert!(s.timings.iter().any(|(n, v)| n == "assembly" && (v - 0.25).abs() < 1e-15));
     assert_eq!(s.json()["impacts"][0]["peak_force"], 52.0);
     // The last of 600 rows has the largest reaction: 5 N and 1 N m a row.
-    let [guide] = &s.reactions[..] else { panic!("one joint: {:?}", s.reactions) };
-    assert!((guide.force - 5.0 * 599.0).abs() < 1e-9 && (guide.moment - 599.0).abs() < 1e-12, "{guide:?}");
-    assert!((guide.force_time - 599e-7).abs() < 1e-18 && guide.joint == "guide");
+    let [force, moment, moved] = &s.peaks[..] else { panic!("one joint, one point: {:?}", s.peaks) };
+    assert!((force.peak.value - 5.0 * 599.0).abs() < 1e-9, "{force:?}");
+    assert!((moment.peak.value - 599.0).abs() < 1e-12, "{moment:?}");
+    assert!((force.peak.time - 599e-7).abs() < 1e-18 && force.place == "guide");
+    assert!((moved.peak.value - 599.0).abs() < 1e-12 && moved.place == "top", "{moved:?}");
     assert_eq!(s.json()["joints"]["guide"]["peak_moment"], 599.0);
 }
 

@@ -23,9 +23,11 @@ use crate::spec::{BodySpec, PointSpec, RunSpec, StressSpec};
 use crate::state::simulation::{Observed, ObservedPoint, System};
 use crate::store::ModelCache;
 use crate::system::body::{BodyModel, FlexibleModel};
+use crate::system::frequency_errors::FrequencyErrors;
 use crate::system::rigid_surface::KnownSurfaces;
 use crate::system::{joints, start};
 use crate::touch::overlap::check_undeformed;
+use crate::uncertainty::SAFETY;
 
 mod arrangement;
 mod default_penalty;
@@ -79,7 +81,7 @@ pub struct RunModel {
     /// Least yield strengths of the bodies; infinite where none is known \[Pa\].
     pub yield_strengths: Vec<f64>,
     /// As [`RunSpec::frequency_errors`].
-    pub frequency_errors: Vec<Option<f64>>,
+    pub known_errors: Vec<Option<f64>>,
 }
 
 impl RunModel {
@@ -151,7 +153,7 @@ impl RunModel {
             touches: spec.contacts.iter().flat_map(|c| touches(&run.touches, c)).collect(),
             force_needs: force_needs(&run.touches),
             yield_strengths: spec.bodies.iter().map(|body| body.kind.yield_strength()).collect(),
-            frequency_errors: spec.frequency_errors.clone(),
+            known_errors: spec.frequency_errors.clone(),
             system,
             initial,
             bodies,
@@ -174,7 +176,18 @@ impl RunModel {
 
     /// Names and spectra for the observer.
     pub fn layout(&self, end_time: f64) -> RunLayout {
-        let frequencies = BodyModel::frequencies;
+        let body = |(b, body): (usize, &BodyModel)| {
+            let eigenfrequencies = body.frequencies();
+            let errors = self.frequency_errors(b);
+            let n_free = body.coordinates().free;
+            // Static answers are no vibrations that a finer mesh would have, too.
+            let band = |(k, frequency): (usize, &f64)| match errors {
+                Some(errors) if k < n_free => SAFETY * frequency * errors.at(*frequency),
+                _ => f64::NAN,
+            };
+            let frequency_bands = eigenfrequencies.iter().enumerate().map(band).collect();
+            BodyLayout { name: body.name.clone(), eigenfrequencies, frequency_bands }
+        };
         let joint = |&body: &usize| {
             let joint = &self.system.model().bodies[body].joint;
             let (positions, velocities) = joints::coordinate_names(joint.kind);
@@ -191,11 +204,7 @@ impl RunModel {
         };
         RunLayout {
             gears: self.system.model().gears.iter().map(gear).collect(),
-            bodies: self
-                .bodies
-                .iter()
-                .map(|b| BodyLayout { name: b.name.clone(), eigenfrequencies: frequencies(b) })
-                .collect(),
+            bodies: self.bodies.iter().enumerate().map(body).collect(),
             contacts: self.contacts.iter().map(|c| c.name.clone()).collect(),
             stops: self
                 .system
@@ -208,6 +217,11 @@ impl RunModel {
             joints: self.observed.joints.iter().map(joint).chain(loops).collect(),
             time_span: (0.0, end_time),
         }
+    }
+
+    /// Relative errors of the frequencies of body `b` by its mesh; none of a body whose mesh is not there.
+    pub fn frequency_errors(&self, b: usize) -> Option<FrequencyErrors> {
+        FrequencyErrors::new(&self.bodies[b], self.known_errors.get(b).copied().flatten())
     }
 
     fn point_layout(&self, point: &PointSpec) -> PointLayout {

@@ -15,7 +15,7 @@ use iga_core::elasticity::kinematics::PointState;
 use serde::{Deserialize, Serialize};
 
 pub use band::Band;
-pub use peak::{PeakOf, PeakRecord};
+pub use peak::{PeakBand, PeakOf, PeakRecord};
 pub use stress::StressRecord;
 
 use crate::spec::GaugeRequest;
@@ -47,6 +47,8 @@ pub struct BodyLayout {
     pub name: String,
     /// Eigenfrequencies of the elastic coordinates \[Hz\]; empty for rigid bodies.
     pub eigenfrequencies: Vec<f64>,
+    /// By how much the mesh may put them off; NaN where that is not known \[Hz\].
+    pub frequency_bands: Vec<f64>,
 }
 
 /// Name of an observed point, and what is recorded of it besides its motion.

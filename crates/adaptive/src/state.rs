@@ -19,6 +19,7 @@ use crate::state::impact_monitor::Impact;
 use crate::state::ledger::{EnergyLedger, NumericalDamping};
 use crate::state::peaks::Peaks;
 use crate::state::stop_hit::StopHit;
+use crate::uncertainty::response::Sequel;
 
 /// State of a run. Where it is reported as a restart point, a run taken up from it has the same
 /// result as the one that goes on (docs/decisions/0013-restart-file.md).
@@ -67,6 +68,8 @@ pub struct RunState {
     pub stress: Vec<Option<StressState>>,
     /// Largest values of joints and points.
     pub peaks: Peaks,
+    /// The impacts after which they may have come.
+    pub sequels: Vec<Sequel>,
 }
 
 impl RunState {

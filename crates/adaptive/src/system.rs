@@ -6,6 +6,7 @@ pub mod imported;
 pub mod mode_gradients;
 pub mod rigid_surface;
 pub mod body;
+pub mod frequency_errors;
 pub mod joints;
 pub mod start;
 pub(crate) mod whole_surface;

@@ -14,9 +14,10 @@ pub mod mesh;
 pub mod steps;
 pub mod modes;
 pub mod ringing;
+pub mod response;
 pub mod accuracy;
 
-use tracing::debug;
+use serde::{Deserialize, Serialize};
 
 use crate::record::band::{Band, NoBand, Source};
 use crate::touch::parts::TouchKind;
@@ -78,32 +79,58 @@ const LONGER: f64 = 1.25;
 const MISSED: f64 = 0.15;
 /// Factor on estimates of an error by differences, so that 95 in 100 are no smaller than the error: that of
 /// Roache's grid convergence index where three meshes show the rate (1997, Annu. Rev. Fluid Mech. 29).
-const SAFETY: f64 = 1.25;
+pub const SAFETY: f64 = 1.25;
 
-/// The bands of the numbers of an impact.
-pub fn band(evidence: &Evidence<'_>) -> Band {
-    match parts(evidence) {
-        Ok(parts) => {
-            debug!(?parts, "parts of the bands");
-            sum(evidence, &parts)
-        }
-        Err(missing) => Band::none(missing),
+/// The force of an impact as it is repeated with each source changed, at instants from the first contact on \[N\].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Histories {
+    /// Time between instants \[s\].
+    pub step: f64,
+    /// As it is.
+    pub base: Vec<f64>,
+    /// With springs twice as stiff; none without springs.
+    pub stiffer: Option<Vec<f64>>,
+    /// With the zone's error.
+    pub zone: Vec<f64>,
+    /// With the frequencies of a finer mesh.
+    pub mesh: Vec<f64>,
+    /// With the modes up to half of the highest frequency.
+    pub half: Vec<f64>,
+    /// With those up to a quarter.
+    pub quarter: Vec<f64>,
+}
+
+/// What each source changes in an impact.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Parts {
+    /// In its numbers.
+    pub of_numbers: Vec<(Source, Numbers)>,
+    /// In its force.
+    pub histories: Histories,
+}
+
+impl Parts {
+    /// Share by which steps and ledger may put the impulse off.
+    pub fn of_ends(&self, impulse: f64) -> f64 {
+        let is_end = |source: &Source| matches!(source, Source::Steps | Source::Ledger);
+        let parts = self.of_numbers.iter().filter(|(source, _)| is_end(source));
+        parts.map(|(_, part)| part.impulse).sum::<f64>() / impulse
     }
 }
 
 /// The parts of the band of the peak force, as shares of it; none where that has none.
 pub fn shares_of_peak(evidence: &Evidence<'_>) -> Option<Vec<(Source, f64)>> {
-    let found = parts(evidence).ok()?;
+    let found = parts(evidence).ok()?.of_numbers;
     let share = |part: &Numbers| SAFETY * part.peak_force / evidence.numbers.peak_force;
     let shares: Vec<_> = found.iter().map(|(source, part)| (*source, share(part))).collect();
     shares.iter().all(|(_, share)| share.is_finite()).then_some(shares)
 }
 
-/// What each source changes in the numbers of an impact.
+/// What each source changes in an impact.
 ///
 /// # Errors
 /// Why that is not known.
-pub fn parts(evidence: &Evidence<'_>) -> Result<Vec<(Source, Numbers)>, NoBand> {
+pub fn parts(evidence: &Evidence<'_>) -> Result<Parts, NoBand> {
     let Evidence { numbers, bodies, .. } = evidence;
     let speed = bodies.approach;
     let zone = zone::error(evidence.zone, evidence.touch, evidence.across).ok_or(NoBand::Coarse)?;
@@ -120,25 +147,22 @@ pub fn parts(evidence: &Evidence<'_>) -> Result<Vec<(Source, Numbers)>, NoBand> 
     let window = evidence.jump_window().unwrap_or(0.0);
     let grid = Grid { step: h, end, window };
     let law = shown_law(evidence, bodies, h).ok_or(NoBand::NotOneForce)?;
-    let base = bodies.replay(&law, grid);
+    let (base, base_force) = bodies.replay(&law, grid);
     let ringing = ringing_part(evidence);
     let smooth = Numbers { peak_force: numbers.peak_force - ringing, ..*numbers };
     if misses(&base, &smooth) > MISSED {
         return Err(NoBand::NotOneForce);
     }
-    // The replay is not the run: of what it shows the ratios are taken.
-    let beside = |bodies: &Bodies, law: &Law| {
-        let other = bodies.replay(law, grid);
-        Numbers::each(|of| (of(&other) - of(&base)).abs())
-    };
+    // The replay is not the run: of what it shows the differences are taken.
+    let beside = |other: &Numbers| Numbers::each(|of| (of(other) - of(&base)).abs());
     let penetration: Vec<_> = evidence.instants.iter().map(|i| (i.force, i.penetration)).collect();
-    let stiffer = penalty::stiffer(law, evidence.touch, &penetration)
-        .map(|law| beside(bodies, &law))
-        .unwrap_or_default();
-    let of_penalty = Numbers::each(|of| penalty::to_rigid(of(&stiffer)));
-    let of_zone = beside(bodies, &Law { scale: 1.0 + zone.approach, ..law });
-    let of_zone = Numbers { peak_force: of_zone.peak_force + zone.force * base.peak_force, ..of_zone };
-    let [half, quarter] = [0.5, 0.25].map(|share| {
+    let stiffer = penalty::stiffer(law, evidence.touch, &penetration).map(|law| bodies.replay(&law, grid));
+    let of_penalty = stiffer.as_ref().map(|(other, _)| beside(other)).unwrap_or_default();
+    let of_penalty = Numbers::each(|of| penalty::to_rigid(of(&of_penalty)));
+    let (of_zone, zone_force) = bodies.replay(&Law { scale: 1.0 + zone.approach, ..law }, grid);
+    let of_zone = ringing::in_force(zone.force * base.peak_force, &base, beside(&of_zone));
+    let (of_mesh, mesh_force) = mesh::finer(bodies).replay(&law, grid);
+    let [(half, half_force), (quarter, quarter_force)] = [0.5, 0.25].map(|share| {
         let (bodies, law) = modes::truncated(bodies, &evidence.ends, law, share);
         bodies.replay(&law, grid)
     });
@@ -149,20 +173,29 @@ pub fn parts(evidence: &Evidence<'_>) -> Result<Vec<(Source, Numbers)>, NoBand> 
         }
         None => of_modes,
     };
-    let found = [
+    let mut of_numbers = vec![
         (Source::Penalty, of_penalty),
         (Source::Zone, of_zone),
-        (Source::Mesh, beside(&mesh::finer(bodies), &law)),
+        (Source::Mesh, beside(&of_mesh)),
         (Source::Modes, of_modes),
-        (Source::Ringing, Numbers { peak_force: ringing, ..Numbers::default() }),
+        (Source::Ringing, ringing::in_force(ringing, numbers, Numbers::default())),
         (Source::Steps, steps::of_steps(evidence.steps, speed, numbers)),
         (Source::Ledger, steps::of_ledger(evidence.energy, (mass, speed), numbers)),
     ];
-    let mut parts = found.to_vec();
     if zone.has_no_limit {
-        parts.iter_mut().for_each(|(_, part)| (part.peak_force, part.duration) = (f64::NAN, f64::NAN));
+        let none = |part: &mut Numbers| [part.peak_force, part.peak_time, part.duration] = [f64::NAN; 3];
+        of_numbers.iter_mut().for_each(|(_, part)| none(part));
     }
-    Ok(parts)
+    let histories = Histories {
+        step: h,
+        base: base_force,
+        stiffer: stiffer.map(|(_, force)| force),
+        zone: zone_force,
+        mesh: mesh_force,
+        half: half_force,
+        quarter: quarter_force,
+    };
+    Ok(Parts { of_numbers, histories })
 }
 
 /// The law that the recorded force shows beside what the modes yield (Eq. U.3).
@@ -199,13 +232,14 @@ fn ringing_part(evidence: &Evidence<'_>) -> f64 {
 }
 
 /// The bands: parts add by magnitude, for those of penalty, zone and modes are often of one sign.
-fn sum(evidence: &Evidence<'_>, parts: &[(Source, Numbers)]) -> Band {
+pub fn sum(evidence: &Evidence<'_>, parts: &[(Source, Numbers)]) -> Band {
     let all = Numbers::each(|of| SAFETY * parts.iter().map(|(_, part)| of(part)).sum::<f64>());
     let has_peak = !all.peak_force.is_nan();
     let of = |part: &Numbers| if has_peak { part.peak_force } else { part.impulse };
     let largest = parts.iter().map(|(source, part)| (*source, SAFETY * of(part)));
     Band {
         peak_force: all.peak_force,
+        peak_time: all.peak_time,
         duration: all.duration,
         impulse: all.impulse,
         separation_velocity: all.separation_velocity,

@@ -77,6 +77,9 @@ pub struct BodyModes {
     /// Frequencies of the elastic coordinates \[Hz\], ascending: eigenfrequencies, then those of
     /// static answers.
     pub frequencies: Vec<f64>,
+    /// By how much the mesh may put them off; NaN where that is not known \[Hz\].
+    #[serde(rename = "frequencies_uncertainty")]
+    pub frequency_bands: Vec<f64>,
     /// Sizes that the program has chosen, and why.
     pub chosen: Vec<String>,
 }
@@ -190,11 +193,12 @@ pub fn modes_with(
     let model = told(build(spec, threads, cache)?);
     let notes = chosen_sizes::notes(&scenario.source.resolved);
     let wanted = body.map(|b| scenario.bodies[b].name.as_str());
-    let bodies = model.bodies.iter().zip(&spec.bodies);
-    let bodies = bodies.filter(|(b, _)| wanted.is_none_or(|name| b.name == name));
+    let bodies = model.bodies.iter().zip(&spec.bodies).zip(model.layout(0.0).bodies);
+    let bodies = bodies.filter(|((b, _), _)| wanted.is_none_or(|name| b.name == name));
     let of = |name: &str| notes.iter().filter(|n| n.body == name).map(|n| n.text.clone()).collect();
-    let bodies = bodies.map(|(body, spec)| BodyModes {
+    let bodies = bodies.map(|((body, spec), layout)| BodyModes {
         chosen: of(&body.name),
+        frequency_bands: layout.frequency_bands,
         points: points(scenario, body),
         ..body_modes(body, spec)
     });

@@ -6,6 +6,7 @@ use ffr_dynamics::body::{GeometricStiffening, RigidMotion, StandardInputData};
 use ffr_dynamics::force::GeneralisedForce;
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::kinematics::Marker;
+use ffr_dynamics::system::vibration::pressed::{PressedModes, UnitMotion};
 use ffr_dynamics::system::{
     Attachment, BodySpec, CoordinateForce, GROUND, JointKind, JointSpec, Multibody, SystemSpec, TimeFunction,
 };
@@ -125,8 +126,9 @@ fn a_force_meets_the_modes_of_what_joints_hold() {
     let alone = system(vec![rod("upper", m[0], l[0])], vec![upper.clone()], vec![]);
     let mut y = alone.rest();
     alone.set_joint(&mut y, 0, &[0.0], &[0.3]).unwrap();
-    let found = alone.pressed_modes((0.0, &y), &[(0, push(l[0]))]).unwrap();
-    let [mode] = &found[..] else { panic!("one coordinate") };
+    let across = |unit: UnitMotion<'_>| vec![unit.reactions[0].force.x, unit.states[0].velocity.x];
+    let found = alone.pressed_modes((0.0, &y), &[(0, push(l[0]))], across).unwrap();
+    let [mode] = &found.modes[..] else { panic!("one coordinate") };
     // l²/(m l²/3); weight is left out; the end moves by l times the angular velocity.
     assert!(
         (mode.share * mode.share * m[0] / 3.0 - 1.0).abs() < 1e-12 && mode.squared_frequency.abs() <= 0.0,
@@ -134,6 +136,11 @@ fn a_force_meets_the_modes_of_what_joints_hold() {
     );
     assert!((mode.share * mode.start[1] / (0.3 * l[0]) - 1.0).abs() < 1e-12, "{mode:?}");
     assert!((mode.carried / mode.share - 1.0).abs() < 1e-12, "{mode:?}");
+    // The hinge of a rod that is struck at its end pushes half as much the same way: 3/2 of the force over the mass is how its
+    // middle accelerates. The frame is at the hinge, which does not move.
+    let pushed = found.observed[0] + mode.share * mode.observed[0];
+    assert!((found.observed[0] + 1.0).abs() < 1e-14 && (pushed - 0.5).abs() < 1e-12, "{found:?}");
+    assert!(mode.observed[1].abs() < 1e-14, "{mode:?}");
 
     // Two rods, in the tree and closed by a loop: the mobility is that of the inverse of their inertia by absolute angles.
     let bodies = || vec![rod("upper", m[0], l[0]), rod("lower", m[1], l[1])];
@@ -146,9 +153,18 @@ fn a_force_meets_the_modes_of_what_joints_hold() {
     let mut y = tied.rest();
     tied.set_joint(&mut y, 1, &[0.0, -l[0], 0.0, 1.0, 0.0, 0.0, 0.0], &[0.0; 6]).unwrap();
     for (system, y) in [(&tree, tree.rest()), (&tied, y)] {
-        let modes = system.pressed_modes((0.0, &y), &[(1, push(l[1]))]).unwrap();
+        let asked = |unit: UnitMotion<'_>| vec![unit.reactions[0].force.x];
+        let PressedModes { modes, observed } =
+            system.pressed_modes((0.0, &y), &[(1, push(l[1]))], asked).unwrap();
         let mobility: f64 = modes.iter().map(|mode| mode.share * mode.share).sum();
         assert!(modes.len() == 2 && (mobility / expected - 1.0).abs() < 1e-12, "{mobility} {expected}");
+        if system.model().loops.is_empty() {
+            // What accelerates the middles of both rods beside the force: m1 l1/2 α1 + m2 (l1 α1 + l2/2 α2) - 1.
+            let [p, q] = [(c * l[0] - b * l[1]) / (a * c - b * b), (a * l[1] - b * l[0]) / (a * c - b * b)];
+            let right = 0.5 * m[0] * l[0] * p + m[1] * (l[0] * p + 0.5 * l[1] * q) - 1.0;
+            let found = observed[0] + modes.iter().map(|mode| mode.share * mode.observed[0]).sum::<f64>();
+            assert!((found / right - 1.0).abs() < 1e-12, "{found} {right}");
+        }
     }
 }
 

@@ -6,7 +6,6 @@ pub mod impacts;
 pub mod open;
 pub mod peak;
 pub mod pressure_series;
-pub mod reactions;
 pub mod scenario_values;
 pub mod stages;
 pub mod thin;

@@ -146,6 +146,7 @@ table!(ImpactRow "impacts" "Impacts; touches between which the bodies are apart 
     restitution_uncertainty: f64 ["–"], "band of the restitution";
     uncertainty: VarLenUnicode ["–"],
         "the largest part of these bands and what lowers it, or why there is none";
+    peak_time_uncertainty: f64 ["s"], "band of the time of the largest normal force";
 });
 
 table!(TrialRow "tries" "Trials of every impact phase, one row per trial and contact." {

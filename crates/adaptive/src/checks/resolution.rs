@@ -281,13 +281,6 @@ fn carries_not(body: &dyn FieldBody, frequency: f64) -> bool {
     error.is_some_and(|(error, _, worst)| worst.mean.is_some() && error > CARRIED)
 }
 
-/// Relative error of the frequency `frequency` \[Hz\] on the mesh of `body` (Eq. P.7) and the power of the
-/// frequency with which it falls at least, that of bending; none without a mesh.
-pub fn frequency_error(body: &BodyModel, frequency: f64) -> Option<(f64, f64)> {
-    let (error, _, worst) = body.flexible()?.body.carried_waves()?.error(frequency)?;
-    Some((error, worst.degree as f64))
-}
-
 /// The warning of a body on which joints or loads hold a disc or ball that its elements do not
 /// resolve: of the worst one (Eq. P.9).
 pub fn coarse_place(body: &BodyModel) -> Option<Warning> {

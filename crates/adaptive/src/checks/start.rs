@@ -73,7 +73,7 @@ pub fn check(
 pub fn of_bodies(model: &RunModel) -> Vec<(usize, Warning)> {
     let bodies = model.bodies.iter().enumerate();
     let found = bodies.flat_map(|(b, body)| {
-        let known = model.frequency_errors.get(b).copied().flatten();
+        let known = model.known_errors.get(b).copied().flatten();
         [coarse_mesh(body, known), coarse_place(body)].into_iter().flatten().map(move |warning| (b, warning))
     });
     found.collect()

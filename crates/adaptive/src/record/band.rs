@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 pub struct Band {
     /// Of the largest normal force \[N\].
     pub peak_force: f64,
+    /// Of its time \[s\].
+    pub peak_time: f64,
     /// Of the time from the first to the last contact \[s\].
     pub duration: f64,
     /// Of the impulse [N s].
@@ -26,9 +28,16 @@ pub struct Band {
 impl Band {
     /// No band.
     pub fn none(missing: NoBand) -> Self {
-        let [peak_force, duration, impulse, separation_velocity, restitution] = [f64::NAN; 5];
-        let missing = Some(missing);
-        Self { peak_force, duration, impulse, separation_velocity, restitution, largest: None, missing }
+        Self {
+            peak_force: f64::NAN,
+            peak_time: f64::NAN,
+            duration: f64::NAN,
+            impulse: f64::NAN,
+            separation_velocity: f64::NAN,
+            restitution: f64::NAN,
+            largest: None,
+            missing: Some(missing),
+        }
     }
 
     /// Where the largest part comes from and what lowers it, and why numbers have no band: what is told
@@ -57,8 +66,9 @@ impl PartialEq for Band {
     /// Whether all numbers agree, those that are none among them.
     fn eq(&self, other: &Self) -> bool {
         let bits = |band: &Self| {
-            let Self { peak_force, duration, impulse, separation_velocity, restitution, .. } = *band;
-            [peak_force, duration, impulse, separation_velocity, restitution].map(f64::to_bits)
+            let Self { peak_force, peak_time, duration, impulse, separation_velocity, restitution, .. } =
+                *band;
+            [peak_force, peak_time, duration, impulse, separation_velocity, restitution].map(f64::to_bits)
         };
         bits(self) == bits(other) && (self.largest, self.missing) == (other.largest, other.missing)
     }
@@ -81,12 +91,22 @@ pub enum Source {
     Steps,
     /// An open energy ledger: what detection, changes of models and factors leave.
     Ledger,
+    /// Impacts before, from which bodies ring.
+    Earlier,
 }
 
 impl Source {
     /// All sources.
-    pub const ALL: [Self; 7] =
-        [Self::Penalty, Self::Zone, Self::Mesh, Self::Modes, Self::Ringing, Self::Steps, Self::Ledger];
+    pub const ALL: [Self; 8] = [
+        Self::Penalty,
+        Self::Zone,
+        Self::Mesh,
+        Self::Modes,
+        Self::Ringing,
+        Self::Steps,
+        Self::Ledger,
+        Self::Earlier,
+    ];
 
     /// Name in results.
     pub fn name(self) -> &'static str {
@@ -98,6 +118,7 @@ impl Source {
             Self::Ringing => "ringing",
             Self::Steps => "steps",
             Self::Ledger => "ledger",
+            Self::Earlier => "earlier impacts",
         }
     }
 
@@ -110,6 +131,7 @@ impl Source {
             Self::Modes | Self::Ringing => "more reduction.modes of its bodies lower it".into(),
             Self::Steps => "a smaller simulation.impact.rtol lowers it".into(),
             Self::Ledger => "a smaller simulation.impact.rtol and a finer contact zone lower it".into(),
+            Self::Earlier => "what lowers their bands lowers it".into(),
         }
     }
 }
@@ -135,13 +157,19 @@ pub enum NoBand {
     ModesOfFile,
     /// One force along one normal on the modes does not give what the run did.
     NotOneForce,
+    /// A largest value that no impact went before.
+    NoImpact,
+    /// Much of it rings from an earlier impact without bands.
+    Earlier,
+    /// The joint belongs to a system whose joints close loops.
+    Loop,
 }
 
 impl NoBand {
     /// Which numbers it takes the band from.
     fn of(self) -> &'static str {
         match self {
-            Self::Edge => "peak force and duration",
+            Self::Edge => "peak force, its time and duration",
             _ => "any number",
         }
     }
@@ -164,6 +192,9 @@ impl NoBand {
             Self::NotOneForce => {
                 "one force along one normal on masses and modes does not repeat the impact, as where it moves, rolls or turns its bodies"
             }
+            Self::NoImpact => "no impact went before",
+            Self::Earlier => "it rings from an earlier impact without bands",
+            Self::Loop => "what joints transmit where some close loops is not known mode by mode",
         }
     }
 }

@@ -180,9 +180,10 @@ fn linear_limits(model: &RunModel) -> Result<LinearLimits, AdaptiveError> {
 impl<'a> Driver<'a> {
     /// Adds up the time of searches and reports stresses and peaks, of runs that have failed as well; their
     /// own error goes first.
-    fn finish_run(self, end: Result<RunEnd, AdaptiveError>) -> Result<RunEnd, AdaptiveError> {
+    fn finish_run(mut self, end: Result<RunEnd, AdaptiveError>) -> Result<RunEnd, AdaptiveError> {
         let searches = self.slots.iter().map(|slot| slot.nearest.elapsed().as_secs_f64());
         self.model.timings.search += searches.sum::<f64>();
+        self.bound_peaks();
         let layout = self.model.layout(self.settings.end_time);
         let reported = self.model.report_stress(&self.run.stress, self.output.observer);
         let peaks = self.output.observer.peaks(&layout, &self.run.peaks.records);

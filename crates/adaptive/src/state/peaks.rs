@@ -1,16 +1,15 @@
 //! Largest reactions of joints, displacements and stresses of observed points, as a run goes on.
 
-use iga_core::elasticity::kinematics::von_mises;
-use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::record::{PeakOf, PeakRecord, Sample};
+use crate::record::band::NoBand;
+use crate::record::{PeakBand, PeakOf, PeakRecord, Sample};
 
 /// Largest values up to now.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Peaks {
     /// Where the points were at the start \[m\].
-    origins: Vec<[f64; 3]>,
+    pub origins: Vec<[f64; 3]>,
     /// The values, two for each joint and each point; empty before the first instant.
     pub records: Vec<PeakRecord>,
 }
@@ -20,7 +19,9 @@ impl Peaks {
     pub fn note(&mut self, time: f64, sample: &Sample) {
         if self.records.is_empty() {
             let both = |[first, second]: [PeakOf; 2], n: usize| {
-                let of = move |index| [first, second].map(|of| PeakRecord { of, index, value: 0.0, time });
+                let band = PeakBand::none(NoBand::NoImpact);
+                let of =
+                    move |index| [first, second].map(|of| PeakRecord { of, index, value: 0.0, time, band });
                 (0..n as u32).flat_map(of)
             };
             self.origins = sample.points.iter().map(|point| point.position).collect();
@@ -29,18 +30,10 @@ impl Peaks {
                 .collect();
         }
         for record in &mut self.records {
-            let i = record.index as usize;
-            let length = |v: [f64; 3]| Vector3::from(v).norm();
-            let value = match record.of {
-                PeakOf::ReactionForce => length(sample.joints[i].reaction_force),
-                PeakOf::ReactionMoment => length(sample.joints[i].reaction_moment),
-                PeakOf::Displacement => {
-                    (Vector3::from(sample.points[i].position) - Vector3::from(self.origins[i])).norm()
-                }
-                PeakOf::VonMises => von_mises(&sample.points[i].state.stress),
-            };
+            let value = record.of.size(&record.components(sample, &self.origins));
             if value > record.value {
                 (record.value, record.time) = (value, time);
+                record.band = PeakBand::none(NoBand::NoImpact);
             }
         }
     }

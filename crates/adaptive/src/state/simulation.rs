@@ -114,7 +114,7 @@ impl ObservedPoint {
     }
 
     /// Strain and stress by the elastic coordinates `elastic`; zero if they are not recorded.
-    fn state(&self, elastic: &[f64]) -> PointState {
+    pub fn state(&self, elastic: &[f64]) -> PointState {
         let mut sum = PointState::default();
         let modes = self.gauge.iter().flatten().zip(elastic);
         modes.for_each(|(state, q)| sum.add_scaled(state, *q));

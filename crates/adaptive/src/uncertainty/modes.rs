@@ -7,33 +7,43 @@ use super::replay::{Bodies, Mode, Numbers};
 use super::steps::of_velocity;
 
 /// Rates at which an error falls when the highest frequency is doubled that are believed: a half, as of
-/// forces that jump, and an eighth.
-const RATES: [f64; 2] = [0.125, 0.5];
+/// forces that jump, and a quarter. So does the energy in waves beyond a frequency f: per frequency it is the square of the
+/// force's, f⁻⁵ for one that begins as Hertz's and f⁻⁴ along a line, times what half spaces take up, f² and f.
+const RATES: [f64; 2] = [0.25, 0.5];
 
-/// The same bodies with the modes up to a share of the highest frequency, each body its own, and the law
-/// with what the others yield statically.
-pub fn truncated(bodies: &Bodies, ends: &[usize], law: Law, share: f64) -> (Bodies, Law) {
-    let (mut kept, mut more) = (Vec::new(), 0.0);
-    let mut start = 0;
-    for end in ends {
-        let modes = &bodies.modes[start..*end];
+/// Which of `modes` are those up to a share of the highest frequency, of each body its own; `ends`: where those of each
+/// end.
+pub fn kept(modes: &[Mode], ends: &[usize], share: f64) -> Vec<bool> {
+    let starts = std::iter::once(0).chain(ends.iter().copied());
+    let of_body = |(start, end): (usize, &usize)| {
+        let modes = &modes[start..*end];
         let highest = modes.iter().map(|mode| mode.stiffness).fold(0.0, f64::max);
-        let stays = |mode: &&Mode| mode.stiffness <= share * share * highest * (1.0 + 1e-9);
-        kept.extend(modes.iter().filter(stays));
-        more += modes.iter().filter(|mode| !stays(mode)).map(Mode::compliance).sum::<f64>();
-        start = *end;
-    }
-    (Bodies { modes: kept, ..*bodies }, Law { more: law.more + more, ..law })
+        modes.iter().map(move |mode| mode.stiffness <= share * share * highest * (1.0 + 1e-9))
+    };
+    starts.zip(ends).flat_map(of_body).collect()
 }
 
-/// What modes beyond the highest change in a number that is `all` with all modes kept, `half` and `quarter`
-/// with those up to half and a quarter of the highest frequency: the changes go on by the rate that they
-/// show.
-pub fn left_out([all, half, quarter]: [f64; 3]) -> f64 {
-    let [last, before] = [all - half, half - quarter].map(f64::abs);
+/// The same bodies with these modes alone, and the law with what the others yield statically.
+pub fn truncated(bodies: &Bodies, ends: &[usize], law: Law, share: f64) -> (Bodies, Law) {
+    let is_kept = kept(&bodies.modes, ends, share);
+    let which = |wanted: bool| bodies.modes.iter().zip(&is_kept).filter(move |(_, kept)| **kept == wanted);
+    let more: f64 = which(false).map(|(mode, _)| mode.compliance()).sum();
+    let modes = which(true).map(|(mode, _)| *mode).collect();
+    (Bodies { modes, ..*bodies }, Law { more: law.more + more, ..law })
+}
+
+/// What modes beyond the highest change where those of its upper half change `last` and those of the quarter below `before`:
+/// the changes go on by the rate that they show.
+pub fn goes_on(last: f64, before: f64) -> f64 {
     let last = last.max(RATES[0] * before);
     let rate = (last / before).clamp(RATES[0], RATES[1]);
     if last > 0.0 { last * rate / (1.0 - rate) } else { 0.0 }
+}
+
+/// [`goes_on`] for a number that is `all` with all modes kept, `half` and `quarter` with those up to half and a quarter of the
+/// highest frequency.
+fn left_out([all, half, quarter]: [f64; 3]) -> f64 {
+    goes_on((all - half).abs(), (half - quarter).abs())
 }
 
 /// [`left_out`] for each number.

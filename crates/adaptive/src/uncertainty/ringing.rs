@@ -1,5 +1,23 @@
 //! A force that rings at its peak (docs/theory/uncertainty.md Eq. U.9).
 
+use std::f64::consts::{FRAC_1_PI, SQRT_2};
+
+use super::replay::Numbers;
+
+/// Largest error of a time within an impact, as a share of its duration.
+const ANYWHERE: f64 = 0.5;
+
+/// The changes `other` in `numbers` with those by a force that is off by `force` at single instants: its peak may then be where half a
+/// sine of the duration is less than its top by as much, √(2 e)/π of it to either side for a share e.
+pub fn in_force(force: f64, numbers: &Numbers, other: Numbers) -> Numbers {
+    let share = (FRAC_1_PI * SQRT_2 * (force / numbers.peak_force).sqrt()).min(ANYWHERE);
+    Numbers {
+        peak_force: other.peak_force + force,
+        peak_time: other.peak_time + share * numbers.duration,
+        ..other
+    }
+}
+
 /// How far the peak of `samples`, times and forces, lies above the largest mean over `window` \[s\] that holds
 /// it.
 pub fn above_mean(samples: &[(f64, f64)], window: f64) -> f64 {

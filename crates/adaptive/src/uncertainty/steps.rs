@@ -6,7 +6,12 @@ use super::replay::Numbers;
 /// numbers of an impact.
 pub fn of_steps(share: f64, speed: f64, numbers: &Numbers) -> Numbers {
     let change = of_velocity(share * speed, speed, numbers);
-    Numbers { peak_force: share * numbers.peak_force, duration: share * numbers.duration, ..change }
+    Numbers {
+        peak_force: share * numbers.peak_force,
+        peak_time: share * numbers.duration,
+        duration: share * numbers.duration,
+        ..change
+    }
 }
 
 /// What `energy` \[J\] by which the ledger is open changes in the numbers of an impact of the effective mass
@@ -19,6 +24,7 @@ pub fn of_ledger(energy: f64, (mass, speed): (f64, f64), numbers: &Numbers) -> N
     let of_end = of_velocity(change, speed, numbers);
     Numbers {
         peak_force: 0.5 * share * numbers.peak_force,
+        peak_time: 0.5 * share * numbers.duration,
         duration: 0.5 * share * numbers.duration,
         ..of_end
     }
@@ -43,6 +49,7 @@ mod tests {
     fn energy_is_that_of_the_separating_speed() {
         let numbers = Numbers {
             peak_force: 1.0,
+            peak_time: 0.5,
             duration: 1.0,
             impulse: 4.0,
             separation_velocity: 1.0,

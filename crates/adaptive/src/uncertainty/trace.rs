@@ -2,6 +2,8 @@
 
 use ffr_dynamics::force::GeneralisedForce;
 
+use crate::record::Sample;
+
 /// The force of a contact at the end of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instant {
@@ -15,19 +17,22 @@ pub struct Instant {
 
 /// What a contact begins with.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Beginning {
-    /// Coordinates and rates of the modes of each of its bodies, which nothing holds.
-    Free(Vec<Vec<[f64; 2]>>),
-    /// The state of the system, in which joints hold a body of it.
-    Held(Vec<f64>),
+pub struct Beginning {
+    /// When \[s\].
+    pub time: f64,
+    /// Coordinates and rates of the modes of each of its bodies.
+    pub modes: Vec<Vec<[f64; 2]>>,
+    /// The state of the system; none of one that is too large for bands by its modes.
+    pub state: Option<Vec<f64>>,
+    /// Places of points and reactions of joints, as in a stored state.
+    pub places: Sample,
 }
 
 /// What is kept of a contact.
 #[derive(Debug, Clone, Default)]
 pub struct Trace {
-    /// Beginning \[s\], and the state of the system there: coordinates and rates of each body's modes, or, where
-    /// joints hold a body, all of it.
-    pub begun: Option<(f64, Beginning)>,
+    /// Its beginning.
+    pub begun: Option<Beginning>,
     /// Its force.
     pub instants: Vec<Instant>,
     /// Forces on each body at the peak, for a unit of the contact's.

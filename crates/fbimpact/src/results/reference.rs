@@ -25,7 +25,7 @@ const ATTRIBUTES: [(&str, &str); 12] = [
 ];
 
 /// Fixed datasets besides series and tables: path, shape, unit, meaning.
-const FIXED: [(&str, &str, &str, &str); 14] = [
+const FIXED: [(&str, &str, &str, &str); 15] = [
     (
         "/scenario",
         "text",
@@ -45,6 +45,12 @@ const FIXED: [(&str, &str, &str, &str); 14] = [
         "n_q",
         "Hz",
         "Eigenfrequencies of the elastic coordinates; flexible bodies only.",
+    ),
+    (
+        "/bodies/NAME/eigenfrequencies_uncertainty",
+        "n_q",
+        "Hz",
+        "By how much the mesh may put them off; NaN of static answers and of bodies from files (docs/uncertainty.md).",
     ),
     ("/joints/NAME/coordinates_names", "n_c", "", "Names of the coordinates."),
     ("/joints/NAME/velocities_names", "n_v", "", "Names of the velocities."),

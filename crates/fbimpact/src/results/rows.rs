@@ -39,6 +39,7 @@ pub fn impact(r: &ImpactRecord, contact: &str) -> Result<ImpactRow> {
         separation_velocity: r.separation_velocity,
         restitution: r.restitution,
         peak_force_uncertainty: r.band.peak_force,
+        peak_time_uncertainty: r.band.peak_time,
         duration_uncertainty: r.band.duration,
         impulse_uncertainty: r.band.impulse,
         separation_velocity_uncertainty: r.band.separation_velocity,

@@ -15,7 +15,7 @@ use crate::file::fault::Access;
 use crate::file::plain_file;
 use crate::stored::Stored;
 use crate::stored::open;
-use crate::stored::reactions::PeakReaction;
+use crate::stored::peak::Peak;
 use crate::stored::scenario_values::{self, Values};
 use crate::stored::summary;
 use crate::stored::warnings;
@@ -53,8 +53,8 @@ pub struct Run {
     pub wall_time: Option<f64>,
     /// Impacts.
     pub impacts: Vec<ImpactRow>,
-    /// Largest reactions of the joints.
-    pub reactions: Vec<PeakReaction>,
+    /// Largest reactions of joints, displacements and stresses of points.
+    pub peaks: Vec<Peak>,
     /// Extremes of points, final energies and values of expressions.
     pub cells: Vec<Cell>,
     /// Expressions that have no value in its result: the name of the column, and why.
@@ -186,7 +186,7 @@ fn fill(run: &mut Run, file: &Path, wanted: &[NamedExpression]) -> Result<(), Re
     // What a small copy or a run that was killed does not have stays empty.
     if let Ok(summary) = summary::read(file) {
         run.energy_drift = summary.energy_drift;
-        run.reactions = summary.reactions;
+        run.peaks = summary.peaks;
         let identifiers = summary.warnings.iter().map(|line| warnings::identifier(line).to_owned());
         run.warnings = Some(identifiers.collect());
         let phases = &summary.phases;
@@ -195,8 +195,8 @@ fn fill(run: &mut Run, file: &Path, wanted: &[NamedExpression]) -> Result<(), Re
     Ok(())
 }
 
-/// What every table has of points and energies: the largest displacement from the first instant,
-/// speed and stress; what energies there are at the end.
+/// What every table has of points and energies beside largest values of all steps: the largest speed; what energies there are at the
+/// end.
 fn usual_cells(stored: &Stored) -> Vec<NamedExpression> {
     let members = |group: &str| -> BTreeSet<String> {
         let inside = stored.entries.keys().filter_map(|path| path.strip_prefix(group)?.split('/').next());
@@ -206,9 +206,7 @@ fn usual_cells(stored: &Stored) -> Vec<NamedExpression> {
     for point in members("points/") {
         let at = format!("points.\"{point}\"");
         let named = |name: &str, text: String| format!("points.{point}.{name}={text}");
-        texts.push(named("peak_displacement", format!("max(norm({at}.position - {at}.position[0]))")));
         texts.push(named("peak_speed", format!("max(norm({at}.velocity))")));
-        texts.push(named("peak_von_mises", format!("max({at}.von_mises)")));
     }
     texts.extend(
         members("energies/").iter().map(|name| format!("energies.{name}.final=energies.\"{name}\"[-1]")),

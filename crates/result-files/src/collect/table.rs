@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use super::runs::Run;
 use crate::expression::named::Cell;
-use crate::stored::reactions::PeakReaction;
+use crate::stored::peak::{Peak, SeriesPeak};
 use crate::tables::ImpactRow;
 
 /// Cells of a column.
@@ -41,7 +41,7 @@ pub struct Table {
 type ImpactColumn = (&'static str, &'static str, fn(&ImpactRow) -> f64);
 
 /// Columns of the impacts.
-const IMPACT: [ImpactColumn; 14] = [
+const IMPACT: [ImpactColumn; 15] = [
     ("start", "s", |i| i.start),
     ("end", "s", |i| i.end),
     ("duration", "s", |i| i.end - i.start),
@@ -52,21 +52,20 @@ const IMPACT: [ImpactColumn; 14] = [
     ("separation_velocity", "m/s", |i| i.separation_velocity),
     ("restitution", "–", |i| i.restitution),
     ("peak_force_uncertainty", "N", |i| i.peak_force_uncertainty),
+    ("peak_time_uncertainty", "s", |i| i.peak_time_uncertainty),
     ("duration_uncertainty", "s", |i| i.duration_uncertainty),
     ("impulse_uncertainty", "N s", |i| i.impulse_uncertainty),
     ("separation_velocity_uncertainty", "m/s", |i| i.separation_velocity_uncertainty),
     ("restitution_uncertainty", "–", |i| i.restitution_uncertainty),
 ];
 
-/// A column of the joints.
-type JointColumn = (&'static str, &'static str, fn(&PeakReaction) -> f64);
+/// Columns of a largest value: what its name goes on with, whether they are times.
+type PeakColumn = (&'static str, bool, fn(&SeriesPeak) -> f64);
 
-/// Columns of the joints.
-const JOINT: [JointColumn; 4] = [
-    ("peak_force", "N", |r| r.force),
-    ("peak_force_time", "s", |r| r.force_time),
-    ("peak_moment", "N m", |r| r.moment),
-    ("peak_moment_time", "s", |r| r.moment_time),
+const PEAK: [PeakColumn; 3] = [
+    ("", false, |peak| peak.value),
+    ("_time", true, |peak| peak.time),
+    ("_uncertainty", false, |peak| peak.band),
 ];
 
 /// A row: a run, and for the long form one of its impacts.
@@ -82,13 +81,17 @@ pub fn gather(runs: &[Run], is_long: bool) -> Table {
     };
     let mut columns = run_columns(&rows);
     columns.extend(scenario_columns(&rows, &varying(runs)));
-    for joint in
-        runs.iter().flat_map(|r| r.reactions.iter().map(|r| r.joint.as_str())).collect::<BTreeSet<_>>()
-    {
-        for (name, unit, of) in JOINT {
-            let name = format!("joints.{joint}.{name}");
-            columns.push(numbers(&name, unit, &rows, |(run, _)| {
-                run.reactions.iter().find(|r| r.joint == joint).map(of)
+    let of = |run: &Run| {
+        let named = |p: &Peak| (p.quantity.group, p.place.clone(), p.quantity.name, p.quantity.unit);
+        run.peaks.iter().map(named).collect::<Vec<_>>()
+    };
+    for (group, place, quantity, unit) in runs.iter().flat_map(of).collect::<BTreeSet<_>>() {
+        for (end, is_time, of) in PEAK {
+            let name = format!("{group}.{place}.{quantity}{end}");
+            let is_it =
+                |p: &&Peak| p.place == place && (p.quantity.group, p.quantity.name) == (group, quantity);
+            columns.push(numbers(&name, if is_time { "s" } else { unit }, &rows, |(run, _)| {
+                run.peaks.iter().find(is_it).map(|peak| of(&peak.peak))
             }));
         }
     }

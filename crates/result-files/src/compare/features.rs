@@ -145,6 +145,7 @@ mod tests {
             separation_velocity_uncertainty: f64::NAN,
             restitution_uncertainty: f64::NAN,
             uncertainty: VarLenUnicode::new(),
+            peak_time_uncertainty: f64::NAN,
         }
     }
 

@@ -2,8 +2,9 @@
 //! and along lines.
 
 use crate::error::ResultError;
+use crate::file::fault::FileFault;
 use crate::stored::Stored;
-use crate::stored::peak::read_peak;
+use crate::stored::peak;
 
 /// What is largest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,40 +31,24 @@ pub struct Peak {
 /// # Errors
 /// [`ResultError::File`] if the result cannot be read.
 pub fn peaks(stored: &Stored) -> Result<Vec<Peak>, ResultError> {
-    let mut found = Vec::new();
+    let time = stored.values("time")?;
+    let of_places =
+        peak::peaks(stored.file(), &time).map_err(|e| ResultError::io(stored.path(), FileFault::part(e)))?;
+    let points = of_places.into_iter().filter_map(|peak| {
+        let kind = match peak.quantity.name {
+            "peak_displacement" => PeakKind::Displacement,
+            "peak_von_mises" => PeakKind::Stress,
+            _ => return None,
+        };
+        Some(Peak { kind, place: format!("point \"{}\"", peak.place), value: peak.peak.value })
+    });
+    let mut found: Vec<Peak> = points.collect();
     for path in stored.entries.keys() {
-        let mut parts = path.splitn(3, '/');
-        let (kind, at, name) = match (parts.next(), parts.next(), parts.next()) {
-            (Some("points"), Some(name), Some("position")) => (PeakKind::Displacement, "point", name),
-            (Some("points"), Some(name), Some("von_mises")) => (PeakKind::Stress, "point", name),
-            (Some("stress"), Some(name), Some("von_mises")) => (PeakKind::Stress, "stress", name),
-            _ => continue,
-        };
-        let of_steps = stored.file().dataset(path).ok().and_then(|dataset| read_peak(&dataset));
-        let value = match (of_steps, kind) {
-            (Some((value, _)), _) => value,
-            (None, PeakKind::Displacement) => displacement(&stored.values(path)?),
-            (None, PeakKind::Stress) => stored.values(path)?.into_iter().fold(0.0, f64::max),
-        };
-        found.push(Peak { kind, place: format!("{at} \"{name}\""), value });
+        let line = path.strip_prefix("stress/").and_then(|rest| rest.strip_suffix("/von_mises"));
+        if let Some(name) = line {
+            let value = stored.values(path)?.into_iter().fold(0.0, f64::max);
+            found.push(Peak { kind: PeakKind::Stress, place: format!("stress \"{name}\""), value });
+        }
     }
     Ok(found)
-}
-
-/// Largest distance of a row of three from the first one.
-fn displacement(positions: &[f64]) -> f64 {
-    let (rows, _) = positions.as_chunks::<3>();
-    let Some(first) = rows.first() else { return 0.0 };
-    let distance = |row: &[f64; 3]| super::motion::length(&std::array::from_fn(|k| row[k] - first[k]));
-    rows.iter().map(distance).fold(0.0, f64::max)
-}
-
-#[cfg(test)]
-mod tests {
-    #[test]
-    fn a_displacement_counts_from_the_first_instant_and_may_be_over_at_the_end() {
-        let positions = [[1.0, 0.0, 0.0], [1.0, 3.0, 4.0], [1.0, 0.0, 0.0]];
-        assert!((super::displacement(positions.as_flattened()) - 5.0).abs() < 1e-15);
-        assert!(super::displacement(&[]).abs() <= 0.0);
-    }
 }

@@ -39,6 +39,7 @@ impl From<RowWithoutBands> for ImpactRow {
             separation_velocity_uncertainty: f64::NAN,
             restitution_uncertainty: f64::NAN,
             uncertainty: VarLenUnicode::new(),
+            peak_time_uncertainty: f64::NAN,
         }
     }
 }
@@ -52,13 +53,18 @@ pub fn impacts(file: &File) -> Result<Vec<ImpactRow>> {
         return Ok(Vec::new());
     }
     let dataset = file.dataset(ImpactRow::NAME)?;
-    let has_bands = match &dataset.dtype()?.to_descriptor()? {
-        TypeDescriptor::Compound(row) => row.fields.iter().any(|field| field.name == "uncertainty"),
+    let descriptor = dataset.dtype()?.to_descriptor()?;
+    let has = |name: &str| match &descriptor {
+        TypeDescriptor::Compound(row) => row.fields.iter().any(|field| field.name == name),
         _ => true, // no table, which reading tells
     };
-    if has_bands {
-        return hdf5_integrity::rows(&dataset);
+    if !has("uncertainty") {
+        let rows: Vec<RowWithoutBands> = hdf5_integrity::rows(&dataset)?;
+        return Ok(rows.into_iter().map(ImpactRow::from).collect());
     }
-    let rows: Vec<RowWithoutBands> = hdf5_integrity::rows(&dataset)?;
-    Ok(rows.into_iter().map(ImpactRow::from).collect())
+    let mut rows: Vec<ImpactRow> = hdf5_integrity::rows(&dataset)?;
+    if !has("peak_time_uncertainty") {
+        rows.iter_mut().for_each(|row| row.peak_time_uncertainty = f64::NAN);
+    }
+    Ok(rows)
 }

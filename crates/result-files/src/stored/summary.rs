@@ -11,7 +11,7 @@ use crate::file::hdf5_integrity;
 use crate::stored::chosen_sizes::{self, Note};
 use crate::stored::impacts::impacts;
 use crate::stored::open::{attribute, open, scenario_text, table};
-use crate::stored::reactions::{self, PeakReaction};
+use crate::stored::peak::{self, Peak};
 use crate::stored::stages::STAGES;
 use crate::stored::warnings;
 use crate::tables::{ImpactRow, PhaseRow, TableRow, TransferRow, TrialRow};
@@ -39,8 +39,8 @@ pub struct Summary {
     pub trials: Vec<TrialRow>,
     /// Changes of the model.
     pub transfers: Vec<TransferRow>,
-    /// Largest reactions of the joints.
-    pub reactions: Vec<PeakReaction>,
+    /// Largest reactions of joints, displacements and stresses of points.
+    pub peaks: Vec<Peak>,
     /// Warnings, a line each.
     pub warnings: Vec<String>,
     /// Largest deviation of the total energy from its start, relative to the largest energy
@@ -105,7 +105,7 @@ fn summary(file: &File) -> Result<Summary> {
         phases: table(file, "phases")?,
         impacts: impacts(file)?,
         trials: table(file, "tries")?,
-        reactions: reactions::peaks(file, &time)?,
+        peaks: peak::peaks(file, &time)?,
         energy_drift: energies.map(|(drift, scale)| drift / scale),
         numerical_damping: energies.and_then(|(_, scale)| removed(file).map(|removed| removed / scale)),
         largest_jump: energies.and_then(|(_, scale)| jumps.reduce(f64::max).map(|jump| jump / scale)),
@@ -170,12 +170,11 @@ impl Summary {
             self.timings.iter().map(|(n, v)| (n.clone(), (*v).into())).collect();
         let bodies: serde_json::Map<String, Value> =
             self.bodies.iter().map(|(n, q)| (n.clone(), json!({ "elastic_coordinates": q }))).collect();
-        let joints: serde_json::Map<String, Value> =
-            self.reactions.iter().map(|r| (r.joint.clone(), r.json())).collect();
+        let [joints, points] = ["joints", "points"].map(|group| peak::json(&self.peaks, group));
         let mut all = json!({
             "resumptions": self.resumptions, "samples": self.n_samples, "end": self.end,
             "energy_drift": self.energy_drift, "numerical_damping": self.numerical_damping,
-            "largest_transfer_jump": self.largest_jump, "bodies": bodies, "joints": joints,
+            "largest_transfer_jump": self.largest_jump, "bodies": bodies, "joints": joints, "points": points,
             "chosen": chosen,
             "phases": phases, "impacts": impacts,
             "warnings": self.warnings.iter().map(|line| warnings::json(line)).collect::<Vec<_>>(),

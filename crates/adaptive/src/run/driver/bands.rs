@@ -1,20 +1,27 @@
 //! What bands of an impact are made from: the force of a contact over time and what it does to the modes of
 //! its bodies at the peak.
 
+mod sequels;
+
 use ffr_dynamics::body::{ModalDamping, ModalMass, RigidMotion};
 use ffr_dynamics::system::joints::JointKind;
+use ffr_dynamics::system::vibration::pressed::{PressedMode, PressedModes, UnitMotion};
 use nalgebra::Vector3;
+use tracing::debug;
+
+use sequels::{SystemModes, observe};
 
 use super::Driver;
 use super::checks::Doubts;
-use crate::checks::resolution::{frequency_error, highest_free_mode};
-use crate::record::ImpactRecord;
+use crate::checks::resolution::highest_free_mode;
+use crate::model::RunModel;
 use crate::record::band::{Band, NoBand, Source};
-use crate::system::body::{BodyForm, BodyModel};
+use crate::record::{ImpactRecord, Sample};
+use crate::state::simulation::fill_places;
 use crate::uncertainty::replay::{Bodies, Mode, Numbers};
 use crate::uncertainty::trace::{Beginning, Instant};
 use crate::uncertainty::zone::ZoneEstimate;
-use crate::uncertainty::{Evidence, band, shares_of_peak};
+use crate::uncertainty::{Evidence, parts, shares_of_peak, sum};
 
 /// Force that is not the contact's, as a share of it, up to which it acts alone: with more the shares of the
 /// modes would be off by as much.
@@ -37,16 +44,22 @@ impl Driver<'_> {
         if !self.settings.uncertainty || self.slots[i].trace.begun.is_some() {
             return;
         }
-        let states = self.model.system.last_evaluation().0;
+        let RunModel { system, observed, .. } = &*self.model;
+        let states = system.last_evaluation().0;
         let of = |body: usize| {
             let state = &states[body];
             state.elastic.iter().zip(&state.elastic_rates).map(|(q, rate)| [*q, *rate]).collect()
         };
-        let at_start = match self.pressed(i).all(|body| self.is_free(body)) {
-            true => Beginning::Free(self.pressed(i).map(of).collect()),
-            false => Beginning::Held(self.integrator.state().to_vec()),
-        };
-        self.slots[i].trace.begun = Some((time, at_start));
+        let modes = self.pressed(i).map(of).collect();
+        let y = self.integrator.state();
+        let is_small = system.model().n_rates() <= MOST_RATES;
+        let is_asked = !self.run.peaks.records.is_empty() || !self.pressed(i).all(|body| self.is_free(body));
+        let mut places = Sample::default();
+        if is_small && is_asked {
+            fill_places(system, observed, time, y, &mut places);
+        }
+        let state = (is_small && is_asked).then(|| y.to_vec());
+        self.slots[i].trace.begun = Some(Beginning { time, modes, state, places });
     }
 
     /// Keeps the forces of all contacts at the end of a step at `time`, which they were evaluated at last:
@@ -85,17 +98,19 @@ impl Driver<'_> {
 
     /// The bands of the impact of a contact that was reported as `record`;
     /// `is_alone`: whether no other contact pressed its bodies meanwhile.
-    pub(super) fn band(&self, record: &ImpactRecord, is_alone: bool, doubts: &Doubts) -> Band {
+    pub(super) fn band(&mut self, record: &ImpactRecord, is_alone: bool, doubts: &Doubts) -> Band {
         if !self.settings.uncertainty {
             return Band::none(NoBand::Off);
         }
-        match self.evidence(record, is_alone, doubts) {
-            Ok((mut evidence, instants)) => {
-                evidence.instants = &instants;
-                band(&evidence)
-            }
-            Err(missing) => Band::none(missing),
-        }
+        let evidence = self.evidence(record, is_alone, doubts).and_then(|(mut evidence, instants)| {
+            evidence.instants = &instants;
+            let parts = parts(&evidence)?;
+            debug!(parts = ?parts.of_numbers, "parts of the bands");
+            Ok((sum(&evidence, &parts.of_numbers), parts))
+        });
+        let band = evidence.as_ref().map_or_else(|missing| Band::none(*missing), |(band, _)| *band);
+        self.follow(record, &band, evidence.map(|(_, parts)| parts));
+        band
     }
 
     /// The parts of the band of the peak force of contact `i` in the trial that has just ended, as shares of it.
@@ -116,22 +131,22 @@ impl Driver<'_> {
         let i = record.contact as usize;
         let slot = &self.slots[i];
         let trace = &slot.trace;
-        let (begun, at_start) = trace.begun.as_ref().ok_or(NoBand::Continued)?;
+        let begun = trace.begun.as_ref().ok_or(NoBand::Continued)?;
         if self.model.contacts[i].zone == ZoneEstimate::Unknown {
             return Err(NoBand::Coarse);
         }
         if !record.separation_velocity.is_finite() {
             return Err(if is_alone { NoBand::Unended } else { NoBand::OtherForces });
         }
-        if record.start < begun - self.impact_step {
+        if record.start < begun.time - self.impact_step {
             return Err(NoBand::Continued);
         }
         if !trace.is_alone {
             return Err(NoBand::OtherForces);
         }
-        let (bodies, ends) = match at_start {
-            Beginning::Free(at_start) => self.free_bodies(record, (i, at_start), record.start - begun)?,
-            Beginning::Held(y) => self.held_bodies(record, (i, y), record.start - begun)?,
+        let (bodies, ends) = match self.pressed(i).all(|body| self.is_free(body)) {
+            true => self.free_bodies(record, begun)?,
+            false => self.held_bodies(record, &self.system_modes(record, begun)?),
         };
         let within = |instant: &&Instant| (record.start..=record.end).contains(&instant.time);
         let mut instants = vec![Instant { time: record.start, force: 0.0, penetration: 0.0 }];
@@ -142,6 +157,7 @@ impl Driver<'_> {
         let evidence = Evidence {
             numbers: Numbers {
                 peak_force: record.peak_force,
+                peak_time: record.peak_time - record.start,
                 duration: record.end - record.start,
                 impulse: record.impulse,
                 separation_velocity: record.separation_velocity,
@@ -175,31 +191,29 @@ impl Driver<'_> {
         joint.kind == kind && joint.parent.body.is_none() && joint.coordinates.is_empty() && !holds_other
     }
 
-    /// Bodies of contact `i` that nothing holds, with their modes and where those of each end; `at_start`: what these were at the beginning, the
-    /// touch being `since` \[s\] later.
-    fn free_bodies(
-        &self,
-        record: &ImpactRecord,
-        (i, at_start): (usize, &[Vec<[f64; 2]>]),
-        since: f64,
-    ) -> Result<(Bodies, Vec<usize>), NoBand> {
+    /// Bodies of an impact that nothing holds, with their modes and where those of each end; `begun`: what they were like at its
+    /// beginning.
+    fn free_bodies(&self, record: &ImpactRecord, begun: &Beginning) -> Result<(Bodies, Vec<usize>), NoBand> {
+        let i = record.contact as usize;
+        let since = record.start - begun.time;
         let (mut modes, mut ends) = (Vec::new(), Vec::new());
-        for ((body, push), at_start) in self.pressed(i).zip(&self.slots[i].trace.pushes).zip(at_start) {
+        for ((body, push), at_start) in self.pressed(i).zip(&self.slots[i].trace.pushes).zip(&begun.modes) {
             let data = &self.model.system.model().bodies[body].data;
             let is_simple = data.modal_mass == ModalMass::Identity
                 && !matches!(data.modal_damping, ModalDamping::Full(_));
             if !is_simple || at_start.len() != push.elastic.len() {
                 return Err(NoBand::ModesOfFile);
             }
-            let errors = self.frequency_errors(body)?;
+            let errors = [self.frequency_errors(body)?];
             let mode = |(k, (share, start)): (usize, (&f64, &[f64; 2]))| {
                 let stiffness = data.modal_stiffness[k];
                 let damping = match &data.modal_damping {
                     ModalDamping::PerMode(coefficients) => coefficients[k],
                     ModalDamping::None | ModalDamping::Full(_) => 0.0,
                 };
-                let error = errors(stiffness);
-                Mode { stiffness, damping, share: *share, carried: 0.0, start: *start, error }.after(since)
+                let mode =
+                    Mode { stiffness, damping, share: *share, carried: 0.0, start: *start, error: 0.0 };
+                mode.with_error(&errors).after(since)
             };
             modes.extend(push.elastic.iter().zip(at_start).enumerate().map(mode));
             ends.push(modes.len());
@@ -209,63 +223,55 @@ impl Driver<'_> {
         Ok((Bodies { mass, speed, approach, modes }, ends))
     }
 
-    /// Bodies of contact `i` of which joints hold one: the modes of the system in its state `y` at the beginning, those of each body together
-    /// (Eq. U.13).
-    fn held_bodies(
-        &self,
-        record: &ImpactRecord,
-        (i, y): (usize, &[f64]),
-        since: f64,
-    ) -> Result<(Bodies, Vec<usize>), NoBand> {
-        let system = &self.model.system;
+    /// Modes of the whole system at the beginning `begun` of an impact, those of each body together (Eq. U.13).
+    fn system_modes(&self, record: &ImpactRecord, begun: &Beginning) -> Result<SystemModes, NoBand> {
+        let i = record.contact as usize;
+        let RunModel { system, observed, .. } = &*self.model;
         let model = system.model();
         let is_driven =
             model.bodies.iter().any(|body| body.layout.n_velocities < body.joint.kind.n_velocities());
-        if model.n_rates() > MOST_RATES || is_driven || y.len() != self.model.dimension() {
-            return Err(NoBand::OtherForces);
-        }
+        let y = begun.state.as_ref().filter(|_| !is_driven).ok_or(NoBand::OtherForces)?;
         let errors =
             self.pressed(i).map(|body| self.frequency_errors(body)).collect::<Result<Vec<_>, _>>()?;
         let pushes: Vec<_> = self.pressed(i).zip(self.slots[i].trace.pushes.iter().cloned()).collect();
-        let mut found = system.pressed_modes((record.start, y), &pushes).map_err(|_| NoBand::OtherForces)?;
-        found.sort_by_key(|mode| mode.body);
-        let (mut mobility, mut speed) = (0.0, 0.0);
-        let (mut modes, mut ends) = (Vec::new(), Vec::new());
-        let slowest = (SLOW / (record.end - record.start)).powi(2);
-        for (k, mode) in found.iter().enumerate() {
-            let stiffness = mode.squared_frequency;
-            if stiffness <= slowest {
-                mobility += mode.share * mode.share;
-                speed -= mode.share * mode.start[1];
-            } else {
-                let error = errors.iter().map(|error| error(stiffness)).fold(0.0, f64::max);
-                let (damping, share, carried, start) = (mode.damping, mode.share, mode.carried, mode.start);
-                modes.push(Mode { stiffness, damping, share, carried, start, error }.after(since));
-            }
-            if found.get(k + 1).is_none_or(|next| next.body != mode.body) {
-                ends.push(modes.len());
-            }
-        }
-        let approach = record.approach_velocity;
-        Ok((Bodies { mass: mobility.recip(), speed, approach, modes }, ends))
+        let records = &self.run.peaks.records;
+        let asked = |unit: UnitMotion<'_>| observe(records, observed, unit);
+        let found = system.pressed_modes((record.start, y), &pushes, asked);
+        let PressedModes { mut modes, observed } = found.map_err(|_| NoBand::OtherForces)?;
+        modes.sort_by_key(|mode| mode.body);
+        let since = record.start - begun.time;
+        let mode = |found: &PressedMode| {
+            let stiffness = found.squared_frequency;
+            let (damping, share, carried, start) = (found.damping, found.share, found.carried, found.start);
+            let mode = Mode { stiffness, damping, share, carried, start, error: 0.0 };
+            mode.with_error(&errors).after(since)
+        };
+        let ends =
+            (0..modes.len()).filter(|k| modes.get(k + 1).is_none_or(|next| next.body != modes[*k].body));
+        Ok(SystemModes {
+            ends: ends.map(|last| last + 1).collect(),
+            modes: modes.iter().map(mode).collect(),
+            by_mode: modes.into_iter().map(|mode| mode.observed).collect(),
+            by_force: observed,
+        })
     }
 
-    /// The share by which the mesh of `body` puts a frequency off, of its square [rad²/s²].
+    /// Bodies of an impact of which joints hold one, by the modes `found` of the system (Eq. U.13).
+    fn held_bodies(&self, record: &ImpactRecord, found: &SystemModes) -> (Bodies, Vec<usize>) {
+        let slowest = (SLOW / (record.end - record.start)).powi(2);
+        let is_slow = |mode: &&Mode| mode.stiffness <= slowest;
+        let slow = || found.modes.iter().filter(is_slow);
+        let mobility: f64 = slow().map(|mode| mode.share * mode.share).sum();
+        let speed = -slow().map(|mode| mode.share * mode.start[1]).sum::<f64>();
+        let ends = found.ends.iter().map(|end| found.modes[..*end].iter().filter(|m| !is_slow(m)).count());
+        let modes = found.modes.iter().filter(|mode| !is_slow(mode)).copied().collect();
+        let approach = record.approach_velocity;
+        (Bodies { mass: mobility.recip(), speed, approach, modes }, ends.collect())
+    }
+
+    /// The shares by which the mesh of `body` puts frequencies off.
     fn frequency_errors(&self, body: usize) -> Result<impl Fn(f64) -> f64 + use<>, NoBand> {
-        let model: &BodyModel = &self.model.bodies[body];
-        if matches!(model.form, BodyForm::Imported(_)) {
-            return Err(NoBand::ModesOfFile);
-        }
-        let known = self.model.frequency_errors.get(body).copied().flatten();
-        // The mesh is asked once, for it is slow to answer.
-        let data = &self.model.system.model().bodies[body].data;
-        let highest = data.modal_stiffness.iter().copied().fold(0.0, f64::max);
-        let ask = || frequency_error(model, highest.sqrt() / std::f64::consts::TAU);
-        let of_highest = if known.is_none() && highest > 0.0 { ask() } else { None };
-        Ok(move |stiffness: f64| {
-            let of_mesh =
-                of_highest.map(|(error, power)| error * (stiffness / highest).sqrt().min(1.0).powf(power));
-            known.or(of_mesh).unwrap_or(0.0)
-        })
+        let errors = self.model.frequency_errors(body).ok_or(NoBand::ModesOfFile)?;
+        Ok(move |frequency| errors.at(frequency))
     }
 }

@@ -93,7 +93,7 @@ impl Driver<'_> {
     }
 
     /// Groups of the bodies of contact `i`.
-    fn groups_of(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
+    pub(super) fn groups_of(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
         let (body, target) = self.model.system.forces()[i].contact.facts().bodies();
         [Some(body), target].into_iter().flatten().map(|body| self.groups[body])
     }

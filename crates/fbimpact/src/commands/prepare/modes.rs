@@ -3,6 +3,8 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use result_files::words::band::rounded;
+
 use super::digits::short;
 use crate::cache;
 use crate::cli::CacheArguments;
@@ -56,8 +58,12 @@ fn table(report: &ModesReport) -> String {
         let n_free = body.coordinates.free_modes + body.coordinates.interface_modes;
         for (i, f) in body.frequencies.iter().enumerate() {
             let is_static = i >= n_free && body.coordinates.interface_modes == 0;
-            let _ =
-                writeln!(out, "{:>6} {f:>18.6} Hz{}", i + 1, if is_static { "  static answer" } else { "" });
+            let band = body.frequency_bands.get(i).filter(|band| **band > 0.0);
+            let end = match band {
+                Some(band) => format!(" ± {}", rounded(*band)),
+                None => if is_static { "  static answer" } else { "" }.to_owned(),
+            };
+            let _ = writeln!(out, "{:>6} {f:>18.6} Hz{end}", i + 1);
         }
     }
     out

@@ -4,9 +4,10 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use result_files::stored::Stored;
-use result_files::stored::reactions::PeakReaction;
+use result_files::stored::peak::Peak;
 use result_files::stored::summary::{self, Summary};
 use result_files::tables::{ImpactRow, PhaseRow, TrialRow};
+use result_files::words::band::{NOTHING, within};
 use result_files::words::shown::short;
 use result_files::words::table::{Shown, heading, table, with_unit};
 
@@ -63,7 +64,7 @@ fn for_people(s: &Summary) -> String {
     if s.impacts.iter().any(|i| !i.uncertainty.as_str().is_empty()) {
         table(&s.impacts, &bands(), &mut out);
     }
-    table(&s.reactions, &reactions(), &mut out);
+    table(&s.peaks, &peaks(), &mut out);
     table(&s.trials, &trials(), &mut out);
     if !s.timings.is_empty() {
         out.push('\n');
@@ -112,7 +113,9 @@ fn impacts() -> [Shown<ImpactRow>; 8] {
         Shown::number(heading("peak_force", "peak"), 18, |_, i| {
             within(i.peak_force, i.peak_force_uncertainty)
         }),
-        Shown::number(heading("peak_time", "peak at"), 14, |_, i| format!("{:.6e}", i.peak_time)),
+        Shown::number(heading("peak_time", "peak at"), 23, |_, i| {
+            within(i.peak_time, i.peak_time_uncertainty)
+        }),
         Shown::number(heading("impulse", "impulse"), 23, |_, i| within(i.impulse, i.impulse_uncertainty)),
         Shown::number("restitution", 21, |_, i| within(i.restitution, i.restitution_uncertainty)),
     ]
@@ -130,49 +133,16 @@ fn bands() -> [Shown<ImpactRow>; 3] {
     ]
 }
 
-/// A number with its band, both to two digits of the band, which are those that it is right to; to six digits without one.
-fn within(x: f64, band: f64) -> String {
-    let exponent = |x: f64| x.abs().log10().floor() as i32;
-    if !x.is_finite() {
-        return NOTHING.into();
-    }
-    let is_plain = x.abs() < 1e6 && x.abs() >= 1e-3;
-    let (digits, bands) = match band > 0.0 && x.abs() > 0.0 {
-        true => (exponent(x) - exponent(band) + 1, format!(" ± {}", rounded(band))),
-        false => (5, String::new()),
-    };
-    let digits = digits.clamp(1, 9);
-    if is_plain {
-        let decimals = usize::try_from(digits - exponent(x)).unwrap_or(0);
-        format!("{x:.decimals$}{bands}")
-    } else {
-        format!("{x:.0$e}{bands}", digits as usize)
-    }
-}
-
-/// A band to two digits.
-fn rounded(band: f64) -> String {
-    if (1e-3..1e3).contains(&band) {
-        let decimals = usize::try_from(1 - band.log10().floor() as i32).unwrap_or(0);
-        format!("{band:.decimals$}")
-    } else {
-        format!("{band:.1e}")
-    }
-}
-
-fn reactions() -> [Shown<PeakReaction>; 5] {
-    let [force, moment] = &columns::REACTION;
+fn peaks() -> [Shown<Peak>; 6] {
     [
-        Shown::text("joint", 16, |_, r| r.joint.clone()),
-        Shown::number(with_unit("peak", force.unit), 14, |_, r| format!("{:.6}", r.force)),
-        Shown::number(with_unit("at", columns::TIME.unit), 14, |_, r| format!("{:.6e}", r.force_time)),
-        Shown::number(with_unit("peak", moment.unit), 16, |_, r| format!("{:.6e}", r.moment)),
-        Shown::number(with_unit("at", columns::TIME.unit), 14, |_, r| format!("{:.6e}", r.moment_time)),
+        Shown::text("largest at", 16, |_, p| p.place.clone()),
+        Shown::text("of", 16, |_, p| p.quantity.words.to_owned()),
+        Shown::number("value", 23, |_, p| within(p.peak.value, p.peak.band)),
+        Shown::text("unit", 4, |_, p| p.quantity.unit.to_owned()),
+        Shown::number(with_unit("at", columns::TIME.unit), 14, |_, p| format!("{:.6e}", p.peak.time)),
+        Shown::text("largest part of ±, or why there is none", 0, |_, p| p.peak.note.clone()),
     ]
 }
-
-/// What is shown where there is nothing.
-const NOTHING: &str = "-";
 
 fn trials() -> [Shown<TrialRow>; 12] {
     let heading = heading::<TrialRow>;

@@ -3,12 +3,12 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use result_files::stored::peak::Peak;
 use result_files::stored::summary::Summary;
 use result_files::tables::{ImpactRow, PhaseRow, TableRow, TrialRow};
 use serde_json::{Map, Value, json};
 
 use super::html::{Column, escaped, number, table};
-use crate::results::columns;
 
 /// A result with what its report says of it.
 pub struct Told<'a> {
@@ -62,7 +62,7 @@ pub fn result(told: &Told<'_>, has_heading: bool) -> String {
     verdict(told, &mut out);
     bodies(told, &mut out);
     impacts(told, &mut out);
-    reactions(told, &mut out);
+    peaks(told, &mut out);
     trials(told, &mut out);
     phases(told, &mut out);
     if !told.scenario.is_empty() {
@@ -229,6 +229,7 @@ fn impacts(told: &Told<'_>, out: &mut String) {
         ("separation", "separation_velocity"),
         ("restitution", "restitution"),
         ("± peak", "peak_force_uncertainty"),
+        ("± peak at", "peak_time_uncertainty"),
         ("± duration", "duration_uncertainty"),
         ("± impulse", "impulse_uncertainty"),
         ("± separation", "separation_velocity_uncertainty"),
@@ -242,23 +243,28 @@ fn impacts(told: &Told<'_>, out: &mut String) {
     section("Impacts", &table("", &columns, &rows), rows.len(), out);
 }
 
-fn reactions(told: &Told<'_>, out: &mut String) {
-    let [force, moment] = &columns::REACTION;
-    let [force, moment] = [force.unit, moment.unit].map(|unit| format!("peak [{unit}]"));
+fn peaks(told: &Told<'_>, out: &mut String) {
     let columns = [
-        column("joint", "", "joint"),
-        column(&force, "largest force at a time step", "peak_force"),
-        column("at [s]", "when", "peak_force_time"),
-        column(&moment, "largest moment at a time step", "peak_moment"),
-        column("at [s]", "when", "peak_moment_time"),
+        column("at", "joint or point", "place"),
+        column("largest", "", "quantity"),
+        column("value", "at a time step", "value"),
+        column("unit", "", "unit"),
+        column("at [s]", "when", "time"),
+        column("±", "by how much it may be off", "band"),
+        column("largest part of ±", "or why there is none", "note"),
     ];
-    let row = |r: &result_files::stored::reactions::PeakReaction| {
-        let mut row = map(&r.json());
-        row.insert("joint".into(), r.joint.clone().into());
-        row
+    let row = |p: &Peak| {
+        let Peak { place, quantity, peak } = p;
+        map(&json!({ "place": place, "quantity": quantity.words, "value": peak.value, "unit": quantity.unit,
+            "time": peak.time, "band": peak.band, "note": peak.note }))
     };
-    let rows: Vec<_> = told.summary.reactions.iter().map(row).collect();
-    section("Reactions of joints", &table("", &columns, &rows), rows.len(), out);
+    let rows: Vec<_> = told.summary.peaks.iter().map(row).collect();
+    section(
+        "Reactions of joints, displacements and stresses of points",
+        &table("", &columns, &rows),
+        rows.len(),
+        out,
+    );
 }
 
 fn trials(told: &Told<'_>, out: &mut String) {

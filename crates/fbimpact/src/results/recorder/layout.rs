@@ -1,7 +1,7 @@
 //! The datasets of a run: which there are follows from its bodies, contacts, points, joints and
 //! gears.
 
-use adaptive::record::{JointLayout, NameAndUnit, PointLayout, RunLayout};
+use adaptive::record::{BodyLayout, JointLayout, NameAndUnit, PointLayout, RunLayout};
 use hdf5::{Group, Result};
 use ndarray::ArrayView1;
 use result_files::dataset::scales::Scale;
@@ -41,7 +41,7 @@ impl Open {
         let bodies = file.create_group("bodies")?;
         for (i, body) in layout.bodies.iter().enumerate() {
             let group = bodies.create_group(&body.name)?;
-            let modes = eigenfrequencies(&group, &body.eigenfrequencies)?;
+            let modes = eigenfrequencies(&group, body)?;
             for d in columns::BODY.iter().filter(|d| d.axis != Axis::Mode || modes.is_some()) {
                 self.columns.push(Column::create(&group, d, i, &axes, modes.as_ref())?);
             }
@@ -126,12 +126,21 @@ fn joined_units(names: &[NameAndUnit]) -> String {
     }
 }
 
-fn eigenfrequencies(group: &Group, values: &[f64]) -> Result<Option<Scale>> {
-    if values.is_empty() {
+fn eigenfrequencies(group: &Group, body: &BodyLayout) -> Result<Option<Scale>> {
+    if body.eigenfrequencies.is_empty() {
         return Ok(None);
     }
-    let dataset = group.new_dataset::<f64>().shape(values.len()).create("eigenfrequencies")?;
-    dataset.write(ArrayView1::from(values))?;
-    describe(&dataset, "Hz", "Eigenfrequencies of the elastic coordinates.")?;
+    let write = |name: &str, values: &[f64], description: &str| {
+        let dataset = group.new_dataset::<f64>().shape(values.len()).create(name)?;
+        dataset.write(ArrayView1::from(values))?;
+        describe(&dataset, "Hz", description)?;
+        Ok::<_, hdf5::Error>(dataset)
+    };
+    if !body.frequency_bands.is_empty() {
+        let description = "By how much the mesh may put them off; NaN where that is not known.";
+        write("eigenfrequencies_uncertainty", &body.frequency_bands, description)?;
+    }
+    let description = "Eigenfrequencies of the elastic coordinates.";
+    let dataset = write("eigenfrequencies", &body.eigenfrequencies, description)?;
     Scale::new(dataset, "eigenfrequencies").map(Some)
 }

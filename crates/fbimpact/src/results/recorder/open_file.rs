@@ -11,7 +11,7 @@ use hdf5::types::VarLenUnicode;
 use result_files::dataset::{Table, describe, text_attribute, unicode, write_text};
 use result_files::file::fault::{Access, FileFault};
 use result_files::stored::open::{FORMAT, FORMAT_VERSION, INPUTS};
-use result_files::stored::peak::write_peak;
+use result_files::stored::peak::{QUANTITIES, SeriesPeak, write_peak};
 use result_files::tables::{self, ImpactRow, PhaseRow, TransferRow, TrialRow};
 
 use super::super::columns::{Axes, Column, Stage, TIMINGS};
@@ -247,21 +247,19 @@ impl Open {
 pub(super) fn write_peaks(file: &File, layout: &RunLayout, peaks: &[PeakRecord]) -> hdf5::Result<()> {
     for peak in peaks {
         let index = peak.index as usize;
-        let (group, names, series) = match peak.of {
-            PeakOf::ReactionForce => ("joints", layout.joints.get(index).map(|j| &j.name), "reaction_force"),
-            PeakOf::ReactionMoment => {
-                ("joints", layout.joints.get(index).map(|j| &j.name), "reaction_moment")
-            }
-            PeakOf::Displacement => ("points", layout.points.get(index).map(|p| &p.name), "position"),
-            PeakOf::VonMises => ("points", layout.points.get(index).map(|p| &p.name), "von_mises"),
+        let (name, quantity) = match peak.of {
+            PeakOf::ReactionForce => (layout.joints.get(index).map(|j| &j.name), &QUANTITIES[0]),
+            PeakOf::ReactionMoment => (layout.joints.get(index).map(|j| &j.name), &QUANTITIES[1]),
+            PeakOf::Displacement => (layout.points.get(index).map(|p| &p.name), &QUANTITIES[2]),
+            PeakOf::VonMises => (layout.points.get(index).map(|p| &p.name), &QUANTITIES[3]),
         };
-        let Some(group) = names.map(|name| format!("{group}/{name}")).filter(|path| file.link_exists(path))
-        else {
-            continue;
-        };
+        let group = name.map(|name| format!("{}/{name}", quantity.group));
+        let Some(group) = group.filter(|path| file.link_exists(path)) else { continue };
         let group = file.group(&group)?;
-        if group.link_exists(series) {
-            write_peak(&group.dataset(series)?, peak.value, peak.time)?;
+        if group.link_exists(quantity.series) {
+            let (band, note) = (peak.band.band, peak.band.note().to_owned());
+            let peak = SeriesPeak { value: peak.value, time: peak.time, band, note };
+            write_peak(&group.dataset(quantity.series)?, &peak)?;
         }
     }
     Ok(())

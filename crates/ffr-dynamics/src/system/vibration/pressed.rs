@@ -2,15 +2,19 @@
 
 use std::ops::DerefMut;
 
+use nalgebra::Vector3;
+
 use super::small_motion::{SmallMotion, wrench};
 use super::{Problem, power};
 use crate::error::DynamicsError;
-use crate::force::GeneralisedForce;
 use crate::force::active::ActiveForce;
+use crate::force::{BodyState, GeneralisedForce};
 use crate::system::free_body::deformation::dot;
+use crate::system::model::MultibodyModel;
 use crate::system::multibody::Multibody;
 use crate::system::multibody::workspace::Workspace;
-use crate::system::tree::kinematics::{SpatialVector, frame_velocities, update};
+use crate::system::reaction::Reaction;
+use crate::system::tree::kinematics::{SpatialVector, frame_velocities, join, split, update};
 
 /// A mode of a joined system, mass-orthonormal, as a force on bodies of it meets it.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,11 +31,32 @@ pub struct PressedMode {
     pub start: [f64; 2],
     /// The body that has most of its kinetic energy.
     pub body: usize,
+    /// What was asked of a unit of it.
+    pub observed: Vec<f64>,
+}
+
+/// What a unit of a mode, or of the forces, does in a joined system.
+#[derive(Debug, Clone, Copy)]
+pub struct UnitMotion<'a> {
+    /// Motions of the bodies at a unit rate of the mode, undeformed; at rest of the forces.
+    pub states: &'a [BodyState],
+    /// Reactions of the bodies' joints by a unit acceleration of the mode, or by the forces on bodies that do not move.
+    pub reactions: &'a [Reaction],
+}
+
+/// Modes of a joined system as forces meet them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PressedModes {
+    /// The modes, their squared frequencies rising.
+    pub modes: Vec<PressedMode>,
+    /// What was asked of the forces on bodies that do not move.
+    pub observed: Vec<f64>,
 }
 
 impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
     /// Modes of the structure, its bodies undeformed where they are in the state `y` at time `t`, prescribed
-    /// motions held, weight and loads left out, as the forces `pushes` on bodies by index meet them.
+    /// motions held, weight and loads left out, as the forces `pushes` on bodies by index meet them, and what `observe` says of
+    /// each. Reactions are those of trees: forces in loops are left out of them.
     ///
     /// # Errors
     /// [`DynamicsError`] if the mass matrix is not positive definite or an eigenproblem cannot be solved.
@@ -39,7 +64,8 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         &self,
         (t, y): (f64, &[f64]),
         pushes: &[(usize, GeneralisedForce)],
-    ) -> Result<Vec<PressedMode>, DynamicsError> {
+        observe: impl Fn(UnitMotion<'_>) -> Vec<f64>,
+    ) -> Result<PressedModes, DynamicsError> {
         let model = &self.model;
         let mut pose = y[..model.n_states()].to_vec();
         let n = model.n_rates();
@@ -66,6 +92,13 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         };
         let (deformation, rates) = (product(deformation), product(rates));
         let mut frames = vec![[0.0; 6]; model.bodies.len()];
+        let mut held = frames.clone();
+        for (body, wrench, _) in &wrenches {
+            held[*body].iter_mut().zip(wrench).for_each(|(sum, f)| *sum -= f);
+        }
+        let reactions = joint_reactions(model, &workspace, held);
+        let observed = observe(UnitMotion { states: &workspace.states, reactions: &reactions });
+        let mut moving = Workspace::new(model);
         let modes = values.iter().enumerate().map(|(m, value)| {
             let mode: Vec<f64> = (0..n).map(|i| vectors[(i, m)]).collect();
             let along = |momenta: &[f64]| momenta.iter().zip(&mode).map(|(p, z)| p * z).sum();
@@ -80,6 +113,13 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
                 carried += dot(wrench, &small.carrying(*body, &rigid[*body]));
             }
             let most = (0..energies.len()).max_by(|a, b| energies[*a].total_cmp(&energies[*b]));
+            for body in &model.bodies {
+                let layout = &body.layout;
+                pose[layout.velocities()].copy_from_slice(&mode[layout.rates_joint()]);
+                pose[layout.elastic_rates()].copy_from_slice(&mode[layout.rates_elastic()]);
+            }
+            update(model, t, &pose, &mut moving.states, &mut moving.edges);
+            let reactions = joint_reactions(model, &workspace, rigid);
             PressedMode {
                 squared_frequency: *value,
                 damping: power(model, &workspace, &mode),
@@ -87,8 +127,31 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
                 carried,
                 start: [along(&deformation), along(&rates)],
                 body: most.unwrap_or_default(),
+                observed: observe(UnitMotion { states: &moving.states, reactions: &reactions }),
             }
         });
-        Ok(modes.collect())
+        let modes = modes.collect();
+        Ok(PressedModes { modes, observed })
     }
+}
+
+/// Reactions of the joints of a tree that change the momenta of its bodies by `wrenches`, in the axes of the bodies (Eq. M.52).
+fn joint_reactions(
+    model: &MultibodyModel,
+    workspace: &Workspace,
+    mut wrenches: Vec<SpatialVector>,
+) -> Vec<Reaction> {
+    let none = Reaction { force: Vector3::zeros(), moment: Vector3::zeros() };
+    let mut found = vec![none; wrenches.len()];
+    for &i in model.order.iter().rev() {
+        let edge = &workspace.edges[i];
+        let (force, moment) = split(&wrenches[i]);
+        let (force, moment) = (edge.turn.tr_mul(&force), edge.turn.tr_mul(&moment));
+        let moment = moment + edge.lever.cross(&force);
+        if let Some(p) = model.bodies[i].joint.parent.body {
+            edge.add_at_parent(&join(&force, &moment), &mut wrenches[p], &mut []);
+        }
+        found[i] = Reaction { force, moment: moment - edge.joint.displacement.cross(&force) };
+    }
+    found
 }
