@@ -116,6 +116,37 @@ fn peak_of_run(folder: &Path, text: &str) -> (f64, hdf5::File) {
     (impacts[0].peak_force, file)
 }
 
+/// The sum of the rows of `/timings` \[s\]; that of models kept between runs is part of others.
+fn told(file: &hdf5::File) -> f64 {
+    let seconds = |stage| file.dataset(&format!("timings/{stage}")).and_then(|row| row.read_scalar::<f64>());
+    STAGES.into_iter().map(|stage| seconds(stage).expect("a row")).sum()
+}
+
+#[test]
+fn rows_of_the_timings_are_the_time_of_the_process() {
+    // A thousand bodies, whose scenario, start and file take longer than their steps.
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::write(folder.path().join("s.toml"), rigid_balls(1000)).expect("written");
+    let seconds_of = |arguments: &[&str]| {
+        let begin = Instant::now();
+        let output = Command::new(PROGRAM).args(arguments).current_dir(folder.path()).output();
+        assert!(output.expect("it starts").status.success());
+        begin.elapsed().as_secs_f64()
+    };
+    let nothing = seconds_of(&["--version"]);
+    let all = seconds_of(&["run", "s.toml", "-q"]);
+    let file = result_files::file::hdf5_integrity::open(&folder.path().join("s.h5")).expect("a result");
+    let sum = told(&file);
+    // What no row can have is the start and the end of the process, as of one that does nothing (ten of them, for another
+    // process may come between), and the closing of the file, whose size at a tenth of a disk's speed, 100 MB/s, is some
+    // hundredths of a second.
+    let left = all - sum;
+    assert!(
+        sum <= all && left <= 10.0 * nothing + file.size() as f64 / 1e7,
+        "{sum} s of {all} s, {nothing} s"
+    );
+}
+
 #[test]
 fn contacts_of_bodies_far_apart_take_no_time_and_no_space() {
     // The first of 30 balls, with contacts between all of them, flies into the second: 435 contacts, one of which is near
@@ -142,9 +173,7 @@ fn contacts_of_bodies_far_apart_take_no_time_and_no_space() {
     let (among, file) = peak_of_run(folders[1].path(), &scenario(30));
     let elapsed = begin.elapsed();
     assert!(elapsed < SECONDS, "{} s", elapsed.as_secs());
-    // Rows of the timings are the time of the command; half of what the process takes may be its start and end.
-    let seconds = |stage| file.dataset(&format!("timings/{stage}")).and_then(|row| row.read_scalar::<f64>());
-    let sum: f64 = STAGES.into_iter().map(|stage| seconds(stage).expect("a row")).sum();
+    let sum = told(&file);
     assert!((0.5..=1.0).contains(&(sum / elapsed.as_secs_f64())), "{sum} s of {elapsed:?}");
     // Steps are those of another norm, to the same relative error of 1e-6 or so.
     assert!((among / alone - 1.0).abs() < 1e-5, "{among} {alone}");

@@ -12,6 +12,7 @@ use fbimpact::postprocessing::vtk::bodies::assemble::View;
 use fbimpact::postprocessing::vtk::bodies::splines::Cells;
 use iga_core::elasticity::kinematics::von_mises;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
+use result_files::tables::TrialRow;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -158,6 +159,29 @@ fn decoded_motion_is_that_of_vtk_at_every_vertex() {
         let most = peak.von_mises.iter().fold(0.0_f64, |most, s| most.max(s[0]));
         assert!((number(&stills[0]["largest"]) - most).abs() <= 1e-9 * most);
     }
+}
+
+/// The zones of `ball` are small; a table of trials that says otherwise stands for a solid body.
+#[test]
+fn large_contact_zones_are_solved_again_if_they_are_asked_for() {
+    let folder = TempDir::new().expect("a folder");
+    let copy = folder.path().join("large.h5");
+    std::fs::copy(&RESULTS.ball, &copy).expect("a copy");
+    let file = hdf5::File::open_rw(&copy).expect("a result");
+    let mut rows = file.dataset("tries").and_then(|table| table.read_1d::<TrialRow>()).expect("trials");
+    rows.iter_mut().for_each(|row| row.dofs = 50_000);
+    file.unlink("tries").expect("gone");
+    file.new_dataset_builder().with_data(&rows).create("tries").expect("written");
+    file.close().expect("closed");
+    let stills = |page: &ReportPage| page.head["scenes"][0]["bodies"][0]["stills"].as_array().map(Vec::len);
+    let (_folder, page, told) = report(&[&copy], &[]);
+    assert_eq!(stills(&page), Some(0));
+    for text in [&page.text, &told] {
+        let sentence = "the stress of contact zones is left out at 1 of 1 peaks, as their models have up to 50000 unknowns";
+        assert!(text.contains(sentence), "{told}");
+    }
+    let (_folder, page, told) = report(&[&copy], &["--contact-stress"]);
+    assert_eq!((stills(&page), told.contains("contact zones")), (Some(1), false), "{told}");
 }
 
 #[test]

@@ -113,7 +113,7 @@ fn dispatch(command: Command, bar: indicatif::ProgressBar) -> Result<(), AppErro
             commands::results::export::setup::export_setup(&arguments)
         }
         Command::Export(arguments) => commands::results::export::export(&arguments),
-        Command::Report(arguments) => commands::results::report::write_report(&arguments),
+        Command::Report(arguments) => commands::results::report::write_report(&arguments, &bar),
         Command::Probe(arguments) => commands::results::probe::probe(&arguments),
         Command::Schema => commands::print(&scenario::written::schema::text()),
         Command::Reference { page: Page::Scenario } => {

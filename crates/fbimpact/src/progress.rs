@@ -226,9 +226,14 @@ impl Progress {
 
 /// Tells on `bar`, or every so often in a line, that models of bodies are built while `work` lasts.
 pub fn while_building<R>(bar: &ProgressBar, work: impl FnOnce() -> R) -> R {
+    while_at(bar, "building the models of the bodies".into(), work)
+}
+
+/// Tells on `bar`, or every so often in a line, what is done while `work` lasts.
+pub fn while_at<R>(bar: &ProgressBar, what: String, work: impl FnOnce() -> R) -> R {
     bar.reset();
     let progress = Progress::new(bar.clone());
-    progress.stage(Some("building the models of the bodies".into()));
+    progress.stage(Some(what));
     let done = work();
     progress.finish();
     done

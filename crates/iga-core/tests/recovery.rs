@@ -108,6 +108,12 @@ fn states_by_units_sum_up_to_the_state() {
         for xi in places {
             let e = space.find_element(0, &xi);
             let whole = workspace.stress(space, &model, &steel(), &u, e, &xi).unwrap();
+            // Several fields at several points of the element, one of them this field at this point.
+            let (fields, at) = ([noise(u.len(), 8), u.clone()], [space.element(e).centre(), xi]);
+            let all = workspace.stresses(space, (&model, &steel()), &fields, e, &at).unwrap();
+            let size = whole.stress.iter().fold(0.0f64, |most, s| most.max(s.abs()));
+            // Sums in another order: round-off.
+            assert!(all[1][1].stress.iter().zip(&whole.stress).all(|(a, b)| (a - b).abs() <= 1e-11 * size));
             let (mut sum, mut scale) = (PointState::default(), PointState::default());
             for (function, states) in workspace.unit_states(space, &model, &steel(), e, &xi).unwrap() {
                 for (c, state) in states.iter().enumerate() {

@@ -75,6 +75,10 @@ pub struct ReportArguments {
     /// Leave out the bodies in motion; no models are built then
     #[arg(long, conflicts_with = "bodies")]
     pub no_3d: bool,
+    /// Solve the contact zones at the peaks again however large their models are: that takes about as
+    /// long and as much memory as building them took in the run
+    #[arg(long, conflicts_with = "no_3d")]
+    pub contact_stress: bool,
     /// How several results are called: names of the files, or values of the scenarios that differ
     #[arg(long, value_name = "WHAT", default_value = "names")]
     pub labels: Labels,

@@ -1,5 +1,7 @@
 //! Displacement, strain, stress and von Mises stress at parameter points (theory Eq. E.1 to E.6).
 
+use faer::Mat;
+
 use crate::SplineError;
 use crate::elasticity::kinematics::PointState;
 use crate::elasticity::mapping::PointMap;
@@ -91,25 +93,49 @@ impl RecoveryWorkspace {
         Ok(self.state(model, material, displacement, &map))
     }
 
-    /// The states of [`RecoveryWorkspace::stress`] by each of several `displacements`: functions and map are evaluated once.
+    /// The states of [`RecoveryWorkspace::stress`] at each of `points` of element `e`, by each of several `displacements`, a list each: one
+    /// product of the functions' values and slopes with all control values.
     ///
     /// # Errors
     /// As [`RecoveryWorkspace::stress`].
     ///
     /// # Panics
     /// As [`RecoveryWorkspace::stress`].
-    pub fn stresses<'a>(
-        &'a mut self,
+    pub fn stresses(
+        &mut self,
         space: &dyn Space,
-        (model, material): (&'a Model, &'a Material),
-        displacements: &'a [Vec<f64>],
+        (model, material): (&Model, &Material),
+        displacements: &[Vec<f64>],
         e: usize,
-        xi: &[f64; 3],
-    ) -> Result<impl Iterator<Item = PointState> + 'a, SplineError> {
-        let map = self.regular_map(space, e, xi)?;
-        self.take_slopes(&map, model.dimension());
-        let this: &'a Self = self;
-        Ok(displacements.iter().map(move |displacement| this.state(model, material, displacement, &map)))
+        points: &[[f64; 3]],
+    ) -> Result<Vec<Vec<PointState>>, SplineError> {
+        let n = model.dimension();
+        space.active_functions(e, &mut self.active);
+        let controls = Mat::from_fn(self.active.len(), n * displacements.len(), |local, column| {
+            displacements[column / n][self.active[local] as usize * n + column % n]
+        });
+        // A row of slopes a direction, and one of values, a point.
+        let mut rows = Mat::zeros(points.len() * (n + 1), self.active.len());
+        let mut radii = Vec::with_capacity(points.len());
+        for (first, xi) in points.iter().enumerate().map(|(p, xi)| (p * (n + 1), xi)) {
+            let map = self.regular_map(space, e, xi)?;
+            self.take_slopes(&map, n);
+            radii.push(self.radius(&map));
+            for (local, (slopes, value)) in self.slopes.iter().zip(self.basis.values_at(0)).enumerate() {
+                slopes.iter().take(n).enumerate().for_each(|(j, slope)| rows[(first + j, local)] = *slope);
+                rows[(first + n, local)] = *value;
+            }
+        }
+        let found = rows * controls;
+        let state = |(p, radius): (usize, &Option<f64>), k: usize| {
+            let at =
+                |c: usize, j: usize| if c < n && j < n { found[(p * (n + 1) + j, k * n + c)] } else { 0.0 };
+            let gradient = std::array::from_fn(|c| std::array::from_fn(|j| at(c, j)));
+            let hoop = radius.map_or(gradient[0][0], |radius| found[(p * (n + 1) + n, k * n)] / radius);
+            PointState::new(model, material, &gradient, hoop)
+        };
+        let of_all = |k| radii.iter().enumerate().map(|point| state(point, k)).collect();
+        Ok((0..displacements.len()).map(of_all).collect())
     }
 
     /// Derivatives along the model's components at the point of `map`.

@@ -1,8 +1,9 @@
 //! `fbimpact report`: one page about results.
 
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
+use indicatif::ProgressBar;
 use result_files::error::ResultError;
 use result_files::file::fault::FileFault;
 use result_files::file::output::{Gate, Kind};
@@ -21,6 +22,7 @@ use crate::postprocessing::report::charts::charts;
 use crate::postprocessing::report::motion::Motion;
 use crate::postprocessing::report::tables::Told;
 use crate::postprocessing::report::whole::{Parts, Scene, report};
+use crate::progress::while_at;
 use adaptive::store::ModelCache;
 
 /// The page, by an element of its head.
@@ -34,7 +36,7 @@ const STANDARD_OUTPUT: &str = "-";
 /// # Errors
 /// [`AppError::Command`] for more files than can be told apart, for bodies without a shape and for those that there are not, [`AppError::Io`] for a
 /// file that cannot be read or written.
-pub fn write_report(arguments: &ReportArguments) -> Result<(), AppError> {
+pub fn write_report(arguments: &ReportArguments, bar: &ProgressBar) -> Result<(), AppError> {
     let output = &arguments.output;
     let is_piped = output.as_os_str() == STANDARD_OUTPUT;
     if !is_piped {
@@ -51,7 +53,7 @@ pub fn write_report(arguments: &ReportArguments) -> Result<(), AppError> {
         arguments.files.iter().map(|path| scenario(path)).collect::<Result<_, AppError>>()?;
     let studies: Vec<Option<Value>> = arguments.files.iter().map(|path| study(path)).collect();
     let charts = charts(&files)?;
-    let scenes = scenes(arguments)?;
+    let scenes = scenes(arguments, bar)?;
     let told: Vec<Told<'_>> = (0..files.len())
         .map(|i| Told {
             label: &files[i].label,
@@ -62,7 +64,8 @@ pub fn write_report(arguments: &ReportArguments) -> Result<(), AppError> {
             study: studies[i].as_ref(),
         })
         .collect();
-    let made = report(&Parts { results: &told, charts: &charts, scenes: &scenes }, arguments.max_size);
+    let parts = Parts { results: &told, charts: &charts, scenes: &scenes };
+    let made = while_at(bar, "writing the page".into(), || report(&parts, arguments.max_size));
     if !made.note.is_empty() {
         tracing::warn!("{}", made.note);
     }
@@ -99,18 +102,23 @@ fn study(path: &Path) -> Option<Value> {
     serde_json::from_slice(&std::fs::read(file).ok()?).ok()
 }
 
-fn scenes(arguments: &ReportArguments) -> Result<Vec<Scene>, AppError> {
+fn scenes(arguments: &ReportArguments, bar: &ProgressBar) -> Result<Vec<Scene>, AppError> {
     if arguments.no_3d {
         return Ok(Vec::new());
     }
     let n_threads = threads(arguments.threads)?;
     let cache = cache::open(&arguments.cache.settings());
-    arguments.files.iter().map(|path| scene(path, &arguments.bodies, (n_threads, &cache))).collect()
+    let wanted = (arguments.bodies.as_slice(), arguments.contact_stress);
+    let of_file = |path: &PathBuf| {
+        let what = format!("building the bodies of {} again", path.display());
+        while_at(bar, what, || scene(path, wanted, (n_threads, &cache)))
+    };
+    arguments.files.iter().map(of_file).collect()
 }
 
 /// The motion of a result. A result whose models cannot be built again has the rest of its report.
-fn scene(path: &Path, bodies: &[String], build: (usize, &ModelCache)) -> Result<Scene, AppError> {
-    let motion = States::read(path).and_then(|states| Motion::new(&states, bodies, build));
+fn scene(path: &Path, wanted: (&[String], bool), build: (usize, &ModelCache)) -> Result<Scene, AppError> {
+    let motion = States::read(path).and_then(|states| Motion::new(&states, wanted, build));
     match motion {
         Ok(motion) => {
             for left_out in &motion.left_out {

@@ -36,8 +36,12 @@ impl<View> Rebuilt<View> {
         cache: &ModelCache,
         view: MakeView<View>,
     ) -> Result<Self, AppError> {
-        // What the run observed is in its result.
-        let spec = RunSpec { points: Vec::new(), stress: Vec::new(), ..states.scenario.run.clone() };
+        // What the run observed is in its result, and what stiffened its bodies is in their motion.
+        let mut spec = RunSpec { points: Vec::new(), stress: Vec::new(), ..states.scenario.run.clone() };
+        spec.bodies
+            .iter_mut()
+            .filter_map(|body| body.kind.flexible_mut())
+            .for_each(|settings| settings.geometric_stiffening = false);
         let model = build(&spec, threads, cache)?;
         let motions =
             model.bodies.iter().map(|b| states.motion(&b.name)).collect::<Result<Vec<_>, AppError>>()?;

@@ -11,7 +11,7 @@ use result_files::file::hdf5_integrity;
 use result_files::stored::impacts::impacts;
 use result_files::stored::open::{open, scenario_text};
 use result_files::stored::pressure_series::PressureSeries;
-use result_files::tables::{PhaseRow, TransferRow};
+use result_files::tables::{ACCEPTED, PhaseRow, TableRow, TransferRow, TrialRow};
 
 use super::zones::Span;
 use crate::error::AppError;
@@ -155,6 +155,26 @@ impl States {
         let rows =
             impacts(&open(&self.file)?).map_err(|source| self.unreadable("/impacts".into(), source))?;
         Ok(rows.iter().map(|row| row.peak_time).collect())
+    }
+
+    /// Unknowns of the models that the contact zones of each impact had in the trial that is the result, in the
+    /// order of the impacts; zero where none was refined.
+    ///
+    /// # Errors
+    /// [`AppError::Io`] if the tables of impacts and trials cannot be read.
+    pub fn zone_unknowns(&self) -> std::result::Result<Vec<u64>, AppError> {
+        let file = open(&self.file)?;
+        let read = || {
+            let mut all = vec![0; impacts(&file)?.len()];
+            if file.link_exists(TrialRow::NAME) {
+                let rows: Vec<TrialRow> = hdf5_integrity::rows(&file.dataset(TrialRow::NAME)?)?;
+                for row in rows.iter().filter(|row| row.outcome.as_str() == ACCEPTED) {
+                    all.get_mut(row.impact as usize).into_iter().for_each(|sum| *sum += row.dofs);
+                }
+            }
+            Ok(all)
+        };
+        read().map_err(|source| self.unreadable("/tries".into(), source))
     }
 
     /// Force and penalty factor of contact `name`; none if they are not stored.

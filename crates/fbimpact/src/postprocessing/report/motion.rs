@@ -24,6 +24,9 @@ use crate::postprocessing::vtk::bodies::{Bodies, Drawn, Shown};
 const AROUND: usize = 48;
 /// Impacts whose peaks are shown with the stress of their contact zones.
 const STILLS: usize = 40;
+/// Unknowns of the models of the contact zones of an impact, up to which they are built again unasked: a second
+/// or two and half a gigabyte for a solid body.
+const ZONE_UNKNOWNS: u64 = 20_000;
 /// Bits of positions.
 const POSITION_BITS: u32 = 16;
 /// Bits of coordinates.
@@ -91,13 +94,18 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Builds the bodies called `wanted`, or all with a shape, again from `states`.
+    /// Builds the bodies called `wanted`, or all with a shape, again from `states`, and the models of contact zones
+    /// at the peaks, large ones if `has_large_zones`.
     ///
     /// # Errors
     /// Those of [`Bodies::build`] and [`Bodies::at`].
-    pub fn new(states: &States, wanted: &[String], build: (usize, &ModelCache)) -> Result<Self, AppError> {
+    pub fn new(
+        states: &States,
+        (wanted, has_large_zones): (&[String], bool),
+        build: (usize, &ModelCache),
+    ) -> Result<Self, AppError> {
         let mut bodies = Bodies::build(states, wanted, Cells::Linear(1), build)?;
-        let left_out = bodies.left_out().iter().map(ToString::to_string).collect();
+        let mut left_out: Vec<String> = bodies.left_out().iter().map(ToString::to_string).collect();
         let (phases, spans) = states.phases()?;
         let peaks = states.peaks()?;
         let peaks: Vec<usize> = peaks.iter().map(|t| nearest(&states.time, *t)).collect();
@@ -107,7 +115,17 @@ impl Motion {
             .iter()
             .map(|shown| MovingBody::new(&bodies, shown, &instants))
             .collect::<Result<Vec<_>, AppError>>()?;
-        let mut shown_peaks = peaks.clone();
+        let zones = states.zone_unknowns()?;
+        let is_large = |(_, n): &(&usize, &u64)| !has_large_zones && **n > ZONE_UNKNOWNS;
+        let (large, small): (Vec<_>, Vec<_>) = peaks.iter().zip(&zones).partition(is_large);
+        if let Some((_, most)) = large.iter().max_by_key(|(_, n)| **n) {
+            left_out.push(format!(
+                "the stress of contact zones is left out at {} of {} peaks, as their models have up to {most} unknowns; --contact-stress builds them again",
+                large.len(),
+                peaks.len()
+            ));
+        }
+        let mut shown_peaks: Vec<usize> = small.iter().map(|(i, _)| **i).collect();
         shown_peaks.sort_unstable();
         shown_peaks.dedup();
         for &i in shown_peaks.iter().take(STILLS) {
@@ -296,20 +314,22 @@ impl MovingBody {
         let ordered = wanted.ordered(&sizes, self.speed);
         let r = ordered.displacement.ncols();
         let few = wanted.every(LOOK);
-        let mut k = r.min(STEP);
-        let (stored, rounded, errors) = loop {
+        let is_enough = |errors: Sizes| errors.part_of(&sizes) <= fineness.tolerance;
+        let trial = |k: usize| {
             let mut trial = blob.clone();
             let (arrays, rounded) = coded(&ordered.first(k), &mut trial, fineness);
-            // Most numbers of shapes are too small at a few states already.
-            let is_enough = |errors: Sizes| errors.part_of(&sizes) <= fineness.tolerance;
-            if k == r || is_enough(rounded.every(LOOK).deviation(&few)) {
-                let errors = rounded.deviation(&wanted);
-                if k == r || is_enough(errors) {
-                    break (arrays, trial, errors);
-                }
-            }
-            k = r.min(k + STEP);
+            (arrays, trial, rounded)
         };
+        // Most numbers of shapes are too small at a few states already; errors fall with their number.
+        let counts: Vec<usize> = (STEP..r).step_by(STEP).chain([r]).collect();
+        let is_too_small = |k: &usize| !is_enough(trial(*k).2.every(LOOK).deviation(&few));
+        let first = counts[..counts.len() - 1].partition_point(is_too_small);
+        let mut tried = counts[first..].iter().map(|k| {
+            let (arrays, trial, rounded) = trial(*k);
+            (arrays, trial, rounded.deviation(&wanted), *k == r)
+        });
+        let found = tried.find(|(_, _, errors, is_last)| *is_last || is_enough(*errors));
+        let Some((stored, rounded, errors, _)) = found else { return };
         *blob = rounded;
         body["shapes"] = stored.shapes.into();
         body["coordinates"] = json!(stored.coordinates);

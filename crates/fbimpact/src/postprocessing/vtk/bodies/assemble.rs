@@ -73,17 +73,16 @@ pub fn shapes(
         (first, rest) = (next, others);
     }
     let at = |&(e, first, points): &(usize, usize, &[u32])| {
-        let in_body = |fields: &ElementFields| {
-            let displacement = |p: &u32| {
-                vector(body.motion, &fields.displacement[*p as usize - first], &ArcNode::SECTION).into()
-            };
-            let stress = |p: &u32| Some(stress_in_body(body.motion, fields.stress.get(*p as usize - first)?));
-            PointShapes {
-                displacement: points.iter().map(displacement).collect(),
-                stress: points.iter().filter_map(stress).collect(),
-            }
+        let seen: Vec<usize> = points.iter().map(|p| *p as usize - first).collect();
+        let in_body = |fields: &ElementFields| PointShapes {
+            displacement: fields
+                .displacement
+                .iter()
+                .map(|u| vector(body.motion, u, &ArcNode::SECTION).into())
+                .collect(),
+            stress: fields.stress.iter().map(|s| stress_in_body(body.motion, s)).collect(),
         };
-        Ok(body.shapes(e, displacements)?.iter().map(in_body).collect())
+        Ok(body.shapes((e, &seen), displacements)?.iter().map(in_body).collect())
     };
     let parts: Vec<Vec<PointShapes>> = groups.par_iter().map(at).collect::<Result<_, SplineError>>()?;
     let mut all = vec![PointShapes::default(); displacements.len()];

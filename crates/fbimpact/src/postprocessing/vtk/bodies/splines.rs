@@ -136,37 +136,37 @@ impl BodyGeometry {
         self.elements.par_iter().map_init(Workspace::default, one).collect()
     }
 
-    /// Displacement and stress of element `e` by each of `displacements`, control values as in [`Self::fields`]; for linear cells.
+    /// Displacement and stress at the points `seen` of element `e` by each of `displacements`, control values as in [`Self::fields`]; for linear
+    /// cells.
     ///
     /// # Errors
     /// [`SplineError`] where the geometry is folded.
-    pub fn shapes(&self, e: usize, displacements: &[Vec<f64>]) -> Result<Vec<ElementFields>, SplineError> {
+    pub fn shapes(
+        &self,
+        (e, seen): (usize, &[usize]),
+        displacements: &[Vec<f64>],
+    ) -> Result<Vec<ElementFields>, SplineError> {
         let (element, n, mut work) = (&self.elements[e], self.motion.n_components(), Workspace::default());
         let mut of_all: Vec<ElementFields> = Vec::with_capacity(displacements.len());
         let Workspace { basis, active, recovery } = &mut work;
         self.space.active_functions(element.number, active);
         of_all.resize_with(displacements.len(), ElementFields::default);
-        for xi in &element.points {
-            self.space.evaluate(element.number, xi, 0, basis);
+        for &i in seen {
+            self.space.evaluate(element.number, &element.points[i], 0, basis);
             for (fields, values) in of_all.iter_mut().zip(displacements) {
                 fields.displacement.push(combined(active, &basis.values, (values, n)));
             }
         }
         let Some(Elasticity { model, material }) = &self.elasticity else { return Ok(of_all) };
-        let mut inner = vec![Vec::with_capacity(element.samples.len()); displacements.len()];
-        for xi in &element.samples {
-            let states = recovery.stresses(
-                self.space.as_ref(),
-                (model, material),
-                displacements,
-                element.number,
-                xi,
-            )?;
-            inner.iter_mut().zip(states).for_each(|(inner, state)| inner.push(state.stress));
-        }
+        let (space, law, samples) = (self.space.as_ref(), (model, material), &element.samples);
+        let states = recovery.stresses(space, law, displacements, element.number, samples)?;
         let outwards = outwards(&element.steps);
         let outwards: Vec<&Mat<f64>> = outwards.iter().collect();
-        of_all.iter_mut().zip(&inner).for_each(|(fields, inner)| fields.stress = apply(&outwards, inner));
+        for (fields, states) in of_all.iter_mut().zip(states) {
+            let inner: Vec<[f64; 6]> = states.into_iter().map(|state| state.stress).collect();
+            let at_points = apply(&outwards, &inner);
+            fields.stress = seen.iter().map(|&i| at_points[i]).collect();
+        }
         Ok(of_all)
     }
 
@@ -179,6 +179,10 @@ impl BodyGeometry {
         displacement: &[f64],
     ) -> Result<Vec<[f64; 6]>, SplineError> {
         let Elasticity { model, material } = elasticity;
+        // A body at rest has none.
+        if displacement.iter().all(|u| *u == 0.0) {
+            return Ok(vec![[0.0; 6]; element.samples.len()]);
+        }
         let at =
             |xi| workspace.stress(self.space.as_ref(), model, material, displacement, element.number, xi);
         let inner =
