@@ -22,10 +22,12 @@ pub fn text_attribute(target: &Location, name: &str, text: &str) -> Result<()> {
     attribute.write_scalar(&unicode(text)?)
 }
 
-/// Adds the two attributes that every numeric dataset has.
+/// Adds the two attributes that every numeric dataset has to one that has neither.
 pub fn describe(dataset: &Dataset, unit: &str, description: &str) -> Result<()> {
-    text_attribute(dataset, "unit", unit)?;
-    text_attribute(dataset, "description", description)
+    // To look for an attribute that is not there takes longer than to create it.
+    [("unit", unit), ("description", description)].into_iter().try_for_each(|(name, text)| {
+        dataset.new_attr::<VarLenUnicode>().create(name)?.write_scalar(&unicode(text)?)
+    })
 }
 
 /// Writes a string dataset.

@@ -288,14 +288,17 @@ pub fn build_contact(
 ) -> Result<(RunContact, ContactFacts), AdaptiveError> {
     let spec = planned.spec;
     let fail = |source| AdaptiveError::Contact { contact: spec.name.clone(), source };
-    let mut size = bodies[spec.body].size();
-    let element: Box<dyn ActiveContact> = match (spec.law.surface(), zones) {
-        (Some(law), Some(zones)) => zone_contact(run, (spec, law), zones, bodies).map_err(fail)?,
-        (Some(_), None) => Box::new(Active::new(StandIn::inactive((spec.body, spec.target.body())))),
+    // Of thousands of rigid bodies by Hertz's law none is measured.
+    let of_body = || bodies[spec.body].size();
+    let (element, size): (Box<dyn ActiveContact>, f64) = match (spec.law.surface(), zones) {
+        (Some(law), Some(zones)) => (zone_contact(run, (spec, law), zones, bodies).map_err(fail)?, of_body()),
+        (Some(_), None) => {
+            (Box::new(Active::new(StandIn::inactive((spec.body, spec.target.body())))), of_body())
+        }
         (None, _) => {
             let contact = hertz_contact(spec, bodies)?;
-            size = contact.size();
-            Box::new(Active::new(contact))
+            let size = contact.size();
+            (Box::new(Active::new(contact)), size)
         }
     };
     let width = zones.map(|zones| zones.contact_body.widths[0]);

@@ -1,8 +1,8 @@
 //! Space on the disk that is there before HDF5 needs it.
 //!
 //! HDF5 flushes its metadata piece by piece. Where the disk fills up half-way, old and new pieces
-//! contradict each other and nothing can be read any more. So zeros are written behind the end of
-//! the file first: if that fails, the file is still that of the last flush, and if it succeeds, the
+//! contradict each other and nothing can be read any more. So zeros are put behind the end of
+//! the file first, as blocks that the file system keeps for them where it can: if that fails, the file is still that of the last flush, and if it succeeds, the
 //! flush cannot fail for want of space.
 
 use std::fs::{File, OpenOptions};
@@ -43,6 +43,10 @@ impl DiskSpace {
         if at >= wanted {
             return Ok(());
         }
+        if is_allocated(&self.file, at, wanted - at)? {
+            self.until = wanted;
+            return Ok(());
+        }
         self.file.seek(SeekFrom::Start(at))?;
         let zeros = [0; BLOCK];
         while at < wanted {
@@ -68,4 +72,22 @@ impl DiskSpace {
         let is_known = matches!(block[VERSION], 2 | 3) && length <= self.file.metadata()?.len();
         if is_known { self.file.set_len(length) } else { Ok(()) }
     }
+}
+
+/// Has the file system keep `n` bytes of zeros from `at` on; false if it does not do that.
+#[cfg(target_os = "linux")]
+fn is_allocated(file: &File, at: u64, n: u64) -> io::Result<bool> {
+    use rustix::fs::{FallocateFlags, fallocate};
+    use rustix::io::Errno;
+    match fallocate(file, FallocateFlags::empty(), at, n) {
+        Ok(()) => Ok(true),
+        Err(Errno::OPNOTSUPP | Errno::NOSYS | Errno::INVAL) => Ok(false),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// Has the file system keep bytes; not here.
+#[cfg(not(target_os = "linux"))]
+fn is_allocated(_: &File, _: u64, _: u64) -> io::Result<bool> {
+    Ok(false)
 }

@@ -3,16 +3,15 @@
 #![expect(unsafe_code, reason = "the only way to the dimension scale functions of the C library")]
 
 use std::cell::RefCell;
-use std::ffi::{CString, c_char, c_int, c_uint};
+use std::ffi::{CString, c_char, c_int};
 
-use hdf5::types::VarLenArray;
+use hdf5::types::{VarLenArray, VarLenAscii};
 use hdf5::{Dataset, Error, H5Type, ObjectReference1, Result};
 use hdf5_sys::h5i::hid_t;
 use ndarray::ArrayView1;
 
 unsafe extern "C" {
     fn H5DSset_scale(dataset: hid_t, name: *const c_char) -> c_int;
-    fn H5DSset_label(dataset: hid_t, dimension: c_uint, label: *const c_char) -> c_int;
 }
 
 /// A dimension scale and the datasets that it is attached to. Both sides hold references, as the specification of scales
@@ -21,6 +20,7 @@ unsafe extern "C" {
 /// by [`Scale::finish`], once for all that are there.
 pub struct Scale {
     dataset: Dataset,
+    own: ObjectReference1,
     users: RefCell<Vec<User>>,
 }
 
@@ -36,7 +36,8 @@ impl Scale {
     /// Makes `dataset` a dimension scale called `name`.
     pub fn new(dataset: Dataset, name: &str) -> Result<Self> {
         make_scale(&dataset, name)?;
-        Ok(Self { dataset, users: RefCell::default() })
+        let own = dataset.reference::<ObjectReference1>(".")?;
+        Ok(Self { dataset, own, users: RefCell::default() })
     }
 
     /// How many values it has.
@@ -72,14 +73,17 @@ pub fn make_scale(dataset: &Dataset, name: &str) -> Result<()> {
 pub fn attach(dataset: &Dataset, scales: &[(&Scale, &str)]) -> Result<()> {
     let own = dataset.reference::<ObjectReference1>(".")?;
     let mut lists = vec![VarLenArray::from_slice(&[]); dataset.ndim()];
-    for (dimension, ((scale, label), list)) in (0..).zip(scales.iter().zip(&mut lists)) {
-        *list = VarLenArray::from_slice(&[scale.dataset.reference::<ObjectReference1>(".")?]);
+    let mut labels = vec![VarLenAscii::new(); dataset.ndim()];
+    for (dimension, ((scale, label), (list, text))) in
+        (0..).zip(scales.iter().zip(lists.iter_mut().zip(&mut labels)))
+    {
+        *list = VarLenArray::from_slice(&[scale.own]);
         scale.users.borrow_mut().push(User { dataset: own, dimension });
-        let text = c_string(label)?;
-        // SAFETY: as above; an invalid dimension is answered with an error code.
-        let code = hdf5::sync::sync(|| unsafe { H5DSset_label(dataset.id(), dimension, text.as_ptr()) });
-        checked("H5DSset_label", code)?;
+        *text = VarLenAscii::from_ascii(label.as_bytes()).map_err(|e| Error::from(e.to_string()))?;
     }
+    // As `H5DSset_label` writes it, which reads and writes it anew for each dimension.
+    let text = dataset.new_attr::<VarLenAscii>().shape(labels.len()).create("DIMENSION_LABELS")?;
+    text.write(ArrayView1::from(&labels))?;
     let list = dataset.new_attr::<VarLenArray<ObjectReference1>>().shape(lists.len());
     list.create("DIMENSION_LIST")?.write(ArrayView1::from(&lists))
 }

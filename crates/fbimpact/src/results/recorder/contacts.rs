@@ -28,6 +28,8 @@ pub(super) struct Contacts {
     /// Rows in the datasets, and in the buffers.
     written: usize,
     buffered: usize,
+    /// Bytes on the disk that writing what is buffered may take.
+    room: u64,
     row: ContactRow,
 }
 
@@ -112,6 +114,7 @@ impl Contacts {
         others.iter().try_for_each(|name| lead(file, name, first))?;
         Ok(Self {
             names: names.to_vec(),
+            room: shelf.bytes_needed(),
             places: vec![0; names.len()],
             shelves: vec![Shelf { users: names.len(), ..shelf }],
             ..Self::default()
@@ -156,6 +159,7 @@ impl Contacts {
         }
         self.shelves.iter_mut().for_each(Shelf::push);
         self.buffered += 1;
+        self.room = self.shelves.iter().map(Shelf::bytes_needed).sum();
         Ok(true)
     }
 
@@ -191,9 +195,10 @@ impl Contacts {
             return Ok(lead(file, &self.names[i], &self.names[shelf.row.contact as usize])?);
         }
         let room = DATASETS_PER_GROUP as u64 * BYTES_OF_DATASET;
-        space.reserve(file.size(), self.bytes_needed() + room).map_err(RecordingFault::Space)?;
+        space.reserve(file.size(), self.room + room).map_err(RecordingFault::Space)?;
         let past = [self.written, self.buffered];
         let shelf = Shelf::create(file, &self.names[i], axes, past, before)?;
+        self.room += shelf.bytes_needed();
         self.places[i] = self.shelves.len();
         self.shelves.push(Shelf { row: row.clone(), ..shelf });
         Ok(())
@@ -201,7 +206,7 @@ impl Contacts {
 
     /// Bytes on the disk that writing what is buffered may take.
     pub fn bytes_needed(&self) -> u64 {
-        self.shelves.iter().map(Shelf::bytes_needed).sum()
+        self.room
     }
 
     /// Appends what is buffered to the datasets.
