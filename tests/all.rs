@@ -79,6 +79,7 @@ mod scenario_bodies;
 mod scenario_contacts;
 mod scenario_faults;
 mod setup;
+mod several_touches;
 mod shape_impacts;
 mod shapes;
 mod sizing;

@@ -304,34 +304,3 @@ fn a_foil_whose_compliance_is_lost_in_round_off_is_told() {
     let told = run(&["contacts.c.penalty.initial=1e16"]);
     assert!(told.contains("take a lower penalty factor, or a thicker body"), "{told}");
 }
-
-/// A body with two round feet on a plane: a refined contact has a zone about one touch and says what to do instead, which is enough.
-#[test]
-fn two_feet_at_once_are_refused_with_a_remedy_that_helps() {
-    let scenario = |refine: &str, contact: &str| {
-        format!(
-            "[simulation]\nend_time = 6e-5\n[bodies.p]\nmodel = \"plane-strain\"\nthickness = 0.01\nmaterial = \"steel\"\n\
-position = [0.0, -0.00319900000013, 0.0]\nvelocity = [0.0, -0.2, 0.0]\n[bodies.p.geometry]\nshape = \"nurbs\"\ndegrees = [4, 1]\n\
-knots = [[0,0,0,0,0,1,1,1,1,1],[0,0,1,1]]\ncontrol_points = [[-0.02, 0.004], [-0.01, 0.0], [0.0, 0.012], [0.01, 0.0], \
-[0.02, 0.004], [-0.02, 0.02], [-0.01, 0.02], [0.0, 0.02], [0.01, 0.02], [0.02, 0.02]]\n{refine}\
-[bodies.floor]\nmodel = \"rigid\"\ngeometry = {{ shape = \"plane\" }}\nnormal = [0.0, 1.0, 0.0]\n\
-[contacts.c]\ncontact_body = \"p\"\ntarget_body = \"floor\"\n{contact}"
-        )
-    };
-    let valid = |text: &str| scenarios::valid(Path::new("."), text, &[]);
-    let told = scenarios::refusal(&valid(&scenario("", "")));
-    assert!(told.contains("at several places at once") && told.contains("discretisation.refine"), "{told}");
-    let foot = |x: f64| {
-        format!(
-            "[[bodies.p.discretisation.refine]]\npoint = [{x:?}, 0.0032]\nwidth = 1.2e-3\nelements = 32\n"
-        )
-    };
-    let feet = foot(-0.0155) + &foot(0.0155);
-    let wide = "model = \"quasistatic\"\ninterval = { width = 0.07 }\npenalty = { initial = 1.5e16 }\n";
-    let both = scenarios::run(&valid(&scenario(&feet, wide)));
-    let impact = &both.impacts[0];
-    // On both feet: no turn, and the momentum turned back by more than half.
-    let body = &both.samples.last().expect("there are samples").bodies[0];
-    assert!(body.angular_velocity[2].abs() < 1e-3 * 0.2 / 0.0155, "{:?}", body.angular_velocity);
-    assert!(impact.restitution > 0.5 && impact.restitution < 1.0, "{}", impact.restitution);
-}

@@ -197,6 +197,8 @@ pub struct RefinementRequest<'a> {
     pub reach: Option<f64>,
     /// How far from the nearest places the middles of the intervals lie, on contact body and target, along the way of contact \[m\].
     pub ahead: [[f64; 3]; 2],
+    /// Where the bodies touch beside the nearest places at once.
+    pub others: &'a [Nearest],
     /// Peak force of a preview \[N\].
     pub peak: Option<f64>,
     /// Widths and penalty factors that earlier impacts have found.

@@ -88,9 +88,9 @@ fn modes_of_a_mesh_are_modes_of_its_pieces_with_the_same_frequencies() {
     let mesh = blocks::block(ElementKind::Tet10, [3, 2, 1], |x| [0.03 * x[0], 0.02 * x[1], 0.02 * x[2]]);
     let spec = spec(Mesh::new(mesh, 1.0).unwrap());
     let (_, at) = site(&spec.mesh, [0.015, 0.0104, 0.02]);
-    let wanted = WantedZone { site: at, widths: [8e-3, 4e-3], elements: None };
+    let wanted = WantedZone { sites: vec![at], widths: [8e-3, 4e-3], elements: None };
     let body = Arc::new(MeshedBody::build("block", spec).unwrap());
-    let fine = FineElements::build(&body, &wanted).unwrap();
+    let fine = FineElements::build(&body, wanted).unwrap();
     let basis = body.reduce(&Interface::default()).unwrap().basis;
     let assembled = fine.assembled().unwrap();
     let shapes = fine.prolonged(basis.shapes.as_ref());
@@ -114,6 +114,40 @@ fn modes_of_a_mesh_are_modes_of_its_pieces_with_the_same_frequencies() {
     assert!(near.len() > 6, "{}", near.len());
     assert!(zone.points.iter().any(|p| p.on_rim) && zone.points.iter().any(|p| !p.on_rim));
     assert!(zone.unknowns.iter().all(|&u| u < fine.n_unknowns()));
+}
+
+#[test]
+fn zones_at_both_ends_of_a_ball_lie_on_spheres_as_far_outside_as_its_sides() {
+    let spec = spec(Mesh::new(TEN.mesh(ElementKind::Tet10), 1e-3).unwrap());
+    let sites = [-1.0, 1.0].map(|z| site(&spec.mesh, [0.3e-3, 0.2e-3, z * 10e-3]));
+    let body = Arc::new(MeshedBody::build("ball", spec).unwrap());
+    let places = sites.iter().map(|(_, place)| *place).collect();
+    let fine = FineElements::build(&body, WantedZone { sites: places, widths: [1e-3; 2], elements: None });
+    let fine = fine.unwrap();
+    let zone = fine.contact_zone().unwrap();
+    let is_inner = |rows: &[usize; 2]| rows.iter().all(|row| (1..15).contains(row));
+    for (surface, site) in &sites {
+        let shape = surface.shape_at(site).unwrap();
+        let fit = SmoothFit::new(surface, site, &shape, 0.5e-3).unwrap();
+        let own =
+            zone.points.iter().zip(fine.rows_of(&zone)).filter(|(p, _)| p.position[2] * site.point[2] > 0.0);
+        let from = |x: [f64; 3]| nalgebra::Vector3::from(x) - nalgebra::Vector3::from(site.point);
+        let heights: Vec<_> = own
+            .map(|(p, rows)| (shape.normal.dot(&from(p.position)), fit.above(&p.position), rows, p.position))
+            .collect();
+        // The outmost point is as far outside as the sides at the place.
+        let outmost = heights.iter().map(|(height, ..)| *height).fold(f64::NEG_INFINITY, f64::max);
+        assert!(outmost.abs() < 1e-15, "{outmost:e}");
+        // All lie on the surface through the nodes, but for a shift along the normal: round-off of places. It is the error of sides of 6 mm,
+        // L^4/512 R^3 at most.
+        let shift = heights[0].1;
+        let is_shifted = |above: f64| (above - shift).abs() < 1e-15 && shift.abs() < 2.6e-6;
+        assert!(heights.iter().all(|(_, above, ..)| is_shifted(*above)), "{shift:e}");
+        // Rows are those about this place.
+        let inner = heights.iter().filter(|(.., rows, _)| is_inner(rows)).map(|(.., x)| from(*x).norm());
+        assert!(inner.fold(0.0, f64::max) < 0.5 * 14.0 / 16.0 * 1.42e-3);
+        assert!(heights.iter().any(|(.., rows, _)| *rows == [7, 7] || *rows == [8, 8]));
+    }
 }
 
 #[test]

@@ -59,16 +59,25 @@ fn thirds() -> ElasticBody {
     built(&[prism([centre, below, b, right]), prism([right, c, d, centre]), prism([a, below, centre, d])], 3)
 }
 
-/// The fine model about `place` for a zone of the widths given, and the mean displacement, weighted by the pressure, that a smooth round or
-/// elliptic pressure over most of the zone makes, per force \[m/N\]; `widths` are along x and y.
-fn compliance(coarse: &ElasticBody, elements: usize, place: [f64; 3], widths: [f64; 2]) -> (FineBody, f64) {
-    let mut wanted = wanted_at(coarse, place, 0.0);
-    // Those along the face's directions.
-    let at =
-        wanted.face.at(&coarse.shape.patches[wanted.face.id.patch], &wanted.centre, &mut Default::default());
-    wanted.widths = at.tangents.map(|[x, y, _]| (x * widths[0]).hypot(y * widths[1]) / x.hypot(y));
+/// The fine model about `places` for zones of the widths given, and the mean displacement, weighted by the pressure, that a smooth round or
+/// elliptic pressure over most of the first zone makes, per force \[m/N\]; `widths` are along x and y.
+fn compliance(
+    coarse: &ElasticBody,
+    elements: usize,
+    places: &[[f64; 3]],
+    widths: [f64; 2],
+) -> (FineBody, f64) {
+    let about = |place: &[f64; 3]| {
+        let mut wanted = wanted_at(coarse, *place, 0.0);
+        // Those along the face's directions.
+        let patch = &coarse.shape.patches[wanted.face.id.patch];
+        let at = wanted.face.at(patch, &wanted.centre, &mut Default::default());
+        wanted.widths = at.tangents.map(|[x, y, _]| (x * widths[0]).hypot(y * widths[1]) / x.hypot(y));
+        wanted
+    };
+    let (wanted, place): (Vec<_>, _) = (places.iter().map(about).collect(), places[0]);
     let settings = FineSettings { elements, ..FineSettings::default() };
-    let fine = FineBody::build(coarse, &[wanted], &settings).unwrap();
+    let fine = FineBody::build(coarse, &wanted, &settings).unwrap();
     let zone = fine.zone(0, PointRule::Gauss).unwrap();
     let reduced = coarse.reduce(&Default::default()).unwrap();
     let (basis, residual) = fine.reduce((coarse, &reduced), &zone.unknowns, LowModes::Prolonged).unwrap();
@@ -129,8 +138,8 @@ fn yields_as_on_one_patch(elements: usize, cases: &[Case]) {
     for &(what, is_of_thirds, [x, y], widths, n_parts) in cases {
         let body = if is_of_thirds { &thirds } else { &quarters };
         let place = [x, y, HALF];
-        let (fine, found) = compliance(body, elements, place, widths);
-        let (one, expected) = compliance(&whole, elements, place, widths);
+        let (fine, found) = compliance(body, elements, &[place], widths);
+        let (one, expected) = compliance(&whole, elements, &[place], widths);
         println!(
             "{what}: {found:.6e} m/N, {:.1e} from one patch; {} unknowns, {}",
             found / expected - 1.0,
@@ -147,6 +156,27 @@ fn yields_as_on_one_patch(elements: usize, cases: &[Case]) {
 }
 
 #[test]
+fn zones_at_several_places_yield_as_each_alone() {
+    // Side by side, and one of them over a seam.
+    let (whole, quarters) = (block(4), quarters());
+    let first = [-2.1e-3, 1.3e-3, HALF];
+    let alone = compliance(&whole, COARSE, &[first], ROUND).1;
+    for (body, other) in [(&whole, [-1.7e-3, 1.4e-3, HALF]), (&quarters, [0.05e-3, -1.9e-3, HALF])] {
+        let (both, found) = compliance(body, COARSE, &[first, other], ROUND);
+        println!("{other:?}: {:.1e}, {} unknowns", found / alone - 1.0, both.n_unknowns());
+        // As for one zone on two meshes, above.
+        assert!((found / alone - 1.0).abs() < 2e-3 * (FINE as f64 / COARSE as f64).powi(4));
+        let of_all = both.whole_zone(PointRule::Gauss).unwrap();
+        let n_points = |i: usize| both.zone(i, PointRule::Gauss).unwrap().points.len();
+        // No two zones have points in common.
+        assert_eq!(of_all.points.len(), n_points(0) + n_points(1));
+        let rows = both.contact_elements(&of_all);
+        let is_rim = |rows: &[usize; 2]| rows.iter().any(|row| [0, COARSE - 1].contains(row));
+        assert!(of_all.points.iter().zip(&rows).all(|(point, rows)| point.on_rim == is_rim(rows)));
+    }
+}
+
+#[test]
 fn points_on_the_rim_stand_around_the_zone_and_nowhere_else() {
     let body = thirds();
     let wanted = wanted_at(&body, [0.02e-3, 0.01e-3, HALF], 0.3e-3);
@@ -155,7 +185,7 @@ fn points_on_the_rim_stand_around_the_zone_and_nowhere_else() {
     assert_eq!((interval.n_elements, interval.parts.len()), ([16; 2], 3));
     assert_eq!(interval.ends, vec![[IntervalEnd::Open; 2]; 2]);
     let zone = mesh.zone(0, PointRule::Greville).unwrap();
-    let rows = mesh.contact_elements(0, &zone);
+    let rows = mesh.contact_elements(&zone);
     let mut is_inner = [[false; 16]; 16];
     for (point, [i, j]) in zone.points.iter().zip(rows) {
         let away = (point.position[0] - 0.02e-3).hypot(point.position[1] - 0.01e-3);

@@ -235,7 +235,7 @@ fn modes_are_told_apart_by_reduction_and_interface() {
 fn fine_models_are_told_apart_by_the_last_bit_of_interval_and_settings() {
     let body = sphere([4, 4]);
     let (wanted, settings) = (wanted_at(&body, [0.0, -0.01, 0.0], 3e-4), FineSettings::default());
-    let key = |wanted, settings| zone_definition(&body, Some((&wanted, &settings))).0;
+    let key = |wanted, settings| zone_definition(&body, &[wanted], &settings).0;
     let mut keys = vec![key(wanted, settings)];
     let mut other = wanted;
     other.widths[0] = other.widths[0].next_up();
@@ -246,7 +246,8 @@ fn fine_models_are_told_apart_by_the_last_bit_of_interval_and_settings() {
     keys.push(key(wanted, FineSettings { elements: 20, ..settings }));
     keys.push(key(wanted, FineSettings { division: DivisionRule::Printed, ..settings }));
     keys.push(key(wanted, FineSettings { growth: Some(1), ..settings }));
-    keys.push(zone_definition(&body, None).0);
+    keys.push(zone_definition(&body, &[], &settings).0);
+    keys.push(zone_definition(&body, &[wanted, other], &settings).0);
     for (i, key) in keys.iter().enumerate() {
         assert!(!keys[..i].contains(key), "case {i}");
     }

@@ -137,7 +137,7 @@ table!(ImpactRow "impacts" "Impacts; touches between which the bodies are apart 
         "the same when it opens for the last time, positive apart; NaN if the run ends in contact";
     restitution: f64 ["–"],
         "ratio of the two (theory Q.3); NaN where it has no meaning: no approach, run ended in contact, the motions still \
-         approach each other when the contact opens, the bodies rang before they touched, another contact pressed the same bodies meanwhile";
+         approach each other when the contact opens, the bodies rang before they touched, another contact pressed the same bodies meanwhile, or they touched at several places at once";
     peak_force_uncertainty: f64 ["N"],
         "band of the largest normal force: by how much it may be off because of what the run is resolved to (docs/uncertainty.md); NaN where that is not known, like the columns that follow";
     duration_uncertainty: f64 ["s"], "band of the time from the first to the last contact";
@@ -194,5 +194,8 @@ table!(TransferRow "transfers" "Changes of models in the course of the run, and 
     part: [f64; 8] ["–"],
         "the part of a surface with edges that is the zone (theory C.91): place (3) and direction to the partner (3) in the model's components, depth and radius in m; zeros where it is all";
     target_part: [f64; 8] ["–"], "the same of the target body";
+    others: [f64; 28] ["–"],
+        "further places of the contact body about which the interval lies where bodies touch at several at once (theory A.12), up to seven: number of the face from 1 on, 0 for none, and parameters";
+    target_others: [f64; 28] ["–"], "the same of the target body";
     offset: f64 ["m"], "how far a zone on a smooth surface in place of the sides of a mesh was moved along its normal (theory C.75)";
 });

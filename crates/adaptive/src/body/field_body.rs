@@ -151,14 +151,14 @@ pub trait FieldBody: Field {
     /// [`AdaptiveError::Contact`], [`AdaptiveError::ContactModel`] or [`AdaptiveError::Mesh`] if no width is known, or the zone is empty.
     fn zone_at_start(&self, request: &StartZone<'_>) -> Result<ContactZone, AdaptiveError>;
 
-    /// The model refined about the place `(face, parameters)` of its surface, over the `widths`
+    /// The model refined about each of the `places`, faces and parameters, of its surface, over the `widths`
     /// \[m\], with the settings `interval` and so many times as many elements, `finer`.
     ///
     /// # Errors
     /// [`AdaptiveError`] with the body's name if it cannot be refined so far.
     fn refined(
         self: Arc<Self>,
-        place: (u32, [f64; 3]),
+        places: &[(u32, [f64; 3])],
         size: ([f64; 2], f64),
         interval: &IntervalSpec,
     ) -> Result<Box<dyn FineModel>, AdaptiveError>;

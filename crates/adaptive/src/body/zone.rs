@@ -136,7 +136,7 @@ impl ZoneLimits {
 }
 
 impl ContactZone {
-    /// The zone of `body` within `limits`, one for each face: its points by `rule`, their areas
+    /// The zone of `body` within `limits`, parts of its faces: its points by `rule`, their areas
     /// times the thickness of plane models, and all unknowns of the functions that are not zero in
     /// the zone. `on_rim` says which points lie where contact must not reach.
     ///
@@ -153,7 +153,12 @@ impl ContactZone {
         let within = |points: Vec<CollocationPoint>| -> Vec<CollocationPoint> {
             points.into_iter().filter(is_inside).collect()
         };
-        let faces: Vec<Face> = limits.iter().map(|l| l.region.face).collect();
+        let mut faces: Vec<Face> = Vec::new();
+        for face in limits.iter().map(|l| l.region.face) {
+            if faces.iter().all(|known| known.id != face.id) {
+                faces.push(face);
+            }
+        }
         let widths = limits.first().map_or([0.0; 2], |l| l.widths);
         let gauss = within(gauss_points(body.space, body.patches, &faces, None));
         let inside = match rule {

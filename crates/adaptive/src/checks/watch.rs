@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use crate::error::AdaptiveError;
 use crate::impact::AdaptiveContact;
-use crate::touch::detection::{Clearance, Search};
+use crate::touch::detection::{Clearance, Nearest, Search};
 
 /// Share of the deepest overlap of a phase that a contact need not know of. Light touches at the
 /// beginning of a phase and deepest places between contact points are far below it; an overlap
@@ -41,6 +41,8 @@ pub struct Overlap {
     pub depth: f64,
     /// The deepest place, in space \[m\].
     pub place: Vector3<f64>,
+    /// The same on the surfaces; none of spheres that stand for them.
+    pub nearest: Option<Nearest>,
 }
 
 /// An overlap that the contact does not know of.
@@ -134,7 +136,7 @@ impl WatchedPair {
         let detector = match (&self.shapes, refinement) {
             (Shapes::Spheres(own, other), _) => {
                 let overlap = own.nearest(other.as_ref(), states).filter(|(gap, ..)| *gap < 0.0);
-                return Ok(overlap.map(|(gap, _, [place, _])| Overlap { depth: -gap, place }));
+                return Ok(overlap.map(|(gap, _, [place, _])| Overlap { depth: -gap, place, nearest: None }));
             }
             (Shapes::Lasting(detector), _) => detector,
             (Shapes::Refined, Some(refinement)) => &refinement.detector,
@@ -148,7 +150,8 @@ impl WatchedPair {
             .nearest(detector, states)
             .map_err(|source| AdaptiveError::Contact { contact: contact.to_owned(), source })?;
         self.clearance.gap = nearest.gap.max(0.0);
-        Ok((nearest.gap < 0.0).then_some(Overlap { depth: -nearest.gap, place: nearest.contact.point }))
+        let overlap = Overlap { depth: -nearest.gap, place: nearest.contact.point, nearest: Some(nearest) };
+        Ok((nearest.gap < 0.0).then_some(overlap))
     }
 
     /// Notes `overlap` at time `time`, of which the contact sees `seen`, and that overlaps below
@@ -192,7 +195,7 @@ mod tests {
     }
 
     fn overlap(depth: f64) -> Overlap {
-        Overlap { depth, place: Vector3::zeros() }
+        Overlap { depth, place: Vector3::zeros(), nearest: None }
     }
 
     fn seen(depth: f64, distance: f64) -> Seen {

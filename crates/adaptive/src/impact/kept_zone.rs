@@ -24,7 +24,7 @@ pub(super) fn holds(
     target: f64,
 ) -> bool {
     let surface = body.body.undeformed();
-    if !surface.share_directions([kept.face, wanted.face]) {
+    if kept.others != wanted.others || !surface.share_directions([kept.face, wanted.face]) {
         return false;
     }
     let [from, to] = [kept, wanted].map(|site| surface.place(site.face, &site.centre).point);

@@ -1,11 +1,11 @@
 //! Where the zones of a refined contact lie at a touch: about the nearest places of smooth
-//! surfaces, where the last impact had them, or on the whole surfaces of bodies that touch with
+//! surfaces, of all at which they touch at once, where the last impact had them, or on the whole surfaces of bodies that touch with
 //! flat faces, edges or corners (docs/theory.md section C.9).
 
 use contact_qs::ActiveContact;
 use contact_qs::search::SurfaceSite;
 use ffr_dynamics::force::BodyState;
-use iga_core::nurbs::jet::difference;
+use iga_core::nurbs::jet::{difference, norm};
 
 use super::widths::PredictedWidths;
 use super::{
@@ -131,6 +131,13 @@ impl AdaptiveContact {
             let widths = held_widths(flexible(&bodies[other]), widths);
             Self::ahead(&bodies[other], there, ahead_on_target, ZoneSize::Interval { widths, finer })
         });
+        for (k, further) in request.others.iter().enumerate() {
+            let place = |site: &SurfaceSite| (site.face, site.xi);
+            own.others[k] = Some(place(&further.contact));
+            if let Some(target) = &mut target {
+                target.others[k] = further.target.as_ref().map(place);
+            }
+        }
         if request.size.is_none()
             && let Some(kept) = self.kept_zones(bodies, &request.history, [Some(own), target])
         {
@@ -139,17 +146,24 @@ impl AdaptiveContact {
         Ok(Sites { own, target, predicted, least, whole })
     }
 
-    /// How far contact, now at the places `nearest`, has come from the middles of the zones of `fine`, on contact body and target \[m\].
+    /// How far contact, now at the places `nearest`, has come from the middles of the zones of `fine`, the nearest ones, on contact
+    /// body and target \[m\].
     pub fn ways(&self, bodies: &[BodyModel], fine: &FineContact, nearest: &Nearest) -> [[f64; 3]; 2] {
         let places = [Some(&nearest.contact), nearest.target.as_ref()];
         let way = |(zone, place): (&ZoneOnBody, Option<&SurfaceSite>)| {
             let (surface, site) = (bodies[zone.body].undeformed()?, place?);
-            let [from, to] = [(zone.site.face, &zone.site.centre), (site.face, &site.xi)]
-                .map(|(face, xi)| surface.place(face, xi).point);
-            Some(difference(&to, &from))
+            let to = surface.place(site.face, &site.xi).point;
+            let ways = zone.site.places().map(|(face, xi)| difference(&to, &surface.place(face, &xi).point));
+            ways.min_by(|a, b| norm(a).total_cmp(&norm(b)))
         };
         let mut ways = fine.zones.iter().zip(places).map(|pair| way(pair).unwrap_or([0.0; 3]));
         [ways.next().unwrap_or_default(), ways.next().unwrap_or_default()]
+    }
+
+    /// Whether the bodies touch at the places `nearest` beside the zones of `fine`.
+    pub fn is_beside(&self, bodies: &[BodyModel], fine: &FineContact, nearest: &Nearest) -> bool {
+        let ways = self.ways(bodies, fine, nearest);
+        fine.zones.iter().zip(&ways).any(|(zone, way)| norm(way) > zone.reach())
     }
 
     /// The place that is `ahead` \[m\] of `site` along the surface of `body`.
@@ -273,10 +287,16 @@ impl AdaptiveContact {
         let AdaptiveError::Subdivision { body, source: SubdivisionError::TooLarge { .. } } = error else {
             return false;
         };
-        let is_mesh = |model: &FlexibleModel| model.name() == body && model.body.mesh().is_some();
-        self.law.leaves_zone_open()
-            && kind.zone() == TouchZone::Interval
-            && bodies.iter().filter_map(BodyModel::flexible).any(is_mesh)
+        self.open_meshes(kind, bodies).into_iter().flatten().any(|mesh| mesh.name() == body)
+    }
+
+    /// The contact body and the target, if they are meshes whose zones at a touch of the kind `kind` nobody has given.
+    fn open_meshes<'a>(&self, kind: TouchKind, bodies: &'a [BodyModel]) -> [Option<&'a FlexibleModel>; 2] {
+        let is_open = self.law.leaves_zone_open() && kind.zone() == TouchZone::Interval;
+        [Some(self.body), self.flexible_target].map(|body| {
+            let model = bodies[body.filter(|_| is_open)?].flexible();
+            model.filter(|model| model.body.mesh().is_some())
+        })
     }
 
     /// Whether `touch` has the sides of a mesh about it as they are, for nobody has given its zone: along a
@@ -292,11 +312,9 @@ impl AdaptiveContact {
         touch: &Touch,
         request: &RefinementRequest<'_>,
     ) -> Result<bool, AdaptiveError> {
-        let is_mesh = |body: usize| bodies[body].flexible().is_some_and(|model| model.body.mesh().is_some());
-        let meshes = [Some(self.body), self.flexible_target].map(|body| body.is_some_and(is_mesh));
-        let is_open = self.law.leaves_zone_open() && touch.kind.zone() == TouchZone::Interval;
-        if !is_open || meshes == [false; 2] || touch.kind == TouchKind::Line {
-            return Ok(is_open && meshes != [false; 2]);
+        let meshes = self.open_meshes(touch.kind, bodies).map(|mesh| mesh.is_some());
+        if meshes == [false; 2] || touch.kind == TouchKind::Line {
+            return Ok(meshes != [false; 2]);
         }
         let Sites { own, target, least, .. } = self.sites(bodies, states, touch, request)?;
         let is_blind = least.iter().all(|width| *width <= 0.0);

@@ -1,7 +1,8 @@
 //! Rows of tables from what a run reports, and places of fine models from rows.
 
 use adaptive::record::{
-    ImpactRecord, PhaseRecord, TargetPlace, TouchedPart, TransferRecord, TrialRecord, ZoneSite, ZoneSize,
+    ImpactRecord, MOST_TOUCHES, PhaseRecord, TargetPlace, TouchedPart, TransferRecord, TrialRecord, ZoneSite,
+    ZoneSize,
 };
 use hdf5::Result;
 use result_files::dataset::unicode;
@@ -100,6 +101,8 @@ pub fn transfer(r: &TransferRecord, contact: &str) -> Result<TransferRow> {
         edge_along: met.map_or([0.0; 6], |m| std::array::from_fn(|k| m.along[k / 3][k % 3])),
         part: part_in_result(r.site),
         target_part: part_in_result(r.target_site),
+        others: others_in_result(r.site),
+        target_others: others_in_result(r.target_site),
         offset: r.offset,
     })
 }
@@ -109,13 +112,42 @@ pub fn transfer(r: &TransferRecord, contact: &str) -> Result<TransferRow> {
 /// width. Those of the whole surface are infinite.
 pub fn sites(row: &TransferRow) -> [Option<ZoneSite>; 2] {
     let size = ZoneSize::of_result(row.interval_widths, row.finer);
-    let own = (row.face, row.centre, met(row), row.part);
-    [own, (row.target_face, row.target_centre, None, row.target_part)].map(|(face, centre, meets, part)| {
+    let own = (row.face, row.centre, met(row), row.part, &row.others);
+    let target = (row.target_face, row.target_centre, None, row.target_part, &row.target_others);
+    [own, target].map(|(face, centre, meets, part, others)| {
         let face = u32::try_from(face).ok()?;
         let size = size.filter(|_| centre.iter().all(|u| u.is_finite()))?;
-        Some(ZoneSite { face, centre, size, meets, part: part_of_result(part) })
+        Some(ZoneSite {
+            face,
+            centre,
+            size,
+            meets,
+            part: part_of_result(part),
+            others: others_of_result(others),
+        })
     })
 }
+
+/// Further places of a zone, as results have them: for each the number of the face from 1 on and the parameters.
+fn others_in_result(site: Option<ZoneSite>) -> [f64; 4 * OTHERS] {
+    let others = site.map_or([None; OTHERS], |site| site.others);
+    std::array::from_fn(|k| match others[k / 4] {
+        Some((face, xi)) => [f64::from(face) + 1.0, xi[0], xi[1], xi[2]][k % 4],
+        None => 0.0,
+    })
+}
+
+/// The places of [`others_in_result`]; none of zeros and of numbers that are none.
+fn others_of_result(others: &[f64; 4 * OTHERS]) -> [Option<(u32, [f64; 3])>; OTHERS] {
+    std::array::from_fn(|k| {
+        let [face, u, v, w] = std::array::from_fn(|c| others[4 * k + c]);
+        let is_place = face >= 1.0 && [face, u, v, w].iter().all(|value| value.is_finite());
+        is_place.then_some((face as u32 - 1, [u, v, w]))
+    })
+}
+
+/// Places of a zone at most beside the first one.
+const OTHERS: usize = MOST_TOUCHES - 1;
 
 /// The part of a surface that a zone is, as results have it.
 fn part_in_result(site: Option<ZoneSite>) -> [f64; 8] {

@@ -117,17 +117,17 @@ impl FieldBody for MeshedBody {
 
     fn refined(
         self: Arc<Self>,
-        (face, centre): (u32, [f64; 3]),
+        places: &[(u32, [f64; 3])],
         (widths, finer): ([f64; 2], f64),
         interval: &IntervalSpec,
     ) -> Result<Box<dyn FineModel>, AdaptiveError> {
-        let place = self.surface.place(face, &centre);
         let usual = || finer_elements(interval.elements_or(usual_elements(&self.spec.mesh)), finer);
         let is_usual =
             interval.elements.is_none() && interval.accuracy == Accuracy::default() && finer <= 1.0;
         let elements = (!is_usual).then(usual);
-        let wanted = WantedZone { site: place, widths, elements };
-        Ok(Box::new(FineElements::build(&self, &wanted)?))
+        let about = |(face, centre): &_| self.surface.place(*face, centre);
+        let wanted = WantedZone { sites: places.iter().map(about).collect(), widths, elements };
+        Ok(Box::new(FineElements::build(&self, wanted)?))
     }
 
     fn mesh(&self) -> Option<&MeshedBody> {

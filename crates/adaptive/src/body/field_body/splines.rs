@@ -117,23 +117,28 @@ impl FieldBody for ElasticBody {
 
     fn refined(
         self: Arc<Self>,
-        (face, centre): (u32, [f64; 3]),
+        places: &[(u32, [f64; 3])],
         (widths, finer): ([f64; 2], f64),
         interval: &IntervalSpec,
     ) -> Result<Box<dyn FineModel>, AdaptiveError> {
-        let (id, patches) = (FaceId::all(&self.shape.patches)[face as usize], &self.shape.patches);
-        let face = Face::new(patches, id, self.spec.model == Model::Axisymmetric);
-        let wanted = WantedInterval { face, centre, widths };
+        let (patches, axisymmetric) = (&self.shape.patches, self.spec.model == Model::Axisymmetric);
+        let ids = FaceId::all(patches);
+        let about = |&(face, centre): &(u32, [f64; 3])| {
+            let face = Face::new(patches, ids[face as usize], axisymmetric);
+            WantedInterval { face, centre, widths }
+        };
+        let wanted: Vec<WantedInterval> = places.iter().map(about).collect();
         let elements = finer_elements(interval.elements_or(ELEMENTS), finer);
         let settings = FineSettings { division: interval.division, elements, growth: None };
-        let mesh = Arc::new(FineMesh::build(&self, &[wanted], &settings)?);
+        let mesh = Arc::new(FineMesh::build(&self, &wanted, &settings)?);
         Ok(Box::new(RefinedSplines { body: self, mesh, wanted, settings, about: None }))
     }
 
     fn refined_along(self: Arc<Self>, about: &PointsAbout) -> Option<Box<dyn FineModel>> {
         let AlongEdge { wanted, settings, .. } = AlongEdge::new(&self, about)?;
         // Where the net is singular, or too fine already, the body's own elements serve.
-        let mesh = Arc::new(FineMesh::build(&self, &[wanted], &settings).ok()?);
+        let wanted = vec![wanted];
+        let mesh = Arc::new(FineMesh::build(&self, &wanted, &settings).ok()?);
         Some(Box::new(RefinedSplines { body: self, mesh, wanted, settings, about: Some(*about) }))
     }
 
@@ -175,11 +180,11 @@ impl AlongEdge {
     }
 }
 
-/// Splines refined about an interval.
+/// Splines refined about intervals.
 struct RefinedSplines {
     body: Arc<ElasticBody>,
     mesh: Arc<FineMesh>,
-    wanted: WantedInterval,
+    wanted: Vec<WantedInterval>,
     /// How levels were made.
     settings: FineSettings,
     /// The edge that lies about a place of the whole surface, which is the zone then.
@@ -194,7 +199,7 @@ impl FineModel for RefinedSplines {
     fn zone(&self, rule: PointRule, contact: &str) -> Result<ContactZone, AdaptiveError> {
         let zone = match &self.about {
             Some(about) => ContactZone::whole(&self.mesh.discretised(), Some(about)),
-            None => self.mesh.zone(0, rule),
+            None => self.mesh.whole_zone(rule),
         };
         zone.map_err(|source| AdaptiveError::Contact { contact: contact.to_owned(), source })
     }
@@ -209,7 +214,7 @@ impl FineModel for RefinedSplines {
     fn contact_elements(&self, zone: &ContactZone) -> Vec<[usize; 2]> {
         match self.about {
             Some(_) => vec![[0; 2]; zone.points.len()],
-            None => self.mesh.contact_elements(0, zone),
+            None => self.mesh.contact_elements(zone),
         }
     }
 
@@ -227,8 +232,8 @@ impl FineModel for RefinedSplines {
 
     fn definition(&self) -> Bytes {
         let unturned = self.mesh.rotated.as_ref().filter(|_| self.turn().is_some());
-        let wanted = unturned.map_or(self.wanted, |rotated| rotated.net.turn.wanted);
-        zone_definition(&self.body, Some((&wanted, &self.settings)))
+        let turned = unturned.map(|rotated| vec![rotated.net.turn.wanted]);
+        zone_definition(&self.body, turned.as_ref().unwrap_or(&self.wanted), &self.settings)
     }
 
     fn turn(&self) -> Option<BodyTurn> {

@@ -56,10 +56,10 @@ const COARSER: f64 = 2.0;
 const MOST: usize = 300_000;
 
 /// The zone that a fine model is to have: its middle, its widths, its elements.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct WantedZone {
-    /// The middle of the zone.
-    pub site: SurfacePlace,
+    /// The middle of the zone; of one at several places that of each, about which it is alike.
+    pub sites: Vec<SurfacePlace>,
     /// Widths along the principal directions of the surface there \[m\].
     pub widths: [f64; 2],
     /// Elements across the narrower one; `None`: as many as the elements need.
@@ -87,19 +87,19 @@ pub struct FineElements {
     /// Materials of its elements.
     pub materials: ElementMaterials,
     surface: Arc<MeshSurface>,
-    footprint: Footprint,
-    /// The surface through the nodes, where there is a smooth one.
-    smooth: Option<SmoothFit>,
+    /// Those of the places of the zone.
+    footprints: Vec<Footprint>,
+    /// The surfaces through the nodes there, where they are smooth.
+    smooth: Vec<Option<SmoothFit>>,
     dofs: Vec<Dof>,
     lookup: DofLookup,
 }
 
 impl Footprint {
-    fn new(surface: &MeshSurface, wanted: &WantedZone) -> Option<Self> {
-        let shape = surface.shape_at(&wanted.site)?;
-        let (model, point) = (surface.mesh().model(), &wanted.site.point);
+    fn new(surface: &MeshSurface, site: &SurfacePlace, [width, other]: [f64; 2]) -> Option<Self> {
+        let shape = surface.shape_at(site)?;
+        let (model, point) = (surface.mesh().model(), &site.point);
         let n_directions = model.dimension() - 1;
-        let [width, other] = wanted.widths;
         let along = RefinementSpec::half_width(model, point, width);
         let half = [along, if n_directions == 1 { f64::INFINITY } else { 0.5 * other }];
         let from_axis = along > 0.5 * width;
@@ -144,7 +144,7 @@ impl FineElements {
     /// # Errors
     /// [`AdaptiveError::Mesh`] or [`AdaptiveError::Subdivision`] if that would take too many pieces, [`AdaptiveError::Contact`] where the surface has no curvature,
     /// [`AdaptiveError::Unsupported`] if a rigid part of the body would be divided.
-    pub fn build(body: &Arc<MeshedBody>, wanted: &WantedZone) -> Result<Self, AdaptiveError> {
+    pub fn build(body: &Arc<MeshedBody>, wanted: WantedZone) -> Result<Self, AdaptiveError> {
         let (name, spec) = (body.name.as_str(), &body.spec);
         let fail = |source: MeshFault| AdaptiveError::Mesh { body: name.to_owned(), source };
         let nothing = || {
@@ -152,19 +152,22 @@ impl FineElements {
             AdaptiveError::Contact { contact: name.to_owned(), source }
         };
         let coarse = &body.surface;
-        let footprint = Footprint::new(coarse, wanted).ok_or_else(nothing)?;
-        let longest = longest_within(coarse, wanted.site.face, |x| footprint.contains(x));
+        let footprint = |site| Footprint::new(coarse, site, wanted.widths).ok_or_else(nothing);
+        let footprints = wanted.sites.iter().map(footprint).collect::<Result<Vec<_>, _>>()?;
+        let about = wanted.sites.iter().zip(&footprints);
+        let longest = about.clone().map(|(site, of)| longest_within(coarse, site.face, |x| of.contains(x)));
+        let longest = longest.fold(0.0, f64::max);
+        let n_directions = spec.mesh.model().dimension() - 1;
         let elements = wanted.elements.unwrap_or_else(|| usual_elements(&spec.mesh));
-        let narrow =
-            wanted.widths[..footprint.n_directions].iter().fold(f64::INFINITY, |least, w| least.min(*w));
+        let narrow = wanted.widths[..n_directions].iter().fold(f64::INFINITY, |least, w| least.min(*w));
         let levels = (longest * elements as f64 / narrow).log2().ceil().max(0.0);
         let refined = RefinedMesh::new(
             &spec.mesh,
             |ball: &CellBall| {
                 let level = f64::from(ball.level) + 1.0;
                 let beyond = if level < levels { COARSER } else { FINEST };
-                level <= levels
-                    && footprint.distance(&ball.centre) - ball.radius <= beyond * longest * (-level).exp2()
+                let reach = ball.radius + beyond * longest * (-level).exp2();
+                level <= levels && footprints.iter().any(|of| of.distance(&ball.centre) <= reach)
             },
             MOST,
         )
@@ -172,18 +175,19 @@ impl FineElements {
         let n_free = refined.n_free();
         debug!(body = name, levels, elements = refined.mesh().elements().len(), nodes = n_free, "fine model");
         let surface = MeshSurface::of(refined.mesh());
-        let smooth = SmoothFit::new(coarse, &wanted.site, &footprint.shape, footprint.reach());
+        let fit = |(site, of): (_, &Footprint)| SmoothFit::new(coarse, site, &of.shape, of.reach());
+        let smooth = wanted.sites.iter().zip(&footprints).map(fit).collect();
         let dofs = dofs_of(spec.mesh.model(), refined.free_nodes());
         let fine = Self {
             body: Arc::clone(body),
-            wanted: *wanted,
+            wanted,
             space: MeshSpace::divided(&refined, spec.mass_rule),
             materials: body.materials.of_parts(refined.parents()),
             lookup: DofLookup::new(&dofs),
             dofs,
             refined,
             surface,
-            footprint,
+            footprints,
             smooth,
         };
         fine.check_rigid_parts()?;
@@ -199,7 +203,7 @@ impl FineElements {
         if gigabytes <= most {
             return Ok(());
         }
-        let width = 2.0 * self.footprint.reach();
+        let width = 2.0 * self.footprints.iter().map(Footprint::reach).fold(0.0, f64::max);
         let source =
             SubdivisionError::TooLarge { width, across, element, unknowns, interface, gigabytes, most };
         Err(AdaptiveError::Subdivision { body: self.body.name.clone(), source })
@@ -227,7 +231,17 @@ impl FineElements {
     /// Widths of the zone; the second is zero of a curve \[m\].
     fn widths(&self) -> [f64; 2] {
         let [along, across] = self.wanted.widths;
-        [along, if self.footprint.n_directions == 1 { 0.0 } else { across }]
+        [along, if self.n_directions() == 1 { 0.0 } else { across }]
+    }
+
+    /// Whether it begins at the axis of symmetry wherever it lies.
+    fn is_from_axis(&self) -> bool {
+        self.footprints.iter().all(|of| of.from_axis)
+    }
+
+    /// Number of directions of its surface.
+    fn n_directions(&self) -> usize {
+        self.space.dimension() - 1
     }
 
     /// Contact points and interface.
@@ -240,48 +254,78 @@ impl FineElements {
             let source = ContactError::Empty { width: widths[0] };
             AdaptiveError::Contact { contact: self.body.name.clone(), source }
         };
-        let first = self.surface.nearest(self.footprint.centre.as_ref()).ok_or_else(empty)?;
+        let first = |of: &Footprint| Some(self.surface.nearest(of.centre.as_ref())?.place.face);
+        let first: Option<Vec<u32>> = self.footprints.iter().map(first).collect();
         let n_free = self.refined.n_free();
-        let is_near = |x: &[f64; 3]| self.footprint.contains(x);
+        let is_near = |x: &[f64; 3]| self.footprints.iter().any(|of| of.contains(x));
         let is_free = |n: u32| (n as usize) < n_free;
-        let zone = ContactZone::within(&self.surface, first.place.face, is_near, is_free, widths);
+        let first = first.ok_or_else(empty)?;
+        let zone = ContactZone::within(&self.surface, &first, is_near, is_free, widths);
         let mut zone = zone.map_err(|source| AdaptiveError::Mesh { body: self.body.name.clone(), source })?;
         if zone.points.is_empty() {
             return Err(empty());
         }
-        if let Some(fit) = &self.smooth {
-            smooth(&mut zone, fit);
+        match &self.smooth[..] {
+            [fit] => fit.iter().for_each(|fit| smooth(&mut zone, fit)),
+            _ => self.smooth_each(&mut zone),
         }
         Ok(zone)
     }
 
+    /// Puts points and sides of `zone` on the surface through the nodes about the nearest of several places, which is as far
+    /// outside there as the sides are in its middle (theory Eq. A.42).
+    fn smooth_each(&self, zone: &mut ContactZone) {
+        let height = |of: &Footprint, x: &[f64; 3]| (Vector3::from(*x) - of.centre).dot(&of.shape.normal);
+        let outmost = |k: usize| {
+            let (of, fit) = (&self.footprints[k], self.smooth[k].as_ref()?);
+            let own = zone.points.iter().map(|p| &p.position).filter(|x| self.nearest(x) == k);
+            let outmost = own.map(|x| height(of, x) + fit.above(x)).reduce(f64::max);
+            let is_convex = of.shape.curvatures[..of.n_directions].iter().all(|k| *k >= 0.0);
+            Some((fit, outmost.filter(|_| is_convex).unwrap_or_else(|| fit.above(of.centre.as_ref()))))
+        };
+        let fits: Vec<_> = (0..self.smooth.len()).map(outmost).collect();
+        zone.move_to(|x| match fits[self.nearest(x)] {
+            Some((fit, outmost)) => (Vector3::from(*x) + (fit.above(x) - outmost) * fit.normal()).into(),
+            None => *x,
+        });
+    }
+
+    /// The one of its places that `x` is nearest to.
+    fn nearest(&self, x: &[f64; 3]) -> usize {
+        let distances = self.footprints.iter().map(|of| of.distance(x)).enumerate();
+        distances.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(k, _)| k)
+    }
+
     /// Outward normal of the smooth surface on which the zone lies; none if it lies on the sides as
-    /// they are.
+    /// they are, or at several places.
     pub fn normal(&self) -> Option<Vector3<f64>> {
-        self.smooth.as_ref().map(SmoothFit::normal)
+        let [fit] = &self.smooth[..] else { return None };
+        fit.as_ref().map(SmoothFit::normal)
     }
 
     /// The rows by which the use of the zone is judged.
     pub fn rows(&self) -> IntervalGrid {
-        let first = if self.footprint.from_axis { IntervalEnd::Axis } else { IntervalEnd::Open };
+        let n = self.n_directions();
+        let first = if self.is_from_axis() { IntervalEnd::Axis } else { IntervalEnd::Open };
         IntervalGrid {
             widths: self.widths(),
-            ends: vec![[first, IntervalEnd::Open]; self.footprint.n_directions],
-            n_elements: [ROWS, if self.footprint.n_directions == 1 { 1 } else { ROWS }],
+            ends: vec![[first, IntervalEnd::Open]; n],
+            n_elements: [ROWS, if n == 1 { 1 } else { ROWS }],
         }
     }
 
-    /// The rows in which the points of `zone` lie, the outermost ones for those beyond it and on
-    /// the rim.
+    /// The rows in which the points of `zone` lie about the nearest place, the outermost ones for those beyond it
+    /// and on the rim.
     pub fn rows_of(&self, zone: &ContactZone) -> Vec<[usize; 2]> {
-        let Footprint { half, n_directions, from_axis, .. } = self.footprint;
+        let from_axis = self.is_from_axis();
         let row = |x: f64, half: f64| {
             let share = if from_axis { x.abs() / half } else { 0.5 * (x / half + 1.0) };
             ((share * ROWS as f64).max(0.0) as usize).min(ROWS - 1)
         };
         let rows = |x: &[f64; 3]| {
-            let along = self.footprint.along(x);
-            [0, 1].map(|d| if d < n_directions { row(along[d], half[d]) } else { 0 })
+            let of = &self.footprints[self.nearest(x)];
+            let along = of.along(x);
+            [0, 1].map(|d| if d < of.n_directions { row(along[d], of.half[d]) } else { 0 })
         };
         let rim = [if from_axis { ROWS - 1 } else { 0 }, 0];
         // Beyond the rim nothing is watched: contact there asks for a wider zone, on whichever side
@@ -325,8 +369,10 @@ impl FineElements {
     /// What its matrices are made from.
     pub fn zone_definition(&self) -> Bytes {
         let mut key = Bytes(meshed_definition(&self.body.spec));
-        let WantedZone { site: SurfacePlace { face, xi, point }, widths, elements } = &self.wanted;
-        key.add(&(face, xi, point, widths, elements));
+        let WantedZone { sites, widths, elements } = &self.wanted;
+        sites
+            .iter()
+            .for_each(|SurfacePlace { face, xi, point }| key.add(&(face, xi, point, widths, elements)));
         key
     }
 }

@@ -10,7 +10,7 @@
 use std::sync::Arc;
 
 use contact_qs::ContactError;
-use contact_qs::zone::points::DofLookup;
+use contact_qs::zone::points::{DofLookup, SurfacePoint};
 use faer::{Mat, MatRef};
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion};
 use ffr_dynamics::reduction::compliance::{BodyTurn, ResidualFlexibility};
@@ -35,7 +35,7 @@ use crate::body::field::Field;
 use crate::body::reduced::ReducedBody;
 use crate::body::splines::rotated_net::{NetRotation, RotatedNet};
 use crate::body::splines::{Discretised, ElasticBody, locate, named_place, points_of, rigid_motion};
-use crate::body::zone::ContactZone;
+use crate::body::zone::{ContactZone, ZoneLimits};
 use crate::error::AdaptiveError;
 use crate::spec::{DivisionRule, ElasticSpec, FlexibleSpec, LowModes, PointRule};
 
@@ -66,8 +66,8 @@ pub struct RefinementPlan {
     /// Regions around which every level is refined: one for each interval, or for each part of an
     /// interval on several faces.
     pub regions: Vec<Region>,
-    /// The interval's parts, if it is one on several faces.
-    pub spread: Option<Spread>,
+    /// The parts of each interval, if it is one on several faces or there are several.
+    pub spreads: Vec<Spread>,
 }
 
 /// A box of parameters of a patch.
@@ -413,21 +413,38 @@ impl FineMesh {
     /// The contact zone of interval `i`. The points in its edge elements are on its rim.
     ///
     /// # Errors
-    /// [`ContactError::Empty`] if no point lies in the interval.
+    /// [`ContactError::Empty`] if no point lies in it.
     pub fn zone(&self, i: usize, rule: PointRule) -> Result<ContactZone, ContactError> {
-        let interval = &self.intervals[i];
-        let on_rim = |points: &[CollocationPoint]| {
-            points.iter().map(|p| interval.is_edge(self.rows(interval, p.face, (&p.xi, &p.point)))).collect()
-        };
-        ContactZone::new(&self.discretised(), &interval.limits(), rule, on_rim)
+        self.zone_of(&self.intervals[i..=i], rule)
     }
 
-    /// For each point of `zone`, the zone of interval `i`, the contact element in which it lies:
+    /// The contact zone of all of its intervals together, as [`FineMesh::zone`].
+    ///
+    /// # Errors
+    /// [`ContactError::Empty`] if no point lies in them.
+    pub fn whole_zone(&self, rule: PointRule) -> Result<ContactZone, ContactError> {
+        self.zone_of(&self.intervals, rule)
+    }
+
+    fn zone_of(&self, intervals: &[FineInterval], rule: PointRule) -> Result<ContactZone, ContactError> {
+        let is_on_rim = |p: &CollocationPoint| {
+            let interval = &intervals[holder(intervals, p.face, (&p.xi, &p.point))];
+            interval.is_edge(self.rows(interval, p.face, (&p.xi, &p.point)))
+        };
+        let on_rim = |points: &[CollocationPoint]| points.iter().map(is_on_rim).collect();
+        let limits: Vec<ZoneLimits> = intervals.iter().flat_map(FineInterval::limits).collect();
+        ContactZone::new(&self.discretised(), &limits, rule, on_rim)
+    }
+
+    /// For each point of `zone`, that of all intervals, the contact element of its interval in which it lies:
     /// its row in each of the two directions, from which the utilisation is counted.
-    pub fn contact_elements(&self, i: usize, zone: &ContactZone) -> Vec<[usize; 2]> {
-        let interval = &self.intervals[i];
+    pub fn contact_elements(&self, zone: &ContactZone) -> Vec<[usize; 2]> {
         let places = zone.faces.iter().zip(&zone.parameters).zip(&zone.points);
-        places.map(|((face, xi), p)| self.rows(interval, *face, (xi, &p.position))).collect()
+        let rows = |((face, xi), p): ((&FaceId, &[f64; 3]), &SurfacePoint)| {
+            let place = (xi, &p.position);
+            self.rows(&self.intervals[holder(&self.intervals, *face, place)], *face, place)
+        };
+        places.map(rows).collect()
     }
 
     /// The row in each direction of an interval in which a place of a face lies.
@@ -473,6 +490,13 @@ impl Field for FineMesh {
     fn named_place(&self, marker: &str) -> Result<[f64; 3], AdaptiveError> {
         named_place(self, &self.shape, marker)
     }
+}
+
+/// The one of `intervals` that holds a place of a face best: where it lies farthest from the ends.
+fn holder(intervals: &[FineInterval], face: FaceId, (xi, point): (&[f64; 3], &[f64; 3])) -> usize {
+    let held = |interval: &FineInterval| interval.holds(face, xi).then(|| interval.share(point));
+    let shares = intervals.iter().enumerate().filter_map(|(i, interval)| Some((i, held(interval)?)));
+    shares.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(i, _)| i)
 }
 
 /// Leaf elements of every level.

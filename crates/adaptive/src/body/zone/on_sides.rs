@@ -43,7 +43,7 @@ impl ContactZone {
         let centre = Vector3::from(place.point);
         let width = (2.0 * reach).min(surface.mesh().size());
         let is_near = |x: &[f64; 3]| (Vector3::from(*x) - centre).norm() <= reach;
-        Self::within(surface, place.face, is_near, |_| true, [width, 0.0])
+        Self::within(surface, &[place.face], is_near, |_| true, [width, 0.0])
     }
 
     /// The zone of the sides that are smoothly connected with the one at `place` and come within
@@ -60,17 +60,17 @@ impl ContactZone {
     ) -> Result<Self, MeshFault> {
         let centre = Vector3::from(place.point);
         let is_near = |x: &[f64; 3]| (Vector3::from(*x) - centre).dot(across).abs() <= reach;
-        Self::within(surface, place.face, is_near, |_| true, [2.0 * reach, 0.0])
+        Self::within(surface, &[place.face], is_near, |_| true, [2.0 * reach, 0.0])
     }
 
-    /// The zone of the sides that are smoothly connected with side `first` and have a point of
+    /// The zone of the sides that are smoothly connected with a side of `first` and have a point of
     /// which `is_near`, among those that may take part: with all of their nodes `is_free`.
     ///
     /// # Errors
     /// [`MeshFault::FlatSide`].
     pub fn within(
         surface: &MeshSurface,
-        first: u32,
+        first: &[u32],
         is_near: impl Fn(&[f64; 3]) -> bool,
         is_free: impl Fn(u32) -> bool,
         widths: [f64; 2],
@@ -78,7 +78,8 @@ impl ContactZone {
         let all = surface.sides();
         let may_be = |i: usize| all[i].nodes.iter().all(|&n| is_free(n));
         let is_chosen = |i: usize| may_be(i) && surface.places_on(i).iter().any(&is_near);
-        let mut sides = surface.with_ring(&surface.smooth_part(first as usize, is_chosen));
+        let chosen = first.iter().flat_map(|side| surface.smooth_part(*side as usize, is_chosen));
+        let mut sides = surface.with_ring(&chosen.collect::<Vec<_>>());
         sides.retain(|&i| may_be(i as usize));
         let inside: HashSet<u32> = sides.iter().copied().collect();
         let model = surface.mesh().model();

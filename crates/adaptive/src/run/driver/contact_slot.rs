@@ -9,7 +9,7 @@ use crate::impact::{AdaptiveContact, FineContact};
 use crate::model::ContactFacts;
 use crate::state::impact_monitor::ImpactMonitor;
 use crate::state::simulation::{RunContact, System, gap_as_placed};
-use crate::touch::detection::{Clearance, Search};
+use crate::touch::detection::{Clearance, Nearest, Search};
 use crate::uncertainty::trace::Trace;
 
 /// State of a contact between steps. What outlasts an impact is in [`crate::state::ContactState`].
@@ -52,6 +52,8 @@ pub(super) struct Found {
     pub keeps_sides: bool,
     /// Whether the zone is one of several that the impact has had on its way.
     pub travels: bool,
+    /// Where the bodies touch at once in the running impact, in the order in which that was found.
+    pub touches: Vec<Nearest>,
     /// How far ahead of the touch the middles of the next zones lie, on contact body and target \[m\].
     pub ahead: [[f64; 3]; 2],
     /// Trials that ended at an end of a zone into which contact fits twice.
@@ -116,6 +118,12 @@ impl ContactSlot {
             ContactPhase::Fine(fine) => Some(fine),
             ContactPhase::Lasting | ContactPhase::Watching => None,
         }
+    }
+
+    /// Whether the bodies touch at more places at once than zones lie about.
+    pub fn lacks_zone(&self) -> bool {
+        let n_zones = self.fine().map(|fine| fine.zones.first().map_or(0, |zone| zone.site.places().count()));
+        n_zones.is_some_and(|n| n < self.found.touches.len())
     }
 
     /// Goes back to watching; the fine models that the contact had.

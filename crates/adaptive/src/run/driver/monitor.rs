@@ -46,13 +46,15 @@ impl Driver<'_> {
         let spans = |i| self.presses_beside(i, &pressing);
         let others: Vec<Vec<(f64, f64)>> = (0..self.slots.len()).map(spans).collect();
         for (i, (is_open, spans)) in is_open.into_iter().zip(others).enumerate() {
+            let is_at_once = self.slots[i].found.touches.len() > 1;
             let monitor = &mut self.slots[i].monitor;
             let is_alone =
                 |(start, end): (f64, f64)| !spans.iter().any(|(first, last)| *first < end && start < *last);
             if monitor.is_running() {
                 self.run.contacts[i].close(monitor.last_touch().unwrap_or_default());
             }
-            let records = monitor.finish(i as u32, self.run.n_rows(), |impact| is_alone(impact.span()));
+            let is_one = |impact: &Impact| !is_at_once && is_alone(impact.span());
+            let records = monitor.finish(i as u32, self.run.n_rows(), is_one);
             for mut record in records {
                 record.band = self.band(&record, is_alone((record.start, record.end)), &doubts[i]);
                 self.slots[i].monitor.set_band(record.band);

@@ -6,8 +6,9 @@ use contact_qs::Meeting;
 use super::Driver;
 use crate::checks::watch::{Seen, Unknown, WatchedPair};
 use crate::error::AdaptiveError;
-use crate::record::PhaseKind;
 use crate::record::finding::Components;
+use crate::record::{MOST_TOUCHES, PhaseKind};
+use crate::touch::detection::Nearest;
 
 /// Overlap that says nothing, as a share of the size of the smaller body: far above what detection
 /// leaves, 1e-12 of the larger one.
@@ -64,6 +65,21 @@ impl Driver<'_> {
         Ok(())
     }
 
+    /// Whether the next trial of the impact lays another zone about the places `nearest`: there the bodies of contact `i` lie in each
+    /// other by more than says nothing, beside the present zones.
+    pub(super) fn adds_zone(&mut self, i: usize, nearest: &Nearest) -> bool {
+        let (slot, refinement) = (&self.slots[i], &self.model.contacts[i].refinement);
+        let (Some(fine), Some(refinement)) = (slot.fine(), refinement) else { return false };
+        let least = (BETWEEN_POINTS * fine.widths()[0]).max(SMALL * refinement.detector.least_size());
+        let is_beside = nearest.gap < -least && refinement.is_beside(&self.model.bodies, fine, nearest);
+        let may_be = !refinement.is_width_given() && slot.found.touches.len() < MOST_TOUCHES;
+        let adds = is_beside && may_be && !slot.lacks_zone();
+        if adds {
+            self.slots[i].found.touches.push(*nearest);
+        }
+        adds
+    }
+
     /// The present overlap of contact `i`, the bodies being placed in the state `interpolated`, with the overlap that the contact sees, if it is above
     /// what says nothing; and the unknown overlap, if it is to end the run at once.
     fn look(&mut self, i: usize, t: f64) -> Result<(Option<Unknown>, Option<Unknown>), AdaptiveError> {
@@ -71,6 +87,10 @@ impl Driver<'_> {
         let facts = &self.model.contacts[i];
         let states = self.model.system.last_evaluation().0;
         let found = self.watched[i].overlap(&facts.name, facts.refinement.as_ref(), (t, states))?;
+        let nearest = found.and_then(|overlap| overlap.nearest);
+        if nearest.is_some_and(|nearest| self.adds_zone(i, &nearest)) || self.slots[i].lacks_zone() {
+            return Ok((None, None));
+        }
         let Some(overlap) = found.filter(|overlap| overlap.depth > least) else { return Ok((None, None)) };
         let (contact, motion) = self.model.system.force_as_placed(&self.interpolated, i);
         // Zones that vibrate have given way in coordinates of their own.
@@ -119,7 +139,7 @@ impl Driver<'_> {
                 format!("leave contacts.{name}.{key} out, so that the program finds where they touch")
             }
             None if is_interval => format!(
-                "its zone lies about one touch; where smooth surfaces touch at several places at once, take contacts.{name}.model = \"quasistatic\", an interval.width that holds them all, and discretisation.refine of the bodies at each"
+                "zones lie about {MOST_TOUCHES} touches of a pair at once at most; take contacts.{name}.model = \"quasistatic\", an interval.width that holds them all, and discretisation.refine of the bodies at each"
             ),
             None => "give its bodies more elements".to_owned(),
         };

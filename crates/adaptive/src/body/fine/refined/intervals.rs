@@ -5,14 +5,13 @@ use contact_qs::surface_pair::TargetFace;
 use iga_core::ParameterBox;
 use iga_core::elasticity::Model;
 use iga_core::hierarchical::HierarchicalSpace;
-use iga_core::nurbs::Face;
-use iga_core::nurbs::Patch;
 use iga_core::nurbs::jet::norm;
+use iga_core::nurbs::{Face, FaceId, Patch};
 use iga_core::splines::knots::KnotVector;
 use nalgebra::Vector3;
 
 use super::spread::{Spread, Surroundings, ZoneFrame};
-use super::{RefinementPlan, WantedInterval};
+use super::{RefinementPlan, Region, WantedInterval};
 use crate::adaptivity::interval::{IntervalEnd, IntervalGrid};
 use crate::body::splines::ElasticBody;
 use crate::body::zone::ZoneLimits;
@@ -74,11 +73,17 @@ pub(super) fn fine_intervals(
     plan: &RefinementPlan,
     elements: usize,
 ) -> Vec<FineInterval> {
-    if let (Some(spread), [one]) = (&plan.spread, wanted) {
-        return vec![spread_interval(coarse, space, one, spread, plan, elements)];
+    if !plan.spreads.is_empty() {
+        let mut regions = &plan.regions[..];
+        let of = |(wanted, spread): (&WantedInterval, &Spread)| {
+            let own;
+            (own, regions) = regions.split_at(spread.parts.len());
+            spread_interval(coarse, space, wanted, (spread, own), elements)
+        };
+        return wanted.iter().zip(&plan.spreads).map(of).collect();
     }
     let surroundings = (coarse.shape.patches.len() > 1).then(|| Surroundings::new(coarse));
-    let make = |(w, region): (&WantedInterval, &super::Region)| {
+    let make = |(w, region): (&WantedInterval, &Region)| {
         let patch = &coarse.shape.patches[region.patch];
         let part = IntervalPart::new(w.face, region.bounds, finest_knots(space, region.patch));
         let ends = w.face.directions().map(|d| {
@@ -108,14 +113,13 @@ fn spread_interval(
     coarse: &ElasticBody,
     space: &HierarchicalSpace,
     wanted: &WantedInterval,
-    spread: &Spread,
-    plan: &RefinementPlan,
+    (spread, regions): (&Spread, &[Region]),
     elements: usize,
 ) -> FineInterval {
     let n = wanted.face.directions().count();
     let mut ends: Vec<[IntervalEnd; 2]> = spread.frame.ends[..n].to_vec();
     let mut parts = Vec::new();
-    for (part, region) in spread.parts.iter().zip(&plan.regions) {
+    for (part, region) in spread.parts.iter().zip(regions) {
         let knots = finest_knots(space, region.patch);
         let mut fine = IntervalPart::new(part.face, on_knots(region.bounds, knots), knots);
         for (along, d) in part.face.directions().enumerate() {
@@ -202,12 +206,22 @@ impl FineInterval {
     }
 
     /// Where the contact zone of the interval ends, face by face.
-    pub(super) fn limits(&self) -> Vec<ZoneLimits> {
-        let limits = |part: &IntervalPart| {
+    pub(super) fn limits(&self) -> impl Iterator<Item = ZoneLimits> {
+        self.parts.iter().map(|part| {
             let region = TargetFace { face: part.face, bounds: part.region };
             ZoneLimits { region, slack: part.slack, widths: self.widths }
-        };
-        self.parts.iter().map(limits).collect()
+        })
+    }
+
+    /// Whether it holds the parameters `xi` of a face.
+    pub(super) fn holds(&self, face: FaceId, xi: &[f64; 3]) -> bool {
+        self.limits().any(|limits| limits.region.face.id == face && limits.contains(xi))
+    }
+
+    /// How far from its middle a place lies, as a share of it: 1 at its ends. Zero of one that is alone.
+    pub(super) fn share(&self, point: &[f64; 3]) -> f64 {
+        let far = |frame: &ZoneFrame| frame.coordinates(point).iter().fold(0.0_f64, |m, s| m.max(s.abs()));
+        self.frame.as_ref().map_or(0.0, far)
     }
 
     /// Row of the place `point` with the parameters `xi` of part `part` in each direction.

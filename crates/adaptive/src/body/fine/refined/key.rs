@@ -9,13 +9,11 @@ use crate::body::splines::ElasticBody;
 use crate::spec::DivisionRule;
 use crate::store::{Bytes, body_definition};
 
-/// What the matrices of a body are made from that is refined for `interval`; without one its own
+/// What the matrices of a body are made from that is refined for the intervals `wanted`; without one its own
 /// elements.
-pub fn zone_definition(body: &ElasticBody, interval: Option<(&WantedInterval, &FineSettings)>) -> Bytes {
+pub fn zone_definition(body: &ElasticBody, wanted: &[WantedInterval], settings: &FineSettings) -> Bytes {
     let mut key = Bytes(body_definition(&body.spec));
-    if let Some((wanted, settings)) = interval {
-        add_interval(&mut key, wanted, settings);
-    }
+    wanted.iter().for_each(|wanted| add_interval(&mut key, wanted, settings));
     key
 }
 

@@ -10,7 +10,7 @@ use iga_core::nurbs::patch::PointBasis;
 use super::across::extend;
 use super::levels::growth;
 use super::measures::{check_resolved, fail, into_depth, reach, speeds};
-use super::spread::Surroundings;
+use super::spread::{Spread, Surroundings};
 use super::spread_plan::spread_plan;
 use super::{Division, DivisionRule, FineSettings, LinkedLattice, RefinementPlan, Region, WantedInterval};
 use crate::adaptivity::lattice::DirectionLattice;
@@ -45,10 +45,14 @@ pub(super) fn plan(
     }
     match (wanted, settings.division, &coarse.shape.patches[..]) {
         ([one], DivisionRule::Graded, [_]) => lattice_plan(coarse, one, settings),
-        ([one], DivisionRule::Graded, _) => match Surroundings::new(coarse).spread(one) {
-            Some(spread) => spread_plan(coarse, one, spread, settings),
-            None => lattice_plan(coarse, one, settings),
-        },
+        (_, DivisionRule::Graded, _) => {
+            let surroundings = Surroundings::new(coarse);
+            let spreads: Vec<Spread> = wanted.iter().map(|w| surroundings.spread(w)).collect();
+            match (wanted, &spreads[..]) {
+                ([one], [spread]) if spread.parts.len() < 2 => lattice_plan(coarse, one, settings),
+                _ => spread_plan(coarse, wanted, spreads, settings),
+            }
+        }
         (_, _, [patch]) => parts_plan(coarse, patch, wanted, settings),
         _ => Err(AdaptiveError::unsupported_body(&coarse.name, Unsupported::PartsOfPatches)),
     }
@@ -95,7 +99,7 @@ fn lattice_plan(
     Ok(RefinementPlan {
         division: Division::Lattice(lattices),
         regions: vec![Region { patch: number, bounds }],
-        spread: None,
+        spreads: Vec::new(),
     })
 }
 
@@ -134,7 +138,7 @@ fn parts_plan(
     for (w, span) in wanted.iter().zip(&spans) {
         regions.push(Region { patch: 0, bounds: region(coarse, patch, w, span, &along, &mut taken) });
     }
-    Ok(RefinementPlan { division: Division::Parts(parts), regions, spread: None })
+    Ok(RefinementPlan { division: Division::Parts(parts), regions, spreads: Vec::new() })
 }
 
 /// Why Algorithm 3 has no division in direction `d`, in metres.
@@ -168,16 +172,15 @@ pub(super) fn check_regular(
     Ok(())
 }
 
-/// All intervals, of one on several faces its parts, with the regions around them.
+/// All intervals, of those on several faces their parts, with the regions around them.
 pub(super) fn faces<'a>(
     wanted: &'a [WantedInterval],
     plan: &'a RefinementPlan,
 ) -> impl Iterator<Item = (WantedInterval, &'a ParameterBox)> {
-    let of_parts = plan.spread.iter().flat_map(|spread| {
-        let widths = wanted[0].widths;
-        spread.parts.iter().map(move |p| WantedInterval { face: p.face, centre: p.nearest, widths })
+    let of_parts = wanted.iter().zip(&plan.spreads).flat_map(|(WantedInterval { widths, .. }, spread)| {
+        spread.parts.iter().map(|p| WantedInterval { face: p.face, centre: p.nearest, widths: *widths })
     });
-    let alone = wanted.iter().filter(|_| plan.spread.is_none()).copied();
+    let alone = wanted.iter().filter(|_| plan.spreads.is_empty()).copied();
     of_parts.chain(alone).zip(plan.regions.iter().map(|r| &r.bounds))
 }
 

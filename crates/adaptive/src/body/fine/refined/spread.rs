@@ -195,9 +195,8 @@ impl<'a> Surroundings<'a> {
         Some((found.xi, found.normal))
     }
 
-    /// The zone `wanted` with its parts on all faces that it reaches; none if it lies on the
-    /// touched face alone.
-    pub fn spread(&self, wanted: &WantedInterval) -> Option<Spread> {
+    /// The zone `wanted` with its parts on all faces that it reaches.
+    pub fn spread(&self, wanted: &WantedInterval) -> Spread {
         let frame = ZoneFrame::new(self.body, wanted);
         let centre: [f64; 3] = frame.centre.into();
         let mut parts: Vec<SpreadPart> = Vec::new();
@@ -222,7 +221,7 @@ impl<'a> Surroundings<'a> {
             }
             parts.push(SpreadPart { face, bounds, nearest, edges });
         }
-        (parts.len() > 1).then_some(Spread { frame, parts })
+        Spread { frame, parts }
     }
 
     /// The least box of parameters of `face` that holds all of it in the zone; none if nothing is.

@@ -29,11 +29,11 @@ struct Need {
     speed: f64,
 }
 
-/// The plan of a zone on several faces.
+/// The plan of zones on several faces, or of several zones: `spreads` has the parts of each of the `wanted` ones.
 pub(super) fn spread_plan(
     coarse: &ElasticBody,
-    wanted: &WantedInterval,
-    spread: Spread,
+    wanted: &[WantedInterval],
+    spreads: Vec<Spread>,
     settings: &FineSettings,
 ) -> Result<RefinementPlan, AdaptiveError> {
     let patches = &coarse.shape.patches[..];
@@ -41,8 +41,10 @@ pub(super) fn spread_plan(
     let is_linked = |a: (usize, usize), b: (usize, usize)| links[a.0][a.1].group == links[b.0][b.1].group;
     let is_against =
         |a: (usize, usize), b: (usize, usize)| links[a.0][a.1].is_reversed != links[b.0][b.1].is_reversed;
+    let parts =
+        || wanted.iter().zip(&spreads).flat_map(|(w, s)| s.parts.iter().map(move |part| (w, s, part)));
     let needs: Vec<Need> =
-        spread.parts.iter().flat_map(|part| needs(patches, &spread, part, settings)).collect();
+        parts().flat_map(|(_, spread, part)| needs(patches, spread, part, settings)).collect();
     let mut lattices: Vec<LinkedLattice> = Vec::new();
     let mut speeds = Vec::new();
     for (i, need) in needs.iter().enumerate() {
@@ -73,7 +75,7 @@ pub(super) fn spread_plan(
     let ratios: Vec<f64> = sizes().map(|own| own / size).collect();
     lattices.iter_mut().zip(ratios).for_each(|(l, ratio)| l.lattice = l.lattice.beside_shorter(ratio));
     let mut regions = Vec::new();
-    for part in &spread.parts {
+    for (wanted, _, part) in parts() {
         let (number, across) = (part.face.id.patch, part.face.id.direction);
         let patch = &patches[number];
         let inwards = if part.face.id.upper { -1.0 } else { 1.0 };
@@ -89,9 +91,9 @@ pub(super) fn spread_plan(
             lattices.push(LinkedLattice { patch: number, direction: across, lattice });
         }
     }
-    let places: Vec<_> = spread.parts.iter().map(|part| (part.face.id.patch, part.nearest)).collect();
+    let places: Vec<_> = parts().map(|(.., part)| (part.face.id.patch, part.nearest)).collect();
     extend(patches, &mut lattices, &places);
-    Ok(RefinementPlan { division: Division::Lattice(lattices), regions, spread: Some(spread) })
+    Ok(RefinementPlan { division: Division::Lattice(lattices), regions, spreads })
 }
 
 /// What a part asks for: elements as short, in every direction, as the zone is wide there over

@@ -105,6 +105,13 @@ impl Driver<'_> {
             demands.push(self.demand(i, Change::Reach(reach)));
             return Ok(Judgement::Again { demands, contact_steps: self.restart_searches() });
         }
+        if let Ending::EdgeTouched(i) = *ending
+            && self.slots[i].lacks_zone()
+        {
+            intervals.latest = i;
+            demands.push(self.demand(i, Change::Beside(self.slots[i].found.touches.len())));
+            return Ok(Judgement::Again { demands, contact_steps: self.restart_searches() });
+        }
         for (i, verdict) in verdicts.iter().enumerate() {
             let (Some(verdict), false) = (verdict, self.is_width_given(i)) else { continue };
             let is_short = matches!(ending, Ending::TrialPassed | Ending::PastPeak | Ending::SolverFailed(_));

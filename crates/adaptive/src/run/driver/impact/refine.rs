@@ -99,6 +99,7 @@ impl Driver<'_> {
             .reach
             .zip(fine.and_then(FineContact::wider))
             .is_some_and(|(reach, next)| reach >= next)
+            || self.slots[i].lacks_zone()
         {
             return false;
         }
@@ -168,11 +169,16 @@ impl Driver<'_> {
         let Some(refinement) = &self.model.contacts[i].refinement else { return Ok(()) };
         let slot = &mut self.slots[i];
         let mut touch = refinement.touch(&self.model.bodies, states, &mut slot.nearest)?;
+        match &slot.found.touches[..] {
+            [first, _, ..] => (touch.nearest.contact, touch.nearest.target) = (first.contact, first.target),
+            _ => slot.found.touches = vec![touch.nearest],
+        }
         // Points about another place are those of another model.
         let mut request = RefinementRequest {
             size: size.filter(|_| !slot.found.keeps_sides),
             reach: slot.found.reach,
             ahead: slot.found.ahead,
+            others: &slot.found.touches[1..],
             peak: slot.found.preview,
             history: self.run.contacts[i].history,
             search: None,

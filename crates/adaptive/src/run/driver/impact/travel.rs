@@ -61,11 +61,9 @@ impl Driver<'_> {
             let Some(refinement) = &self.model.contacts[i].refinement else { continue };
             let nearest = refinement.nearest(states, &mut slot.nearest)?;
             let is_overlap = nearest.gap < -TOUCHING * refinement.detector.size();
-            let is_beside = |fine: &FineContact| {
-                let ways = refinement.ways(&self.model.bodies, fine, &nearest);
-                fine.zones.iter().zip(&ways).any(|(zone, way)| norm(way) > zone.reach())
-            };
-            if is_overlap && slot.fine().is_some_and(is_beside) {
+            let is_beside = |fine| refinement.is_beside(&self.model.bodies, fine, &nearest);
+            // What lies deep in each other there has touched before it let go here.
+            if is_overlap && slot.fine().is_some_and(is_beside) && !self.adds_zone(i, &nearest) {
                 return Ok(Some(i));
             }
         }
@@ -104,6 +102,7 @@ impl Driver<'_> {
             self.preview(&[i])?;
         }
         (self.slots[i].found.search, self.slots[i].found.ahead) = (Some(search), ahead);
+        self.slots[i].found.touches.clear();
         self.activate(i, size)?;
         if let Some(fine) = self.slots[i].fine_mut().filter(|_| is_pressed) {
             fine.overlap = overlap;

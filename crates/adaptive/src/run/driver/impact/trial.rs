@@ -164,7 +164,8 @@ impl Driver<'_> {
         }
         self.check_resolved(false)?;
         self.end_watch()?;
-        Ok(Ending::Complete)
+        let beside = self.slots.iter().position(ContactSlot::lacks_zone);
+        Ok(beside.map_or(Ending::Complete, Ending::EdgeTouched))
     }
 
     /// A step at the present pace; what contacts did in it is kept, and which are near.
@@ -255,6 +256,9 @@ impl Driver<'_> {
         }
         if let Some(i) = self.first_elsewhere()? {
             return Ok(Some(Ending::Travelled(i)));
+        }
+        if let Some(i) = self.slots.iter().position(ContactSlot::lacks_zone) {
+            return Ok(Some(Ending::EdgeTouched(i)));
         }
         if let Some(i) = self.touched_outside(None)? {
             return Ok(Some(Ending::EdgeTouched(i)));

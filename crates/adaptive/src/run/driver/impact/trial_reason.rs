@@ -79,6 +79,8 @@ pub(crate) enum Change {
     /// Contact reached an end of the parts of the surfaces that are its zones: how far from the plane of
     /// the touch the next ones go on \[m\].
     Reach(f64),
+    /// The bodies touched beside the zones: at how many places in all.
+    Beside(usize),
     /// Contact moved along the interval.
     Finer {
         /// Elements in contact at one instant at most, as a share of those that intervals of the
@@ -126,6 +128,7 @@ impl fmt::Display for Change {
             Self::Reach(reach) => {
                 write!(f, "contact reached an end of the zone, which next reaches {reach:.3e} m far")
             }
+            Self::Beside(n) => write!(f, "the bodies touched beside the zone, next zones at {n} places"),
             Self::Finer { share, times } => {
                 let share = 100.0 * share;
                 write!(
