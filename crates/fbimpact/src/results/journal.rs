@@ -22,7 +22,7 @@ use crate::process::provenance;
 use crate::scenario::Scenario;
 
 /// First bytes of the file; the last one is the version of the format.
-const MAGIC: &[u8; 17] = b"fbimpact restart\x0a";
+const MAGIC: &[u8; 17] = b"fbimpact restart\x0b";
 /// Bytes collected before they are written; restart points are written at once.
 const BUFFER: usize = 1 << 20;
 /// Longest record that can be meant: a damaged length must not ask for more memory than there is.
