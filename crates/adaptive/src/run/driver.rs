@@ -80,6 +80,8 @@ pub struct Driver<'a> {
     near: Vec<usize>,
     /// What is known of others without a look at each.
     apart: Apart,
+    /// Contacts that get fine models when they touch.
+    refinable: Vec<usize>,
     output: Output<'a>,
     integrator: Integrator,
     crossing: CrossingSearch,
@@ -233,6 +235,7 @@ impl<'a> Driver<'a> {
             run,
             near: Vec::with_capacity(slots.len()),
             apart: Apart::new(slots.len(), model.bodies.len()),
+            refinable: (0..slots.len()).filter(|i| model.contacts[*i].refinement.is_some()).collect(),
             slots: slots.collect(),
             output: Output::new(observer),
             imbalance: Imbalance::default(),

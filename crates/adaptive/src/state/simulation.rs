@@ -153,14 +153,17 @@ pub fn fill_sample(system: &mut System, observed: &Observed, t: f64, y: &[f64], 
     sample.angular_momentum = invariants.angular_momentum.into();
     sample.contacts.resize(system.forces().len(), ContactSample::default());
     sample.pressures.resize(system.forces().len(), Vec::new());
-    for (i, slot) in sample.pressures.iter_mut().enumerate() {
-        system.force_as_placed(y, i).0.pressures(slot);
-    }
-    for (force, slot) in system.forces().iter().zip(&mut sample.contacts) {
+    sample.pressures.iter_mut().for_each(Vec::clear);
+    let found: Vec<usize> = system.found().collect();
+    for i in found {
+        let force = system.force_as_placed(y, i).0;
+        force.pressures(&mut sample.pressures[i]);
         let energies = force.energies();
         sample.energies.elastic_high += energies.elastic_high;
         sample.energies.penalty += energies.penalty;
         sample.energies.kinetic += energies.kinetic;
+    }
+    for (force, slot) in system.forces().iter().zip(&mut sample.contacts) {
         *slot = contact_sample(force.contact.as_ref());
     }
     let states = system.last_evaluation().0;

@@ -119,6 +119,11 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         &self.forces
     }
 
+    /// Which force elements may have found anything in the last evaluation; the others found no energy and no force.
+    pub fn found(&self) -> impl Iterator<Item = usize> {
+        self.apart.found(self.forces.len())
+    }
+
     /// The force elements, to be changed. Tell the integrator
     /// ([`crate::integration::Integrator::invalidate`]).
     pub fn forces_mut(&mut self) -> &mut [F] {
@@ -434,7 +439,7 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
         let n = self.model.n_states();
         let end = self.n_without_internal();
         dydt[n + 2..end].fill(0.0);
-        for i in self.apart.found(self.forces.len()) {
+        for i in self.found() {
             let force = &self.forces[i];
             powers.dissipated += force.energies().integrated_power();
             dydt[n + 2 + 3 * i..n + 5 + 3 * i].copy_from_slice(force.resultant().as_slice());

@@ -69,8 +69,12 @@ impl Driver<'_> {
         if !self.settings.uncertainty {
             return;
         }
-        let sums = self.model.system.last_evaluation().1;
-        for (slot, contact) in self.slots.iter_mut().zip(self.model.system.forces()) {
+        let (sums, mut found) = (self.model.system.last_evaluation().1, self.model.system.found().peekable());
+        for (i, (slot, contact)) in self.slots.iter_mut().zip(self.model.system.forces()).enumerate() {
+            // One that is far apart is not asked, unless it had a force before.
+            if found.next_if_eq(&i).is_none() && slot.trace.instants.is_empty() {
+                continue;
+            }
             let (report, facts) = (contact.contact.report(), contact.contact.facts());
             let has_springs = facts.n_points() > 0 && facts.penalty().is_finite();
             let penetration = if has_springs { report.penetration } else { 0.0 };

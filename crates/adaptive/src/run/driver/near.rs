@@ -9,7 +9,7 @@ use ffr_dynamics::integration::{Crossing, DenseOutput, Slope};
 
 use super::{Driver, EVENT_TOLERANCE, SHORTEST_LOOK, TOUCHING};
 use crate::error::AdaptiveError;
-use crate::impact::AdaptiveContact;
+use crate::impact::{AdaptiveContact, FineContact};
 use crate::run::driver::contact_slot::{ContactSlot, Nearness};
 use crate::state::simulation::{System, gap_alone, gap_as_placed, smallest_gap};
 use crate::touch::detection::{BETWEEN_INSTANTS, Clearance};
@@ -19,6 +19,11 @@ use crate::touch::detection::{BETWEEN_INSTANTS, Clearance};
 const FAR: f64 = 4.0;
 
 impl Driver<'_> {
+    /// The contacts that have fine models at present, with these.
+    pub(super) fn refined(&self) -> impl Iterator<Item = (usize, &FineContact)> {
+        self.refinable.iter().filter_map(|&i| Some((i, self.slots[i].fine()?)))
+    }
+
     /// Finds which of the contacts with a model were far from a touch throughout the last step, and the gaps at its ends
     /// of others that have them in closed form; lists those that were not far. Leaves the bodies at its end.
     ///
@@ -179,7 +184,8 @@ impl Driver<'_> {
 
     /// The watched contacts, which are refined at a touch, whose surfaces may have met in the last step.
     fn without_clearance(&mut self, (start, end): (f64, f64)) -> Vec<usize> {
-        let mut close: Vec<usize> = (0..self.slots.len()).filter(|i| self.slots[*i].is_watching()).collect();
+        let watching = self.refinable.iter().copied().filter(|i| self.slots[*i].is_watching());
+        let mut close: Vec<usize> = watching.collect();
         let [before, now] = [self.integrator.previous_state(), self.integrator.state()];
         let is_unknown = |i: &&usize| self.slots[**i].clearance.time.to_bits() != start.to_bits();
         let unknown: Vec<usize> = close.iter().filter(is_unknown).copied().collect();

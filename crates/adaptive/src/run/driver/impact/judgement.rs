@@ -353,7 +353,7 @@ impl Driver<'_> {
     }
 
     fn acceptance(&self, verdicts: &[Option<IntervalAssessment>], minor: &[bool]) -> Acceptance {
-        if self.slots.iter().all(|slot| slot.fine().is_none()) {
+        if self.refined().next().is_none() {
             return Acceptance::Given;
         }
         let contacts = self.model.contacts.iter();

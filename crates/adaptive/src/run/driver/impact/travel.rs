@@ -9,7 +9,6 @@ use super::intervals::Intervals;
 use crate::error::AdaptiveError;
 use crate::impact::FineContact;
 use crate::record::{TransferDirection, ZoneSize};
-use crate::run::driver::contact_slot::ContactSlot;
 use crate::run::driver::{Driver, TOUCHING};
 
 /// Zones that were made wider, in vain, for contact that fits into one twice, after which the next one takes over.
@@ -43,13 +42,14 @@ impl Driver<'_> {
         let is_interval = self.slots[i].fine().is_some_and(|fine| fine.whole.is_none());
         is_interval
             && !self.is_width_given(i)
-            && self.slots.iter().filter_map(ContactSlot::fine).all(|fine| fine.hosted.is_empty())
+            && self.refined().all(|(_, fine)| fine.hosted.is_empty())
             && self.model.system.forces().iter().all(|force| force.n_coordinates() == 0)
     }
 
     /// The first contact that is open in its zone and whose bodies touch beside it.
     pub(crate) fn first_elsewhere(&mut self) -> Result<Option<usize>, AdaptiveError> {
-        for i in 0..self.slots.len() {
+        let refined: Vec<usize> = self.refined().map(|(i, _)| i).collect();
+        for i in refined {
             let is_open = self.model.system.forces()[i].contact.report().normal_force <= 0.0;
             if !is_open || !self.may_hand_over(i) {
                 continue;

@@ -155,7 +155,9 @@ impl Driver<'_> {
             if self.is_at_rest() {
                 break;
             }
-            if step.end - trial.last_force >= self.quiet_time() && self.is_separating()? {
+            // While there is force nobody asks for how long there was none.
+            let is_open = step.end > trial.last_force;
+            if is_open && step.end - trial.last_force >= self.quiet_time() && self.is_separating()? {
                 if !self.is_yet_to_touch() {
                     break;
                 }
@@ -170,8 +172,7 @@ impl Driver<'_> {
 
     /// A step at the present pace; what contacts did in it is kept, and which are near.
     fn take_step(&mut self) -> Result<Step, DynamicsError> {
-        let mut fine = self.slots.iter().filter_map(ContactSlot::fine);
-        let stops = fine.any(|f| f.search.stops_at_errors());
+        let stops = self.refined().any(|(_, fine)| fine.search.stops_at_errors());
         self.integrator.stop_at_errors(stops);
         let goal = self.settings.end_time.min(self.pace.goal());
         let step = self.integrator.step(&mut self.model.system, goal)?;
@@ -197,7 +198,7 @@ impl Driver<'_> {
     /// \[s\].
     fn quiet_time(&self) -> f64 {
         let steps = QUIET_STEPS * self.impact_step;
-        let is_refined = self.slots.iter().any(|slot| slot.fine().is_some());
+        let is_refined = self.refined().next().is_some();
         let longest = self.slots.iter().map(|slot| slot.monitor.longest_touch()).fold(0.0, f64::max);
         self.settings.quiet_time.unwrap_or(if is_refined { steps } else { steps.min(longest) })
     }
@@ -298,7 +299,7 @@ impl Driver<'_> {
         &mut self,
         elsewhere: Option<&[f64]>,
     ) -> Result<Option<usize>, AdaptiveError> {
-        if self.slots.iter().all(|slot| slot.fine().is_none_or(|fine| fine.outside.is_none())) {
+        if self.refined().all(|(_, fine)| fine.outside.is_none()) {
             return Ok(None);
         }
         let y = elsewhere.unwrap_or(self.integrator.state());
