@@ -48,7 +48,7 @@ impl Band {
                 true => ("impulse", "N s", self.impulse),
                 false => ("peak force", "N", self.peak_force),
             };
-            let (name, lever) = (source.name(), source.lever(contact));
+            let (name, lever) = (source.name(), source.lever(contact, (part, unit)));
             format!("{name}: {part:.1e} {unit} of the {whole:.1e} {unit} of the {of}; {lever}")
         });
         let missing = self.missing.map(|why| format!("no band of {}: {}", why.of(), why.reason()));
@@ -122,12 +122,19 @@ impl Source {
         }
     }
 
-    /// What lowers it in an impact of the contact `contact`.
-    fn lever(self, contact: &str) -> String {
+    /// What lowers its part `part` in an impact of the contact `contact`, and to what: that of springs falls with their stiffness,
+    /// that of a zone with the square of its elements, that of a mesh as fast at least.
+    fn lever(self, contact: &str, (part, unit): (f64, &str)) -> String {
+        let quarter = format!("{:.1e} {unit}", 0.25 * part);
         match self {
-            Self::Penalty => format!("a larger contacts.{contact}.penalty.initial lowers it"),
-            Self::Zone => format!("a larger contacts.{contact}.interval.elements lowers it"),
-            Self::Mesh => "more discretisation.elements of its bodies lower it".into(),
+            Self::Penalty => {
+                let tenth = 0.1 * part;
+                format!("ten times its contacts.{contact}.penalty.initial makes that {tenth:.1e} {unit}")
+            }
+            Self::Zone => format!("twice its contacts.{contact}.interval.elements makes that {quarter}"),
+            Self::Mesh => {
+                format!("twice the discretisation.elements of its bodies makes that {quarter} or less")
+            }
             Self::Modes | Self::Ringing => "more reduction.modes of its bodies lower it".into(),
             Self::Steps => "a smaller simulation.impact.rtol lowers it".into(),
             Self::Ledger => "a smaller simulation.impact.rtol and a finer contact zone lower it".into(),
@@ -213,9 +220,8 @@ mod tests {
     #[test]
     fn the_largest_part_is_told_with_its_lever() {
         let band =
-            Band { peak_force: 2.0, largest: Some((Source::Zone, 1.5)), missing: None, ..Band::default() };
-        let told =
-            "zone: 1.5e0 N of the 2.0e0 N of the peak force; a larger contacts.c.interval.elements lowers it";
+            Band { peak_force: 2.0, largest: Some((Source::Zone, 1.6)), missing: None, ..Band::default() };
+        let told = "zone: 1.6e0 N of the 2.0e0 N of the peak force; twice its contacts.c.interval.elements makes that 4.0e-1 N";
         assert_eq!(band.note("c"), told);
     }
 }

@@ -13,7 +13,7 @@ pub struct PeakRecord {
     pub of: PeakOf,
     /// Number of the joint in [`super::RunLayout::joints`], or of the point in [`super::RunLayout::points`].
     pub index: u32,
-    /// The value \[N, N m, m, Pa\].
+    /// The value \[N, N m, m, m/s, Pa\].
     pub value: f64,
     /// When \[s\].
     pub time: f64,
@@ -33,6 +33,7 @@ impl PeakRecord {
             PeakOf::Displacement => {
                 three(std::array::from_fn(|k| sample.points[i].position[k] - origins[i][k]))
             }
+            PeakOf::Speed => three(sample.points[i].velocity),
             PeakOf::VonMises => sample.points[i].state.stress,
         }
     }
@@ -45,11 +46,6 @@ impl PeakOf {
             Self::VonMises => von_mises(components),
             _ => components.iter().map(|x| x * x).sum::<f64>().sqrt(),
         }
-    }
-
-    /// Whether it follows accelerations instead of coordinates.
-    pub fn is_reaction(self) -> bool {
-        matches!(self, Self::ReactionForce | Self::ReactionMoment)
     }
 }
 
@@ -93,6 +89,8 @@ pub enum PeakOf {
     ReactionMoment,
     /// Distance of a point from where it was at the start.
     Displacement,
+    /// Speed of a point.
+    Speed,
     /// Von Mises stress at a point; zero where stress is not recorded.
     VonMises,
 }

@@ -10,7 +10,7 @@ use crate::record::{PeakBand, PeakOf, PeakRecord, Sample};
 pub struct Peaks {
     /// Where the points were at the start \[m\].
     pub origins: Vec<[f64; 3]>,
-    /// The values, two for each joint and each point; empty before the first instant.
+    /// The values, two for each joint and three for each point; empty before the first instant.
     pub records: Vec<PeakRecord>,
 }
 
@@ -18,16 +18,15 @@ impl Peaks {
     /// Looks at the joints and points of `sample` at `time` \[s\].
     pub fn note(&mut self, time: f64, sample: &Sample) {
         if self.records.is_empty() {
-            let both = |[first, second]: [PeakOf; 2], n: usize| {
-                let band = PeakBand::none(NoBand::NoImpact);
-                let of =
-                    move |index| [first, second].map(|of| PeakRecord { of, index, value: 0.0, time, band });
-                (0..n as u32).flat_map(of)
+            let band = PeakBand::none(NoBand::NoImpact);
+            let of = |of: &[PeakOf], n: usize| -> Vec<PeakRecord> {
+                let record = |index: u32, of: &PeakOf| PeakRecord { of: *of, index, value: 0.0, time, band };
+                (0..n as u32).flat_map(|index| of.iter().map(move |of| record(index, of))).collect()
             };
             self.origins = sample.points.iter().map(|point| point.position).collect();
-            self.records = both([PeakOf::ReactionForce, PeakOf::ReactionMoment], sample.joints.len())
-                .chain(both([PeakOf::Displacement, PeakOf::VonMises], sample.points.len()))
-                .collect();
+            self.records = of(&[PeakOf::ReactionForce, PeakOf::ReactionMoment], sample.joints.len());
+            let of_points = [PeakOf::Displacement, PeakOf::Speed, PeakOf::VonMises];
+            self.records.extend(of(&of_points, sample.points.len()));
         }
         for record in &mut self.records {
             let value = record.of.size(&record.components(sample, &self.origins));
@@ -56,11 +55,16 @@ mod tests {
             peaks.note(time, &at(force, x));
         }
         let found: Vec<_> = peaks.records.iter().map(|r| (r.of, r.value, r.time)).collect();
-        let none = (PeakOf::ReactionMoment, 0.0, 0.0);
-        let stress = (PeakOf::VonMises, 0.0, 0.0);
+        let none = |of: PeakOf| (of, 0.0, 0.0);
         assert_eq!(
             found,
-            [(PeakOf::ReactionForce, 3.0, 1.0), none, (PeakOf::Displacement, 2.0, 2.0), stress]
+            [
+                (PeakOf::ReactionForce, 3.0, 1.0),
+                none(PeakOf::ReactionMoment),
+                (PeakOf::Displacement, 2.0, 2.0),
+                none(PeakOf::Speed),
+                none(PeakOf::VonMises)
+            ]
         );
     }
 }

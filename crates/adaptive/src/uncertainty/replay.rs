@@ -4,6 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::law::Law;
+use crate::record::PeakOf;
 
 /// A mode as the contact meets it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -51,9 +52,16 @@ impl Mode {
         Self { stiffness: self.stiffness * (1.0 - self.error).max(0.1).powi(2), ..self }
     }
 
-    /// Its coordinate at `[q, rate]`, or its acceleration there under the force `force`.
-    pub fn moved(&self, is_acceleration: bool, [q, rate]: [f64; 2], force: f64) -> f64 {
-        if is_acceleration { self.share * force - self.damping * rate - self.stiffness * q } else { q }
+    /// What of it goes into a recorded value `of`, at `[q, rate]` under the force `force`: its acceleration, its rate or its
+    /// coordinate.
+    pub fn moved(&self, of: PeakOf, [q, rate]: [f64; 2], force: f64) -> f64 {
+        match of {
+            PeakOf::ReactionForce | PeakOf::ReactionMoment => {
+                self.share * force - self.damping * rate - self.stiffness * q
+            }
+            PeakOf::Speed => rate,
+            PeakOf::Displacement | PeakOf::VonMises => q,
+        }
     }
 
     /// What it yields statically [m/N].

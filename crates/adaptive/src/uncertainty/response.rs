@@ -11,7 +11,7 @@ use crate::record::{PeakBand, PeakOf, PeakRecord};
 
 /// Instants after the force at which a response is looked at: twenty in a period of the highest mode, but no more than
 /// this.
-const MOST_INSTANTS: f64 = 4000.0;
+const MOST_INSTANTS: f64 = 2000.0;
 const INSTANTS_OF_PERIOD: f64 = 20.0;
 /// Share of a largest value that ringing from impacts before it may be where nothing is known of their bands.
 const OF_EARLIER: f64 = 1e-2;
@@ -25,7 +25,8 @@ pub struct Output {
     pub index: u32,
     /// Its components without what modes and force do to them.
     pub without: [f64; 6],
-    /// Its components by a unit of each mode: of their accelerations in reactions, of their coordinates in others.
+    /// Its components by a unit of each mode: of its acceleration in reactions, of its rate in speeds, of its coordinate in
+    /// others.
     pub by_mode: Vec<[f64; 6]>,
     /// The same by a unit of the force, modes at rest.
     pub by_force: [f64; 6],
@@ -157,8 +158,8 @@ impl Response {
         let Variant { modes, is_kept, forces } = variant;
         let by_mode = || modes.iter().zip(&output.by_mode).zip(*is_kept);
         let mut by_force = output.by_force;
-        // What does not accelerate exerts nothing on joints.
-        if !output.of.is_reaction() {
+        // What yields statically exerts nothing on joints and has no speed of its own.
+        if matches!(output.of, PeakOf::Displacement | PeakOf::VonMises) {
             for ((mode, by_mode), _) in by_mode().filter(|(_, kept)| !**kept) {
                 let yields = mode.share / mode.stiffness;
                 by_force.iter_mut().zip(by_mode).for_each(|(sum, c)| *sum += c * yields);
@@ -168,7 +169,7 @@ impl Response {
             let mut components = output.without;
             components.iter_mut().zip(&by_force).for_each(|(sum, c)| *sum += c * force);
             for (((mode, by_mode), _), at) in by_mode().zip(at).filter(|((_, kept), _)| **kept) {
-                let moved = mode.moved(output.of.is_reaction(), *at, force);
+                let moved = mode.moved(output.of, *at, force);
                 components.iter_mut().zip(by_mode).for_each(|(sum, c)| *sum += c * moved);
             }
             components

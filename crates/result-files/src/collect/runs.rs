@@ -195,21 +195,10 @@ fn fill(run: &mut Run, file: &Path, wanted: &[NamedExpression]) -> Result<(), Re
     Ok(())
 }
 
-/// What every table has of points and energies beside largest values of all steps: the largest speed; what energies there are at the
-/// end.
+/// What every table has of energies: what there are at the end.
 fn usual_cells(stored: &Stored) -> Vec<NamedExpression> {
-    let members = |group: &str| -> BTreeSet<String> {
-        let inside = stored.entries.keys().filter_map(|path| path.strip_prefix(group)?.split('/').next());
-        inside.map(str::to_owned).collect()
-    };
-    let mut texts = Vec::new();
-    for point in members("points/") {
-        let at = format!("points.\"{point}\"");
-        let named = |name: &str, text: String| format!("points.{point}.{name}={text}");
-        texts.push(named("peak_speed", format!("max(norm({at}.velocity))")));
-    }
-    texts.extend(
-        members("energies/").iter().map(|name| format!("energies.{name}.final=energies.\"{name}\"[-1]")),
-    );
-    texts.iter().filter_map(|text| text.parse().ok()).collect()
+    let inside = stored.entries.keys().filter_map(|path| path.strip_prefix("energies/")?.split('/').next());
+    let names: BTreeSet<&str> = inside.collect();
+    let texts = names.iter().map(|name| format!("energies.{name}.final=energies.\"{name}\"[-1]"));
+    texts.filter_map(|text| text.parse().ok()).collect()
 }

@@ -83,10 +83,11 @@ const fn quantity(
 }
 
 /// All of them.
-pub static QUANTITIES: [Quantity; 4] = [
+pub static QUANTITIES: [Quantity; 5] = [
     quantity("joints", "reaction_force", "peak_force", "force", "N"),
     quantity("joints", "reaction_moment", "peak_moment", "moment", "N m"),
     quantity("points", "position", "peak_displacement", "displacement", "m"),
+    quantity("points", "velocity", "peak_speed", "speed", "m/s"),
     quantity("points", "von_mises", "peak_von_mises", "von Mises stress", "Pa"),
 ];
 

@@ -251,7 +251,8 @@ pub(super) fn write_peaks(file: &File, layout: &RunLayout, peaks: &[PeakRecord])
             PeakOf::ReactionForce => (layout.joints.get(index).map(|j| &j.name), &QUANTITIES[0]),
             PeakOf::ReactionMoment => (layout.joints.get(index).map(|j| &j.name), &QUANTITIES[1]),
             PeakOf::Displacement => (layout.points.get(index).map(|p| &p.name), &QUANTITIES[2]),
-            PeakOf::VonMises => (layout.points.get(index).map(|p| &p.name), &QUANTITIES[3]),
+            PeakOf::Speed => (layout.points.get(index).map(|p| &p.name), &QUANTITIES[3]),
+            PeakOf::VonMises => (layout.points.get(index).map(|p| &p.name), &QUANTITIES[4]),
         };
         let group = name.map(|name| format!("{}/{name}", quantity.group));
         let Some(group) = group.filter(|path| file.link_exists(path)) else { continue };

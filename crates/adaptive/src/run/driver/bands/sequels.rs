@@ -31,7 +31,7 @@ pub(super) fn observe(records: &[PeakRecord], observed: &Observed, unit: UnitMot
                 let point = &observed.points[i];
                 return point.state(&unit.states[point.body].elastic_rates).stress;
             }
-            PeakOf::Displacement => {
+            PeakOf::Displacement | PeakOf::Speed => {
                 let point = &observed.points[i];
                 point.point.velocity(&unit.states[point.body]).into()
             }
@@ -98,7 +98,7 @@ impl Driver<'_> {
         let i = record.index as usize;
         let body = match record.of {
             PeakOf::ReactionForce | PeakOf::ReactionMoment => *self.model.observed.joints.get(i)?,
-            PeakOf::Displacement | PeakOf::VonMises => self.model.observed.points[i].body,
+            PeakOf::Displacement | PeakOf::Speed | PeakOf::VonMises => self.model.observed.points[i].body,
         };
         Some(self.groups[body])
     }
@@ -108,13 +108,14 @@ impl Driver<'_> {
         let begun = self.slots[record.contact as usize].trace.begun.as_ref().ok_or(NoBand::Continued)?;
         let found = self.system_modes(record, begun)?;
         let has_loops = !self.model.system.model().loops.is_empty();
-        let is_known = |record: &PeakRecord| !(has_loops && record.of.is_reaction());
+        let is_reaction = |of: PeakOf| matches!(of, PeakOf::ReactionForce | PeakOf::ReactionMoment);
+        let is_known = |record: &PeakRecord| !(has_loops && is_reaction(record.of));
         let output = |(k, of): (usize, &PeakRecord)| {
             let six = |all: &[f64]| std::array::from_fn(|c| all[6 * k + c]);
             let by_mode: Vec<[f64; 6]> = found.by_mode.iter().map(|all| six(all)).collect();
             let mut without = of.components(&begun.places, &self.run.peaks.origins);
             for (mode, by_mode) in found.modes.iter().zip(&by_mode) {
-                let moved = mode.moved(of.of.is_reaction(), mode.start, 0.0);
+                let moved = mode.moved(of.of, mode.start, 0.0);
                 without.iter_mut().zip(by_mode).for_each(|(sum, c)| *sum -= c * moved);
             }
             Output { of: of.of, index: of.index, without, by_mode, by_force: six(&found.by_force) }
