@@ -256,7 +256,7 @@ fn summary_holds_what_was_recorded() {
     assert!(s.timings.iter().any(|(n, v)| n == "assembly" && (v - 0.25).abs() < 1e-15));
     assert_eq!(s.json()["impacts"][0]["peak_force"], 52.0);
     // The last of 600 rows has the largest reaction: 5 N and 1 N m a row.
-    let [force, moment, moved] = &s.peaks[..] else { panic!("one joint, one point: {:?}", s.peaks) };
+    let [force, moment, moved, _] = &s.peaks[..] else { panic!("one joint, one point: {:?}", s.peaks) };
     assert!((force.peak.value - 5.0 * 599.0).abs() < 1e-9, "{force:?}");
     assert!((moment.peak.value - 599.0).abs() < 1e-12, "{moment:?}");
     assert!((force.peak.time - 599e-7).abs() < 1e-18 && force.place == "guide");
