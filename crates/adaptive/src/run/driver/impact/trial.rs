@@ -86,15 +86,7 @@ impl Driver<'_> {
         self.run.hits.clone_from(&self.marked_hits);
         self.output.discard_hits();
         if trial.number > 1 {
-            // What the contacts reported last belongs to another trial; a refusal is that of the
-            // first step.
-            let (t, y) = (self.integrator.time(), self.integrator.state());
-            let _ = self.model.system.evaluate_accelerations(t, y);
-            if self.model.system.forces().iter().any(|force| force.contact.report().normal_force > 0.0) {
-                // Pressed from the start of the trial.
-                self.measure_dents(t);
-                self.local_deformation.restart_differences(t);
-            }
+            self.forget_last_trial();
         }
         if self.begins_with_overlap() {
             // Its energy is there from the start, as the fine models of this trial have it.
@@ -168,6 +160,18 @@ impl Driver<'_> {
         self.end_watch()?;
         let beside = self.slots.iter().position(ContactSlot::lacks_zone);
         Ok(beside.map_or(Ending::Complete, Ending::EdgeTouched))
+    }
+
+    /// Evaluates forces at the start of a trial: what the contacts reported last belongs to the one before.
+    fn forget_last_trial(&mut self) {
+        // A refusal is that of the first step.
+        let (t, y) = (self.integrator.time(), self.integrator.state());
+        let _ = self.model.system.evaluate_accelerations(t, y);
+        if self.model.system.forces().iter().any(|force| force.contact.report().normal_force > 0.0) {
+            // Pressed from the start of the trial.
+            self.measure_dents(t);
+            self.local_deformation.restart_differences(t);
+        }
     }
 
     /// A step at the present pace; what contacts did in it is kept, and which are near.
