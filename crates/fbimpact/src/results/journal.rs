@@ -81,7 +81,7 @@ pub enum Entry {
     /// A finished try.
     Trial(TrialRecord),
     /// A change of the model.
-    Transfer(TransferRecord),
+    Transfer(Box<TransferRecord>),
     /// A state from which the run can be taken up.
     Restart(RunState),
     /// The run was taken up here.

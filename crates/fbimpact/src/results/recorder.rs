@@ -198,7 +198,7 @@ impl Recorder {
     /// # Errors
     /// [`RecordingFault`] if the file cannot be written.
     pub fn transfer(&mut self, record: &TransferRecord) -> Result<(), Arc<RecordingFault>> {
-        self.with(|open| open.record(&Entry::Transfer(record.clone())))
+        self.with(|open| open.record(&Entry::Transfer(Box::new(record.clone()))))
     }
 
     /// Stores a warning.
