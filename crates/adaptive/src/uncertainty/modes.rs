@@ -46,7 +46,7 @@ fn left_out([all, half, quarter]: [f64; 3]) -> f64 {
     goes_on((all - half).abs(), (half - quarter).abs())
 }
 
-/// [`left_out`] for each number.
+/// The same for each number.
 pub fn change(all: &Numbers, half: &Numbers, quarter: &Numbers) -> Numbers {
     Numbers::each(|of| left_out([of(all), of(half), of(quarter)]))
 }

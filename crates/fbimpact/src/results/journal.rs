@@ -83,7 +83,7 @@ pub enum Entry {
     /// A change of the model.
     Transfer(Box<TransferRecord>),
     /// A state from which the run can be taken up.
-    Restart(RunState),
+    Restart(Box<RunState>),
     /// The run was taken up here.
     Resumed,
     /// A warning.
@@ -302,7 +302,7 @@ impl Restart {
             // The mark lies before a restart point, as all that counts.
             Some(point) => {
                 journal.append(&Entry::Resumed)?;
-                journal.append(&Entry::Restart(point.clone()))?;
+                journal.append(&Entry::Restart(Box::new(point.clone())))?;
                 journal.flush()
             }
             None => {
@@ -330,7 +330,7 @@ pub fn read(path: &Path) -> Result<Restart, FileError> {
     while let Some(entry) = entries.next_entry()? {
         match entry {
             Entry::Restart(point) => {
-                (restart.point, restart.length) = (Some(point), entries.position());
+                (restart.point, restart.length) = (Some(*point), entries.position());
                 restart.resumptions = resumptions;
             }
             Entry::Resumed => resumptions += 1,
@@ -370,8 +370,14 @@ mod tests {
         let mut journal = Journal::create(path, header()).expect("writable");
         let phase = Entry::Phase(PhaseRecord { end: 0.5, ..PhaseRecord::default() });
         let row = Entry::Row(Row { counts: vec![1, 2, 3], ..Row::default() });
-        let entries =
-            [Entry::Restart(point(0.1)), row.clone(), phase, Entry::Restart(point(0.5)), row.clone(), row];
+        let entries = [
+            Entry::Restart(Box::new(point(0.1))),
+            row.clone(),
+            phase,
+            Entry::Restart(Box::new(point(0.5))),
+            row.clone(),
+            row,
+        ];
         entries.iter().for_each(|e| journal.append(e).expect("writable"));
         journal.flush().expect("writable");
         std::fs::read(path).expect("readable")
@@ -424,7 +430,7 @@ mod tests {
         let state = vec![1.0 / 3.0, -0.0, f64::MIN_POSITIVE / 8.0, f64::INFINITY, f64::from_bits(u64::MAX)];
         let point = RunState { state: state.clone(), n_refined: u64::MAX, ..RunState::default() };
         let mut journal = Journal::create(&path, header()).expect("writable");
-        journal.append(&Entry::Restart(point)).and_then(|()| journal.flush()).expect("writable");
+        journal.append(&Entry::Restart(Box::new(point))).and_then(|()| journal.flush()).expect("writable");
         let found = read(&path).expect("readable").point.expect("there");
         let bits = |list: &[f64]| list.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
         assert_eq!((bits(&found.state), found.n_refined), (bits(&state), u64::MAX));

@@ -40,7 +40,7 @@ impl Recorder {
     /// [`RecordingFault`] if the restart file cannot be written.
     pub fn restart_point(&mut self, point: &RunState) -> Result<(), Arc<RecordingFault>> {
         self.with(|open| {
-            open.note(&Entry::Restart(point.clone()))?;
+            open.note(&Entry::Restart(Box::new(point.clone())))?;
             open.journal.as_mut().map_or(Ok(()), |j| j.flush().map_err(RecordingFault::Restart))
         })
     }
