@@ -63,6 +63,16 @@ impl GeneralisedForce {
         Self { force: self.force * factor, torque_in_body: self.torque_in_body * factor, elastic }
     }
 
+    /// The force without `other`.
+    #[must_use]
+    pub fn without(&self, other: &Self) -> Self {
+        Self {
+            force: self.force - other.force,
+            torque_in_body: self.torque_in_body - other.torque_in_body,
+            elastic: self.elastic.iter().zip(&other.elastic).map(|(a, b)| a - b).collect(),
+        }
+    }
+
     /// No force on a body with `n` elastic coordinates.
     pub fn zeros(n: usize) -> Self {
         Self { force: Vector3::zeros(), torque_in_body: Vector3::zeros(), elastic: vec![0.0; n] }

@@ -158,7 +158,7 @@ pub enum NoBand {
     Unended,
     /// It goes on from an earlier phase, whose force is not kept.
     Continued,
-    /// Other contacts or loads act on its bodies, or joints hold them in a large system or one that is driven.
+    /// Other contacts or changing loads act on its bodies, or joints hold them in a large system or one that is driven.
     OtherForces,
     /// A body has modes that are not told apart from its rigid motion, or whose mesh is not known.
     ModesOfFile,
@@ -193,7 +193,7 @@ impl NoBand {
             Self::Unended => "force acted when the run or its phase ended",
             Self::Continued => "the impact goes on from a phase whose force is not kept",
             Self::OtherForces => {
-                "other contacts or loads act on its bodies, or they hang in a large system or one with prescribed motions"
+                "other contacts or changing loads act on its bodies, or they hang in a large system or one with prescribed motions"
             }
             Self::ModesOfFile => "the mesh of a body from a file is not known",
             Self::NotOneForce => {

@@ -1,6 +1,7 @@
 //! What is kept of a contact in a trial.
 
 use ffr_dynamics::force::GeneralisedForce;
+use nalgebra::Vector3;
 
 use crate::record::Sample;
 
@@ -28,6 +29,42 @@ pub struct Beginning {
     pub places: Sample,
 }
 
+/// All forces on the bodies of a contact at an instant.
+#[derive(Debug, Clone)]
+pub struct Pressed {
+    /// The contact's normal force \[N\].
+    pub normal: f64,
+    /// Its force on each body \[N\].
+    pub own: Vec<Vector3<f64>>,
+    /// The sums of all forces on each body.
+    pub sums: Vec<GeneralisedForce>,
+}
+
+impl Pressed {
+    /// Forces of the contact on each body for a unit of its normal force, and whether those of others, as a share of its own, are
+    /// within `share` of what they were `before`: then the difference is the contact's alone.
+    pub fn pushes(&self, before: &Self, share: f64) -> (Vec<GeneralisedForce>, bool) {
+        let mut is_alone = true;
+        let bodies = self.sums.iter().zip(&before.sums).zip(self.own.iter().zip(&before.own));
+        let pushes = bodies.map(|((now, then), (own, own_then))| {
+            let change = now.without(then);
+            let others = change.force - (own - own_then);
+            is_alone &= others.norm() <= share * own.norm();
+            change.scaled((self.normal - before.normal).recip())
+        });
+        (pushes.collect(), is_alone)
+    }
+
+    /// No forces on the same bodies.
+    pub fn none(&self) -> Self {
+        Self {
+            normal: 0.0,
+            own: vec![Vector3::zeros(); self.own.len()],
+            sums: self.sums.iter().map(|sum| GeneralisedForce::zeros(sum.elastic.len())).collect(),
+        }
+    }
+}
+
 /// What is kept of a contact.
 #[derive(Debug, Clone, Default)]
 pub struct Trace {
@@ -35,9 +72,11 @@ pub struct Trace {
     pub begun: Option<Beginning>,
     /// Its force.
     pub instants: Vec<Instant>,
-    /// Forces on each body at the peak, for a unit of the contact's.
+    /// All forces at the first instant.
+    pub first: Option<Pressed>,
+    /// Forces of the contact on each body at the peak, for a unit of its normal force.
     pub pushes: Vec<GeneralisedForce>,
-    /// Whether no other forces acted on the bodies there.
+    /// Whether other forces on the bodies are there what they were at the first instant.
     pub is_alone: bool,
     /// Energy at the first instant and at the last \[J\].
     pub energy: Option<[f64; 2]>,

@@ -6,7 +6,6 @@ mod sequels;
 use ffr_dynamics::body::{ModalDamping, ModalMass, RigidMotion};
 use ffr_dynamics::system::joints::JointKind;
 use ffr_dynamics::system::vibration::pressed::{PressedMode, PressedModes, UnitMotion};
-use nalgebra::Vector3;
 use tracing::debug;
 
 use sequels::{SystemModes, observe};
@@ -19,13 +18,15 @@ use crate::record::band::{Band, NoBand, Source};
 use crate::record::{ImpactRecord, Sample};
 use crate::state::simulation::fill_places;
 use crate::uncertainty::replay::{Bodies, Mode, Numbers};
-use crate::uncertainty::trace::{Beginning, Instant};
+use crate::uncertainty::trace::{Beginning, Instant, Pressed};
 use crate::uncertainty::zone::ZoneEstimate;
 use crate::uncertainty::{Evidence, parts, shares_of_peak, sum};
 
-/// Force that is not the contact's, as a share of it, up to which it acts alone: with more the shares of the
+/// Change of other forces, as a share of the contact's, up to which it acts alone: with more the shares of the
 /// modes would be off by as much.
 const ALONE: f64 = 1e-3;
+/// Normal force at the first instant, as a share of the largest, from which on the difference of both tells less than the sum.
+const EARLY: f64 = 0.5;
 /// Rates of a system that joints hold, at most, for whose modes together an impact pays: a second.
 const MOST_RATES: usize = 400;
 /// Angle \[rad\] by which a mode that counts as a rigid motion goes on during the impact: a hundredth changes its
@@ -80,17 +81,21 @@ impl Driver<'_> {
             let penetration = if has_springs { report.penetration } else { 0.0 };
             let (force, resultant) = (report.normal_force, report.force);
             let trace = &mut slot.trace;
-            if !trace.keep(Instant { time, force, penetration }) {
+            let is_largest = trace.keep(Instant { time, force, penetration });
+            if !is_largest && trace.first.is_some() {
                 continue;
             }
             let (body, target) = facts.bodies();
             let bodies = [(Some(body), resultant), (target, -resultant)];
             let bodies = bodies.into_iter().filter_map(|(body, force)| Some((body?, force)));
-            let alone = |(body, expected): (usize, Vector3<f64>)| {
-                (sums[body].force - expected).norm() <= ALONE * resultant.norm()
-            };
-            trace.is_alone = bodies.clone().all(alone);
-            trace.pushes = bodies.map(|(body, _)| sums[body].scaled(force.recip())).collect();
+            let (own, sums) = bodies.map(|(body, own)| (own, sums[body].clone())).unzip();
+            let now = Pressed { normal: force, own, sums };
+            if is_largest {
+                let none = now.none();
+                let before = trace.first.as_ref().filter(|first| first.normal < EARLY * force);
+                (trace.pushes, trace.is_alone) = now.pushes(before.unwrap_or(&none), ALONE);
+            }
+            trace.first.get_or_insert(now);
         }
     }
 
