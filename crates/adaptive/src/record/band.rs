@@ -164,6 +164,8 @@ pub enum NoBand {
     ModesOfFile,
     /// One force along one normal on the modes does not give what the run did.
     NotOneForce,
+    /// The linear motion after the last impact does not show the largest value.
+    NotLinear,
     /// A largest value that no impact went before.
     NoImpact,
     /// Much of it rings from an earlier impact without bands.
@@ -198,6 +200,9 @@ impl NoBand {
             Self::ModesOfFile => "the mesh of a body from a file is not known",
             Self::NotOneForce => {
                 "one force along one normal on masses and modes does not repeat the impact, as where it moves, rolls or turns its bodies"
+            }
+            Self::NotLinear => {
+                "the linear motion after the impact does not show it, as after large turns or further touches"
             }
             Self::NoImpact => "no impact went before",
             Self::Earlier => "it rings from an earlier impact without bands",

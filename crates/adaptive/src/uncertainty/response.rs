@@ -2,6 +2,7 @@
 //! be off (docs/theory/uncertainty.md Eqs. U.15 to U.17).
 
 use serde::{Deserialize, Serialize};
+use tracing::debug;
 
 use super::modes::{goes_on, kept};
 use super::replay::{Mode, Transition};
@@ -111,8 +112,9 @@ impl Response {
         let series = same(base);
         let largest = |series: &[[f64; 6]]| series.iter().map(|x| output.of.size(x)).fold(0.0, f64::max);
         let found = largest(&series);
+        debug!(?record, found, "largest value of the linear motion");
         if (found / record.value - 1.0).abs() > MISSED || found.is_nan() {
-            return Err(NoBand::NotOneForce);
+            return Err(NoBand::NotLinear);
         }
         let beside = |other: &[[f64; 6]]| (largest(other) - found).abs();
         let apart = |a: &[[f64; 6]], b: &[[f64; 6]]| {
