@@ -10,6 +10,8 @@ use adaptive::body::field_body::FieldBody;
 use adaptive::body::fine::divided::{FineElements, WantedZone};
 use adaptive::body::mesh::MeshedBody;
 use adaptive::body::reduced::Interface;
+use adaptive::body::zone::{ContactZone, PointsAbout, WholeRequest};
+use adaptive::record::{TargetPlace, TouchedPart};
 use adaptive::sizing::impact_time::{ForceTime, TimeScale};
 use adaptive::sizing::of_mesh;
 use adaptive::spec::{Accuracy, FlexibleSpec, MeshedSpec, ReductionSpec};
@@ -20,6 +22,7 @@ use fe_mesh::element::rules::MassRule;
 use fe_mesh::{ElementKind, Mesh};
 use ffr_dynamics::reduction::problem::ElasticProblem;
 use iga_core::elasticity::Material;
+use iga_core::nurbs::jet::{difference, norm};
 
 /// Ten elements across.
 const TEN: Ball = Ball { radius: 10.0, across: [6, 6], layers: 2, growth: [1.0, 1.0] };
@@ -147,6 +150,24 @@ fn zones_at_both_ends_of_a_ball_lie_on_spheres_as_far_outside_as_its_sides() {
         let inner = heights.iter().filter(|(.., rows, _)| is_inner(rows)).map(|(.., x)| from(*x).norm());
         assert!(inner.fold(0.0, f64::max) < 0.5 * 14.0 / 16.0 * 1.42e-3);
         assert!(heights.iter().any(|(.., rows, _)| *rows == [7, 7] || *rows == [8, 8]));
+    }
+}
+
+#[test]
+fn a_part_of_a_surface_holds_the_sides_that_are_touched_however_they_bend() {
+    let mesh = Arc::new(Mesh::new(TEN.mesh(ElementKind::Tet10), 1e-3).unwrap());
+    let (surface, place) = site(&mesh, [1.1e-3, 0.7e-3, 10e-3]);
+    let outward = surface.normal(&place).into();
+    let target = TargetPlace { normal: [0.0, 0.0, -1.0], ..TargetPlace::default() };
+    // A side of 2 mm bends away by 50 um.
+    for (depth, meets) in [(1e-6, None), (1e-6, Some(target)), (1e-4, None), (1e-4, Some(target))] {
+        let part = Some(TouchedPart { origin: place.point, outward, depth, radius: 1e-4 });
+        let request = WholeRequest { about: Some(PointsAbout { place, meets }), part };
+        let zone = ContactZone::whole_mesh(&surface, &request).unwrap();
+        let is_held = |n: u32| surface.unknowns_at(n).all(|u| zone.unknowns.binary_search(&u).is_ok());
+        assert!(zone.points.iter().all(|p| p.area > 0.0 && p.functions.iter().all(|f| is_held(f.0))));
+        assert!(zone.points.iter().any(|p| norm(&difference(&p.position, &place.point)) < 1e-12));
+        assert_eq!(zone.meeting.len(), usize::from(meets.is_some()));
     }
 }
 

@@ -238,22 +238,21 @@ impl ContactZone {
             let on = |point: [f64; 3]| surface.closest(body.patches, &point);
             let element = |at: &FacePoint| body.space.find_element(faces[at.face].id.patch, &at.xi);
             let own = on(edge.middle.into()).map_or([0.0; 3], |at| at.normal);
-            found.retain(|p| !edge.holds(&p.point, &p.normal, &own, size));
-            let largest = found.iter().map(|p| p.area).fold(0.0, f64::max);
-            let points = edge.points(&own, size, |point| on(point).map(|at| element(&at)));
-            for (share, weight) in points {
-                let Some(at) = on(edge.at(share)) else { continue };
-                meeting.push((found.len(), share));
-                found.push(CollocationPoint {
+            let stand = |point: [f64; 3], area: f64| {
+                let at = on(point)?;
+                Some(CollocationPoint {
                     face: faces[at.face].id,
                     element: element(&at),
                     xi: at.xi,
                     point: at.point,
                     normal: own,
-                    area: weight * largest,
+                    area,
                     function: None,
-                });
-            }
+                })
+            };
+            let of = |p: &CollocationPoint| (p.point, p.normal, p.area);
+            meeting =
+                edge.replace(&mut found, (&own, size), of, |point| on(point).map(|at| element(&at)), stand);
         }
         if found.is_empty() {
             return Err(ContactError::Nothing { what: "the body has no outer face" });

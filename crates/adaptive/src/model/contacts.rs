@@ -3,8 +3,8 @@
 use contact_qs::ContactError;
 use contact_qs::contact_element::ActiveContact;
 use contact_qs::{Detector, HertzContact, MutualContact, PressureRecovery};
-use ffr_dynamics::force::Motion;
 use ffr_dynamics::force::active::Active;
+use ffr_dynamics::force::{BodyState, Motion};
 use nalgebra::Vector3;
 
 use super::default_penalty::{self, Side};
@@ -346,16 +346,27 @@ fn zone_contact(
         let body = contact.target.body()?;
         Some(bodies[body].rigid_surface()?.side(body, false))
     });
-    let made = ZoneContact::new(law, contact.target, &own.of_contact(law), on_target.as_ref())?;
-    if let ZoneContact::Plane(plane) = &made {
-        plane.check_alignment(&poses[body].rotation)?;
-    }
-    let mut made = made.active();
+    let mut made = aligned(law, contact, &own.of_contact(law), on_target.as_ref(), poses)?;
     if law.penalty.is_none() {
         let sides: Vec<Side<'_>> = [Some(own), other].into_iter().flatten().collect();
         default_penalty::set(made.as_mut(), law, &sides, bodies, poses)?;
     }
     Ok(made)
+}
+
+/// The contact of the sides `own` and `other`, on a plane that keeps the symmetry of the model in the motions `poses`.
+fn aligned(
+    law: &SurfaceLaw,
+    contact: &ContactSpec,
+    own: &ContactSide<'_>,
+    other: Option<&ContactSide<'_>>,
+    poses: &[BodyState],
+) -> Result<Box<dyn ActiveContact>, ContactError> {
+    let made = ZoneContact::new(law, contact.target, own, other)?;
+    if let ZoneContact::Plane(plane) = &made {
+        plane.check_alignment(&poses[contact.body].rotation)?;
+    }
+    Ok(made.active())
 }
 
 /// Contact of two rigid bodies, or of one and a plane, with points on their whole surfaces.
@@ -372,11 +383,7 @@ fn rigid_contact(
         Ok::<_, ContactError>(ContactSide { zone, ..surface.side(body, true) })
     };
     let (side, other) = (side(own)?, target.map(side).transpose()?);
-    let made = ZoneContact::new(law, contact.target, &side, other.as_ref())?;
-    if let ZoneContact::Plane(plane) = &made {
-        plane.check_alignment(&run.touches.poses[own.0].rotation)?;
-    }
-    let mut made = made.active();
+    let mut made = aligned(law, contact, &side, other.as_ref(), &run.touches.poses)?;
     if let Some(other) = &other {
         let mirrored = ZoneContact::new(law, Target::Body(own.0), other, Some(&side))?.active();
         made = Box::new(MutualContact::new(made, mirrored));

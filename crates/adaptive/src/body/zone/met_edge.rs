@@ -44,6 +44,32 @@ impl MetEdge {
         aside.norm() <= TOUCHED_SURFACE * size && Vector3::from(*normal).dot(&Vector3::from(*own)) > SAME_SIDE
     }
 
+    /// Puts points along it, on a face with the normal `own` of a body of the size `size`, in place of those of `points` that stand
+    /// there; their indices and shares of its half. `of` tells place, normal and area of a point, `element` is as in
+    /// [`MetEdge::points`], and `stand` makes a point of a place and an area, if the body has that place.
+    pub fn replace<P>(
+        &self,
+        points: &mut Vec<P>,
+        (own, size): (&[f64; 3], f64),
+        of: impl Fn(&P) -> ([f64; 3], [f64; 3], f64),
+        element: impl Fn([f64; 3]) -> Option<usize>,
+        stand: impl Fn([f64; 3], f64) -> Option<P>,
+    ) -> Vec<(usize, f64)> {
+        points.retain(|point| {
+            let (place, normal, _) = of(point);
+            !self.holds(&place, &normal, own, size)
+        });
+        let largest = points.iter().map(|point| of(point).2).fold(0.0, f64::max);
+        let mut meeting = Vec::new();
+        for (share, weight) in self.points(own, size, element) {
+            if let Some(point) = stand(self.at(share), weight * largest) {
+                meeting.push((points.len(), share));
+                points.push(point);
+            }
+        }
+        meeting
+    }
+
     /// Places along it as shares of its half, and their parts of its length over the largest one:
     /// Lobatto points between the ends of elements, which `element` numbers at a point, of a face
     /// with the normal `own`.

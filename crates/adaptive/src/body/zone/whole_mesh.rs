@@ -175,30 +175,22 @@ impl Gathering<'_> {
         let (surface, size) = (self.surface, self.surface.length());
         let on = |point: [f64; 3]| surface.nearest(&point);
         let own = on(edge.middle.into()).map_or_else(Vector3::zeros, |at| at.normal);
-        let is_apart = |g: &Gathered| {
-            let normal = g.area.try_normalize(0.0).unwrap_or_default();
-            !edge.holds(&g.position.into(), &normal.into(), own.as_ref(), size)
-        };
-        self.points.retain(is_apart);
-        let largest = self.points.iter().map(|g| g.size).fold(0.0, f64::max);
-        let points = edge.points(own.as_ref(), size, |point| on(point).map(|at| at.place.face as usize));
-        let mut meeting = Vec::new();
-        for (share, weight) in points {
-            let Some(Foot { place: SurfacePlace { face, xi, .. }, .. }) = on(edge.at(share)) else {
-                continue;
-            };
+        let of =
+            |g: &Gathered| (g.position.into(), g.area.try_normalize(0.0).unwrap_or_default().into(), g.size);
+        let stand = |point: [f64; 3], size: f64| {
+            let Foot { place: SurfacePlace { face, xi, .. }, .. } = on(point)?;
             let at = surface.at(face as usize, &[xi[0], xi[1]]);
-            let nodes = surface.sides()[face as usize].nodes.iter().copied();
-            meeting.push((self.points.len(), share));
-            self.points.push(Gathered {
+            let functions = surface.sides()[face as usize].nodes.iter().copied().zip(at.functions.values);
+            Some(Gathered {
                 xi,
                 position: at.position.into(),
-                functions: nodes.zip(at.functions.values).collect(),
+                functions: functions.collect(),
                 area: own,
-                size: weight * largest,
-            });
-        }
-        meeting
+                size,
+            })
+        };
+        let element = |point| on(point).map(|at| at.place.face as usize);
+        edge.replace(&mut self.points, (own.as_ref(), size), of, element, stand)
     }
 }
 
@@ -230,7 +222,10 @@ impl ContactZone {
         let chosen =
             request.part.map_or_else(|| (0..n_sides as u32).collect(), |part| surface.sides_in(&part));
         let mut is_chosen = vec![false; n_sides];
-        chosen.iter().for_each(|&i| is_chosen[i as usize] = true);
+        // Sides that bend away from the plane of the touch by more than the part goes down belong to it where they touch.
+        let touched = about.map_or_else(Vec::new, |about| surface.sides_at(&about.place));
+        chosen.into_iter().chain(touched.iter().map(|at| at.face)).for_each(|i| is_chosen[i as usize] = true);
+        let chosen: Vec<u32> = (0..n_sides as u32).filter(|&i| is_chosen[i as usize]).collect();
         let is_rim = |n: u32| surface.at_node(n).iter().any(|&i| !is_chosen[i as usize]);
         for &i in &chosen {
             surface.check_side(i as usize)?;
