@@ -31,10 +31,7 @@ use crate::spec::{FlexibleSpec, IntervalSpec, PointRule};
 use crate::store::{Bytes, body_definition};
 use crate::surface::Surface;
 
-/// Length of the elements across an edge that lies along a face, as a share of the least extent of the
-/// body (theory Eq. C.98): indentation changes by a tenth when it is doubled.
-const EDGE_ELEMENT: f64 = 1e-2;
-/// Elements across such an edge.
+/// Elements across an edge that lies along a face.
 const EDGE_ELEMENTS: usize = 4;
 
 impl FieldBody for ElasticBody {
@@ -160,13 +157,13 @@ struct AlongEdge {
 }
 
 impl AlongEdge {
-    /// Across the edge elements are as long as [`EDGE_ELEMENT`] says, along it as the body's own. About
+    /// Across the edge elements are as long as [`FieldBody::edge_element`] says, along it as the body's own. About
     /// an edge that runs askew to these all are shorter, no more than in a usual interval.
     fn new(body: &ElasticBody, about: &PointsAbout) -> Option<Self> {
         let (half, place, patches) = (about.edge()?.half, &about.place, &body.shape.patches);
         let id = *FaceId::all(patches).get(place.face as usize)?;
         let face = Face::new(patches, id, body.spec.model == Model::Axisymmetric);
-        let least = EDGE_ELEMENTS as f64 * EDGE_ELEMENT * body.thickness();
+        let least = EDGE_ELEMENTS as f64 * body.edge_element();
         let at = face.at(&patches[id.patch], &place.xi, &mut PointBasis::default());
         let widths = at.tangents.map(|tangent| {
             let along = Vector3::from(tangent).try_normalize(0.0).unwrap_or_default();
