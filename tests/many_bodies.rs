@@ -133,18 +133,20 @@ fn rows_of_the_timings_are_the_time_of_the_process() {
         assert!(output.expect("it starts").status.success());
         begin.elapsed().as_secs_f64()
     };
-    let nothing = seconds_of(&["--version"]);
-    let all = seconds_of(&["run", "s.toml", "-q"]);
-    let file = result_files::file::hdf5_integrity::open(&folder.path().join("s.h5")).expect("a result");
-    let sum = told(&file);
-    // What no row can have is the start and the end of the process, as of one that does nothing (ten of them, for another
-    // process may come between), and the closing of the file, whose size at a tenth of a disk's speed, 100 MB/s, is some
-    // hundredths of a second.
-    let left = all - sum;
-    assert!(
-        sum <= all && left <= 10.0 * nothing + file.size() as f64 / 1e7,
-        "{sum} s of {all} s, {nothing} s"
-    );
+    // What no row can have is the start and the end of the process, as of one that does nothing (ten of them), and the closing of the
+    // file, whose size at a tenth of a disk's speed, 100 MB/s, is some hundredths of a second. Where other processes take turns, one of
+    // three runs is to show that.
+    let mut seen = Vec::new();
+    let is_told = (0..3).any(|_| {
+        let nothing = seconds_of(&["--version"]);
+        let all = seconds_of(&["run", "s.toml", "-q", "--force"]);
+        let file = result_files::file::hdf5_integrity::open(&folder.path().join("s.h5")).expect("a result");
+        let sum = told(&file);
+        seen.push((sum, all, nothing));
+        assert!(sum <= all, "{seen:?}");
+        all - sum <= 10.0 * nothing + file.size() as f64 / 1e7
+    });
+    assert!(is_told, "rows, the whole, a process that does nothing: {seen:?} s");
 }
 
 #[test]

@@ -77,7 +77,7 @@ pub struct BodyModes {
     /// Frequencies of the elastic coordinates \[Hz\], ascending: eigenfrequencies, then those of
     /// static answers.
     pub frequencies: Vec<f64>,
-    /// By how much the mesh may put them off; NaN where that is not known \[Hz\].
+    /// By how much the mesh may put the first of them off, as many as are free modes; none where that is not known \[Hz\].
     #[serde(rename = "frequencies_uncertainty")]
     pub frequency_bands: Vec<f64>,
     /// Sizes that the program has chosen, and why.
@@ -198,7 +198,7 @@ pub fn modes_with(
     let of = |name: &str| notes.iter().filter(|n| n.body == name).map(|n| n.text.clone()).collect();
     let bodies = bodies.map(|((body, spec), layout)| BodyModes {
         chosen: of(&body.name),
-        frequency_bands: layout.frequency_bands,
+        frequency_bands: layout.frequency_bands.into_iter().take_while(|band| band.is_finite()).collect(),
         points: points(scenario, body),
         ..body_modes(body, spec)
     });
