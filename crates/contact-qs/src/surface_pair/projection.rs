@@ -404,12 +404,7 @@ impl Displaced<'_> {
         if self.surface.n_parameters == 1 || sine > SINGULAR {
             return normal;
         }
-        let mut inside = *place;
-        for (a, xi) in inside.xi.iter_mut().enumerate() {
-            let [low, high] = grid.range(a);
-            *xi += SINGULAR.sqrt() * (0.5 * (low + high) - *xi);
-        }
-        let near = unit(&self.jet(&inside, functions)).0;
+        let near = unit(&self.jet(&self.further_inside(place), functions)).0;
         functions.evaluate(self.surface, place);
         near
     }
@@ -447,6 +442,7 @@ impl Displaced<'_> {
             let [low, high] = grid.range(a);
             is_beyond |= place.xi[a] <= low && along < -overhang || place.xi[a] >= high && along > overhang;
         }
+        is_beyond |= self.is_beyond_smooth_corner(&place, jet, &r, functions);
         Projection {
             place,
             element: jet.element,
@@ -456,6 +452,42 @@ impl Displaced<'_> {
             is_beyond,
             ..Projection::default()
         }
+    }
+
+    /// Whether a point that is `r` away from the corner `place` lies beyond it where the rim has no corner, as at the four of a disc whose
+    /// net is that of a square: both tangents lie along the rim there, and only a place inside tells where the surface ends.
+    fn is_beyond_smooth_corner(
+        &self,
+        place: &SurfacePlace,
+        jet: &SurfaceJet,
+        r: &[f64; 3],
+        functions: &mut Functions,
+    ) -> bool {
+        let grid = &self.surface.faces[place.face as usize];
+        let is_end = |a: usize| {
+            // A distance that hardly depends on a parameter tells the root of its round-off.
+            let ([low, high], xi) = (grid.range(a), place.xi[a]);
+            (xi - low).min(high - xi) <= SINGULAR * (high - low)
+        };
+        let [t, s] = &jet.tangents;
+        let is_smooth = || norm(&cross(t, s)) <= SINGULAR * norm(t) * norm(s) && norm(t).min(norm(s)) > 0.0;
+        if self.surface.n_parameters < 2 || !is_end(0) || !is_end(1) || !is_smooth() {
+            return false;
+        }
+        let outwards = difference(&jet.point, &self.jet(&self.further_inside(place), functions).point);
+        functions.evaluate(self.surface, place);
+        dot(r, &outwards) > self.surface.overhang() * norm(&outwards)
+    }
+
+    /// A place beside `place` further inside its face, where tangents of a singular net are accurate.
+    fn further_inside(&self, place: &SurfacePlace) -> SurfacePlace {
+        let grid = &self.surface.faces[place.face as usize];
+        let mut inside = *place;
+        for (a, xi) in inside.xi.iter_mut().enumerate() {
+            let [low, high] = grid.range(a);
+            *xi += SINGULAR.sqrt() * (0.5 * (low + high) - *xi);
+        }
+        inside
     }
 }
 

@@ -116,6 +116,7 @@ mod tests {
     use crate::surface_pair::target::{TargetFace, TargetSurface};
     use ffr_dynamics::body::RigidMotion;
     use iga_core::nurbs::Face;
+    use iga_core::nurbs::primitives::solid;
     use iga_core::nurbs::{FaceId, Patch};
     use iga_core::space::PatchSpace;
     use iga_core::splines::knots::KnotVector;
@@ -131,6 +132,47 @@ mod tests {
             .map(|id| TargetFace::whole(Face::new(&patches, id, false), &patches))
             .collect();
         TargetSurface::rigid(RigidMotion::Spatial, &space, &patches, &faces).expect("a surface").complete()
+    }
+
+    #[test]
+    fn points_beside_a_disc_are_outside_at_every_angle() {
+        // The net of the disc has no tangent across the rim at four places, 45° from the axes.
+        let patches = solid::cylinder(1.0, 1.0).expect("a cylinder").patches;
+        let space = PatchSpace::new(patches.clone()).expect("a space");
+        let id = |k: usize| FaceId { patch: 0, direction: k / 2, upper: k % 2 == 1 };
+        let faces = |which: std::ops::Range<usize>| -> Vec<TargetFace> {
+            which.map(|k| TargetFace::whole(Face::new(&patches, id(k), false), &patches)).collect()
+        };
+        let rigid =
+            |faces: &[TargetFace]| TargetSurface::rigid(RigidMotion::Spatial, &space, &patches, faces);
+        let whole = rigid(&faces(0..6)).expect("a surface").with_edges(3e-4, None);
+        let end = rigid(&faces(5..6)).expect("a surface");
+        for (surface, is_whole) in [(&whole, true), (&end, false)] {
+            let displaced = Displaced { surface, nodes: &surface.nodes, normals: &[], slack: 0.0 };
+            let (mut functions, mut samples) = (Functions::new(surface), Samples::new(surface));
+            samples.update(displaced);
+            for k in 0..72 {
+                let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / 72.0).sin_cos();
+                for radius in [0.3, 0.98, 1.02, 1.4] {
+                    let point = [radius * cos, radius * sin, 0.99];
+                    let found = match is_whole {
+                        true => {
+                            displaced.on_all_faces(&point, Some(&[0.0, 0.0, -1.0]), &samples, &mut functions)
+                        }
+                        false => displaced.closest_from(&samples.nearest(&point), &point, &mut functions),
+                    };
+                    let depth = found.distance(&point);
+                    assert_eq!(depth < 0.0, radius < 1.0, "{k} {radius} {found:?}");
+                    // Below the end, beside the jacket, beside the rim of the end alone.
+                    let right = match (radius < 1.0, is_whole) {
+                        (true, _) => -0.01,
+                        (false, true) => radius - 1.0,
+                        (false, false) => (radius - 1.0).hypot(0.01),
+                    };
+                    assert!((depth - right).abs() < 1e-9, "{k} {radius} {depth} {right}");
+                }
+            }
+        }
     }
 
     #[test]
