@@ -220,7 +220,8 @@ child = { body = "beam", face = "x-" }
 
 #[test]
 fn truth_is_within_the_bands_of_what_follows_an_impact() {
-    let recording = run_text(&struck_beam(HELD));
+    // The disc begins 50 nm above: the places that are recorded before the first contact are not those at it.
+    let recording = run_text(&struck_beam(HELD).replace("0.015, 0.0]", "0.01500005, 0.0]"));
     let peak = |of: PeakOf, index: u32| {
         *recording.peaks.iter().find(|peak| peak.of == of && peak.index == index).expect("a largest value")
     };
@@ -251,7 +252,9 @@ fn largest_values_without_a_band_say_why() {
     let roller = "[joints.roller]\ntype = \"generic\"\nlocked = [\"y\"]\ncloses_loop = true\n\
         parent = { body = \"ground\", point = [0.1, 0.0, 0.0] }\nchild = { body = \"beam\", face = \"x+\" }\n";
     let closed = struck_beam(&format!("{pin}{roller}"));
-    assert_eq!(missing(&closed, PeakOf::ReactionForce, 0), Some(NoBand::Loop));
+    for joint in 0..2 {
+        assert_eq!(missing(&closed, PeakOf::ReactionForce, joint), Some(NoBand::Loop), "{joint}");
+    }
     assert_eq!(missing(&closed, PeakOf::VonMises, 1), None);
     // A disc that is thrown up beside the beam touches nothing.
     let apart = struck_beam(HELD).replace("0.015, 0.0]", "0.016, 0.0]").replace("-0.5, 0.0]", "0.5, 0.0]");

@@ -196,3 +196,52 @@ impl Response {
         series
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A mode of 1 rad/s that rings with the amplitude 1, and no force.
+    fn ringing(earlier: f64) -> Response {
+        let mode =
+            Mode { stiffness: 1.0, damping: 0.0, share: 1.0, carried: 0.0, start: [1.0, 0.0], error: 0.0 };
+        let none = || vec![0.0; 11];
+        let output = Output {
+            of: PeakOf::Displacement,
+            index: 0,
+            without: [0.0; 6],
+            by_mode: vec![[2.0, 0.0, 0.0, 0.0, 0.0, 0.0]],
+            by_force: [0.0; 6],
+        };
+        let (base, zone, mesh, half, quarter) = (none(), none(), none(), none(), none());
+        Response {
+            start: 3.0,
+            duration: 1.0,
+            histories: Histories { step: 0.1, base, stiffer: None, zone, mesh, half, quarter },
+            modes: vec![mode],
+            ends: vec![1],
+            outputs: vec![output],
+            of_ends: 0.0,
+            earlier,
+        }
+    }
+
+    #[test]
+    fn what_rings_on_has_the_bands_of_the_impacts_before() {
+        let at = |value: f64| PeakRecord {
+            of: PeakOf::Displacement,
+            index: 0,
+            value,
+            time: 3.0 + std::f64::consts::PI,
+            band: PeakBand::none(NoBand::NoImpact),
+        };
+        let of = |earlier: f64, value: f64| ringing(earlier).band(&at(value), 20.0);
+        // A twentieth of the amplitude of 2 (Eq. U.17), by the factor of Eq. U.12; instants lie a hundredth of a period apart at most.
+        let [without, with] = [0.0, 0.05].map(|earlier| of(earlier, 2.0).expect("a band").band);
+        assert!((with - without - 1.25 * 0.05 * 2.0).abs() < 1e-3, "{with} {without}");
+        assert_eq!(of(f64::INFINITY, 2.0), Err(NoBand::Earlier));
+        assert_eq!(of(0.0, 3.0), Err(NoBand::NotLinear));
+        let other = PeakRecord { index: 1, ..at(2.0) };
+        assert_eq!(ringing(0.0).band(&other, 20.0), Err(NoBand::Loop));
+    }
+}

@@ -258,6 +258,7 @@ impl Driver<'_> {
         let ends =
             (0..modes.len()).filter(|k| modes.get(k + 1).is_none_or(|next| next.body != modes[*k].body));
         Ok(SystemModes {
+            begun: modes.iter().map(|mode| mode.start).collect(),
             ends: ends.map(|last| last + 1).collect(),
             modes: modes.iter().map(mode).collect(),
             by_mode: modes.into_iter().map(|mode| mode.observed).collect(),

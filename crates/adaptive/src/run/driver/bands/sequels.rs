@@ -12,8 +12,10 @@ use crate::uncertainty::response::{Output, Response, Sequel};
 
 /// Modes of the system as a force meets them.
 pub(super) struct SystemModes {
-    /// The modes.
+    /// The modes as they are at the first contact.
     pub modes: Vec<Mode>,
+    /// Their coordinates and rates at the beginning, to which the recorded places belong.
+    pub begun: Vec<[f64; 2]>,
     /// Where those of each body end.
     pub ends: Vec<usize>,
     /// Six numbers for each record of a largest value, by a unit of each mode.
@@ -93,11 +95,18 @@ impl Driver<'_> {
         self.bound(&groups, self.integrator.time());
     }
 
-    /// The group of the body that a largest value is of; none of joints that close loops.
+    /// The group of the body that a largest value is of; none of joints that close loops at ground alone.
     fn group_of(&self, record: &PeakRecord) -> Option<usize> {
-        let i = record.index as usize;
+        let (i, joints) = (record.index as usize, &self.model.observed.joints);
         let body = match record.of {
-            PeakOf::ReactionForce | PeakOf::ReactionMoment => *self.model.observed.joints.get(i)?,
+            PeakOf::ReactionForce | PeakOf::ReactionMoment => match joints.get(i) {
+                Some(body) => *body,
+                // Joints that close loops are recorded after the others.
+                None => {
+                    let closing = self.model.system.model().loops.get(i - joints.len())?;
+                    closing.child.body.or(closing.parent.body)?
+                }
+            },
             PeakOf::Displacement | PeakOf::Speed | PeakOf::VonMises => self.model.observed.points[i].body,
         };
         Some(self.groups[body])
@@ -114,8 +123,8 @@ impl Driver<'_> {
             let six = |all: &[f64]| std::array::from_fn(|c| all[6 * k + c]);
             let by_mode: Vec<[f64; 6]> = found.by_mode.iter().map(|all| six(all)).collect();
             let mut without = of.components(&begun.places, &self.run.peaks.origins);
-            for (mode, by_mode) in found.modes.iter().zip(&by_mode) {
-                let moved = mode.moved(of.of, mode.start, 0.0);
+            for ((mode, begun), by_mode) in found.modes.iter().zip(&found.begun).zip(&by_mode) {
+                let moved = mode.moved(of.of, *begun, 0.0);
                 without.iter_mut().zip(by_mode).for_each(|(sum, c)| *sum -= c * moved);
             }
             Output { of: of.of, index: of.index, without, by_mode, by_force: six(&found.by_force) }
