@@ -172,6 +172,37 @@ fn a_roller_on_a_block_has_the_pressure_of_hertz() {
 }
 
 #[test]
+fn of_a_stack_each_ball_carries_those_above_it() {
+    const N: usize = 5;
+    let mut text = "[simulation]\nend_time = 2e-5\ngravity = [0.0, 0.0, -9.81]\n".to_owned() + FLOOR;
+    let contact = |name: &str, target: &str| {
+        format!("[contacts.{name}]\ncontact_body = \"{name}\"\ntarget_body = \"{target}\"\n")
+    };
+    for i in 0..N {
+        let below = if i == 0 { "floor".to_owned() } else { format!("b{}", i - 1) };
+        text += &format!(
+            "[bodies.b{i}]\nmodel = \"axisymmetric\"\nmaterial = \"steel\"\ngeometry = {{ shape = \"sphere\", radius = 10e-3 }}\n\
+             position = [0.0, 0.0, {}]\n",
+            0.01 + 0.02 * i as f64
+        );
+        text += &contact(&format!("b{i}"), &below);
+    }
+    let state = settled(&text);
+    let weight = state.contacts[N - 1].normal_force;
+    let expected = 4.0 / 3.0 * PI * 10e-3_f64.powi(3) * 7850.0 * 9.81;
+    // Rounding of the sphere's volume on its mesh, and what is left of all forces: the zones are of those that each carries at last.
+    assert!((weight / expected - 1.0).abs() < 1e-6, "{weight} {expected}");
+    for (i, contact) in state.contacts.iter().enumerate() {
+        let above = (N - i) as f64;
+        assert!(
+            (contact.normal_force / (above * weight) - 1.0).abs() < 1e-6,
+            "{i}: {}",
+            contact.normal_force
+        );
+    }
+}
+
+#[test]
 fn what_is_not_held_is_named() {
     let falls = format!(
         "{}\n[bodies.b]\nmodel = \"rigid\"\nmass = 0.5\ninertia = [1e-4, 1e-4, 1e-4]\nposition = [0.1, 0.0, 0.0]\n",

@@ -32,12 +32,13 @@ fn mesh(folder: &Path, name: &str, (kind, n): (ElementKind, [usize; 3]), bend: f
     std::fs::write(folder.join(name), inp(&raw)).expect("written");
 }
 
-/// Meshes of the block: three that carry the line, and one that does not.
+/// Meshes of the block: three that carry the line, whose half width is 69 um, and one that does not. A side that begins within it is shorter than it: of
+/// [`ElementKind::Wedge15`] 30 elements would have one from 63 to 138 um.
 fn files() -> PathBuf {
     let folder = scenarios::folder("line_on_mesh");
     mesh(&folder, "a.inp", (ElementKind::Hex20, [28, 4, 8]), 0.97);
     mesh(&folder, "b.inp", (ElementKind::Hex20, [32, 6, 8]), 0.97);
-    mesh(&folder, "c.inp", (ElementKind::Wedge15, [30, 5, 8]), 0.97);
+    mesh(&folder, "c.inp", (ElementKind::Wedge15, [32, 5, 8]), 0.97);
     mesh(&folder, "coarse.inp", (ElementKind::Hex20, [10, 4, 4]), 0.0);
     folder
 }

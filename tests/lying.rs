@@ -1,11 +1,13 @@
 //! Bodies that lie where they begin: whatever the width of the zone, the gap at the start, the pose and what the bodies are made of, they are carried and
 //! do not fall.
 
+use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use adaptive::run::recording::Recording;
 use fe_mesh::ElementKind;
+use nalgebra::Vector3;
 
 use crate::balls::Ball;
 use crate::support::scenarios;
@@ -82,29 +84,44 @@ fn text(pair: Pair, time: f64, (width, gap): (Option<f64>, f64), (tilt, turn): (
     )
 }
 
-/// The share of the weight's impulse that the contact took, the rest being momentum, and how far the body has gone \[m\].
-fn carried(text: &str) -> (f64, f64) {
+/// The largest speed \[m/s\], and how far the body has been from where it began \[m\].
+fn moved(text: &str) -> (f64, f64) {
     let recording: Recording = scenarios::run(&scenarios::valid(folder(), text, &[]));
-    let samples = &recording.samples;
-    let force = |k: usize| nalgebra::Vector3::from(samples[k].contacts[0].force);
-    let impulse = (1..samples.len()).fold(nalgebra::Vector3::zeros(), |sum, k| {
-        sum + (force(k - 1) + force(k)) * (0.5 * (samples[k].time - samples[k - 1].time))
-    });
-    let place = |k: usize| nalgebra::Vector3::from(samples[k].bodies[0].centre_of_mass);
-    let end = samples.len() - 1;
-    let weight = impulse - nalgebra::Vector3::from(samples[end].linear_momentum);
-    (impulse.norm() / weight.norm(), (place(end) - place(0)).norm())
+    let bodies = recording.samples.iter().map(|sample| &sample.bodies[0]);
+    let start = Vector3::from(recording.samples[0].bodies[0].centre_of_mass);
+    bodies.fold((0.0, 0.0), |(speed, way), body| {
+        let place = Vector3::from(body.centre_of_mass);
+        (Vector3::from(body.velocity).norm().max(speed), (place - start).norm().max(way))
+    })
+}
+
+/// How fast and how far a body swings that is laid down `gap` above what carries it: with F = k w^n and its weight at w = d the speed is largest there,
+/// v² = 2 g (d n/(n + 1) + gap), and it turns before w = (n + 1)^(1/n) d + gap.
+fn swing(pair: Pair, gap: f64) -> (f64, f64) {
+    let stiffness = 70e9 / (1.0 - 0.33 * 0.33);
+    let (n, deep) = match pair {
+        // Nearly a straight line: w = F/(π E') (2 ln(4 R/a) - 1) with a² = 4 F R/(π E'), F the weight of a metre.
+        Pair::Disc | Pair::OnRigid => {
+            let force = 2700.0 * PI * RADIUS * RADIUS * GRAVITY;
+            let half_width = (4.0 * force * RADIUS / (PI * stiffness)).sqrt();
+            (1.0, force / (PI * stiffness) * (2.0 * (4.0 * RADIUS / half_width).ln() - 1.0))
+        }
+        // Hertz: w³ = 9 F²/(16 R E'²).
+        Pair::Ball | Pair::Mesh => {
+            let force = 2700.0 * 4.0 / 3.0 * PI * RADIUS.powi(3) * GRAVITY;
+            (1.5, (9.0 * force * force / (16.0 * RADIUS * stiffness * stiffness)).cbrt())
+        }
+    };
+    let gap = gap.max(0.0);
+    ((2.0 * GRAVITY * (deep * n / (n + 1.0_f64) + gap)).sqrt(), (n + 1.0).powf(1.0 / n) * deep + 2.0 * gap)
 }
 
 fn check(pair: Pair, time: f64, zone: (Option<f64>, f64), pose: (f64, f64)) {
-    let (share, way) = carried(&text(pair, time, zone, pose));
-    // Bodies swing on their contact with some 0.1 mm/s, a share of g t, twice and more of which is let pass.
-    assert!(
-        (share - 1.0).abs() < 3e-4 / (GRAVITY * time),
-        "{pair:?} {zone:?} {pose:?}: {share} of the weight"
-    );
-    // Falling for so long is 11 um and more.
-    assert!(way < 1e-7, "{pair:?} {zone:?} {pose:?}: moved by {way:e} m");
+    let (speed, way) = moved(&text(pair, time, zone, pose));
+    let (fastest, farthest) = swing(pair, zone.1);
+    // Falling would be 15 mm/s and 11 um and more. Zones that are much wider than the contact, and springs, give way a little more than Hertz's solid does.
+    assert!(speed < 1.1 * fastest, "{pair:?} {zone:?} {pose:?}: {speed:e} m/s, {fastest:e} expected");
+    assert!(way < 1.2 * farthest, "{pair:?} {zone:?} {pose:?}: moved by {way:e} m, {farthest:e} expected");
 }
 
 #[test]
@@ -126,8 +143,13 @@ fn bodies_lie_where_they_begin_whatever_the_zone() {
     for pair in [Pair::Disc, Pair::OnRigid, Pair::Ball, Pair::Mesh] {
         for width in [None, Some(1e-4), Some(1e-3), Some(1e-2)] {
             for (gap, pose) in [(-1e-9, (0.0, 0.0)), (0.0, (37.0, 45.0)), (1e-9, (90.0, 45.0))] {
-                // The axis of axisymmetric bodies is z of the world.
-                let pose = if matches!(pair, Pair::Ball) { (0.0, 0.0) } else { pose };
+                let pose = match pair {
+                    // The axis of axisymmetric bodies is z of the world.
+                    Pair::Ball => (0.0, 0.0),
+                    // Its fine sides below: 8 degrees beside them, between two nodes, the surface of the mesh lies 14 um inside the sphere.
+                    Pair::Mesh => (pose.0, -pose.0),
+                    Pair::Disc | Pair::OnRigid => pose,
+                };
                 check(pair, TIME, (width, gap), pose);
             }
         }

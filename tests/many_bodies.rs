@@ -6,6 +6,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use result_files::stored::stages::STAGES;
+use result_files::stored::{Kind, Stored};
 use result_files::tables::ImpactRow;
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_fbimpact");
@@ -54,6 +55,59 @@ fn checked_in(folder: &Path, text: &str) -> (Option<i32>, String) {
 fn equal_rigid_balls_are_measured_once() {
     let (code, err) = checked(&rigid_balls(5_000));
     assert!(code == Some(0) && err.contains("5000 bodies"), "{err}");
+}
+
+#[test]
+fn motion_in_shared_datasets_reads_as_in_groups_of_each_body() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scenario = Path::new(env!("CARGO_MANIFEST_DIR")).join("scenarios/rigid_double_pendulums.toml");
+    let flexible = scenario.with_file_name("sphere_on_plane.toml");
+    let run = |arguments: &[&str]| {
+        let ended =
+            Command::new(PROGRAM).args(arguments).current_dir(folder.path()).output().expect("it starts");
+        assert!(ended.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&ended.stderr));
+        String::from_utf8(ended.stdout).expect("UTF-8")
+    };
+    for (scenario, end, body) in [(&scenario, "5e-3", "left_rod"), (&flexible, "2e-5", "ball")] {
+        let scenario = scenario.to_str().expect("UTF-8");
+        for (arrays, output) in [("false", "own.h5"), ("true", "all.h5")] {
+            let set = [format!("simulation.end_time={end}"), format!("output.arrays={arrays}")];
+            run(&["run", scenario, "-q", "--force", "-o", output, "--set", &set[0], "--set", &set[1]]);
+        }
+        let [own, all] =
+            ["own.h5", "all.h5"].map(|name| Stored::open(&folder.path().join(name)).expect("readable"));
+        assert!(all.file().link_exists("arrays/bodies/position") && !own.file().link_exists("arrays"));
+        assert!(all.entries.keys().eq(own.entries.keys()));
+        for (name, entry) in own.entries.iter().filter(|(name, _)| !name.starts_with("timings/")) {
+            assert_eq!(
+                (&entry.shape, &entry.unit, entry.kind),
+                (&all.entries[name].shape, &all.entries[name].unit, all.entries[name].kind)
+            );
+            assert!(
+                entry.kind == Kind::Other
+                    || own.values(name).expect("there") == all.values(name).expect("there"),
+                "{name}"
+            );
+        }
+        all.check().expect("whole");
+        run(&["compare", "all.h5", "own.h5", "--rtol", "1e-14"]);
+        let [own, all] = ["own.h5", "all.h5"].map(|name| {
+            run(&["thin", name, "--force", "-o", "small.h5"]);
+            run(&["compare", name, "small.h5"]);
+            run(&["plot", name, "--force", "-o", "figures"]);
+            run(&["report", name, "-q", "--force", "-o", "page.html"]);
+            run(&["export", "-q", "--force", "--vtk", "moving", name]);
+            let info: serde_json::Value =
+                serde_json::from_str(&run(&["info", name, "--json"])).expect("JSON");
+            let point = run(&["probe", "-q", name, "--body", body, "--point", "0,0,0", "--json"]);
+            (
+                info["bodies"].clone(),
+                point,
+                run(&["metric", name, &format!("max(bodies.\"{body}\".velocity)")]),
+            )
+        });
+        assert_eq!(own, all);
+    }
 }
 
 #[test]

@@ -11,6 +11,8 @@ use fbimpact::results::OutputFile;
 
 /// Kills of the second tier for each of the first one.
 const MANY: u32 = 5;
+/// Bodies share datasets.
+const ARRAYS: &[&str] = &["--set", "output.arrays=true"];
 
 fn program(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_fbimpact"));
@@ -93,12 +95,17 @@ fn without_clocks(mut s: Summary) -> Summary {
     s
 }
 
+/// The arguments that run `scenario` from its start.
+fn first<'a>(scenario: &'a str, output: &'a Path, options: &[&'a str]) -> Vec<&'a str> {
+    [&["run", scenario, "-q", "-o", text(output)], options].concat()
+}
+
 /// Kills the run `kills` times at random moments, resumes it, which is killed as well every third time, and compares.
-fn killed_runs_end_alike(name: &str, kills: u32, seed: u64) {
+fn killed_runs_end_alike(name: &str, options: &[&str], kills: u32, seed: u64) {
     let directory = tempfile::tempdir().expect("a directory");
     let (scenario, reference) = (scenario(name), directory.path().join("reference.h5"));
     let begin = Instant::now();
-    let (code, log) = fbimpact(&["run", &scenario, "-q", "-o", text(&reference)]);
+    let (code, log) = fbimpact(&first(&scenario, &reference, options));
     assert_eq!(code, 0, "{log}");
     let mut duration = begin.elapsed().as_secs_f64();
     let mut random = Random(seed);
@@ -106,7 +113,7 @@ fn killed_runs_end_alike(name: &str, kills: u32, seed: u64) {
     for i in 0..kills {
         let output = directory.path().join(format!("{i}.h5"));
         let restart = beside(&output, ".restart");
-        let mut arguments = vec!["run", &scenario, "-q", "-o", text(&output)];
+        let mut arguments = first(&scenario, &output, options);
         loop {
             let child = program(&arguments).spawn().expect("the program starts");
             std::thread::sleep(Duration::from_secs_f64(duration * random.next()));
@@ -115,7 +122,7 @@ fn killed_runs_end_alike(name: &str, kills: u32, seed: u64) {
                 // The machine is faster now.
                 duration *= 0.7;
                 std::fs::remove_file(&output).expect("removable");
-                arguments = vec!["run", &scenario, "-q", "-o", text(&output)];
+                arguments = first(&scenario, &output, options);
                 continue;
             }
             if !restart.exists() {
@@ -137,25 +144,25 @@ fn killed_runs_end_alike(name: &str, kills: u32, seed: u64) {
 
 #[test]
 fn killed_runs_of_a_sphere_on_a_plane_end_alike() {
-    killed_runs_end_alike("sphere_on_plane", 4, 1);
+    killed_runs_end_alike("sphere_on_plane", &[], 4, 1);
 }
 
 #[test]
 fn killed_runs_with_refined_contacts_end_alike() {
-    killed_runs_end_alike("sphere_rod_sphere", 2, 2);
+    killed_runs_end_alike("sphere_rod_sphere", &[], 2, 2);
 }
 
 #[test]
 fn killed_runs_of_rigid_pendulums_end_alike() {
-    killed_runs_end_alike("rigid_double_pendulums", 4, 3);
+    killed_runs_end_alike("rigid_double_pendulums", ARRAYS, 4, 3);
 }
 
 #[test]
 #[ignore = "second tier: minutes"]
 fn fifty_killed_runs_end_alike() {
-    killed_runs_end_alike("sphere_on_plane", 4 * MANY, 1);
-    killed_runs_end_alike("sphere_rod_sphere", 2 * MANY, 2);
-    killed_runs_end_alike("rigid_double_pendulums", 4 * MANY, 3);
+    killed_runs_end_alike("sphere_on_plane", ARRAYS, 4 * MANY, 1);
+    killed_runs_end_alike("sphere_rod_sphere", &[], 2 * MANY, 2);
+    killed_runs_end_alike("rigid_double_pendulums", &[], 4 * MANY, 3);
 }
 
 #[cfg(unix)]

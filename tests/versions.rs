@@ -54,11 +54,11 @@ fn every_command_shows_small_copies_and_earlier_results_and_refuses_later_ones()
             let (code, err) = program(at, arguments, "changed.h5");
             assert_eq!(code, 0, "{arguments:?} {version:?}: {err}");
         }
-        for version in [2, u32::MAX] {
+        for version in [3, u32::MAX] {
             with_version(at, "r.h5", Some(version));
             let (code, err) = program(at, arguments, "changed.h5");
             let words =
-                format!("has format version {version}, this program reads up to 1: read it with fbimpact ");
+                format!("has format version {version}, this program reads up to 2: read it with fbimpact ");
             assert!(code == 6 && err.contains(&words), "{arguments:?}: {code} {err}");
         }
         let (code, err) = program(at, arguments, "small.h5");
@@ -78,7 +78,7 @@ fn every_command_shows_small_copies_and_earlier_results_and_refuses_later_ones()
         assert_eq!(code, 0, "{arguments:?} {trace}: {err}");
     }
     // In a table a result of a later version is a row.
-    with_version(at, "r.h5", Some(2));
+    with_version(at, "r.h5", Some(3));
     assert_eq!(program(at, &["collect", "$", "-o", "t.csv"], "changed.h5").0, 0);
     assert!(std::fs::read_to_string(at.join("t.csv")).expect("written").contains("unreadable,,"));
 }

@@ -438,6 +438,11 @@ impl AdaptiveContact {
         self.law.interval.width.is_some()
     }
 
+    /// Whether the contact has friction.
+    pub fn has_friction(&self) -> bool {
+        self.law.friction.is_some()
+    }
+
     /// Whether the width of the interval is the scenario's, not to be changed.
     pub fn is_width_given(&self) -> bool {
         self.has_width() && !self.law.treatment.is_searched()

@@ -3,6 +3,7 @@
 
 pub mod chosen_sizes;
 pub mod impacts;
+pub mod members;
 pub mod open;
 pub mod peak;
 pub mod pressure_series;
@@ -12,7 +13,7 @@ pub mod thin;
 pub mod warnings;
 pub mod summary;
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 use hdf5::types::{TypeDescriptor, VarLenUnicode};
@@ -25,7 +26,8 @@ use crate::file::hdf5_integrity;
 use crate::tables::ImpactRow;
 
 /// Groups whose datasets have one row a stored instant.
-const SERIES_GROUPS: [&str; 7] = ["energies", "momentum", "bodies", "contacts", "points", "joints", "gears"];
+const SERIES_GROUPS: [&str; 8] =
+    [members::ARRAYS, "energies", "momentum", "bodies", "contacts", "points", "joints", "gears"];
 
 /// Group of lists that are as long as it happens: contact pressures.
 const LISTS: &str = "pressure";
@@ -52,6 +54,8 @@ pub struct Entry {
     pub unit: String,
     /// Path of the same dataset under the name at which it was met first.
     pub same: Option<String>,
+    /// The dataset of all bodies that it is one body's part of, and which.
+    pub part: Option<(String, usize)>,
 }
 
 impl Entry {
@@ -97,6 +101,7 @@ impl Stored {
         }
         let mut entries = BTreeMap::new();
         walk(&file, "", time.len(), (&mut entries, &mut Met::new())).map_err(damaged)?;
+        members::share_out(&file, &mut entries).map_err(damaged)?;
         let impacts = impacts::impacts(&file).map_err(damaged)?;
         let scenario = match file.link_exists("scenario") {
             true => open::scenario_text(&file).map_err(damaged)?,
@@ -125,8 +130,11 @@ impl Stored {
     /// # Errors
     /// [`ResultError::File`] with the first that claims more, or lies in another file.
     pub fn check(&self) -> Result<(), ResultError> {
-        let names = self.entries.keys().map(String::as_str).chain(["time", "scenario"]);
-        let mut there = names.filter(|name| self.file.link_exists(name));
+        let of =
+            |(name, entry): (&'_ String, &'_ Entry)| entry.part.as_ref().map_or(name, |(all, _)| all).clone();
+        let names: BTreeSet<String> =
+            self.entries.iter().map(of).chain(["time", "scenario"].map(String::from)).collect();
+        let mut there = names.iter().filter(|name| self.file.link_exists(name));
         let checked = there.try_for_each(|name| hdf5_integrity::check(&self.file.dataset(name)?));
         checked.map_err(|e| ResultError::io(&self.path, FileFault::part(e)))
     }
@@ -136,7 +144,11 @@ impl Stored {
     /// # Errors
     /// [`ResultError::File`] if they cannot be read.
     pub fn values(&self, name: &str) -> Result<Vec<f64>, ResultError> {
-        let read = self.file.dataset(name).and_then(|d| hdf5_integrity::rows::<f64>(&d));
+        let part = self.entries.get(name).and_then(|entry| entry.part.as_ref());
+        let read = match part {
+            Some((all, index)) => self.file.dataset(all).and_then(|d| members::part(&d, *index)),
+            None => self.file.dataset(name).and_then(|d| hdf5_integrity::rows::<f64>(&d)),
+        };
         read.map_err(|source| {
             let what = format!("/{name} cannot be read").into();
             ResultError::io(&self.path, FileFault::Hdf5 { what, source })
@@ -217,5 +229,11 @@ fn entry(dataset: &Dataset, path: &str, n_times: usize) -> Entry {
         (true, false) => Kind::Fixed,
     };
     let unit = dataset.attr("unit").and_then(|a| a.read_scalar::<VarLenUnicode>());
-    Entry { kind, shape, unit: unit.map_or_else(|_| String::new(), |u| u.as_str().to_owned()), same: None }
+    Entry {
+        kind,
+        shape,
+        unit: unit.map_or_else(|_| String::new(), |u| u.as_str().to_owned()),
+        same: None,
+        part: None,
+    }
 }

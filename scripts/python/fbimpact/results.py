@@ -17,7 +17,7 @@ import xarray as xr
 from .guards import open_file
 from .program import FileError, call
 
-VERSION = 1
+VERSION = 2
 """The latest version of results that is read."""
 TABLES = ("phases", "impacts", "tries", "transfers")
 
@@ -87,27 +87,36 @@ class Result:
         return self.dataset("/")["time"]
 
     def dataset(self, path: str) -> xr.Dataset:
-        """All datasets of one group, such as `contacts/impact`, with coordinates, units (`units`) and descriptions (`long_name`)."""
+        """All datasets of one group, such as `contacts/impact`, with coordinates, units (`units`) and descriptions (`long_name`).
+
+        In a result of many bodies, whose motion is in `arrays/bodies`, `bodies/NAME` has that of one.
+        """
+        kind, _, member = path.strip("/").partition("/")
         with self._open() as file:
-            if path not in file or not isinstance(file[path], h5py.Group):
+            index = _members(file, kind).get(member)
+            if index is None and (path not in file or not isinstance(file[path], h5py.Group)):
                 raise KeyError(f"{self.path}: there is no group {path!r}")
-            group = file[path]
             variables: dict[str, xr.Variable] = {}
             coordinates: dict[str, xr.Variable] = {}
+            for name, item in file[f"arrays/{kind}"].items() if index is not None else ():
+                if not _is_scale(item):
+                    variables[name] = _variable(item, coordinates, index)
+            group = file[path] if path in file else {}
             for name, item in group.items():
                 if isinstance(item, h5py.Dataset) and item.dtype.names is None and item.ndim > 0:
                     if not _is_scale(item):
                         variables[name] = _variable(item, coordinates)
                 elif isinstance(item, h5py.Dataset) and item.ndim == 0 and item.dtype.kind == "f":
                     variables[name] = xr.Variable((), item[()], _attributes(item))
-            attributes = {name: _plain(value) for name, value in group.attrs.items()}
+            attributes = {name: _plain(value) for name, value in getattr(group, "attrs", {}).items()}
         return xr.Dataset(variables, coordinates, attributes)
 
     def __getitem__(self, path: str) -> xr.Dataset | xr.DataArray:
         """A group or one dataset of it: `result["contacts/impact"]`, `result["contacts/impact/normal_force"]`."""
         path = path.strip("/")
         with self._open() as file:
-            is_group = path in file and isinstance(file[path], h5py.Group)
+            kind, _, member = path.partition("/")
+            is_group = member in _members(file, kind) or path in file and isinstance(file[path], h5py.Group)
         if is_group:
             return self.dataset(path)
         if path in TABLES:
@@ -272,7 +281,7 @@ class Groups(Mapping[str, xr.Dataset]):
 
     def __iter__(self) -> Iterator[str]:
         with self._result._open() as file:
-            return iter(list(file[self._path]) if self._path in file else [])
+            return iter(list(dict.fromkeys([*_members(file, self._path), *file.get(self._path, ())])))
 
     def __len__(self) -> int:
         return len(list(iter(self)))
@@ -286,11 +295,19 @@ def open_result(path: str | os.PathLike[str]) -> Result:
     return Result(path)
 
 
-def _variable(item: Any, coordinates: dict[str, xr.Variable]) -> xr.Variable:
-    """A dataset with its dimensions; their scales are added to `coordinates`."""
+def _members(file: Any, kind: str) -> dict[str, int]:
+    """Places of the members of a group in the datasets that they share; none where each has a group."""
+    names = file.get(f"arrays/{kind}/name") if kind else None
+    return {} if names is None else {_text(name): index for index, name in enumerate(names[()])}
+
+
+def _variable(item: Any, coordinates: dict[str, xr.Variable], member: int | None = None) -> xr.Variable:
+    """A dataset with its dimensions, or the part of one member of it; their scales are added to `coordinates`."""
     name = item.name.rpartition("/")[2]
     dimensions = []
     for k, dimension in enumerate(item.dims):
+        if k == 1 and member is not None:
+            continue
         scale = dimension[0] if len(dimension) > 0 else None
         label = dimension.label or f"{name}_{k}"
         # Coordinates and velocities of a joint differ in number where it has a quaternion.
@@ -299,7 +316,8 @@ def _variable(item: Any, coordinates: dict[str, xr.Variable]) -> xr.Variable:
         dimensions.append(label)
         if scale is not None and label not in coordinates:
             coordinates[label] = xr.Variable((label,), _values(scale), _attributes(scale))
-    return xr.Variable(dimensions, _values(item), _attributes(item))
+    values = _values(item) if member is None else item[:, member]
+    return xr.Variable(dimensions, values, _attributes(item))
 
 
 def _is_scale(item: Any) -> bool:

@@ -95,8 +95,8 @@ def test_what_is_no_result_is_refused(tmp_path):
     with pytest.raises(fbimpact.FileError, match="not a result file"):
         fbimpact.open_result(tmp_path / "other.h5")
     with h5py.File(tmp_path / "new.h5", "w") as file:
-        file.attrs["format"], file.attrs["format_version"] = "fbimpact", 2
-    with pytest.raises(fbimpact.FileError, match="format version 2"):
+        file.attrs["format"], file.attrs["format_version"] = "fbimpact", 3
+    with pytest.raises(fbimpact.FileError, match="format version 3"):
         fbimpact.open_result(tmp_path / "new.h5")
 
 
@@ -156,7 +156,7 @@ def test_what_is_no_whole_result_is_told(tmp_path):
         ("no status", without("status")),
         ("not a result file", without("format")),
         ("no scenario", lambda file, _: file.__delitem__("scenario")),
-        ("format version 2.*read it with", lambda file, _: file.attrs.__setitem__("format_version", 2)),
+        ("format version 3.*read it with", lambda file, _: file.attrs.__setitem__("format_version", 3)),
         ("format version", lambda file, _: file.attrs.__setitem__("format_version", [1, 2])),
         ("format version", lambda file, _: file.attrs.__setitem__("format_version", "1.5")),
     ):

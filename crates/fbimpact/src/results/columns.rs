@@ -1,6 +1,8 @@
 //! Which time series a result file has: path, unit, description, and where each comes from in a
 //! sample.
 
+use std::ops::Range;
+
 use adaptive::record::{Sample, Timings};
 use hdf5::{Group, H5Type, Result};
 use result_files::dataset::describe;
@@ -340,33 +342,28 @@ impl Axes {
 pub struct Column<T> {
     /// Dataset and buffer.
     pub series: Series<T>,
-    index: usize,
+    /// Which entries of a sample it has.
+    entries: Range<usize>,
     extract: fn(&Sample, usize, &mut Vec<T>),
 }
 
 impl<T: H5Type + Copy + Default + Into<f64>> Column<T> {
     /// Creates the dataset without a scale.
-    pub fn bare(
-        group: &Group,
-        d: &Declaration<T>,
-        width: Option<usize>,
-        index: usize,
-        storage: Storage,
-    ) -> Result<Self> {
-        Self::after(None, group, d, width, index, storage)
+    pub fn bare(group: &Group, d: &Declaration<T>, storage: Storage) -> Result<Self> {
+        Self::after(None, group, d, &[], 0..1, storage)
     }
 
     fn after(
         past: Option<Past<T>>,
         group: &Group,
         d: &Declaration<T>,
-        width: Option<usize>,
-        index: usize,
+        row: &[usize],
+        entries: Range<usize>,
         storage: Storage,
     ) -> Result<Self> {
-        let series = Series::create(group, d.name, width, storage, past)?;
+        let series = Series::create(group, d.name, row, storage, past)?;
         describe(series.dataset(), d.unit, d.description)?;
-        Ok(Self { series, index, extract: d.extract })
+        Ok(Self { series, entries, extract: d.extract })
     }
 
     /// Creates the dataset and attaches its scales; `own` is the scale of elastic coordinates (the
@@ -391,7 +388,23 @@ impl<T: H5Type + Copy + Default + Into<f64>> Column<T> {
         axes: &Axes,
         own: Option<&Scale>,
     ) -> Result<Self> {
-        let second = match d.axis {
+        Self::along(past, group, d, (index..index + 1, None), axes, own)
+    }
+
+    /// Creates the dataset of all bodies, whose names are the scale `names`: time × body × component.
+    pub fn of_all(group: &Group, d: &Declaration<T>, names: &Scale, axes: &Axes) -> Result<Self> {
+        Self::along(Past::default(), group, d, (0..names.size(), Some((names, "body"))), axes, None)
+    }
+
+    fn along(
+        past: Past<T>,
+        group: &Group,
+        d: &Declaration<T>,
+        (entries, members): (Range<usize>, Option<(&Scale, &'static str)>),
+        axes: &Axes,
+        own: Option<&Scale>,
+    ) -> Result<Self> {
+        let last = match d.axis {
             Axis::Scalar => None,
             Axis::Space => Some((&axes.space, "xyz")),
             Axis::Quaternion => Some((&axes.quaternion, "wxyz")),
@@ -399,20 +412,17 @@ impl<T: H5Type + Copy + Default + Into<f64>> Column<T> {
             Axis::Coordinate => own.map(|scale| (scale, "coordinate")),
             Axis::Tensor => own.map(|scale| (scale, "component")),
         };
-        let width = second.map(|(scale, _)| scale.size());
-        let column = Self::after(Some(past), group, d, width, index, axes.storage)?;
-        let first = (&axes.time, "time");
-        match second {
-            None => scales::attach(column.series.dataset(), &[first])?,
-            Some(second) => scales::attach(column.series.dataset(), &[first, second])?,
-        }
+        let scales: Vec<_> = members.into_iter().chain(last).collect();
+        let row: Vec<usize> = scales.iter().map(|(scale, _)| scale.size()).collect();
+        let column = Self::after(Some(past), group, d, &row, entries, axes.storage)?;
+        scales::attach(column.series.dataset(), &[&[(&axes.time, "time")], scales.as_slice()].concat())?;
         Ok(column)
     }
 
     /// Buffers the row of a sample, and appends it to `row`.
     pub fn push(&mut self, sample: &Sample, row: &mut Vec<T>) {
         let start = self.series.buffer.len();
-        (self.extract)(sample, self.index, &mut self.series.buffer);
+        self.entries.clone().for_each(|entry| (self.extract)(sample, entry, &mut self.series.buffer));
         row.extend(&self.series.buffer[start..]);
     }
 

@@ -66,6 +66,8 @@ impl OutputFile {
         let part = part_path(&target);
         let lock = lock(&part)?;
         let restart = restart_path(&target);
+        whole_file::clear_remains(&target);
+        whole_file::clear_remains(&restart);
         Ok(Self { target, part, restart, force, lock })
     }
 

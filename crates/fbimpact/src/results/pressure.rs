@@ -27,10 +27,10 @@ impl Pressures {
     /// Creates the datasets in `group`; `space` is the scale of x, y, z.
     pub fn create(group: &Group, space: &Scale, storage: Storage) -> Result<Self> {
         let pressures = Self {
-            position: Series::create(group, POSITION.0, Some(3), storage, None)?,
-            area: Series::create(group, AREA.0, None, storage, None)?,
-            point: Series::create(group, POINT.0, None, storage, None)?,
-            pressure: Series::create(group, PRESSURE.0, None, storage, None)?,
+            position: Series::create(group, POSITION.0, &[3], storage, None)?,
+            area: Series::create(group, AREA.0, &[], storage, None)?,
+            point: Series::create(group, POINT.0, &[], storage, None)?,
+            pressure: Series::create(group, PRESSURE.0, &[], storage, None)?,
             known: HashMap::new(),
         };
         let (area, point) = (pressures.area.dataset(), pressures.point.dataset());

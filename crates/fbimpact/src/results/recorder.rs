@@ -62,9 +62,28 @@ impl Status {
 /// The result of an operation on the open file.
 type Recorded<T> = Result<T, RecordingFault>;
 
+/// Bodies that have a group each at most, unless the scenario says otherwise: a dataset takes 1.4 kB and 40 kB of memory, five a body.
+const MOST_GROUPS: usize = 500;
+
+/// How the series of a run are stored.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FileForm {
+    /// How chunks are compressed.
+    compression: Compression,
+    /// Whether the motion of all bodies is in datasets that they share.
+    arrays: bool,
+}
+
+impl FileForm {
+    fn of(scenario: &Scenario) -> Self {
+        let is_many = scenario.run.bodies.len() > MOST_GROUPS;
+        Self { compression: scenario.compression, arrays: scenario.arrays.unwrap_or(is_many) }
+    }
+}
+
 /// Writes samples, records and stresses of one run.
 pub struct Recorder {
-    compression: Compression,
+    form: FileForm,
     /// Body name and model of every stress request.
     stress_models: Vec<(String, Option<Model>)>,
     open: Option<Open>,
@@ -87,7 +106,7 @@ impl Recorder {
             (line.name.clone(), body.map(|body| body.model))
         });
         let mut recorder = Self {
-            compression: scenario.compression,
+            form: FileForm::of(scenario),
             stress_models: stress_models.collect(),
             open: None,
             failure: None,
@@ -142,10 +161,10 @@ impl Recorder {
     /// # Errors
     /// [`RecordingFault`] if the file cannot be written.
     pub fn start(&mut self, layout: &RunLayout) -> Result<(), Arc<RecordingFault>> {
-        let compression = self.compression;
+        let form = self.form;
         let restart = self.restart.take();
         self.with(|open| {
-            open.layout(layout, compression)?;
+            open.layout(layout, form)?;
             match restart.filter(|r| r.point.is_some()) {
                 Some(restart) => open.replay(&restart),
                 None => open.note(&Entry::Layout(open.widths())),

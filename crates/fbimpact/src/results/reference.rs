@@ -11,7 +11,10 @@ use super::columns::{self, Axis, Declaration, Stage, TIMINGS};
 /// Attributes of the root.
 const ATTRIBUTES: [(&str, &str); 12] = [
     ("format", "`fbimpact`"),
-    ("format_version", "1; raised when an old reader would misread a new file"),
+    (
+        "format_version",
+        "1, or 2 where bodies share datasets; raised when an old reader would misread a new file",
+    ),
     ("program_version", "version of the program"),
     ("commit", "of its sources; `unknown` where there was no git"),
     ("compiler", "that built it"),
@@ -25,7 +28,7 @@ const ATTRIBUTES: [(&str, &str); 12] = [
 ];
 
 /// Fixed datasets besides series and tables: path, shape, unit, meaning.
-const FIXED: [(&str, &str, &str, &str); 15] = [
+const FIXED: [(&str, &str, &str, &str); 16] = [
     (
         "/scenario",
         "text",
@@ -52,6 +55,7 @@ const FIXED: [(&str, &str, &str, &str); 15] = [
         "Hz",
         "By how much the mesh may put them off; NaN of static answers and of bodies from files (docs/uncertainty.md).",
     ),
+    ("/arrays/bodies/name", "n_b", "", "Names of the bodies, where these share datasets."),
     ("/joints/NAME/coordinates_names", "n_c", "", "Names of the coordinates."),
     ("/joints/NAME/velocities_names", "n_v", "", "Names of the velocities."),
     ("/points/NAME/component", "6", "", "Names of the components of stress and strain."),
@@ -86,6 +90,7 @@ pub fn markdown() -> String {
     series("/energies", &columns::ENERGIES, &mut out);
     series("/momentum", &columns::MOMENTUM, &mut out);
     series("/bodies/NAME", &columns::BODY, &mut out);
+    out += "| `/arrays/bodies/{position, rotation, velocity, angular_velocity, centre_of_mass}` | n × n_b × 3 or 4 | as of one body | The same of all n_b bodies, in place of those of each, where there are many or `output.arrays` says so. |\n";
     series("/joints/NAME", &columns::JOINT, &mut out);
     series("/joints/NAME", &columns::REACTION, &mut out);
     series("/gears/NAME", &[columns::GEAR], &mut out);

@@ -1,8 +1,8 @@
 //! Time series: datasets that grow, written in blocks.
 
 use hdf5::types::OwnedDynValue;
-use hdf5::{Dataset, Error, Group, H5Type, Result};
-use ndarray::{ArrayView1, ArrayView2, s};
+use hdf5::{Dataset, Error, Extents, Group, H5Type, Result, SimpleExtents};
+use ndarray::{ArrayView1, ArrayView2, ArrayView3, s};
 
 use super::disk_space::BYTES_OF_DATASET;
 use crate::scenario::Compression;
@@ -15,8 +15,10 @@ const MANY: usize = 1000;
 const FEWEST_ROWS: usize = 16;
 /// The number of [`half_node`] that HDF5 has for itself.
 const HALF_NODE: usize = 32;
-/// Columns of a chunk: tall chunks keep the history of one coordinate cheap to read.
+/// Columns of a chunk, or members of one that holds those of many: tall chunks keep the history of one coordinate cheap to read.
 const COLUMNS: usize = 16;
+/// Rows of a chunk of many members.
+const ROWS_OF_MEMBERS: usize = 8;
 
 /// How the series of a file are stored.
 #[derive(Debug, Clone, Copy)]
@@ -42,8 +44,8 @@ pub fn half_node(n: usize) -> u32 {
 /// A dataset with one row a stored instant, written in blocks of [`Storage::rows`] rows.
 pub struct Series<T> {
     dataset: Dataset,
-    /// `None` for one value per row.
-    width: Option<usize>,
+    /// Lengths of a row: none for one value, the number of columns, or the numbers of members and of their columns.
+    row: Vec<usize>,
     /// Rows not yet written.
     pub buffer: Vec<T>,
     written: usize,
@@ -65,23 +67,26 @@ pub struct Past<T> {
 }
 
 impl<T: H5Type + Copy + Into<f64>> Series<T> {
-    /// Creates the dataset `name` in `group`; `width` is `None` for a one-dimensional dataset. With a past, chunks of its value alone
-    /// are not stored.
+    /// Creates the dataset `name` in `group`, with `row` for the lengths of a row: none for one value, the number of columns, or the numbers
+    /// of members and of their columns. With a past, chunks of its value alone are not stored.
     pub fn create(
         group: &Group,
         name: &str,
-        width: Option<usize>,
+        row: &[usize],
         storage: Storage,
         past: Option<Past<T>>,
     ) -> Result<Self> {
-        let rows = storage.rows;
+        let rows = if row.len() > 1 { ROWS_OF_MEMBERS.min(storage.rows) } else { storage.rows };
         let (written, buffered) = past.map_or((0, 0), |past| (past.written, past.buffered));
-        let builder = group.new_dataset::<T>();
+        let width = row.iter().product::<usize>();
+        let mut chunk = [&[rows], row].concat();
+        chunk.iter_mut().skip(1).take(1).for_each(|n| *n = (*n).min(COLUMNS));
         // Rows come in order: two chunks a column of chunks are enough, the default of a megabyte
         // adds up.
-        let width_or_one = width.unwrap_or(1).max(1);
-        let chunk_bytes = rows * width_or_one * size_of::<T>();
-        let builder = builder.chunk_cache(4 * width_or_one.div_ceil(COLUMNS) + 1, 2 * chunk_bytes, 1.0);
+        let chunk_bytes = rows * width.max(1) * size_of::<T>();
+        let builder = group.new_dataset::<T>();
+        let columns = row.first().unwrap_or(&1).div_ceil(COLUMNS).max(1);
+        let builder = builder.chunk_cache(4 * columns + 1, 2 * chunk_bytes, 1.0);
         let builder = match storage.compression {
             Compression::None => builder,
             Compression::Gzip => builder.shuffle().deflate(1),
@@ -90,13 +95,12 @@ impl<T: H5Type + Copy + Into<f64>> Series<T> {
             Some(past) => builder.fill_value(OwnedDynValue::new(past.value)),
             None => builder,
         };
-        let dataset = match width {
-            None => builder.chunk(rows).shape(written..).create(name)?,
-            Some(w) => builder.chunk((rows, w.min(COLUMNS))).shape((written.., w)).create(name)?,
-        };
-        let mut buffer = Vec::with_capacity(rows * width.unwrap_or(1));
-        buffer.extend(past.iter().flat_map(|past| vec![past.value; buffered * width.unwrap_or(1)]));
-        Ok(Self { dataset, width, buffer, written, rows, blank: past.map(|past| past.value) })
+        let fixed = row.iter().map(|n| hdf5::Extent::fixed(*n));
+        let shape: Vec<_> = std::iter::once(hdf5::Extent::resizable(written)).chain(fixed).collect();
+        let dataset = builder.chunk(chunk).shape(Extents::Simple(SimpleExtents::from(shape))).create(name)?;
+        let mut buffer = Vec::with_capacity(rows * width);
+        buffer.extend(past.iter().flat_map(|past| vec![past.value; buffered * width]));
+        Ok(Self { dataset, row: row.to_vec(), buffer, written, rows, blank: past.map(|past| past.value) })
     }
 
     /// The dataset.
@@ -107,8 +111,9 @@ impl<T: H5Type + Copy + Into<f64>> Series<T> {
     /// Bytes on the disk that writing a full buffer may take: a new row of chunks after one that is
     /// begun, and the tree.
     pub fn bytes_needed(&self) -> u64 {
-        let chunks = self.width.unwrap_or(1).div_ceil(COLUMNS);
-        let chunk = self.rows * self.width.unwrap_or(1).min(COLUMNS) * size_of::<T>();
+        let columns = *self.row.first().unwrap_or(&1);
+        let chunk = self.rows * columns.min(COLUMNS) * self.row.get(1).unwrap_or(&1) * size_of::<T>();
+        let chunks = columns.div_ceil(COLUMNS);
         (chunks * 2 * chunk) as u64 + chunks as u64 * BYTES_OF_DATASET
     }
 
@@ -120,7 +125,7 @@ impl<T: H5Type + Copy + Into<f64>> Series<T> {
 
     /// How many numbers each row has.
     pub fn width(&self) -> usize {
-        self.width.unwrap_or(1)
+        self.row.iter().product()
     }
 
     /// Appends the buffered rows to the dataset.
@@ -132,19 +137,27 @@ impl<T: H5Type + Copy + Into<f64>> Series<T> {
         let (start, end) = (self.written, self.written + rows);
         // By its bits: a negative zero is no zero.
         let bits = |x: T| Into::<f64>::into(x).to_bits();
-        let is_blank = self.blank.is_some_and(|blank| self.buffer.iter().all(|x| bits(*x) == bits(blank)));
+        let blank = self.blank.map(bits);
+        let is_blank = |x: &T| Some(bits(*x)) == blank;
         let shape_error = |e: ndarray::ShapeError| Error::from(e.to_string());
-        match self.width {
-            None => self.dataset.resize(end)?,
-            Some(w) => self.dataset.resize((end, w))?,
-        }
-        match self.width {
-            _ if is_blank => {}
-            None => self.dataset.write_slice(ArrayView1::from(&self.buffer), s![start..end])?,
-            Some(w) => {
+        self.dataset.resize([&[end], self.row.as_slice()].concat())?;
+        match *self.row {
+            [n, w] => {
+                let all = ArrayView3::from_shape((rows, n, w), &self.buffer).map_err(shape_error)?;
+                for first in (0..n).step_by(COLUMNS) {
+                    let members = first..(first + COLUMNS).min(n);
+                    let part = all.slice(s![.., members.clone(), ..]);
+                    if !part.iter().all(is_blank) {
+                        self.dataset.write_slice(&part.to_owned(), s![start..end, members, ..])?;
+                    }
+                }
+            }
+            _ if self.buffer.iter().all(is_blank) => {}
+            [w] => {
                 let rows = ArrayView2::from_shape((rows, w), &self.buffer).map_err(shape_error)?;
                 self.dataset.write_slice(rows, s![start..end, ..])?;
             }
+            _ => self.dataset.write_slice(ArrayView1::from(&self.buffer), s![start..end])?,
         }
         self.written = end;
         self.buffer.clear();

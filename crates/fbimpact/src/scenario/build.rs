@@ -92,7 +92,7 @@ pub fn scenario(checker: &mut Checker, root: &Section, source: Source) -> Option
         accuracy,
         frequency_errors: Vec::new(),
     };
-    let compression = requests.compression;
+    let (compression, arrays) = (requests.compression, requests.arrays);
     let of_bodies = file_bodies.iter().filter_map(|body| {
         Some((body.file.as_ref()?.path.clone(), format!("the file of body \"{}\"", body.name)))
     });
@@ -104,6 +104,7 @@ pub fn scenario(checker: &mut Checker, root: &Section, source: Source) -> Option
         bodies: file_bodies,
         tolerance_factor,
         compression,
+        arrays,
         doubts: Vec::new(),
         source,
         files,

@@ -25,6 +25,8 @@ pub struct Scenario {
     pub tolerance_factor: f64,
     /// Compression of the result file.
     pub compression: Compression,
+    /// Whether the motion of all bodies is stored in datasets that they share; none where their number decides.
+    pub arrays: Option<bool>,
     /// What may be meant otherwise than it is read, a sentence each.
     pub doubts: Vec<String>,
     /// Where the scenario comes from.

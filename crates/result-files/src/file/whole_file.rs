@@ -77,7 +77,10 @@ pub fn check(path: &Path) -> Result<(), FileFault> {
     let fail = |e| FileFault::system(Access::Write, e);
     let standing = no_probe();
     let probe = aside(path).map_err(fail)?;
-    std::fs::remove_file(&probe).map_err(fail)?;
+    // Who clears the path at this moment has removed it.
+    std::fs::remove_file(&probe)
+        .or_else(|e| if e.kind() == io::ErrorKind::NotFound { Ok(()) } else { Err(e) })
+        .map_err(fail)?;
     drop(standing);
     if is_kept(path, directory) {
         return Err(fail(io::ErrorKind::PermissionDenied.into()));
@@ -106,6 +109,26 @@ fn is_kept(path: &Path, directory: &Path) -> bool {
 #[cfg(not(unix))]
 fn is_kept(_: &Path, _: &Path) -> bool {
     false
+}
+
+/// Removes what killed processes left of files that they were about to write to `path`. Nobody else may write `path` meanwhile.
+pub fn clear_remains(path: &Path) {
+    let directory = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let Ok(entries) = directory.read_dir() else { return };
+    let name = path.file_name().unwrap_or_default().as_encoded_bytes();
+    for entry in entries.flatten().filter(|e| is_aside(name, e.file_name().as_encoded_bytes())) {
+        // What cannot be removed harms nobody.
+        let _ = std::fs::remove_file(entry.path());
+    }
+}
+
+/// Whether `other` is a name that [`aside`] gives for `name`.
+fn is_aside(name: &[u8], other: &[u8]) -> bool {
+    let numbers = || other.strip_prefix(name)?.strip_prefix(b".")?.strip_suffix(b".tmp");
+    let is_number = |digits: &[u8]| !digits.is_empty() && digits.iter().all(u8::is_ascii_digit);
+    numbers().is_some_and(|n| {
+        n.iter().filter(|c| **c == b'-').count() == 1 && n.split(|c| *c == b'-').all(is_number)
+    })
 }
 
 /// A new, empty file next to `path` under a name that nobody has: none is replaced, no link followed.
@@ -143,6 +166,34 @@ mod tests {
         assert!(failed.is_err());
         assert_eq!(std::fs::read(&path).expect("readable"), b"old");
         assert_eq!(std::fs::read_dir(folder.path()).expect("readable").count(), 1);
+    }
+
+    #[test]
+    fn remains_of_killed_processes_are_cleared_and_nothing_else() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("a.h5");
+        let others = [
+            "a.h5",
+            "a.h5.1-0-2.tmp",
+            "a.h5.1.tmp",
+            "a.h5.-0.tmp",
+            "a.h5.restart.1-0.tmp",
+            "a.h5.x-0.tmp",
+            "b.h5.1-0.tmp",
+        ];
+        for name in others.iter().chain(&["a.h5.1-0.tmp", "a.h5.12345-17.tmp"]) {
+            std::fs::write(folder.path().join(name), b"").expect("written");
+        }
+        clear_remains(&path);
+        let mut left: Vec<_> = folder
+            .path()
+            .read_dir()
+            .expect("readable")
+            .flatten()
+            .map(|e| e.file_name().into_string().expect("a name"))
+            .collect();
+        left.sort();
+        assert_eq!(left, others);
     }
 
     #[cfg(unix)]

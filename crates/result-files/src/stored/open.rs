@@ -14,8 +14,10 @@ use crate::words::shown::for_shell;
 /// Value of the root attribute `format`.
 pub const FORMAT: &str = "fbimpact";
 /// Value of the root attribute `format_version`; raised whenever an old reader would misread a new
-/// file.
+/// file. The version of files without arrays.
 pub const FORMAT_VERSION: u32 = 1;
+/// The version of files whose bodies share datasets ([`super::members`]), the latest.
+pub const VERSION_OF_ARRAYS: u32 = 2;
 
 /// Opens `path` without a lock, so that a run may still be writing it.
 ///
@@ -38,12 +40,12 @@ pub fn open(path: &Path) -> Result<File, ResultError> {
     }
     // Without a version: of a time before there were any.
     let version = file.attr("format_version").and_then(|a| a.read_scalar::<i64>()).unwrap_or(1);
-    if version > i64::from(FORMAT_VERSION) {
+    if version > i64::from(VERSION_OF_ARRAYS) {
         let written = attribute(&file, "program_version").unwrap_or_else(|| "a later version".to_owned());
         return Err(ResultError::io(
             path,
             format!(
-                "has format version {version}, this program reads up to {FORMAT_VERSION}: read it with fbimpact {written}, which wrote it, or a later one"
+                "has format version {version}, this program reads up to {VERSION_OF_ARRAYS}: read it with fbimpact {written}, which wrote it, or a later one"
             ),
         ));
     }

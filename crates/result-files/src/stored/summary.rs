@@ -10,6 +10,7 @@ use crate::file::fault::FileFault;
 use crate::file::hdf5_integrity;
 use crate::stored::chosen_sizes::{self, Note};
 use crate::stored::impacts::impacts;
+use crate::stored::members::Members;
 use crate::stored::open::{attribute, open, scenario_text, table};
 use crate::stored::peak::{self, Peak};
 use crate::stored::stages::STAGES;
@@ -74,13 +75,10 @@ fn summary(file: &File) -> Result<Summary> {
         Ok(dataset) => hdf5_integrity::rows::<f64>(&dataset)?,
         Err(_) => Vec::new(),
     };
-    let mut bodies = Vec::new();
-    if let Ok(group) = file.group("bodies") {
-        for name in group.member_names()? {
-            let n = group.dataset(&format!("{name}/eigenfrequencies")).map_or(0, |d| d.size());
-            bodies.push((name, n));
-        }
-    }
+    let members = Members::of(file, "bodies")?;
+    let modes = |name: &String| members.group(name).and_then(|own| own.dataset("eigenfrequencies").ok());
+    let bodies =
+        members.names().iter().map(|name| (name.clone(), modes(name).map_or(0, |d| d.size()))).collect();
     let (mut timings, mut fine_models) = (Vec::new(), None);
     if let Ok(group) = file.group("timings") {
         let count = group.dataset("reduction").and_then(|d| d.attr("fine_models")?.read_scalar::<u64>());

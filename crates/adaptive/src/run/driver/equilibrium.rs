@@ -14,7 +14,8 @@ use super::impact::judgement::{Ending, Judgement};
 use super::impact::trial_reason;
 use crate::checks::start::{out_of_balance, unstable};
 use crate::error::{AdaptiveError, EquilibriumFault};
-use crate::model::RunModel;
+use crate::model::{ContactFacts, RunModel};
+
 use crate::record::ZoneSize;
 use crate::record::finding::Components;
 use crate::state::simulation::{RunContact, smallest_gap};
@@ -56,6 +57,8 @@ const LONGEST: f64 = 0.3;
 const FAR: f64 = 100.0;
 /// Touches on the way, each with a zone of its own, at most.
 const MAX_LANDINGS: usize = 200;
+/// Growth of the force at rest of a contact for which it gets another zone on the way.
+const MORE: f64 = 1.1;
 /// Halvings of a step in which a contact closes.
 const HALVINGS: usize = 60;
 
@@ -65,6 +68,8 @@ enum Arrival {
     Settled,
     /// At the first touch of a contact that is to get its zone, or another one than it has.
     Touch(usize),
+    /// Before a contact reaches the rim of its zone.
+    Rim(usize),
     /// Where a contact presses beyond its zone.
     Beyond(usize),
 }
@@ -170,53 +175,104 @@ impl Driver<'_> {
     fn settle_all(&mut self, sizes: &[Option<ZoneSize>]) -> Result<Option<usize>, AdaptiveError> {
         let held = self.moving_coordinates();
         let (t, mut y) = (self.integrator.time(), self.integrator.state().to_vec());
+        self.slots.iter_mut().filter(|slot| slot.is_watching()).for_each(|slot| slot.found.preview = None);
+        let mut are_made: Vec<bool> = sizes.iter().map(Option::is_some).collect();
         for _ in 0..MAX_LANDINGS {
-            let arrival = self.settle(&mut y, &held, true)?;
+            let arrival = self.settle(&mut y, &held, Some(&are_made))?;
             self.integrator.restart(t, &y);
-            let i = match arrival {
+            let (i, known) = match arrival {
                 Arrival::Settled => {
                     // What sticks now does so with the references of its first touch.
                     self.model.system.save();
                     return Ok(None);
                 }
                 Arrival::Beyond(i) => return Ok(Some(i)),
-                Arrival::Touch(i) => i,
+                Arrival::Touch(i) => (i, 0.0),
+                Arrival::Rim(i) => (i, self.slots[i].found.preview.unwrap_or(f64::INFINITY)),
             };
             if self.slots[i].fine().is_some() {
                 self.deactivate(i)?;
+                self.slots[i].found.preview = None;
             }
-            self.slots[i].found.preview = None;
-            if sizes[i].is_none() {
-                self.preview_at_rest(i, &held)?;
+            let is_asked = sizes[i].is_none() || self.is_free_of_way();
+            if is_asked && self.slots[i].found.preview.is_none() {
+                if let Some(pose) = self.preview_at_rest(i, &held)? {
+                    self.integrator.restart(t, &pose);
+                }
             }
+            // More has come to rest on it since its zone was made; else the way alone led beyond, or Hertz's law is not the one.
+            are_made[i] |=
+                known > 0.0 && self.slots[i].found.preview.is_none_or(|force| force < MORE * known);
             self.activate(i, sizes[i])?;
             y = self.integrator.state().to_vec();
         }
         Err(AdaptiveError::Equilibrium(EquilibriumFault::NotFound { steps: MAX_LANDINGS, residual: 1.0 }))
     }
 
-    /// Notes the force of contact `i`, which touches, in equilibrium if Hertz's law, or that of a line, held there; nothing where there
-    /// is no law, or no equilibrium of it.
-    fn preview_at_rest(&mut self, i: usize, held: &[bool]) -> Result<(), AdaptiveError> {
+    /// Notes the force of contact `i`, which touches, in equilibrium if Hertz's law, or that of a line, held there and in all contacts that have no
+    /// zone yet, and their forces with it; nothing where there is no law, or no equilibrium of it. Returns the state of that equilibrium if the way to it
+    /// counts for nothing.
+    fn preview_at_rest(&mut self, i: usize, held: &[bool]) -> Result<Option<Vec<f64>>, AdaptiveError> {
+        let waiting = (0..self.slots.len()).filter(|k| *k == i || self.slots[*k].is_watching()).collect();
+        // What slides, since the law has no friction, presses all the same.
+        for (which, may_slide) in [(waiting, false), (vec![i], true)] {
+            let (settled, forces) = self.at_rest_by_hertz(i, which, held)?;
+            debug!(
+                contact = self.model.contacts[i].name,
+                ?forces,
+                is_settled = settled.is_some(),
+                "forces at rest by Hertz's law"
+            );
+            if settled.is_some() || may_slide {
+                forces
+                    .into_iter()
+                    .filter(|(_, f)| *f > 0.0)
+                    .for_each(|(k, f)| self.slots[k].found.preview = Some(f));
+                return Ok(settled.filter(|_| self.is_free_of_way()));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Whether the way to an equilibrium counts for nothing: no contact has friction, and all get their zones on it.
+    fn is_free_of_way(&self) -> bool {
+        let is_smooth =
+            |contact: &ContactFacts| contact.refinement.as_ref().is_some_and(|r| !r.has_friction());
+        self.model.contacts.iter().all(is_smooth)
+    }
+
+    /// Forces of the contacts `which` that have a law by Hertz, of which `i` touches, in equilibrium; with it the state, if that was reached.
+    fn at_rest_by_hertz(
+        &mut self,
+        i: usize,
+        which: Vec<usize>,
+        held: &[bool],
+    ) -> Result<(Option<Vec<f64>>, Vec<(usize, f64)>), AdaptiveError> {
         let (t, mut y) = (self.integrator.time(), self.integrator.state().to_vec());
         let RunModel { system, contacts, bodies, .. } = &mut *self.model;
         system.body_states(t, &y);
-        let Some(refinement) = &contacts[i].refinement else { return Ok(()) };
         let states = system.last_evaluation().0;
-        let Some(point) = refinement.preview((bodies, true), states, &mut self.slots[i].nearest)? else {
-            return Ok(());
-        };
-        let stand_in = RunContact::new(Box::new(Active::new(point)));
-        let inactive = std::mem::replace(&mut system.forces_mut()[i], stand_in);
-        // What slides, since the law has no friction, presses all the same.
-        let outcome = self.settle(&mut y, held, false).map(|_| ());
-        let force = self.model.system.forces()[i].contact.report().normal_force;
-        self.model.system.forces_mut()[i] = inactive;
-        debug!(contact = self.model.contacts[i].name, force, ?outcome, "force at rest by Hertz's law");
-        if force > 0.0 {
-            self.slots[i].found.preview = Some(force);
+        let mut stand_ins = Vec::new();
+        for k in which {
+            let Some(refinement) = &contacts[k].refinement else { continue };
+            let point = refinement.preview((bodies, k == i), states, &mut self.slots[k].nearest);
+            // Of those that are still apart nothing need be known.
+            let point = if k == i { point? } else { point.ok().flatten() };
+            stand_ins.extend(point.map(|point| (k, RunContact::new(Box::new(Active::new(point))))));
         }
-        Ok(())
+        if stand_ins.iter().all(|(k, _)| *k != i) {
+            return Ok((None, Vec::new()));
+        }
+        for (k, contact) in &mut stand_ins {
+            std::mem::swap(contact, &mut system.forces_mut()[*k]);
+        }
+        let is_settled = self.settle(&mut y, held, None).is_ok();
+        let forces = self.model.system.forces_mut();
+        let restored = stand_ins.into_iter().map(|(k, contact)| {
+            let stand_in = std::mem::replace(&mut forces[k], contact);
+            (k, stand_in.contact.report().normal_force)
+        });
+        Ok((is_settled.then_some(y), restored.collect()))
     }
 
     /// For each rate whether its coordinate is none of the equilibrium: those of the joints of bodies that move at the start.
@@ -231,9 +287,15 @@ impl Driver<'_> {
         held
     }
 
-    /// Moves `y` towards equilibrium until it is there; if `zones`, until a contact touches that is to get its zone.
-    fn settle(&mut self, y: &mut Vec<f64>, held: &[bool], zones: bool) -> Result<Arrival, AdaptiveError> {
-        let t = self.integrator.time();
+    /// Moves `y` towards equilibrium until it is there; with `are_made`, until a contact touches that is to get its zone, or another one, which those
+    /// get no more for which that says so.
+    fn settle(
+        &mut self,
+        y: &mut Vec<f64>,
+        held: &[bool],
+        are_made: Option<&[bool]>,
+    ) -> Result<Arrival, AdaptiveError> {
+        let (t, zones) = (self.integrator.time(), are_made.is_some());
         let fail = |fault| Err(AdaptiveError::Equilibrium(fault));
         let size = self.size_of_all();
         let (mut radius, mut gone) = (FIRST * size, 0.0);
@@ -262,7 +324,9 @@ impl Driver<'_> {
                 balance = self.balance_after(&balance, y, held)?;
                 continue;
             }
-            if zones && let Some(arrival) = self.leaves_zone(y, &moved)? {
+            if let Some(are_made) = are_made
+                && let Some(arrival) = self.leaves_zone(y, &moved, are_made)?
+            {
                 return Ok(arrival);
             }
             *y = moved;
@@ -297,8 +361,16 @@ impl Driver<'_> {
 
     /// Where a contact that has its zone lands or presses beside it on the way from `y` to `moved`, which the system was
     /// evaluated in last: `y` is then the state of the landing, or that one.
-    fn leaves_zone(&mut self, y: &mut Vec<f64>, moved: &[f64]) -> Result<Option<Arrival>, AdaptiveError> {
+    fn leaves_zone(
+        &mut self,
+        y: &mut Vec<f64>,
+        moved: &[f64],
+        are_made: &[bool],
+    ) -> Result<Option<Arrival>, AdaptiveError> {
         let t = self.integrator.time();
+        if let Some(i) = (0..self.slots.len()).find(|i| !are_made[*i] && self.is_narrow(*i)) {
+            return Ok(Some(Arrival::Rim(i)));
+        }
         for i in 0..self.slots.len() {
             let is_idle = self.model.system.forces()[i].is_idle();
             if self.slots[i].fine().is_none()
@@ -320,6 +392,15 @@ impl Driver<'_> {
             y.copy_from_slice(moved);
             Arrival::Beyond(i)
         }))
+    }
+
+    /// Whether the contact `i` reached the rim of a zone whose width nobody has given in the last evaluation.
+    fn is_narrow(&self, i: usize) -> bool {
+        let report = self.model.system.forces()[i].contact.report();
+        report.is_rim_touched
+            && report.normal_force > 0.0
+            && self.slots[i].fine().is_some()
+            && !self.is_width_given(i)
     }
 
     /// How far the state `y` is from equilibrium, after another one on the way there.

@@ -1,10 +1,12 @@
 //! A simulation with its file, its progress line and the wish to stop.
 
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Instant;
 
 use adaptive::error::ObserverError;
-use adaptive::record::warning::Warning;
+use adaptive::record::warning::{Warning, WarningKind};
 use adaptive::record::{
     ImpactRecord, PeakRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord, TransferRecord,
     TrialRecord,
@@ -22,6 +24,9 @@ use crate::results::journal::{Header, Journal};
 use crate::results::{OutputFile, Recorder, Status};
 use crate::scenario::Scenario;
 use crate::simulate::{Ending, RunReport};
+
+/// Warnings of one kind that are printed: as many as fit a screen.
+const MOST_TOLD: usize = 10;
 
 /// A function that runs a scenario, see [`crate::simulate::simulate`].
 pub type Simulation = fn(&Scenario, &mut dyn Observer, usize) -> Result<RunReport, AppError>;
@@ -57,7 +62,7 @@ pub fn finish(
     let part = output.part().to_owned();
     let progress = Progress::new(bar.clone());
     stop.hold(Held { output, recorder: Some(recorder), is_restart_own: true, bar, time: 0.0 });
-    let mut observer = RunObserver { progress, stop, n_impacts: 0 };
+    let mut observer = RunObserver { progress, stop, n_impacts: 0, told: BTreeMap::new() };
     let outcome = simulation(&mut observer);
     observer.progress.finish();
     let Held { output, recorder, .. } = stop.take();
@@ -107,6 +112,8 @@ struct RunObserver<'a> {
     stop: &'a Stop,
     /// Impacts that have been logged.
     n_impacts: u32,
+    /// How many warnings of each kind were given.
+    told: BTreeMap<WarningKind, usize>,
 }
 
 impl RunObserver<'_> {
@@ -209,7 +216,19 @@ impl Observer for RunObserver<'_> {
     }
 
     fn warning(&mut self, warning: &Warning) -> Result<(), ObserverError> {
-        tracing::warn!("{}", warning.line());
+        let told = self.told.entry(warning.kind).or_default();
+        *told += 1;
+        match (*told).cmp(&MOST_TOLD) {
+            Ordering::Less => tracing::warn!("{}", warning.line()),
+            Ordering::Equal => {
+                let kind = warning.kind.identifier();
+                tracing::warn!(
+                    "{}; `fbimpact info` shows all further ones of the kind {kind}",
+                    warning.line()
+                );
+            }
+            Ordering::Greater => {}
+        }
         self.record(|recorder| recorder.warning(warning))
     }
 

@@ -4,11 +4,12 @@ use adaptive::record::TransferDirection;
 use std::path::{Path, PathBuf};
 
 use ffr_dynamics::force::BodyState;
-use hdf5::{Group, Result};
+use hdf5::Result;
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 use result_files::file::fault::FileFault;
 use result_files::file::hdf5_integrity;
 use result_files::stored::impacts::impacts;
+use result_files::stored::members::Members;
 use result_files::stored::open::{open, scenario_text};
 use result_files::stored::pressure_series::PressureSeries;
 use result_files::tables::{ACCEPTED, PhaseRow, TableRow, TransferRow, TrialRow};
@@ -97,21 +98,15 @@ impl States {
     /// # Errors
     /// [`AppError::Io`] if it is not stored completely.
     pub fn motion(&self, name: &str) -> std::result::Result<BodyMotion, AppError> {
-        let file = open(&self.file)?;
-        let group = format!("bodies/{name}");
-        let is_small = file
-            .group(&group)
-            .is_ok_and(|g| g.link_exists("eigenfrequencies") && !g.link_exists("elastic_coordinates"));
-        if is_small {
+        let fail = |source| self.unreadable(format!("motion of body \"{name}\""), source);
+        let bodies = Members::of(&open(&self.file)?, "bodies").map_err(fail)?;
+        if bodies.has(name, "eigenfrequencies") && !bodies.has(name, "elastic_coordinates") {
             let reason = format!(
                 "is a small copy without the deformation of body \"{name}\", name the result that it was made from"
             );
             return Err(AppError::io(&self.file, reason));
         }
-        let motion = file
-            .group(&group)
-            .and_then(|group| motion(&group))
-            .map_err(|source| self.unreadable(format!("motion of body \"{name}\""), source))?;
+        let motion = motion(&bodies, name).map_err(fail)?;
         let n = self.time.len();
         let is_short = |values: &[f64], width: usize| values.len() < n * width;
         let q = motion.eigenfrequencies.len();
@@ -231,10 +226,10 @@ impl States {
     }
 }
 
-fn motion(group: &Group) -> Result<BodyMotion> {
-    let read = |name: &str| hdf5_integrity::rows::<f64>(&group.dataset(name)?);
+fn motion(bodies: &Members, body: &str) -> Result<BodyMotion> {
+    let read = |series: &str| bodies.rows(body, series);
     // Rigid bodies have no coordinates.
-    let elastic = |name: &str| if group.dataset(name).is_ok() { read(name) } else { Ok(Vec::new()) };
+    let elastic = |series: &str| if bodies.has(body, series) { read(series) } else { Ok(Vec::new()) };
     Ok(BodyMotion {
         position: read("position")?,
         rotation: read("rotation")?,

@@ -15,8 +15,10 @@ use super::super::pressure::Pressures;
 use super::super::series::Past;
 use super::{DATASETS_PER_GROUP, Recorded};
 
-/// Groups of the contacts' numbers and of their pressures.
-const GROUPS: [&str; 2] = ["contacts", "pressure"];
+/// Group of the contacts' numbers.
+const NUMBERS: &str = "contacts";
+/// Group of the pressures of those that have carried force at points.
+const PRESSURES: &str = "pressure";
 
 /// All contacts of a run.
 #[derive(Default)]
@@ -37,7 +39,7 @@ pub(super) struct Contacts {
 struct Shelf {
     columns: Vec<Column<f64>>,
     counts: Vec<Column<u32>>,
-    pressures: Pressures,
+    pressures: Option<Pressures>,
     /// The row of the last instant; without numbers before the first.
     row: ContactRow,
     /// How many contacts have it.
@@ -54,7 +56,7 @@ impl Shelf {
         blank: ContactRow,
     ) -> hdf5::Result<Self> {
         let [written, buffered] = past;
-        let [numbers, pressures] = [group(file, GROUPS[0], name)?, group(file, GROUPS[1], name)?];
+        let numbers = group(file, NUMBERS, name)?;
         let mut place = 0;
         let columns = CONTACT.iter().map(|d| {
             let value = blank.numbers.get(place).copied().unwrap_or_default();
@@ -69,7 +71,7 @@ impl Shelf {
         });
         Ok(Self {
             counts: counts.collect::<hdf5::Result<_>>()?,
-            pressures: Pressures::create(&pressures, &axes.space, axes.storage)?,
+            pressures: None,
             columns,
             row: blank,
             users: 1,
@@ -81,7 +83,7 @@ impl Shelf {
         let (mut numbers, mut counts) = (self.row.numbers.as_slice(), self.row.counts.as_slice());
         self.columns.iter_mut().for_each(|column| _ = column.push_row(&mut numbers));
         self.counts.iter_mut().for_each(|column| _ = column.push_row(&mut counts));
-        self.pressures.push(&self.row.points);
+        self.pressures.iter_mut().for_each(|pressures| pressures.push(&self.row.points));
     }
 
     /// Bytes on the disk that writing what is buffered up to the next flush may take, with its entries in the lists of the scales.
@@ -89,7 +91,7 @@ impl Shelf {
         BYTES_OF_DATASET
             + self.columns.iter().map(|c| c.series.bytes_needed()).sum::<u64>()
             + self.counts.iter().map(|c| c.series.bytes_needed()).sum::<u64>()
-            + self.pressures.bytes_needed()
+            + self.pressures.as_ref().map_or(0, Pressures::bytes_needed)
     }
 }
 
@@ -102,13 +104,13 @@ fn group(file: &File, of: &str, name: &str) -> hdf5::Result<Group> {
 
 /// Has the name `name` lead to what the name `to` leads to.
 fn lead(file: &File, name: &str, to: &str) -> hdf5::Result<()> {
-    GROUPS.iter().try_for_each(|of| file.link_hard(&format!("/{of}/{to}"), &format!("/{of}/{name}")))
+    file.link_hard(&format!("/{NUMBERS}/{to}"), &format!("/{NUMBERS}/{name}"))
 }
 
 impl Contacts {
     /// One group for all of them, while nothing is known.
     pub fn create(file: &File, names: &[String], axes: &Axes) -> hdf5::Result<Self> {
-        GROUPS.iter().try_for_each(|of| file.create_group(of).map(|_| ()))?;
+        [NUMBERS, PRESSURES].iter().try_for_each(|of| file.create_group(of).map(|_| ()))?;
         let Some((first, others)) = names.split_first() else { return Ok(Self::default()) };
         let shelf = Shelf::create(file, first, axes, [0, 0], ContactRow::default())?;
         others.iter().try_for_each(|name| lead(file, name, first))?;
@@ -156,6 +158,13 @@ impl Contacts {
                 return Ok(false);
             }
             self.place(i, row, file, space, axes)?;
+            let shelf = &mut self.shelves[self.places[i]];
+            if shelf.pressures.is_none() && !row.points.is_empty() {
+                let room = DATASETS_PER_GROUP as u64 * BYTES_OF_DATASET;
+                space.reserve(file.size(), self.room + room).map_err(RecordingFault::Space)?;
+                let group = group(file, PRESSURES, &self.names[i])?;
+                shelf.pressures = Some(Pressures::create(&group, &axes.space, axes.storage)?);
+            }
         }
         self.shelves.iter_mut().for_each(Shelf::push);
         self.buffered += 1;
@@ -183,7 +192,7 @@ impl Contacts {
         }
         shelf.users -= 1;
         let before = shelf.row.clone();
-        GROUPS.iter().try_for_each(|of| file.group(of)?.unlink(&self.names[i]))?;
+        file.group(NUMBERS)?.unlink(&self.names[i])?;
         let equal = self
             .shelves
             .iter_mut()
@@ -214,7 +223,7 @@ impl Contacts {
         for Shelf { columns, counts, pressures, .. } in &mut self.shelves {
             columns.iter_mut().try_for_each(|c| c.series.write())?;
             // The lists before their lengths: no instant has more points than there are.
-            pressures.write()?;
+            pressures.iter_mut().try_for_each(Pressures::write)?;
             counts.iter_mut().try_for_each(|c| c.series.write())?;
         }
         self.written += std::mem::take(&mut self.buffered);

@@ -6,6 +6,8 @@ use hdf5::{Group, Result};
 use ndarray::ArrayView1;
 use result_files::dataset::scales::Scale;
 use result_files::dataset::{component_scale, describe, text_attribute};
+use result_files::stored::members::{ARRAYS, NAMES};
+use result_files::stored::open::VERSION_OF_ARRAYS;
 
 use super::super::columns::{self, Axes, Axis, Column, Declaration};
 use super::super::disk_space::BYTES_OF_DATASET;
@@ -13,22 +15,22 @@ use super::super::fault::RecordingFault;
 use super::super::series::Storage;
 use super::super::stress::tensor_scale;
 use super::contacts::Contacts;
-use super::{DATASETS_PER_GROUP, Open, Recorded};
-use crate::scenario::Compression;
+use super::{DATASETS_PER_GROUP, FileForm, Open, Recorded};
 
 impl Open {
     /// Creates the datasets of everything that is stored at every instant.
-    pub(super) fn layout(&mut self, layout: &RunLayout, compression: Compression) -> Recorded<()> {
+    pub(super) fn layout(&mut self, layout: &RunLayout, form: FileForm) -> Recorded<()> {
         let file = self.file.clone();
         self.contact_names = layout.contacts.iter().chain(&layout.stops).cloned().collect();
         // All contacts share the datasets of one, and need a name each.
-        let (bodies, contacts) = (layout.bodies.len(), layout.contacts.len());
+        let has_group = |body: &&BodyLayout| !form.arrays || !body.eigenfrequencies.is_empty();
+        let (bodies, contacts) = (layout.bodies.iter().filter(has_group).count(), layout.contacts.len());
         let groups = 2 + bodies + layout.points.len() + layout.joints.len() + layout.gears.len();
         let bytes = (DATASETS_PER_GROUP * groups + contacts) as u64 * BYTES_OF_DATASET;
         self.disk_space.reserve(file.size(), bytes).map_err(RecordingFault::Space)?;
-        let storage = Storage::of(DATASETS_PER_GROUP * (groups + contacts), compression);
+        let storage = Storage::of(DATASETS_PER_GROUP * (groups + contacts), form.compression);
         self.block = storage.rows;
-        let time = Column::bare(&file, &columns::TIME, None, 0, storage)?;
+        let time = Column::bare(&file, &columns::TIME, storage)?;
         let time_scale = Scale::new(time.series.dataset().clone(), "time")?;
         self.columns.push(time);
         let space = component_scale(&file, "xyz", &["x", "y", "z"], "Components of vectors in space.")?;
@@ -39,13 +41,25 @@ impl Open {
         self.group(&file.create_group("energies")?, &columns::ENERGIES, 0, &axes)?;
         self.group(&file.create_group("momentum")?, &columns::MOMENTUM, 0, &axes)?;
         let bodies = file.create_group("bodies")?;
-        for (i, body) in layout.bodies.iter().enumerate() {
+        let is_own = |d: &&Declaration<f64>| !form.arrays || d.axis == Axis::Mode;
+        for (i, body) in layout.bodies.iter().enumerate().filter(|(_, body)| has_group(body)) {
             let group = bodies.create_group(&body.name)?;
             let modes = eigenfrequencies(&group, body)?;
-            for d in columns::BODY.iter().filter(|d| d.axis != Axis::Mode || modes.is_some()) {
+            let there = columns::BODY.iter().filter(|d| d.axis != Axis::Mode || modes.is_some());
+            for d in there.filter(is_own) {
                 self.columns.push(Column::create(&group, d, i, &axes, modes.as_ref())?);
             }
             modes.as_ref().map_or(Ok(()), Scale::finish)?;
+        }
+        if form.arrays {
+            let group = file.create_group(ARRAYS)?.create_group("bodies")?;
+            let names: Vec<&str> = layout.bodies.iter().map(|body| body.name.as_str()).collect();
+            let names = component_scale(&group, NAMES, &names, "Names of the bodies.")?;
+            for d in columns::BODY.iter().filter(|d| !is_own(d)) {
+                self.columns.push(Column::of_all(&group, d, &names, &axes)?);
+            }
+            names.finish()?;
+            file.attr("format_version")?.write_scalar(&VERSION_OF_ARRAYS)?;
         }
         self.contacts = Contacts::create(&file, &layout.contacts, &axes)?;
         let points = file.create_group("points")?;

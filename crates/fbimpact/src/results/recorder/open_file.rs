@@ -21,7 +21,7 @@ use super::super::journal::{ContactRow, Entry, Journal, Row};
 use super::super::rows;
 use super::super::series::half_node;
 use super::contacts::Contacts;
-use super::{DATASETS_PER_GROUP, Recorded, WARNINGS};
+use super::{DATASETS_PER_GROUP, FileForm, Recorded, WARNINGS};
 use crate::process::provenance;
 use crate::scenario::Scenario;
 
@@ -69,7 +69,8 @@ impl Open {
     pub(super) fn create(path: &Path, scenario: &Scenario, threads: usize) -> Result<Self, FileFault> {
         // Version 1.8 of the format: readable everywhere, and after a crash without repair. The
         // lock is OutputFile's.
-        let groups = scenario.run.bodies.len() + scenario.run.contacts.len();
+        let bodies = if FileForm::of(scenario).arrays { 0 } else { scenario.run.bodies.len() };
+        let groups = bodies + scenario.run.contacts.len();
         let file = File::with_options()
             .with_fapl(|p| p.libver_v18().file_locking(false).mdc_config(&metadata_only_on_flush()))
             .with_fcpl(|p| p.istore_k(half_node(DATASETS_PER_GROUP * groups)))

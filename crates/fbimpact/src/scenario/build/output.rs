@@ -19,6 +19,8 @@ pub struct Output {
     pub stress: Vec<StressSpec>,
     /// Compression of the result file.
     pub compression: Compression,
+    /// Whether bodies share datasets, if it is given.
+    pub arrays: Option<bool>,
 }
 
 /// The requests of the `[output]` table; `None` if one of them, or its body, is at fault.
@@ -38,7 +40,8 @@ pub fn output(
         .collect();
     let compression = section.choice("compression")?;
     let is_complete = built_points.len() == points.len() && stress.len() == lines.len();
-    is_complete.then_some(Output { points: built_points, stress, compression })
+    let arrays = section.boolean("arrays");
+    is_complete.then_some(Output { points: built_points, stress, compression, arrays })
 }
 
 fn point(

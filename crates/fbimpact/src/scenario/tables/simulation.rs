@@ -247,6 +247,13 @@ pub const OUTPUT: &[Key] = &[
         "Compression of the time histories.",
     ),
     Key::new(
+        "arrays",
+        Kind::Boolean,
+        "",
+        Need::Optional("true with more than 500 bodies"),
+        "Whether the motion of all bodies is stored in datasets that they share, /arrays/bodies, time × body × component, in place of five for each body.",
+    ),
+    Key::new(
         "points",
         Kind::Named(POINT),
         "",
