@@ -112,12 +112,36 @@ impl SymbolicFactor {
         self.layout.roots().iter().map(|&s| self.layout.work[s as usize]).sum()
     }
 
-    /// Entries of the factor of a matrix with the analysed pattern; the error is the position of
-    /// the pivot that fails.
-    fn factorise(&self, matrix: SparseColMatRef<'_, u32, f64>, kind: Kind) -> Result<Vec<f64>, usize> {
+    /// Entries of the factor of a `matrix` with the analysed pattern: those of its entries that
+    /// `value(number, row, column)` gives, row and column in the order of elimination. The error is
+    /// the position of the pivot that fails.
+    fn factorise<T: Entry>(
+        &self,
+        matrix: SparseColMatRef<'_, u32, f64>,
+        value: impl Fn(usize, usize, usize) -> T + Sync,
+        kind: Kind,
+    ) -> Result<Vec<T>, usize> {
+        let n_entries = matrix.val().len();
+        assert_eq!(n_entries, self.positions.len(), "the matrix has another pattern than was analysed");
+        numeric::factorise(&self.layout, (matrix.symbolic(), &self.positions), value, kind)
+    }
+
+    /// The entries of a `matrix` whose rows and columns of `held` unknowns are reduced to their
+    /// diagonal, for [`Self::factorise`]; nothing is held if the list is empty.
+    fn values<'m>(
+        &self,
+        matrix: SparseColMatRef<'m, u32, f64>,
+        held: &[bool],
+    ) -> impl Fn(usize, usize, usize) -> f64 + Sync + use<'m> {
         let values = matrix.val();
-        assert_eq!(values.len(), self.positions.len(), "the matrix has another pattern than was analysed");
-        numeric::factorise(&self.layout, &self.positions, |number, _, _| values[number], kind)
+        let is_held: Vec<bool> = match held {
+            [] => vec![false; self.n_unknowns()],
+            _ => self.order().iter().map(|&i| held[i as usize]).collect(),
+        };
+        move |number, row, column| match row != column && (is_held[row] || is_held[column]) {
+            true => 0.0,
+            false => values[number],
+        }
     }
 
     /// Cholesky factor of a symmetric positive definite matrix with the analysed pattern; `name` is
@@ -133,8 +157,19 @@ impl SymbolicFactor {
         matrix: SparseColMatRef<'_, u32, f64>,
         name: &'static str,
     ) -> Result<CholeskyFactor, DynamicsError> {
+        self.cholesky_held(matrix, &[], name)
+    }
+
+    /// As [`Self::cholesky`] with rows and columns of `held` unknowns, if there are any, reduced to
+    /// their diagonal.
+    pub(super) fn cholesky_held(
+        self: &Arc<Self>,
+        matrix: SparseColMatRef<'_, u32, f64>,
+        held: &[bool],
+        name: &'static str,
+    ) -> Result<CholeskyFactor, DynamicsError> {
         self.check_memory(size_of::<f64>())?;
-        match self.factorise(matrix, Kind::Definite) {
+        match self.factorise(matrix, self.values(matrix, held), Kind::Definite) {
             Ok(values) => Ok(CholeskyFactor { symbolic: Arc::clone(self), values }),
             Err(position) => {
                 let pivot = self.order()[position] as usize;
@@ -148,7 +183,7 @@ impl SymbolicFactor {
         self: &Arc<Self>,
         matrix: SparseColMatRef<'_, u32, f64>,
     ) -> Option<CholeskyFactor> {
-        let values = self.factorise(matrix, Kind::Indefinite).ok()?;
+        let values = self.factorise(matrix, self.values(matrix, &[]), Kind::Indefinite).ok()?;
         Some(CholeskyFactor { symbolic: Arc::clone(self), values })
     }
 }

@@ -31,9 +31,6 @@ pub struct Pencil<'a> {
     body: &'a AssembledBody,
     /// `K` on the union of the patterns of `K` and `M`.
     stiffness: Cow<'a, SparseColMat<u32, f64>>,
-    /// Where each entry of the mass matrix goes: (position in the values of `stiffness`, index of
-    /// the mass value).
-    mass_places: Vec<(u32, u32)>,
     symbolic: Arc<SymbolicFactor>,
     digits: Digits,
 }
@@ -64,11 +61,11 @@ impl<'a> Pencil<'a> {
     pub fn new(body: &'a AssembledBody, last: &[usize]) -> Result<Self, DynamicsError> {
         check(body)?;
         check_unknowns(last, body.n_unknowns())?;
-        let (stiffness, mass_places) = unite(body)?;
+        let stiffness = unite(body)?;
         let pattern = stiffness.symbolic();
         let order = elimination_order(pattern, &body.dofs, &body.anchors, last);
         let symbolic = Arc::new(SymbolicFactor::new(pattern, order, last.len())?);
-        Ok(Self { body, stiffness, mass_places, symbolic, digits: Digits::default() })
+        Ok(Self { body, stiffness, symbolic, digits: Digits::default() })
     }
 
     /// The same with what other meshes of the body have shown, and for those that follow.
@@ -123,8 +120,10 @@ impl<'a> Pencil<'a> {
     /// # Errors
     /// [`DynamicsError::NotPositiveDefinite`] if the rest can still move without energy.
     pub fn cholesky(&self, shift: f64, fixed: &[bool]) -> Result<CholeskyFactor, DynamicsError> {
-        let name = if shift > 0.0 { "K + s M" } else { STIFFNESS };
-        self.with_combination(shift, fixed, |matrix| self.symbolic.cholesky(matrix, name))
+        if shift.abs() > 0.0 {
+            return self.with_combination(shift, fixed, |matrix| self.symbolic.cholesky(matrix, "K + s M"));
+        }
+        self.symbolic.cholesky_held(self.stiffness.as_ref().as_ref(), fixed, STIFFNESS)
     }
 
     /// As [`Self::cholesky`] of `K` in single precision; `None` if the matrix is small, a pivot not
@@ -137,10 +136,8 @@ impl<'a> Pencil<'a> {
             return Ok(None);
         }
         self.symbolic.check_memory(size_of::<f32>())?;
-        let factorise = |matrix: SparseColMatRef<'_, u32, f64>| {
-            SinglePrecisionFactor::new(&self.symbolic, matrix, Kind::Definite)
-        };
-        Ok(self.with_combination(0.0, fixed, factorise))
+        let stiffness = self.stiffness.as_ref().as_ref();
+        Ok(SinglePrecisionFactor::new(&self.symbolic, stiffness, fixed, Kind::Definite))
     }
 
     /// Inertia of `K - mu M` on the unknowns that are not `fixed`: how many eigenvalues are below
@@ -197,9 +194,8 @@ impl<'a> Pencil<'a> {
         let mut values = k.val().to_vec();
         let mass = mass_lower(self.body).val();
         if shift.abs() > 0.0 {
-            for &(place, index) in &self.mass_places {
-                values[place as usize] += shift * mass[index as usize];
-            }
+            let is_part = with_mass_places(k, self.body, |place, index| values[place] += shift * mass[index]);
+            debug_assert!(is_part, "the pattern holds that of the mass");
         }
         if fixed.contains(&true) {
             for j in 0..k.ncols() {
@@ -312,17 +308,21 @@ fn mass_column<'b>(
     }
 }
 
-type United<'a> = (Cow<'a, SparseColMat<u32, f64>>, Vec<(u32, u32)>);
-
-/// Stiffness on the union of both patterns, and the places of the mass entries in it.
-fn unite(body: &AssembledBody) -> Result<United<'_>, DynamicsError> {
+/// Unknown of every component of every node.
+fn numbers(body: &AssembledBody) -> Vec<[u32; 6]> {
     let mut number = vec![[u32::MAX; 6]; body.nodes.len()];
     for (i, dof) in body.dofs.iter().enumerate() {
         number[dof.node as usize][dof.component as usize] = i as u32;
     }
-    if let Some(positions) = places_in(&body.stiffness, body, &number) {
-        return Ok((Cow::Borrowed(&body.stiffness), positions));
+    number
+}
+
+/// Stiffness on the union of both patterns.
+fn unite(body: &AssembledBody) -> Result<Cow<'_, SparseColMat<u32, f64>>, DynamicsError> {
+    if with_mass_places(&body.stiffness, body, |_, _| ()) {
+        return Ok(Cow::Borrowed(&body.stiffness));
     }
+    let number = numbers(body);
     let k = &body.stiffness;
     let (mut starts, mut rows, mut values) = (vec![0u32], Vec::new(), Vec::new());
     for j in 0..k.ncols() {
@@ -341,29 +341,32 @@ fn unite(body: &AssembledBody) -> Result<United<'_>, DynamicsError> {
     }
     let symbolic = SymbolicSparseColMat::new_checked(k.nrows(), k.ncols(), starts, None, rows);
     let united = SparseColMat::new(symbolic, values);
-    let positions = places_in(&united, body, &number).ok_or(DataError::ForeignMass)?;
-    Ok((Cow::Owned(united), positions))
+    match with_mass_places(&united, body, |_, _| ()) {
+        true => Ok(Cow::Owned(united)),
+        false => Err(DataError::ForeignMass.into()),
+    }
 }
 
-/// Places of the mass entries in a sorted pattern; `None` if one is missing.
-fn places_in(
+/// Calls `work` with the place of every mass entry among the values of `k`, whose pattern is sorted,
+/// and with its index among those of the mass; false if there is no place for one.
+fn with_mass_places(
     k: &SparseColMat<u32, f64>,
     body: &AssembledBody,
-    number: &[[u32; 6]],
-) -> Option<Vec<(u32, u32)>> {
-    let mut positions = Vec::with_capacity(k.row_idx().len() / body.motion.n_components());
+    mut work: impl FnMut(usize, usize),
+) -> bool {
+    let number = numbers(body);
     for j in 0..k.ncols() {
         let range = k.symbolic().col_range(j);
         let mut p = range.start;
-        for (row, index) in mass_column(body, number, j) {
+        for (row, index) in mass_column(body, &number, j) {
             while p < range.end && k.row_idx()[p] < row {
                 p += 1;
             }
             if p == range.end || k.row_idx()[p] != row {
-                return None;
+                return false;
             }
-            positions.push((p as u32, index));
+            work(p, index as usize);
         }
     }
-    Some(positions)
+    true
 }

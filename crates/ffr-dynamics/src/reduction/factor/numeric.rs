@@ -15,6 +15,7 @@ use faer::linalg::cholesky::{ldlt, llt};
 use faer::linalg::matmul::matmul;
 use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
 use faer::reborrow::{Reborrow, ReborrowMut};
+use faer::sparse::SymbolicSparseColMatRef;
 use faer::{Accum, MatMut, MatRef, Par};
 
 use super::entry::Entry;
@@ -40,7 +41,7 @@ pub(in crate::reduction) enum Kind {
 }
 
 /// Entries of the factor of a symmetric matrix, as `layout` places them.
-/// `value(number, row, column)` is the entry that has this number in the pattern of `positions`;
+/// `value(number, row, column)` is the entry that has this number in the `pattern` of `positions`;
 /// row and column are those of the factor.
 ///
 /// Above the diagonal of a panel stand numbers without meaning.
@@ -50,13 +51,14 @@ pub(in crate::reduction) enum Kind {
 /// [`Kind::Indefinite`]).
 pub(in crate::reduction) fn factorise<T: Entry>(
     layout: &Layout,
-    positions: &EntryPositions,
+    (pattern, positions): (SymbolicSparseColMatRef<'_, u32>, &EntryPositions),
     value: impl Fn(usize, usize, usize) -> T + Sync,
     kind: Kind,
 ) -> Result<Vec<T>, usize> {
     let mut values = vec![T::ZERO; layout.n_values()];
     let run = Factorisation {
         layout,
+        pattern,
         matrix: positions,
         value: &value,
         kind,
@@ -96,6 +98,7 @@ struct Scratch<T> {
 
 struct Factorisation<'a, T, V> {
     layout: &'a Layout,
+    pattern: SymbolicSparseColMatRef<'a, u32>,
     matrix: &'a EntryPositions,
     value: &'a V,
     kind: Kind,
@@ -237,7 +240,8 @@ impl<T: Entry, V: Fn(usize, usize, usize) -> T + Sync> Factorisation<'_, T, V> {
             let mut block = MatMut::from_column_major_slice_mut(own, n_rows, width);
             for j in 0..width {
                 let column = panel.first + j;
-                for entry in self.matrix.column(column) {
+                let unknown = self.layout.supernodes.order[column] as usize;
+                for entry in self.matrix.column(self.pattern, (column, unknown)) {
                     block[(target.place(entry.row), j)] =
                         (self.value)(entry.number as usize, entry.row as usize, column);
                 }

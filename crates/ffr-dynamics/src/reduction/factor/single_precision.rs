@@ -12,7 +12,7 @@ use faer::sparse::SparseColMatRef;
 
 use super::SymbolicFactor;
 use super::entry::Entry;
-use super::numeric::{self, Kind};
+use super::numeric::Kind;
 use super::tree_solve::TreeSolve;
 
 const WIDTH: usize = <f32 as Entry>::WIDTH;
@@ -27,28 +27,26 @@ pub(in crate::reduction) struct SinglePrecisionFactor {
 }
 
 impl SinglePrecisionFactor {
-    /// Factorises a symmetric matrix with the analysed pattern; `None` if a pivot is not positive,
-    /// or zero, in single precision.
+    /// Factorises a symmetric matrix with the analysed pattern, rows and columns of `held` unknowns,
+    /// if there are any, reduced to their diagonal; `None` if a pivot is not positive, or zero, in
+    /// single precision.
     ///
     /// # Panics
     /// If the matrix has not as many entries as the pattern.
     pub fn new(
         symbolic: &Arc<SymbolicFactor>,
         matrix: SparseColMatRef<'_, u32, f64>,
+        held: &[bool],
         kind: Kind,
     ) -> Option<Self> {
         let scale: Vec<f64> =
             diagonal_of(matrix).iter().map(|d| 1.0 / d.abs().sqrt().max(f64::MIN_POSITIVE)).collect();
         let by_position: Vec<f64> = symbolic.order().iter().map(|&i| scale[i as usize]).collect();
-        let values = matrix.val();
-        assert_eq!(
-            values.len(),
-            symbolic.positions.len(),
-            "the matrix has another pattern than was analysed"
-        );
-        let scaled =
-            |number: usize, i: usize, j: usize| (values[number] * by_position[i] * by_position[j]) as f32;
-        let values = numeric::factorise(&symbolic.layout, &symbolic.positions, scaled, kind).ok()?;
+        let value = symbolic.values(matrix, held);
+        let scaled = |number: usize, i: usize, j: usize| {
+            (value(number, i, j) * by_position[i] * by_position[j]) as f32
+        };
+        let values = symbolic.factorise(matrix, scaled, kind).ok()?;
         Some(Self { symbolic: Arc::clone(symbolic), values, scale })
     }
 

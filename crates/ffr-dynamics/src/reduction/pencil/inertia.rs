@@ -118,7 +118,7 @@ impl SymbolicFactor {
         matrix: SparseColMatRef<'_, u32, f64>,
     ) -> Result<Option<(Inertia, ShiftedFactor)>, DynamicsError> {
         self.check_memory_beside(size_of::<f32>())?;
-        let Some(factor) = SinglePrecisionFactor::new(self, matrix, Kind::Indefinite) else {
+        let Some(factor) = SinglePrecisionFactor::new(self, matrix, &[], Kind::Indefinite) else {
             return Ok(None);
         };
         // The diagonal of the scaled matrix is one up to its sign.
