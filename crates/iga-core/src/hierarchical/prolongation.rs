@@ -44,13 +44,17 @@ impl Prolongation {
             let Place { patch, level, index, leaf, weight } = place;
             let e = coarse.find_element(patch, &middle(fine, patch, &leaf));
             relations.column(patch, &coarse.leaf(e), (level, &index), &mut shares)?;
-            for (r, &g) in coarse.functions_on(e).iter().enumerate() {
-                let value: f64 = if coarse.is_single_level(e) {
-                    shares[r] * coarse.weights()[g as usize]
-                } else {
-                    let (columns, entries) = coarse.row(e, r);
-                    columns.iter().zip(entries).map(|(&c, v)| v * shares[c as usize]).sum()
-                };
+            let functions = coarse.functions_on(e);
+            let values = if coarse.is_single_level(e) {
+                functions
+                    .iter()
+                    .zip(&shares)
+                    .map(|(&g, share)| share * coarse.weights()[g as usize])
+                    .collect()
+            } else {
+                coarse.combined(e, &shares)
+            };
+            for (&g, value) in functions.iter().zip(values) {
                 if value > 0.0 {
                     p.columns.push(g);
                     p.values.push(value / weight);

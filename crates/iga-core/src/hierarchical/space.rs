@@ -2,6 +2,7 @@
 //! (theory Eq. H.6, H.7).
 
 mod numbering;
+mod columns;
 mod extraction;
 mod seams;
 mod tables;
@@ -17,11 +18,12 @@ use crate::nurbs::interface::FaceId;
 use crate::nurbs::jet::dot;
 use crate::nurbs::patch::{PointBasis, make_rational};
 use crate::space::{
-    Cell, Combination, Element, GridBasis, Integrand, PatchSpace, Rows, Space, SplineSpace, tabulate_spline,
+    Cell, Combination, Element, GridBasis, Integrand, PatchSpace, Space, SplineSpace, tabulate_spline,
 };
 use crate::spline_fault::LevelFault;
 use crate::splines::knots::KnotVector;
 use crate::splines::tensor;
+use columns::Columns;
 use combinations::of_level;
 use extraction::extraction;
 use numbering::{Numbering, Part, first_of_groups};
@@ -41,7 +43,7 @@ pub struct HierarchicalSpace {
     numbering: Numbering,
     weights: Vec<f64>,
     leaves: Vec<Leaf>,
-    rows: Rows,
+    columns: Columns,
 }
 
 impl HierarchicalSpace {
@@ -72,8 +74,8 @@ impl HierarchicalSpace {
         let numbering = Numbering::new(patches, &parts, &neighbours)?;
         let weights = numbering.representatives.iter().map(|&f| numbering.weights[f as usize]).collect();
         let leaves: Vec<Leaf> = parts.iter().flat_map(|part| part.basis.hierarchy().leaves()).collect();
-        let rows = extraction(&parts, &leaves, &numbering);
-        let space = Self { parts, neighbours, numbering, weights, leaves, rows };
+        let columns = extraction(&parts, &leaves, &numbering);
+        let space = Self { parts, neighbours, numbering, weights, leaves, columns };
         space.check_seams()?;
         Ok(space)
     }
@@ -181,23 +183,23 @@ impl HierarchicalSpace {
 
     /// Functions active on element `e`.
     pub fn functions_on(&self, e: usize) -> &[u32] {
-        self.rows.functions(e)
+        self.columns.functions(e)
     }
 
     /// Whether the functions of element `e` are the B-splines of its level, one by one.
     pub fn is_single_level(&self, e: usize) -> bool {
-        self.rows.is_plain(e)
+        self.columns.is_plain(e)
     }
 
     /// Number of stored coefficients of all extraction operators.
     pub fn n_stored(&self) -> usize {
-        self.rows.n_stored()
+        self.columns.n_stored()
     }
 
-    /// Entries of local function `row` of element `e`, which is not single-level: local B-splines
-    /// and weighted coefficients.
-    pub(super) fn row(&self, e: usize, row: usize) -> (&[u16], &[f64]) {
-        self.rows.row(e, row)
+    /// Sums of the numbers `raw` of the B-splines of element `e`, which is not single-level, with
+    /// the weighted coefficients of each of its functions.
+    pub(super) fn combined(&self, e: usize, raw: &[f64]) -> Vec<f64> {
+        self.columns.combined(e, raw)
     }
 }
 
@@ -329,7 +331,7 @@ impl Space for HierarchicalSpace {
         if self.is_single_level(e) {
             scale(out, self.functions_on(e).iter().map(|&f| self.weights[f as usize]));
         } else {
-            out.combine(&self.rows, e);
+            self.columns.combine(e, out);
         }
         make_rational(out);
     }
@@ -340,7 +342,7 @@ impl Space for HierarchicalSpace {
         let place = |e: &usize| (self.patch_of(*e), self.leaves[*e].level);
         let elements: Vec<usize> = (0..self.leaves.len()).filter(|&e| !self.is_single_level(e)).collect();
         let sets = elements.chunk_by(|a, b| place(a) == place(b));
-        sets.map(|set| of_level(self, &self.rows, self.level_of(set[0]), &self.leaves, set)).collect()
+        sets.map(|set| of_level(self, &self.columns, self.level_of(set[0]), &self.leaves, set)).collect()
     }
 }
 

@@ -4,8 +4,7 @@
 const PLAIN: usize = usize::MAX;
 
 /// Functions of every element and their coefficients `C_im` in the raw functions `N_m` of the
-/// element: ties of coincident control points, truncated hierarchical B-splines with their weights
-/// (theory Eq. H.5, H.6), nodes that hang on sides of larger elements (C.71).
+/// element: ties of coincident control points, nodes that hang on sides of larger elements (C.71).
 ///
 /// Only functions of the space stand for rows, so that whoever evaluates an element meets no
 /// dependent one. Elements without rows are *plain*; their functions need not be listed where the
@@ -60,23 +59,6 @@ impl Rows {
         self.starts.push(self.functions.len());
     }
 
-    /// Makes room for `n` more coefficients.
-    pub fn reserve_exact(&mut self, n: usize) {
-        self.entries.reserve_exact(n);
-        self.columns.reserve_exact(n);
-    }
-
-    /// Adds the elements of `other` behind the own ones.
-    pub fn append(&mut self, other: &Self) {
-        let (functions, rows, entries) = (self.functions.len(), self.row_ends.len(), self.entries.len());
-        self.starts.extend(other.starts[1..].iter().map(|s| s + functions));
-        self.functions.extend_from_slice(&other.functions);
-        self.operators.extend(other.operators.iter().map(|&o| if o == PLAIN { PLAIN } else { o + rows }));
-        self.row_ends.extend(other.row_ends.iter().map(|r| r + entries));
-        self.columns.extend_from_slice(&other.columns);
-        self.entries.extend_from_slice(&other.entries);
-    }
-
     /// Functions of element `e`; those listed, if it is plain.
     pub fn functions(&self, e: usize) -> &[u32] {
         &self.functions[self.starts[e]..self.starts[e + 1]]
@@ -94,11 +76,6 @@ impl Rows {
         let at = self.operators[e] + row;
         let range = self.row_ends[at]..self.row_ends[at + 1];
         (&self.columns[range.clone()], &self.entries[range])
-    }
-
-    /// Number of stored coefficients.
-    pub fn n_stored(&self) -> usize {
-        self.entries.len()
     }
 
     /// The functions of element `e` at a point from the raw ones `raw` there: `Σ_m C_im raw_m`,

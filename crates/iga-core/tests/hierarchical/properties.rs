@@ -1,5 +1,7 @@
 //! Identities of the bases on mixed levels with several boxes.
 
+use std::collections::HashMap;
+
 use iga_core::SplineError;
 use iga_core::hierarchical::truncation::{OperatorBuilder, Truncation};
 use iga_core::hierarchical::{
@@ -64,6 +66,35 @@ fn truncated_functions_sum_to_one_on_every_leaf() {
             assert!(n_mixed > 0, "no element carries several levels");
         }
     }
+}
+
+#[test]
+fn coefficients_are_the_same_on_all_elements_of_a_spline_and_stored_once() {
+    let (mut all_stored, mut all_met) = (0, 0);
+    for (dimension, p) in (1..=3).flat_map(|dimension| (1..=4).map(move |p| (dimension, p))) {
+        let (patch, hierarchy) = mixed(dimension, p);
+        let space = HierarchicalSpace::new(&patch, hierarchy).unwrap();
+        let (basis, mut builder) = (space.basis(0), OperatorBuilder::default());
+        let (mut known, mut n_met) = (HashMap::new(), 0);
+        for (e, leaf) in basis.hierarchy().leaves().enumerate().filter(|&(e, _)| !space.is_single_level(e)) {
+            assert_eq!(space.leaf(e).index, leaf.index);
+            let operator = builder.build(basis, &leaf, Truncation::Truncated);
+            let here = IndexBox { lower: leaf.index, upper: leaf.index.map(|i| i + 1) };
+            let splines = basis.hierarchy().levels()[leaf.level].functions_on(&here);
+            let rows = operator.rows.chunks(splines.elements().count());
+            for (row, &function) in rows.zip(&operator.functions) {
+                for (m, &c) in splines.elements().zip(row).filter(|(_, c)| **c != 0.0) {
+                    let first = *known.entry((leaf.level, m, function)).or_insert(c);
+                    assert!((first - c).abs() < ROUND_OFF, "dimension {dimension} p {p}: {first} and {c}");
+                    n_met += 1;
+                }
+            }
+        }
+        assert_eq!(space.n_stored(), known.len(), "dimension {dimension} p {p}");
+        (all_stored, all_met) = (all_stored + known.len(), all_met + n_met);
+    }
+    // Each stands on several elements.
+    assert!(all_met > 4 * all_stored, "{all_met} and {all_stored}");
 }
 
 #[test]

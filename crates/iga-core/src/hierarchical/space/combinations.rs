@@ -3,12 +3,13 @@
 
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 
+use super::columns::Columns;
 use super::tables::{evaluate_level, scale};
 use crate::hierarchical::IndexBox;
 use crate::hierarchical::domain::{Leaf, Level};
 use crate::nurbs::patch::{PointBasis, make_rational};
 use crate::space::{
-    Combination, Element, GridBasis, Integrand, LocalWeights, Rows, Space, SplineSpace, evaluate_tensor,
+    Combination, Element, GridBasis, Integrand, LocalWeights, Space, SplineSpace, evaluate_tensor,
     tabulate_box,
 };
 use crate::splines::knots::KnotVector;
@@ -31,10 +32,10 @@ struct LevelSpace<'a> {
 }
 
 /// The combination of `elements`, which are leaves of one level of a patch of the space and none of
-/// them plain in `rows`.
+/// them plain in `all`.
 pub(super) fn of_level<'a>(
     space: &'a dyn SplineSpace,
-    all: &Rows,
+    all: &Columns,
     level: &'a Level,
     leaves: &[Leaf],
     elements: &[usize],
@@ -81,25 +82,18 @@ pub(super) fn of_level<'a>(
     Combination { elements: elements.to_vec(), raw: Box::new(raw), functions, coefficients }
 }
 
-/// For each of `n` B-splines the functions with a part of it, rising, and the coefficients `C_im`,
-/// read off the first of `elements` on which it does not vanish.
-fn entries(all: &Rows, elements: &[usize], numbers: &[u32], n: usize) -> Vec<Vec<(u32, f64)>> {
+/// For each of `n` B-splines the functions with a part of it, rising, and the coefficients `C_im`.
+fn entries(all: &Columns, elements: &[usize], numbers: &[u32], n: usize) -> Vec<Vec<(u32, f64)>> {
     let (mut entries, n_local) = (vec![Vec::new(); n], numbers.len() / elements.len());
-    let mut is_read = vec![false; n];
     for (&e, own) in elements.iter().zip(numbers.chunks_exact(n_local)) {
-        let is_new: Vec<bool> = own.iter().map(|&m| !is_read[m as usize]).collect();
-        if !is_new.contains(&true) {
-            continue;
-        }
-        for (row, &f) in all.functions(e).iter().enumerate() {
-            let (columns, values) = all.row(e, row);
-            for (&c, &value) in columns.iter().zip(values).filter(|(c, _)| is_new[**c as usize]) {
-                entries[own[c as usize] as usize].push((f, value));
+        for (m, &number) in own.iter().enumerate() {
+            let column: &mut Vec<(u32, f64)> = &mut entries[number as usize];
+            if column.is_empty() {
+                column.extend(all.column(e, m));
+                column.sort_unstable_by_key(|&(f, _)| f);
             }
         }
-        own.iter().for_each(|&m| is_read[m as usize] = true);
     }
-    entries.iter_mut().for_each(|column| column.sort_unstable_by_key(|&(f, _)| f));
     entries
 }
 

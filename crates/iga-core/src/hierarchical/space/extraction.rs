@@ -2,47 +2,50 @@
 
 use rayon::prelude::*;
 
+use super::columns::{ColumnNumbers, Columns};
 use super::numbering::{Numbering, Part};
+use crate::hierarchical::IndexBox;
 use crate::hierarchical::domain::Leaf;
 use crate::hierarchical::truncation::{ElementOperator, OperatorBuilder, Truncation};
-use crate::space::Rows;
+use crate::splines::tensor;
 
 /// Elements that one task works on; the result does not depend on it.
 const CHUNK: usize = 64;
 
 /// Functions of every element and their coefficients `w_i M_im` in the B-splines of the element's
-/// level: rows of all `leaves`, in their order, those of one patch after those of another.
-pub(super) fn extraction(parts: &[Part], leaves: &[Leaf], numbering: &Numbering) -> Rows {
-    let of_chunk = |part: &Part, leaves: &[Leaf]| {
-        let (mut chunk, mut builder, mut sums) = (Rows::default(), OperatorBuilder::default(), Vec::new());
+/// level, on all `leaves`, in their order, those of one patch after those of another.
+pub(super) fn extraction(parts: &[Part], leaves: &[Leaf], numbering: &Numbering) -> Columns {
+    let of_chunk = |patch: usize, leaves: &[Leaf]| {
+        let (mut chunk, mut known) = (Columns::default(), ColumnNumbers::default());
+        let (mut builder, mut sums) = (OperatorBuilder::default(), Vec::new());
         for leaf in leaves {
-            let operator = builder.build(&part.basis, leaf, Truncation::Truncated);
-            push(&mut chunk, operator, (numbering, part.first_active), &mut sums);
+            let operator = builder.build(&parts[patch].basis, leaf, Truncation::Truncated);
+            push((&mut chunk, &mut known), (operator, leaf), (numbering, parts, patch), &mut sums);
         }
-        chunk
+        (chunk, known)
     };
-    let chunks: Vec<(&Part, &[Leaf])> = parts
+    let chunks: Vec<(usize, &[Leaf])> = parts
         .iter()
-        .flat_map(|part| {
+        .enumerate()
+        .flat_map(|(patch, part)| {
             let own = &leaves[part.first_element..][..part.basis.hierarchy().n_leaves()];
-            own.chunks(CHUNK).map(move |chunk| (part, chunk))
+            own.chunks(CHUNK).map(move |chunk| (patch, chunk))
         })
         .collect();
-    let chunks: Vec<Rows> = chunks.par_iter().map(|(part, leaves)| of_chunk(part, leaves)).collect();
-    let mut all = Rows::default();
-    all.reserve_exact(chunks.iter().map(Rows::n_stored).sum());
-    chunks.iter().for_each(|part| all.append(part));
+    let chunks: Vec<_> = chunks.par_iter().map(|&(patch, leaves)| of_chunk(patch, leaves)).collect();
+    let (mut all, mut known) = (Columns::default(), ColumnNumbers::default());
+    chunks.iter().for_each(|(chunk, its)| all.append(chunk, its, &mut known));
     all
 }
 
-/// Adds the next element, of a patch whose active functions are numbered from `first_active` on:
-/// rows of tied functions are added up.
+/// Adds the next element, the `leaf` of a patch: coefficients of tied functions are added up.
 fn push(
-    all: &mut Rows,
-    operator: &ElementOperator,
-    (numbering, first_active): (&Numbering, u32),
+    (all, known): (&mut Columns, &mut ColumnNumbers),
+    (operator, leaf): (&ElementOperator, &Leaf),
+    (numbering, parts, patch): (&Numbering, &[Part], usize),
     sums: &mut Vec<f64>,
 ) {
+    let Part { basis, first_active, .. } = &parts[patch];
     let n = operator.functions.len();
     let of_space = |f: u32| numbering.functions[(first_active + f) as usize];
     let is_first = |f: u32| numbering.representatives[of_space(f) as usize] == first_active + f;
@@ -61,7 +64,7 @@ fn push(
         && own.len() == n
         && operator.functions.iter().all(|&f| has_weight_of_group(f))
     {
-        all.push_plain(own);
+        all.push_plain(&own);
         return;
     }
     let width = if operator.rows.is_empty() { n } else { operator.rows.len() / n };
@@ -81,9 +84,9 @@ fn push(
             None => sum[r] += weight(f),
         }
     }
-    let entries = sums.chunks_exact(width).map(|sum| {
-        let all = sum.iter().enumerate().filter(|(_, v)| **v != 0.0);
-        all.map(|(c, &v)| (c as u16, v))
-    });
-    all.push(own.into_iter().zip(entries));
+    let level = &basis.hierarchy().levels()[leaf.level];
+    let sizes = level.net_size();
+    let here = level.functions_on(&IndexBox { lower: leaf.index, upper: leaf.index.map(|i| i + 1) });
+    let raw = here.elements().map(|f| (patch, leaf.level, tensor::flat_index(&sizes, &f)));
+    all.push(&own, raw, known, |i, m| sums[i * width + m]);
 }
