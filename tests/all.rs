@@ -54,6 +54,7 @@ mod mesh_stress;
 mod meshed;
 mod meshed_rods;
 mod moving_contact;
+mod narrow_tools;
 mod one_body;
 mod one_contact;
 mod outputs;

@@ -232,3 +232,17 @@ fn a_width_given_keeps_the_contact_on_the_sides_of_the_face() {
     assert!(gained > 0.5 * 7850.0 * CUBE.size.iter().product::<f64>(), "{gained}");
     assert!(found.energy_drift() < 1e-4, "{:e}", found.energy_drift());
 }
+
+#[test]
+fn a_tool_between_the_points_of_a_mesh_is_not_passed_through_without_a_word() {
+    // One element a side over a thin pin: none of its corners meets the pin's end.
+    let folder = scenarios::folder("pin_between_points");
+    let block = Bricks { size: [0.02; 3], elements: [1; 3] };
+    let block =
+        block.body(&folder, "block", true, "position = [0.0, 0.0, 0.010001]\nvelocity = [0.0, 0.0, -1.0]");
+    let pin = "[bodies.pin]\nmodel = \"rigid\"\nmaterial = \"steel\"\ngeometry = { shape = \"box\", size = [1e-3, 1e-3, 0.01] }\n\
+        position = [0.004, 0.003, -0.005]\n[contacts.c]\ncontact_body = \"block\"\ntarget_body = \"pin\"\n";
+    let text = format!("[simulation]\nend_time = 1.0e-4\n{}{pin}", block.replace("modes = 20", "modes = 6"));
+    let error = scenarios::refusal(&scenarios::valid(&folder, &text, &[]));
+    assert!(error.contains("exchange contact_body and target_body"), "{error}");
+}

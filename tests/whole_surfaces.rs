@@ -1,8 +1,5 @@
 //! Contact on whole surfaces wherever flat faces and edges touch: on joints, in later impacts, and refused where no point would see it.
 
-use crate::support::scenarios;
-use std::path::Path;
-
 use crate::support::steel_parts::{FLOOR, LENGTH, MODES, STEEL, check_ledger, contact, most_lost, rod, run};
 use adaptive::record::Sample;
 use adaptive::record::warning::WarningKind;
@@ -140,35 +137,4 @@ fn a_rod_between_planes_meets_one_with_its_round_and_one_with_its_flat_end() {
     println!("rod between planes: impulse {:.6e}, change {change:.6e} N s", above.impulse);
     assert!((above.impulse + change).abs() < 1e-3 * above.impulse, "{} {change}", above.impulse);
     check_ledger("rod between planes", &recording);
-}
-
-#[test]
-fn a_point_between_the_points_of_a_surface_is_not_passed_through_without_a_word() {
-    // A block with one element a side over a thin pin: none of its corners and edge points meets the pin's end.
-    let text = format!(
-        r#"
-        [simulation]
-        end_time = 1.0e-4
-        {STEEL}
-        [bodies.block]
-        model = "solid"
-        material = "steel"
-        geometry = {{ shape = "box", size = [0.02, 0.02, 0.02] }}
-        position = [0.0, 0.0, 0.010001]
-        velocity = [0.0, 0.0, -1.0]
-        reduction = {{ modes = 6 }}
-        discretisation = {{ degree = 2, elements = 1 }}
-        [bodies.pin]
-        model = "solid"
-        material = "steel"
-        geometry = {{ shape = "box", size = [0.001, 0.001, 0.01] }}
-        position = [0.004, 0.003, -0.005]
-        reduction = {{ modes = 6 }}
-        discretisation = {{ degree = 2, elements = [1, 1, 4] }}
-        {}
-    "#,
-        contact("block", "pin")
-    );
-    let error = scenarios::refusal(&scenarios::valid(Path::new("."), &text, &[]));
-    assert!(error.contains("exchange contact_body and target_body"), "{error}");
 }

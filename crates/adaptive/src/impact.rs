@@ -329,7 +329,8 @@ impl AdaptiveContact {
         };
         element.set_penalty(search.penalty()).map_err(|e| self.fail(e))?;
         let rest = whole.and_then(|_| self.outside(&own, other.as_ref().map(|(_, side)| side)));
-        let interval = own.body.grid();
+        let grid = own.body.grid();
+        let interval = if site.flat_face().is_some() { grid.up_to_edges() } else { grid };
         let sizes = sizes([Some(&own), other.as_ref().map(|(_, side)| side)]);
         let is_target_at_end = self.is_at_end_of_target(other.as_ref().map(|(_, side)| side));
         let (elements, recovery) =
@@ -472,6 +473,12 @@ impl FineContact {
         self.at_once = [0; 2];
     }
 
+    /// What touches; smooth faces of any other zone than those of flat faces and edges.
+    pub fn touch(&self) -> TouchKind {
+        let is_narrow = || self.zones.first().is_some_and(|zone| zone.site.flat_face().is_some());
+        self.whole.unwrap_or_else(|| if is_narrow() { TouchKind::Narrow } else { TouchKind::Smooth })
+    }
+
     /// Whether any element was in contact.
     pub fn has_touched(&self) -> bool {
         self.flags.is_any()
@@ -547,15 +554,8 @@ impl FineContact {
     /// zones by so much that the next trial is worth its price; none of zones that leave nothing out \[m\].
     pub fn wider(&self) -> Option<f64> {
         self.outside.as_ref()?;
-        Some(
-            REACH_GROWTH
-                * self
-                    .zones
-                    .iter()
-                    .filter_map(|zone| zone.site.part)
-                    .map(|part| part.depth)
-                    .fold(0.0, f64::max),
-        )
+        let depths = self.zones.iter().filter_map(|zone| zone.site.part).map(|part| part.depth);
+        Some(REACH_GROWTH * depths.fold(0.0, f64::max))
     }
 
     /// Elements across the interval, per direction.

@@ -126,9 +126,14 @@ pub trait Surface: Send + Sync {
     /// nearest to `direction`.
     fn turned_to(&self, place: &SurfacePlace, direction: &Vector3<f64>) -> SurfacePlace;
 
-    /// Whether a plane face through `point` has the outward normal `outward`, but for the angle
-    /// `parallel` \[rad\] (Eq. C.60).
-    fn has_flat_face(&self, point: &[f64; 3], outward: &Vector3<f64>, parallel: f64) -> bool;
+    /// Places all over the plane face through `point` that has the outward normal `outward`, but for the angle
+    /// `parallel` \[rad\] (Eq. C.60), its rim among them; none without one \[m\].
+    fn flat_face(&self, point: &[f64; 3], outward: &Vector3<f64>, parallel: f64) -> Vec<[f64; 3]>;
+
+    /// Whether there is one.
+    fn has_flat_face(&self, point: &[f64; 3], outward: &Vector3<f64>, parallel: f64) -> bool {
+        !self.flat_face(point, outward, parallel).is_empty()
+    }
 
     /// Straight lines of the surface through `point`, along which it may touch; none of a plane or
     /// axisymmetric body.

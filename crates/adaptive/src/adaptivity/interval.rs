@@ -33,6 +33,23 @@ pub struct IntervalGrid {
 }
 
 impl IntervalGrid {
+    /// Whether one of the `rows` lies at an end where the surface goes on.
+    pub fn is_at_open_end(&self, rows: [usize; 2]) -> bool {
+        self.ends.iter().enumerate().any(|(d, ends)| {
+            let at = [rows[d] == 0, rows[d] + 1 == self.n_elements[d]];
+            (0..2).any(|side| at[side] && ends[side] == IntervalEnd::Open)
+        })
+    }
+
+    /// The same for contact that may reach edges of the body.
+    #[must_use]
+    pub fn up_to_edges(mut self) -> Self {
+        for end in self.ends.iter_mut().flatten().filter(|end| **end == IntervalEnd::FaceEnd) {
+            *end = IntervalEnd::LineEnd;
+        }
+        self
+    }
+
     /// That of the whole surface of a body of the size `size` \[m\].
     pub fn of_whole(size: f64) -> Self {
         Self { widths: [size, 0.0], ends: Vec::new(), n_elements: [1; 2] }

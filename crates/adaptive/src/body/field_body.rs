@@ -24,7 +24,7 @@ use crate::error::AdaptiveError;
 use crate::spec::unsupported::Unsupported;
 use crate::spec::{Area, FlexibleSpec, FrameSpec, IntervalSpec};
 use crate::store::ModelCache;
-use crate::surface::Surface;
+use crate::surface::{Surface, SurfacePlace};
 use crate::touch::wave::Wave;
 
 /// The longest of some elements of a body.
@@ -170,6 +170,12 @@ pub trait FieldBody: Field {
     /// its zone (theory Eq. C.98); none of elements that are not refined along lines, and where the
     /// edge lies `about` no line.
     fn refined_along(self: Arc<Self>, _about: &PointsAbout) -> Option<Box<dyn FineModel>> {
+        None
+    }
+
+    /// Lengths of the element at a place of the surface, along the directions of its face; none of elements that
+    /// are not refined about flat faces \[m\].
+    fn element_at(&self, _place: &SurfacePlace) -> Option<[f64; 2]> {
         None
     }
 

@@ -293,6 +293,20 @@ impl ContactZone {
         })
     }
 
+    /// The zone under a flat face of the target whose edges press its points, too: these have the outward normal
+    /// `outward` of their own face, and lie `on_rim` where that goes on (theory Eq. C.102).
+    pub fn under_edges(mut self, outward: [f64; 3], on_rim: impl Iterator<Item = bool>) -> Self {
+        for (point, on_rim) in self.points.iter_mut().zip(on_rim) {
+            (point.facing, point.on_rim) = (Some(outward), on_rim);
+        }
+        self
+    }
+
+    /// Whether edges of the target may press its points: those of a whole surface, or under a flat face.
+    pub fn is_under_edges(&self) -> bool {
+        self.extent == ZoneExtent::Whole || self.points.iter().any(|point| point.facing.is_some())
+    }
+
     /// Nodes of its pieces with their places; none of a face.
     pub fn nodes(&self) -> Vec<(u32, [f64; 3])> {
         let ZoneRegion::Pieces(pieces) = &self.region else { return Vec::new() };

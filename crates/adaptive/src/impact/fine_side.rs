@@ -18,8 +18,8 @@ use crate::body::point_compliance::{ObservedPlace, PlaceFunctions, n_columns, po
 use crate::body::reduced::damping::damping;
 use crate::body::reduced::with_critical;
 use crate::body::whole::fine_model;
+use crate::body::zone::ContactZone;
 use crate::body::zone::contact::{ContactSide, ZoneContact};
-use crate::body::zone::{ContactZone, ZoneExtent};
 use crate::error::AdaptiveError;
 use crate::paper::fine_modes::FineModes;
 use crate::record::ZoneSite;
@@ -427,7 +427,7 @@ impl AdaptiveContact {
         other: Option<&(usize, FineSide)>,
         bodies: &[BodyModel],
     ) -> Result<ZoneContact, AdaptiveError> {
-        let has_edges = own.zone.extent == ZoneExtent::Whole;
+        let has_edges = own.zone.is_under_edges();
         let (own_shapes, other_shapes) = (own.all_shapes(), other.map(|(_, side)| side.all_shapes()));
         let own = own.contact_side(self.body, own_shapes.as_ref().as_ref());
         let other = other.zip(other_shapes.as_ref());

@@ -76,6 +76,9 @@ impl AdaptiveContact {
         let fine = self.fine_body(body, site)?;
         let zone = fine.zone(self.law.points, &self.name)?;
         let zone = zone.over_both(body.body.model().thickness(), self.thickness);
+        let Some(face) = site.flat_face() else { return Ok(FineZone { fine, zone }) };
+        let (grid, rows) = (fine.grid(), fine.contact_elements(&zone));
+        let zone = zone.under_edges(face.outward, rows.into_iter().map(|rows| grid.is_at_open_end(rows)));
         Ok(FineZone { fine, zone })
     }
 }

@@ -44,6 +44,9 @@ pub(super) struct Sites {
 /// so that their number grows with this ratio. At 8 a zone of quadratic elements has some 2,000 nodes, and
 /// its compliance takes longer than the impact of a part of a few thousand nodes on the sides as they are.
 const LONGEST: f64 = 8.0;
+/// Elements of the contact body across a flat face of the target below which the zone is refined about this face:
+/// fewer have some points under it, or none.
+const NARROW: f64 = 1.5;
 /// Lowest bits of a width that are set to zero, a millionth of it: far above round-off and far
 /// below the accuracy of widths.
 const LOOSE_BITS: u32 = 32;
@@ -82,8 +85,17 @@ impl AdaptiveContact {
             Some((own, other)) if self.is_vibrating() => {
                 Touch::at_places(own, other, &nearest, PARALLEL_IN_RUN)
             }
-            Some((own, other)) => Touch::at(own, other, &nearest, PARALLEL_IN_RUN),
-            None => Touch { nearest, kind: TouchKind::Smooth, normal: nearest.normal },
+            Some((own, other)) => {
+                let touch = Touch::at(own, other, &nearest, PARALLEL_IN_RUN);
+                if !self.may_be_whole() {
+                    return Ok(touch);
+                }
+                touch.narrower_than(own, other, PARALLEL_IN_RUN, |place| {
+                    let element = flexible(&bodies[self.body]).body.element_at(place)?;
+                    Some(element.map(|length| NARROW * length))
+                })
+            }
+            None => Touch { nearest, kind: TouchKind::Smooth, normal: nearest.normal, extents: [0.0; 2] },
         })
     }
 
@@ -119,10 +131,15 @@ impl AdaptiveContact {
             let target = target.map(|_| ZoneSite { part, ..ZoneSite::WHOLE });
             return Ok(Sites { own, target, predicted: [0.0; 2], least: [0.0; 2], whole });
         }
-        let PredictedWidths { widths: predicted, least } =
-            self.predicted_widths(bodies, states, nearest, request.peak);
-        let widths = self.widths(bodies, request, predicted);
-        let finer = request.size.map_or(request.history.finer, ZoneSize::finer).max(1.0);
+        let is_narrow = touch.kind == TouchKind::Narrow;
+        let PredictedWidths { widths: predicted, least } = match is_narrow {
+            true => self.widths_about(bodies, touch),
+            false => self.predicted_widths(bodies, states, nearest, request.peak),
+        };
+        // What smooth faces have told is not asked of flat ones.
+        let history = if is_narrow { ImpactHistory::default() } else { request.history };
+        let widths = self.widths(bodies, request.size, (predicted, &history));
+        let finer = request.size.map_or(history.finer, ZoneSize::finer).max(1.0);
         let [ahead, ahead_on_target] = &request.ahead;
         let mut own =
             Self::ahead(&bodies[self.body], &nearest.contact, ahead, ZoneSize::Interval { widths, finer });
@@ -138,8 +155,16 @@ impl AdaptiveContact {
                 target.others[k] = further.target.as_ref().map(place);
             }
         }
+        if is_narrow {
+            let [_, part] = self.parts(bodies, states, touch, request);
+            target = target.map(|_| ZoneSite { part, ..ZoneSite::WHOLE });
+            own.part = self.moved(bodies, states).map(|(moved, _)| {
+                let side = Side::new(moved).facing(&-touch.normal);
+                side.part(side.place(&nearest.contact).point, self.first_reach())
+            });
+        }
         if request.size.is_none()
-            && let Some(kept) = self.kept_zones(bodies, &request.history, [Some(own), target])
+            && let Some(kept) = self.kept_zones(bodies, &history, [Some(own), target])
         {
             (own, target) = kept;
         }
@@ -292,7 +317,8 @@ impl AdaptiveContact {
 
     /// The contact body and the target, if they are meshes whose zones at a touch of the kind `kind` nobody has given.
     fn open_meshes<'a>(&self, kind: TouchKind, bodies: &'a [BodyModel]) -> [Option<&'a FlexibleModel>; 2] {
-        let is_open = self.law.leaves_zone_open() && kind.zone() == TouchZone::Interval;
+        // About a narrow face the contact body is one of splines, and the target has all its surface.
+        let is_open = self.law.leaves_zone_open() && matches!(kind, TouchKind::Smooth | TouchKind::Line);
         [Some(self.body), self.flexible_target].map(|body| {
             let model = bodies[body.filter(|_| is_open)?].flexible();
             model.filter(|model| model.body.mesh().is_some())
@@ -378,11 +404,16 @@ impl AdaptiveContact {
 
     /// Widths of an interval: those asked for, given or, with what earlier impacts found, predicted
     /// \[m\].
-    fn widths(&self, bodies: &[BodyModel], request: &RefinementRequest<'_>, predicted: [f64; 2]) -> [f64; 2] {
-        let factor = request.history.width_factor.unwrap_or([1.0; 2]);
+    fn widths(
+        &self,
+        bodies: &[BodyModel],
+        size: Option<ZoneSize>,
+        (predicted, history): ([f64; 2], &ImpactHistory),
+    ) -> [f64; 2] {
+        let factor = history.width_factor.unwrap_or([1.0; 2]);
         let start =
             self.law.interval.width.map_or([predicted[0] * factor[0], predicted[1] * factor[1]], |w| [w; 2]);
-        self.granted(bodies, request.size.and_then(ZoneSize::widths).unwrap_or(start))
+        self.granted(bodies, size.and_then(ZoneSize::widths).unwrap_or(start))
     }
 
     /// The widths that an interval gets if `widths` are asked for \[m\].

@@ -10,6 +10,7 @@ use nalgebra::{Matrix3, Vector3};
 use contact_qs::search::SurfaceSite;
 
 use super::{AdaptiveContact, WIDEST, flexible};
+use crate::body::fine::refined::ELEMENTS;
 use crate::error::AdaptiveError;
 use crate::spec::Place;
 use crate::system::body::{BodyModel, FlexibleModel};
@@ -20,10 +21,13 @@ use crate::touch::hertz::{
     HertzLaw, HertzPrediction, ImpactLaw, LineLaw, LocalSurface, StraightLine, half_extents, hertz_impact,
     interval_width, inverse_effective_mass, widths_along,
 };
+use crate::touch::parts::Touch;
 
 /// Width of a first interval that cannot be predicted (flat on flat), as a share of the body's
 /// size.
 const BLIND_WIDTH: f64 = 0.05;
+/// Part of the extent of a face by which its middle may miss half of it where the face begins at the axis.
+const FROM_AXIS: f64 = 1e-6;
 /// Least approach of two bodies that places on them can tell, in units of the round-off of their
 /// size.
 const LEAST_APPROACH: f64 = 64.0 * f64::EPSILON;
@@ -45,6 +49,26 @@ impl AdaptiveContact {
         let blind = BLIND_WIDTH * flexible(&bodies[self.body]).body.size();
         let known = self.partners(bodies, states, nearest).and_then(|p| self.hertz_widths(bodies, &p, peak));
         known.unwrap_or(PredictedWidths { widths: [blind; 2], least: [0.0; 2] })
+    }
+
+    /// Widths of a zone about the flat face of the target that touches as `touch` says, such that its rim lies in the
+    /// midst between points of the zone, which then have the area of the face (Eq. C.102).
+    pub(super) fn widths_about(&self, bodies: &[BodyModel], touch: &Touch) -> PredictedWidths {
+        let (given, body) = (&self.law.interval, &flexible(&bodies[self.body]).body);
+        let elements = given.elements_or(ELEMENTS);
+        let is_odd = body.longest_elements().first().is_some_and(|element| element.degree % 2 == 1);
+        let most = (given.target_utilisation * elements as f64).floor().max(1.0);
+        // Points stand on the ends of elements if the degree is odd, else in their middles.
+        let first = if (elements % 2 == 0) == is_odd { 1.0 } else { 2.0 };
+        let about_middle = first + 2.0 * (0.5 * (most - first)).round().max(0.0);
+        let from_axis = if is_odd { most + 0.5 } else { most };
+        let widths = touch.extents.map(|extent| {
+            // Half of the extent away from the axis lies its middle.
+            let is_from_axis = body.motion() == RigidMotion::Axial
+                && touch.nearest.contact.point.x <= 0.5 * extent * (1.0 + FROM_AXIS);
+            extent * elements as f64 / if is_from_axis { from_axis } else { about_middle }
+        });
+        PredictedWidths { widths, least: [0.0; 2] }
     }
 
     fn hertz_widths(

@@ -77,7 +77,8 @@ pub struct ZoneSite {
     /// The place on an edge or a corner of the target that the centre meets, if there is one
     /// (theory Eq. C.63).
     pub meets: Option<TargetPlace>,
-    /// The part of a whole surface to which the zone is confined, if it is.
+    /// The part of a whole surface to which the zone is confined, if it is; of an interval the flat face of the
+    /// target about which it lies.
     pub part: Option<TouchedPart>,
     /// Further places about which it lies where the bodies touch at several at once: faces and parameters as of
     /// the first one (theory section A.12).
@@ -135,6 +136,11 @@ impl ZoneSite {
     /// The places about which it lies, the first one first.
     pub fn places(&self) -> impl Iterator<Item = (u32, [f64; 3])> {
         std::iter::once((self.face, self.centre)).chain(self.others.into_iter().flatten())
+    }
+
+    /// The flat face of the target about which an interval lies, whose edges press as well; none of other zones.
+    pub fn flat_face(&self) -> Option<TouchedPart> {
+        self.part.filter(|_| self.size != ZoneSize::Whole)
     }
 
     /// The place about which a whole surface has additional contact points, or a point that meets

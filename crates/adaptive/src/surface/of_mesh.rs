@@ -550,18 +550,18 @@ impl Surface for MeshSurface {
     /// The sides in the plane that are smoothly connected with one at the point are a flat face if
     /// they are bounded by edges of the part all around, or if a node lies in their midst, which is
     /// not so for a single side of a round part.
-    fn has_flat_face(&self, point: &[f64; 3], outward: &Vector3<f64>, parallel: f64) -> bool {
-        let Some(foot) = self.nearest(point) else { return false };
+    fn flat_face(&self, point: &[f64; 3], outward: &Vector3<f64>, parallel: f64) -> Vec<[f64; 3]> {
+        let Some(foot) = self.nearest(point) else { return Vec::new() };
         let reach = (self as &dyn Surface).reach();
         let most = (parallel + SAME_PLANE) * reach;
         let height = |x: &[f64; 3]| (Vector3::from(*x) - Vector3::from(*point)).dot(outward).abs();
         let is_in_plane = |i: usize| self.places_on(i).iter().all(|x| height(x) <= most);
         let own = self.sides_at(&foot.place).into_iter();
         let mut candidates = own.filter(|place| self.normal(place).dot(outward) > 0.5);
-        candidates.any(|place| {
+        let found = candidates.find_map(|place| {
             let side = place.face as usize;
             if !is_in_plane(side) {
-                return false;
+                return None;
             }
             let face: HashSet<u32> = self.smooth_part(side, is_in_plane).into_iter().collect();
             let ends_at_edges = || {
@@ -575,8 +575,9 @@ impl Surface for MeshSurface {
                     side.nodes[..side.n_edges()].iter()
                 })
             };
-            ends_at_edges() || nodes().any(is_within)
-        })
+            (ends_at_edges() || nodes().any(is_within)).then_some(face)
+        });
+        found.into_iter().flatten().flat_map(|i| self.places_on(i as usize)).collect()
     }
 
     fn lines_through(&self, point: &[f64; 3]) -> Vec<StraightLine> {

@@ -7,6 +7,7 @@ use contact_qs::search::SurfaceModel;
 use ffr_dynamics::body::RigidMotion;
 use iga_core::elasticity::Model;
 use iga_core::nurbs::Face;
+use iga_core::nurbs::jet::{difference, norm};
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::shape::lengths::lengths;
 use iga_core::nurbs::{FaceId, Patch, SAME_PLACE, Shape};
@@ -25,6 +26,8 @@ pub const POLE: f64 = 100.0 * SAME_PLACE;
 pub const ALONG: f64 = 0.99;
 /// Shares of the ranges of a face's parameters at which it is looked at.
 const SAMPLES: [[f64; 2]; 5] = [[0.1, 0.2], [0.9, 0.3], [0.5, 0.5], [0.2, 0.8], [0.7, 0.9]];
+/// Steps along a part of a plane face in which its extent is looked for: a quarter of a circle then misses it by 0.5 % at most.
+const FACE_STEPS: usize = 8;
 /// Projections on both faces of an edge in turn that lead to a place on it, from one on a tangent
 /// of the edge: faces at right angles need one.
 const EDGE_SWEEPS: usize = 8;
@@ -171,6 +174,22 @@ impl FacePart {
     }
 }
 
+/// The places of those of `parts` that hang together with the one nearest to `point`: two do that have a
+/// place in common, but for `near` \[m\].
+fn connected(mut parts: Vec<Vec<[f64; 3]>>, point: &[f64; 3], near: f64) -> Vec<[f64; 3]> {
+    let distance = |x: &[f64; 3], y: &[f64; 3]| norm(&difference(x, y));
+    let least = |part: &Vec<[f64; 3]>| part.iter().map(|x| distance(x, point)).fold(f64::INFINITY, f64::min);
+    let first = (0..parts.len()).min_by(|a, b| least(&parts[*a]).total_cmp(&least(&parts[*b])));
+    let mut face = first.map_or_else(Vec::new, |first| parts.swap_remove(first));
+    let is_met = |face: &[[f64; 3]], part: &[[f64; 3]]| {
+        part.iter().any(|x| face.iter().any(|y| distance(x, y) <= near))
+    };
+    while let Some(next) = parts.iter().position(|part| is_met(&face, part)) {
+        face.append(&mut parts.swap_remove(next));
+    }
+    face
+}
+
 /// The parts of `face` between the knots of its patch.
 fn parts(face: &Face, patch: &Patch) -> Vec<FacePart> {
     let (lower, upper) = patch.domain();
@@ -278,9 +297,10 @@ impl Surface for SplineSurface {
         there.max_by(|a, b| a.0.total_cmp(&b.0)).map_or(*place, |(_, place)| place)
     }
 
-    fn has_flat_face(&self, point: &[f64; 3], outward: &Vector3<f64>, parallel: f64) -> bool {
+    fn flat_face(&self, point: &[f64; 3], outward: &Vector3<f64>, parallel: f64) -> Vec<[f64; 3]> {
         // A part between knots may be plane where the face as a whole goes on in a fillet.
-        self.outer.iter().flat_map(|face| parts(face, &self.patches()[face.id.patch])).any(|part| {
+        let all = self.outer.iter().flat_map(|face| parts(face, &self.patches()[face.id.patch]));
+        let is_plane = |part: &FacePart| {
             let mut scratch = PointBasis::default();
             let (face, patch) = (part.face, &self.patches()[part.face.id.patch]);
             SAMPLES.iter().all(|shares| {
@@ -291,7 +311,16 @@ impl Surface for SplineSurface {
                     && lean <= parallel
                     && height.abs() <= (parallel + SAME_PLACE) * self.size
             })
-        })
+        };
+        let places = |part: FacePart| -> Vec<[f64; 3]> {
+            let patch = &self.patches()[part.face.id.patch];
+            let share = |k: usize| k as f64 / FACE_STEPS as f64;
+            let n = if part.face.directions().count() > 1 { FACE_STEPS } else { 0 };
+            let grid = (0..=FACE_STEPS).flat_map(|i| (0..=n).map(move |j| [share(i), share(j)]));
+            grid.map(|shares| patch.point(&part.at_shares(shares))).collect()
+        };
+        let parts: Vec<Vec<[f64; 3]>> = all.filter(is_plane).map(places).collect();
+        connected(parts, point, 4.0 * SAME_PLACE * self.size)
     }
 
     fn lines_through(&self, point: &[f64; 3]) -> Vec<StraightLine> {
@@ -309,5 +338,22 @@ impl Surface for SplineSurface {
         let meeting: Vec<usize> = self.regular_at(point).map(|(i, _)| i).collect();
         let pairs = meeting.iter().enumerate().flat_map(|(k, a)| meeting[..k].iter().map(move |b| [*a, *b]));
         pairs.flat_map(|faces| self.along_edge(faces, &Vector3::from(*point), length)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn feet_that_do_not_hang_together_are_two_faces() {
+        let part = |from: f64| vec![[from, 0.0, 0.0], [from + 1.0, 0.0, 0.0]];
+        // Two parts with a common end, and one beside them.
+        let parts = || vec![part(5.0), part(1.0), part(0.0)];
+        let mut face = connected(parts(), &[0.2, 0.0, 1.0], 1e-9);
+        face.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        assert_eq!(face.iter().map(|x| x[0]).collect::<Vec<_>>(), [0.0, 1.0, 1.0, 2.0]);
+        assert_eq!(connected(parts(), &[5.5, 0.0, 0.0], 1e-9), part(5.0));
+        assert!(connected(Vec::new(), &[0.0; 3], 1e-9).is_empty());
     }
 }

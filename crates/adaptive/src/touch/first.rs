@@ -145,7 +145,7 @@ impl<'a> FirstTouches<'a> {
             return Some(pair.sites(&self.poses).map(at_start));
         };
         let (own, other) = pair.in_motion(&poses);
-        let Touch { nearest, kind, normal } = Touch::at(own, other, &nearest, PARALLEL_AT_START);
+        let Touch { nearest, kind, normal, .. } = Touch::at(own, other, &nearest, PARALLEL_AT_START);
         let place = |moved: Moved<'_>, site: &SurfaceSite, outward: &Vector3<f64>| {
             Side::new(moved).facing(outward).facing_place(site)
         };

@@ -3,13 +3,16 @@
 
 pub(crate) mod side;
 mod line;
+mod narrow;
 
 use contact_qs::search::SurfaceSite;
 use nalgebra::Vector3;
 
 use crate::record::TouchedPart;
+use crate::surface::SurfacePlace;
 use crate::touch::detection::Nearest;
 use line::{middle_of_line, site};
+use narrow::narrow_face;
 use side::{EdgeOver, Moved, Side, slack, touch_direction};
 
 /// Which parts of two surfaces touch first: smooth faces, flat faces, edges or lines.
@@ -22,6 +25,8 @@ pub enum TouchKind {
     Line,
     /// Plane faces that lie on each other.
     Flat,
+    /// The same, that of the target narrower than the elements under it.
+    Narrow,
     /// An edge, a rim or a corner of one of the bodies or of both.
     Edge,
     /// A curved edge of the target that lies along a face of the contact body, where no contact points
@@ -48,7 +53,7 @@ impl TouchKind {
     /// What a contact whose zone nobody has given has as its zone.
     pub fn zone(self) -> TouchZone {
         match self {
-            Self::Smooth | Self::Line => TouchZone::Interval,
+            Self::Smooth | Self::Line | Self::Narrow => TouchZone::Interval,
             Self::Flat | Self::Edge => TouchZone::Whole,
             Self::BetweenPoints => TouchZone::Unseen,
         }
@@ -59,15 +64,16 @@ impl TouchKind {
     pub fn adds_points(self) -> bool {
         match self {
             Self::Edge => true,
-            Self::Smooth | Self::Line | Self::Flat | Self::BetweenPoints => false,
+            Self::Smooth | Self::Line | Self::Flat | Self::Narrow | Self::BetweenPoints => false,
         }
     }
 
-    /// Whether the force jumps as soon as the bodies touch.
+    /// Whether the force jumps as soon as the bodies touch: under a narrow face it rises as the zone about
+    /// it yields.
     pub fn is_jump(self) -> bool {
         match self {
             Self::Flat => true,
-            Self::Smooth | Self::Line | Self::Edge | Self::BetweenPoints => false,
+            Self::Smooth | Self::Line | Self::Narrow | Self::Edge | Self::BetweenPoints => false,
         }
     }
 
@@ -75,7 +81,7 @@ impl TouchKind {
     /// none.
     pub fn bounds_pressure(self) -> bool {
         match self {
-            Self::Smooth | Self::Line | Self::Flat => true,
+            Self::Smooth | Self::Line | Self::Flat | Self::Narrow => true,
             Self::Edge | Self::BetweenPoints => false,
         }
     }
@@ -84,7 +90,7 @@ impl TouchKind {
     pub fn parts(self) -> &'static str {
         match self {
             Self::Smooth | Self::Line => "smooth faces",
-            Self::Flat => "flat faces",
+            Self::Flat | Self::Narrow => "flat faces",
             Self::Edge | Self::BetweenPoints => "an edge or a corner",
         }
     }
@@ -94,7 +100,7 @@ impl TouchKind {
         match self {
             Self::Smooth => None,
             Self::Line => Some(NO_ELLIPSE),
-            Self::Flat => Some("flat faces touch"),
+            Self::Flat | Self::Narrow => Some("flat faces touch"),
             Self::Edge | Self::BetweenPoints => Some("an edge, a rim or a corner touches"),
         }
     }
@@ -110,6 +116,8 @@ pub struct Touch {
     pub kind: TouchKind,
     /// Unit normal of the touch in space, from the target to the contact body (Eq. C.62).
     pub normal: Vector3<f64>,
+    /// Extents of what touches of a narrow face, along the face of the contact body \[m\].
+    pub extents: [f64; 2],
 }
 
 impl Touch {
@@ -129,13 +137,29 @@ impl Touch {
         let normal = touch_direction(&side, target.as_ref(), nearest);
         let (side, target) = (side.facing(&-normal), target.map(|side| side.facing(&normal)));
         let kind = kind_at(&side, target.as_ref(), nearest, parallel);
-        let mut touch = Self { nearest: *nearest, kind, normal };
+        let mut touch = Self { nearest: *nearest, kind, normal, extents: [0.0; 2] };
         if let (TouchKind::Edge, Some(target), Some(other), Some(there)) =
             (kind, &target, other, &nearest.target)
         {
             touch.take_edge((&side, own), (target, other), there, slack(&side, target, parallel));
         }
         touch
+    }
+
+    /// This touch of flat faces about the middle of what touches, if the target's face is narrower in a
+    /// direction than `least` says of the place; else the touch as it is (Eq. C.102).
+    #[must_use]
+    pub fn narrower_than(
+        self,
+        own: Moved<'_>,
+        other: Option<Moved<'_>>,
+        parallel: f64,
+        least: impl FnOnce(&SurfacePlace) -> Option<[f64; 2]>,
+    ) -> Self {
+        let is_flat = self.kind == TouchKind::Flat;
+        let narrow =
+            other.filter(|_| is_flat).and_then(|other| narrow_face(own, other, &self, parallel, least));
+        narrow.map_or(self, |(nearest, extents)| Self { nearest, kind: TouchKind::Narrow, extents, ..self })
     }
 
     /// Takes the middle of an edge of the target that lies along a face of the contact body, no farther

@@ -41,6 +41,9 @@ pub struct ZoneError {
 /// 64 in axisymmetric balls on planes and rods and in discs; not measured in three dimensions.
 const APPROACH: f64 = 0.04;
 const FORCE: f64 = 0.25;
+/// Constant of the inverse of the number of points across a flat face narrower than the elements: axisymmetric and plane ones have 0.1 to 0.2,
+/// a disc over a square lattice, on which the number of points under it goes up and down, up to 0.4.
+const UNDER_FACE: f64 = 0.4;
 /// Share of the yield below an edge or a corner that elements half as long change.
 const BELOW_EDGES: f64 = 0.5;
 
@@ -54,6 +57,9 @@ pub fn error(estimate: ZoneEstimate, touch: TouchKind, across: f64) -> Option<Zo
         ZoneEstimate::Law => Some(ZoneError { approach: 0.0, force: 0.0, has_no_limit: false }),
         ZoneEstimate::Points => Some(match touch {
             TouchKind::Smooth | TouchKind::Line => of_points,
+            TouchKind::Narrow => {
+                ZoneError { approach: (UNDER_FACE / across).min(1.0), force: 0.0, has_no_limit: false }
+            }
             // All points of a face press from the beginning.
             TouchKind::Flat => ZoneError { force: 0.0, ..of_points },
             TouchKind::Edge | TouchKind::BetweenPoints => {

@@ -114,7 +114,10 @@ pub fn sites(row: &TransferRow) -> [Option<ZoneSite>; 2] {
     let size = ZoneSize::of_result(row.interval_widths, row.finer);
     let own = (row.face, row.centre, met(row), row.part, &row.others);
     let target = (row.target_face, row.target_centre, None, row.target_part, &row.target_others);
-    [own, target].map(|(face, centre, meets, part, others)| {
+    // A target whose flat face touches has its whole surface, whatever the interval about that face.
+    let of_target = part_of_result(row.part).and(Some(ZoneSize::Whole));
+    [(own, size), (target, size.map(|size| of_target.unwrap_or(size)))].map(|(zone, size)| {
+        let (face, centre, meets, part, others) = zone;
         let face = u32::try_from(face).ok()?;
         let size = size.filter(|_| centre.iter().all(|u| u.is_finite()))?;
         Some(ZoneSite {

@@ -29,7 +29,7 @@ use crate::error::AdaptiveError;
 use crate::record::TargetPlace;
 use crate::spec::{FlexibleSpec, IntervalSpec, PointRule};
 use crate::store::{Bytes, body_definition};
-use crate::surface::Surface;
+use crate::surface::{Surface, SurfacePlace};
 
 /// Elements across an edge that lies along a face.
 const EDGE_ELEMENTS: usize = 4;
@@ -137,6 +137,21 @@ impl FieldBody for ElasticBody {
         let wanted = vec![wanted];
         let mesh = Arc::new(FineMesh::build(&self, &wanted, &settings).ok()?);
         Some(Box::new(RefinedSplines { body: self, mesh, wanted, settings, about: Some(*about) }))
+    }
+
+    fn element_at(&self, place: &SurfacePlace) -> Option<[f64; 2]> {
+        let patches = &self.shape.patches;
+        let id = *FaceId::all(patches).get(place.face as usize)?;
+        let (patch, face) =
+            (&patches[id.patch], Face::new(patches, id, self.spec.model == Model::Axisymmetric));
+        let tangents = face.at(patch, &place.xi, &mut PointBasis::default()).tangents;
+        let mut lengths = [0.0; 2];
+        for ((length, d), tangent) in lengths.iter_mut().zip(face.directions()).zip(tangents) {
+            let knots = &patch.knots()[d];
+            let (from, to) = knots.element(knots.find_element(place.xi[d]));
+            *length = (to - from) * Vector3::from(tangent).norm();
+        }
+        Some(lengths)
     }
 
     fn length_along(&self, about: &PointsAbout) -> Option<f64> {

@@ -79,7 +79,7 @@ impl ContactSide<'_> {
     }
 
     /// The surface with modes and compliance. Points beyond the ends of its faces lie over them up
-    /// to [`OVERHANG`], but for a touch with its edge, `is_met`, where nothing lies on an edge.
+    /// to [`OVERHANG`], but for a touch with its edge or under its face, `is_met`, where no edges lie on each other.
     fn surface(&self, is_met: bool) -> Result<TargetSurface, ContactError> {
         let Self { motion, lookup, shapes, compliance, .. } = *self;
         let surface = match (&self.zone.region, &self.splines) {
@@ -140,7 +140,8 @@ impl ZoneContact {
                 let settings =
                     SurfacePairSettings { contact_body: body, target_body: Some(target), penalty, method };
                 let meeting = own.meeting_point(other);
-                let surface = other.surface(meeting.is_some())?;
+                let is_inside = own.zone.extent == ZoneExtent::Part && own.zone.is_under_edges();
+                let surface = other.surface(meeting.is_some() || is_inside)?;
                 let mut pair = SurfacePair::new(submodel, surface, settings)?;
                 if let Some(meeting) = meeting {
                     pair = pair.with_meeting_point(meeting)?;

@@ -17,6 +17,7 @@ use crate::checks::resolution::{
 };
 use crate::checks::{motion, start};
 use crate::error::AdaptiveError;
+use crate::impact::FineContact;
 use crate::impact::yielding::{Spread, contact_yields, stress_yields};
 use crate::record::finding::ContactQuantity;
 use crate::record::warning::{Warning, WarningKind};
@@ -78,7 +79,7 @@ impl Driver<'_> {
         Doubts {
             few_at_once: few_at_once(),
             too_soft: self.overlap(i).filter(|overlap| !is_minor && overlap.is_too_much()),
-            touch: whole.unwrap_or(TouchKind::Smooth),
+            touch: self.slots[i].fine().map_or(TouchKind::Smooth, FineContact::touch),
             beyond_modes: whole.and_then(beyond).unwrap_or(0.0),
             ringing: self.slots[i].monitor.ringing(),
         }

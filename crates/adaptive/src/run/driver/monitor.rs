@@ -375,7 +375,7 @@ impl Driver<'_> {
     /// points stand beside it.
     fn motion_of_touch(&mut self, i: usize, time: f64) -> Result<NearMotion, AdaptiveError> {
         let (slot, system) = (&mut self.slots[i], &mut self.model.system);
-        let is_smooth = slot.fine().is_some_and(|fine| fine.whole.is_none());
+        let is_smooth = slot.fine().is_some_and(|fine| fine.touch() == TouchKind::Smooth);
         let Some(refinement) = self.model.contacts[i].refinement.as_ref().filter(|_| is_smooth) else {
             return Ok(near_motion(system, time, &self.interpolated, i));
         };

@@ -126,6 +126,11 @@ impl<'a> Side<'a> {
         self.surface.has_flat_face(point, &self.outward, parallel)
     }
 
+    /// Places all over this face; none without one \[m\].
+    pub fn flat_face(&self, point: &[f64; 3], parallel: f64) -> Vec<[f64; 3]> {
+        self.surface.flat_face(point, &self.outward, parallel)
+    }
+
     /// Number of different normals at `point`: one of a smooth surface, two of an edge, three and
     /// more of a corner.
     pub fn n_normals(&self, point: &[f64; 3]) -> usize {

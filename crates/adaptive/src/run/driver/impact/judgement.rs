@@ -184,8 +184,9 @@ impl Driver<'_> {
         is_minor: bool,
         intervals: &mut Intervals,
     ) -> Option<Demand> {
-        let fine =
-            self.slots[i].fine().filter(|fine| fine.has_touched() && fine.whole.is_none() && !is_minor)?;
+        let fine = self.slots[i]
+            .fine()
+            .filter(|f| f.has_touched() && f.touch() == TouchKind::Smooth && !is_minor)?;
         if self.slots[i].found.sharper >= MOST_SHARPER {
             return None;
         }

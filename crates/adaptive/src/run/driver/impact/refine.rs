@@ -326,7 +326,7 @@ impl Driver<'_> {
                 continue; // zones of contact that goes on are as long as its way
             };
             let Some(refinement) = &self.model.contacts[i].refinement else { continue };
-            if fine.whole.is_some() {
+            if fine.touch() != TouchKind::Smooth {
                 continue; // its zones and its penalty factor say nothing about smooth surfaces
             }
             let history = refinement.history(fine, verdict, fine.search.penalty());
