@@ -192,7 +192,7 @@ table!(TransferRow "transfers" "Changes of models in the course of the run, and 
     edge_along: [f64; 6] ["m"],
         "half of the straight edge that lies along a face of the contact body and has this point in its middle (theory C.97), in the frames of the contact body (3) and of the target (3); zeros where one point is met";
     part: [f64; 8] ["–"],
-        "the part of a surface with edges that is the zone (theory C.91): place (3) and direction to the partner (3) in the model's components, depth and radius in m; zeros where it is all";
+        "the part of a surface with edges that is the zone (theory C.91): place (3) and direction to the partner (3) in the model's components, depth and radius in m; of an interval the flat face of the target about which it lies (C.102); zeros where it is all";
     target_part: [f64; 8] ["–"], "the same of the target body";
     others: [f64; 28] ["–"],
         "further places of the contact body about which the interval lies where bodies touch at several at once (theory A.12), up to seven: number of the face from 1 on, 0 for none, and parameters";
