@@ -74,6 +74,15 @@ enum Arrival {
     Beyond(usize),
 }
 
+/// What presses on the way to equilibrium.
+#[derive(Clone, Copy)]
+enum Pressing<'a> {
+    /// Zones, which are made as contacts touch; which contacts get no other one any more.
+    Zones(&'a [bool]),
+    /// Hertz's law in place of these contacts.
+    Hertz(&'a [usize]),
+}
+
 /// A step towards equilibrium.
 struct Step {
     /// The state at its end.
@@ -177,9 +186,18 @@ impl Driver<'_> {
         let (t, mut y) = (self.integrator.time(), self.integrator.state().to_vec());
         self.slots.iter_mut().filter(|slot| slot.is_watching()).for_each(|slot| slot.found.preview = None);
         let mut are_made: Vec<bool> = sizes.iter().map(Option::is_some).collect();
+        if self.is_free_of_way() && self.slots.iter().any(|slot| slot.fine().is_some()) {
+            // Zones that touched in the pose given.
+            let (settled, forces) = self.at_rest_by_hertz(None, (0..self.slots.len()).collect(), &held)?;
+            if let Some(pose) = self.near_equilibrium(settled, &forces)? {
+                self.integrator.restart(t, &pose);
+                y = pose;
+            }
+        }
         for _ in 0..MAX_LANDINGS {
-            let arrival = self.settle(&mut y, &held, Some(&are_made))?;
+            let arrival = self.settle(&mut y, &held, Pressing::Zones(&are_made))?;
             self.integrator.restart(t, &y);
+            let is_at_rim = matches!(arrival, Arrival::Rim(_));
             let (i, known) = match arrival {
                 Arrival::Settled => {
                     // What sticks now does so with the references of its first touch.
@@ -187,22 +205,33 @@ impl Driver<'_> {
                     return Ok(None);
                 }
                 Arrival::Beyond(i) => return Ok(Some(i)),
-                Arrival::Touch(i) => (i, 0.0),
-                Arrival::Rim(i) => (i, self.slots[i].found.preview.unwrap_or(f64::INFINITY)),
+                Arrival::Touch(i) => (i, None),
+                Arrival::Rim(i) => (i, self.slots[i].found.preview),
             };
-            if self.slots[i].fine().is_some() {
-                self.deactivate(i)?;
+            let has_zone = self.slots[i].fine().is_some();
+            if has_zone {
                 self.slots[i].found.preview = None;
             }
             let is_asked = sizes[i].is_none() || self.is_free_of_way();
-            if is_asked && self.slots[i].found.preview.is_none() {
-                if let Some(pose) = self.preview_at_rest(i, &held)? {
-                    self.integrator.restart(t, &pose);
+            let pose = match self.slots[i].found.preview {
+                None if is_asked => self.preview_at_rest(i, &held)?,
+                _ => None,
+            };
+            if is_at_rim {
+                // More has come to rest on it since its zone was made; else the way alone led beyond, or Hertz's law is not the one.
+                let force = self.slots[i].found.preview;
+                if !force.zip(known).is_some_and(|(force, known)| force >= MORE * known) {
+                    self.slots[i].found.preview = known;
+                    are_made[i] = true;
+                    continue;
                 }
             }
-            // More has come to rest on it since its zone was made; else the way alone led beyond, or Hertz's law is not the one.
-            are_made[i] |=
-                known > 0.0 && self.slots[i].found.preview.is_none_or(|force| force < MORE * known);
+            if has_zone {
+                self.deactivate(i)?;
+            }
+            if let Some(pose) = pose {
+                self.integrator.restart(t, &pose);
+            }
             self.activate(i, sizes[i])?;
             y = self.integrator.state().to_vec();
         }
@@ -216,7 +245,7 @@ impl Driver<'_> {
         let waiting = (0..self.slots.len()).filter(|k| *k == i || self.slots[*k].is_watching()).collect();
         // What slides, since the law has no friction, presses all the same.
         for (which, may_slide) in [(waiting, false), (vec![i], true)] {
-            let (settled, forces) = self.at_rest_by_hertz(i, which, held)?;
+            let (settled, forces) = self.at_rest_by_hertz(Some(i), which, held)?;
             debug!(
                 contact = self.model.contacts[i].name,
                 ?forces,
@@ -224,14 +253,28 @@ impl Driver<'_> {
                 "forces at rest by Hertz's law"
             );
             if settled.is_some() || may_slide {
-                forces
-                    .into_iter()
-                    .filter(|(_, f)| *f > 0.0)
-                    .for_each(|(k, f)| self.slots[k].found.preview = Some(f));
-                return Ok(settled.filter(|_| self.is_free_of_way()));
+                let pressed = forces.iter().filter(|(_, f)| *f > 0.0);
+                pressed.for_each(|(k, f)| self.slots[*k].found.preview = Some(*f));
+                return self.near_equilibrium(settled, &forces);
             }
         }
         Ok(None)
+    }
+
+    /// The state `settled`, in which contacts have `forces` by Hertz's law, where the equilibrium is near and the way to it counts for nothing: none of
+    /// these contacts is open there, as where a line yields by less than its law says.
+    fn near_equilibrium(
+        &mut self,
+        settled: Option<Vec<f64>>,
+        forces: &[(usize, f64)],
+    ) -> Result<Option<Vec<f64>>, AdaptiveError> {
+        let Some(pose) = settled.filter(|_| self.is_free_of_way()) else { return Ok(None) };
+        for (k, _) in forces.iter().filter(|(_, force)| *force > 0.0) {
+            if self.open_gap(*k, &pose)? > 0.0 {
+                return Ok(None);
+            }
+        }
+        Ok(Some(pose))
     }
 
     /// Whether the way to an equilibrium counts for nothing: no contact has friction, and all get their zones on it.
@@ -244,7 +287,7 @@ impl Driver<'_> {
     /// Forces of the contacts `which` that have a law by Hertz, of which `i` touches, in equilibrium; with it the state, if that was reached.
     fn at_rest_by_hertz(
         &mut self,
-        i: usize,
+        i: Option<usize>,
         which: Vec<usize>,
         held: &[bool],
     ) -> Result<(Option<Vec<f64>>, Vec<(usize, f64)>), AdaptiveError> {
@@ -255,18 +298,19 @@ impl Driver<'_> {
         let mut stand_ins = Vec::new();
         for k in which {
             let Some(refinement) = &contacts[k].refinement else { continue };
-            let point = refinement.preview((bodies, k == i), states, &mut self.slots[k].nearest);
+            let point = refinement.preview((bodies, i == Some(k)), states, &mut self.slots[k].nearest);
             // Of those that are still apart nothing need be known.
-            let point = if k == i { point? } else { point.ok().flatten() };
+            let point = if i == Some(k) { point? } else { point.ok().flatten() };
             stand_ins.extend(point.map(|point| (k, RunContact::new(Box::new(Active::new(point))))));
         }
-        if stand_ins.iter().all(|(k, _)| *k != i) {
+        let places: Vec<usize> = stand_ins.iter().map(|(k, _)| *k).collect();
+        if i.is_some_and(|i| !places.contains(&i)) {
             return Ok((None, Vec::new()));
         }
         for (k, contact) in &mut stand_ins {
             std::mem::swap(contact, &mut system.forces_mut()[*k]);
         }
-        let is_settled = self.settle(&mut y, held, None).is_ok();
+        let is_settled = self.settle(&mut y, held, Pressing::Hertz(&places)).is_ok();
         let forces = self.model.system.forces_mut();
         let restored = stand_ins.into_iter().map(|(k, contact)| {
             let stand_in = std::mem::replace(&mut forces[k], contact);
@@ -287,15 +331,14 @@ impl Driver<'_> {
         held
     }
 
-    /// Moves `y` towards equilibrium until it is there; with `are_made`, until a contact touches that is to get its zone, or another one, which those
-    /// get no more for which that says so.
+    /// Moves `y` towards equilibrium until it is there; with zones, until a contact touches that is to get its zone, or another one.
     fn settle(
         &mut self,
         y: &mut Vec<f64>,
         held: &[bool],
-        are_made: Option<&[bool]>,
+        pressing: Pressing<'_>,
     ) -> Result<Arrival, AdaptiveError> {
-        let (t, zones) = (self.integrator.time(), are_made.is_some());
+        let (t, zones) = (self.integrator.time(), matches!(pressing, Pressing::Zones(_)));
         let fail = |fault| Err(AdaptiveError::Equilibrium(fault));
         let size = self.size_of_all();
         let (mut radius, mut gone) = (FIRST * size, 0.0);
@@ -316,7 +359,7 @@ impl Driver<'_> {
             }
             let Step { moved, outcome, is_short } = self.step(&balance, y, &mut radius)?;
             debug!(step, residual, radius, ?outcome, "towards equilibrium");
-            if let Some((i, at)) = self.first_closing_between((y, &moved), zones, &has_closed)? {
+            if let Some((i, at)) = self.first_closing_between((y, &moved), pressing, &has_closed)? {
                 (*y, radius, has_closed[i]) = (at, FIRST * size, true);
                 if zones && self.slots[i].is_watching() {
                     return Ok(Arrival::Touch(i));
@@ -324,7 +367,7 @@ impl Driver<'_> {
                 balance = self.balance_after(&balance, y, held)?;
                 continue;
             }
-            if let Some(are_made) = are_made
+            if let Pressing::Zones(are_made) = pressing
                 && let Some(arrival) = self.leaves_zone(y, &moved, are_made)?
             {
                 return Ok(arrival);
@@ -453,12 +496,13 @@ impl Driver<'_> {
     fn first_closing_between(
         &mut self,
         (y, moved): (&[f64], &[f64]),
-        zones: bool,
+        pressing: Pressing<'_>,
         has_closed: &[bool],
     ) -> Result<Option<(usize, Vec<f64>)>, AdaptiveError> {
         let mut first: Option<(usize, f64)> = None;
         for (i, has_closed) in has_closed.iter().enumerate() {
-            if *has_closed || !zones && self.slots[i].is_watching() {
+            let is_left = |places: &[usize]| places.contains(&i) || self.slots[i].is_watching();
+            if *has_closed || matches!(pressing, Pressing::Hertz(places) if is_left(places)) {
                 continue;
             }
             let most = first.map_or(1.0, |(_, share)| share);
