@@ -83,6 +83,15 @@ enum Pressing<'a> {
     Hertz(&'a [usize]),
 }
 
+/// What rests by Hertz's law.
+#[derive(Default)]
+struct AtRest {
+    /// The state, if an equilibrium was reached.
+    state: Option<Vec<f64>>,
+    /// Contacts with their forces \[N\].
+    forces: Vec<(usize, f64)>,
+}
+
 /// A step towards equilibrium.
 struct Step {
     /// The state at its end.
@@ -188,8 +197,8 @@ impl Driver<'_> {
         let mut are_made: Vec<bool> = sizes.iter().map(Option::is_some).collect();
         if self.is_free_of_way() && self.slots.iter().any(|slot| slot.fine().is_some()) {
             // Zones that touched in the pose given.
-            let (settled, forces) = self.at_rest_by_hertz(None, (0..self.slots.len()).collect(), &held)?;
-            if let Some(pose) = self.near_equilibrium(settled, &forces)? {
+            let found = self.at_rest_by_hertz(None, (0..self.slots.len()).collect(), &held)?;
+            if let Some(pose) = self.near_equilibrium(found)? {
                 self.integrator.restart(t, &pose);
                 y = pose;
             }
@@ -245,31 +254,27 @@ impl Driver<'_> {
         let waiting = (0..self.slots.len()).filter(|k| *k == i || self.slots[*k].is_watching()).collect();
         // What slides, since the law has no friction, presses all the same.
         for (which, may_slide) in [(waiting, false), (vec![i], true)] {
-            let (settled, forces) = self.at_rest_by_hertz(Some(i), which, held)?;
+            let found = self.at_rest_by_hertz(Some(i), which, held)?;
             debug!(
                 contact = self.model.contacts[i].name,
-                ?forces,
-                is_settled = settled.is_some(),
+                forces = ?found.forces,
+                is_settled = found.state.is_some(),
                 "forces at rest by Hertz's law"
             );
-            if settled.is_some() || may_slide {
-                let pressed = forces.iter().filter(|(_, f)| *f > 0.0);
+            if found.state.is_some() || may_slide {
+                let pressed = found.forces.iter().filter(|(_, f)| *f > 0.0);
                 pressed.for_each(|(k, f)| self.slots[*k].found.preview = Some(*f));
-                return self.near_equilibrium(settled, &forces);
+                return self.near_equilibrium(found);
             }
         }
         Ok(None)
     }
 
-    /// The state `settled`, in which contacts have `forces` by Hertz's law, where the equilibrium is near and the way to it counts for nothing: none of
+    /// The state found by Hertz's law, where the equilibrium is near and the way to it counts for nothing: none of
     /// these contacts is open there, as where a line yields by less than its law says.
-    fn near_equilibrium(
-        &mut self,
-        settled: Option<Vec<f64>>,
-        forces: &[(usize, f64)],
-    ) -> Result<Option<Vec<f64>>, AdaptiveError> {
-        let Some(pose) = settled.filter(|_| self.is_free_of_way()) else { return Ok(None) };
-        for (k, _) in forces.iter().filter(|(_, force)| *force > 0.0) {
+    fn near_equilibrium(&mut self, found: AtRest) -> Result<Option<Vec<f64>>, AdaptiveError> {
+        let Some(pose) = found.state.filter(|_| self.is_free_of_way()) else { return Ok(None) };
+        for (k, _) in found.forces.iter().filter(|(_, force)| *force > 0.0) {
             if self.open_gap(*k, &pose)? > 0.0 {
                 return Ok(None);
             }
@@ -290,7 +295,7 @@ impl Driver<'_> {
         i: Option<usize>,
         which: Vec<usize>,
         held: &[bool],
-    ) -> Result<(Option<Vec<f64>>, Vec<(usize, f64)>), AdaptiveError> {
+    ) -> Result<AtRest, AdaptiveError> {
         let (t, mut y) = (self.integrator.time(), self.integrator.state().to_vec());
         let RunModel { system, contacts, bodies, .. } = &mut *self.model;
         system.body_states(t, &y);
@@ -305,7 +310,7 @@ impl Driver<'_> {
         }
         let places: Vec<usize> = stand_ins.iter().map(|(k, _)| *k).collect();
         if i.is_some_and(|i| !places.contains(&i)) {
-            return Ok((None, Vec::new()));
+            return Ok(AtRest::default());
         }
         for (k, contact) in &mut stand_ins {
             std::mem::swap(contact, &mut system.forces_mut()[*k]);
@@ -316,7 +321,7 @@ impl Driver<'_> {
             let stand_in = std::mem::replace(&mut forces[k], contact);
             (k, stand_in.contact.report().normal_force)
         });
-        Ok((is_settled.then_some(y), restored.collect()))
+        Ok(AtRest { forces: restored.collect(), state: is_settled.then_some(y) })
     }
 
     /// For each rate whether its coordinate is none of the equilibrium: those of the joints of bodies that move at the start.
