@@ -37,7 +37,7 @@ fn impact(text: &str) -> (ImpactRecord, f64) {
     assert!(change < 1e-10 * sum(0), "momentum {change:e}");
     println!("{:.6e} N, {:.5e} s, {:.6e} N s", impact.peak_force, impact.end - impact.start, impact.impulse);
     let width = found.trials.last().expect("a trial").interval_widths[0];
-    (impact.clone(), width)
+    (*impact, width)
 }
 
 /// The same, whose zone is the one about a flat end of the extent `extent` along its first direction, `points` of which lie across the end.
