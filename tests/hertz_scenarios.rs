@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use result_files::stored::Stored;
 use serde_json::Value;
 use tempfile::TempDir;
 
@@ -183,6 +184,63 @@ fn rows_of_touching_balls_are_masses_on_springs() {
             // Peaks are those of stored steps, a hundredth of a touch apart: 1e-3 of the force.
             assert!((found / expected - 1.0).abs() < 2e-3, "{n} balls, contact {i}: {found} {expected}");
         }
+    }
+}
+
+/// How fast a small push runs along twenty balls in guides that `preload` presses together, from its largest force eight balls apart [m/s], and how fast
+/// long waves do.
+fn pushed(preload: f64) -> (f64, f64) {
+    const N: usize = 20;
+    let radius = 5e-3_f64;
+    let mass = 2700.0 * 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
+    let k = 4.0 / 3.0 * (70e9 / (2.0 * (1.0 - 0.09))) * (0.5 * radius).sqrt();
+    let waves = 2.0 * radius * (1.5 * k.powf(2.0 / 3.0) * preload.cbrt() / mass).sqrt();
+    let lasts = 20.0 * radius / waves;
+    let mut text = format!("[simulation]\nend_time = {:e}\nstart = \"static\"\n", 3.0 * lasts);
+    for i in 0..N {
+        let at = radius * (2 * i + 1) as f64;
+        text += &format!(
+            "[bodies.b{i}]\nmodel = \"rigid\"\nmaterial = \"m\"\ngeometry = {{ shape = \"sphere\", radius = {radius} }}\n\
+             [joints.g{i}]\ntype = \"prismatic\"\naxis = [0.0, 0.0, 1.0]\nparent = {{ body = \"ground\", point = [0.0, 0.0, {at:?}] }}\n\
+             child = {{ body = \"b{i}\", point = [0.0, 0.0, 0.0] }}\n\
+             [contacts.c{i}]\ncontact_body = \"b{i}\"\ntarget_body = \"{}\"\nmodel = \"hertz\"\n",
+            if i == 0 { "floor".to_owned() } else { format!("b{}", i - 1) }
+        );
+    }
+    let bump = |s: f64| 0.005 * (1.0 - (2.0 * std::f64::consts::PI * s).cos());
+    let shares: Vec<f64> = (0..=60).map(|i| f64::from(i) / 60.0).collect();
+    let times: Vec<f64> = shares.iter().map(|s| s * lasts).collect();
+    let values: Vec<f64> = shares.iter().map(|s| -preload * (1.0 + bump(*s))).collect();
+    text += &format!(
+        "[bodies.floor]\nmodel = \"rigid\"\ngeometry = {{ shape = \"plane\" }}\n[loads.p]\nbody = \"b{}\"\npoint = [0.0, 0.0, 0.0]\n\
+         force_z = {{ kind = \"table\", times = {times:?}, values = {values:?} }}\n",
+        N - 1
+    );
+    let directory = directory(&text);
+    let output = call(directory.path(), &["run", "-qq", "a.toml"]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let stored = Stored::open(&directory.path().join("a.h5")).expect("a result");
+    let largest = |contact: &str| {
+        let force = stored.values(&format!("contacts/{contact}/normal_force")).expect("stored");
+        let k = (1..force.len() - 1).max_by(|a, b| force[*a].total_cmp(&force[*b])).expect("states");
+        // Where the parabola through three states is highest.
+        let [(a, fa), (b, fb), (c, fc)] = [k - 1, k, k + 1].map(|k| (stored.time[k], force[k]));
+        let (rise, fall) = ((fb - fa) / (b - a), (fc - fb) / (c - b));
+        0.5 * (a + b) + 0.5 * (c - a) * rise / (rise - fall)
+    };
+    (16.0 * radius / (largest("c8") - largest("c16")), waves)
+}
+
+#[test]
+fn a_row_of_balls_carries_pushes_as_fast_as_the_sixth_root_of_its_preload() {
+    let speeds = [5.0, 50.0, 500.0].map(pushed);
+    for (found, waves) in speeds {
+        // Pushes of ten balls' length run slower than long waves by their curvature, (k a)²/24 of the shortest that count, some 3 %.
+        assert!(found < waves && found > 0.96 * waves, "{speeds:?}");
+    }
+    for (soft, firm) in speeds.iter().zip(&speeds[1..]) {
+        // All times scale alike; the push is 1 % of the preload, of which speeds have a sixth, and states are a hundredth of it apart.
+        assert!((firm.0 / soft.0 / 10.0_f64.powf(1.0 / 6.0) - 1.0).abs() < 2e-3, "{speeds:?}");
     }
 }
 

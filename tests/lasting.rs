@@ -93,6 +93,31 @@ fn a_shaken_contact_has_the_force_of_explicit_steps() {
 }
 
 #[test]
+fn small_ringing_about_rest_has_the_frequency_of_hertz() {
+    let tap = "[loads.tap]\nbody = \"a\"\npoint = [0.0, 0.0]\nradius = 5e-3\n\
+               force_z = { kind = \"table\", times = [0.0, 1e-5, 1.0], values = [0.0, -3e-3, -3e-3], interpolation = \"steps\" }\n\
+               [output]\nfree_interval = 2e-6\n";
+    let text = simulation(2e-3, "static") + &ball("a", 0.0, "") + FLOOR + &contact("c", ["a", "floor"], tap);
+    let recording = runs(&text, &[]);
+    // F = k w^(3/2): the stiffness is 3/2 F/w, with w = (9 F²/(16 R E'²))^(1/3) under the mean force.
+    let (mean, modulus) = (weight() + 3e-3, 210e9 / (1.0 - 0.09));
+    let yielded = (9.0 * mean * mean / (16.0 * 10e-3 * modulus * modulus)).cbrt();
+    let expected = (1.5 * mean / yielded / (weight() / 9.81)).sqrt();
+    let force = |k: usize| recording.samples[k].contacts[0].normal_force - mean;
+    let rises: Vec<f64> = (1..recording.samples.len())
+        .filter(|k| force(k - 1) < 0.0 && force(*k) >= 0.0)
+        .map(|k| {
+            let [a, b] = [k - 1, k].map(|k| recording.samples[k].time);
+            a - force(k - 1) * (b - a) / (force(k) - force(k - 1))
+        })
+        .collect();
+    let periods = rises.len() - 1;
+    let found = 2.0 * PI * periods as f64 / (rises[periods] - rises[0]);
+    // The zone and its springs yield by up to 1 % less or more than a half space, of which the frequency has half.
+    assert!(periods >= 4 && (found / expected - 1.0).abs() < 5e-3, "{found} {expected}, {periods} periods");
+}
+
+#[test]
 fn what_is_damped_comes_to_rest() {
     let body = ball("a", 1e-4, "damping = { loss_factor = 1e-3 }");
     let text = simulation(0.2, "given") + &body + FLOOR + &contact("c", ["a", "floor"], "damping = 300.0");

@@ -172,7 +172,7 @@ mod tests {
     fn remains_of_killed_processes_are_cleared_and_nothing_else() {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("a.h5");
-        let others = [
+        let mut others = [
             "a.h5",
             "a.h5.1-0-2.tmp",
             "a.h5.1.tmp",
@@ -193,6 +193,7 @@ mod tests {
             .map(|e| e.file_name().into_string().expect("a name"))
             .collect();
         left.sort();
+        others.sort_unstable();
         assert_eq!(left, others);
     }
 
