@@ -30,3 +30,8 @@ def open_file(path: pathlib.Path) -> Any:
         except OSError as error:
             reason = error
     raise FileError(f"{path}: cannot be read: {reason}")
+
+
+def state(path: pathlib.Path) -> tuple[int, ...] | None:
+    """The state of a file that `open_file` opened last: what was read in the same one need not be read again."""
+    return _checked.get(str(path))

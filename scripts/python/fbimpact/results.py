@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 import xarray as xr
 
-from .guards import open_file
+from .guards import open_file, state
 from .program import FileError, call
 
 VERSION = 2
@@ -41,6 +41,7 @@ class Result:
 
     def __init__(self, path: str | os.PathLike[str]) -> None:
         self.path = pathlib.Path(path)
+        self._places: dict[str, tuple[object, dict[str, int]]] = {}
         with self._open() as file:
             attributes = dict(file.attrs)
             has_scenario = isinstance(file.get("scenario"), h5py.Dataset)
@@ -93,7 +94,7 @@ class Result:
         """
         kind, _, member = path.strip("/").partition("/")
         with self._open() as file:
-            index = _members(file, kind).get(member)
+            index = self._members(file, kind).get(member)
             if index is None and (path not in file or not isinstance(file[path], h5py.Group)):
                 raise KeyError(f"{self.path}: there is no group {path!r}")
             variables: dict[str, xr.Variable] = {}
@@ -116,7 +117,7 @@ class Result:
         path = path.strip("/")
         with self._open() as file:
             kind, _, member = path.partition("/")
-            is_group = member in _members(file, kind) or path in file and isinstance(file[path], h5py.Group)
+            is_group = member in self._members(file, kind) or path in file and isinstance(file[path], h5py.Group)
         if is_group:
             return self.dataset(path)
         if path in TABLES:
@@ -267,6 +268,16 @@ class Result:
     def _open(self) -> Any:
         return open_file(self.path)
 
+    def _members(self, file: Any, kind: str) -> dict[str, int]:
+        """Places of the members of a group in the datasets that they share; none where each has a group."""
+        now = state(self.path)
+        known = self._places.get(kind)
+        if known is None or known[0] != now:
+            names = file.get(f"arrays/{kind}/name") if kind else None
+            known = now, {} if names is None else {_text(name): index for index, name in enumerate(names[()])}
+            self._places[kind] = known
+        return known[1]
+
 
 class Groups(Mapping[str, xr.Dataset]):
     """Groups under one path by name; each access reads one."""
@@ -275,13 +286,14 @@ class Groups(Mapping[str, xr.Dataset]):
         self._result, self._path = result, path
 
     def __getitem__(self, name: str) -> xr.Dataset:
-        if name not in list(self):
-            raise KeyError(f"{name!r}: {self._path} are {', '.join(self) or 'none'}")
-        return self._result.dataset(f"{self._path}/{name}")
+        try:
+            return self._result.dataset(f"{self._path}/{name}")
+        except KeyError:
+            raise KeyError(f"{name!r}: {self._path} are {', '.join(self) or 'none'}") from None
 
     def __iter__(self) -> Iterator[str]:
         with self._result._open() as file:
-            return iter(list(dict.fromkeys([*_members(file, self._path), *file.get(self._path, ())])))
+            return iter(list(dict.fromkeys([*self._result._members(file, self._path), *file.get(self._path, ())])))
 
     def __len__(self) -> int:
         return len(list(iter(self)))
@@ -293,12 +305,6 @@ class Groups(Mapping[str, xr.Dataset]):
 def open_result(path: str | os.PathLike[str]) -> Result:
     """Opens a result, also one of a run that goes on (`NAME.h5.part`)."""
     return Result(path)
-
-
-def _members(file: Any, kind: str) -> dict[str, int]:
-    """Places of the members of a group in the datasets that they share; none where each has a group."""
-    names = file.get(f"arrays/{kind}/name") if kind else None
-    return {} if names is None else {_text(name): index for index, name in enumerate(names[()])}
 
 
 def _variable(item: Any, coordinates: dict[str, xr.Variable], member: int | None = None) -> xr.Variable:

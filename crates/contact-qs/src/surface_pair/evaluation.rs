@@ -30,8 +30,7 @@ const STEADY: usize = 6;
 const HELD: f64 = 1e-4;
 /// Error of the projected gaps at convergence, as a share of the deepest penetration.
 pub(super) const GAP_TOLERANCE: f64 = 1e-8;
-/// Round-off of positions, as a share of the lengths that they are found with, which bounds what can be asked of gaps; of light touches, whose passes do
-/// not come below that, eight times as much.
+/// Round-off of positions, as a share of the lengths that they are found with, which bounds what can be asked of gaps.
 const ROUND_OFF: f64 = 8.0 * f64::EPSILON;
 /// Change of gaps, as a share of the penetration, when loads move by one element or turn by one
 /// radian. Measured 0.13: the displacement under a load of the neighbouring element, of which there
@@ -175,8 +174,7 @@ impl SurfacePair {
         let reach = self.surface.size + relative.largest_offset();
         let (mut depth, mut error) = (0.0_f64, f64::INFINITY);
         for pass in 0..MAX_PASSES {
-            let (slack, round_off) = if pass < STEADY { (SLACK, ROUND_OFF) } else { (HELD, 8.0 * ROUND_OFF) };
-            self.project(t, slack, relative, work)?;
+            self.project(t, if pass < STEADY { SLACK } else { HELD }, relative, work)?;
             if work.state.zone.is_none() {
                 self.press_springs(work)?;
                 return Ok(report);
@@ -191,7 +189,7 @@ impl SurfacePair {
             if is_open && let Some(friction) = friction {
                 friction.stick_slip.clear_forces();
             }
-            if is_open || error <= self.tolerance * depth + round_off * reach {
+            if is_open || error <= self.tolerance * depth + ROUND_OFF * reach {
                 self.load(work.state, work.found);
                 return Ok(report);
             }

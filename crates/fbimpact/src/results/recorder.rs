@@ -105,8 +105,9 @@ impl Recorder {
             let body = scenario.run.bodies.get(line.body).and_then(BodySpec::elastic);
             (line.name.clone(), body.map(|body| body.model))
         });
+        let form = FileForm::of(scenario);
         let mut recorder = Self {
-            form: FileForm::of(scenario),
+            form,
             stress_models: stress_models.collect(),
             open: None,
             failure: None,
@@ -115,7 +116,7 @@ impl Recorder {
             restart: None,
             is_taken_up: false,
         };
-        recorder.open = Some(Open::create(path, scenario, threads)?);
+        recorder.open = Some(Open::create(path, scenario, form, threads)?);
         Ok(recorder)
     }
 

@@ -2,6 +2,7 @@
 //! all of them share, `/arrays/bodies/position` (time × body × component), as runs of many bodies have them.
 
 use std::collections::{BTreeMap, HashMap};
+use std::mem::take;
 
 use hdf5::types::VarLenUnicode;
 use hdf5::{Dataset, File, Group, H5Type, Result};
@@ -16,6 +17,7 @@ pub const ARRAYS: &str = "arrays";
 pub const NAMES: &str = "name";
 
 /// Members of one group of a file.
+#[derive(Debug, Clone)]
 pub struct Members {
     own: Option<Group>,
     all: Option<Group>,
@@ -96,8 +98,9 @@ pub fn part<T: H5Type>(dataset: &Dataset, index: usize) -> Result<Vec<T>> {
 /// Those of HDF5.
 pub fn share_out(file: &File, entries: &mut BTreeMap<String, Entry>) -> Result<()> {
     let begin = format!("{ARRAYS}/");
-    let mut shared = entries.split_off(&begin);
-    entries.extend(shared.split_off("arrays0"));
+    let is_shared = |(path, _): &(String, Entry)| path.starts_with(&begin);
+    let (shared, own): (Vec<_>, Vec<_>) = take(entries).into_iter().partition(is_shared);
+    *entries = own.into_iter().collect();
     let mut known: HashMap<String, Vec<String>> = HashMap::new();
     for (path, entry) in shared {
         let [_, kind, series] = path.split('/').collect::<Vec<_>>()[..] else { continue };

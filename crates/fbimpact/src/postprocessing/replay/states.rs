@@ -61,6 +61,7 @@ pub struct States {
     pub scenario: Scenario,
     /// Stored instants \[s\].
     pub time: Vec<f64>,
+    bodies: Members,
     file: PathBuf,
 }
 
@@ -85,7 +86,8 @@ impl States {
         if time.is_empty() {
             return Err(AppError::io(path, "has no stored states"));
         }
-        Ok(Self { scenario, time, file: path.to_owned() })
+        let bodies = Members::of(&file, "bodies").map_err(fail)?;
+        Ok(Self { scenario, time, bodies, file: path.to_owned() })
     }
 
     /// The error of something in the file that HDF5 cannot read.
@@ -99,14 +101,14 @@ impl States {
     /// [`AppError::Io`] if it is not stored completely.
     pub fn motion(&self, name: &str) -> std::result::Result<BodyMotion, AppError> {
         let fail = |source| self.unreadable(format!("motion of body \"{name}\""), source);
-        let bodies = Members::of(&open(&self.file)?, "bodies").map_err(fail)?;
+        let bodies = &self.bodies;
         if bodies.has(name, "eigenfrequencies") && !bodies.has(name, "elastic_coordinates") {
             let reason = format!(
                 "is a small copy without the deformation of body \"{name}\", name the result that it was made from"
             );
             return Err(AppError::io(&self.file, reason));
         }
-        let motion = motion(&bodies, name).map_err(fail)?;
+        let motion = motion(bodies, name).map_err(fail)?;
         let n = self.time.len();
         let is_short = |values: &[f64], width: usize| values.len() < n * width;
         let q = motion.eigenfrequencies.len();

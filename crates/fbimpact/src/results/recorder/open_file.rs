@@ -66,10 +66,15 @@ fn metadata_only_on_flush() -> MetadataCacheConfig {
 }
 
 impl Open {
-    pub(super) fn create(path: &Path, scenario: &Scenario, threads: usize) -> Result<Self, FileFault> {
+    pub(super) fn create(
+        path: &Path,
+        scenario: &Scenario,
+        form: FileForm,
+        threads: usize,
+    ) -> Result<Self, FileFault> {
         // Version 1.8 of the format: readable everywhere, and after a crash without repair. The
         // lock is OutputFile's.
-        let bodies = if FileForm::of(scenario).arrays { 0 } else { scenario.run.bodies.len() };
+        let bodies = if form.arrays { 0 } else { scenario.run.bodies.len() };
         let groups = bodies + scenario.run.contacts.len();
         let file = File::with_options()
             .with_fapl(|p| p.libver_v18().file_locking(false).mdc_config(&metadata_only_on_flush()))
