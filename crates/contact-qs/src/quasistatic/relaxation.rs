@@ -16,6 +16,7 @@ pub(super) struct Relaxation {
     is_first: bool,
     /// Smallest change so far, and iterations since then.
     least: f64,
+    last: f64,
     n_idle: usize,
     /// Longest step, once Aitken's no longer gain.
     damped: Option<f64>,
@@ -29,6 +30,7 @@ impl Relaxation {
             factor: 1.0,
             is_first: true,
             least: f64::INFINITY,
+            last: f64::INFINITY,
             n_idle: 0,
             damped: None,
         }
@@ -38,6 +40,11 @@ impl Relaxation {
     pub fn restart(&mut self) {
         (self.factor, self.is_first, self.damped) = (1.0, true, None);
         (self.least, self.n_idle) = (f64::INFINITY, 0);
+    }
+
+    /// Largest change that the last iteration asked for.
+    pub fn change(&self) -> f64 {
+        self.last
     }
 
     /// Moves `x` towards its image `image`; whether they differ by `tolerance` at most, or by round-off,
@@ -52,7 +59,7 @@ impl Relaxation {
             *old = new;
         }
         self.n_idle = if largest < self.least { 0 } else { self.n_idle + 1 };
-        self.least = self.least.min(largest);
+        (self.least, self.last) = (self.least.min(largest), largest);
         let size = image.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         if largest <= tolerance || (self.n_idle >= IDLE && largest <= ROUND_OFF * size) {
             x.copy_from_slice(image);

@@ -26,8 +26,11 @@ const TOLERANCE: f64 = 1e-12;
 /// Limit of the alternations: enough for a contraction of 0.75 without relaxation.
 const MAX_ALTERNATIONS: usize = 100;
 
-/// Tolerance of the tangential forces, as a share of the tolerance of the alternations.
+/// Tolerance of the tangential forces, as a share of the tolerance of the alternations,
 const INNER: f64 = 0.3;
+/// and of the last change in them, if that is more: an alternation gains a digit, and forces two digits finer than it changes them
+/// are exact for it.
+const GAIN: f64 = 0.01;
 
 /// Solver of the normal problem (Eq. F.4).
 pub(crate) trait NormalSolver {
@@ -348,10 +351,10 @@ impl StickSlip {
             self.forces.fill(0.0);
             normal_forces.fill(0.0);
             self.bounds.fill(0.0);
-            self.solve_tangential(slips, tolerance)?;
+            self.solve_tangential(slips, INNER * tolerance)?;
             return zone.solve_normal(springs, gaps, normal_forces);
         }
-        let mut sum = SolveReport::default();
+        let (mut sum, mut inner) = (SolveReport::default(), GAIN);
         self.relaxation.restart();
         for _ in 0..MAX_ALTERNATIONS {
             self.shifted.copy_from_slice(gaps);
@@ -364,13 +367,15 @@ impl StickSlip {
             self.offsets.copy_from_slice(slips);
             add_product(&self.coupling, normal_forces, &mut self.offsets);
             let offsets = std::mem::take(&mut self.offsets);
-            let outcome = self.solve_tangential(&offsets, INNER * tolerance);
+            let outcome = self.solve_tangential(&offsets, inner);
             self.offsets = offsets;
             sum.iterations += outcome?;
             let largest = self.bounds.iter().copied().fold(0.0, f64::max);
             if self.relaxation.step(&mut self.forces, &self.next, tolerance * largest) {
                 return Ok(sum);
             }
+            let change = if largest > 0.0 { self.relaxation.change() / largest } else { 0.0 };
+            inner = (GAIN * change).clamp(INNER * tolerance, GAIN);
         }
         Err(not_converged(self.coefficient))
     }

@@ -37,8 +37,8 @@ const SLIP_ROUND_OFF: f64 = 32.0 * f64::EPSILON;
 /// Relative excess of a force over its bound up to which the point still sticks: round-off of the
 /// solution.
 const BOUND_ROUND_OFF: f64 = 1e-13;
-/// Turn of a force's direction in one Newton step below which the next one is round-off (quadratic
-/// convergence).
+/// Turn of a force's direction in one Newton step whose square is the tolerance, for the next one is smaller than that
+/// (quadratic convergence), and below which that is round-off.
 const TURN_TOLERANCE: f64 = 1e-8;
 /// The factor is kept until one of its directions has turned by this (sine): each step then still
 /// gains a digit.
@@ -195,7 +195,11 @@ impl Tangential {
         for iteration in 1..=limit {
             let step = self.step(problem, n_kept < KEPT_STEPS, forces)?;
             let n_wrong = self.count_wrong(problem, forces, allowance);
-            let is_settled = if step.is_exact { step.turn <= TURN_TOLERANCE } else { step.size <= small };
+            let is_settled = if step.is_exact {
+                step.turn <= tolerance.sqrt().max(TURN_TOLERANCE)
+            } else {
+                step.size <= small
+            };
             if n_wrong == 0 && is_settled {
                 return Ok(iteration);
             }
