@@ -119,7 +119,7 @@ fn anvil() -> BodySpec {
 fn hertz(target: Target) -> ContactSpec {
     let solid = Solid { young: STEEL.youngs, poisson: STEEL.poisson };
     let sphere = HertzSphere { centre: Place::Point([0.0; 3]), radius: RADIUS };
-    let partner = || HertzPartner { solid, sphere: Some(sphere.clone()) };
+    let partner = || HertzPartner { solid, sphere: Some(sphere.clone()), thickness: None };
     let law =
         HertzSpec { contact: partner(), target: partner(), friction: 0.0, yield_strength: f64::INFINITY };
     ContactSpec { law: ContactLaw::Hertz(law), ..contact("hertz", 0, target) }

@@ -1,5 +1,5 @@
 //! Hertz contact of two bodies with smooth surfaces, or of one and a plane, as a force element
-//! (docs/theory.md Eqs. C.79 to C.90).
+//! (docs/theory.md Eqs. C.79 to C.90, of plane models C.104 to C.106).
 
 mod levels;
 mod moment;
@@ -7,17 +7,17 @@ pub(super) mod sphere;
 mod geometry;
 mod sliding;
 
+use ffr_dynamics::data_error::DataError;
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::force::{BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion};
 use nalgebra::Vector3;
-use std::f64::consts::PI;
 
 use crate::contact_element::{Contact, ContactElement, ContactFindings, ContactReport, Meeting};
 use crate::law::{Friction, HertzPair, Solid};
 use crate::search::{Detector, SearchWorkspace};
 use crate::solver_fault::SolverFault;
 use crate::{ContactError, Target};
-use geometry::{Curved, Geometry, Touch};
+use geometry::{Curved, Geometry, Slice, Touch};
 use moment::StiffnessChange;
 use sliding::{Sliding, SlidingFound, SlidingState};
 use sphere::{Sphere, check_solid, hertz_pair};
@@ -109,7 +109,38 @@ impl HertzContact {
             }
         }
         let compliance = compliance(&solids)?;
-        Ok(Self { geometry: Geometry::Surfaces { surfaces, compliance }, solids, sliding: None })
+        let geometry = Geometry::Surfaces { surfaces, compliance, slice: None };
+        Ok(Self { geometry, solids, sliding: None })
+    }
+
+    /// Contact along a line of the `surfaces` of plane bodies of `solids`, those of plane stress by [`Solid::of_plane_stress`], as
+    /// thick as `thicknesses` say, the contact body's first; one without a thickness, and a plane, is as thick as the other (Eqs. C.104, C.105).
+    ///
+    /// # Errors
+    /// As [`HertzContact::of_surfaces`]; [`ContactError::Data`] if a thickness is not positive.
+    pub fn of_plane_surfaces(
+        surfaces: Detector,
+        solids: [Solid; 2],
+        thicknesses: [Option<f64>; 2],
+    ) -> Result<Self, ContactError> {
+        let mut contact = Self::of_surfaces(surfaces, solids)?;
+        let Geometry::Surfaces { surfaces, compliance, slice } = &mut contact.geometry else {
+            return Ok(contact);
+        };
+        let [own, other] = [0, 1].map(|side| thicknesses[side].or(thicknesses[1 - side]).unwrap_or(1.0));
+        if let Some(&value) = [own, other].iter().find(|t| !(**t > 0.0 && t.is_finite())) {
+            let what = "the thickness of a plane body [m]".into();
+            return Err(DataError::OutOfRange { what, value, range: "> 0 and finite" }.into());
+        }
+        let shares = [solids[0].compliance(), solids[1].compliance() * own / other];
+        let width = surfaces.own.model.least_width();
+        let widths =
+            [width, surfaces.target.as_ref().body().map_or(width, |other| other.model.least_width())];
+        *compliance = shares.iter().sum();
+        let logarithm =
+            shares.iter().zip(widths).map(|(share, width)| share * width.ln()).sum::<f64>() / *compliance;
+        *slice = Some(Slice { thickness: own, size: logarithm.exp() });
+        Ok(contact)
     }
 
     /// The same with friction of coefficient `coefficient`, of stick and slip alike.
@@ -182,8 +213,8 @@ impl HertzContact {
         forces: &mut [GeneralisedForce],
     ) {
         let approach = -touch.gap;
-        let force = curved.ellipse.stiffness() * approach * approach.sqrt();
-        let axes = curved.ellipse.semi_axes(force);
+        let (force, energy) = curved.law.force(approach);
+        let axes = curved.law.semi_axes(force);
         let normal = touch.normal * force;
         self.push(motion, touch.points.each_ref(), shapes, &normal, forces);
         let change = self.geometry.stiffness_change(motion.bodies, touch, curved, axes, force);
@@ -196,8 +227,8 @@ impl HertzContact {
         report.force += normal;
         report.penetration = approach;
         report.n_active = 1;
-        report.contact_area = PI * axes[0] * axes[1];
-        report.energies.elastic_high = 0.4 * approach * force;
+        report.contact_area = curved.law.area(force);
+        report.energies.elastic_high = energy;
     }
 }
 

@@ -4,7 +4,11 @@ pub mod penalty;
 pub mod coulomb;
 pub mod hertz;
 pub mod ellipse;
+pub mod line;
+pub mod touch;
 
 pub use coulomb::Friction;
 pub use ellipse::HertzEllipse;
 pub use hertz::{HertzPair, Solid};
+pub use line::LineLaw;
+pub use touch::TouchLaw;

@@ -322,7 +322,13 @@ fn hertz_contact(spec: &ContactSpec, bodies: &[BodyModel]) -> Result<HertzContac
     let solids = law.solids();
     let contact = match spheres(spec, bodies)? {
         Some((own, target)) => HertzContact::of_spheres(own, target, solids[1]),
-        None => HertzContact::of_surfaces(Detector::of(spec.body, spec.target, surface)?, solids),
+        None => {
+            let surfaces = Detector::of(spec.body, spec.target, surface)?;
+            match [law.contact.thickness, law.target.thickness] {
+                [None, None] => HertzContact::of_surfaces(surfaces, solids),
+                thicknesses => HertzContact::of_plane_surfaces(surfaces, solids, thicknesses),
+            }
+        }
     };
     contact.and_then(|contact| contact.with_friction(law.friction)).map_err(fail)
 }

@@ -131,6 +131,8 @@ pub struct HertzPartner {
     pub solid: Solid,
     /// Where its surface is a sphere: which.
     pub sphere: Option<HertzSphere>,
+    /// Of a body that moves in a plane \[m\].
+    pub thickness: Option<f64>,
 }
 
 /// A sphere of a Hertz contact.

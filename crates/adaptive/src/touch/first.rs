@@ -16,7 +16,7 @@ use crate::spec::{ContactSpec, RunSpec};
 use crate::surface::{POLE, Surface, SurfacePlace};
 use crate::touch::flight::touch_in_flight;
 use crate::touch::hertz::local_surface::SurfaceView;
-use crate::touch::hertz::{HertzLaw, LocalSurface};
+use crate::touch::hertz::{HertzLaw, LocalSurface, across_line};
 use crate::touch::parts::side::{Moved, Side};
 use crate::touch::parts::{NO_ELLIPSE, Touch, TouchKind, pressed_parts};
 use crate::touch::sites::{Pair, Sites, Surfaces};
@@ -189,6 +189,12 @@ impl<'a> FirstTouches<'a> {
             (Some(other), Some(site)) => view(other, site)?.surface,
             _ => LocalSurface::plane(1.0),
         };
-        HertzLaw::new(&[own_view.surface, other]).is_none().then_some(NO_ELLIPSE)
+        let surfaces = [own_view.surface, other];
+        let has_law = if own.0.motion() == RigidMotion::Planar {
+            across_line(&surfaces, self.size(contact.body)).is_some()
+        } else {
+            HertzLaw::new(&surfaces).is_some()
+        };
+        (!has_law).then_some(NO_ELLIPSE)
     }
 }

@@ -19,9 +19,6 @@ pub const ACROSS_LINE: f64 = 1e-3;
 pub const SAME_DIRECTION: f64 = 1.0 - 1e-12;
 /// Curvature times size of a body below which a surface is flat: round-off of nets and nodes.
 pub const FLAT: f64 = 1e-6;
-/// Curvature times size, or ratio of two curvatures, below which Hertz's theory of points or lines
-/// has no answer: it divides by them.
-pub const NO_CURVATURE: f64 = 1e-9;
 /// Ratio of the smaller to the larger curvature of the gap below which surfaces touch along a line;
 /// curvatures fitted to meshes are more accurate.
 pub const STRAIGHT: f64 = 1e-3;

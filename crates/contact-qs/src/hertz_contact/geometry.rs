@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::moment::{Bent, StiffnessChange, stiffness_change};
 use crate::hertz_contact::sphere::Sphere;
-use crate::law::{HertzEllipse, HertzPair};
+use crate::law::{HertzEllipse, HertzPair, LineLaw, TouchLaw};
 use crate::search::{BodySurface, Detector, LocalShape, SearchWorkspace, Site};
 use crate::solver_fault::SolverFault;
 use crate::{ContactError, Target};
@@ -25,7 +25,16 @@ pub(super) enum Geometry {
     /// A sphere and a sphere or a plane.
     Spheres { sphere: Sphere, target: Target<Sphere>, pair: HertzPair, ellipse: HertzEllipse },
     /// Any surfaces, or a surface and a plane.
-    Surfaces { surfaces: Detector, compliance: f64 },
+    Surfaces { surfaces: Detector, compliance: f64, slice: Option<Slice> },
+}
+
+/// What plane bodies are to the law of their contact along a line.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Slice {
+    /// To which the compliance belongs \[m\].
+    pub thickness: f64,
+    /// On whose logarithm the approach depends (Eq. C.105) \[m\].
+    pub size: f64,
 }
 
 /// Where two bodies are nearest, in space.
@@ -50,7 +59,7 @@ impl Touch {
 /// How two bodies are curved where they touch, in space.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Curved {
-    pub ellipse: HertzEllipse,
+    pub law: TouchLaw,
     /// Directions of the larger and the smaller axis.
     pub axes: [Vector3<f64>; 2],
     /// Curvatures of both bodies; none of spheres, which are curved alike everywhere.
@@ -157,12 +166,14 @@ impl Geometry {
 
     /// How the bodies are curved where they touch.
     pub fn curved(&self, motion: Motion<'_>, touch: &Touch) -> Result<Curved, SolverFault> {
-        let (surfaces, compliance, places) = match (self, &touch.places) {
+        let (surfaces, compliance, slice, places) = match (self, &touch.places) {
             (Self::Spheres { ellipse, .. }, _) => {
                 let axes = tangents(&touch.normal);
-                return Ok(Curved { ellipse: *ellipse, axes, bending: None });
+                return Ok(Curved { law: TouchLaw::Point(*ellipse), axes, bending: None });
             }
-            (Self::Surfaces { surfaces, compliance }, Some(places)) => (surfaces, *compliance, places),
+            (Self::Surfaces { surfaces, compliance, slice }, Some(places)) => {
+                (surfaces, *compliance, *slice, places)
+            }
             (Self::Surfaces { .. }, None) => {
                 return Err(SolverFault::HertzGap { gap: touch.gap, time: motion.time });
             }
@@ -185,13 +196,24 @@ impl Geometry {
         };
         let (mine, theirs) = (at(0, &places[0], -1.0)?, at(1, &places[1], 1.0)?);
         let (small, large, axes) = principal(&(mine + theirs), &touch.normal);
-        let ellipse = HertzEllipse::new(small, large, compliance)
-            .ok_or_else(|| no_point("surfaces that touch along a line or lie in each other"))?;
-        let force = ellipse.stiffness() * (-touch.gap).powf(1.5);
-        if ellipse.semi_axes(force)[0] > LONG * self.size() {
+        let law = match slice {
+            Some(Slice { thickness, size }) => {
+                LineLaw::new(large, compliance, size, thickness).map(TouchLaw::Line)
+            }
+            None => HertzEllipse::new(small, large, compliance).map(TouchLaw::Point),
+        };
+        let law = law.ok_or_else(|| {
+            no_point(match slice {
+                Some(_) => "surfaces that lie in each other or are flat on each other",
+                None => "surfaces that touch along a line or lie in each other",
+            })
+        })?;
+        let size = slice.map_or_else(|| self.size(), |slice| slice.size.min(self.size()));
+        let axes_of_contact = law.semi_axes(law.force(-touch.gap).0);
+        if axes_of_contact[0].max(axes_of_contact[1]) > LONG * size {
             return Err(no_point("a contact longer than a quarter of the smaller body"));
         }
-        Ok(Curved { ellipse, axes, bending: Some([mine, theirs]) })
+        Ok(Curved { law, axes, bending: Some([mine, theirs]) })
     }
 
     /// What the change of the stiffness over the surfaces exerts; none of spheres.
@@ -203,22 +225,30 @@ impl Geometry {
         semi_axes: [f64; 2],
         force: f64,
     ) -> Option<StiffnessChange> {
-        let (Self::Surfaces { surfaces, .. }, Some(places), Some(bending)) =
-            (self, &touch.places, &curved.bending)
+        let (Self::Surfaces { surfaces, slice, .. }, Some(places), Some(mut bending)) =
+            (self, &touch.places, curved.bending)
         else {
             return None;
         };
-        if surfaces.own.model.motion() != RigidMotion::Spatial {
+        if surfaces.own.model.motion() == RigidMotion::Axial {
             return None; // on one axis nothing rolls
         }
         let [a, b] = curved.axes;
+        if slice.is_some() {
+            // Across their plane nothing moves, whatever the curvature there.
+            bending[0] += a * a.transpose() * (bending[0].norm() + bending[1].norm());
+        }
         let spread = a * a.transpose() * semi_axes[0].powi(2) + b * b.transpose() * semi_axes[1].powi(2);
         let slopes = [0, 1].map(|side| {
             let Some(surface) = surface(surfaces, side) else { return Vector3::zeros() };
             let turn = bodies[surface.body].rotation.to_rotation_matrix().into_inner();
             turn * surface.model.bending_slope(&places[side], &(turn.transpose() * spread * turn))
         });
-        stiffness_change(&Bent { normal: touch.normal, spread, bending, slopes, axes: curved.axes }, force)
+        let share = 0.5 * curved.law.mean_square() * force;
+        stiffness_change(
+            &Bent { normal: touch.normal, spread, bending: &bending, slopes, axes: curved.axes },
+            share,
+        )
     }
 }
 

@@ -1,6 +1,8 @@
 //! Tangential springs of a Hertz contact: one for the part of the stiffness that comes in between
 //! two depths of approach (docs/theory.md Eqs. C.86 to C.88).
 
+use crate::law::TouchLaw;
+
 /// Levels for each doubling of the approach: lengths across the contact differ by 4.4 % from one to
 /// the next.
 pub(super) const PER_OCTAVE: usize = 8;
@@ -24,32 +26,33 @@ impl Depths {
         self.0.len() - 1
     }
 
-    /// Normal force over `k` of every level that takes part at the approach `approach` \[m^1.5\],
-    /// its rate over the approach \[m^0.5\], and the stiffness that the whole level has \[m^0.5\].
-    pub fn at(&self, approach: f64) -> impl Iterator<Item = Share> {
-        let tangent = |d: f64| 1.5 * d.sqrt();
-        let force = move |d: f64| tangent(d) * (approach - d) + d * d.sqrt();
-        let ranges = self.0.windows(2).take_while(move |range| range[0] < approach);
-        ranges.map(move |range| {
-            let upper = range[1].min(approach);
-            Share {
-                depth: range[0],
-                force: force(upper) - force(range[0]),
-                rate: tangent(upper) - tangent(range[0]),
-                stiffness: tangent(range[1]) - tangent(range[0]),
-            }
-        })
+    /// Approaches between which every level that takes part at the approach `approach` lies \[m\].
+    pub fn at(&self, approach: f64) -> impl Iterator<Item = [f64; 2]> {
+        self.0.windows(2).map(|range| [range[0], range[1]]).take_while(move |range| range[0] < approach)
     }
 }
 
-/// A level's share of the normal force, of its rate, and its stiffness, over `k`.
+/// A level's share of the normal force \[N\] and of its rate over the approach [N/m].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Share {
-    /// Approach at which the level begins \[m\].
-    pub depth: f64,
     pub force: f64,
     pub rate: f64,
-    pub stiffness: f64,
+}
+
+impl Share {
+    /// That of the level between the approaches of `range` under the law `law` (Eq. C.87).
+    pub fn of(law: &TouchLaw, range: [f64; 2], approach: f64) -> Self {
+        let [lower, upper] = range.map(|depth| {
+            let (depth, tangent) = (depth.min(approach), law.stiffness(depth.min(approach)));
+            (tangent * (approach - depth) + law.force(depth).0, tangent)
+        });
+        Self { force: upper.0 - lower.0, rate: upper.1 - lower.1 }
+    }
+}
+
+/// Stiffness of the whole level between the approaches of `range` under the law `law` [N/m].
+pub(super) fn level_stiffness(law: &TouchLaw, range: [f64; 2]) -> f64 {
+    law.stiffness(range[1]) - law.stiffness(range[0])
 }
 
 /// Force of a spring and what it slides (Eq. C.88).
@@ -96,15 +99,25 @@ pub(super) fn returned(stretch: [f64; 2], compliance: [f64; 2], bound: f64) -> R
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::law::{HertzEllipse, LineLaw};
+
+    fn ball() -> TouchLaw {
+        TouchLaw::Point(HertzEllipse::new(100.0, 100.0, 4.3e-12).unwrap())
+    }
 
     #[test]
     fn levels_share_the_force_and_its_rate() {
         let depths = Depths::new(0.02);
-        for approach in [1e-15, 3e-9, 1e-6, 2.5e-5, 9e-4] {
-            let sum = |of: fn(&Share) -> f64| depths.at(approach).map(|share| of(&share)).sum::<f64>();
-            // Round-off of sums of hundreds of terms.
-            assert!((sum(|s| s.force) / approach.powf(1.5) - 1.0).abs() < 1e-11);
-            assert!((sum(|s| s.rate) / (1.5 * approach.sqrt()) - 1.0).abs() < 1e-11);
+        let line = TouchLaw::Line(LineLaw::new(50.0, 4.3e-12, 0.02, 0.01).unwrap());
+        for law in [ball(), line] {
+            for approach in [1e-15, 3e-9, 1e-6, 2.5e-5, 9e-4] {
+                let levels = || depths.at(approach).map(|range| Share::of(&law, range, approach));
+                // Round-off of sums of hundreds of terms.
+                let sum = levels().map(|share| share.force).sum::<f64>();
+                assert!((sum / law.force(approach).0 - 1.0).abs() < 1e-11);
+                let sum = levels().map(|share| share.rate).sum::<f64>();
+                assert!((sum / law.stiffness(approach) - 1.0).abs() < 1e-11);
+            }
         }
     }
 
@@ -130,16 +143,17 @@ mod tests {
     /// `s_1 = 3 μ N/(2 k_T)`.
     #[test]
     fn shear_of_a_pressed_contact_is_that_of_cattaneo_and_mindlin() {
-        let (depths, k, ratio, friction) = (Depths::new(0.02), 1e9, 0.8, 0.3);
+        let (depths, law, ratio, friction) = (Depths::new(0.02), ball(), 0.8, 0.3);
         for approach in [1.0e-6, 1.05e-6, 1.09e-6] {
-            let normal = k * f64::powf(approach, 1.5);
-            let gross = 1.5 * friction * normal / (ratio * 1.5 * k * f64::sqrt(approach));
+            let normal = law.force(approach).0;
+            let gross = 1.5 * friction * normal / (ratio * law.stiffness(approach));
             for share in [0.1, 0.3, 0.6, 0.9, 1.2] {
                 let slide = share * gross;
                 let mut force = 0.0;
-                for level in depths.at(approach) {
-                    let compliance = 1.0 / (ratio * k * level.stiffness);
-                    force -= returned([slide, 0.0], [compliance; 2], friction * k * level.force).force[0];
+                for range in depths.at(approach) {
+                    let compliance = 1.0 / (ratio * level_stiffness(&law, range));
+                    let bound = friction * Share::of(&law, range, approach).force;
+                    force -= returned([slide, 0.0], [compliance; 2], bound).force[0];
                 }
                 let exact = friction * normal * (1.0 - (1.0 - f64::min(share, 1.0)).powf(1.5));
                 // The outermost level has its whole stiffness, half of it too much in the mean: 4.4

@@ -26,9 +26,9 @@ pub(super) struct StiffnessChange {
     pub couple: Vector3<f64>,
 }
 
-/// Minus the gradient of the energy over all but the approach, under the normal force
-/// `normal_force`; `None` if the surfaces are flat on each other.
-pub(super) fn stiffness_change(bent: &Bent<'_>, normal_force: f64) -> Option<StiffnessChange> {
+/// Minus the gradient of the energy over all but the approach, `share` of a change of the curvature under
+/// the weights `spread` \[N\]; `None` if the surfaces are flat on each other.
+pub(super) fn stiffness_change(bent: &Bent<'_>, share: f64) -> Option<StiffnessChange> {
     let [t1, t2] = &bent.axes;
     let vector = |v: &Vector3<f64>| Vector2::new(t1.dot(v), t2.dot(v));
     let matrix = |m: &Matrix3<f64>| {
@@ -47,7 +47,6 @@ pub(super) fn stiffness_change(bent: &Bent<'_>, normal_force: f64) -> Option<Sti
     let turn =
         Matrix2::new(0.0, -1.0, 1.0, 0.0) * if bent.normal.dot(&t1.cross(t2)) < 0.0 { -1.0 } else { 1.0 };
     let spin = spread.component_mul(&(turn * own - own * turn)).sum();
-    let share = 0.1 * normal_force;
     Some(StiffnessChange {
         force: shift * -share,
         couple: (bent.normal.cross(&tilt) + bent.normal * spin) * share,

@@ -8,9 +8,9 @@ use ffr_dynamics::force::{BodyState, Motion};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::geometry::{Curved, Touch, tangents};
-use super::levels::{Depths, Returned, returned};
+use super::levels::{Depths, Returned, Share, level_stiffness, returned};
 use crate::contact_element::ContactReport;
-use crate::law::Solid;
+use crate::law::{Solid, TouchLaw};
 use crate::quasistatic::sliding_work::SlidingWork;
 
 /// Friction with its springs.
@@ -28,9 +28,9 @@ pub(super) struct Pressed<'a> {
     pub solids: &'a [Solid; 2],
 }
 
-/// Stiffness of the springs of a touch, which it keeps: of all together over `k`'s of the levels,
-/// along both tangents [N/m^1.5].
-type SpringStiffness = [f64; 2];
+/// Stiffness of the springs of a touch, which it keeps: the law whose levels have them, and what they are along both
+/// tangents over its normal stiffness.
+type SpringStiffness = (TouchLaw, [f64; 2]);
 
 /// From what slip counts.
 #[derive(Debug, Clone)]
@@ -250,10 +250,8 @@ impl Sliding {
         let velocity = |side: usize| frames[side].velocity(&found.point, &shapes[side]);
         found.next.rate = frames[1].vector(&(velocity(0) - velocity(1)));
         let normal_in_target = frames[1].vector(&touch.normal);
-        found.next.stiffness = pressed.curved.map(|curved| {
-            let k = curved.ellipse.stiffness();
-            curved.ellipse.tangential_ratios(pressed.solids).map(|ratio| ratio * k)
-        });
+        found.next.stiffness =
+            pressed.curved.map(|curved| (curved.law, curved.law.tangential_ratios(pressed.solids)));
         let directions = pressed.curved.map_or_else(|| tangents(&touch.normal), |curved| curved.axes);
         found.next.tangents_in_target = directions.map(|t| frames[1].vector(&t));
         if !state.is_known {
@@ -295,19 +293,21 @@ impl Sliding {
         (found.energy, found.work, found.is_sliding) = (0.0, SlidingWork::default(), false);
         found.next.stretches.fill([0.0; 2]);
         found.next.bounds.fill(0.0);
-        let (Some(curved), Some(stiffness)) = (pressed.curved, found.next.stiffness) else { return [0.0; 2] };
+        let (Some(curved), Some((law, ratios))) = (pressed.curved, found.next.stiffness) else {
+            return [0.0; 2];
+        };
         let approach = -pressed.touch.gap;
         let closing = {
             let velocity =
                 |side: usize| frames[side].velocity(&pressed.touch.points[side], &found.next.shapes[side]);
             (velocity(1) - velocity(0)).dot(&pressed.touch.normal)
         };
-        let bound = self.coefficient * curved.ellipse.stiffness();
         let (mut sum, mut all_slide, mut any) = ([0.0; 2], true, false);
-        for (level, share) in self.depths.at(approach).enumerate() {
-            let compliance = stiffness.map(|k| 1.0 / (k * share.stiffness));
-            let bounds = (bound * share.force, bound * share.rate * closing);
-            let part = since_reached(share.depth, [reference.approach, approach], closing);
+        for (level, range) in self.depths.at(approach).enumerate() {
+            let (share, stiffness) = (Share::of(&curved.law, range, approach), level_stiffness(&law, range));
+            let compliance = ratios.map(|ratio| 1.0 / (ratio * stiffness));
+            let bounds = (self.coefficient * share.force, self.coefficient * share.rate * closing);
+            let part = since_reached(range[0], [reference.approach, approach], closing);
             let held = Held { stretch: reference.stretches[level], bound: reference.bounds[level] };
             let spring = held.pulled([path.way(part), path.way_at_stage(part)], compliance, bounds);
             for a in 0..2 {

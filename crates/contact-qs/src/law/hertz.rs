@@ -21,6 +21,14 @@ impl Solid {
     pub fn compliance(self) -> f64 {
         (1.0 - self.poisson * self.poisson) / self.young
     }
+
+    /// The partner that yields in plane strain as this one does in plane stress, by `1/E`.
+    #[must_use]
+    pub fn of_plane_stress(self) -> Self {
+        let Self { young, poisson } = self;
+        let sum = 1.0 + poisson;
+        Self { young: young * (sum + poisson) / (sum * sum), poisson: poisson / sum }
+    }
 }
 
 /// Two spheres in contact, reduced to one modulus and one radius.

@@ -245,6 +245,19 @@ impl SurfaceModel {
         self.size
     }
 
+    /// Least width of the undeformed body in the plane (x, y): of the bands between two parallel lines that hold the points of its
+    /// pieces, in as many directions as a half turn has degrees \[m\].
+    pub fn least_width(&self) -> f64 {
+        let across = |degrees: u32| {
+            let (sine, cosine) = f64::from(degrees).to_radians().sin_cos();
+            let places = self.net.iter().map(|h| (h[0] * cosine + h[1] * sine) / h[3]);
+            let [low, high] =
+                places.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)]);
+            high - low
+        };
+        (0..180).map(across).fold(f64::INFINITY, f64::min)
+    }
+
     /// Bound of the displacement at elastic coordinates `q` (theory Eq. C.28) \[m\].
     pub fn displacement_bound(&self, q: &[f64]) -> f64 {
         self.mode_bounds.iter().zip(q).map(|(b, q)| b * q.abs()).sum()

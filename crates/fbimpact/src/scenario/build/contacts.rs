@@ -15,6 +15,7 @@ use contact_qs::law::penalty::DEFAULT_STIFFNESS_RATIO;
 use contact_qs::law::{Friction, Solid};
 use contact_qs::quasistatic::Method;
 use contact_qs::quasistatic::broyden::BroydenSettings;
+use ffr_dynamics::body::RigidMotion;
 
 use super::super::check::Checker;
 use super::super::section::Section;
@@ -125,7 +126,8 @@ fn hertz(root: &Section, section: &Section) -> Option<ContactLaw> {
         .into_iter()
         .fold(f64::INFINITY, f64::min);
     let target = if target.is_plane() {
-        HertzPartner { solid: solid(root, target.section).unwrap_or(Solid::RIGID), sphere: None }
+        let solid = solid(root, target.section).unwrap_or(Solid::RIGID);
+        HertzPartner { solid, sphere: None, thickness: None }
     } else {
         partner(root, &target)?
     };
@@ -137,11 +139,19 @@ fn hertz(root: &Section, section: &Section) -> Option<ContactLaw> {
 /// sphere.
 fn partner(root: &Section, body: &BodyFacts<'_>) -> Option<HertzPartner> {
     let solid = solid(root, body.section)?;
-    if body.shape != Some(ShapeName::Sphere) || body.components != BodyModel::Solid {
-        return Some(HertzPartner { solid, sphere: None });
+    if body.motion() == RigidMotion::Planar {
+        let is_stress = body.components == BodyModel::PlaneStress;
+        let solid = if is_stress { solid.of_plane_stress() } else { solid };
+        return Some(HertzPartner { solid, sphere: None, thickness: body.section.number("thickness") });
     }
-    let radius = body.section.table("geometry")?.number("radius")?;
-    Some(HertzPartner { solid, sphere: Some(HertzSphere { centre: Place::Point([0.0; 3]), radius }) })
+    let is_sphere = body.shape == Some(ShapeName::Sphere) && body.components == BodyModel::Solid;
+    let sphere = if is_sphere {
+        let radius = body.section.table("geometry")?.number("radius")?;
+        Some(HertzSphere { centre: Place::Point([0.0; 3]), radius })
+    } else {
+        None
+    };
+    Some(HertzPartner { solid, sphere, thickness: None })
 }
 
 fn surface(

@@ -60,7 +60,7 @@ name_values!(ContactModel {
     Damped: "damped", "every Craig-Bampton mode is dynamic, high-frequency ones damped critically";
     Dynamic: "dynamic", "every Craig-Bampton mode is dynamic";
     Coarse: "coarse", "the modes of the free body alone, without refinement; of rigid bodies, points all over both, on springs";
-    Hertz: "hertz", "Hertz's law at the closest places of two smooth surfaces that are curved against each other, rigid or flexible, or of one and a plane";
+    Hertz: "hertz", "Hertz's law at the closest places of two smooth surfaces that are curved against each other, rigid or flexible, or of one and a plane; of plane models that of a line";
 });
 
 /// How penetration is resisted.

@@ -18,7 +18,9 @@ use crate::scenario::tables::{ContactModel, ReductionMethod, Search, ShapeName, 
 pub fn check_hertz(checker: &mut Checker, root: &Section, section: &Section) {
     let facts = |key| section.text(key).and_then(|name| BodyFacts::find(root, name));
     let (contact, target) = (facts("contact_body"), facts("target_body"));
-    let is_flat = |body: &BodyFacts<'_>| body.is_plane() || body.shape == Some(ShapeName::Box);
+    let has_flat_faces =
+        |body: &BodyFacts<'_>| matches!(body.shape, Some(ShapeName::Box | ShapeName::Rectangle));
+    let is_flat = |body: &BodyFacts<'_>| body.is_plane() || has_flat_faces(body);
     let are_flat = [&contact, &target].into_iter().flatten().all(is_flat);
     for (key, body) in [("contact_body", &contact), ("target_body", &target)] {
         let Some(body) = body else { continue };
@@ -30,13 +32,9 @@ pub fn check_hertz(checker: &mut Checker, root: &Section, section: &Section) {
             )
         } else if body.shape.is_none() || body.file.is_some() {
             Some("has no surface to touch; Hertz's law needs a body with \"geometry\"")
-        } else if body.shape == Some(ShapeName::Box) && are_flat {
+        } else if has_flat_faces(body) && are_flat {
             Some(
                 "has flat faces alone, as the other has, of which Hertz's law knows nothing; choose model = \"adaptive\", of rigid bodies \"coarse\"",
-            )
-        } else if body.motion() == RigidMotion::Planar {
-            Some(
-                "must be spatial or axisymmetric with model \"hertz\": bodies of plane models touch along a line, choose model = \"adaptive\", of rigid bodies \"coarse\"",
             )
         } else {
             None
