@@ -90,6 +90,8 @@ pub struct ContactState {
     pub smallest_gap_time: f64,
     /// The impact reported last, which another touch may join.
     pub impact: Option<Impact>,
+    /// Whether it has gone on by Hertz's law and keeps that (docs/theory.md section A.13).
+    pub is_by_law: bool,
 }
 
 impl ContactState {
@@ -111,6 +113,7 @@ impl Default for ContactState {
             smallest_gap: f64::INFINITY,
             smallest_gap_time: 0.0,
             impact: None,
+            is_by_law: false,
         }
     }
 }

@@ -213,7 +213,7 @@ impl HertzContact {
         forces: &mut [GeneralisedForce],
     ) {
         let approach = -touch.gap;
-        let (force, energy) = curved.law.force(approach);
+        let (force, energy, _) = curved.law.at(approach);
         let axes = curved.law.semi_axes(force);
         let normal = touch.normal * force;
         self.push(motion, touch.points.each_ref(), shapes, &normal, forces);

@@ -1,8 +1,13 @@
 //! Zones of contact that rolls or slides on: whether one is to give way to another, how large that is and where it lies
 //! (docs/theory.md section A.11).
 
-use super::FineContact;
+use ffr_dynamics::body::RigidMotion;
+use ffr_dynamics::force::BodyState;
+
+use super::{AdaptiveContact, FineContact, flexible};
 use crate::record::ZoneSize;
+use crate::system::body::BodyModel;
+use crate::touch::detection::Nearest;
 
 /// Zones of contact that goes on, of curves and of surfaces: how many times as long as others along the way, and with how many times as
 /// many elements, which surfaces, whose unknowns they raise by the square, do not pay for.
@@ -53,6 +58,11 @@ impl FineContact {
         ZoneSize::Interval { widths: both(widths), finer }
     }
 
+    /// Length of the zone, of surfaces the larger one \[m\].
+    pub fn length(&self) -> f64 {
+        self.interval.widths.into_iter().fold(0.0, f64::max)
+    }
+
     /// How far ahead of the touch the middle of a zone of the size `next` may lie along the way, so that what presses has its other end
     /// in it, three rows of elements before the end \[m\].
     pub fn ahead_in(&self, next: ZoneSize) -> f64 {
@@ -61,6 +71,26 @@ impl FineContact {
         let pressed = self.shares_at_once().nth(d).unwrap_or(1.0) * self.interval.widths[d];
         let n = self.interval.n_elements[d] as f64 * next.finer() / self.finer();
         (0.5 * (widths[d] - pressed) - BEHIND * widths[d] / n).max(0.0)
+    }
+}
+
+impl AdaptiveContact {
+    /// Length of a zone of contact that goes on, under the force `force` \[N\] at the nearest places in the motions `states` \[m\].
+    pub fn length_on_the_way(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        nearest: &Nearest,
+        force: f64,
+    ) -> f64 {
+        let is_surface = flexible(&bodies[self.body]).motion() == RigidMotion::Spatial;
+        let [longer, _] = ON_THE_WAY[usize::from(is_surface)];
+        longer
+            * self
+                .predicted_widths(bodies, states, nearest, Some(force))
+                .widths
+                .into_iter()
+                .fold(0.0, f64::max)
     }
 }
 

@@ -7,7 +7,10 @@ use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::system::free_body::invariants::centre_of_mass;
 use nalgebra::{Matrix3, Vector3};
 
+use contact_qs::law::Solid;
 use contact_qs::search::SurfaceSite;
+use contact_qs::{ContactError, HertzContact};
+use iga_core::elasticity::Model;
 
 use super::{AdaptiveContact, WIDEST, flexible};
 use crate::body::fine::refined::ELEMENTS;
@@ -166,6 +169,31 @@ impl AdaptiveContact {
         // The line between touching points has no direction, their surfaces have one.
         let normal = (other.outward - own.outward).try_normalize(0.0)?;
         Some(Partners { own, other, normal })
+    }
+
+    /// Hertz's law of the pair wherever its surfaces are nearest, with the friction of the contact; rigid bodies do not yield.
+    ///
+    /// # Errors
+    /// [`ContactError`] if there is none.
+    pub fn by_law(&self, bodies: &[BodyModel]) -> Result<HertzContact, ContactError> {
+        let pair = [Some(self.body), self.target.body()].map(|body| bodies[body?].flexible());
+        let solids = pair.map(|flexible| {
+            let Some(material) = flexible.and_then(|of| of.body.slowest_material()) else {
+                return Solid::RIGID;
+            };
+            let solid = Solid { young: material.youngs_modulus(), poisson: material.poissons_ratio() };
+            match flexible.map(|of| of.body.model()) {
+                Some(Model::PlaneStress { .. }) => solid.of_plane_stress(),
+                _ => solid,
+            }
+        });
+        let thicknesses = pair.map(|flexible| flexible.and_then(|of| of.body.model().thickness()));
+        let surfaces = self.detector.clone();
+        let law = match thicknesses {
+            [None, None] => HertzContact::of_surfaces(surfaces, solids),
+            thicknesses => HertzContact::of_plane_surfaces(surfaces, solids, thicknesses),
+        };
+        law?.with_friction(self.law.friction.as_ref().map_or(0.0, |friction| friction.coefficient))
     }
 
     /// A point contact with the law of the pair at the nearest points in the motions `states`, for

@@ -69,6 +69,7 @@ kinds! {
     Yields = "yields": "A contact or a stress that is asked for exceeds what a material bears without yielding.",
     WideBand = "wide-band": "The band of a peak force is wider than the scenario wants it.",
     RingingForce = "ringing-force": "A force rings about its mean, as that of springs between flat faces that are stiffer than the modes kept follow, and its peak is too high.",
+    ByLaw = "by-law": "Contact that rolls or slides through more zones than a run is to take goes on by Hertz's law, without zones and pressures.",
 }
 
 /// A warning.

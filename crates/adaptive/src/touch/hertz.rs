@@ -200,10 +200,12 @@ impl ImpactLaw {
     /// Force at `approach` \[N\] and the energy stored by then \[J\]; `approach` is not negative
     /// \[m\].
     pub fn force(&self, approach: f64) -> (f64, f64) {
-        match self {
-            Self::Point(law) => TouchLaw::Point(law.ellipse).force(approach),
-            Self::Line(law) => law.force(approach),
-        }
+        let law = match *self {
+            Self::Point(law) => TouchLaw::Point(law.ellipse),
+            Self::Line(law) => TouchLaw::Line(law),
+        };
+        let (force, energy, _) = law.at(approach);
+        (force, energy)
     }
 }
 

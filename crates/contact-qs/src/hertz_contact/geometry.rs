@@ -209,7 +209,7 @@ impl Geometry {
             })
         })?;
         let size = slice.map_or_else(|| self.size(), |slice| slice.size.min(self.size()));
-        let axes_of_contact = law.semi_axes(law.force(-touch.gap).0);
+        let axes_of_contact = law.semi_axes(law.at(-touch.gap).0);
         if axes_of_contact[0].max(axes_of_contact[1]) > LONG * size {
             return Err(no_point("a contact longer than a quarter of the smaller body"));
         }

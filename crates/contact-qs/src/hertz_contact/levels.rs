@@ -26,33 +26,31 @@ impl Depths {
         self.0.len() - 1
     }
 
-    /// Approaches between which every level that takes part at the approach `approach` lies \[m\].
-    pub fn at(&self, approach: f64) -> impl Iterator<Item = [f64; 2]> {
-        self.0.windows(2).map(|range| [range[0], range[1]]).take_while(move |range| range[0] < approach)
+    /// Shares of the levels that take part at the approach `approach` in its force under the law `law` (Eq. C.87); of whole
+    /// levels, however deep, at an infinite one, the forces say nothing.
+    pub fn shares(&self, law: TouchLaw, approach: f64) -> impl Iterator<Item = Share> {
+        // Force of the springs down to a depth, and their stiffness.
+        let down_to = move |depth: f64| {
+            let (force, _, stiffness) = law.at(depth);
+            (stiffness * (approach - depth) + force, stiffness)
+        };
+        let ends = self.0.windows(2).take_while(move |range| range[0] < approach);
+        ends.scan(down_to(0.0), move |upper, range| {
+            let lower = std::mem::replace(upper, down_to(range[1].min(approach)));
+            Some(Share { depth: range[0], force: upper.0 - lower.0, rate: upper.1 - lower.1 })
+        })
     }
 }
 
-/// A level's share of the normal force \[N\] and of its rate over the approach [N/m].
+/// A level's share of the normal force and of its rate.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Share {
+    /// Approach at which the level begins \[m\].
+    pub depth: f64,
+    /// \[N\].
     pub force: f64,
+    /// Over the approach: of a whole level its stiffness [N/m].
     pub rate: f64,
-}
-
-impl Share {
-    /// That of the level between the approaches of `range` under the law `law` (Eq. C.87).
-    pub fn of(law: &TouchLaw, range: [f64; 2], approach: f64) -> Self {
-        let [lower, upper] = range.map(|depth| {
-            let (depth, tangent) = (depth.min(approach), law.stiffness(depth.min(approach)));
-            (tangent * (approach - depth) + law.force(depth).0, tangent)
-        });
-        Self { force: upper.0 - lower.0, rate: upper.1 - lower.1 }
-    }
-}
-
-/// Stiffness of the whole level between the approaches of `range` under the law `law` [N/m].
-pub(super) fn level_stiffness(law: &TouchLaw, range: [f64; 2]) -> f64 {
-    law.stiffness(range[1]) - law.stiffness(range[0])
 }
 
 /// Force of a spring and what it slides (Eq. C.88).
@@ -111,12 +109,12 @@ mod tests {
         let line = TouchLaw::Line(LineLaw::new(50.0, 4.3e-12, 0.02, 0.01).unwrap());
         for law in [ball(), line] {
             for approach in [1e-15, 3e-9, 1e-6, 2.5e-5, 9e-4] {
-                let levels = || depths.at(approach).map(|range| Share::of(&law, range, approach));
+                let sum =
+                    |of: fn(&Share) -> f64| depths.shares(law, approach).map(|share| of(&share)).sum::<f64>();
+                let (force, _, stiffness) = law.at(approach);
                 // Round-off of sums of hundreds of terms.
-                let sum = levels().map(|share| share.force).sum::<f64>();
-                assert!((sum / law.force(approach).0 - 1.0).abs() < 1e-11);
-                let sum = levels().map(|share| share.rate).sum::<f64>();
-                assert!((sum / law.stiffness(approach) - 1.0).abs() < 1e-11);
+                assert!((sum(|s| s.force) / force - 1.0).abs() < 1e-11);
+                assert!((sum(|s| s.rate) / stiffness - 1.0).abs() < 1e-11);
             }
         }
     }
@@ -145,15 +143,15 @@ mod tests {
     fn shear_of_a_pressed_contact_is_that_of_cattaneo_and_mindlin() {
         let (depths, law, ratio, friction) = (Depths::new(0.02), ball(), 0.8, 0.3);
         for approach in [1.0e-6, 1.05e-6, 1.09e-6] {
-            let normal = law.force(approach).0;
-            let gross = 1.5 * friction * normal / (ratio * law.stiffness(approach));
+            let (normal, _, stiffness) = law.at(approach);
+            let gross = 1.5 * friction * normal / (ratio * stiffness);
             for share in [0.1, 0.3, 0.6, 0.9, 1.2] {
                 let slide = share * gross;
                 let mut force = 0.0;
-                for range in depths.at(approach) {
-                    let compliance = 1.0 / (ratio * level_stiffness(&law, range));
-                    let bound = friction * Share::of(&law, range, approach).force;
-                    force -= returned([slide, 0.0], [compliance; 2], bound).force[0];
+                let whole = depths.shares(law, f64::INFINITY).map(|share| share.rate);
+                for (level, stiffness) in depths.shares(law, approach).zip(whole) {
+                    let compliance = 1.0 / (ratio * stiffness);
+                    force -= returned([slide, 0.0], [compliance; 2], friction * level.force).force[0];
                 }
                 let exact = friction * normal * (1.0 - (1.0 - f64::min(share, 1.0)).powf(1.5));
                 // The outermost level has its whole stiffness, half of it too much in the mean: 4.4

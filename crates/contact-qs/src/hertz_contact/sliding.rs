@@ -8,7 +8,7 @@ use ffr_dynamics::force::{BodyState, Motion};
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::geometry::{Curved, Touch, tangents};
-use super::levels::{Depths, Returned, Share, level_stiffness, returned};
+use super::levels::{Depths, Returned, returned};
 use crate::contact_element::ContactReport;
 use crate::law::{Solid, TouchLaw};
 use crate::quasistatic::sliding_work::SlidingWork;
@@ -303,11 +303,11 @@ impl Sliding {
             (velocity(1) - velocity(0)).dot(&pressed.touch.normal)
         };
         let (mut sum, mut all_slide, mut any) = ([0.0; 2], true, false);
-        for (level, range) in self.depths.at(approach).enumerate() {
-            let (share, stiffness) = (Share::of(&curved.law, range, approach), level_stiffness(&law, range));
+        let whole = self.depths.shares(law, f64::INFINITY).map(|share| share.rate);
+        for (level, (share, stiffness)) in self.depths.shares(curved.law, approach).zip(whole).enumerate() {
             let compliance = ratios.map(|ratio| 1.0 / (ratio * stiffness));
             let bounds = (self.coefficient * share.force, self.coefficient * share.rate * closing);
-            let part = since_reached(range[0], [reference.approach, approach], closing);
+            let part = since_reached(share.depth, [reference.approach, approach], closing);
             let held = Held { stretch: reference.stretches[level], bound: reference.bounds[level] };
             let spring = held.pulled([path.way(part), path.way_at_stage(part)], compliance, bounds);
             for a in 0..2 {

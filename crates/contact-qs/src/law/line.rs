@@ -57,23 +57,23 @@ impl LineLaw {
         (length, self.thickness * PI * length / self.compliance)
     }
 
-    /// Slope of the force over the approach \[N/m\]; zero at a touch.
-    pub fn stiffness(&self, approach: f64) -> f64 {
-        let (length, unit) = self.units();
-        let g = line_load(approach / length);
-        unit / length / if g < (-2.0_f64).exp() { (1.0 / g).ln() - 2.0 } else { 1.0 }
-    }
-
-    /// Force at `approach` \[N\] and the energy stored by then \[J\]: `δ = l g max(ln(1/g) - 1, 1)` with
-    /// `g = F/(t F_0)`, `l = κ ℓ²`, `F_0 = π E* l`, Eq. A.24 with `b` put in (Eq. C.104).
-    pub fn force(&self, approach: f64) -> (f64, f64) {
+    /// Force at `approach` \[N\], the energy stored by then \[J\] and the slope of the force [N/m]: `δ = l g max(ln(1/g) - 1, 1)`
+    /// with `g = F/(t F_0)`, `l = κ ℓ²`, `F_0 = π E* l`, Eq. A.24 with `b` put in (Eq. C.104).
+    pub fn at(&self, approach: f64) -> (f64, f64, f64) {
         let (length, unit) = self.units();
         let g = line_load(approach / length);
         let edge = (-2.0_f64).exp(); // from where on the logarithm is held
         let lower = g.min(edge);
-        let energy = lower * lower * (0.5 * (1.0 / lower.max(f64::MIN_POSITIVE)).ln() - 0.75)
-            + 0.5 * (g * g - lower * lower);
-        (unit * g, unit * length * energy)
+        let logarithm = (1.0 / lower.max(f64::MIN_POSITIVE)).ln();
+        let energy = lower * lower * (0.5 * logarithm - 0.75) + 0.5 * (g * g - lower * lower);
+        let flexibility = if g <= 0.0 {
+            f64::INFINITY
+        } else if g < edge {
+            logarithm - 2.0
+        } else {
+            1.0
+        };
+        (unit * g, unit * length * energy, unit / length / flexibility)
     }
 }
 
@@ -154,26 +154,26 @@ mod tests {
         let (compliance, size, thickness) = (STEEL, 0.2, 0.03);
         let law = LineLaw::new(10.0, compliance, size, thickness).unwrap();
         for approach in [1e-12, 1e-9, 1e-6, 1e-4] {
-            let (force, energy) = law.force(approach);
+            let (force, energy, stiffness) = law.at(approach);
             let load = force / thickness;
             let logarithm = (2.0 * (2.0 * size / law.half_width(force)).ln() - 1.0).max(1.0);
             close(load * compliance / PI * logarithm, approach, 1e-12);
             close(law.approach(force), approach, 1e-12);
             // The force is the slope of the energy; a central difference is of second order.
             let h = 1e-4 * approach;
-            let slope = (law.force(approach + h).1 - law.force(approach - h).1) / (2.0 * h);
+            let slope = (law.at(approach + h).1 - law.at(approach - h).1) / (2.0 * h);
             close(slope, force, 1e-7);
-            let slope = (law.force(approach + h).0 - law.force(approach - h).0) / (2.0 * h);
-            close(law.stiffness(approach), slope, 1e-7);
+            let slope = (law.at(approach + h).0 - law.at(approach - h).0) / (2.0 * h);
+            close(stiffness, slope, 1e-7);
             // Less curved surfaces push less at the same approach, by F b²/8 a unit (Eq. C.106).
             let bent = |by: f64| {
-                LineLaw::new(10.0 * (1.0 + by), compliance, size, thickness).unwrap().force(approach).1
+                LineLaw::new(10.0 * (1.0 + by), compliance, size, thickness).unwrap().at(approach).1
             };
             let slope = (bent(1e-4) - bent(-1e-4)) / 2e-3;
             close(slope, -0.125 * force * law.half_width(force).powi(2), 1e-7);
             assert!(energy > 0.0);
         }
-        assert_eq!((law.force(0.0), law.stiffness(0.0)), ((0.0, 0.0), 0.0));
+        assert_eq!(law.at(0.0), (0.0, 0.0, 0.0));
         assert!(LineLaw::new(0.0, compliance, size, thickness).is_none());
     }
 }

@@ -14,23 +14,15 @@ pub enum TouchLaw {
 }
 
 impl TouchLaw {
-    /// Force at `approach` \[N\] and the energy stored by then \[J\]; `approach` is not negative
-    /// \[m\].
-    pub fn force(&self, approach: f64) -> (f64, f64) {
+    /// Force at `approach` \[N\], the energy stored by then \[J\] and the slope of the force [N/m]; `approach` is not
+    /// negative \[m\].
+    pub fn at(&self, approach: f64) -> (f64, f64, f64) {
         match self {
             Self::Point(law) => {
-                let force = law.stiffness() * approach * approach.sqrt();
-                (force, 0.4 * force * approach)
+                let rise = law.stiffness() * approach.sqrt();
+                (rise * approach, 0.4 * rise * approach * approach, 1.5 * rise)
             }
-            Self::Line(law) => law.force(approach),
-        }
-    }
-
-    /// Slope of the force over the approach \[N/m\].
-    pub fn stiffness(&self, approach: f64) -> f64 {
-        match self {
-            Self::Point(law) => 1.5 * law.stiffness() * approach.sqrt(),
-            Self::Line(law) => law.stiffness(approach),
+            Self::Line(law) => law.at(approach),
         }
     }
 

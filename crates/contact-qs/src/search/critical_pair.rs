@@ -38,7 +38,7 @@ pub fn followed_overlap(
     for (model, state) in models.iter().zip(&states) {
         check_state(model, state)?;
     }
-    let Some(mut sites) = workspace.last.filter(|_| models[0].motion() == RigidMotion::Spatial) else {
+    let Some(mut sites) = workspace.last.filter(|_| models[0].motion() != RigidMotion::Axial) else {
         return Ok(None);
     };
     let is_known = sites.iter().zip(models).all(|(site, model)| (site.piece as usize) < model.n_pieces());
@@ -99,10 +99,12 @@ fn jets(query: &Query<'_>, ws: &SearchWorkspace, sites: &[Site; 2]) -> [PieceJet
 }
 
 /// Newton's step for `n_T · a_i = 0`, `r · b_j = 0`, `a`, `b` the tangents and `r` the way from the
-/// target; `None` where it has none.
+/// target; `None` where it has none. The second tangents of plane bodies are across their plane, along which no place moves.
 fn step(query: &Query<'_>, ws: &SearchWorkspace, sites: &[Site; 2]) -> Option<Vector4<f64>> {
     let [own, target] = jets(query, ws, sites);
-    let (a, b, r) = (&own.first, &target.first, own.point - target.point);
+    let across = query.sides[0].model.across();
+    let [a, b] = [&own, &target].map(|jet| [jet.first[0], across.unwrap_or(jet.first[1])]);
+    let r = own.point - target.point;
     let product = b[0].cross(&b[1]);
     let size = product.norm();
     let n = product / size;
@@ -122,6 +124,9 @@ fn step(query: &Query<'_>, ws: &SearchWorkspace, sites: &[Site; 2]) -> Option<Ve
             matrix[(2 + i, k)] = a[k].dot(&b[i]);
             matrix[(2 + i, 2 + k)] = r.dot(&target.second[i + k]) - b[k].dot(&b[i]);
         }
+    }
+    if across.is_some() {
+        matrix[(1, 1)] = 1.0;
     }
     let step = matrix.lu().solve(&-residual)?;
     step.iter().all(|x| x.is_finite()).then_some(step)

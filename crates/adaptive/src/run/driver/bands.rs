@@ -141,6 +141,9 @@ impl Driver<'_> {
         let slot = &self.slots[i];
         let trace = &slot.trace;
         let begun = trace.begun.as_ref().ok_or(NoBand::Continued)?;
+        if self.run.contacts[i].is_by_law {
+            return Err(NoBand::NotOneForce);
+        }
         if self.model.contacts[i].zone == ZoneEstimate::Unknown {
             return Err(NoBand::Coarse);
         }

@@ -45,6 +45,10 @@ pub(super) struct ContactSlot {
 pub(super) struct Found {
     /// Peak force that a preview gave \[N\].
     pub preview: Option<f64>,
+    /// Until when it pressed there; infinite if it did not cease \[s\].
+    pub presses_until: f64,
+    /// Zones that have given way to others: when they began \[s\] and their length along the way \[m\].
+    pub handed: Vec<(f64, f64)>,
     /// How far whole surfaces are to reach in the next trial, if earlier ones were too small \[m\].
     pub reach: Option<f64>,
     /// Whether the sides of a mesh about the touch, as they are, hold it: no memory holds as many

@@ -9,6 +9,7 @@ pub(crate) mod judgement;
 pub(crate) mod pace;
 mod stepped_over;
 pub(crate) mod trial;
+mod by_law;
 mod travel;
 
 use super::{Driver, Part};
@@ -20,7 +21,6 @@ use crate::run::driver::impact::intervals::Intervals;
 use crate::run::driver::impact::judgement::{Ending, Judgement};
 use crate::run::driver::impact::travel::HeldFriction;
 use crate::run::driver::impact::trial::Trial;
-use crate::run::driver::impact::trial_reason::Change;
 use crate::state::impact_monitor::ImpactMonitor;
 use crate::state::ledger::{EnergyLedger, NumericalDamping};
 use crate::state::peaks::Peaks;
@@ -78,13 +78,17 @@ impl Driver<'_> {
                     let is_interrupted = ending == Ending::Interrupted;
                     let outcome =
                         if is_interrupted { TrialOutcome::Interrupted } else { TrialOutcome::Accepted };
-                    let reason = match ending {
-                        Ending::Travelled(i) => self.demand(i, Change::HandOver).to_string(),
-                        _ => acceptance.to_string(),
+                    let next = match ending {
+                        Ending::Travelled(i) => Some((i, self.next(i))),
+                        _ => None,
+                    };
+                    let reason = match &next {
+                        Some((i, next)) => self.demand(*i, next.reason()).to_string(),
+                        None => acceptance.to_string(),
                     };
                     self.log(&trial, outcome, &reason, &verdicts)?;
-                    if let Ending::Travelled(i) = ending {
-                        if let Err(error) = self.hand_over(i, &mut intervals) {
+                    if let Some((i, next)) = next {
+                        if let Err(error) = self.hand_over(i, next, &mut intervals) {
                             return self.fail(&trial, &verdicts, error);
                         }
                         (start, last) = (self.impact_start(), number + MAX_TRIALS);

@@ -246,7 +246,8 @@ impl Driver<'_> {
         let asked =
             [Some(own), target].into_iter().flatten().filter(|body| self.model.is_stress_asked(*body));
         let asked: Vec<usize> = asked.collect();
-        let are_modes_alone = self.model.contacts[i].local_field == LocalField::ModesAlone;
+        let are_modes_alone =
+            self.run.contacts[i].is_by_law || self.model.contacts[i].local_field == LocalField::ModesAlone;
         if asked.is_empty() || !are_modes_alone || report.normal_force <= 0.0 {
             return Vec::new();
         }

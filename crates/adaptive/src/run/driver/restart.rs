@@ -91,6 +91,7 @@ impl Driver<'_> {
         for (slot, contact) in self.slots.iter_mut().zip(&state.contacts) {
             slot.monitor = ImpactMonitor::after(contact.impact);
         }
+        self.restore_laws()?;
         // The ledger asks for the state stored last. A contact that refuses the state does so again
         // in the first step.
         self.interpolated.copy_from_slice(y);

@@ -45,6 +45,8 @@ impl Driver<'_> {
         (self.run.numerical, self.run.ledger) = (start.numerical, start.ledger);
         self.run.slow_since = start.slow_since;
         (self.work.part, self.run.n_phases) = (start.part, start.n_phases);
+        let by_law = self.run.contacts.iter().zip(self.model.system.forces_mut());
+        by_law.filter(|(state, _)| state.is_by_law).for_each(|(_, force)| force.contact.forget());
         let leaving = self.leaving(start.time, sizes);
         for i in self.latest_first() {
             let Some(search) = self.slots[i].fine().map(|fine| fine.search.clone()) else { continue };
@@ -271,7 +273,11 @@ impl Driver<'_> {
 
     /// Puts `element` in the place of contact `i`, whose element is returned; the coordinates that
     /// it has of its own start at rest.
-    fn replace_contact(&mut self, i: usize, element: RunContact) -> Result<RunContact, AdaptiveError> {
+    pub(super) fn replace_contact(
+        &mut self,
+        i: usize,
+        element: RunContact,
+    ) -> Result<RunContact, AdaptiveError> {
         let n = 2 * element.n_coordinates();
         let place = self.model.system.coordinates_of_force(i);
         self.apart.forget();
@@ -345,7 +351,7 @@ impl Driver<'_> {
     }
 
     /// Notes peak forces of the refined contacts `which`, which touch, and of those that bodies
-    /// come into meanwhile, if Hertz's law, or that of a line contact, held in their contact zones:
+    /// come into meanwhile, and until when there is force, if Hertz's law, or that of a line contact, held in their contact zones:
     /// from one run with the dynamic modes alone, to the end of the simulated time at most. Nothing is
     /// noted while other contacts are closed, or where there is no law.
     pub(crate) fn preview(&mut self, which: &[usize]) -> Result<(), AdaptiveError> {
@@ -375,16 +381,23 @@ impl Driver<'_> {
         for (i, inactive) in points {
             self.model.system.forces_mut()[i] = inactive;
         }
-        for (i, peak) in indices.into_iter().zip(peaks?) {
-            debug!(contact = self.model.contacts[i].name, peak, "preview");
+        for (i, (peak, until)) in indices.into_iter().zip(peaks?) {
+            debug!(contact = self.model.contacts[i].name, peak, until, "preview");
             if peak > 0.0 || which.contains(&i) {
-                self.slots[i].found.preview = Some(peak);
+                (self.slots[i].found.preview, self.slots[i].found.presses_until) = (Some(peak), until);
             }
         }
         Ok(())
     }
 
-    fn preview_peaks(&mut self, which: &[usize], t: f64, y: &[f64]) -> Result<Vec<f64>, AdaptiveError> {
+    /// For each of the contacts `which` its largest force \[N\], and until when there is one, infinite where that is not
+    /// known \[s\].
+    fn preview_peaks(
+        &mut self,
+        which: &[usize],
+        t: f64,
+        y: &[f64],
+    ) -> Result<Vec<(f64, f64)>, AdaptiveError> {
         let system = &mut self.model.system;
         let scale = system.error_scale();
         let coarse = ErrorScale { relative: scale.relative.max(PREVIEW_TOLERANCE), ..scale };
@@ -393,6 +406,7 @@ impl Driver<'_> {
         let mut integrator = Integrator::explicit(steps, t, y).map_err(AdaptiveError::Dynamics)?;
         let quiet = self.settings.quiet_time.unwrap_or(QUIET_STEPS * self.impact_step);
         let (mut peaks, mut last_force, mut latest) = (vec![0.0_f64; which.len()], t, 0);
+        let mut until = f64::INFINITY;
         let end = self.settings.end_time;
         for n in 0..LONGEST_PREVIEW {
             let is_idle = which.is_empty() || integrator.time() >= end;
@@ -413,11 +427,12 @@ impl Driver<'_> {
             // is. Bodies that rest on each other wait for the one that comes.
             let has_begun = peaks.iter().any(|peak| *peak > 0.0);
             if has_begun && integrator.time() - last_force >= quiet {
+                until = last_force;
                 break;
             }
         }
         system.set_error_scale(scale).map_err(AdaptiveError::Dynamics)?;
-        Ok(peaks)
+        Ok(peaks.into_iter().map(|peak| (peak, until)).collect())
     }
 }
 

@@ -5,6 +5,7 @@ use ffr_dynamics::integration::OdeSystem;
 use iga_core::nurbs::jet::norm;
 use nalgebra::Vector3;
 
+use super::by_law::Next;
 use super::intervals::Intervals;
 use crate::error::AdaptiveError;
 use crate::impact::FineContact;
@@ -70,20 +71,30 @@ impl Driver<'_> {
         Ok(None)
     }
 
-    /// Gives contact `i`, whose trial was accepted up to the present instant, a zone about the present touch. The impact goes on in it.
+    /// Gives contact `i`, whose trial was accepted up to the present instant, what is `next`: a zone about the present touch, or its law. The impact
+    /// goes on in it.
     ///
     /// # Errors
     /// [`AdaptiveError`] if there is no such zone.
-    pub(crate) fn hand_over(&mut self, i: usize, intervals: &mut Intervals) -> Result<(), AdaptiveError> {
+    pub(super) fn hand_over(
+        &mut self,
+        i: usize,
+        next: Next,
+        intervals: &mut Intervals,
+    ) -> Result<(), AdaptiveError> {
         self.store_noted()?;
         self.report_hits()?;
         self.marked_hits.clone_from(&self.run.hits);
         self.output.flush()?;
         self.output.buffer(true);
+        if let Next::Law(law, zones) = next {
+            return self.go_on_by_law(i, (law, zones), intervals);
+        }
         let (Some(fine), Some(refinement)) = (self.slots[i].fine(), &self.model.contacts[i].refinement)
         else {
             return Ok(());
         };
+        let handed = (fine.activation.time, fine.length());
         // Before a peak there is nothing to compare factors by.
         let search = if self.has_lasted(i) { fine.search.accepted() } else { fine.search.clone() };
         let overlap = fine.overlap;
@@ -93,6 +104,7 @@ impl Driver<'_> {
             Some(size) => self.ahead(i, size)?,
             None => [[0.0; 3]; 2],
         };
+        self.slots[i].found.handed.push(handed);
         let before = self.present_balance()?;
         let held = self.held_friction();
         self.deactivate(i)?;

@@ -100,6 +100,8 @@ pub(crate) enum Change {
     },
     /// Contact went on to the end of its zone: one about the present touch takes over.
     HandOver,
+    /// The same where so many zones are to come that it goes on by Hertz's law.
+    ByLaw(f64),
     /// The penalty search goes on.
     Penalty {
         /// Why.
@@ -148,6 +150,12 @@ impl fmt::Display for Change {
                 Ok(())
             }
             Self::HandOver => f.write_str("contact goes on beyond its zone, another one takes over"),
+            Self::ByLaw(zones) => {
+                write!(
+                    f,
+                    "contact goes on beyond its zone, by Hertz's law: {zones:.0} more zones are too many"
+                )
+            }
             Self::Penalty { cause, before, after } => {
                 write!(f, "{cause} at {before:.3e} N/m^3, next {after:.3e} N/m^3")
             }
