@@ -171,12 +171,16 @@ impl AdaptiveContact {
         Some(Partners { own, other, normal })
     }
 
-    /// Hertz's law of the pair wherever its surfaces are nearest, with the friction of the contact; rigid bodies do not yield.
+    /// Hertz's law of the pair wherever its surfaces are nearest, with the friction of the contact; rigid bodies do not yield. None of meshes, whose
+    /// sides have no curvature of their own.
     ///
     /// # Errors
     /// [`ContactError`] if there is none.
-    pub fn by_law(&self, bodies: &[BodyModel]) -> Result<HertzContact, ContactError> {
+    pub fn by_law(&self, bodies: &[BodyModel]) -> Result<Option<HertzContact>, ContactError> {
         let pair = [Some(self.body), self.target.body()].map(|body| bodies[body?].flexible());
+        if pair.iter().flatten().any(|flexible| flexible.body.mesh().is_some()) {
+            return Ok(None);
+        }
         let solids = pair.map(|flexible| {
             let Some(material) = flexible.and_then(|of| of.body.slowest_material()) else {
                 return Solid::RIGID;
@@ -193,7 +197,7 @@ impl AdaptiveContact {
             [None, None] => HertzContact::of_surfaces(surfaces, solids),
             thicknesses => HertzContact::of_plane_surfaces(surfaces, solids, thicknesses),
         };
-        law?.with_friction(self.law.friction.as_ref().map_or(0.0, |friction| friction.coefficient))
+        law?.with_friction(self.law.friction.as_ref().map_or(0.0, |friction| friction.coefficient)).map(Some)
     }
 
     /// A point contact with the law of the pair at the nearest points in the motions `states`, for

@@ -70,7 +70,7 @@ impl Driver<'_> {
         };
         let length = longest.max(slot.fine()?.length());
         let [at_once, zones] = [until, end].map(|until| (until - now) * way / (time * length));
-        (at_once > MANY_AT_ONCE && zones > MANY).then_some(zones)
+        (time > 0.0 && at_once > MANY_AT_ONCE && zones > MANY).then_some(zones)
     }
 
     /// Contact `i` by Hertz's law; none where that does not hold for the present touch.
@@ -86,15 +86,15 @@ impl Driver<'_> {
         outcome.is_ok().then_some(law)
     }
 
-    /// The force element of contact `i` by Hertz's law; none of one that the program does not refine.
+    /// The force element of contact `i` by Hertz's law; none of one that the program does not refine, and of meshes.
     fn by_law(&self, i: usize) -> Result<Option<RunContact>, AdaptiveError> {
         let facts = &self.model.contacts[i];
         let Some(refinement) = &facts.refinement else { return Ok(None) };
         let law = refinement.by_law(&self.model.bodies).and_then(|law| {
-            let law: Box<dyn ActiveContact> = Box::new(Active::new(law));
-            RunContact::new(law).with_damping(facts.damping)
+            let boxed = law.map(|law| -> Box<dyn ActiveContact> { Box::new(Active::new(law)) });
+            boxed.map(|law| RunContact::new(law).with_damping(facts.damping)).transpose()
         });
-        law.map(Some).map_err(|source| AdaptiveError::Contact { contact: facts.name.clone(), source })
+        law.map_err(|source| AdaptiveError::Contact { contact: facts.name.clone(), source })
     }
 
     /// Contact `i`, whose trial was accepted up to the present instant, goes on by `law` from here to the end of the run.
