@@ -276,11 +276,13 @@ impl MeshSurface {
         (height, [(away - half).max(0.0), away + half])
     }
 
-    /// The sides with a node in `part`, but for what a disc around them is larger.
+    /// The sides with a node in `part`, but for what a disc around them is larger, and those at its place, whose nodes may
+    /// all lie deeper.
     pub fn sides_in(&self, part: &TouchedPart) -> Vec<u32> {
+        let here = self.nearest(&part.origin).map_or_else(Vec::new, |foot| self.sides_at(&foot.place));
         let is_in = |i: &u32| {
             let (height, [near, _]) = self.extent_about(*i as usize, part);
-            height >= -part.depth && near <= part.radius
+            height >= -part.depth && near <= part.radius || here.iter().any(|at| at.face == *i)
         };
         (0..self.sides().len() as u32).filter(is_in).collect()
     }
