@@ -15,7 +15,9 @@ use nalgebra::Vector3;
 
 use crate::record::TouchedPart;
 use crate::spec::BodyKind;
+use primitive::Primitive;
 
+pub mod primitive;
 mod of_mesh;
 pub mod turned_net;
 mod of_splines;
@@ -73,6 +75,13 @@ pub struct StraightLine {
     pub middle: SurfacePlace,
 }
 
+impl StraightLine {
+    /// From its first point to the last \[m\].
+    pub fn way(&self) -> Vector3<f64> {
+        self.points[ALONG_LINE.len() - 1] - self.points[0]
+    }
+}
+
 /// The surface of an undeformed body.
 pub trait Surface: Send + Sync {
     /// Rigid motions of the body.
@@ -121,6 +130,12 @@ pub trait Surface: Send + Sync {
 
     /// Curvatures at `place`; none where the surface has none.
     fn shape_at(&self, place: &SurfacePlace) -> Option<LocalShape>;
+
+    /// The simple shape of which faces about `place` are an approximation, and how far these reach from it \[m\]; none of
+    /// exact faces, nor if the shape is none that is known.
+    fn primitive_at(&self, _place: &SurfacePlace) -> Option<(Primitive, f64)> {
+        None
+    }
 
     /// The point of `place` as a place of the face, among those that meet there, whose normal is
     /// nearest to `direction`.

@@ -33,7 +33,7 @@ pub mod contact;
 pub mod on_mesh;
 
 pub use met_edge::MetEdge;
-pub use on_sides::{longest_across, longest_within};
+pub use on_sides::longest_across;
 
 /// A contact zone on faces of a body.
 #[derive(Debug, Clone, PartialEq)]

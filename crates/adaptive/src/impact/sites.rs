@@ -40,10 +40,10 @@ pub(super) struct Sites {
     pub whole: Option<TouchKind>,
 }
 
-/// How many times as long as it is wide a zone of a mesh may be: elements are divided alike in all directions,
-/// so that their number grows with this ratio. At 8 a zone of quadratic elements has some 2,000 nodes, and
-/// its compliance takes longer than the impact of a part of a few thousand nodes on the sides as they are.
-const LONGEST: f64 = 8.0;
+/// Unknowns of the zone of a mesh at most: elements are divided alike in all directions, so that of a long zone their number
+/// grows with its length over its width. The compliance of more takes longer than the impact of a part of a few thousand nodes
+/// on the sides as they are. Zones that an impact has begun with may grow by the half of that.
+const MOST_UNKNOWNS: [f64; 2] = [8000.0, 12_000.0];
 /// Elements of the contact body across a flat face of the target below which the zone is refined about this face:
 /// fewer have some points under it, or none.
 const NARROW: f64 = 1.5;
@@ -325,9 +325,9 @@ impl AdaptiveContact {
         })
     }
 
-    /// Whether `touch` has the sides of a mesh about it as they are, for nobody has given its zone: along a
-    /// line, where the curvatures of the sides tell no width, or where the zone that `request` leads to is more
-    /// than eight times as long as it is wide.
+    /// Whether `touch` has the sides of a mesh about it as they are, for nobody has given its zone: where the curvatures of
+    /// the sides tell no width, where the surface along a line has no known shape, or where the zone that `request` leads to
+    /// would have too many unknowns.
     ///
     /// # Errors
     /// As [`AdaptiveContact::whole_at`].
@@ -338,17 +338,18 @@ impl AdaptiveContact {
         touch: &Touch,
         request: &RefinementRequest<'_>,
     ) -> Result<bool, AdaptiveError> {
-        let meshes = self.open_meshes(touch.kind, bodies).map(|mesh| mesh.is_some());
-        if meshes == [false; 2] || touch.kind == TouchKind::Line {
-            return Ok(meshes != [false; 2]);
+        let meshes = self.open_meshes(touch.kind, bodies);
+        if meshes.iter().all(Option::is_none) {
+            return Ok(false);
         }
         let Sites { own, target, least, .. } = self.sites(bodies, states, touch, request)?;
+        let most = MOST_UNKNOWNS[usize::from(request.size.is_some())];
         let is_blind = least.iter().all(|width| *width <= 0.0);
-        let is_strip =
-            |site: ZoneSite| site.size.widths().is_some_and(|[u, v]| u.max(v) > LONGEST * u.min(v));
-        let sites =
-            meshes.into_iter().zip([Some(own), target]).filter_map(|(mesh, site)| site.filter(|_| mesh));
-        Ok(is_blind || sites.into_iter().any(is_strip))
+        let is_long = |(mesh, site): (Option<&FlexibleModel>, Option<ZoneSite>)| {
+            let mesh = mesh.and_then(|mesh| mesh.body.mesh()).zip(site);
+            mesh.is_some_and(|(mesh, site)| mesh.interface_at(&site, &self.law.interval) > most)
+        };
+        Ok(is_blind || meshes.into_iter().zip([Some(own), target]).any(is_long))
     }
 
     /// The penalty factor of a contact of whole surfaces: as stiff as the modes can follow (theory

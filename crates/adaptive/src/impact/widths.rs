@@ -91,10 +91,16 @@ impl AdaptiveContact {
             let line = StraightLine::new(&[own.surface, other.surface], body.body.size(), body.body.size())?;
             let half = line.law.half_width_of_impact(inverse_mass, speed);
             let across = interval_width(half, target, false).max(LEAST_ACROSS * body.body.size());
-            let widths = own
-                .tangents
-                .map(|tangent| if line.is_across(&tangent) { across } else { WIDEST * body.body.size() });
-            return Some(PredictedWidths { widths, least: [0.0; 2] });
+            let least = interval_width(
+                line.law.half_width(ImpactLaw::Line(line.law).force(approach).0),
+                target,
+                false,
+            );
+            let of = |across: f64, along: f64| {
+                own.tangents.map(|tangent| if line.is_across(&tangent) { across } else { along })
+            };
+            let widths = of(across.max(least), WIDEST * body.body.size());
+            return Some(PredictedWidths { widths, least: of(least, 0.0) });
         };
         let (extents, least, from_axis) = match law {
             ImpactLaw::Line(law) => {

@@ -1,6 +1,8 @@
 //! Whether meshes are fine enough where they are touched, from the contact radius that Hertz's
 //! theory predicts (docs/theory.md Eq. P.10).
 
+use iga_core::nurbs::jet::{difference, norm};
+
 use crate::record::warning::{Warning, WarningKind};
 use crate::sizing::zone::{PredictedZone, predicted_zone};
 use crate::spec::{ContactSpec, MeshedSpec};
@@ -141,7 +143,9 @@ fn shape_error(surface: &MeshSurface, site: &SurfacePlace, zone: &PredictedZone)
     let PredictedZone { half_width, approach, .. } = zone;
     // Of spheres a²/δ.
     let radius = half_width * half_width / approach;
-    let smooth = surface.shape_at(site).and_then(|s| SmoothFit::new(surface, site, &s, *half_width));
+    let is_within = |x: &[f64; 3]| norm(&difference(x, &site.point)) <= *half_width;
+    let smooth =
+        surface.shape_at(site).and_then(|s| SmoothFit::new(surface, (site, &s), *half_width, is_within));
     if smooth.is_some() {
         return 0.0;
     }

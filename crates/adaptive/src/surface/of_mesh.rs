@@ -16,10 +16,12 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::force::BodyState;
 use nalgebra::{DMatrix, DVector, Matrix2, SymmetricEigen, Unit, Vector2, Vector3};
 
+use super::primitive::Primitive;
 use super::{Foot, LocalShape, StraightLine, Surface, SurfacePlace};
 use crate::record::TouchedPart;
 use crate::spec::body::{dofs_of, rigid_motion};
 
+mod around;
 mod curve;
 mod edges;
 mod lines;
@@ -372,47 +374,6 @@ impl MeshSurface {
         let sum: Vector3<f64> = group.iter().map(|place| self.normal(place)).sum();
         sum.try_normalize(0.0)
     }
-
-    /// The sides `chosen` with their neighbours over smooth edges, in ascending order.
-    pub fn with_ring(&self, chosen: &[u32]) -> Vec<u32> {
-        let ring = chosen.iter().flat_map(|i| self.neighbours(*i as usize)).filter(|n| n.is_smooth);
-        let mut all: Vec<u32> = chosen.iter().copied().chain(ring.map(|n| n.side)).collect();
-        all.sort_unstable();
-        all.dedup();
-        all
-    }
-
-    /// Nodes of the sides around `place`, ring after ring over smooth edges until there are
-    /// `enough`, or no more; where they reach an axis of symmetry, with their mirror images.
-    pub fn around(&self, place: &SurfacePlace, enough: usize) -> Vec<Vector3<f64>> {
-        let mut rings: HashSet<u32> = HashSet::from([place.face]);
-        let nodes = |sides: &HashSet<u32>| -> Vec<u32> {
-            let mut all: Vec<u32> =
-                sides.iter().flat_map(|&i| self.sides()[i as usize].nodes.iter().copied()).collect();
-            all.sort_unstable();
-            all.dedup();
-            all
-        };
-        loop {
-            if nodes(&rings).len() >= enough {
-                break;
-            }
-            let beside = |i: &u32| self.sides()[*i as usize].neighbours.into_iter().flatten();
-            let next: Vec<u32> =
-                rings.iter().flat_map(beside).filter(|n| n.is_smooth).map(|n| n.side).collect();
-            let before = rings.len();
-            rings.extend(next);
-            if rings.len() == before {
-                break;
-            }
-        }
-        let found: Vec<Vector3<f64>> =
-            nodes(&rings).into_iter().map(|n| Vector3::from(self.mesh.nodes()[n as usize])).collect();
-        let is_axial = self.motion() == RigidMotion::Axial && found.iter().any(|x| x[0] == 0.0);
-        let beyond = found.iter().filter(|x| is_axial && x[0] > 0.0).map(|x| Vector3::new(-x[0], x[1], 0.0));
-        let beyond: Vec<_> = beyond.collect();
-        [found, beyond].concat()
-    }
 }
 
 /// Whether parameters lie on a side, but for round-off of a search.
@@ -500,7 +461,8 @@ impl Surface for MeshSurface {
         CREASE.to_radians().cos()
     }
 
-    /// The curvatures of the paraboloid that fits the nodes around by least squares, since second
+    /// The curvatures of the plane, sphere, cylinder or cone on which the nodes around lie, else of the paraboloid that
+    /// fits them by least squares, since second
     /// derivatives of a single side are right to its first order only. `None` if the nodes lie on a
     /// line, or the side has no normal.
     fn shape_at(&self, place: &SurfacePlace) -> Option<LocalShape> {
@@ -511,6 +473,9 @@ impl Surface for MeshSurface {
         }
         let normal = Vector3::from(at.area).try_normalize(0.0)?;
         let along = Vector3::from(at.tangents[0]).try_normalize(0.0)?;
+        if let Some(shape) = self.primitive_at(place).and_then(|(of, _)| of.shape(&centre, &along)) {
+            return Some(shape);
+        }
         let (t, s) = (along, normal.cross(&along));
         let places = self.around(place, FITTED);
         let size = places.iter().map(|x| (x - centre).norm()).fold(0.0, f64::max);
@@ -535,6 +500,10 @@ impl Surface for MeshSurface {
             tangents: [direction, normal.cross(&direction)],
             normal,
         })
+    }
+
+    fn primitive_at(&self, place: &SurfacePlace) -> Option<(Primitive, f64)> {
+        Some((self.primitive(&self.sides_around(place, FITTED))?, self.length_at(place)))
     }
 
     fn turned_to(&self, place: &SurfacePlace, direction: &Vector3<f64>) -> SurfacePlace {

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
+use crate::surface::primitive::Primitive;
 use crate::surface::{LocalShape, MeshSurface, SurfacePlace};
 
 /// Functions of a polynomial of two variables of degree four.
@@ -19,9 +20,24 @@ const MISFIT: f64 = 2e-3;
 /// Ratio of singular values below which nodes do not tell the functions apart.
 const SINGULAR: f64 = 1e-10;
 
-/// The surface, as heights over a plane.
+/// The surface of a part about a place of its mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SmoothFit {
+    /// Outward normal at the place.
+    normal: Vector3<f64>,
+    fitted: Fitted,
+}
+
+/// What goes through the nodes.
+#[derive(Debug, Clone, PartialEq)]
+enum Fitted {
+    Primitive(Primitive),
+    Heights(Heights),
+}
+
+/// Heights over a plane.
+#[derive(Debug, Clone, PartialEq)]
+struct Heights {
     centre: Vector3<f64>,
     shape: LocalShape,
     /// Unit of lengths \[m\].
@@ -53,10 +69,45 @@ fn functions(u: f64, v: f64) -> [f64; FUNCTIONS] {
 }
 
 impl SmoothFit {
-    /// The surface through the nodes around `site`, where the surface has the shape `shape`; none
-    /// if no smooth one goes through them, or they do not reach beyond the distance `reach` from
-    /// it.
-    pub fn new(surface: &MeshSurface, site: &SurfacePlace, shape: &LocalShape, reach: f64) -> Option<Self> {
+    /// The surface through the nodes around `site`, where the surface has the shape `shape`: of a
+    /// simple shape if those of all sides that are smoothly connected with it and have a place that `is_within` lie on one, else one
+    /// near it, which has to reach to the distance `reach`. None if no smooth one goes through them.
+    pub fn new(
+        surface: &MeshSurface,
+        (site, shape): (&SurfacePlace, &LocalShape),
+        reach: f64,
+        is_within: impl Fn(&[f64; 3]) -> bool,
+    ) -> Option<Self> {
+        let primitive = surface.primitive(&surface.sides_within(site.face, is_within)).map(Fitted::Primitive);
+        let fitted = primitive.or_else(|| Heights::new(surface, site, shape, reach).map(Fitted::Heights))?;
+        Some(Self { normal: shape.normal, fitted })
+    }
+
+    /// Outward normal at its centre.
+    pub fn normal(&self) -> Vector3<f64> {
+        self.normal
+    }
+
+    /// Height of the surface over `x`, towards the outside \[m\].
+    pub fn above(&self, x: &[f64; 3]) -> f64 {
+        match &self.fitted {
+            Fitted::Primitive(of) => -of.height(&Vector3::from(*x)).0,
+            Fitted::Heights(of) => of.above(x),
+        }
+    }
+
+    /// The place of the surface over `x` \[m\].
+    pub fn onto(&self, x: &[f64; 3]) -> Vector3<f64> {
+        let from = Vector3::from(*x);
+        match &self.fitted {
+            Fitted::Primitive(of) => of.onto(&from),
+            Fitted::Heights(of) => from + of.above(x) * self.normal,
+        }
+    }
+}
+
+impl Heights {
+    fn new(surface: &MeshSurface, site: &SurfacePlace, shape: &LocalShape, reach: f64) -> Option<Self> {
         let centre = Vector3::from(site.point);
         // Rings end where edges do: the nearest nodes of more of them lie on a disc.
         let terms = if surface.mesh().model().dimension() == 2 { OF_CURVE } else { ALL };
@@ -97,13 +148,8 @@ impl SmoothFit {
         [from.dot(&s), from.dot(&t), from.dot(&self.shape.normal)]
     }
 
-    /// Normal at its centre.
-    pub fn normal(&self) -> Vector3<f64> {
-        self.shape.normal
-    }
-
     /// Height of the surface over `x`, along the normal at its centre \[m\].
-    pub fn above(&self, x: &[f64; 3]) -> f64 {
+    fn above(&self, x: &[f64; 3]) -> f64 {
         let [u, v, z] = self.local(&Vector3::from(*x));
         let functions = functions(u, v);
         let height: f64 = self.terms.iter().map(|(k, c)| functions[*k] * c).sum();

@@ -14,15 +14,42 @@ use crate::adaptivity::interval::{IntervalGrid, finer_elements};
 use crate::body::field::Field;
 use crate::body::field_body::{FieldBody, LongestElement};
 use crate::body::fine::FineModel;
-use crate::body::fine::divided::{FineElements, WantedZone, usual_elements};
+use crate::body::fine::divided::{FineElements, WantedZone};
 use crate::body::mesh::MeshedBody;
 use crate::body::zone::at_start::StartZone;
 use crate::body::zone::on_mesh::zone_on_mesh;
 use crate::body::zone::{ContactZone, WholeRequest};
 use crate::error::AdaptiveError;
+use crate::record::{ZoneSite, ZoneSize};
 use crate::spec::{Accuracy, FlexibleSpec, IntervalSpec, PointRule};
 use crate::store::{Bytes, meshed_definition};
 use crate::surface::Surface;
+
+impl MeshedBody {
+    fn wanted_zone(
+        &self,
+        places: &[(u32, [f64; 3])],
+        (widths, finer): ([f64; 2], f64),
+        interval: &IntervalSpec,
+    ) -> WantedZone {
+        let is_usual =
+            interval.elements.is_none() && interval.accuracy == Accuracy::default() && finer <= 1.0;
+        let elements = |usual| finer_elements(interval.elements_or(usual), finer);
+        let about = |(face, centre): &_| self.surface.place(*face, centre);
+        let sites = places.iter().map(about).collect();
+        let wanted = WantedZone { sites, widths, elements: None };
+        let elements = (!is_usual).then(|| elements(wanted.usual_elements(&self.surface)));
+        WantedZone { elements, ..wanted }
+    }
+
+    /// Unknowns of the interface that the zone at `site` would have with elements divided for it, as `interval` says;
+    /// infinite along a line where the shape of the part is not known. None of a whole surface has divided elements.
+    pub fn interface_at(&self, site: &ZoneSite, interval: &IntervalSpec) -> f64 {
+        let ZoneSize::Interval { widths, finer } = site.size else { return 0.0 };
+        let places: Vec<_> = site.places().collect();
+        self.wanted_zone(&places, (widths, finer), interval).interface(&self.surface)
+    }
+}
 
 impl FieldBody for MeshedBody {
     fn assembled(&self) -> &AssembledBody {
@@ -121,12 +148,7 @@ impl FieldBody for MeshedBody {
         (widths, finer): ([f64; 2], f64),
         interval: &IntervalSpec,
     ) -> Result<Box<dyn FineModel>, AdaptiveError> {
-        let usual = || finer_elements(interval.elements_or(usual_elements(&self.spec.mesh)), finer);
-        let is_usual =
-            interval.elements.is_none() && interval.accuracy == Accuracy::default() && finer <= 1.0;
-        let elements = (!is_usual).then(usual);
-        let about = |(face, centre): &_| self.surface.place(*face, centre);
-        let wanted = WantedZone { sites: places.iter().map(about).collect(), widths, elements };
+        let wanted = self.wanted_zone(places, (widths, finer), interval);
         Ok(Box::new(FineElements::build(&self, wanted)?))
     }
 

@@ -23,28 +23,19 @@ use crate::adaptivity::subdivision::SubdivisionError;
 use crate::body::field::Field;
 use crate::body::fine::refined::{gigabytes, most_gigabytes};
 use crate::body::mesh::{MeshedBody, assembled, no_such_place, points_of};
-use crate::body::zone::{ContactZone, longest_within};
+use crate::body::zone::ContactZone;
 use crate::error::AdaptiveError;
-use crate::spec::RefinementSpec;
 use crate::spec::body::dofs_of;
 use crate::spec::unsupported::Unsupported;
 use crate::store::{Bytes, meshed_definition};
 use crate::surface::smooth_fit::SmoothFit;
-use crate::surface::{LocalShape, MeshSurface, Surface, SurfacePlace};
+use crate::surface::{MeshSurface, Surface, SurfacePlace};
 
-/// Sides of quadratic elements across the narrower width of a zone, at least: twice as many at
-/// most, since elements are halved. With seven tenths of the width in contact, 2.1 to 4.2 on the
-/// contact radius, where two make the force right to 0.2 %
-/// ([`crate::sizing::mesh_touch::QUADRATIC`]).
-pub const QUADRATIC: usize = 6;
-/// Sides of linear elements across the narrower width of a zone, at least.
-pub const LINEAR: usize = 16;
+mod footprint;
 
-/// Elements over the narrow width of a zone of `mesh` unless the scenario says otherwise.
-pub fn usual_elements(mesh: &Mesh) -> usize {
-    let is_quadratic = mesh.elements().iter().next().is_some_and(|e| e.kind.is_quadratic());
-    if is_quadratic { QUADRATIC } else { LINEAR }
-}
+use footprint::{Footprint, Levels};
+pub use footprint::{LINEAR, QUADRATIC, WantedZone};
+
 /// Rows of a direction in which contact is counted, whatever the elements are.
 const ROWS: usize = 16;
 /// Elements of the finest level beyond the zone: a side that meets it, the ring around, and one
@@ -54,28 +45,6 @@ const FINEST: f64 = 3.0;
 const COARSER: f64 = 2.0;
 /// Pieces of elements at most, so that counting them ends; memory ends before.
 const MOST: usize = 300_000;
-
-/// The zone that a fine model is to have: its middle, its widths, its elements.
-#[derive(Debug, Clone, PartialEq)]
-pub struct WantedZone {
-    /// The middle of the zone; of one at several places that of each, about which it is alike.
-    pub sites: Vec<SurfacePlace>,
-    /// Widths along the principal directions of the surface there \[m\].
-    pub widths: [f64; 2],
-    /// Elements across the narrower one; `None`: as many as the elements need.
-    pub elements: Option<usize>,
-}
-
-/// The ellipse of a zone, bent as the surface is; a part of a curve is as wide across it as you like.
-struct Footprint {
-    centre: Vector3<f64>,
-    shape: LocalShape,
-    half: [f64; 2],
-    /// Number of directions of the surface.
-    n_directions: usize,
-    /// Whether the zone begins at the axis of symmetry.
-    from_axis: bool,
-}
 
 /// A divided mesh with its zone.
 pub struct FineElements {
@@ -95,49 +64,6 @@ pub struct FineElements {
     lookup: DofLookup,
 }
 
-impl Footprint {
-    fn new(surface: &MeshSurface, site: &SurfacePlace, [width, other]: [f64; 2]) -> Option<Self> {
-        let shape = surface.shape_at(site)?;
-        let (model, point) = (surface.mesh().model(), &site.point);
-        let n_directions = model.dimension() - 1;
-        let along = RefinementSpec::half_width(model, point, width);
-        let half = [along, if n_directions == 1 { f64::INFINITY } else { 0.5 * other }];
-        let from_axis = along > 0.5 * width;
-        Some(Self { centre: Vector3::from(*point), shape, half, n_directions, from_axis })
-    }
-
-    /// Distance of its farthest end from its middle \[m\].
-    fn reach(&self) -> f64 {
-        self.half[..self.n_directions].iter().fold(0.0, |most, half| most.max(*half))
-    }
-
-    /// Coordinates along the principal directions.
-    fn along(&self, x: &[f64; 3]) -> [f64; 2] {
-        let from = Vector3::from(*x) - self.centre;
-        self.shape.tangents.map(|t| from.dot(&t))
-    }
-
-    /// Distance along the surface in units of the ellipse.
-    fn share(&self, [u, v]: [f64; 2]) -> f64 {
-        (u / self.half[0]).hypot(v / self.half[1])
-    }
-
-    fn contains(&self, x: &[f64; 3]) -> bool {
-        self.share(self.along(x)) <= 1.0
-    }
-
-    /// Distance of a point from the zone, to the order of the curvature (theory Eq. C.72) \[m\].
-    fn distance(&self, x: &[f64; 3]) -> f64 {
-        let [u, v] = self.along(x);
-        let inside = 1.0 / self.share([u, v]).max(1.0);
-        let [a, b] = [u * inside, v * inside];
-        let aside = (u - a).hypot(v - b);
-        let [k, l] = self.shape.curvatures;
-        let height = (Vector3::from(*x) - self.centre).dot(&self.shape.normal);
-        aside.hypot(height + 0.5 * (k * a * a + l * b * b))
-    }
-}
-
 impl FineElements {
     /// Divides the mesh of `body` about a zone.
     ///
@@ -152,15 +78,8 @@ impl FineElements {
             AdaptiveError::Contact { contact: name.to_owned(), source }
         };
         let coarse = &body.surface;
-        let footprint = |site| Footprint::new(coarse, site, wanted.widths).ok_or_else(nothing);
-        let footprints = wanted.sites.iter().map(footprint).collect::<Result<Vec<_>, _>>()?;
-        let about = wanted.sites.iter().zip(&footprints);
-        let longest = about.clone().map(|(site, of)| longest_within(coarse, site.face, |x| of.contains(x)));
-        let longest = longest.fold(0.0, f64::max);
-        let n_directions = spec.mesh.model().dimension() - 1;
-        let elements = wanted.elements.unwrap_or_else(|| usual_elements(&spec.mesh));
-        let narrow = wanted.widths[..n_directions].iter().fold(f64::INFINITY, |least, w| least.min(*w));
-        let levels = (longest * elements as f64 / narrow).log2().ceil().max(0.0);
+        let footprints = wanted.footprints(coarse).ok_or_else(nothing)?;
+        let Levels { longest, levels, elements } = wanted.levels(coarse, &footprints);
         let refined = RefinedMesh::new(
             &spec.mesh,
             |ball: &CellBall| {
@@ -175,8 +94,10 @@ impl FineElements {
         let n_free = refined.n_free();
         debug!(body = name, levels, elements = refined.mesh().elements().len(), nodes = n_free, "fine model");
         let surface = MeshSurface::of(refined.mesh());
-        let fit = |(site, of): (_, &Footprint)| SmoothFit::new(coarse, site, &of.shape, of.reach());
-        let smooth = wanted.sites.iter().zip(&footprints).map(fit).collect();
+        let fit = |(site, of): (_, &Footprint)| {
+            SmoothFit::new(coarse, (site, &of.shape), of.reach(), |x| of.contains(x))
+        };
+        let smooth: Vec<Option<SmoothFit>> = wanted.sites.iter().zip(&footprints).map(fit).collect();
         let dofs = dofs_of(spec.mesh.model(), refined.free_nodes());
         let fine = Self {
             body: Arc::clone(body),
@@ -279,13 +200,13 @@ impl FineElements {
         let outmost = |k: usize| {
             let (of, fit) = (&self.footprints[k], self.smooth[k].as_ref()?);
             let own = zone.points.iter().map(|p| &p.position).filter(|x| self.nearest(x) == k);
-            let outmost = own.map(|x| height(of, x) + fit.above(x)).reduce(f64::max);
+            let outmost = own.map(|x| height(of, fit.onto(x).as_ref())).reduce(f64::max);
             let is_convex = of.shape.curvatures[..of.n_directions].iter().all(|k| *k >= 0.0);
             Some((fit, outmost.filter(|_| is_convex).unwrap_or_else(|| fit.above(of.centre.as_ref()))))
         };
         let fits: Vec<_> = (0..self.smooth.len()).map(outmost).collect();
         zone.move_to(|x| match fits[self.nearest(x)] {
-            Some((fit, outmost)) => (Vector3::from(*x) + (fit.above(x) - outmost) * fit.normal()).into(),
+            Some((fit, outmost)) => (fit.onto(x) - outmost * fit.normal()).into(),
             None => *x,
         });
     }
@@ -305,27 +226,37 @@ impl FineElements {
 
     /// The rows by which the use of the zone is judged.
     pub fn rows(&self) -> IntervalGrid {
-        let n = self.n_directions();
         let first = if self.is_from_axis() { IntervalEnd::Axis } else { IntervalEnd::Open };
-        IntervalGrid {
-            widths: self.widths(),
-            ends: vec![[first, IntervalEnd::Open]; n],
-            n_elements: [ROWS, if n == 1 { 1 } else { ROWS }],
-        }
+        let ends =
+            |d: usize| if self.is_line()[d] { [IntervalEnd::LineEnd; 2] } else { [first, IntervalEnd::Open] };
+        let ends = (0..self.n_directions()).map(ends).collect();
+        IntervalGrid { widths: self.widths(), ends, n_elements: self.n_rows() }
+    }
+
+    /// Directions in which the zone reaches from one edge of the part to the other.
+    fn is_line(&self) -> [bool; 2] {
+        self.wanted.is_line(&self.body.surface)
+    }
+
+    /// Rows per direction: one along a line, all of which is watched.
+    fn n_rows(&self) -> [usize; 2] {
+        let is_line = self.is_line();
+        [0, 1].map(|d| if d >= self.n_directions() || is_line[d] { 1 } else { ROWS })
     }
 
     /// The rows in which the points of `zone` lie about the nearest place, the outermost ones for those beyond it
     /// and on the rim.
     pub fn rows_of(&self, zone: &ContactZone) -> Vec<[usize; 2]> {
         let from_axis = self.is_from_axis();
-        let row = |x: f64, half: f64| {
+        let n = self.n_rows();
+        let row = |x: f64, half: f64, n: usize| {
             let share = if from_axis { x.abs() / half } else { 0.5 * (x / half + 1.0) };
-            ((share * ROWS as f64).max(0.0) as usize).min(ROWS - 1)
+            ((share * n as f64).max(0.0) as usize).min(n - 1)
         };
         let rows = |x: &[f64; 3]| {
             let of = &self.footprints[self.nearest(x)];
             let along = of.along(x);
-            [0, 1].map(|d| if d < of.n_directions { row(along[d], of.half[d]) } else { 0 })
+            [0, 1].map(|d| row(along[d], of.half[d], n[d]))
         };
         let rim = [if from_axis { ROWS - 1 } else { 0 }, 0];
         // Beyond the rim nothing is watched: contact there asks for a wider zone, on whichever side
@@ -440,5 +371,5 @@ impl Field for FineElements {
 fn smooth(zone: &mut ContactZone, fit: &SmoothFit) {
     let places = zone.points.iter().map(|p| p.position).chain(zone.nodes().into_iter().map(|(_, x)| x));
     let outmost = places.map(|x| fit.above(&x)).fold(f64::NEG_INFINITY, f64::max);
-    zone.move_to(|x| (Vector3::from(*x) + (fit.above(x) - outmost) * fit.normal()).into());
+    zone.move_to(|x| (fit.onto(x) - outmost * fit.normal()).into());
 }

@@ -115,14 +115,6 @@ impl ContactZone {
     }
 }
 
-/// The longest edge of the sides of `surface` that are smoothly connected with side `first` and
-/// have a point that `is_near`, and of those beside them \[m\].
-pub fn longest_within(surface: &MeshSurface, first: u32, is_near: impl Fn(&[f64; 3]) -> bool) -> f64 {
-    let is_chosen = |i: usize| surface.places_on(i).iter().any(&is_near);
-    let sides = surface.with_ring(&surface.smooth_part(first as usize, is_chosen));
-    sides.iter().map(|&i| surface.longest_edge(i as usize)).fold(0.0, f64::max)
-}
-
 /// The largest extent along the unit vector `across` of the sides that are smoothly connected with
 /// the one at `place` and come within `reach` of the plane across it through the place \[m\].
 pub fn longest_across(surface: &MeshSurface, place: &SurfacePlace, across: &Vector3<f64>, reach: f64) -> f64 {

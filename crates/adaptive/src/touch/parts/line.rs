@@ -10,7 +10,7 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::force::BodyState;
 use nalgebra::Vector3;
 
-use crate::surface::{ALONG_LINE, Foot, StraightLine, Surface, SurfacePlace};
+use crate::surface::{ALONG_LINE, Foot, StraightLine, SurfacePlace};
 use crate::touch::detection::Nearest;
 use crate::touch::hertz::local_surface::SurfaceView;
 use crate::touch::parts::side::{Moved, Side, touch_direction};
@@ -18,6 +18,9 @@ use crate::touch::tolerances::{ACROSS_LINE, FLAT, SHORTEST_LINE};
 
 /// Halvings of a line in the search for the end of a body over it.
 const HALVINGS: usize = 30;
+/// Steps of the search for the nearest place across a line, each of which leaves 0.62 of the way: the gap, quadratic about the place,
+/// tells half of the digits.
+const STEPS: usize = 30;
 
 /// The touch `nearest` of a contact body and a target, surfaces with their motions (a plane without
 /// the latter), at the middle of the straight line of a face of either along which they touch;
@@ -34,11 +37,22 @@ pub fn middle_of_line(
     let (side, target) = (Side::new(own), other.map(Side::new));
     let normal = touch_direction(&side, target.as_ref(), nearest);
     let touch = LineTouch { size: side.size(), slack: parallel * side.size(), gap: nearest.gap.abs() };
-    if let Some((contact, there)) = touch.along((own, &nearest.contact), other, &-normal) {
-        return Some(Nearest { contact, target: there.or(nearest.target), ..*nearest });
+    let along = touch.along((own, &nearest.contact), other, &-normal);
+    let over = |other: Moved<'_>| {
+        let (target, contact, way) = touch.over((other, nearest.target.as_ref()?), own, &normal)?;
+        Some((contact, Some(target), way))
+    };
+    let (mut contact, mut target, way) = along.or_else(|| over(other?))?;
+    if let Some(place) = nearest_across((own, &contact), other, (&-normal, &way)) {
+        contact = site(&place, own.1);
+        target = other.and_then(|other| Some(site(&nearest_on(other, &contact.point)?.place, other.1)));
+    } else if let Some((other, there)) = other.zip(target.as_ref())
+        && let Some(place) = nearest_across((other, there), Some(own), (&normal, &way))
+    {
+        let there = site(&place, other.1);
+        (target, contact) = (Some(there), site(&nearest_on(own, &there.point)?.place, own.1));
     }
-    let (target, contact) = touch.over((other?, nearest.target.as_ref()?), own, &normal)?;
-    Some(Nearest { contact, target: Some(target), ..*nearest })
+    Some(Nearest { contact, target: target.or(nearest.target), ..*nearest })
 }
 
 /// Lengths by which a line of touch is recognised.
@@ -53,14 +67,14 @@ struct LineTouch {
 
 impl LineTouch {
     /// The middle of a straight line of the surface `first` through the place `here` along which it
-    /// touches `second` (a plane without one) in the direction `outward` of space, and the place of
-    /// that which is nearest to it.
+    /// touches `second` (a plane without one) in the direction `outward` of space, the place of
+    /// that which is nearest to it, and the line's direction in space.
     fn along(
         &self,
         ((first, pose), here): (Moved<'_>, &SurfaceSite),
         second: Option<Moved<'_>>,
         outward: &Vector3<f64>,
-    ) -> Option<(SurfaceSite, Option<SurfaceSite>)> {
+    ) -> Option<(SurfaceSite, Option<SurfaceSite>, Vector3<f64>)> {
         let place = first.place(here.face, &here.xi);
         let (start, in_body) = (Vector3::from(place.point), pose.rotation.inverse_transform_vector(outward));
         for line in first.lines_through(&place.point) {
@@ -70,12 +84,12 @@ impl LineTouch {
             else {
                 continue;
             };
-            let middle = in_space(&line, pose);
+            let (middle, way) = (in_space(&line, pose), pose.rotation * line.way());
             let Some((surface, at)) = second else {
-                return self.is_curved(&view).then_some((middle, None));
+                return self.is_curved(&view).then_some((middle, None, way));
             };
             let on_second =
-                |point: &Vector3<f64>| nearest_on(surface, at, &(pose.position + pose.rotation * point));
+                |point: &Vector3<f64>| nearest_on((surface, at), &(pose.position + pose.rotation * point));
             let is_along = |point: &Vector3<f64>| {
                 on_second(point).is_some_and(|foot| (foot.distance - self.gap).abs() <= self.slack)
             };
@@ -83,7 +97,7 @@ impl LineTouch {
                 let there = on_second(&line.points[ALONG_LINE.len() / 2])?.place;
                 let facing = SurfaceView::new(surface, 1.0, &at.rotation, &there)?;
                 let is_line = self.is_curved(&view) || self.is_curved(&facing);
-                return is_line.then(|| (middle, Some(site(&there, at))));
+                return is_line.then(|| (middle, Some(site(&there, at)), way));
             }
         }
         None
@@ -91,17 +105,17 @@ impl LineTouch {
 
     /// The middle of the part of a straight line of the surface `first` through the place `here`
     /// that lies over `second` in the direction `outward` of space, where that may end before the
-    /// line does, and the place of `second` there.
+    /// line does, the place of `second` there, and the line's direction in space.
     fn over(
         &self,
         ((first, pose), here): (Moved<'_>, &SurfaceSite),
         (second, at): Moved<'_>,
         outward: &Vector3<f64>,
-    ) -> Option<(SurfaceSite, SurfaceSite)> {
+    ) -> Option<(SurfaceSite, SurfaceSite, Vector3<f64>)> {
         let place = first.place(here.face, &here.xi);
         let start = Vector3::from(place.point);
         let on_second =
-            |point: &Vector3<f64>| nearest_on(second, at, &(pose.position + pose.rotation * point));
+            |point: &Vector3<f64>| nearest_on((second, at), &(pose.position + pose.rotation * point));
         let is_over = |point: &Vector3<f64>| {
             on_second(point).is_some_and(|foot| (foot.distance - self.gap).abs() <= self.slack)
         };
@@ -128,7 +142,7 @@ impl LineTouch {
             if (view.outward - outward).norm() <= ACROSS_LINE && self.is_curved(&view) {
                 let there = on_second(&Vector3::from(middle.point))?.place;
                 let there = second.turned_to(&there, &at.rotation.inverse_transform_vector(&-outward));
-                return Some((site(&middle, pose), site(&there, at)));
+                return Some((site(&middle, pose), site(&there, at), pose.rotation * line.way()));
             }
         }
         None
@@ -151,7 +165,39 @@ fn in_space(line: &StraightLine, pose: &BodyState) -> SurfaceSite {
     SurfaceSite { point, ..site(&line.middle, pose) }
 }
 
-/// The place of a surface in the motion `pose` that is nearest to a point of space.
-fn nearest_on(surface: &dyn Surface, pose: &BodyState, point: &Vector3<f64>) -> Option<Foot> {
+/// The place of the surface `first` across the direction `way` from the place `here` where the part that its faces stand for is nearest to
+/// `second` (a plane without one) in the direction `outward`, both in space; none if no shape of that part is known. Sides of a
+/// mesh are farther from the part than this from a surface that nearly fits it.
+fn nearest_across(
+    ((first, pose), here): (Moved<'_>, &SurfaceSite),
+    second: Option<Moved<'_>>,
+    (outward, way): (&Vector3<f64>, &Vector3<f64>),
+) -> Option<SurfacePlace> {
+    let place = first.place(here.face, &here.xi);
+    let (part, reach) = first.primitive_at(&place)?;
+    let across = pose.rotation.inverse_transform_vector(&way.cross(outward)).try_normalize(0.0)?;
+    let at = |share: f64| part.onto(&(Vector3::from(place.point) + share * reach * across));
+    let gap = |share: f64| {
+        let point = pose.position + pose.rotation * at(share);
+        let Some(second) = second else { return -point.dot(outward) };
+        let Some(foot) = nearest_on(second, &point) else { return f64::INFINITY };
+        let there = second.1.rotation.inverse_transform_vector(&(point - second.1.position));
+        match second.0.primitive_at(&foot.place) {
+            Some((part, _)) => part.height(&there).0,
+            None => (there - Vector3::from(foot.place.point)).dot(&foot.normal),
+        }
+    };
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    let [mut low, mut high] = [-1.0, 1.0];
+    for _ in 0..STEPS {
+        let (c, d) = (high - golden * (high - low), low + golden * (high - low));
+        if gap(c) <= gap(d) { high = d } else { low = c }
+    }
+    let foot = first.nearest(&at(0.5 * (low + high)).into())?;
+    Some(first.turned_to(&foot.place, &pose.rotation.inverse_transform_vector(outward)))
+}
+
+/// The place of a surface in its motion that is nearest to a point of space.
+fn nearest_on((surface, pose): Moved<'_>, point: &Vector3<f64>) -> Option<Foot> {
     surface.nearest(&pose.rotation.inverse_transform_vector(&(point - pose.position)).into())
 }

@@ -1,0 +1,192 @@
+//! Where a mesh is divided about a touch, and how far (docs/theory.md section C.10).
+
+use fe_mesh::SideKind;
+use nalgebra::Vector3;
+
+use crate::spec::RefinementSpec;
+use crate::surface::{LocalShape, MeshSurface, Surface, SurfacePlace};
+
+/// Sides of quadratic elements across the narrower width of a zone, at least: twice as many at
+/// most, since elements are halved. With seven tenths of the width in contact, 2.1 to 4.2 on the
+/// contact radius, where two make the force right to 0.2 %
+/// ([`crate::sizing::mesh_touch::QUADRATIC`]).
+pub const QUADRATIC: usize = 6;
+/// Sides of linear elements across the narrower width of a zone, at least.
+pub const LINEAR: usize = 16;
+
+/// The same along a line: with one to three on the half width of the contact its force is right to one per cent.
+const ACROSS_LINE: [usize; 2] = [2, 6];
+/// Sine of the angle about the axis of a surface up to which a strip along it is told by its width over the tangential plane.
+const BENT: f64 = 0.34;
+
+/// The zone that a fine model is to have: its middle, its widths, its elements.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WantedZone {
+    /// The middle of the zone; of one at several places that of each, about which it is alike.
+    pub sites: Vec<SurfacePlace>,
+    /// Widths along the principal directions of the surface there; one that is not below the size of the body stands for a
+    /// strip along a line, from edge to edge \[m\].
+    pub widths: [f64; 2],
+    /// Elements across the narrower one; `None`: as many as the elements need.
+    pub elements: Option<usize>,
+}
+
+/// How elements about a zone are halved.
+pub struct Levels {
+    /// Longest edge of the sides there before \[m\].
+    pub longest: f64,
+    /// How often.
+    pub levels: f64,
+    /// Elements across the narrower width at least.
+    pub elements: usize,
+}
+
+impl WantedZone {
+    /// Elements across the narrower width unless the scenario says otherwise.
+    pub fn usual_elements(&self, surface: &MeshSurface) -> usize {
+        let is_quadratic = surface.mesh().elements().iter().next().is_some_and(|e| e.kind.is_quadratic());
+        let [quadratic, linear] =
+            if self.is_line(surface) == [false; 2] { [QUADRATIC, LINEAR] } else { ACROSS_LINE };
+        if is_quadratic { quadratic } else { linear }
+    }
+
+    /// Directions in which the zone reaches from one edge of the part to the other: along a line.
+    pub fn is_line(&self, surface: &MeshSurface) -> [bool; 2] {
+        let is_long = self.widths.map(|width| width >= surface.length());
+        if surface.mesh().model().dimension() == 3 && is_long != [true; 2] { is_long } else { [false; 2] }
+    }
+
+    /// The ellipses, or the strip, about its places; none where the surface has no shape.
+    pub fn footprints(&self, surface: &MeshSurface) -> Option<Vec<Footprint>> {
+        self.sites.iter().map(|site| Footprint::new(surface, site, self)).collect()
+    }
+
+    /// How elements are halved about its `footprints` (theory Eq. C.72).
+    pub fn levels(&self, surface: &MeshSurface, footprints: &[Footprint]) -> Levels {
+        let longest_at = |(site, of): (&SurfacePlace, &Footprint)| {
+            let sides = surface.sides_within(site.face, |x| of.contains(x));
+            sides.iter().map(|&i| surface.longest_edge(i as usize)).fold(0.0, f64::max)
+        };
+        let longest = self.sites.iter().zip(footprints).map(longest_at).fold(0.0, f64::max);
+        let elements = self.elements.unwrap_or_else(|| self.usual_elements(surface));
+        let n_directions = surface.mesh().model().dimension() - 1;
+        let narrow = self.widths[..n_directions].iter().fold(f64::INFINITY, |least, w| least.min(*w));
+        let levels = (longest * elements as f64 / narrow).log2().ceil().max(0.0);
+        Levels { longest, levels, elements }
+    }
+
+    /// Unknowns of its interface, from the areas of zone and sides; infinite along a line where the part has no known shape, or
+    /// of which the surface bends away in the zone. Without effect in a plane.
+    pub fn interface(&self, surface: &MeshSurface) -> f64 {
+        let Some(footprints) = self.footprints(surface).filter(|_| surface.mesh().model().dimension() == 3)
+        else {
+            return 0.0;
+        };
+        let Levels { longest, levels, .. } = self.levels(surface, &footprints);
+        let ring = 3.0 * longest * (-levels).exp2();
+        let is_line = self.is_line(surface);
+        let at = |(site, of): (&SurfacePlace, &Footprint)| {
+            let sides = surface.sides_within(site.face, |x| of.contains(x));
+            let is_bent = (0..2).any(|d| is_line[1 - d] && of.half[d] * of.shape.curvatures[d].abs() > BENT);
+            if is_line != [false; 2] && (is_bent || surface.primitive(&sides).is_none()) {
+                return f64::INFINITY;
+            }
+            let [mut area, mut unknowns] = [0.0; 2];
+            for &i in &sides {
+                let kind = surface.sides()[i as usize].kind;
+                area += kind
+                    .rule()
+                    .iter()
+                    .map(|p| p.weight * Vector3::from(surface.at(i as usize, &p.xi).area).norm())
+                    .sum::<f64>();
+                unknowns += 3.0 * nodes_per_side(kind);
+            }
+            let extent =
+                |d: usize| if is_line[d] { of.extent(surface, &sides, d) } else { 2.0 * of.half[d] + ring };
+            let shape = if is_line == [false; 2] { 0.25 * std::f64::consts::PI } else { 1.0 };
+            shape * extent(0) * extent(1) * unknowns / area * (2.0 * levels).exp2()
+        };
+        self.sites.iter().zip(&footprints).map(at).sum()
+    }
+}
+
+/// Nodes of a large surface of such sides, for each of them.
+fn nodes_per_side(kind: SideKind) -> f64 {
+    match kind {
+        SideKind::Tri3 => 0.5,
+        SideKind::Line2 | SideKind::Quad4 => 1.0,
+        SideKind::Line3 | SideKind::Tri6 => 2.0,
+        SideKind::Quad8 => 3.0,
+        SideKind::Quad9 => 4.0,
+    }
+}
+
+/// The ellipse of a zone, bent as the surface is, or a strip; a part of a curve is as wide across it as you like.
+pub struct Footprint {
+    /// Its middle \[m\].
+    pub centre: Vector3<f64>,
+    /// The surface there.
+    pub shape: LocalShape,
+    /// Half widths, infinite along a line \[m\].
+    pub half: [f64; 2],
+    /// Number of directions of the surface.
+    pub n_directions: usize,
+    /// Whether the zone begins at the axis of symmetry.
+    pub from_axis: bool,
+}
+
+impl Footprint {
+    fn new(surface: &MeshSurface, site: &SurfacePlace, wanted: &WantedZone) -> Option<Self> {
+        let shape = surface.shape_at(site)?;
+        let (model, point, [width, other]) = (surface.mesh().model(), &site.point, wanted.widths);
+        let n_directions = model.dimension() - 1;
+        let along = RefinementSpec::half_width(model, point, width);
+        let mut half = [along, if n_directions == 1 { f64::INFINITY } else { 0.5 * other }];
+        let lines = half.iter_mut().zip(wanted.is_line(surface)).filter(|(_, is_line)| *is_line);
+        lines.for_each(|(half, _)| *half = f64::INFINITY);
+        let from_axis = along > 0.5 * width;
+        Some(Self { centre: Vector3::from(*point), shape, half, n_directions, from_axis })
+    }
+
+    /// Distance of its farthest end from its middle, of a strip across it \[m\].
+    pub fn reach(&self) -> f64 {
+        self.half.iter().filter(|half| half.is_finite()).fold(0.0, |most, half| most.max(*half))
+    }
+
+    /// Extent of the nodes of `sides` in direction `d` \[m\].
+    fn extent(&self, surface: &MeshSurface, sides: &[u32], d: usize) -> f64 {
+        let nodes = sides.iter().flat_map(|&i| &surface.sides()[i as usize].nodes);
+        let along = nodes.map(|&n| self.along(&surface.mesh().nodes()[n as usize])[d]);
+        let (low, high) =
+            along.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (f64::min(a, x), f64::max(b, x)));
+        high - low
+    }
+
+    /// Coordinates along the principal directions.
+    pub fn along(&self, x: &[f64; 3]) -> [f64; 2] {
+        let from = Vector3::from(*x) - self.centre;
+        self.shape.tangents.map(|t| from.dot(&t))
+    }
+
+    /// Distance along the surface in units of the ellipse.
+    fn share(&self, [u, v]: [f64; 2]) -> f64 {
+        (u / self.half[0]).hypot(v / self.half[1])
+    }
+
+    /// Whether `x` lies in it.
+    pub fn contains(&self, x: &[f64; 3]) -> bool {
+        self.share(self.along(x)) <= 1.0
+    }
+
+    /// Distance of a point from the zone, to the order of the curvature (theory Eq. C.72) \[m\].
+    pub fn distance(&self, x: &[f64; 3]) -> f64 {
+        let [u, v] = self.along(x);
+        let inside = 1.0 / self.share([u, v]).max(1.0);
+        let within = |x: f64, half: f64| if half.is_finite() { x * inside } else { x };
+        let [a, b] = [within(u, self.half[0]), within(v, self.half[1])];
+        let aside = (u - a).hypot(v - b);
+        let [k, l] = self.shape.curvatures;
+        let height = (Vector3::from(*x) - self.centre).dot(&self.shape.normal);
+        aside.hypot(height + 0.5 * (k * a * a + l * b * b))
+    }
+}
