@@ -193,9 +193,8 @@ fn a_line_in_a_bore_has_a_strip_from_edge_to_edge_on_the_cylinder() {
         let wanted = WantedZone { sites: vec![at], widths, elements: None };
         let estimate = wanted.interface(&surface);
         // A strip that bends away by more than twenty degrees, and a line over a surface of no known shape, keep the sides.
-        assert_eq!(
-            WantedZone { widths: [widths[0], 20e-3], ..wanted.clone() }.interface(&surface),
-            f64::INFINITY
+        assert!(
+            WantedZone { widths: [widths[0], 20e-3], ..wanted.clone() }.interface(&surface).is_infinite()
         );
         let fine = FineElements::build(&Arc::new(MeshedBody::build("eye", spec).unwrap()), wanted).unwrap();
         let zone = fine.contact_zone().unwrap();
@@ -222,7 +221,7 @@ fn a_line_in_a_bore_has_a_strip_from_edge_to_edge_on_the_cylinder() {
     let mut widths = [3e-3; 2];
     widths[along] = 2.0 * surface.length();
     let wanted = WantedZone { sites: vec![at], widths, elements: None };
-    assert_eq!(wanted.interface(&surface), f64::INFINITY);
+    assert!(wanted.interface(&surface).is_infinite());
 }
 
 #[test]

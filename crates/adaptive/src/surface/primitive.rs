@@ -247,7 +247,7 @@ mod tests {
                     assert!((radius - 0.03).abs() < 1e-12, "{radius}");
                     1
                 }
-                Shape::Cone { slope, radius, .. } if slope == 0.0 => {
+                Shape::Cone { slope: 0.0, radius, .. } => {
                     assert!((radius - 0.024).abs() < 1e-12, "{radius}");
                     2
                 }

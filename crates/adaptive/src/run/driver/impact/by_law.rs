@@ -27,7 +27,7 @@ pub(super) enum Next {
     /// In another zone.
     Zone,
     /// By Hertz's law, for it would take so many zones.
-    Law(RunContact, f64),
+    Law(Box<RunContact>, f64),
 }
 
 impl Next {
@@ -45,7 +45,7 @@ impl Driver<'_> {
     pub(super) fn next(&mut self, i: usize) -> Next {
         let zones = self.zones_ahead(i);
         let law = zones.and_then(|zones| Some((self.law_of(i)?, zones)));
-        law.map_or(Next::Zone, |(law, zones)| Next::Law(law, zones))
+        law.map_or(Next::Zone, |(law, zones)| Next::Law(Box::new(law), zones))
     }
 
     /// How many zones contact `i` is going to take to the end of the run at the speed at which it went through the last ones (Eq. A.43); none if these

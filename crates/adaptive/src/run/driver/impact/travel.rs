@@ -88,7 +88,7 @@ impl Driver<'_> {
         self.output.flush()?;
         self.output.buffer(true);
         if let Next::Law(law, zones) = next {
-            return self.go_on_by_law(i, (law, zones), intervals);
+            return self.go_on_by_law(i, (*law, zones), intervals);
         }
         let (Some(fine), Some(refinement)) = (self.slots[i].fine(), &self.model.contacts[i].refinement)
         else {
