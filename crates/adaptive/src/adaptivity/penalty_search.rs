@@ -175,7 +175,7 @@ impl fmt::Display for PenaltyFailure {
             ),
             Self::TooSoft { penalty, overlap } => write!(
                 f,
-                "{:.0} % of the approach of the bodies is penetration at the penalty factor {penalty:.3e} N/m^3, the highest with which the contact solver finds forces, and {:.0} % are allowed; refine the mesh at the touch, or take the active-set solver",
+                "{:.0} % of the approach of the bodies is penetration at the penalty factor {penalty:.3e} N/m^3, the highest with which the contact solver finds forces, and {:.0} % are allowed; refine the mesh at the touch",
                 100.0 * overlap.share,
                 100.0 * overlap.most()
             ),

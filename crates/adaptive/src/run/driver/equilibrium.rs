@@ -1,7 +1,6 @@
 //! A start in static equilibrium: bodies, joints and contacts come to rest under their loads before time begins (docs/theory.md
 //! section M.16).
 
-use ffr_dynamics::force::active::Active;
 use ffr_dynamics::integration::OdeSystem;
 use ffr_dynamics::system::equilibrium::balance::{Balance, Outcome};
 use tracing::debug;
@@ -14,11 +13,11 @@ use super::impact::judgement::{Ending, Judgement};
 use super::impact::trial_reason;
 use crate::checks::start::{out_of_balance, unstable};
 use crate::error::{AdaptiveError, EquilibriumFault};
-use crate::model::{ContactFacts, RunModel};
+use crate::model::ContactFacts;
 
 use crate::record::ZoneSize;
 use crate::record::finding::Components;
-use crate::state::simulation::{RunContact, smallest_gap};
+use crate::state::simulation::smallest_gap;
 
 /// Steps towards equilibrium at most: a body that slides far takes some twenty for every turn by a radian.
 const MAX_STEPS: usize = 2000;
@@ -296,32 +295,15 @@ impl Driver<'_> {
         which: Vec<usize>,
         held: &[bool],
     ) -> Result<AtRest, AdaptiveError> {
-        let (t, mut y) = (self.integrator.time(), self.integrator.state().to_vec());
-        let RunModel { system, contacts, bodies, .. } = &mut *self.model;
-        system.body_states(t, &y);
-        let states = system.last_evaluation().0;
-        let mut stand_ins = Vec::new();
-        for k in which {
-            let Some(refinement) = &contacts[k].refinement else { continue };
-            let point = refinement.preview((bodies, i == Some(k)), states, &mut self.slots[k].nearest);
-            // Of those that are still apart nothing need be known.
-            let point = if i == Some(k) { point? } else { point.ok().flatten() };
-            stand_ins.extend(point.map(|point| (k, RunContact::new(Box::new(Active::new(point))))));
-        }
-        let places: Vec<usize> = stand_ins.iter().map(|(k, _)| *k).collect();
-        if i.is_some_and(|i| !places.contains(&i)) {
-            return Ok(AtRest::default());
-        }
-        for (k, contact) in &mut stand_ins {
-            std::mem::swap(contact, &mut system.forces_mut()[*k]);
-        }
-        let is_settled = self.settle(&mut y, held, Pressing::Hertz(&places)).is_ok();
-        let forces = self.model.system.forces_mut();
-        let restored = stand_ins.into_iter().map(|(k, contact)| {
-            let stand_in = std::mem::replace(&mut forces[k], contact);
-            (k, stand_in.contact.report().normal_force)
-        });
-        Ok(AtRest { forces: restored.collect(), state: is_settled.then_some(y) })
+        let y = self.integrator.state().to_vec();
+        let settle = |driver: &mut Self, places: &[usize]| {
+            let has_law = i.is_none_or(|i| places.contains(&i));
+            let mut pose = y.clone();
+            let is_settled = has_law && driver.settle(&mut pose, held, Pressing::Hertz(places)).is_ok();
+            (has_law, is_settled.then_some(pose))
+        };
+        let ((has_law, state), forces) = self.under_laws(which, |k| i == Some(k), &y, settle)?;
+        Ok(if has_law { AtRest { state, forces } } else { AtRest::default() })
     }
 
     /// For each rate whether its coordinate is none of the equilibrium: those of the joints of bodies that move at the start.

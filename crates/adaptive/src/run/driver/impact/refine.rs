@@ -356,38 +356,58 @@ impl Driver<'_> {
     /// noted while other contacts are closed, or where there is no law.
     pub(crate) fn preview(&mut self, which: &[usize]) -> Result<(), AdaptiveError> {
         let (t, y) = (self.integrator.time(), self.integrator.state().to_vec());
-        let RunModel { system, contacts, bodies, .. } = &mut *self.model;
-        if system.forces().iter().any(|f| !f.is_idle()) {
+        if self.model.system.forces().iter().any(|f| !f.is_idle()) {
             return Ok(());
         }
-        system.body_states(t, &y);
-        let mut points = Vec::new();
-        for (i, contact) in contacts.iter().enumerate() {
-            let Some(refinement) = &contact.refinement else { continue };
-            let is_touching = which.contains(&i);
-            let states = system.last_evaluation().0;
-            let point = match refinement.preview((bodies, is_touching), states, &mut self.slots[i].nearest) {
-                // What does not touch yet may be no contact of smooth surfaces.
-                Err(_) if !is_touching => None,
-                point => point?,
-            };
-            points.extend(point.map(|p| (i, RunContact::new(Box::new(Active::new(p))))));
-        }
-        for (i, point) in &mut points {
-            std::mem::swap(&mut system.forces_mut()[*i], point);
-        }
-        let indices: Vec<usize> = points.iter().map(|(i, _)| *i).collect();
-        let peaks = self.preview_peaks(&indices, t, &y);
-        for (i, inactive) in points {
-            self.model.system.forces_mut()[i] = inactive;
-        }
-        for (i, (peak, until)) in indices.into_iter().zip(peaks?) {
+        let all = (0..self.slots.len()).collect();
+        let touching = |i| which.contains(&i);
+        let (peaks, pressed) =
+            self.under_laws(all, touching, &y, |driver, places| driver.preview_peaks(places, t, &y))?;
+        for ((i, _), (peak, until)) in pressed.into_iter().zip(peaks?) {
             debug!(contact = self.model.contacts[i].name, peak, until, "preview");
             if peak > 0.0 || which.contains(&i) {
                 (self.slots[i].found.preview, self.slots[i].found.presses_until) = (Some(peak), until);
             }
         }
         Ok(())
+    }
+
+    /// Does `action` with Hertz's law, or that of a line, in place of those contacts of `which` that have one in the state `y`, and
+    /// tells it which these are; with what it returns, they and the forces that their laws have at the end. Of those that are not
+    /// `touching`, which may be no contacts of smooth surfaces, nothing need be known.
+    ///
+    /// # Errors
+    /// [`AdaptiveError`] where a touch is none of smooth surfaces that it should be.
+    pub(in crate::run::driver) fn under_laws<T>(
+        &mut self,
+        which: Vec<usize>,
+        touching: impl Fn(usize) -> bool,
+        y: &[f64],
+        action: impl FnOnce(&mut Self, &[usize]) -> T,
+    ) -> Result<(T, Vec<(usize, f64)>), AdaptiveError> {
+        let RunModel { system, contacts, bodies, .. } = &mut *self.model;
+        system.body_states(self.integrator.time(), y);
+        let mut laws = Vec::new();
+        for i in which {
+            let Some(refinement) = &contacts[i].refinement else { continue };
+            let (states, search) = (system.last_evaluation().0, &mut self.slots[i].nearest);
+            let law = match refinement.preview((bodies, touching(i)), states, search) {
+                Err(_) if !touching(i) => None,
+                law => law?,
+            };
+            laws.extend(law.map(|law| (i, RunContact::new(Box::new(Active::new(law))))));
+        }
+        for (i, law) in &mut laws {
+            std::mem::swap(law, &mut system.forces_mut()[*i]);
+        }
+        let places: Vec<usize> = laws.iter().map(|(i, _)| *i).collect();
+        let outcome = action(self, &places);
+        let forces = self.model.system.forces_mut();
+        let pressed = laws.into_iter().map(|(i, contact)| {
+            let law = std::mem::replace(&mut forces[i], contact);
+            (i, law.contact.report().normal_force)
+        });
+        Ok((outcome, pressed.collect()))
     }
 
     /// For each of the contacts `which` its largest force \[N\], and until when there is one, infinite where that is not
