@@ -173,6 +173,13 @@ fn a_part_of_a_surface_holds_the_sides_that_are_touched_however_they_bend() {
         assert!(zone.points.iter().any(|p| norm(&difference(&p.position, &place.point)) < 1e-12));
         assert_eq!(zone.meeting.len(), usize::from(meets.is_some()));
     }
+    // Of a target nothing but the part is known: nodes of its side lie deeper than 1 um.
+    let part = Some(TouchedPart { origin: place.point, outward, depth: 1e-6, radius: f64::INFINITY });
+    let zone = ContactZone::whole_mesh(&surface, &WholeRequest { about: None, part }).unwrap();
+    let nodes = &surface.sides()[place.face as usize].nodes;
+    assert!(
+        nodes.iter().flat_map(|n| surface.unknowns_at(*n)).all(|u| zone.unknowns.binary_search(&u).is_ok())
+    );
 }
 
 #[test]
