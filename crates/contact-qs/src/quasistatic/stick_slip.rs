@@ -359,10 +359,7 @@ impl StickSlip {
         for _ in 0..MAX_ALTERNATIONS {
             self.shifted.copy_from_slice(gaps);
             add_product(&self.coupling_transposed, &self.forces, &mut self.shifted);
-            let report = zone.solve_normal(springs, &self.shifted, normal_forces)?;
-            sum.iterations += report.iterations;
-            sum.factorisations += report.factorisations;
-            sum.fallbacks += report.fallbacks;
+            sum.add(zone.solve_normal(springs, &self.shifted, normal_forces)?);
             self.set_bounds(normal_forces);
             self.offsets.copy_from_slice(slips);
             add_product(&self.coupling, normal_forces, &mut self.offsets);

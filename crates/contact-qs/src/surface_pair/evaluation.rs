@@ -193,12 +193,8 @@ impl SurfacePair {
                 self.load(work.state, work.found);
                 return Ok(report);
             }
-            let solved = self.solve(pass, work)?;
+            report.add(self.solve(pass, work)?);
             work.found.n_passes += 1;
-            report.hit_iteration_limit |= solved.hit_iteration_limit;
-            report.iterations += solved.iterations;
-            report.factorisations += solved.factorisations;
-            report.fallbacks += solved.fallbacks;
             depth = work.buffers.free_gaps.iter().fold(0.0, |d, g| d.max(-g));
             if let Some(friction) = &mut work.state.friction {
                 friction.depth = depth;
