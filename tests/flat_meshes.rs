@@ -170,6 +170,30 @@ fn what_lands_beside_a_zone_makes_it_grow() {
     assert!((impulse / gained - 1.0).abs() < 1e-6, "{impulse:e} {gained:e}");
 }
 
+/// A cube falls on its corner, turns and lands elsewhere: each landing has a zone of its own and one row, and momentum is that of the impulses and
+/// of the weight.
+#[test]
+fn a_cube_that_tips_lands_several_times() {
+    let folder = scenarios::folder("landings");
+    let text = format!(
+        "[simulation]\nend_time = 0.5\nstop_after_impacts = 3\ngravity = [0.0, 0.0, -9.81]\n[output]\nfree_interval = 5e-3\n{}{FLOOR}\n[contacts.c]\n\
+         contact_body = \"cube\"\ntarget_body = \"floor\"\n",
+        falling(&folder, true, [30.0, 20.0])
+    );
+    let found = scenarios::run(&scenarios::valid(&folder, &text, &[]));
+    assert_eq!(found.impacts.len(), 3);
+    // Apart from each other by flights, which chatter of one touch is not.
+    assert!(found.impacts.windows(2).all(|two| two[1].start - two[0].end > 1e-3));
+    let (first, last) = (&found.samples[0], found.samples.last().unwrap());
+    let weight = 7850.0 * CUBE.size[0].powi(3) * 9.81;
+    let gained = last.linear_momentum[2] - first.linear_momentum[2] + weight * (last.time - first.time);
+    let impulse: f64 = found.impacts.iter().map(|impact| impact.impulse).sum();
+    // Steps are right to 1e-8 of the motion, and some ten thousand of them are made.
+    assert!(found.energy_drift() < 1e-4, "{:e}", found.energy_drift());
+    // Impulses are integrals by the steps, each right to 1e-8.
+    assert!((impulse / gained - 1.0).abs() < 1e-6, "{impulse:e} {gained:e}");
+}
+
 /// A corner needs the compliance of a few nodes, a face that of its own.
 #[test]
 fn zones_lie_about_the_touch() {
