@@ -19,7 +19,7 @@ use crate::solver_fault::SolverFault;
 use crate::{ContactError, Target};
 use geometry::{Curved, Geometry, Slice, Touch};
 use moment::StiffnessChange;
-use sliding::{Sliding, SlidingFound, SlidingState};
+use sliding::{Frame, Sliding, SlidingFound, SlidingState};
 use sphere::{Sphere, check_solid, hertz_pair};
 
 /// Hertz contact: a force along the common normal of the closest places, which derives from a
@@ -287,6 +287,33 @@ impl ForceElement for HertzContact {
             sliding::record(&found.sliding, &mut found.report);
         }
         Ok(())
+    }
+
+    /// Of the normal force, whose stiffness is the slope of the law; friction is left to differences.
+    fn rates(
+        &self,
+        (motion, by_velocity): (Motion<'_>, bool),
+        _: &mut SlidingState,
+        workspace: &mut HertzWorkspace,
+        found: &HertzFound,
+        rates: &mut [GeneralisedForce],
+    ) -> bool {
+        let frames = [0, 1].map(|side| Frame(self.geometry.body(side).map(|body| &motion.bodies[body])));
+        if by_velocity || found.is_idle() || frames.iter().all(Frame::is_at_rest) {
+            return true;
+        }
+        let touch = self.touch(motion.bodies, workspace);
+        let Some(curved) = self.geometry.curved(motion, &touch).ok().filter(|_| self.sliding.is_none())
+        else {
+            return false;
+        };
+        self.geometry.shapes_at(&touch, &mut workspace.shapes);
+        let shapes = &workspace.shapes;
+        let [own, other] = [0, 1].map(|side| frames[side].velocity(&touch.points[side], &shapes[side]));
+        let (_, _, slope) = curved.law.at(-touch.gap);
+        let force = touch.normal * (slope * touch.normal.dot(&(other - own)));
+        self.push(motion, touch.points.each_ref(), shapes, &force, rates);
+        true
     }
 
     fn clearance(&self, bodies: &[BodyState]) -> Option<f64> {

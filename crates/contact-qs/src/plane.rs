@@ -73,9 +73,10 @@ pub struct PlaneWorkspace {
     pressed_gaps: Vec<f64>,
     /// Rates of the loads by the turn of the body alone.
     load_rates: Vec<f64>,
-    /// Rates of the points along the normal and the tangents without those of the forces.
+    /// Rates of the points along the normal and the tangents without those of the forces; of the normal forces.
     gap_rates: Vec<f64>,
     slip_rates: Vec<f64>,
+    normal_rates: Vec<f64>,
 }
 
 /// What an evaluation of a plane contact finds.
@@ -263,6 +264,7 @@ impl ForceElement for PlaneContact {
             load_rates: vec![0.0; n_rows],
             gap_rates: vec![0.0; n],
             slip_rates: vec![0.0; n_rows - n],
+            normal_rates: vec![0.0; n],
         };
         let found = PlaneFound {
             normal: [0.0; 3],
@@ -295,8 +297,22 @@ impl ForceElement for PlaneContact {
             return Ok(());
         }
         self.sliding_work(body, state, workspace, found)?.enter(&mut found.report.energies);
-        self.push(&body.elastic, found, &mut forces[self.settings.body]);
+        let sum = found.report.force;
+        self.push((&body.elastic, sum), &found.loads, found, &mut forces[self.settings.body]);
         Ok(())
+    }
+
+    fn rates(
+        &self,
+        (motion, by_velocity): (Motion<'_>, bool),
+        state: &mut PlaneState,
+        workspace: &mut PlaneWorkspace,
+        found: &PlaneFound,
+        rates: &mut [GeneralisedForce],
+    ) -> bool {
+        let body = &motion.bodies[self.settings.body];
+        let is_zero = by_velocity || found.report.n_active == 0 || body.is_at_rest();
+        is_zero || self.add_force_rates(body, state, workspace, found, &mut rates[self.settings.body])
     }
 
     fn save(&self, state: &mut PlaneState, _found: &PlaneFound) {

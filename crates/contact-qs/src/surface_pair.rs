@@ -37,6 +37,7 @@ mod friction;
 mod search;
 mod solver;
 mod state;
+mod forces;
 mod evaluation;
 
 use friction::PairFriction;
@@ -339,6 +340,19 @@ impl ForceElement for SurfacePair {
             self.push(motion.bodies, state, found, forces);
         }
         Ok(())
+    }
+
+    fn rates(
+        &self,
+        (motion, by_velocity): (Motion<'_>, bool),
+        state: &mut PairState,
+        workspace: &mut PairWorkspace,
+        found: &PairFound,
+        rates: &mut [GeneralisedForce],
+    ) -> bool {
+        let (own, target) = self.states(motion.bodies);
+        let is_zero = by_velocity || found.report.n_active == 0 || (own.is_at_rest() && target.is_at_rest());
+        is_zero || self.add_force_rates(motion.bodies, (state, &mut workspace.buffers), found, rates)
     }
 
     fn save(&self, state: &mut PairState, found: &PairFound) {

@@ -23,6 +23,7 @@ mod pair_solid;
 mod pair_support;
 mod plane;
 mod points;
+mod rates;
 mod search;
 mod search_allocations;
 mod sliding;

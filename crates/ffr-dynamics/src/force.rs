@@ -42,6 +42,12 @@ impl BodyState {
             elastic_rates: vec![0.0; n_modes],
         }
     }
+
+    /// Whether nothing of it moves.
+    pub fn is_at_rest(&self) -> bool {
+        let rigid = self.velocity.iter().chain(self.angular_velocity_in_body.iter());
+        rigid.chain(&self.elastic_rates).all(|v| *v == 0.0)
+    }
 }
 
 /// Force on one body, reduced to its reference frame and its modes.
@@ -76,6 +82,13 @@ impl GeneralisedForce {
     /// No force on a body with `n` elastic coordinates.
     pub fn zeros(n: usize) -> Self {
         Self { force: Vector3::zeros(), torque_in_body: Vector3::zeros(), elastic: vec![0.0; n] }
+    }
+
+    /// Adds `factor` times `other`.
+    pub fn add_multiple(&mut self, factor: f64, other: &Self) {
+        self.force += other.force * factor;
+        self.torque_in_body += other.torque_in_body * factor;
+        self.elastic.iter_mut().zip(&other.elastic).for_each(|(sum, f)| *sum += f * factor);
     }
 
     /// Sets everything to zero.
@@ -198,6 +211,21 @@ pub trait ForceElement: Send {
         found: &mut Self::Found,
         forces: &mut [GeneralisedForce],
     ) -> Result<(), EvaluationFailure>;
+
+    /// Adds to `rates` how fast the forces of the last evaluation change while the bodies stand as in it and move with the
+    /// velocities of the motion given (docs/theory.md Eq. C.109), or, `by_velocity`, by how much they change with these velocities.
+    /// False where that is not known; what was added is then of no use. It may be an approximation, for the iterations of
+    /// implicit methods. Must not allocate.
+    fn rates(
+        &self,
+        (_motion, _by_velocity): (Motion<'_>, bool),
+        _state: &mut Self::State,
+        _workspace: &mut Self::Workspace,
+        _found: &Self::Found,
+        _rates: &mut [GeneralisedForce],
+    ) -> bool {
+        false
+    }
 
     /// Accepts what the last evaluation found at the end of a step, and saves the state; for
     /// elements whose evaluations depend on those before.

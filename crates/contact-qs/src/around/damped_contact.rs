@@ -16,8 +16,11 @@ pub struct DampedContact {
     contact: Box<dyn ActiveContact>,
     /// Growth of the force per closing speed [s/m].
     damping: f64,
-    /// Elastic forces on the bodies of the contact; of others none.
+    /// Elastic forces on the bodies of the contact, and their rates; of others none.
     elastic: Vec<GeneralisedForce>,
+    rates: Vec<GeneralisedForce>,
+    /// Forces over the elastic ones in the last evaluation.
+    factor: f64,
     report: ContactReport,
 }
 
@@ -30,23 +33,20 @@ impl DampedContact {
         if !(damping >= 0.0 && damping.is_finite()) {
             return Err(ContactError::Damping { value: damping });
         }
-        Ok(Self { contact, damping, elastic: Vec::new(), report: ContactReport::default() })
+        Ok(Self {
+            contact,
+            damping,
+            elastic: Vec::new(),
+            rates: Vec::new(),
+            factor: 1.0,
+            report: ContactReport::default(),
+        })
     }
 
     /// The bodies that it acts on.
     fn bodies(&self) -> impl Iterator<Item = usize> + use<> {
         let (body, target) = self.contact.facts().bodies();
         [Some(body), target].into_iter().flatten()
-    }
-
-    /// Makes room for the forces on its bodies, and clears it.
-    fn clear(&mut self, forces: &[GeneralisedForce]) {
-        self.elastic.resize_with(forces.len(), || GeneralisedForce::zeros(0));
-        for body in self.bodies() {
-            let (own, n) = (&mut self.elastic[body], forces[body].elastic.len());
-            own.elastic.resize(n, 0.0);
-            own.clear();
-        }
     }
 
     /// Speed at which the contact closes under the elastic forces just found, whose power is `power` \[W\]: that at which their normal
@@ -63,6 +63,15 @@ impl DampedContact {
         }
         let speed = (of_friction - power) / report.normal_force;
         if speed.is_finite() { speed } else { 0.0 }
+    }
+}
+
+/// Makes room for forces on `bodies` as `forces` has them, and clears it.
+fn clear(of: &mut Vec<GeneralisedForce>, bodies: impl Iterator<Item = usize>, forces: &[GeneralisedForce]) {
+    of.resize_with(forces.len(), || GeneralisedForce::zeros(0));
+    for body in bodies {
+        of[body].elastic.resize(forces[body].elastic.len(), 0.0);
+        of[body].clear();
     }
 }
 
@@ -84,7 +93,8 @@ impl ActiveForce for DampedContact {
         motion: Motion<'_>,
         forces: &mut [GeneralisedForce],
     ) -> Result<(), EvaluationFailure> {
-        self.clear(forces);
+        let bodies = self.bodies();
+        clear(&mut self.elastic, bodies, forces);
         self.contact.evaluate(motion, &mut self.elastic)?;
         self.report = *self.contact.report();
         if self.report.normal_force <= 0.0 {
@@ -92,13 +102,9 @@ impl ActiveForce for DampedContact {
         }
         let power: f64 = self.bodies().map(|b| power(&self.elastic[b], &motion.bodies[b])).sum();
         let growth = (self.damping * self.closing_speed(motion, power)).max(-1.0);
-        let factor = 1.0 + growth;
-        for body in self.bodies() {
-            let (sum, own) = (&mut forces[body], &self.elastic[body]);
-            sum.force += own.force * factor;
-            sum.torque_in_body += own.torque_in_body * factor;
-            sum.elastic.iter_mut().zip(&own.elastic).for_each(|(sum, f)| *sum += f * factor);
-        }
+        self.factor = 1.0 + growth;
+        let factor = self.factor;
+        self.bodies().for_each(|body| forces[body].add_multiple(factor, &self.elastic[body]));
         let report = &mut self.report;
         report.normal_force *= factor;
         report.force *= factor;
@@ -106,6 +112,23 @@ impl ActiveForce for DampedContact {
         // What the elastic forces take is stored, or lost to friction; the rest is lost here.
         report.energies.dissipated_power -= growth * power;
         Ok(())
+    }
+
+    fn rates(&mut self, motion: Motion<'_>, by_velocity: bool, rates: &mut [GeneralisedForce]) -> bool {
+        if self.report.normal_force <= 0.0 {
+            return true;
+        }
+        if by_velocity {
+            let power: f64 = self.bodies().map(|b| power(&self.elastic[b], &motion.bodies[b])).sum();
+            let growth = self.damping * self.closing_speed(motion, power);
+            self.bodies().for_each(|body| rates[body].add_multiple(growth, &self.elastic[body]));
+            return true;
+        }
+        let bodies = self.bodies();
+        clear(&mut self.rates, bodies, rates);
+        let is_known = self.contact.rates(motion, by_velocity, &mut self.rates);
+        self.bodies().for_each(|body| rates[body].add_multiple(self.factor, &self.rates[body]));
+        is_known
     }
 
     fn energies(&self) -> ForceEnergies {

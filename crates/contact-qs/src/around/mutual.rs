@@ -55,6 +55,10 @@ impl ActiveForce for MutualContact {
         Ok(())
     }
 
+    fn rates(&mut self, motion: Motion<'_>, by_velocity: bool, rates: &mut [GeneralisedForce]) -> bool {
+        self.own.rates(motion, by_velocity, rates) && self.mirrored.rates(motion, by_velocity, rates)
+    }
+
     fn energies(&self) -> ForceEnergies {
         self.own.energies() + self.mirrored.energies()
     }

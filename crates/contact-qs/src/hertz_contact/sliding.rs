@@ -180,9 +180,13 @@ pub(super) fn record(found: &SlidingFound, report: &mut ContactReport) {
 }
 
 /// A body, or space itself under a plane, as a frame.
-struct Frame<'a>(Option<&'a BodyState>);
+pub(super) struct Frame<'a>(pub Option<&'a BodyState>);
 
 impl Frame<'_> {
+    pub fn is_at_rest(&self) -> bool {
+        self.0.is_none_or(BodyState::is_at_rest)
+    }
+
     fn vector(&self, v: &Vector3<f64>) -> Vector3<f64> {
         self.0.map_or(*v, |state| state.rotation.inverse_transform_vector(v))
     }
@@ -211,7 +215,7 @@ impl Frame<'_> {
 
     /// Velocity, in space, of the body's material point at `place` of space with the mode shapes
     /// `shapes`.
-    fn velocity(&self, place: &Vector3<f64>, shapes: &[Vector3<f64>]) -> Vector3<f64> {
+    pub fn velocity(&self, place: &Vector3<f64>, shapes: &[Vector3<f64>]) -> Vector3<f64> {
         self.0.map_or_else(Vector3::zeros, |state| {
             let arm = self.arm(place);
             let local = state.angular_velocity_in_body.cross(&arm) + combined(shapes, &state.elastic_rates);

@@ -14,6 +14,7 @@ use crate::contact_element::ContactReport;
 use crate::law::penalty;
 use crate::quasistatic::problem::{OPEN, dot};
 use crate::quasistatic::sliding_work::SlidingWork;
+use crate::quasistatic::stick_slip::rates::normal_rates;
 use crate::quasistatic::{Quasistatic, SolveReport, ZoneSolver};
 use crate::zone::submodel::is_turned_to;
 
@@ -145,7 +146,7 @@ impl PlaneContact {
             if let Some(friction) = friction {
                 friction.stick_slip.solve_points(&friction.slips, forces)?;
             }
-            self.load_points(friction.as_deref(), found);
+            self.load_found(friction.as_deref(), found);
             return Ok(SolveReport::default());
         };
         // A body in flight needs no projections; Algorithm 1 keeps its own state there.
@@ -161,7 +162,7 @@ impl PlaneContact {
             Some(f) => f.stick_slip.solve(zone, &self.springs, free_gaps, &f.slips, forces)?,
         };
         zone.displace((&self.springs, forces), free_gaps, gaps, displacements);
-        self.load_points(friction.as_deref(), found);
+        self.load_found(friction.as_deref(), found);
         if let Some(friction) = friction {
             friction.follow_open(&found.displacements);
         }
@@ -192,12 +193,12 @@ impl PlaneContact {
                 None => {
                     total.add(zone.solve(springs, pressed_gaps, forces)?);
                     zone.displace((springs, forces), free_gaps, &mut found.gaps, &mut found.displacements);
-                    self.load_points(None, found);
+                    self.load_found(None, found);
                 }
                 Some(f) => {
                     f.stick_slip.project(model.compliance(), &found.normal, &f.tangents, is_member);
                     total.add(f.stick_slip.solve(zone, springs, pressed_gaps, &f.slips, forces)?);
-                    self.load_points(Some(f), found);
+                    self.load_found(Some(f), found);
                     model.displacements(&found.loads, &mut found.displacements);
                     self.open_gaps(free_gaps, found);
                 }
@@ -227,15 +228,25 @@ impl PlaneContact {
         }
     }
 
-    /// Components of the point forces.
-    fn load_points(&self, friction: Option<&PlaneFriction>, found: &mut PlaneFound) {
+    /// Components of the point forces found.
+    fn load_found(&self, friction: Option<&PlaneFriction>, found: &mut PlaneFound) {
+        let tangential = friction.map_or(&[][..], |friction| friction.stick_slip.forces());
+        self.load_points((found.normal, &found.forces), (friction, tangential), &mut found.loads);
+    }
+
+    /// Replaces `loads` by the components of the point forces `forces` along `normal` and `tangential` along the tangents.
+    fn load_points(
+        &self,
+        (normal, forces): ([f64; 3], &[f64]),
+        (friction, tangential): (Option<&PlaneFriction>, &[f64]),
+        loads: &mut [f64],
+    ) {
         let nc = self.submodel.motion.n_components();
-        let PlaneFound { normal, forces, loads, .. } = found;
-        for (load, &force) in loads.chunks_exact_mut(nc).zip(&*forces) {
-            load.iter_mut().zip(&*normal).for_each(|(l, n)| *l = n * force);
+        for (load, &force) in loads.chunks_exact_mut(nc).zip(forces) {
+            load.iter_mut().zip(normal).for_each(|(l, n)| *l = n * force);
         }
         let Some(friction) = friction else { return };
-        let points = friction.stick_slip.forces().chunks_exact(friction.n_t);
+        let points = tangential.chunks_exact(friction.n_t);
         for (load, point) in loads.chunks_exact_mut(nc).zip(points) {
             for (force, tangent) in point.iter().zip(&friction.tangents) {
                 load.iter_mut().zip(tangent).for_each(|(l, t)| *l += t * force);
@@ -270,7 +281,7 @@ impl PlaneContact {
             // The work of the tangential displacement beside it, Eq. F.13.
             report.energies.elastic_high = 0.5 * dot(&found.loads, &found.displacements);
             report.energies.penalty += friction.stick_slip.spring_energy();
-            report.friction_force = friction.resultant();
+            report.friction_force = friction.resultant(friction.stick_slip.forces());
             report.force += report.friction_force;
             report.n_sliding = friction.n_sliding();
         }
@@ -291,21 +302,52 @@ impl PlaneContact {
         if found.report.n_sliding == 0 {
             return Ok(SlidingWork::default());
         }
-        self.find_rates(body, friction, workspace, found);
+        self.find_rates(body, Some(friction), workspace, found);
         let PlaneWorkspace { gap_rates, slip_rates, .. } = workspace;
-        friction.stick_slip.sliding_work(zone.as_mut(), &self.springs, gap_rates, slip_rates)
+        let pressed = (self.springs.as_slice(), found.forces.as_slice());
+        friction.stick_slip.sliding_work(zone.as_mut(), pressed, gap_rates, slip_rates)
+    }
+
+    /// Adds the rates of the forces while `body` moves with its velocities to `target` (Eq. C.109); false where the solver does
+    /// not tell.
+    pub(super) fn add_force_rates(
+        &self,
+        body: &BodyState,
+        state: &mut PlaneState,
+        workspace: &mut PlaneWorkspace,
+        found: &PlaneFound,
+        target: &mut GeneralisedForce,
+    ) -> bool {
+        let PlaneState { zone, friction } = state;
+        self.find_rates(body, friction.as_deref(), workspace, found);
+        let PlaneWorkspace { gap_rates, slip_rates, normal_rates: normal, load_rates, .. } = workspace;
+        let pressed = (self.springs.as_slice(), found.forces.as_slice());
+        if let Some(friction) = friction {
+            if friction.stick_slip.find_rates(zone.as_mut(), pressed, gap_rates, slip_rates).is_err() {
+                return false;
+            }
+            normal.copy_from_slice(friction.stick_slip.rates()[0]);
+        } else if !normal_rates(zone.as_mut(), pressed, gap_rates.iter().copied(), normal) {
+            return false;
+        }
+        let tangential = friction.as_ref().map_or(&[][..], |friction| friction.stick_slip.rates()[1]);
+        self.load_points((found.normal, normal), (friction.as_deref(), tangential), load_rates);
+        let sum = self.settings.plane.normal.into_inner() * normal.iter().sum::<f64>()
+            + friction.as_ref().map_or_else(Vector3::zeros, |friction| friction.resultant(tangential));
+        self.push((&body.elastic, sum), load_rates, found, target);
+        true
     }
 
     /// Rates of the points along normal and tangents without those of the forces (Eq. F.9).
     fn find_rates(
         &self,
         body: &BodyState,
-        friction: &PlaneFriction,
+        friction: Option<&PlaneFriction>,
         workspace: &mut PlaneWorkspace,
         found: &PlaneFound,
     ) {
         let motion = self.submodel.motion;
-        let (nc, n_t) = (motion.n_components(), friction.n_t);
+        let (nc, n_t) = (motion.n_components(), friction.map_or(0, |friction| friction.n_t));
         let turning =
             if motion == RigidMotion::Axial { Vector3::zeros() } else { body.angular_velocity_in_body };
         let frame = body.rotation.inverse_transform_vector(&body.velocity);
@@ -330,19 +372,25 @@ impl PlaneContact {
                 }
             }
             workspace.gap_rates[i] = dot(&drift[..nc], &found.normal[..nc]);
-            for a in 0..n_t {
-                workspace.slip_rates[n_t * i + a] = dot(&drift[..nc], &friction.tangents[a][..nc]);
+            for (a, tangent) in friction.iter().flat_map(|friction| &friction.tangents[..n_t]).enumerate() {
+                workspace.slip_rates[n_t * i + a] = dot(&drift[..nc], &tangent[..nc]);
             }
         }
     }
 
-    /// Adds the point forces to `target`: resultant, moment about the frame's origin (Eq. C.17),
+    /// Adds forces of `loads` on the points, with the resultant `sum`, to `target`: resultant, moment about the frame's origin (Eq. C.17),
     /// modal forces.
-    pub(super) fn push(&self, elastic: &[f64], found: &PlaneFound, target: &mut GeneralisedForce) {
+    pub(super) fn push(
+        &self,
+        (elastic, sum): (&[f64], Vector3<f64>),
+        loads: &[f64],
+        found: &PlaneFound,
+        target: &mut GeneralisedForce,
+    ) {
         let motion = self.submodel.motion;
         let nc = motion.n_components();
-        target.force += found.report.force;
-        for (i, load) in found.loads.chunks_exact(nc).enumerate().filter(|(i, _)| found.forces[*i] > 0.0) {
+        target.force += sum;
+        for (i, load) in loads.chunks_exact(nc).enumerate().filter(|(i, _)| found.forces[*i] > 0.0) {
             for (c, &factor) in load.iter().enumerate().filter(|(_, factor)| **factor != 0.0) {
                 target.elastic.iter_mut().zip(self.low_row(i, c)).for_each(|(f, s)| *f += s * factor);
             }

@@ -144,10 +144,9 @@ impl PlaneFriction {
         if self.motion == RigidMotion::Axial { [Vector3::x(), Vector3::zeros()] } else { self.world }
     }
 
-    /// Sum of the tangential forces in the inertial frame \[N\].
-    pub fn resultant(&self) -> Vector3<f64> {
-        let forces = self.stick_slip.forces().chunks_exact(self.n_t);
-        forces.fold(Vector3::zeros(), |sum, point| {
+    /// Sum of the tangential forces `forces` in the inertial frame \[N\].
+    pub fn resultant(&self, forces: &[f64]) -> Vector3<f64> {
+        forces.chunks_exact(self.n_t).fold(Vector3::zeros(), |sum, point| {
             point.iter().zip(&self.world).fold(sum, |sum, (f, t)| sum + t * *f)
         })
     }

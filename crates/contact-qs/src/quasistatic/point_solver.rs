@@ -82,6 +82,14 @@ impl PointSolver {
         }
     }
 
+    /// Replaces `rhs`, one value per point, by the solution of `(A_aa + D_aa) x_a = rhs_a` on the
+    /// last active set, zero outside it; false if the solver is not the active-set solver.
+    pub fn solve_on_set(&mut self, rhs: &mut [f64]) -> bool {
+        let Self::ActiveSet(solver) = self else { return false };
+        solver.solve_on_set(rhs);
+        true
+    }
+
     pub fn save(&mut self) {
         match self {
             Self::ActiveSet(solver) => solver.save(),

@@ -49,7 +49,7 @@ pub struct ZoneSolver {
     saved_answers: Vec<[Vec<f64>; 2]>,
     /// Gaps with the first-order part of the compliance.
     turned_gaps: Vec<f64>,
-    solver: PointSolver,
+    pub(super) solver: PointSolver,
 }
 
 /// Change of a component of the unit normal up to which a projection is used again as it is. The gaps err by
@@ -144,14 +144,6 @@ impl ZoneSolver {
     /// Normal compliance `A` of the last projection, `n_points × n_points` [m/N].
     pub fn normal_compliance(&self) -> &Mat<f64> {
         &self.normal_compliance
-    }
-
-    /// Replaces `rhs`, one value per point, by the solution of `(A_aa + D_aa) x_a = rhs_a` on the
-    /// last active set, zero outside it; false if the solver is not the active-set solver.
-    pub(crate) fn solve_on_set(&mut self, rhs: &mut [f64]) -> bool {
-        let PointSolver::ActiveSet(solver) = &mut self.solver else { return false };
-        solver.solve_on_set(rhs);
-        true
     }
 
     /// Projects compliance or shapes of `zone`, for which the solver was made, on the unit normal

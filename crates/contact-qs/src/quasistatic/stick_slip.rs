@@ -6,8 +6,7 @@
 //! forces the normal ones do (docs/theory.md Eqs. F.4, F.5). The two are solved alternately, with
 //! Aitken's relaxation, until the friction forces stand still. The alternations contract like `μ`
 //! times the coupling `A_TN/A_NN`: some 0.1 for steel at `μ = 0.3`, none at all where `ν = 1/2`.
-//! Rates of the forces, which the slip rates need, follow the same way on the sets found (Eqs. F.9
-//! to F.12).
+//! Rates of the forces follow the same way on the sets found ([`rates`]).
 
 use crate::solver_fault::SolverFault;
 use faer::Mat;
@@ -16,9 +15,10 @@ use ffr_dynamics::error::EvaluationFailure;
 use super::active_set::SolveReport;
 use super::problem::{add_product, depth};
 use super::relaxation::Relaxation;
-use super::sliding_work::SlidingWork;
 use super::solver::{ZoneSolver, is_same};
 use super::tangential::{PointState, Tangential, TangentialProblem};
+
+pub(crate) mod rates;
 
 /// Change of the friction forces in one alternation below which they have converged, as a share of
 /// the largest.
@@ -42,6 +42,10 @@ pub(crate) trait NormalSolver {
         gaps: &[f64],
         forces: &mut [f64],
     ) -> Result<SolveReport, EvaluationFailure>;
+
+    /// Replaces `rhs`, one value per point, by the solution of `(A_aa + D_aa) x_a = rhs_a` on the
+    /// last active set, zero outside it; false if the solver is not the active-set solver.
+    fn solve_on_set(&mut self, rhs: &mut [f64]) -> bool;
 }
 
 impl NormalSolver for ZoneSolver {
@@ -52,6 +56,10 @@ impl NormalSolver for ZoneSolver {
         forces: &mut [f64],
     ) -> Result<SolveReport, EvaluationFailure> {
         self.solve(springs, gaps, forces)
+    }
+
+    fn solve_on_set(&mut self, rhs: &mut [f64]) -> bool {
+        self.solver.solve_on_set(rhs)
     }
 }
 
@@ -83,8 +91,12 @@ pub(crate) struct StickSlip {
     shifted: Vec<f64>,
     offsets: Vec<f64>,
     next: Vec<f64>,
+    /// Rates of the tangential forces, of the slip increments and of the normal forces on the sets of the last solution,
+    /// and whether their matrix is that of it.
     rates: Vec<f64>,
     slip_rates: Vec<f64>,
+    normal_rates: Vec<f64>,
+    has_rates: bool,
     relaxation: Relaxation,
     n_components: usize,
     /// Tangential forces that are given, not found.
@@ -125,6 +137,8 @@ impl StickSlip {
             next: vec![0.0; n],
             rates: vec![0.0; n],
             slip_rates: vec![0.0; n],
+            normal_rates: vec![0.0; n_points],
+            has_rates: false,
             relaxation: Relaxation::new(n),
             n_components,
             prescribed: None,
@@ -176,6 +190,7 @@ impl StickSlip {
     }
 
     pub fn save(&mut self) {
+        self.has_rates = false;
         self.solver.save();
         self.saved_directions = self.directions;
         self.saved_forces.copy_from_slice(&self.forces);
@@ -183,6 +198,7 @@ impl StickSlip {
     }
 
     pub fn restore(&mut self) {
+        self.has_rates = false;
         let bits = |d: &[[f64; 3]; 3]| d.map(|v| v.map(f64::to_bits));
         if bits(&self.directions) != bits(&self.saved_directions) {
             self.turn(self.saved_directions);
@@ -379,6 +395,7 @@ impl StickSlip {
 
     /// Tangential forces under the present bounds, in `next`.
     fn solve_tangential(&mut self, slips: &[f64], tolerance: f64) -> Result<usize, EvaluationFailure> {
+        self.has_rates = false;
         let problem = TangentialProblem {
             compliance: &self.tangential_compliance,
             springs: &self.springs,
@@ -409,96 +426,9 @@ impl StickSlip {
         self.solver.return_to_bounds(&self.springs, slips, &self.bounds, &mut self.forces)
     }
 
-    /// Work of sliding at the last solution (Eqs. F.9 to F.12, F.15). `gap_rates` and `slip_rates`:
-    /// rates of the points along normal and tangents without those of the forces [m/s]; `springs`:
-    /// compliances of the normal springs [m/N].
-    ///
-    /// # Errors
-    /// If the alternations don't converge.
-    pub fn sliding_work(
-        &mut self,
-        zone: Option<&mut ZoneSolver>,
-        springs: &[f64],
-        gap_rates: &[f64],
-        slip_rates: &[f64],
-    ) -> Result<SlidingWork, EvaluationFailure> {
-        if !self.solver.states().contains(&PointState::Slip) {
-            return Ok(SlidingWork::default());
-        }
-        match zone {
-            Some(zone) => self.rates_of_forces(zone, gap_rates, slip_rates)?,
-            None => {
-                for (i, rate) in self.shifted.iter_mut().enumerate() {
-                    *rate = -self.coefficient * gap_rates[i] / springs[i];
-                }
-                self.solver.rates_of_points(&self.springs, slip_rates, &self.shifted, &mut self.slip_rates);
-            }
-        }
-        // The rates of the bounds are left in `shifted`.
-        let work =
-            |i: usize| self.work_of_point(i, self.solver.increments(), &self.slip_rates, self.shifted[i]);
-        let sliding = (0..self.n_points).filter(|&i| self.solver.states()[i] == PointState::Slip);
-        Ok(sliding.map(work).fold(SlidingWork::default(), SlidingWork::plus))
-    }
-
-    /// Work of sliding of point `i`: slip increments `increments` change at `rates`, its bound at
-    /// `bound_rate`.
-    pub fn work_of_point(&self, i: usize, increments: &[f64], rates: &[f64], bound_rate: f64) -> SlidingWork {
-        let (mut power, mut work, mut slip) = (0.0, 0.0, 0.0_f64);
-        for k in self.n_t * i..self.n_t * (i + 1) {
-            power -= self.forces[k] * rates[k];
-            work -= self.forces[k] * increments[k];
-            slip = slip.hypot(increments[k]);
-        }
-        if self.solver.saved_states()[i] == PointState::Open {
-            // The point was open when the step began and has slipped since: its power begins at
-            // zero, the rate of its bound does not.
-            return SlidingWork { power, ..SlidingWork::default() };
-        }
-        SlidingWork { power, slid: work, slid_rate: power + slip * bound_rate }
-    }
-
     /// Bounds of the tangential components of the points in the last solution \[N\].
     pub fn bounds(&self) -> &[f64] {
         &self.bounds
-    }
-
-    /// Rates of the forces, found by alternation like the forces.
-    fn rates_of_forces(
-        &mut self,
-        zone: &mut ZoneSolver,
-        gap_rates: &[f64],
-        slip_rates: &[f64],
-    ) -> Result<(), EvaluationFailure> {
-        let Self { tangential_compliance, springs, bounds, solver, .. } = self;
-        let problem =
-            TangentialProblem { compliance: tangential_compliance, springs, slips: slip_rates, bounds };
-        solver.prepare_rates(&problem)?;
-        self.rates.fill(0.0);
-        self.relaxation.restart();
-        for _ in 0..MAX_ALTERNATIONS {
-            self.shifted.copy_from_slice(gap_rates);
-            add_product(&self.coupling_transposed, &self.rates, &mut self.shifted);
-            self.shifted.iter_mut().for_each(|x| *x = -*x);
-            if !zone.solve_on_set(&mut self.shifted) {
-                break;
-            }
-            self.offsets.copy_from_slice(slip_rates);
-            add_product(&self.coupling, &self.shifted, &mut self.offsets);
-            self.shifted.iter_mut().for_each(|x| *x *= self.coefficient);
-            let problem = TangentialProblem {
-                compliance: &self.tangential_compliance,
-                springs: &self.springs,
-                slips: slip_rates,
-                bounds: &self.bounds,
-            };
-            self.solver.rates(&problem, &self.shifted, &self.offsets, &mut self.next, &mut self.slip_rates);
-            let largest = self.next.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-            if self.relaxation.step(&mut self.rates, &self.next, TOLERANCE * largest) {
-                return Ok(());
-            }
-        }
-        Err(not_converged(self.coefficient))
     }
 }
 
@@ -523,6 +453,11 @@ mod tests {
             forces: &mut [f64],
         ) -> Result<SolveReport, EvaluationFailure> {
             self.0.solve(&Problem { compliance: &self.1, springs, gaps }, forces)
+        }
+
+        fn solve_on_set(&mut self, rhs: &mut [f64]) -> bool {
+            self.0.solve_on_set(rhs);
+            true
         }
     }
 

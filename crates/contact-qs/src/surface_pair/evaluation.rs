@@ -3,7 +3,7 @@
 use crate::solver_fault::SolverFault;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::EvaluationFailure;
-use ffr_dynamics::force::{BodyState, GeneralisedForce};
+use ffr_dynamics::force::BodyState;
 use nalgebra::Vector3;
 
 use super::SurfacePair;
@@ -11,9 +11,8 @@ use super::friction::move_back;
 use super::projection::normal_walk::SLACK;
 use super::projection::warm_start::WarmStart;
 use super::projection::{Displaced, Functions, Projection, Samples, SurfacePlace};
-use super::relative_pose::{RelativePose, resultant};
+use super::relative_pose::RelativePose;
 use super::state::{Buffers, PairFound, PairState, Work};
-use crate::contact_element::ContactReport;
 use crate::law::penalty;
 use crate::quasistatic::SolveReport;
 use crate::quasistatic::problem::{OPEN, add_product, dot};
@@ -398,33 +397,6 @@ impl SurfacePair {
         Ok(report)
     }
 
-    /// Components of the point forces on both bodies at the last projection.
-    fn load(&self, state: &PairState, found: &mut PairFound) {
-        let nc = self.motion.n_components();
-        let PairFound { jacobian, loads, node_loads, interface_loads, .. } = found;
-        loads.fill(0.0);
-        node_loads.fill(0.0);
-        for (i, &normal) in state.start.forces.iter().enumerate().filter(|(_, f)| **f > 0.0) {
-            let tangential = state.friction.as_ref().map_or(&[][..], |f| f.force(i));
-            for (d, &force) in std::iter::once(&normal).chain(tangential).enumerate() {
-                let load = loads[nc * i..][..nc].iter_mut();
-                load.zip(jacobian.direction_in_body(i, d)).for_each(|(l, x)| *l += force * x);
-                for (node, share) in jacobian.shares(&self.surface, i, d) {
-                    let load = node_loads[nc * node as usize..][..nc].iter_mut();
-                    load.zip(share).for_each(|(l, x)| *l -= force * x);
-                }
-            }
-        }
-        interface_loads.fill(0.0);
-        if !interface_loads.is_empty() {
-            for (load, dof) in node_loads.iter().zip(&self.surface.dofs) {
-                if let Some(b) = dof {
-                    interface_loads[*b as usize] = *load;
-                }
-            }
-        }
-    }
-
     /// Quasistatic displacements of the target's nodes under the loads.
     fn displace_target(&self, state: &mut PairState, found: &mut PairFound) {
         if !self.surface.is_quasistatic() {
@@ -435,95 +407,6 @@ impl SurfacePair {
         add_product(&self.surface.compliance, interface_loads, interface_displacements);
         for (u, dof) in state.start.nodes.iter_mut().zip(&self.surface.dofs) {
             *u = dof.map_or(0.0, |b| interface_displacements[b as usize]);
-        }
-    }
-
-    /// Sums up the last evaluation, whose target stands at `target`.
-    pub(super) fn sum_up(&self, solver: SolveReport, target: &BodyState, work: &mut Work<'_>) {
-        let (state, w) = (&*work.state, &mut *work.found);
-        let mut report = ContactReport { solver, ..ContactReport::default() };
-        let (mut sum, mut friction) = ([0.0; 3], [0.0; 3]);
-        let is_end = self.surface.edges.is_none();
-        for (i, &force) in state.start.forces.iter().enumerate() {
-            let gap = state.start.proximity.gaps[i];
-            report.penetration = report.penetration.max(-gap);
-            let found = &w.projections[i];
-            // Beyond the end and below the surface: the target is too small. Of points that were
-            // not projected, being open for certain, an earlier projection says nothing: it may be
-            // that of a step given up.
-            report.is_rim_touched |=
-                w.is_wanted[i] && is_end && found.is_beyond && found.gap < 0.0 && gap < self.rim_reach;
-            if force > 0.0 {
-                report.normal_force += force;
-                report.n_active += 1;
-                report.contact_area += self.areas[i];
-                report.is_rim_touched |= self.is_rim[i]
-                    || found.is_at_edge
-                    || !self.surface.elements[found.element as usize].is_in_zone;
-                (0..3).for_each(|c| sum[c] += force * found.normal[c]);
-                let tangential = state.friction.as_ref().map_or(&[][..], |f| f.force(i));
-                for (a, force) in tangential.iter().enumerate() {
-                    let direction = w.jacobian.direction_in_target(i, a + 1);
-                    friction.iter_mut().zip(direction).for_each(|(s, x)| *s += force * x);
-                }
-                report.energies.penalty += 0.5 * force * force * self.springs[i];
-            }
-        }
-        report.energies.elastic_high =
-            0.5 * (dot(&w.loads, &state.start.body) + dot(&w.interface_loads, &w.interface_displacements));
-        if report.n_active == 0 {
-            report.energies.elastic_high = 0.0;
-        }
-        report.force = resultant(self.motion, &target.rotation, &sum);
-        if let Some(law) = &state.friction {
-            report.friction_force = resultant(self.motion, &target.rotation, &friction);
-            report.force += report.friction_force;
-            report.n_sliding = law.n_sliding(&state.start.forces);
-            if report.n_active > 0 {
-                report.energies.penalty += law.stick_slip.spring_energy();
-            }
-        }
-        w.report = report;
-    }
-
-    /// Adds the point forces to the contact body, their opposites to the target (Eqs. C.42, C.43).
-    pub(super) fn push(
-        &self,
-        bodies: &[BodyState],
-        state: &PairState,
-        w: &PairFound,
-        forces: &mut [GeneralisedForce],
-    ) {
-        let nc = self.motion.n_components();
-        let body = &mut forces[self.settings.contact_body];
-        body.force += w.report.force;
-        for (row, &load) in w.loads.iter().enumerate().filter(|(_, l)| **l != 0.0) {
-            body.elastic.iter_mut().zip(self.body_row(row)).for_each(|(f, s)| *f += s * load);
-        }
-        let is_turning = self.motion != RigidMotion::Axial;
-        let active = || (0..self.points.len()).filter(|i| is_turning && state.start.forces[*i] > 0.0);
-        for i in active() {
-            let mut force = Vector3::zeros();
-            force.iter_mut().zip(&w.loads[nc * i..][..nc]).for_each(|(f, l)| *f = *l);
-            body.torque_in_body += Vector3::from(w.points[i]).cross(&force);
-        }
-        let Some(body) = self.settings.target_body else { return };
-        debug_assert_eq!(bodies[body].elastic.len(), self.surface.n_modes);
-        let target = &mut forces[body];
-        target.force -= w.report.force;
-        for (row, &load) in w.node_loads.iter().enumerate().filter(|(_, l)| **l != 0.0) {
-            debug_assert!(row / nc < self.surface.nodes.len());
-            target.elastic.iter_mut().zip(self.surface.low_row(row)).for_each(|(f, s)| *f += s * load);
-        }
-        for i in active() {
-            let mut force = Vector3::from(w.jacobian.normals_in_target[i]) * state.start.forces[i];
-            if let Some(friction) = &state.friction {
-                for (a, tangential) in friction.force(i).iter().enumerate() {
-                    force += Vector3::from(w.jacobian.direction_in_target(i, a + 1)) * *tangential;
-                }
-            }
-            // At the same point of space as the force on the contact body.
-            target.torque_in_body -= Vector3::from(w.points_in_target[i]).cross(&force);
         }
     }
 }

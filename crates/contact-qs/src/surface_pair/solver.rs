@@ -278,4 +278,7 @@ impl NormalSolver for PairZone {
     ) -> Result<SolveReport, EvaluationFailure> {
         self.solver.solve(&self.normal_compliance, springs, gaps, forces)
     }
+    fn solve_on_set(&mut self, rhs: &mut [f64]) -> bool {
+        self.solver.solve_on_set(rhs)
+    }
 }

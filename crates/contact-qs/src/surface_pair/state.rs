@@ -101,10 +101,21 @@ pub(super) struct Buffers {
     pub free_gaps: Vec<f64>,
     /// `A λ` of the last solution.
     pub deflections: Vec<f64>,
+    pub rates: RateBuffers,
+}
+
+/// Rates of the points along normals and tangents, of the forces there, and of their components on both bodies.
+pub(super) struct RateBuffers {
+    pub along: [Vec<f64>; 2],
+    pub normal: Vec<f64>,
+    pub tangential: Vec<f64>,
+    pub loads: Vec<f64>,
+    pub node_loads: Vec<f64>,
 }
 
 impl PairWorkspace {
     pub(super) fn new(surface: &TargetSurface, n: usize, n_t: usize, n_modes: usize) -> Self {
+        let nc = surface.motion.n_components();
         let buffers = Buffers {
             functions: Functions::new(surface),
             samples: Samples::new(surface),
@@ -114,6 +125,13 @@ impl PairWorkspace {
             loaded: ContactJacobian::new(n, surface.n_functions, n_t),
             free_gaps: vec![0.0; n],
             deflections: vec![0.0; n],
+            rates: RateBuffers {
+                along: [vec![0.0; n], vec![0.0; n * n_t]],
+                normal: vec![0.0; n],
+                tangential: vec![0.0; n * n_t],
+                loads: vec![0.0; n * nc],
+                node_loads: vec![0.0; surface.nodes.len() * nc],
+            },
         };
         let earlier_motion = [n_modes, surface.n_modes].map(BodyState::at_rest);
         Self { buffers, earlier_motion, search: SearchBuffers::new(surface, n) }

@@ -23,6 +23,9 @@ pub trait ActiveForce: Send {
         forces: &mut [GeneralisedForce],
     ) -> Result<(), EvaluationFailure>;
 
+    /// As [`ForceElement::rates`].
+    fn rates(&mut self, motion: Motion<'_>, by_velocity: bool, rates: &mut [GeneralisedForce]) -> bool;
+
     /// Energies and powers found.
     fn energies(&self) -> ForceEnergies;
 
@@ -121,6 +124,11 @@ impl<E: ForceElement> ActiveForce for Active<E> {
         let outcome = element.evaluate(motion, state, workspace, found, forces);
         self.elapsed += start.elapsed();
         outcome
+    }
+
+    fn rates(&mut self, motion: Motion<'_>, by_velocity: bool, rates: &mut [GeneralisedForce]) -> bool {
+        let Self { element, state, workspace, found, .. } = self;
+        element.rates((motion, by_velocity), state, workspace, found, rates)
     }
 
     fn energies(&self) -> ForceEnergies {

@@ -525,11 +525,10 @@ impl<F: DerefMut<Target: ActiveForce>> OdeSystem for Multibody<F> {
         derivative: &mut Linearisation,
     ) -> Result<(), EvaluationFailure> {
         self.evaluate(t, y)?;
-        let is_coupled = self.model.has_constraints() || !self.forces.iter().all(|force| force.is_idle());
-        if !is_coupled {
-            self.workspace.linearise(&self.model, derivative);
+        if !self.model.has_constraints() {
+            self.workspace.linearise(&self.model, &mut self.forces, derivative);
         }
-        Ok(()) // what forces and loops couple, differences find out
+        Ok(()) // what loops couple, differences find out
     }
 
     fn hold(&mut self) -> bool {

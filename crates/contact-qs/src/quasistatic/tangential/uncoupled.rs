@@ -46,16 +46,31 @@ impl Tangential {
         Ok(())
     }
 
-    /// Rates of the slip increments at the solution of [`Tangential::return_to_bounds`], zero where
-    /// a point does not slide [m/s]: slips change at `slip_rates` [m/s], bounds at `bound_rates`
-    /// \[N/s\].
-    pub fn rates_of_points(&self, springs: &[f64], slip_rates: &[f64], bound_rates: &[f64], out: &mut [f64]) {
-        out.fill(0.0);
-        for i in (0..self.states.len()).filter(|&i| self.states[i] == PointState::Slip) {
+    /// Rates of forces \[N/s\] and slip increments [m/s] at the solution of [`Tangential::return_to_bounds`] when slips change at
+    /// `slip_rates` [m/s] and the bounds `bounds` at `bound_rates` \[N/s\]; zero of open points.
+    pub fn rates_of_points(
+        &self,
+        springs: &[f64],
+        bounds: &[f64],
+        (slip_rates, bound_rates): (&[f64], &[f64]),
+        (rates, increment_rates): (&mut [f64], &mut [f64]),
+    ) {
+        rates.fill(0.0);
+        increment_rates.fill(0.0);
+        for i in (0..self.states.len()).filter(|&i| self.states[i] != PointState::Open) {
+            let (slip, e) = (pair(slip_rates, i, self.n_t), self.directions[i]);
+            let along = slip[0] * e[0] + slip[1] * e[1];
+            let increment = pair(&self.increments, i, self.n_t);
+            let distance = increment[0].hypot(increment[1]) + springs[i] * bounds[i];
             for a in 0..self.n_t {
-                // The turn of the force is across it and does no work.
                 let k = self.n_t * i + a;
-                out[k] = slip_rates[k] + springs[i] * bound_rates[i] * self.directions[i][a];
+                if self.states[i] == PointState::Stick {
+                    rates[k] = -slip[a] / springs[i];
+                    continue;
+                }
+                // The turn of the force is across it and does no work.
+                increment_rates[k] = slip[a] + springs[i] * bound_rates[i] * e[a];
+                rates[k] = bound_rates[i] * e[a] - bounds[i] * (slip[a] - along * e[a]) / distance;
             }
         }
     }

@@ -28,6 +28,11 @@ pub(in crate::system) struct Workspace {
     pub sums: Vec<GeneralisedForce>,
     /// In its place while motions are corrected, which does not ask for forces.
     pub spare_sums: Vec<GeneralisedForce>,
+    /// Bodies that move along one coordinate, and the rates of all coordinates then.
+    pub moving: Vec<BodyState>,
+    pub direction: Vec<f64>,
+    /// Force elements that act then.
+    pub acting: Vec<usize>,
     pub edges: Vec<JointKinematics>,
     pub(in crate::system) bodies: Vec<BodyWorkspace>,
     pub pose: TreePose,
@@ -40,7 +45,7 @@ pub(in crate::system) struct Workspace {
     /// Forces of springs, dampers, stops and friction along the velocities of joints.
     passive: Vec<SpatialVector>,
     /// Accelerations of the frames, without gravity's offset.
-    frames: Vec<SpatialVector>,
+    pub frames: Vec<SpatialVector>,
     /// Wrenches of loop-closing joints on their children at the children's markers, in inertial
     /// axes.
     pub loop_wrenches: Vec<SpatialVector>,
@@ -61,6 +66,9 @@ impl Workspace {
         Self {
             sums: model.bodies.iter().map(|b| GeneralisedForce::zeros(b.layout.n_modes)).collect(),
             spare_sums: model.bodies.iter().map(|b| GeneralisedForce::zeros(b.layout.n_modes)).collect(),
+            moving: states.clone(),
+            direction: vec![0.0; model.n_rates()],
+            acting: Vec::new(),
             edges: model.bodies.iter().map(edge).collect(),
             bodies: model.bodies.iter().map(|b| BodyWorkspace::new(&b.data, &b.deformation)).collect(),
             pose: TreePose::new(model),

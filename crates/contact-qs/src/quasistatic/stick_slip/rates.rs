@@ -1,0 +1,134 @@
+//! Rates of the point forces on the sets of the last solution, and the work of sliding that they tell (docs/theory.md Eqs. F.9 to
+//! F.12).
+
+use ffr_dynamics::error::EvaluationFailure;
+
+use super::{MAX_ALTERNATIONS, NormalSolver, StickSlip, TOLERANCE, not_converged};
+use crate::quasistatic::problem::add_product;
+use crate::quasistatic::sliding_work::SlidingWork;
+use crate::quasistatic::tangential::{PointState, TangentialProblem};
+
+/// Replaces `rates` by those of the normal forces on the last active set when gaps change at `gap_rates` [m/s], `springs` being the
+/// compliances of the penalty springs; without a `zone` the points that `forces` press are springs alone \[N/s\]. False where the
+/// solver does not tell.
+pub(crate) fn normal_rates<Z: NormalSolver>(
+    zone: Option<&mut Z>,
+    (springs, forces): (&[f64], &[f64]),
+    gap_rates: impl Iterator<Item = f64>,
+    rates: &mut [f64],
+) -> bool {
+    rates.iter_mut().zip(gap_rates).for_each(|(rate, gap)| *rate = -gap);
+    let Some(zone) = zone else {
+        for ((rate, spring), force) in rates.iter_mut().zip(springs).zip(forces) {
+            *rate = if *force > 0.0 { *rate / spring } else { 0.0 };
+        }
+        return true;
+    };
+    zone.solve_on_set(rates)
+}
+
+impl StickSlip {
+    /// Work of sliding at the last solution (Eqs. F.9 to F.12, F.15); arguments as of [`StickSlip::find_rates`].
+    ///
+    /// # Errors
+    /// If the alternations don't converge.
+    pub fn sliding_work(
+        &mut self,
+        zone: Option<&mut impl NormalSolver>,
+        pressed: (&[f64], &[f64]),
+        gap_rates: &[f64],
+        slip_rates: &[f64],
+    ) -> Result<SlidingWork, EvaluationFailure> {
+        if !self.solver.states().contains(&PointState::Slip) {
+            return Ok(SlidingWork::default());
+        }
+        self.find_rates(zone, pressed, gap_rates, slip_rates)?;
+        // The rates of the bounds are left in `shifted`.
+        let work =
+            |i: usize| self.work_of_point(i, self.solver.increments(), &self.slip_rates, self.shifted[i]);
+        let sliding = (0..self.n_points).filter(|&i| self.solver.states()[i] == PointState::Slip);
+        Ok(sliding.map(work).fold(SlidingWork::default(), SlidingWork::plus))
+    }
+
+    /// Work of sliding of point `i`: slip increments `increments` change at `rates`, its bound at
+    /// `bound_rate`.
+    pub fn work_of_point(&self, i: usize, increments: &[f64], rates: &[f64], bound_rate: f64) -> SlidingWork {
+        let (mut power, mut work, mut slip) = (0.0, 0.0, 0.0_f64);
+        for k in self.n_t * i..self.n_t * (i + 1) {
+            power -= self.forces[k] * rates[k];
+            work -= self.forces[k] * increments[k];
+            slip = slip.hypot(increments[k]);
+        }
+        if self.solver.saved_states()[i] == PointState::Open {
+            // The point was open when the step began and has slipped since: its power begins at
+            // zero, the rate of its bound does not.
+            return SlidingWork { power, ..SlidingWork::default() };
+        }
+        SlidingWork { power, slid: work, slid_rate: power + slip * bound_rate }
+    }
+
+    /// Rates of the normal and of the tangential forces that were found last \[N/s\].
+    pub fn rates(&self) -> [&[f64]; 2] {
+        [&self.normal_rates, &self.rates]
+    }
+
+    /// Finds the rates of the forces, and of the slip increments, on the sets of the last solution. `gap_rates` and `slip_rates`:
+    /// rates of the points along normal and tangents without those of the forces [m/s]; `springs` and `forces`: compliances of the
+    /// normal springs [m/N] and normal forces of that solution \[N\].
+    ///
+    /// # Errors
+    /// If the alternations don't converge.
+    pub fn find_rates<Z: NormalSolver>(
+        &mut self,
+        zone: Option<&mut Z>,
+        (springs, forces): (&[f64], &[f64]),
+        gap_rates: &[f64],
+        slip_rates: &[f64],
+    ) -> Result<(), EvaluationFailure> {
+        let Some(zone) = zone else {
+            normal_rates::<Z>(None, (springs, forces), gap_rates.iter().copied(), &mut self.normal_rates);
+            self.bound_rates();
+            let found = (&mut *self.rates, &mut *self.slip_rates);
+            self.solver.rates_of_points(&self.springs, &self.bounds, (slip_rates, &self.shifted), found);
+            return Ok(());
+        };
+        if !self.has_rates {
+            let Self { tangential_compliance, springs, bounds, solver, .. } = self;
+            let problem =
+                TangentialProblem { compliance: tangential_compliance, springs, slips: slip_rates, bounds };
+            solver.prepare_rates(&problem)?;
+            self.has_rates = true;
+        }
+        self.rates.fill(0.0);
+        self.relaxation.restart();
+        for _ in 0..MAX_ALTERNATIONS {
+            self.shifted.copy_from_slice(gap_rates);
+            add_product(&self.coupling_transposed, &self.rates, &mut self.shifted);
+            let gap_rates = self.shifted.iter().copied();
+            if !normal_rates(Some(&mut *zone), (springs, forces), gap_rates, &mut self.normal_rates) {
+                break;
+            }
+            self.offsets.copy_from_slice(slip_rates);
+            add_product(&self.coupling, &self.normal_rates, &mut self.offsets);
+            self.bound_rates();
+            let problem = TangentialProblem {
+                compliance: &self.tangential_compliance,
+                springs: &self.springs,
+                slips: slip_rates,
+                bounds: &self.bounds,
+            };
+            self.solver.rates(&problem, &self.shifted, &self.offsets, &mut self.next, &mut self.slip_rates);
+            let largest = self.next.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+            if self.relaxation.step(&mut self.rates, &self.next, TOLERANCE * largest) {
+                return Ok(());
+            }
+        }
+        Err(not_converged(self.coefficient))
+    }
+
+    /// Leaves the rates of the bounds that belong to those of the normal forces in `shifted`.
+    fn bound_rates(&mut self) {
+        let points = self.shifted.iter_mut().zip(&self.normal_rates).zip(&self.lengths);
+        points.for_each(|((bound, rate), length)| *bound = self.coefficient * rate / length);
+    }
+}
