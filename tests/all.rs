@@ -11,6 +11,7 @@ mod cache;
 mod cantilever;
 mod cli;
 mod compare;
+mod contact_events;
 mod converge;
 mod copies;
 mod crossing_edges;

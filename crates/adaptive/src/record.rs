@@ -1,10 +1,11 @@
-//! What a run reports while it goes on: samples, phases, impacts, trials, transfers, timings; its
+//! What a run reports while it goes on: samples, phases, impacts, events of contacts ([`event`]), trials, transfers, timings; its
 //! warnings ([`warning`]), what may be wrong with a result ([`finding`]), and which work is being
 //! done ([`work`]).
 //!
 //! Knows numbers with names and units; does not know how they are computed or stored.
 
 pub mod band;
+pub mod event;
 pub mod finding;
 pub mod peak;
 pub mod stress;
@@ -16,6 +17,7 @@ use iga_core::elasticity::kinematics::PointState;
 use serde::{Deserialize, Serialize};
 
 pub use band::Band;
+pub use event::{EventKind, EventRecord};
 pub use peak::{PeakBand, PeakOf, PeakRecord};
 pub use stress::StressRecord;
 pub use zone_site::{MOST_TOUCHES, TargetPlace, TouchedPart, ZoneSite, ZoneSize};

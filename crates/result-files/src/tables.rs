@@ -149,6 +149,14 @@ table!(ImpactRow "impacts" "Impacts; touches between which the bodies are apart 
     peak_time_uncertainty: f64 ["s"], "band of the time of the largest normal force";
 });
 
+table!(EventRow "events" "What contacts do, in the order of time within every phase (theory Q.5)." {
+    time: f64 ["s"], "when";
+    contact: VarLenUnicode ["–"], "name of the contact";
+    kind: VarLenUnicode ["–"],
+        "`touch` and `release`: it closes and opens; `stick`, `partial slip`, `slip`: none, some or all of its points slide, of contacts with friction; `rest` and `motion`: its bodies stay where they are on each other, and no longer do";
+    normal_force: f64 ["N"], "normal force at the end of the step in which it happened; of touches and releases zero";
+});
+
 table!(TrialRow "tries" "Trials of every impact phase, one row per trial and contact." {
     impact: u32 ["–"],
         "index of the impact, its row in `/impacts`; arrays count from 0, numbers that people see from 1";

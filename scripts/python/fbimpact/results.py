@@ -19,7 +19,7 @@ from .program import FileError, call
 
 VERSION = 2
 """The latest version of results that is read."""
-TABLES = ("phases", "impacts", "tries", "transfers")
+TABLES = ("phases", "impacts", "events", "tries", "transfers")
 
 
 @dataclass(frozen=True)
@@ -177,6 +177,11 @@ class Result:
     def impacts(self) -> xr.Dataset:
         """Impacts in the order of their ends."""
         return self.table("impacts")
+
+    @property
+    def events(self) -> xr.Dataset:
+        """What contacts do: touch, release, stick, slip, rest."""
+        return self.table("events")
 
     @property
     def tries(self) -> xr.Dataset:

@@ -54,6 +54,7 @@ def test_tables_have_columns_with_units(ball):
     assert ball.tries["interval_widths"].dims == ("tries", "interval_widths_component")
     assert ball.phases["kind"].values.tolist() == ["impact"] or "free" in ball.phases["kind"].values
     assert ball.transfers.sizes["transfers"] == 0
+    assert ball.events["kind"].values.tolist() == ["touch", "release"]
     assert ball.table("impacts").identical(ball["impacts"])
 
 

@@ -34,7 +34,7 @@ pub fn check(
     let spins = |b: usize| Some((b, sudden_spin(model, b, &states[b])?));
     let mut warnings: Vec<(usize, Warning)> = (0..states.len()).filter_map(spins).collect();
     for (i, search) in searches.iter_mut().enumerate() {
-        let (mut normal, motion) = normal_motion(&mut model.system, &y, i);
+        let (_, mut normal, motion) = normal_motion(&mut model.system, &y, i);
         let spheres = model.contacts[i].spheres.as_ref();
         let radius = |(own, other): &(Sphere, Target<Sphere>)| {
             (own.radius, other.as_ref().body().map_or(0.0, |other| other.radius))

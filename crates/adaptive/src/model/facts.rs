@@ -32,6 +32,8 @@ pub struct ContactFacts {
     pub allowed_overlap: f64,
     /// Growth of its force per closing speed [s/m].
     pub damping: f64,
+    /// Whether it has friction.
+    pub has_friction: bool,
     /// The sphere that meets another one, or a plane, by Hertz's law; none of other surfaces.
     pub spheres: Option<(Sphere, Target<Sphere>)>,
     /// A flexible body whose surface meets another by Hertz's law: its modes yield at the touch,
@@ -91,6 +93,7 @@ impl ContactFacts {
             target: contact.target,
             allowed_overlap: contact.initial_overlap,
             damping: contact.damping,
+            has_friction: contact.law.has_friction(),
             flexible_under_hertz: (hertz.is_some() && spheres.is_none())
                 .then(|| contact.bodies().find(has_modes))
                 .flatten(),

@@ -3,8 +3,8 @@
 use crate::error::ObserverError;
 use crate::record::warning::Warning;
 use crate::record::{
-    ImpactRecord, PeakRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord, TransferRecord,
-    TrialRecord,
+    EventRecord, ImpactRecord, PeakRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord,
+    TransferRecord, TrialRecord,
 };
 use crate::state::RunState;
 use crate::state::observer::{Continue, Observer};
@@ -20,6 +20,8 @@ pub struct Recording {
     pub phases: Vec<PhaseRecord>,
     /// Finished impacts.
     pub impacts: Vec<ImpactRecord>,
+    /// What contacts did in finished phases.
+    pub events: Vec<EventRecord>,
     /// Trials of impacts.
     pub trials: Vec<TrialRecord>,
     /// Changes of models.
@@ -96,6 +98,11 @@ impl Observer for Recording {
             Some(earlier) => *earlier = *record,
             None => self.impacts.push(*record),
         }
+        Ok(())
+    }
+
+    fn event(&mut self, record: &EventRecord) -> Result<(), ObserverError> {
+        self.events.push(*record);
         Ok(())
     }
 

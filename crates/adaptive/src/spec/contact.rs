@@ -66,6 +66,14 @@ impl ContactLaw {
         }
     }
 
+    /// Whether there is friction.
+    pub fn has_friction(&self) -> bool {
+        match self {
+            Self::Hertz(law) => law.friction > 0.0,
+            Self::Surface(law) => law.friction.is_some(),
+        }
+    }
+
     /// The law of points on surfaces, if it is one.
     pub fn surface(&self) -> Option<&SurfaceLaw> {
         match self {

@@ -1,16 +1,19 @@
 //! Follows one contact through an impact: first and last touch, peak force, impulse, velocities.
 
+mod course;
 mod impact;
 mod ringing;
 
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
+use course::Course;
+pub use course::Hold;
 pub use impact::Impact;
 use ringing::Lulls;
 pub use ringing::Ringing;
 
-use crate::record::{Band, ImpactRecord};
+use crate::record::{Band, EventRecord, ImpactRecord};
 
 /// Relative motion of two bodies where they are nearest, as far as it is rigid (docs/theory.md
 /// Eq. Q.2).
@@ -47,6 +50,8 @@ pub struct ContactInstant {
     pub motion: NearMotion,
     /// Largest penetration that is left when the bodies have yielded \[m\].
     pub penetration: f64,
+    /// What its points do, and where its bodies are.
+    pub hold: Hold,
 }
 
 impl ContactInstant {
@@ -84,6 +89,7 @@ pub struct ImpactMonitor {
     /// The impact that was reported last; another touch may turn out to belong to it.
     reported: Option<Impact>,
     phase: PhaseExtremes,
+    course: Course,
     last: Option<ContactInstant>,
     before_last: Option<ContactInstant>,
 }
@@ -247,9 +253,11 @@ impl ImpactMonitor {
         }
         if now.force > 0.0 {
             impact.last_until(now.time, now.motion);
+            self.course.press([self.before_last.as_ref(), self.last.as_ref()], &now, phase.approach);
         } else if was_touching {
             let (time, motion) = release.map_or((now.time, now.motion), |r| (r.time, r.motion));
             impact.last_until(time, motion);
+            self.course.release(time);
         }
         while let Some(earlier) = self.ended.last().or(self.reported.as_ref())
             && earlier.row.is_none_or(|row| impact.row != Some(row))
@@ -290,6 +298,7 @@ impl ImpactMonitor {
     /// Begins a touch, of the impact before or of another one.
     fn begin_touch(&mut self, before: &ContactInstant, now: &ContactInstant, touch: Option<Change>) {
         let start = touch.map_or(before.time, |t| t.time);
+        self.course.touch(start, now);
         if self.impacts().next().is_none() {
             // Bodies that are pressed together at the start count as having approached by at least
             // their penetration.
@@ -313,6 +322,11 @@ impl ImpactMonitor {
                 Impact::begin(before, now, touch)
             }
         });
+    }
+
+    /// The events of this phase, which are forgotten.
+    pub fn take_events(&mut self) -> Vec<EventRecord> {
+        self.course.take()
     }
 
     /// Ends the phase and returns the records of its impacts, new ones in rows from `next` on;

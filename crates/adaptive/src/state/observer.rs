@@ -6,8 +6,8 @@
 use crate::error::ObserverError;
 use crate::record::warning::Warning;
 use crate::record::{
-    ImpactRecord, PeakRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord, TransferRecord,
-    TrialRecord,
+    EventRecord, ImpactRecord, PeakRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord,
+    TransferRecord, TrialRecord,
 };
 use crate::state::RunState;
 
@@ -79,6 +79,12 @@ pub trait Observer {
     /// # Errors
     /// [`ObserverError`] ends the run.
     fn impact(&mut self, record: &ImpactRecord) -> Result<(), ObserverError>;
+
+    /// Called with what contacts did in a phase at the end of it, in the order of time.
+    ///
+    /// # Errors
+    /// [`ObserverError`] ends the run.
+    fn event(&mut self, record: &EventRecord) -> Result<(), ObserverError>;
 
     /// Called at the end of every trial.
     ///

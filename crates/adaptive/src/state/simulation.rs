@@ -9,10 +9,12 @@ use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::system::free_body::invariants::{MeanMotion, centre_of_mass};
 use ffr_dynamics::system::{Multibody, Reaction};
 use iga_core::elasticity::kinematics::PointState;
-use nalgebra::Vector3;
+use nalgebra::{Isometry3, Vector3};
 
-use crate::record::{BodySample, ContactSample, Energies, JointSample, PointSample, PressurePoint, Sample};
-use crate::state::impact_monitor::NearMotion;
+use crate::record::{
+    BodySample, ContactSample, Energies, EventKind, JointSample, PointSample, PressurePoint, Sample,
+};
+use crate::state::impact_monitor::{Hold, NearMotion};
 
 /// A contact of a run, with what tells the pressures at its points.
 pub struct RunContact {
@@ -245,17 +247,51 @@ pub fn gap_as_placed(system: &mut System, y: &[f64], index: usize) -> f64 {
     force.contact.meeting(motion).gap
 }
 
-/// The normal of contact `index` in the state `y` that the bodies were placed in last, and the relative motion of its
+/// The place of contact `index` in the state `y` that the bodies were placed in last, the normal, and the relative motion of its
 /// bodies there. The normal is the direction of the normal force that acts, whose points are many;
 /// without force it is that of the nearest point, off by the turn of the surface over half their
 /// spacing.
-pub fn normal_motion(system: &mut System, y: &[f64], index: usize) -> (Vector3<f64>, NearMotion) {
+pub fn normal_motion(
+    system: &mut System,
+    y: &[f64],
+    index: usize,
+) -> (Vector3<f64>, Vector3<f64>, NearMotion) {
     let (force, motion) = system.force_as_placed(y, index);
     let Meeting { normal, place, .. } = force.contact.meeting(motion);
     let report = force.contact.report();
     let pressed = (report.force - report.friction_force).try_normalize(0.0);
     let pressed = pressed.filter(|_| report.normal_force > 0.0);
-    (pressed.unwrap_or(normal), motion_at(system, index, &place))
+    (place, pressed.unwrap_or(normal), motion_at(system, index, &place))
+}
+
+/// What contact `index` does beside its normal force in the last evaluation, its bodies touching at `place`; `has_friction`: whether it
+/// has, `size`: that of the contact body \[m\].
+pub fn hold_at(
+    system: &System,
+    index: usize,
+    (place, has_friction, size): (Vector3<f64>, bool, f64),
+) -> Hold {
+    let element = &system.forces()[index].contact;
+    let (report, (body, target)) = (element.report(), element.facts().bodies());
+    let slip = match report.n_sliding {
+        0 => EventKind::Stick,
+        n if n < report.n_active => EventKind::PartialSlip,
+        _ => EventKind::Slip,
+    };
+    let states = system.last_evaluation().0;
+    let bodies = [Some(body), target];
+    let pose = |body: usize| Isometry3::from_parts(states[body].position.into(), states[body].rotation);
+    let mobility: f64 = bodies.iter().flatten().map(|b| system.model().bodies[*b].data.mass.recip()).sum();
+    let held = report.energies.elastic_high + report.energies.penalty;
+    Hold {
+        slip: has_friction.then_some(slip),
+        friction: report.friction_force.norm(),
+        yielded: if report.normal_force > 0.0 { 2.0 * held / report.normal_force } else { 0.0 },
+        place,
+        poses: bodies.map(|body| body.map(pose)),
+        mass: mobility.recip(),
+        size,
+    }
 }
 
 /// Rigid motion of the bodies of contact `index` relative to each other at its nearest point, at

@@ -11,7 +11,7 @@ use std::io::{BufReader, BufWriter, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use adaptive::record::warning::Warning;
-use adaptive::record::{ImpactRecord, PhaseRecord, PressurePoint, TransferRecord, TrialRecord};
+use adaptive::record::{EventRecord, ImpactRecord, PhaseRecord, PressurePoint, TransferRecord, TrialRecord};
 use adaptive::state::RunState;
 use result_files::file::fault::{Access, FileError, FileFault};
 use result_files::file::plain_file;
@@ -78,6 +78,8 @@ pub enum Entry {
     Phase(PhaseRecord),
     /// A finished impact.
     Impact(ImpactRecord),
+    /// What a contact did.
+    Event(EventRecord),
     /// A finished try.
     Trial(TrialRecord),
     /// A change of the model.

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use adaptive::record::warning::Warning;
 use adaptive::record::{
-    ImpactRecord, PeakRecord, PhaseRecord, RunLayout, Sample, StressRecord, Timings, TransferRecord,
-    TrialRecord,
+    EventRecord, ImpactRecord, PeakRecord, PhaseRecord, RunLayout, Sample, StressRecord, Timings,
+    TransferRecord, TrialRecord,
 };
 use adaptive::spec::BodySpec;
 use iga_core::elasticity::Model;
@@ -203,6 +203,14 @@ impl Recorder {
     /// [`RecordingFault`] if the file cannot be written.
     pub fn impact(&mut self, record: &ImpactRecord) -> Result<(), Arc<RecordingFault>> {
         self.with(|open| open.record(&Entry::Impact(*record)))
+    }
+
+    /// Stores what a contact did.
+    ///
+    /// # Errors
+    /// [`RecordingFault`] if the file cannot be written.
+    pub fn event(&mut self, record: &EventRecord) -> Result<(), Arc<RecordingFault>> {
+        self.with(|open| open.record(&Entry::Event(*record)))
     }
 
     /// Stores a trial.

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use adaptive::record::warning::WarningKind;
 use result_files::stored::pressure_series::{AREA, POINT, POSITION, PRESSURE};
-use result_files::tables::{ImpactRow, PhaseRow, TableColumn, TableRow, TransferRow, TrialRow};
+use result_files::tables::{EventRow, ImpactRow, PhaseRow, TableColumn, TableRow, TransferRow, TrialRow};
 
 use super::columns::{self, Axis, Declaration, Stage, TIMINGS};
 
@@ -116,6 +116,7 @@ pub fn markdown() -> String {
     }
     table::<PhaseRow>(&mut out);
     table::<ImpactRow>(&mut out);
+    table::<EventRow>(&mut out);
     table::<TrialRow>(&mut out);
     table::<TransferRow>(&mut out);
     out += "\n### Kinds of `/warnings`\n\nThe identifier with which a warning begins, and what was found.\n\n| identifier | meaning |\n|---|---|\n";

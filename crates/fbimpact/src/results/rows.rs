@@ -1,12 +1,12 @@
 //! Rows of tables from what a run reports, and places of fine models from rows.
 
 use adaptive::record::{
-    ImpactRecord, MOST_TOUCHES, PhaseRecord, TargetPlace, TouchedPart, TransferRecord, TrialRecord, ZoneSite,
-    ZoneSize,
+    EventRecord, ImpactRecord, MOST_TOUCHES, PhaseRecord, TargetPlace, TouchedPart, TransferRecord,
+    TrialRecord, ZoneSite, ZoneSize,
 };
 use hdf5::Result;
 use result_files::dataset::unicode;
-use result_files::tables::{ImpactRow, PhaseRow, TransferRow, TrialRow};
+use result_files::tables::{EventRow, ImpactRow, PhaseRow, TransferRow, TrialRow};
 
 /// The row of a phase.
 ///
@@ -46,6 +46,19 @@ pub fn impact(r: &ImpactRecord, contact: &str) -> Result<ImpactRow> {
         separation_velocity_uncertainty: r.band.separation_velocity,
         restitution_uncertainty: r.band.restitution,
         uncertainty: unicode(&r.band.note(contact))?,
+    })
+}
+
+/// The row of an event of the contact `contact`.
+///
+/// # Errors
+/// As [`phase`].
+pub fn event(r: &EventRecord, contact: &str) -> Result<EventRow> {
+    Ok(EventRow {
+        time: r.time,
+        contact: unicode(contact)?,
+        kind: unicode(r.kind.identifier())?,
+        normal_force: r.normal_force,
     })
 }
 

@@ -10,7 +10,7 @@ use super::parse::{Step, Taken};
 use super::value::Value;
 use crate::file::hdf5_integrity;
 use crate::stored::{Kind, Stored};
-use crate::tables::{ImpactRow, PhaseRow, TableColumn, TableRow, TransferRow, TrialRow};
+use crate::tables::{EventRow, ImpactRow, PhaseRow, TableColumn, TableRow, TransferRow, TrialRow};
 
 /// Name under which the values of the scenario stand.
 const SCENARIO: &str = "scenario";
@@ -132,6 +132,7 @@ impl<'a> Source<'a> {
             return Ok(Place::Table(rows.map(TableRow::json).collect(), ImpactRow::COLUMNS));
         }
         match path {
+            "events" => return self.table::<EventRow>(),
             "phases" => return self.table::<PhaseRow>(),
             "tries" => return self.table::<TrialRow>(),
             "transfers" => return self.table::<TransferRow>(),
@@ -215,7 +216,7 @@ impl<'a> Source<'a> {
 }
 
 fn is_table(path: &str) -> bool {
-    [ImpactRow::NAME, PhaseRow::NAME, TrialRow::NAME, TransferRow::NAME].contains(&path)
+    [ImpactRow::NAME, EventRow::NAME, PhaseRow::NAME, TrialRow::NAME, TransferRow::NAME].contains(&path)
 }
 
 fn dotted(path: &str) -> String {

@@ -15,7 +15,7 @@ use crate::stored::open::{attribute, open, scenario_text, table};
 use crate::stored::peak::{self, Peak};
 use crate::stored::stages::STAGES;
 use crate::stored::warnings;
-use crate::tables::{ImpactRow, PhaseRow, TableRow, TransferRow, TrialRow};
+use crate::tables::{EventRow, ImpactRow, PhaseRow, TableRow, TransferRow, TrialRow};
 
 /// The gist of a result file.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,6 +36,8 @@ pub struct Summary {
     pub phases: Vec<PhaseRow>,
     /// Impacts.
     pub impacts: Vec<ImpactRow>,
+    /// What contacts did.
+    pub events: Vec<EventRow>,
     /// Trials.
     pub trials: Vec<TrialRow>,
     /// Changes of the model.
@@ -102,6 +104,7 @@ fn summary(file: &File) -> Result<Summary> {
         chosen: scenario_text(file).map(|text| chosen_sizes::notes(&text)).unwrap_or_default(),
         phases: table(file, "phases")?,
         impacts: impacts(file)?,
+        events: table(file, EventRow::NAME)?,
         trials: table(file, "tries")?,
         peaks: peak::peaks(file, &time)?,
         energy_drift: energies.map(|(drift, scale)| drift / scale),
@@ -152,6 +155,7 @@ impl Summary {
         let mut impacts: Vec<_> = self.impacts.iter().map(TableRow::json).collect();
         let mut trials: Vec<_> = self.trials.iter().map(TableRow::json).collect();
         let transfers: Vec<_> = self.transfers.iter().map(TableRow::json).collect();
+        let events: Vec<_> = self.events.iter().map(TableRow::json).collect();
         // Numbers of impacts count from 1.
         for (n, (json, row)) in impacts.iter_mut().zip(&self.impacts).enumerate() {
             json.insert("impact".into(), (n + 1).into());
@@ -174,7 +178,7 @@ impl Summary {
             "energy_drift": self.energy_drift, "numerical_damping": self.numerical_damping,
             "largest_transfer_jump": self.largest_jump, "bodies": bodies, "joints": joints, "points": points,
             "chosen": chosen,
-            "phases": phases, "impacts": impacts,
+            "phases": phases, "impacts": impacts, "events": events,
             "warnings": self.warnings.iter().map(|line| warnings::json(line)).collect::<Vec<_>>(),
             "tries": trials, "transfers": transfers, "timings": timings, "fine_models": self.fine_models,
         });

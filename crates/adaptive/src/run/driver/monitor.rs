@@ -10,12 +10,15 @@ use super::{Driver, TOUCHING};
 use crate::adaptivity::interval::IntervalAssessment;
 use crate::error::AdaptiveError;
 use crate::impact::FineContact;
-use crate::record::{BareForce, TransferDirection, TrialOutcome, TrialRecord};
+use crate::model::ContactFacts;
+use crate::record::{BareForce, EventRecord, TransferDirection, TrialOutcome, TrialRecord};
 use crate::run::driver::contact_slot::{ContactSlot, Nearness};
 use crate::run::driver::impact::trial::Trial;
 use crate::spec::{LocalField, StressInstant};
 use crate::state::impact_monitor::{Change, ContactInstant, Impact, NearMotion};
-use crate::state::simulation::{System, gap_alone, motion_at, near_motion, normal_motion, smallest_gap};
+use crate::state::simulation::{
+    System, gap_alone, hold_at, motion_at, near_motion, normal_motion, smallest_gap,
+};
 use crate::touch::parts::TouchKind;
 
 /// Points that carry force from which on their area is that of the contact within a third or so.
@@ -64,11 +67,23 @@ impl Driver<'_> {
             }
             self.run.contacts[i].impact = self.slots[i].monitor.reported();
         }
+        self.report_events()?;
         self.report_hits()?;
         self.check_output()?;
         self.integrator.invalidate();
         self.run.next_output = self.integrator.time() + self.run.free_interval;
         Ok(())
+    }
+
+    /// Reports what contacts did in this phase, in the order of time.
+    fn report_events(&mut self) -> Result<(), AdaptiveError> {
+        let all = self.slots.iter_mut().zip(0..);
+        let all = all.flat_map(|(slot, contact)| {
+            slot.monitor.take_events().into_iter().map(move |event| EventRecord { contact, ..event })
+        });
+        let mut events: Vec<EventRecord> = all.collect();
+        events.sort_by(|a, b| a.time.total_cmp(&b.time));
+        Ok(events.iter().try_for_each(|event| self.output.observer.event(event))?)
     }
 
     /// Reports the last impacts again, without restitution, if the run ended before it is known that
@@ -305,16 +320,9 @@ impl Driver<'_> {
             if !is_new(slot) {
                 continue;
             }
-            let (normal, motion) = normal_motion(system, before, i);
-            let impulse = system.impulse(before, i);
-            slot.monitor.see_again(ContactInstant {
-                time: start,
-                force: 0.0,
-                impulse,
-                normal,
-                motion,
-                penetration: 0.0,
-            });
+            let mut seen = contact_instant(system, (i, &self.model.contacts[i]), start, before);
+            (seen.force, seen.penetration) = (0.0, 0.0);
+            slot.monitor.see_again(seen);
         }
         system.body_states(end, now);
     }
@@ -351,12 +359,8 @@ impl Driver<'_> {
 
     /// What the monitor of contact `i` sees of the present instant, at which the bodies are placed.
     fn instant(&mut self, i: usize) -> ContactInstant {
-        let (time, y) = (self.integrator.time(), self.integrator.state());
-        let system = &mut self.model.system;
-        let (normal, motion) = normal_motion(system, y, i);
-        let report = system.forces()[i].contact.report();
-        let (force, penetration) = (report.normal_force, report.penetration);
-        ContactInstant { time, force, impulse: system.impulse(y, i), normal, motion, penetration }
+        let facts = (i, &self.model.contacts[i]);
+        contact_instant(&mut self.model.system, facts, self.integrator.time(), self.integrator.state())
     }
 
     /// When contact `i` closed and opened in the last step, if it did.
@@ -410,4 +414,18 @@ impl Driver<'_> {
         }
         Ok(change)
     }
+}
+
+/// What the monitor of contact `i` sees at `time` in the state `y`, in which the bodies are placed.
+fn contact_instant(
+    system: &mut System,
+    (i, facts): (usize, &ContactFacts),
+    time: f64,
+    y: &[f64],
+) -> ContactInstant {
+    let (place, normal, motion) = normal_motion(system, y, i);
+    let report = system.forces()[i].contact.report();
+    let (force, penetration) = (report.normal_force, report.penetration);
+    let hold = hold_at(system, i, (place, facts.has_friction, facts.size));
+    ContactInstant { time, force, impulse: system.impulse(y, i), normal, motion, penetration, hold }
 }

@@ -5,7 +5,16 @@ use super::*;
 fn instant(time: f64, force: f64, impulse: f64, velocity: f64) -> ContactInstant {
     let [impulse, velocity] = [impulse, velocity].map(|size| Vector3::z() * size);
     let normal = Vector3::z();
-    ContactInstant { time, force, impulse, normal, motion: motion(velocity), penetration: 0.0 }
+    let hold = Hold {
+        slip: None,
+        friction: 0.0,
+        yielded: 0.0,
+        place: Vector3::zeros(),
+        poses: [None; 2],
+        mass: 1.0,
+        size: 1.0,
+    };
+    ContactInstant { time, force, impulse, normal, motion: motion(velocity), penetration: 0.0, hold }
 }
 
 fn motion(velocity: Vector3<f64>) -> NearMotion {
@@ -39,12 +48,10 @@ fn bodies_sliding_past_each_other_part_as_fast_as_they_met() {
         let impulse = Vector3::z() * if t > 2.0 { 2.0 } else { 0.0 };
         watch.step(
             ContactInstant {
-                time: t,
-                force,
                 impulse,
                 normal: normal(angle),
                 motion: motion(velocity),
-                penetration: 0.0,
+                ..instant(t, force, 0.0, 0.0)
             },
             None,
             None,

@@ -6,7 +6,7 @@ use std::path::Path;
 use result_files::stored::Stored;
 use result_files::stored::peak::Peak;
 use result_files::stored::summary::{self, Summary};
-use result_files::tables::{ImpactRow, PhaseRow, TrialRow};
+use result_files::tables::{EventRow, ImpactRow, PhaseRow, TrialRow};
 use result_files::words::band::{NOTHING, within};
 use result_files::words::shown::short;
 use result_files::words::table::{Shown, heading, table, with_unit};
@@ -64,6 +64,9 @@ fn for_people(s: &Summary) -> String {
     if s.impacts.iter().any(|i| !i.uncertainty.as_str().is_empty()) {
         table(&s.impacts, &bands(), &mut out);
     }
+    // Touches and releases are told of with the impacts.
+    let within = s.events.iter().filter(|event| !matches!(event.kind.as_str(), "touch" | "release"));
+    table(&within.cloned().collect::<Vec<_>>(), &events(), &mut out);
     table(&s.peaks, &peaks(), &mut out);
     table(&s.trials, &trials(), &mut out);
     if !s.timings.is_empty() {
@@ -118,6 +121,16 @@ fn impacts() -> [Shown<ImpactRow>; 8] {
         }),
         Shown::number(heading("impulse", "impulse"), 23, |_, i| within(i.impulse, i.impulse_uncertainty)),
         Shown::number("restitution", 21, |_, i| within(i.restitution, i.restitution_uncertainty)),
+    ]
+}
+
+fn events() -> [Shown<EventRow>; 4] {
+    let heading = heading::<EventRow>;
+    [
+        Shown::text("event", 12, |_, e| e.kind.as_str().to_owned()),
+        Shown::text("contact", 12, |_, e| e.contact.as_str().to_owned()),
+        Shown::number(heading("time", "at"), 14, |_, e| format!("{:.6e}", e.time)),
+        Shown::number(heading("normal_force", "force"), 14, |_, e| format!("{:.5}", e.normal_force)),
     ]
 }
 

@@ -8,8 +8,8 @@ use std::time::Instant;
 use adaptive::error::ObserverError;
 use adaptive::record::warning::{Warning, WarningKind};
 use adaptive::record::{
-    ImpactRecord, PeakRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord, TransferRecord,
-    TrialRecord,
+    EventRecord, ImpactRecord, PeakRecord, PhaseKind, PhaseRecord, RunLayout, Sample, StressRecord,
+    TransferRecord, TrialRecord,
 };
 use adaptive::state::RunState;
 use adaptive::state::observer::{Continue, Observer, Stage};
@@ -187,6 +187,10 @@ impl Observer for RunObserver<'_> {
             crate::commands::ratio(record.restitution)
         );
         self.record(|recorder| recorder.impact(record))
+    }
+
+    fn event(&mut self, record: &EventRecord) -> Result<(), ObserverError> {
+        self.record(|recorder| recorder.event(record))
     }
 
     fn trial(&mut self, record: &TrialRecord) -> Result<(), ObserverError> {

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use result_files::stored::peak::Peak;
 use result_files::stored::summary::Summary;
-use result_files::tables::{ImpactRow, PhaseRow, TableRow, TrialRow};
+use result_files::tables::{EventRow, ImpactRow, PhaseRow, TableRow, TrialRow};
 use serde_json::{Map, Value, json};
 
 use super::html::{Column, escaped, number, table};
@@ -63,6 +63,7 @@ pub fn result(told: &Told<'_>, has_heading: bool) -> String {
     bodies(told, &mut out);
     impacts(told, &mut out);
     peaks(told, &mut out);
+    events(told, &mut out);
     trials(told, &mut out);
     phases(told, &mut out);
     if !told.scenario.is_empty() {
@@ -283,6 +284,16 @@ fn trials(told: &Told<'_>, out: &mut String) {
         ("reason", "reason"),
     ]);
     folded("Trials of impacts", &columns, &rows(told.json, "tries"), out);
+}
+
+fn events(told: &Told<'_>, out: &mut String) {
+    let columns = declared::<EventRow>(&[
+        ("event", "kind"),
+        ("contact", "contact"),
+        ("time", "time"),
+        ("force", "normal_force"),
+    ]);
+    folded("Events of contacts", &columns, &rows(told.json, EventRow::NAME), out);
 }
 
 fn phases(told: &Told<'_>, out: &mut String) {

@@ -12,7 +12,7 @@ use result_files::dataset::{Table, describe, text_attribute, unicode, write_text
 use result_files::file::fault::{Access, FileFault};
 use result_files::stored::open::{FORMAT, FORMAT_VERSION, INPUTS};
 use result_files::stored::peak::{QUANTITIES, SeriesPeak, write_peak};
-use result_files::tables::{self, ImpactRow, PhaseRow, TransferRow, TrialRow};
+use result_files::tables::{self, EventRow, ImpactRow, PhaseRow, TransferRow, TrialRow};
 
 use super::super::columns::{Axes, Column, Stage, TIMINGS};
 use super::super::disk_space::DiskSpace;
@@ -44,6 +44,7 @@ pub(super) struct Open {
     pub(super) rows: usize,
     pub(super) phases: Table,
     pub(super) impacts: Table,
+    pub(super) events: Table,
     pub(super) trials: Table,
     pub(super) transfers: Table,
     pub(super) warnings: Table,
@@ -120,6 +121,7 @@ impl Open {
         )?;
         let phases = tables::create::<PhaseRow>(&file)?;
         let impacts = tables::create::<ImpactRow>(&file)?;
+        let events = tables::create::<EventRow>(&file)?;
         let trials = tables::create::<TrialRow>(&file)?;
         let transfers = tables::create::<TransferRow>(&file)?;
         let warnings = Table::create::<VarLenUnicode>(&file, "warnings", "", WARNINGS)?;
@@ -139,6 +141,7 @@ impl Open {
             rows: 0,
             phases,
             impacts,
+            events,
             trials,
             transfers,
             warnings,
@@ -158,12 +161,13 @@ impl Open {
             mut disk_space,
             phases,
             impacts,
+            events,
             trials,
             transfers,
             warnings,
             ..
         } = self;
-        drop((columns, counts, contacts, axes, phases, impacts, trials, transfers, warnings, file));
+        drop((columns, counts, contacts, axes, phases, impacts, events, trials, transfers, warnings, file));
         disk_space.trim().map_err(RecordingFault::Space)
     }
 
@@ -202,6 +206,9 @@ impl Open {
             Entry::Impact(record) => {
                 let row = rows::impact(record, &self.contact_name(record.contact))?;
                 self.impacts.put(record.row as usize, row)
+            }
+            Entry::Event(record) => {
+                self.events.push(rows::event(record, &self.contact_name(record.contact))?)
             }
             Entry::Trial(record) => self.trials.push(rows::trial(record)?),
             Entry::Transfer(record) => {
