@@ -147,6 +147,91 @@ fn a_cam_presses_its_follower_by_spring_and_inertia() {
     assert!((impulse / expected - 1.0).abs() < 5e-3, "{}", impulse / expected);
 }
 
+/// A steel wheel of 50 mm that a guide moves at 1 m/s over a rail and a shaft turns, both by rule, with the creep `creep`; 100 kN/m press it.
+fn driven_wheel(creep: f64) -> String {
+    let body = |name: &str, shape: &str| {
+        format!(
+            "[bodies.{name}]\nmodel = \"plane-strain\"\nthickness = 0.02\nmaterial = \"steel\"\ndamping = {{ modal = 0.3 }}\n\
+reduction = {{ modes = 8 }}\ngeometry = {{ {shape} }}\n"
+        )
+    };
+    let rigid = |name: &str| {
+        format!(
+            "[bodies.{name}]\nmodel = \"rigid\"\nmotion = \"planar\"\nmass = 0.1\ninertia = [1e-4, 1e-4, 1e-4]\n"
+        )
+    };
+    let joint = |name: &str, kind: &str, axis: &str, parent: &str, child: &str| {
+        format!("[joints.{name}]\ntype = \"{kind}\"\n{axis}parent = {{ {parent} }}\nchild = {{ {child} }}\n")
+    };
+    let rule = |rate: f64| format!("motion = {{ kind = \"polynomial\", coefficients = [0.0, {rate:?}] }}\n");
+    let centre = "point = [0.0, 0.0]";
+    "[simulation]\nend_time = 6e-3\nstart = \"static\"\n".to_owned()
+        + &body("rail", "shape = \"rectangle\", size = [0.08, 0.04]")
+        + &body("wheel", "shape = \"disc\", radius = 0.05")
+        + &rigid("slide")
+        + &rigid("carrier")
+        + &joint(
+            "bed",
+            "fixed",
+            "",
+            "body = \"ground\", point = [0.0, -0.02, 0.0]",
+            "body = \"rail\", face = \"y-\"",
+        )
+        + &joint(
+            "way",
+            "prismatic",
+            "axis = [1.0, 0.0, 0.0]\n",
+            "body = \"ground\", point = [-0.005, 0.07, 0.0]",
+            &format!("body = \"slide\", {centre}"),
+        )
+        + &rule(1.0)
+        + &joint(
+            "lift",
+            "prismatic",
+            "axis = [0.0, 1.0, 0.0]\n",
+            &format!("body = \"slide\", {centre}"),
+            &format!("body = \"carrier\", {centre}"),
+        )
+        + &joint(
+            "shaft",
+            "revolute",
+            "axis = [0.0, 0.0, 1.0]\n",
+            &format!("body = \"carrier\", {centre}"),
+            &format!("body = \"wheel\", {centre}, radius = 0.03"),
+        )
+        + &rule(-(1.0 + creep) / 0.05)
+        + &format!("[loads.press]\nbody = \"carrier\"\n{centre}\nforce_y = -2000.0\n")
+        + "[contacts.touch]\ncontact_body = \"wheel\"\ntarget_body = \"rail\"\nfriction = 0.3\n[output]\nfree_interval = 2e-5\n"
+}
+
+/// The creep of a wheel that rolls with traction, and its parts that slide (Carter 1926): with half the width of contact `a` and the share
+/// `q` of the bound of friction, `μ a/R (1 - √(1 - q))` and `1 - √(1 - q)`.
+#[test]
+fn a_wheel_that_rolls_with_traction_creeps_as_carter_says() {
+    let (pressure, radius, modulus) = (1e5, 0.05, 210e9 / (2.0 * (1.0 - 0.09)));
+    let half_width = f64::sqrt(4.0 * pressure * radius / (std::f64::consts::PI * modulus));
+    let largest = 0.3 * half_width / radius;
+    let creep = largest * (1.0 - f64::sqrt(0.5));
+    let recording = run(&valid(&folder("travelling"), &driven_wheel(creep), &[]));
+    assert!(zones(&recording) >= 3, "{} zones", zones(&recording));
+    // Half an element a step: a hundred or two in a zone, which explicit steps cross in a thousand.
+    let steps: u64 = recording.phases.iter().map(|phase| phase.steps).sum();
+    assert!(steps < 500, "{steps}");
+    let late =
+        recording.samples.iter().filter(|sample| sample.time > 5.2e-3).map(|sample| &sample.contacts[0]);
+    let (mut share, mut sliding, mut n) = (0.0, 0.0, 0.0);
+    for contact in late {
+        share += contact.friction_force[0].abs() / (0.3 * contact.normal_force);
+        sliding += f64::from(contact.sliding_points) / f64::from(contact.active_points);
+        n += 1.0;
+    }
+    let slides = 1.0 - f64::sqrt(1.0 - share / n);
+    // Eleven rows of points; steps of half a row leave 1.5 %.
+    assert!((largest * slides / creep - 1.0).abs() < 0.03, "{} of the friction's bound", share / n);
+    // By whole rows, of which three slide.
+    assert!((sliding / n - slides).abs() < 0.5 / 11.0, "{} {slides}", sliding / n);
+}
+
 /// A roller of 30 mm slides at 9 m/s over a simply supported beam of 1 m, of which `more` is said.
 fn roller(more: &str, end: f64) -> String {
     let joint = |name: &str, x: f64, face: &str, more: &str| {

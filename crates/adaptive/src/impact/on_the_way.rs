@@ -63,6 +63,13 @@ impl FineContact {
         self.interval.widths.into_iter().fold(0.0, f64::max)
     }
 
+    /// Length of an element of the zone, of surfaces the smaller one; none of zones that are no intervals \[m\].
+    pub fn row(&self) -> Option<f64> {
+        let rows = (0..self.interval.ends.len())
+            .map(|d| self.interval.widths[d] / self.interval.n_elements[d] as f64);
+        rows.reduce(f64::min).filter(|row| self.whole.is_none() && *row > 0.0)
+    }
+
     /// How far ahead of the touch the middle of a zone of the size `next` may lie along the way, so that what presses has its other end
     /// in it, three rows of elements before the end \[m\].
     pub fn ahead_in(&self, next: ZoneSize) -> f64 {

@@ -2,9 +2,11 @@
 //! (docs/theory.md section A.10).
 
 use ffr_dynamics::integration::{Method, Step};
+use nalgebra::Vector3;
 use std::f64::consts::TAU;
 
 use crate::error::AdaptiveError;
+use crate::impact::FineContact;
 use crate::record::PhaseKind;
 use crate::run::driver::Driver;
 
@@ -31,6 +33,11 @@ const LARGE: usize = 600;
 /// more than the hundredth part of its largest value.
 const QUIET: f64 = 1e-4;
 
+/// Elements of its zone by which contact with friction rolls on in an implicit step, and from which on such a step is taken back: what
+/// comes to press in it sticks from its end on.
+const ROLLED: f64 = 0.5;
+const ROLLED_FAR: f64 = 1.0;
+
 /// At which pace the running trial goes on.
 pub(crate) struct Pace {
     kind: PhaseKind,
@@ -43,6 +50,10 @@ pub(crate) struct Pace {
     step: f64,
     /// Time, steps and evaluations at the start of the present block of steps.
     block: (f64, u64, u64),
+    /// Where contacts with friction press at the last step, in the frames of their bodies; none of others \[m\].
+    middles: Vec<Option<Vector3<f64>>>,
+    /// Longest step in which they roll on by no more than a part of an element \[s\].
+    rolling: f64,
     /// Largest energy of modes in motion since the pace was looked at last \[J\].
     ringing: f64,
 }
@@ -57,6 +68,8 @@ impl Pace {
             goal: f64::INFINITY,
             step,
             block: (0.0, 0, 0),
+            middles: Vec::new(),
+            rolling: f64::INFINITY,
             ringing: 0.0,
         }
     }
@@ -71,9 +84,9 @@ impl Pace {
         self.goal = f64::INFINITY;
     }
 
-    /// Time at which the next step is to end at the latest \[s\].
-    pub fn goal(&self) -> f64 {
-        self.goal
+    /// Time at which the next step, which begins at `time`, is to end at the latest \[s\].
+    pub fn goal(&self, time: f64) -> f64 {
+        self.goal.min(time + self.rolling)
     }
 }
 
@@ -150,8 +163,9 @@ impl Driver<'_> {
     pub(crate) fn has_lasted(&self, i: usize) -> bool {
         self.slots[i].monitor.pressed_for().is_some_and(|(lasted, rise)| {
             // Force that is there from the start lasts where it is in equilibrium; elsewhere it is about to change.
-            let lasts = lasted >= RISES * rise && (lasted > 0.0 || self.is_settled_start());
-            lasts || lasted >= PERIODS * self.slowest_period(i)
+            let is_from_rest = self.settings.start.is_static() && lasted >= self.integrator.time();
+            let lasts = lasted > 0.0 && lasted >= RISES * rise;
+            is_from_rest || lasts || lasted >= PERIODS * self.slowest_period(i)
         })
     }
 
@@ -184,11 +198,44 @@ impl Driver<'_> {
             self.begin_part();
             self.run.n_phases += 1;
         }
-        (self.pace.kind, self.pace.goal) = (kind, f64::INFINITY);
+        (self.pace.kind, self.pace.goal, self.pace.rolling) = (kind, f64::INFINITY, f64::INFINITY);
+        self.pace.middles = self.middles();
         self.replace_integrator(kind, (time, &y), step)?;
         let now = self.statistics();
         self.pace.block = (time, now.steps, now.evaluations);
         Ok(())
+    }
+
+    /// The middle of the pressure of contact `i` on the points of its zone, in the frame of its body; none without friction or zone \[m\].
+    fn middle(&self, i: usize) -> Option<Vector3<f64>> {
+        self.slots[i].fine().and_then(FineContact::row).filter(|_| self.model.contacts[i].has_friction)?;
+        let contact = &self.model.system.forces()[i].contact;
+        let (mut force, mut moment) = (0.0, Vector3::zeros());
+        for (k, f) in contact.point_forces()?.iter().enumerate().filter(|(_, f)| **f > 0.0) {
+            (force, moment) = (force + f, moment + Vector3::from(contact.facts().point(k)?.0) * *f);
+        }
+        (force > 0.0).then(|| moment / force)
+    }
+
+    fn middles(&self) -> Vec<Option<Vector3<f64>>> {
+        (0..self.slots.len()).map(|i| self.middle(i)).collect()
+    }
+
+    /// Whether a contact with friction rolled on too far in the implicit step `step` (section A.10); how long the next one may be.
+    pub(crate) fn is_rolled_far(&mut self, step: Step) -> bool {
+        let middles = self.middles();
+        let way = |i: usize| {
+            let row = self.slots[i].fine().and_then(FineContact::row)?;
+            let before = self.pace.middles.get(i).copied().flatten()?;
+            Some((middles[i]? - before).norm() / row)
+        };
+        let rolled = (0..middles.len()).filter_map(way).fold(0.0, f64::max);
+        self.pace.rolling = ROLLED * (step.end - step.start) / rolled;
+        let is_far = rolled > ROLLED_FAR;
+        if !is_far {
+            self.pace.middles = middles;
+        }
+        is_far
     }
 
     /// Whether contact has come to the end of a zone in the last step.

@@ -116,7 +116,11 @@ impl Driver<'_> {
             };
             let joining = self.first_touch((step.start, step.end))?;
             if self.pace.kind() == PhaseKind::Lasting {
-                if joining.is_some() || self.is_any_changed()? || self.is_rim_touched() {
+                if joining.is_some()
+                    || self.is_any_changed()?
+                    || self.is_rim_touched()
+                    || self.is_rolled_far(step)
+                {
                     self.undo(step)?;
                     continue;
                 }
@@ -178,7 +182,7 @@ impl Driver<'_> {
     fn take_step(&mut self) -> Result<Step, DynamicsError> {
         let stops = self.refined().any(|(_, fine)| fine.search.stops_at_errors());
         self.integrator.stop_at_errors(stops);
-        let goal = self.settings.end_time.min(self.pace.goal());
+        let goal = self.settings.end_time.min(self.pace.goal(self.integrator.time()));
         let step = self.integrator.step(&mut self.model.system, goal)?;
         self.keep_forces(step.end);
         self.sort_step();
