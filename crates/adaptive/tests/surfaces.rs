@@ -212,6 +212,29 @@ fn cylinders_have_lines_from_end_to_end_and_are_not_flat() {
     }
 }
 
+/// Every place of an edge between two parts has the normals of both, on curved sides too: a place that is found on one of
+/// them alone would make crossing edges a touch with a smooth part.
+#[test]
+fn places_all_along_an_edge_have_both_normals() {
+    for kind in ElementKind::SOLID {
+        let place = |x: [f64; 3]| {
+            let (angle, radius) = (2.0 * ARC * (2.0 * x[1] - 1.0), RADIUS * (0.4 + 0.6 * x[0]));
+            [radius * angle.cos(), radius * angle.sin(), HALF * (x[2] + 0.3 * x[0] * x[1])]
+        };
+        let mesh = Arc::new(Mesh::new(blocks::block(kind, [1, 5, 2], place), 1.0).unwrap());
+        let surface = MeshSurface::of(&mesh);
+        for (i, side) in surface.sides().iter().enumerate() {
+            let creases = side.neighbours.iter().enumerate().filter(|(_, n)| n.is_some_and(|n| !n.is_smooth));
+            for (edge, share) in
+                creases.flat_map(|(edge, _)| (1..60).map(move |k| (edge, f64::from(k) / 60.0)))
+            {
+                let at = surface.at(i, &side.kind.on_edge(edge, share)).position;
+                assert_eq!(surface.normals_at(&at).len(), 2, "{kind:?} {i} {edge} {share}");
+            }
+        }
+    }
+}
+
 #[test]
 fn balls_have_one_normal_everywhere_and_neither_lines_nor_faces() {
     let ball = Ball { radius: 10.0, across: [6, 6], layers: 2, growth: [1.0, 1.0] };

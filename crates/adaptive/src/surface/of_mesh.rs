@@ -52,9 +52,11 @@ const ALIKE: f64 = 1e-9;
 /// Distance of a point from a side, as a share of its longest edge, below which the point lies on
 /// it; searches find places to 1e-9.
 const SAME_POINT: f64 = 1e-6;
-/// Limit of the steps of Newton's method on a side; five are enough, as sides are flat or slightly
+/// Limit of the steps of Newton's method on a side; six are enough, as sides are flat or slightly
 /// curved.
 const NEWTON_STEPS: usize = 20;
+/// Step of the parameters after which they are right to round-off: the next one would be its square.
+const SETTLED: f64 = 1e-9;
 /// Deviation of nodes from a plane face or a straight line, as a share of the body's size:
 /// coordinates in files have at least six digits.
 const SAME_PLANE: f64 = 1e-6;
@@ -305,13 +307,14 @@ impl MeshSurface {
         for _ in 0..NEWTON_STEPS {
             let at = self.at(side, &eta);
             let miss = Vector3::from(*point) - Vector3::from(at.position);
-            if miss.norm() <= limit {
-                return Some(eta);
-            }
             let [a, b] = at.tangents.map(Vector3::from);
             let matrix = Matrix2::new(a.dot(&a), a.dot(&b), a.dot(&b), b.dot(&b));
             let step = matrix.try_inverse()? * Vector2::new(a.dot(&miss), b.dot(&miss));
             eta = [eta[0] + step[0], eta[1] + step[1]];
+            // A place within SAME_POINT may still be beside the side by more than that.
+            if step.norm() <= SETTLED {
+                return (miss.norm() <= limit).then_some(eta);
+            }
         }
         None
     }
