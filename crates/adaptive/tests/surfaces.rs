@@ -212,8 +212,9 @@ fn cylinders_have_lines_from_end_to_end_and_are_not_flat() {
     }
 }
 
-/// Every place of an edge between two parts has the normals of both, on curved sides too: a place that is found on one of
-/// them alone would make crossing edges a touch with a smooth part.
+/// Every place of an edge between two parts has the normals of both, on curved sides too, and the piece of the side that holds
+/// it: a place that is found on one of them alone, or on another piece, would make crossing edges a touch with a
+/// smooth part.
 #[test]
 fn places_all_along_an_edge_have_both_normals() {
     for kind in ElementKind::SOLID {
@@ -223,13 +224,20 @@ fn places_all_along_an_edge_have_both_normals() {
         };
         let mesh = Arc::new(Mesh::new(blocks::block(kind, [1, 5, 2], place), 1.0).unwrap());
         let surface = MeshSurface::of(&mesh);
+        let pieces = surface.pieces();
         for (i, side) in surface.sides().iter().enumerate() {
             let creases = side.neighbours.iter().enumerate().filter(|(_, n)| n.is_some_and(|n| !n.is_smooth));
             for (edge, share) in
                 creases.flat_map(|(edge, _)| (1..60).map(move |k| (edge, f64::from(k) / 60.0)))
             {
-                let at = surface.at(i, &side.kind.on_edge(edge, share)).position;
+                let eta = side.kind.on_edge(edge, share);
+                let at = surface.at(i, &eta).position;
                 assert_eq!(surface.normals_at(&at).len(), 2, "{kind:?} {i} {edge} {share}");
+                let (piece, s) = pieces.place_of(i as u32, eta).unwrap();
+                let found = pieces.pieces[piece as usize].parameters(s);
+                // Of a search that allows a millionth.
+                let off = (found[0] - eta[0]).hypot(found[1] - eta[1]);
+                assert!(off < 1e-5, "{kind:?} {i} {eta:?} {found:?}");
             }
         }
     }

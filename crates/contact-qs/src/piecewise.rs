@@ -68,7 +68,7 @@ impl PiecewiseSurface {
     }
 }
 
-/// Steps of Newton's method on a bilinear map of a convex quadrilateral: three do.
+/// Steps of Newton's method on a bilinear map of a convex quadrilateral: three do, of a place in it.
 const NEWTON_STEPS: usize = 10;
 /// Part of a piece by which a place may lie beside it: round-off of searches.
 const BESIDE: f64 = 1e-6;
@@ -114,7 +114,10 @@ impl SurfacePiece {
             s = [0, 1].map(|k| (s[k] + step[k] / determinant).clamp(-1.0, 2.0));
         }
         let is_inside = s.iter().all(|x| (-BESIDE..=1.0 + BESIDE).contains(x));
-        is_inside.then(|| s.map(|x| x.clamp(0.0, 1.0)))
+        let s = s.map(|x| x.clamp(0.0, 1.0));
+        // Of a place beside the piece the steps may go round within it. Its sides are two long at most.
+        let is_there = self.parameters(s).iter().zip(&eta).all(|(a, b)| (a - b).abs() <= 4.0 * BESIDE);
+        (is_inside && is_there).then_some(s)
     }
 
     /// Coefficients of node `k` of the piece.
