@@ -111,6 +111,24 @@ fn a_cylinder_meets_the_face_of_a_mesh_as_one_of_splines() {
 }
 
 #[test]
+#[ignore = "second tier: ten seconds"]
+fn strips_of_tetrahedra_meet_a_cylinder_as_splines_do() {
+    let folder = scenarios::folder("line_on_tetrahedra");
+    // Sides of 4 and 3 mm, slanted against the line, 58 times as long as the strip is wide.
+    let lean = |[x, y, z]: [f64; 3]| [20.0 * (x - 0.5) + 1.3 * (y - 0.5), 12.0 * (y - 0.5), 8.0 * (z - 1.0)];
+    for n in [[5, 3, 2], [7, 4, 3]] {
+        let name = format!("{}.inp", n[0]);
+        std::fs::write(folder.join(&name), inp(&block(ElementKind::Tet10, n, lean))).expect("written");
+        let recording = run(&scenarios::valid(&folder, &text(&of_mesh(&name), RIGID, ""), &[]));
+        assert!(recording.warnings.iter().all(|w| !w.message.contains("too long for finer elements")));
+        let found = recording.impacts[0].peak_force;
+        println!("{n:?}: {found:.1} N");
+        // The same box, its ends not slanted, of splines: 1979.0 N (`SPLINES`, the widths that it chooses).
+        assert!((found / 1979.0 - 1.0).abs() < 1e-2, "{n:?}: {found}");
+    }
+}
+
+#[test]
 fn a_line_on_a_mesh_is_held_by_the_sides_about_it_and_told_of() {
     let text = text(&of_mesh("coarse.inp"), RIGID, "");
     let recording = run(&scenarios::valid(&files(), &text, &[]));

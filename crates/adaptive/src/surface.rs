@@ -63,6 +63,20 @@ pub struct LocalShape {
     pub normal: Vector3<f64>,
 }
 
+impl LocalShape {
+    /// The same with the first direction that of `across`, where all are alike: of planes and spheres.
+    pub fn turned(self, across: &Vector3<f64>) -> Self {
+        let [first, second] = self.curvatures;
+        let across = (across - across.dot(&self.normal) * self.normal).try_normalize(0.0);
+        match across.filter(|_| (first - second).abs() <= 0.0) {
+            Some(across) => {
+                Self { direction: across, tangents: [across, self.normal.cross(&across)], ..self }
+            }
+            None => self,
+        }
+    }
+}
+
 /// Shares of a straight line at which it is looked at.
 pub const ALONG_LINE: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 

@@ -91,7 +91,7 @@ fn modes_of_a_mesh_are_modes_of_its_pieces_with_the_same_frequencies() {
     let mesh = blocks::block(ElementKind::Tet10, [3, 2, 1], |x| [0.03 * x[0], 0.02 * x[1], 0.02 * x[2]]);
     let spec = spec(Mesh::new(mesh, 1.0).unwrap());
     let (_, at) = site(&spec.mesh, [0.015, 0.0104, 0.02]);
-    let wanted = WantedZone { sites: vec![at], widths: [8e-3, 4e-3], elements: None };
+    let wanted = WantedZone { sites: vec![at], widths: [8e-3, 4e-3], elements: None, across: [0.0; 3] };
     let body = Arc::new(MeshedBody::build("block", spec).unwrap());
     let fine = FineElements::build(&body, wanted).unwrap();
     let basis = body.reduce(&Interface::default()).unwrap().basis;
@@ -125,7 +125,10 @@ fn zones_at_both_ends_of_a_ball_lie_on_spheres_as_far_outside_as_its_sides() {
     let sites = [-1.0, 1.0].map(|z| site(&spec.mesh, [0.3e-3, 0.2e-3, z * 10e-3]));
     let body = Arc::new(MeshedBody::build("ball", spec).unwrap());
     let places = sites.iter().map(|(_, place)| *place).collect();
-    let fine = FineElements::build(&body, WantedZone { sites: places, widths: [1e-3; 2], elements: None });
+    let fine = FineElements::build(
+        &body,
+        WantedZone { sites: places, widths: [1e-3; 2], elements: None, across: [0.0; 3] },
+    );
     let fine = fine.unwrap();
     let zone = fine.contact_zone().unwrap();
     let is_inner = |rows: &[usize; 2]| rows.iter().all(|row| (1..15).contains(row));
@@ -197,7 +200,7 @@ fn a_line_in_a_bore_has_a_strip_from_edge_to_edge_on_the_cylinder() {
         let [along, across] = shape.curvatures;
         assert!(along.abs() < 1e-9 && (across * 24e-3 + 1.0).abs() < 1e-10, "{along:e} {across}");
         let widths = [2.0 * surface.length(), 3e-3];
-        let wanted = WantedZone { sites: vec![at], widths, elements: None };
+        let wanted = WantedZone { sites: vec![at], widths, elements: None, across: [0.0; 3] };
         let estimate = wanted.interface(&surface);
         // A strip that bends away by more than twenty degrees, and a line over a surface of no known shape, keep the sides.
         assert!(
@@ -227,8 +230,38 @@ fn a_line_in_a_bore_has_a_strip_from_edge_to_edge_on_the_cylinder() {
     let along = usize::from(surface.shape_at(&at).unwrap().tangents[1][1].abs() > 0.9);
     let mut widths = [3e-3; 2];
     widths[along] = 2.0 * surface.length();
-    let wanted = WantedZone { sites: vec![at], widths, elements: None };
+    let wanted = WantedZone { sites: vec![at], widths, elements: None, across: [0.0; 3] };
     assert!(wanted.interface(&surface).is_infinite());
+}
+
+#[test]
+fn a_line_on_a_plane_has_a_strip_along_it_whatever_its_direction() {
+    let plate = |[x, y, z]: [f64; 3]| [20.0 * x, 20.0 * y, 5.0 * z];
+    let mut counts = Vec::new();
+    for (angle, width) in [(0.0, 40e-6), (0.6, 40e-6), (0.6, 20e-6)] {
+        let spec = spec(Mesh::new(blocks::block(ElementKind::Tet10, [3, 3, 1], plate), 1e-3).unwrap());
+        let (surface, at) = site(&spec.mesh, [10.7e-3, 9.1e-3, 5e-3]);
+        let across = [f64::cos(angle), f64::sin(angle), 0.0];
+        let widths = [width, 2.0 * surface.length()];
+        let wanted = WantedZone { sites: vec![at], widths, elements: None, across };
+        let estimate = wanted.interface(&surface);
+        let fine = FineElements::build(&Arc::new(MeshedBody::build("plate", spec).unwrap()), wanted).unwrap();
+        let zone = fine.contact_zone().unwrap();
+        let unknowns = zone.unknowns.len() as f64;
+        println!("{angle} {width:e}: {unknowns} for {estimate}, {} nodes", fine.divided().nodes().len());
+        assert!((0.5..2.0).contains(&(unknowns / estimate)), "{angle}: {unknowns} for {estimate}");
+        // Along the whole line, a few times 20 um across it: the strip and a ring of sides.
+        let from = |p: &[f64; 3]| [p[0] - at.point[0], p[1] - at.point[1]];
+        let places: Vec<[f64; 2]> = zone.points.iter().map(|p| from(&p.position)).collect();
+        let most =
+            |way: [f64; 2]| places.iter().map(|x| (x[0] * way[0] + x[1] * way[1]).abs()).fold(0.0, f64::max);
+        let [x, y, _] = across;
+        assert!(most([x, y]) < 3.0 * width && most([-y, x]) > 8e-3, "{} {}", most([x, y]), most([-y, x]));
+        assert_eq!(fine.rows().n_elements, [16, 1]);
+        counts.push(zone.points.len());
+    }
+    // Half the width has twice as many points where pieces are halved in both directions along the surface; here less.
+    assert!(10 * counts[2] < 18 * counts[1], "{counts:?}");
 }
 
 #[test]

@@ -4,11 +4,12 @@
 //! the element, which the pieces have exactly, since quadratic functions of a part of the
 //! parameters are quadratic: the part keeps its shape. Nodes of small pieces on edges and sides of
 //! larger ones are tied to them, so that displacements are continuous. Neighbours differ by one
-//! level at most. Pyramids stay whole.
+//! level at most. Pyramids stay whole. Tetrahedra along a line are halved across it alone, edge by edge.
 
 mod cell;
 mod names;
 mod division;
+mod bisection;
 mod hanging;
 
 use std::collections::{BTreeMap, HashMap};
@@ -64,14 +65,30 @@ impl RefinedMesh {
     /// [`MeshFault::TooFine`] beyond that, or if elements are halved more than sixteen times; [`MeshFault::Undivided`] where a pyramid is wanted smaller, or has neighbours
     /// that are smaller by more than a level.
     pub fn new(mesh: &Mesh, is_wanted: impl Fn(&CellBall) -> bool, most: usize) -> Result<Self, MeshFault> {
-        let division = Division::new(mesh, is_wanted, most)?;
-        let mut pieces = Pieces::new(mesh, &division);
+        Ok(Self::of(mesh, &Division::new(mesh, is_wanted, most)?))
+    }
+
+    /// Halves the edges of the tetrahedra of `mesh`, the longest first, and what becomes of them, as long as they have a
+    /// `length` between their two ends (theory Eq. C.109); into `most` pieces at most.
+    ///
+    /// # Errors
+    /// [`MeshFault::TooFine`] beyond that, [`MeshFault::Undivided`] for elements that are no tetrahedra.
+    pub fn at_edges(
+        mesh: &Mesh,
+        length: impl Fn([&[f64; 3]; 2]) -> Option<f64>,
+        most: usize,
+    ) -> Result<Self, MeshFault> {
+        Ok(Self::of(mesh, &Division::of_edges(mesh, length, most)?))
+    }
+
+    fn of(mesh: &Mesh, division: &Division) -> Self {
+        let mut pieces = Pieces::new(mesh, division);
         for (e, element) in mesh.elements().iter().enumerate().filter(|(e, _)| !division.is_divided[*e]) {
             pieces.push_whole(e as u32, element.nodes);
         }
         division.cells.iter().for_each(|cell| pieces.push(cell));
         let tied = hanging::ties(mesh, &division.cells_and_neighbours(mesh), &pieces.numbers);
-        Ok(pieces.finished(tied))
+        pieces.finished(tied)
     }
 
     /// All elements with all nodes.

@@ -224,6 +224,70 @@ fn check_seams(kind: ElementKind, refined: &RefinedMesh) {
 }
 
 #[test]
+fn tetrahedra_halved_across_a_line_hang_no_node_and_hold_displacements_of_the_mesh_before() {
+    for kind in [ElementKind::Tet4, ElementKind::Tet10] {
+        let mesh = parts(kind);
+        // About the line along y through (0.45, ., 0.4): edges longer across it than their middles are away.
+        let across = |x: &[f64; 3]| (x[0] - 0.45).hypot(x[2] - 0.4);
+        let length = |[a, b]: [&[f64; 3]; 2]| {
+            let length = (a[0] - b[0]).hypot(a[2] - b[2]);
+            let middle = [0, 1, 2].map(|d| 0.5 * (a[d] + b[d]));
+            (length > 0.02 && length >= across(&middle)).then_some(length)
+        };
+        let refined = RefinedMesh::at_edges(&mesh, length, MOST).unwrap();
+        let fine = refined.mesh();
+        // No node follows others: none hangs.
+        assert_eq!(refined.n_free(), fine.nodes().len());
+        let change = volume(fine) / volume(&mesh) - 1.0;
+        assert!(change.abs() < 1e-12, "{kind:?}: {change:e}");
+        check_seams(kind, &refined);
+        let AssembledMatrices { stiffness, mass, .. } = matrices(&refined);
+        let turn: Vec<f64> = fine.nodes().iter().flat_map(|x| [-x[1], x[0], 0.0]).collect();
+        assert!(largest(&times(&stiffness, &turn)) < 1e-12 * largest(stiffness.val()), "{kind:?}");
+        let total = times(&mass, &vec![1.0; fine.nodes().len()]).iter().sum::<f64>();
+        assert!((total / (steel().density() * volume(&mesh)) - 1.0).abs() < 1e-12, "{kind:?}");
+        // A displacement of the mesh before has the energy that it had there: 4e-3 is what rules of curved elements leave.
+        let before = matrices(&about(&mesh, [9.0; 3], 1)).stiffness;
+        let wave = |n: u32| (0..3).map(move |c| (1.7 * f64::from(3 * n + c)).sin());
+        let coarse: Vec<f64> = (0..mesh.nodes().len() as u32).flat_map(wave).collect();
+        let value = |(n, w): (u32, f64), c: usize| w * coarse[3 * n as usize + c];
+        let at =
+            |n: usize, c: usize| refined.functions_before(&mesh, n).into_iter().map(|f| value(f, c)).sum();
+        let prolonged: Vec<f64> = (0..refined.n_free()).flat_map(|n| [0, 1, 2].map(|c| at(n, c))).collect();
+        let energy = |k: &SparseColMat<u32, f64>, u: &[f64]| -> f64 {
+            times(k, u).iter().zip(u).map(|(f, u)| f * u).sum()
+        };
+        let ratio = energy(&stiffness, &prolonged) / energy(&before, &coarse);
+        let limit = if kind == ElementKind::Tet4 { 1e-12 } else { 4e-3 };
+        assert!((ratio - 1.0).abs() < limit, "{kind:?}: {ratio}");
+        // Pieces at the line stay long: none along it is below a quarter of the sides before.
+        let wide = |x: &[f64; 3]| across(x) < 0.05;
+        let near =
+            fine.elements().iter().filter(|e| e.nodes.iter().all(|n| wide(&fine.nodes()[*n as usize])));
+        let extent = |nodes: &[u32], of: &dyn Fn(&[f64; 3]) -> f64| {
+            let all = nodes.iter().map(|n| of(&fine.nodes()[*n as usize]));
+            let (low, high) =
+                all.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (f64::min(a, x), f64::max(b, x)));
+            high - low
+        };
+        let found: Vec<[f64; 2]> =
+            near.map(|e| [extent(e.nodes, &|x| x[0]), extent(e.nodes, &|x| x[1])]).collect();
+        let mean = |d: usize| found.iter().map(|x| x[d]).sum::<f64>() / found.len() as f64;
+        assert!(mean(0) < 0.02 && mean(1) > 6.0 * mean(0), "{kind:?}: {} {}", mean(0), mean(1));
+        // Each halving of the width adds as many.
+        let count = |finest: f64| {
+            let finer = |ends: [&[f64; 3]; 2]| length(ends).filter(|length| *length > finest);
+            n_pieces(&RefinedMesh::at_edges(&mesh, finer, MOST).unwrap(), &mesh)
+        };
+        let counts = [0.16, 0.08, 0.04, 0.02].map(count);
+        assert!(counts[3] - counts[2] < 2 * (counts[2] - counts[1]), "{kind:?}: {counts:?}");
+        assert!(matches!(RefinedMesh::at_edges(&mesh, length, 100), Err(MeshFault::TooFine { .. })));
+    }
+    let hexahedra = parts(ElementKind::Hex20);
+    assert!(matches!(RefinedMesh::at_edges(&hexahedra, |_| None, MOST), Err(MeshFault::Undivided { .. })));
+}
+
+#[test]
 fn rigid_motions_and_constant_strain_pass_the_patch_test() {
     for kind in ElementKind::SOLID {
         let length = length(kind);

@@ -21,6 +21,7 @@ use crate::body::splines::ElasticBody;
 use crate::body::zone::at_start::StartZone;
 use crate::body::zone::{ContactZone, PointsAbout, WholeRequest};
 use crate::error::AdaptiveError;
+use crate::record::ZoneSite;
 use crate::spec::unsupported::Unsupported;
 use crate::spec::{Area, FlexibleSpec, FrameSpec, IntervalSpec};
 use crate::store::ModelCache;
@@ -154,14 +155,14 @@ pub trait FieldBody: Field {
     /// [`AdaptiveError::Contact`], [`AdaptiveError::ContactModel`] or [`AdaptiveError::Mesh`] if no width is known, or the zone is empty.
     fn zone_at_start(&self, request: &StartZone<'_>) -> Result<ContactZone, AdaptiveError>;
 
-    /// The model refined about each of the `places`, faces and parameters, of its surface, over the `widths`
-    /// \[m\], with the settings `interval` and so many times as many elements, `finer`.
+    /// The model refined about each of the places of `site`, over the widths of `size`
+    /// \[m\], with the settings `interval` and so many times as many elements as the second says.
     ///
     /// # Errors
     /// [`AdaptiveError`] with the body's name if it cannot be refined so far.
     fn refined(
         self: Arc<Self>,
-        places: &[(u32, [f64; 3])],
+        site: &ZoneSite,
         size: ([f64; 2], f64),
         interval: &IntervalSpec,
     ) -> Result<Box<dyn FineModel>, AdaptiveError>;

@@ -36,8 +36,7 @@ pub fn fine_model(
     interval: &IntervalSpec,
 ) -> Result<Box<dyn FineModel>, AdaptiveError> {
     if let ZoneSize::Interval { widths, finer } = site.size {
-        let places: Vec<_> = site.places().collect();
-        return Arc::clone(body).refined(&places, (widths, finer), interval);
+        return Arc::clone(body).refined(site, (widths, finer), interval);
     }
     let about = PointsAbout::of(body.undeformed(), site);
     if let Some(fine) = about.as_ref().and_then(|about| Arc::clone(body).refined_along(about)) {

@@ -2,6 +2,7 @@
 //! serves again (theory Eq. A.4).
 
 use ffr_dynamics::body::RigidMotion;
+use iga_core::nurbs::jet::{difference, norm};
 
 use crate::adaptivity::interval::least_utilisation;
 use crate::record::ZoneSite;
@@ -28,7 +29,9 @@ pub(super) fn holds(
         return false;
     }
     let [from, to] = [kept, wanted].map(|site| surface.place(site.face, &site.centre).point);
-    let moved = from.iter().zip(&to).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
+    // The end of a line moves as it turns.
+    let turned = 0.5 * body.body.size() * norm(&difference(&kept.across, &wanted.across));
+    let moved = norm(&difference(&from, &to)) + turned;
     // From the axis of an axisymmetric model the zone leads one way.
     let is_from_axis =
         body.motion() == RigidMotion::Axial && is_on_axis(body, &from) && is_on_axis(body, &to);

@@ -6,6 +6,7 @@ use contact_qs::ActiveContact;
 use contact_qs::search::SurfaceSite;
 use ffr_dynamics::force::BodyState;
 use iga_core::nurbs::jet::{difference, norm};
+use nalgebra::Vector3;
 
 use super::widths::PredictedWidths;
 use super::{
@@ -59,6 +60,13 @@ fn without_round_off(width: f64) -> f64 {
     }
     let half = 1 << (LOOSE_BITS - 1);
     f64::from_bits((width.to_bits() + half) >> LOOSE_BITS << LOOSE_BITS)
+}
+
+/// The direction `across` a line in the frame of a mesh in the motion `state`, which zones on surfaces without directions take; zero
+/// of other bodies.
+fn across_of(body: &BodyModel, state: &BodyState, across: Option<&Vector3<f64>>) -> [f64; 3] {
+    let is_mesh = body.flexible().is_some_and(|flexible| flexible.body.mesh().is_some());
+    across.filter(|_| is_mesh).map_or([0.0; 3], |way| state.rotation.inverse_transform_vector(way).into())
 }
 
 /// The widths next to `widths` that an interval of `body` can have: none reaches beyond it, as that along a line of a longer
@@ -132,7 +140,7 @@ impl AdaptiveContact {
             return Ok(Sites { own, target, predicted: [0.0; 2], least: [0.0; 2], whole });
         }
         let is_narrow = touch.kind == TouchKind::Narrow;
-        let PredictedWidths { widths: predicted, least } = match is_narrow {
+        let PredictedWidths { widths: predicted, least, across } = match is_narrow {
             true => self.widths_about(bodies, touch),
             false => self.predicted_widths(bodies, states, nearest, request.peak),
         };
@@ -143,10 +151,16 @@ impl AdaptiveContact {
         let [ahead, ahead_on_target] = &request.ahead;
         let mut own =
             Self::ahead(&bodies[self.body], &nearest.contact, ahead, ZoneSize::Interval { widths, finer });
+        own.across = across_of(&bodies[self.body], &states[self.body], across.as_ref());
         let mut target = target.map(|(other, there)| {
-            let widths = self.target_widths(bodies, states, &nearest.contact, widths, other, there);
-            let widths = held_widths(flexible(&bodies[other]), widths);
-            Self::ahead(&bodies[other], there, ahead_on_target, ZoneSize::Interval { widths, finer })
+            let on_target = (other, there);
+            let widths =
+                self.target_widths(bodies, states, (&nearest.contact, across.as_ref()), widths, on_target);
+            let size = ZoneSize::Interval { widths: held_widths(flexible(&bodies[other]), widths), finer };
+            ZoneSite {
+                across: across_of(&bodies[other], &states[other], across.as_ref()),
+                ..Self::ahead(&bodies[other], there, ahead_on_target, size)
+            }
         });
         for (k, further) in request.others.iter().enumerate() {
             let place = |site: &SurfaceSite| (site.face, site.xi);

@@ -5,7 +5,7 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::force::BodyState;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::system::free_body::invariants::centre_of_mass;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use contact_qs::law::Solid;
 use contact_qs::search::SurfaceSite;
@@ -51,7 +51,7 @@ impl AdaptiveContact {
     ) -> PredictedWidths {
         let blind = BLIND_WIDTH * flexible(&bodies[self.body]).body.size();
         let known = self.partners(bodies, states, nearest).and_then(|p| self.hertz_widths(bodies, &p, peak));
-        known.unwrap_or(PredictedWidths { widths: [blind; 2], least: [0.0; 2] })
+        known.unwrap_or(PredictedWidths { widths: [blind; 2], least: [0.0; 2], across: None })
     }
 
     /// Widths of a zone about the flat face of the target that touches as `touch` says, such that its rim lies in the
@@ -71,7 +71,7 @@ impl AdaptiveContact {
                 && touch.nearest.contact.point.x <= 0.5 * extent * (1.0 + FROM_AXIS);
             extent * elements as f64 / if is_from_axis { from_axis } else { about_middle }
         });
-        PredictedWidths { widths, least: [0.0; 2] }
+        PredictedWidths { widths, least: [0.0; 2], across: None }
     }
 
     fn hertz_widths(
@@ -85,23 +85,26 @@ impl AdaptiveContact {
         let target = self.law.interval.target_utilisation;
         let body = flexible(&bodies[self.body]);
         let approach = LEAST_APPROACH * self.detector.size();
-        let Some(law) = self.impact_law(bodies, own, other) else {
-            // Along a straight line, as far as the bodies go; the width across is that of a line
-            // contact as long as the body.
-            let line = StraightLine::new(&[own.surface, other.surface], body.body.size(), body.body.size())?;
-            let half = line.law.half_width_of_impact(inverse_mass, speed);
+        if let Some(line) = self.straight_line(bodies, own, other) {
+            // Along it as far as the bodies go.
+            let half = match peak {
+                Some(force) => line.law.half_width(force),
+                None => line.law.half_width_of_impact(inverse_mass, speed),
+            };
             let across = interval_width(half, target, false).max(LEAST_ACROSS * body.body.size());
             let least = interval_width(
                 line.law.half_width(ImpactLaw::Line(line.law).force(approach).0),
                 target,
                 false,
             );
+            let tangents = directions(body, (&own.surface, &own.outward), own.tangents, Some(&line.across));
             let of = |across: f64, along: f64| {
-                own.tangents.map(|tangent| if line.is_across(&tangent) { across } else { along })
+                tangents.map(|tangent| if line.is_across(&tangent) { across } else { along })
             };
             let widths = of(across.max(least), WIDEST * body.body.size());
-            return Some(PredictedWidths { widths, least: of(least, 0.0) });
-        };
+            return Some(PredictedWidths { widths, least: of(least, 0.0), across: Some(line.across) });
+        }
+        let law = self.impact_law(bodies, own, other)?;
         let (extents, least, from_axis) = match law {
             ImpactLaw::Line(law) => {
                 let half = match peak {
@@ -124,24 +127,25 @@ impl AdaptiveContact {
         };
         let least = least.map(|half| interval_width(half, target, from_axis));
         let predicted = extents.map(|half| interval_width(half, target, from_axis));
-        Some(PredictedWidths { widths: std::array::from_fn(|d| predicted[d].max(least[d])), least })
+        let widths = std::array::from_fn(|d| predicted[d].max(least[d]));
+        Some(PredictedWidths { widths, least, across: None })
     }
 
     /// Widths of the interval on the body `other` at `there`, whose face has directions of its own,
-    /// for an interval of the `widths` given about `here` on the contact body \[m\].
+    /// for an interval of the `widths` given about `here` on the contact body, of a line with the direction across it \[m\].
     pub(super) fn target_widths(
         &self,
         bodies: &[BodyModel],
         states: &[BodyState],
-        here: &SurfaceSite,
+        (here, across): (&SurfaceSite, Option<&Vector3<f64>>),
         widths: [f64; 2],
-        other: usize,
-        there: &SurfaceSite,
+        (other, there): (usize, &SurfaceSite),
     ) -> [f64; 2] {
         let tangents = |body: usize, site: &SurfaceSite| {
             let body_model = flexible(&bodies[body]);
             let view = view(&bodies[body], &states[body], site)?;
-            (body_model.motion() == RigidMotion::Spatial).then_some(view.tangents)
+            let tangents = directions(body_model, (&view.surface, &view.outward), view.tangents, across);
+            (body_model.motion() == RigidMotion::Spatial).then_some(tangents)
         };
         match (tangents(self.body, here), tangents(other, there)) {
             (Some(own), Some(target)) => widths_along(widths, &own, &target),
@@ -156,7 +160,8 @@ impl AdaptiveContact {
         let thickness = |of: &FlexibleModel| of.body.model().thickness();
         let surfaces = [own.surface, other.surface];
         let Some(own_thickness) = thickness(body) else {
-            return HertzLaw::new(&surfaces).map(ImpactLaw::Point);
+            let line = || Some(ImpactLaw::Line(self.straight_line(bodies, own, other)?.law));
+            return HertzLaw::new(&surfaces).map(ImpactLaw::Point).or_else(line);
         };
         let curvature = own.surface.in_plane() + other.surface.in_plane();
         // A thin target yields more under the same force.
@@ -164,6 +169,21 @@ impl AdaptiveContact {
         let share = own_thickness / of_target.unwrap_or(own_thickness);
         let compliance = own.surface.compliance + share * other.surface.compliance;
         LineLaw::new(curvature, compliance, body.body.size(), own_thickness).map(ImpactLaw::Line)
+    }
+
+    /// The line along which two bodies without a thickness touch, as long as the shorter of them in its direction; none of other touches.
+    fn straight_line(&self, bodies: &[BodyModel], own: &Partner, other: &Partner) -> Option<StraightLine> {
+        let body = &flexible(&bodies[self.body]).body;
+        let of_length = |length: f64| {
+            let line = StraightLine::new(&[own.surface, other.surface], body.size(), length);
+            line.filter(|_| body.model().thickness().is_none())
+        };
+        let along = own.outward.cross(&of_length(body.size())?.across);
+        let extent = |partner: &Partner| {
+            let (index, rotation) = (partner.point.body?, partner.rotation);
+            Some(bodies[index].undeformed()?.extent_along(&rotation.inverse_transform_vector(&along)))
+        };
+        of_length([own, other].into_iter().filter_map(extent).fold(body.size(), f64::min))
     }
 
     fn partners(&self, bodies: &[BodyModel], states: &[BodyState], nearest: &Nearest) -> Option<Partners> {
@@ -242,6 +262,19 @@ fn view(body: &BodyModel, state: &BodyState, site: &SurfaceSite) -> Option<Surfa
     SurfaceView::new(surface, compliance, &state.rotation, &surface.place(site.face, &site.xi))
 }
 
+/// Directions along the `surface` of `body` with the outward normal given, for a touch along a line: of a mesh that is curved alike in all
+/// directions that across it and the line, of others `tangents` (see [`LocalShape::turned`](crate::surface::LocalShape::turned)).
+fn directions(
+    body: &FlexibleModel,
+    (surface, outward): (&LocalSurface, &Vector3<f64>),
+    tangents: [Vector3<f64>; 2],
+    across: Option<&Vector3<f64>>,
+) -> [Vector3<f64>; 2] {
+    let [first, second] = surface.curvatures;
+    let has_none = body.body.mesh().is_some() && (first - second).abs() <= 0.0;
+    across.filter(|_| has_none).map_or(tangents, |across| [*across, outward.cross(across)])
+}
+
 /// Widths of a first interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct PredictedWidths {
@@ -250,6 +283,8 @@ pub(super) struct PredictedWidths {
     /// Least widths: in narrower intervals round-off decides which points touch; zero if they are
     /// not known \[m\].
     pub least: [f64; 2],
+    /// Direction across a line, in space; none of other touches.
+    pub across: Option<Vector3<f64>>,
 }
 
 /// Both partners of an impact, and the normal from the target to the contact body.
@@ -269,6 +304,8 @@ struct Partner {
     outward: Vector3<f64>,
     /// The material point.
     point: HertzPoint,
+    /// Rotation of its frame.
+    rotation: UnitQuaternion<f64>,
 }
 
 impl Partner {
@@ -280,6 +317,7 @@ impl Partner {
             tangents: [Vector3::zeros(); 2],
             outward: *normal,
             point: HertzPoint { body: None, point: FlexiblePoint::rigid(*point) },
+            rotation: UnitQuaternion::identity(),
         }
     }
 
@@ -296,6 +334,7 @@ impl Partner {
         let point = model.point(&Place::Point(point)).ok()?;
         let velocity = point.velocity(state);
         let point = HertzPoint { body: Some(index), point };
-        Some(Self { surface, inverse_mass, velocity, tangents, outward, point })
+        let rotation = state.rotation;
+        Some(Self { surface, inverse_mass, velocity, tangents, outward, point, rotation })
     }
 }

@@ -83,6 +83,9 @@ pub struct ZoneSite {
     /// Further places about which it lies where the bodies touch at several at once: faces and parameters as of
     /// the first one (theory section A.12).
     pub others: [Option<(u32, [f64; 3])>; MOST_TOUCHES - 1],
+    /// Direction of the first width, a unit vector in the components of the model, on a surface that has no directions of its own
+    /// and is touched along a line; zero of others.
+    pub across: [f64; 3],
 }
 
 /// Touches of one pair of bodies at once for which zones are laid at most.
@@ -126,6 +129,7 @@ impl ZoneSite {
         meets: None,
         part: None,
         others: [None; MOST_TOUCHES - 1],
+        across: [0.0; 3],
     };
 
     /// A zone of the size `size` about the parameters `centre` of face `face`.

@@ -215,7 +215,8 @@ impl ImpactLaw {
 pub struct StraightLine {
     /// Its law.
     pub law: LineLaw,
-    across: Vector3<f64>,
+    /// Direction across it in space.
+    pub across: Vector3<f64>,
 }
 
 impl StraightLine {

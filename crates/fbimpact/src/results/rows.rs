@@ -116,6 +116,8 @@ pub fn transfer(r: &TransferRecord, contact: &str) -> Result<TransferRow> {
         target_part: part_in_result(r.target_site),
         others: others_in_result(r.site),
         target_others: others_in_result(r.target_site),
+        across: r.site.map_or([0.0; 3], |s| s.across),
+        target_across: r.target_site.map_or([0.0; 3], |s| s.across),
         offset: r.offset,
     })
 }
@@ -125,12 +127,13 @@ pub fn transfer(r: &TransferRecord, contact: &str) -> Result<TransferRow> {
 /// width. Those of the whole surface are infinite.
 pub fn sites(row: &TransferRow) -> [Option<ZoneSite>; 2] {
     let size = ZoneSize::of_result(row.interval_widths, row.finer);
-    let own = (row.face, row.centre, met(row), row.part, &row.others);
-    let target = (row.target_face, row.target_centre, None, row.target_part, &row.target_others);
+    let own = (row.face, row.centre, met(row), row.part, (&row.others, row.across));
+    let target =
+        (row.target_face, row.target_centre, None, row.target_part, (&row.target_others, row.target_across));
     // A target whose flat face touches has its whole surface, whatever the interval about that face.
     let of_target = part_of_result(row.part).and(Some(ZoneSize::Whole));
     [(own, size), (target, size.map(|size| of_target.unwrap_or(size)))].map(|(zone, size)| {
-        let (face, centre, meets, part, others) = zone;
+        let (face, centre, meets, part, (others, across)) = zone;
         let face = u32::try_from(face).ok()?;
         let size = size.filter(|_| centre.iter().all(|u| u.is_finite()))?;
         Some(ZoneSite {
@@ -140,6 +143,7 @@ pub fn sites(row: &TransferRow) -> [Option<ZoneSite>; 2] {
             meets,
             part: part_of_result(part),
             others: others_of_result(others),
+            across: if across.iter().all(|x| x.is_finite()) { across } else { [0.0; 3] },
         })
     })
 }

@@ -84,7 +84,7 @@ impl Division {
     }
 
     /// Notes the elements that share a node with a divided one.
-    fn note_near(&mut self, mesh: &Mesh) {
+    pub fn note_near(&mut self, mesh: &Mesh) {
         let mut is_touched = vec![false; mesh.nodes().len()];
         for (element, _) in mesh.elements().iter().zip(&self.is_divided).filter(|(_, is)| **is) {
             element.nodes.iter().for_each(|&n| is_touched[n as usize] = true);

@@ -28,16 +28,15 @@ use crate::surface::Surface;
 impl MeshedBody {
     fn wanted_zone(
         &self,
-        places: &[(u32, [f64; 3])],
+        site: &ZoneSite,
         (widths, finer): ([f64; 2], f64),
         interval: &IntervalSpec,
     ) -> WantedZone {
         let is_usual =
             interval.elements.is_none() && interval.accuracy == Accuracy::default() && finer <= 1.0;
         let elements = |usual| finer_elements(interval.elements_or(usual), finer);
-        let about = |(face, centre): &_| self.surface.place(*face, centre);
-        let sites = places.iter().map(about).collect();
-        let wanted = WantedZone { sites, widths, elements: None };
+        let sites = site.places().map(|(face, centre)| self.surface.place(face, &centre)).collect();
+        let wanted = WantedZone { sites, widths, elements: None, across: site.across };
         let elements = (!is_usual).then(|| elements(wanted.usual_elements(&self.surface)));
         WantedZone { elements, ..wanted }
     }
@@ -46,8 +45,7 @@ impl MeshedBody {
     /// infinite along a line where the shape of the part is not known. None of a whole surface has divided elements.
     pub fn interface_at(&self, site: &ZoneSite, interval: &IntervalSpec) -> f64 {
         let ZoneSize::Interval { widths, finer } = site.size else { return 0.0 };
-        let places: Vec<_> = site.places().collect();
-        self.wanted_zone(&places, (widths, finer), interval).interface(&self.surface)
+        self.wanted_zone(site, (widths, finer), interval).interface(&self.surface)
     }
 }
 
@@ -144,11 +142,11 @@ impl FieldBody for MeshedBody {
 
     fn refined(
         self: Arc<Self>,
-        places: &[(u32, [f64; 3])],
-        (widths, finer): ([f64; 2], f64),
+        site: &ZoneSite,
+        size: ([f64; 2], f64),
         interval: &IntervalSpec,
     ) -> Result<Box<dyn FineModel>, AdaptiveError> {
-        let wanted = self.wanted_zone(places, (widths, finer), interval);
+        let wanted = self.wanted_zone(site, size, interval);
         Ok(Box::new(FineElements::build(&self, wanted)?))
     }
 

@@ -26,7 +26,7 @@ use crate::body::splines::{Discretised, ElasticBody};
 use crate::body::zone::at_start::StartZone;
 use crate::body::zone::{ContactZone, PointsAbout, WholeRequest};
 use crate::error::AdaptiveError;
-use crate::record::TargetPlace;
+use crate::record::{TargetPlace, ZoneSite};
 use crate::spec::{FlexibleSpec, IntervalSpec, PointRule};
 use crate::store::{Bytes, body_definition};
 use crate::surface::{Surface, SurfacePlace};
@@ -114,17 +114,17 @@ impl FieldBody for ElasticBody {
 
     fn refined(
         self: Arc<Self>,
-        places: &[(u32, [f64; 3])],
+        site: &ZoneSite,
         (widths, finer): ([f64; 2], f64),
         interval: &IntervalSpec,
     ) -> Result<Box<dyn FineModel>, AdaptiveError> {
         let (patches, axisymmetric) = (&self.shape.patches, self.spec.model == Model::Axisymmetric);
         let ids = FaceId::all(patches);
-        let about = |&(face, centre): &(u32, [f64; 3])| {
+        let about = |(face, centre): (u32, [f64; 3])| {
             let face = Face::new(patches, ids[face as usize], axisymmetric);
             WantedInterval { face, centre, widths }
         };
-        let wanted: Vec<WantedInterval> = places.iter().map(about).collect();
+        let wanted: Vec<WantedInterval> = site.places().map(about).collect();
         let elements = finer_elements(interval.elements_or(ELEMENTS), finer);
         let settings = FineSettings { division: interval.division, elements, growth: None };
         let mesh = Arc::new(FineMesh::build(&self, &wanted, &settings)?);

@@ -80,17 +80,20 @@ impl FineElements {
         let coarse = &body.surface;
         let footprints = wanted.footprints(coarse).ok_or_else(nothing)?;
         let Levels { longest, levels, elements } = wanted.levels(coarse, &footprints);
-        let refined = RefinedMesh::new(
-            &spec.mesh,
-            |ball: &CellBall| {
-                let level = f64::from(ball.level) + 1.0;
-                let beyond = if level < levels { COARSER } else { FINEST };
-                let reach = ball.radius + beyond * longest * (-level).exp2();
-                level <= levels && footprints.iter().any(|of| of.distance(&ball.centre) <= reach)
-            },
-            MOST,
-        )
-        .map_err(fail)?;
+        let finest = longest * (-levels).exp2();
+        let is_wanted = |ball: &CellBall| {
+            let level = f64::from(ball.level) + 1.0;
+            let beyond = if level < levels { COARSER } else { FINEST };
+            let reach = ball.radius + beyond * longest * (-level).exp2();
+            level <= levels && footprints.iter().any(|of| of.distance(&ball.centre) <= reach)
+        };
+        let length = |ends: [&[f64; 3]; 2]| footprints.iter().find_map(|of| of.length_across(ends, finest));
+        let refined = if wanted.is_halved_across(coarse) {
+            RefinedMesh::at_edges(&spec.mesh, length, MOST)
+        } else {
+            RefinedMesh::new(&spec.mesh, is_wanted, MOST)
+        };
+        let refined = refined.map_err(fail)?;
         let n_free = refined.n_free();
         debug!(body = name, levels, elements = refined.mesh().elements().len(), nodes = n_free, "fine model");
         let surface = MeshSurface::of(refined.mesh());
@@ -112,7 +115,7 @@ impl FineElements {
             smooth,
         };
         fine.check_rigid_parts()?;
-        fine.check_size(longest * (-levels).exp2(), elements)?;
+        fine.check_size(finest, elements)?;
         Ok(fine)
     }
 
@@ -300,10 +303,10 @@ impl FineElements {
     /// What its matrices are made from.
     pub fn zone_definition(&self) -> Bytes {
         let mut key = Bytes(meshed_definition(&self.body.spec));
-        let WantedZone { sites, widths, elements } = &self.wanted;
-        sites
-            .iter()
-            .for_each(|SurfacePlace { face, xi, point }| key.add(&(face, xi, point, widths, elements)));
+        let WantedZone { sites, widths, elements, across } = &self.wanted;
+        sites.iter().for_each(|SurfacePlace { face, xi, point }| {
+            key.add(&(face, xi, point, widths, elements, across))
+        });
         key
     }
 }

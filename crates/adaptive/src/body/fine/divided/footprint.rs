@@ -1,6 +1,7 @@
 //! Where a mesh is divided about a touch, and how far (docs/theory.md section C.10).
 
 use fe_mesh::SideKind;
+use fe_mesh::element::kind::Form;
 use nalgebra::Vector3;
 
 use crate::spec::RefinementSpec;
@@ -19,6 +20,10 @@ const ACROSS_LINE: [usize; 2] = [2, 6];
 /// Sine of the angle about the axis of a surface up to which a strip along it is told by its width over the tangential plane.
 const BENT: f64 = 0.34;
 
+/// Sides that a line has for each side before and level if they are halved across it alone: edges that lean against it
+/// are halved along it as well. As counted on meshes with four to nine levels: right to a half.
+const GROWTH: f64 = 3.0;
+
 /// The zone that a fine model is to have: its middle, its widths, its elements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WantedZone {
@@ -29,6 +34,8 @@ pub struct WantedZone {
     pub widths: [f64; 2],
     /// Elements across the narrower one; `None`: as many as the elements need.
     pub elements: Option<usize>,
+    /// Direction of the first width on a surface without directions of its own; zero of others.
+    pub across: [f64; 3],
 }
 
 /// How elements about a zone are halved.
@@ -54,6 +61,12 @@ impl WantedZone {
     pub fn is_line(&self, surface: &MeshSurface) -> [bool; 2] {
         let is_long = self.widths.map(|width| width >= surface.length());
         if surface.mesh().model().dimension() == 3 && is_long != [true; 2] { is_long } else { [false; 2] }
+    }
+
+    /// Whether elements are halved across a line: tetrahedra (theory Eq. C.109).
+    pub fn is_halved_across(&self, surface: &MeshSurface) -> bool {
+        let mut elements = surface.mesh().elements().iter();
+        self.is_line(surface) != [false; 2] && elements.all(|e| e.kind.form() == Form::Tetrahedron)
     }
 
     /// The ellipses, or the strip, about its places; none where the surface has no shape.
@@ -84,7 +97,7 @@ impl WantedZone {
         };
         let Levels { longest, levels, .. } = self.levels(surface, &footprints);
         let ring = 3.0 * longest * (-levels).exp2();
-        let is_line = self.is_line(surface);
+        let (is_line, is_across) = (self.is_line(surface), self.is_halved_across(surface));
         let at = |(site, of): (&SurfacePlace, &Footprint)| {
             let sides = surface.sides_within(site.face, |x| of.contains(x));
             let is_bent = (0..2).any(|d| is_line[1 - d] && of.half[d] * of.shape.curvatures[d].abs() > BENT);
@@ -104,7 +117,8 @@ impl WantedZone {
             let extent =
                 |d: usize| if is_line[d] { of.extent(surface, &sides, d) } else { 2.0 * of.half[d] + ring };
             let shape = if is_line == [false; 2] { 0.25 * std::f64::consts::PI } else { 1.0 };
-            shape * extent(0) * extent(1) * unknowns / area * (2.0 * levels).exp2()
+            let pieces = if is_across { GROWTH.powf(levels) } else { (2.0 * levels).exp2() };
+            shape * extent(0) * extent(1) * unknowns / area * pieces
         };
         self.sites.iter().zip(&footprints).map(at).sum()
     }
@@ -137,7 +151,7 @@ pub struct Footprint {
 
 impl Footprint {
     fn new(surface: &MeshSurface, site: &SurfacePlace, wanted: &WantedZone) -> Option<Self> {
-        let shape = surface.shape_at(site)?;
+        let shape = surface.shape_at(site)?.turned(&Vector3::from(wanted.across));
         let (model, point, [width, other]) = (surface.mesh().model(), &site.point, wanted.widths);
         let n_directions = model.dimension() - 1;
         let along = RefinementSpec::half_width(model, point, width);
@@ -151,6 +165,17 @@ impl Footprint {
     /// Distance of its farthest end from its middle, of a strip across it \[m\].
     pub fn reach(&self) -> f64 {
         self.half.iter().filter(|half| half.is_finite()).fold(0.0, |most, half| most.max(*half))
+    }
+
+    /// Length across the line of an edge between `ends`, if it is to be halved for a strip with edges of the length `finest` (theory
+    /// Eq. C.109) \[m\].
+    pub fn length_across(&self, [a, b]: [&[f64; 3]; 2], finest: f64) -> Option<f64> {
+        let mut edge = Vector3::from(*b) - Vector3::from(*a);
+        for (tangent, _) in self.shape.tangents.iter().zip(self.half).filter(|(_, half)| half.is_infinite()) {
+            edge -= edge.dot(tangent) * tangent;
+        }
+        let (length, middle) = (edge.norm(), [0, 1, 2].map(|d| 0.5 * (a[d] + b[d])));
+        (length > finest && length >= self.distance(&middle)).then_some(length)
     }
 
     /// Extent of the nodes of `sides` in direction `d` \[m\].
