@@ -69,7 +69,7 @@ impl RefinedMesh {
     }
 
     /// Halves the edges of the tetrahedra of `mesh`, the longest first, and what becomes of them, as long as they have a
-    /// `length` between their two ends (theory Eq. C.109); into `most` pieces at most.
+    /// `length` between their two ends (theory Eq. C.110); into `most` pieces at most.
     ///
     /// # Errors
     /// [`MeshFault::TooFine`] beyond that, [`MeshFault::Undivided`] for elements that are no tetrahedra.

@@ -206,7 +206,7 @@ table!(TransferRow "transfers" "Changes of models in the course of the run, and 
         "further places of the contact body about which the interval lies where bodies touch at several at once (theory A.12), up to seven: number of the face from 1 on, 0 for none, and parameters";
     target_others: [f64; 28] ["–"], "the same of the target body";
     across: [f64; 3] ["–"],
-        "direction of the first width, across the line of a touch on a plane of a mesh of the contact body, in the model's components (theory C.109); zeros elsewhere";
+        "direction of the first width, across the line of a touch on a plane of a mesh of the contact body, in the model's components (theory C.110); zeros elsewhere";
     target_across: [f64; 3] ["–"], "the same of the target body";
     offset: f64 ["m"], "how far a zone on a smooth surface in place of the sides of a mesh was moved along its normal (theory C.75)";
 });

@@ -1,4 +1,4 @@
-//! Tetrahedra halved at one edge after the other, the longest first (docs/theory.md Eq. C.109).
+//! Tetrahedra halved at one edge after the other, the longest first (docs/theory.md Eq. C.110).
 //!
 //! All tetrahedra about an edge are halved with it, so that no node hangs. What counts as the length of an edge may
 //! leave out a direction: pieces stay longer in it.

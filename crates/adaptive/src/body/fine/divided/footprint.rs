@@ -63,7 +63,7 @@ impl WantedZone {
         if surface.mesh().model().dimension() == 3 && is_long != [true; 2] { is_long } else { [false; 2] }
     }
 
-    /// Whether elements are halved across a line: tetrahedra (theory Eq. C.109).
+    /// Whether elements are halved across a line: tetrahedra (theory Eq. C.110).
     pub fn is_halved_across(&self, surface: &MeshSurface) -> bool {
         let mut elements = surface.mesh().elements().iter();
         self.is_line(surface) != [false; 2] && elements.all(|e| e.kind.form() == Form::Tetrahedron)
@@ -168,7 +168,7 @@ impl Footprint {
     }
 
     /// Length across the line of an edge between `ends`, if it is to be halved for a strip with edges of the length `finest` (theory
-    /// Eq. C.109) \[m\].
+    /// Eq. C.110) \[m\].
     pub fn length_across(&self, [a, b]: [&[f64; 3]; 2], finest: f64) -> Option<f64> {
         let mut edge = Vector3::from(*b) - Vector3::from(*a);
         for (tangent, _) in self.shape.tangents.iter().zip(self.half).filter(|(_, half)| half.is_infinite()) {
