@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 use hdf5::types::{TypeDescriptor, VarLenUnicode};
-use result_files::tables::{ImpactRow, PhaseRow, TransferRow, TrialRow};
+use result_files::tables::{EventRow, ImpactRow, PhaseRow, TransferRow, TrialRow};
 use tempfile::TempDir;
 
 /// Solid balls aslant with spin and friction: fine models of both, the search for the penalty factor, a pair with sticking and
@@ -75,6 +75,7 @@ fn values(name: &str, dataset: &hdf5::Dataset) -> String {
             exactly(&rows)
         }
         "/impacts" => exactly(&dataset.read_raw::<ImpactRow>().expect("rows")),
+        "/events" => exactly(&dataset.read_raw::<EventRow>().expect("rows")),
         "/transfers" => exactly(&dataset.read_raw::<TransferRow>().expect("rows")),
         _ => match dataset.dtype().and_then(|t| t.to_descriptor()).expect("a type") {
             TypeDescriptor::Float(_) => {

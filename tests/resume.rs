@@ -83,6 +83,7 @@ fn assert_equal(new: &Path, reference: &Path) {
     assert_eq!(format!("{:?}", a.impacts), format!("{:?}", b.impacts));
     assert_eq!(a.phases, b.phases);
     assert_eq!(a.trials, b.trials);
+    assert_eq!(a.events, b.events);
     assert_eq!(a.transfers, b.transfers);
     assert_eq!(a.attribute("status"), "complete");
     let (code, table) = fbimpact(&["compare", text(new), text(reference), "--rtol", "1e-14"]);

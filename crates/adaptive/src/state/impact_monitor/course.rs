@@ -9,6 +9,9 @@ use crate::record::{EventKind, EventRecord};
 
 /// Steps for which points stick or slide before that is told: what changes sooner is not resolved by the steps.
 const HELD: u32 = 3;
+/// Periods for which bodies stay in their places to rest: an impact, whose bodies yield and part again, lasts half of one, or some where
+/// waves press them.
+const PERIODS: f64 = 4.0;
 
 /// What the points of a contact do, where its bodies are, and what it does beside its force.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -53,7 +56,7 @@ pub struct Course {
     next: Option<(EventRecord, u32)>,
     /// When all points have ceased to slide in this touch \[s\].
     stuck: f64,
-    /// The instant that the bodies have moved from by less than they yield.
+    /// The instant that the bodies have moved from by less than twice what they yield by.
     still: Option<ContactInstant>,
     /// Whether that is rest, and how often rest has ended in this touch.
     rests: bool,
@@ -127,11 +130,10 @@ impl Course {
         self.slip = Some(kind);
     }
 
-    /// Sees whether the bodies have moved by more than `yielded` \[m\] (Eq. Q.10).
+    /// Sees whether the bodies have moved by more than twice the way `yielded` \[m\] (Eq. Q.10).
     fn see_way(&mut self, now: &ContactInstant, yielded: f64) {
-        // Bodies that tremble about a place may have been seen at an end of their way.
-        let most = if self.rests { 2.0 * yielded } else { yielded };
-        let still = self.still.filter(|still| still.hold.way(&now.hold) <= most);
+        // As far as bodies that tremble about a place go from one end of their way to the other while they press each other.
+        let still = self.still.filter(|still| still.hold.way(&now.hold) <= 2.0 * yielded);
         let Some(still) = still else {
             if self.rests {
                 self.tell(EventKind::Motion, now.time, now.force);
@@ -141,7 +143,7 @@ impl Course {
             return;
         };
         let period = TAU * (now.hold.mass * yielded / now.force).sqrt();
-        if !self.rests && now.time - still.time >= period * f64::exp2(f64::from(self.n_rests)) {
+        if !self.rests && now.time - still.time >= PERIODS * period * f64::exp2(f64::from(self.n_rests)) {
             self.rests = true;
             self.tell(EventKind::Rest, still.time.max(self.stuck.min(now.time)), now.force);
         }
@@ -257,8 +259,8 @@ mod tests {
             monitor.begin(instant(0.0, 8.0, 0.0, 0.0, EventKind::Stick));
             for k in 1..200 {
                 let t = 1e-2 * f64::from(k);
-                // It trembles by 0.4 of what it yields by.
-                let mut now = instant(t, 8.0, 4e-4 * (300.0 * t).sin(), 0.1, EventKind::Stick);
+                // It trembles by 0.9 of what it yields by.
+                let mut now = instant(t, 8.0, 9e-4 * (300.0 * t).sin(), 0.1, EventKind::Stick);
                 if turns && let Some(pose) = &mut now.hold.poses[0] {
                     // Rolls at 0.1 rad/s: 0.5 m times that in a period of 0.1 s is five times what it yields by.
                     pose.rotation = nalgebra::UnitQuaternion::from_scaled_axis(Vector3::y() * (0.1 * t));
@@ -274,14 +276,14 @@ mod tests {
 
     #[test]
     fn what_creeps_tells_rest_and_motion_ever_more_seldom() {
-        // A fifth of what it yields by in a period: it has moved by that after five of them, and is told to rest after 1, 2, 4 of them,
-        // to move again after ten.
+        // A tenth of what it yields by in a period: it has moved by twice that after twenty of them, and is told to rest after 4, 8, 16 of
+        // them.
         let mut monitor = ImpactMonitor::default();
         let period = TAU * (2.0 * 1e-3 / 8.0_f64).sqrt();
         monitor.begin(instant(0.0, 8.0, 0.0, 0.0, EventKind::Stick));
-        for k in 1..8000 {
+        for k in 1..30_000 {
             let t = 1e-2 * f64::from(k);
-            monitor.step(instant(t, 8.0, 2e-4 / period * t, 2e-4 / period, EventKind::Stick), None, None);
+            monitor.step(instant(t, 8.0, 1e-4 / period * t, 1e-4 / period, EventKind::Stick), None, None);
         }
         let kinds: Vec<_> = told(&mut monitor).iter().map(|event| event.0).collect();
         assert_eq!(kinds, ["touch", "stick", "rest", "motion", "rest", "motion", "rest", "motion"]);

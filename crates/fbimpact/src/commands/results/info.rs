@@ -6,7 +6,7 @@ use std::path::Path;
 use result_files::stored::Stored;
 use result_files::stored::peak::Peak;
 use result_files::stored::summary::{self, Summary};
-use result_files::tables::{EventRow, ImpactRow, PhaseRow, TrialRow};
+use result_files::tables::{EventRow, ImpactRow, PhaseRow, TableRow, TrialRow};
 use result_files::words::band::{NOTHING, within};
 use result_files::words::shown::short;
 use result_files::words::table::{Shown, heading, table, with_unit};
@@ -14,6 +14,9 @@ use result_files::words::table::{Shown, heading, table, with_unit};
 use crate::commands::print;
 use crate::error::AppError;
 use crate::results::columns;
+
+/// Events that are shown at most: more than a screen says nothing.
+const MOST_EVENTS: usize = 40;
 
 /// Prints the summary of a result file, whose datasets are all looked at first if `check` is set.
 ///
@@ -66,7 +69,12 @@ fn for_people(s: &Summary) -> String {
     }
     // Touches and releases are told of with the impacts.
     let within = s.events.iter().filter(|event| !matches!(event.kind.as_str(), "touch" | "release"));
-    table(&within.cloned().collect::<Vec<_>>(), &events(), &mut out);
+    let within: Vec<_> = within.cloned().collect();
+    let n = within.len().min(MOST_EVENTS);
+    table(&within[..n], &events(), &mut out);
+    if n < within.len() {
+        let _ = writeln!(out, "and {} more in the table /{}", within.len() - n, EventRow::NAME);
+    }
     table(&s.peaks, &peaks(), &mut out);
     table(&s.trials, &trials(), &mut out);
     if !s.timings.is_empty() {
