@@ -87,9 +87,8 @@ impl FineElements {
             let reach = ball.radius + beyond * longest * (-level).exp2();
             level <= levels && footprints.iter().any(|of| of.distance(&ball.centre) <= reach)
         };
-        let length = |ends: [&[f64; 3]; 2]| footprints.iter().find_map(|of| of.length_across(ends, finest));
         let refined = if wanted.is_halved_across(coarse) {
-            RefinedMesh::at_edges(&spec.mesh, length, MOST)
+            wanted.halved_across(coarse, &footprints, MOST)
         } else {
             RefinedMesh::new(&spec.mesh, is_wanted, MOST)
         };

@@ -2,6 +2,8 @@
 
 use fe_mesh::SideKind;
 use fe_mesh::element::kind::Form;
+use fe_mesh::fault::MeshFault;
+use fe_mesh::refined::RefinedMesh;
 use nalgebra::Vector3;
 
 use crate::spec::RefinementSpec;
@@ -20,9 +22,9 @@ const ACROSS_LINE: [usize; 2] = [2, 6];
 /// Sine of the angle about the axis of a surface up to which a strip along it is told by its width over the tangential plane.
 const BENT: f64 = 0.34;
 
-/// Sides that a line has for each side before and level if they are halved across it alone: edges that lean against it
-/// are halved along it as well. As counted on meshes with four to nine levels: right to a half.
-const GROWTH: f64 = 3.0;
+/// Pieces more than the part has elements beyond which a line is not divided: a long thin one has some tens of thousands, and its model
+/// takes a minute to be built.
+const MOST_ALONG: usize = 12_000;
 
 /// The zone that a fine model is to have: its middle, its widths, its elements.
 #[derive(Debug, Clone, PartialEq)]
@@ -88,8 +90,24 @@ impl WantedZone {
         Levels { longest, levels, elements }
     }
 
-    /// Unknowns of its interface, from the areas of zone and sides; infinite along a line where the part has no known shape, or
-    /// of which the surface bends away in the zone. Without effect in a plane.
+    /// The mesh halved across a line about its `footprints`, into `most` pieces at most (theory Eq. C.110).
+    ///
+    /// # Errors
+    /// As [`RefinedMesh::at_edges`].
+    pub fn halved_across(
+        &self,
+        surface: &MeshSurface,
+        footprints: &[Footprint],
+        most: usize,
+    ) -> Result<RefinedMesh, MeshFault> {
+        let Levels { longest, levels, .. } = self.levels(surface, footprints);
+        let finest = longest * (-levels).exp2();
+        let length = |ends: [&[f64; 3]; 2]| footprints.iter().find_map(|of| of.length_across(ends, finest));
+        RefinedMesh::at_edges(surface.mesh(), length, most)
+    }
+
+    /// Unknowns of its interface, from the areas of zone and sides; infinite along a line where the part has no known shape, of which
+    /// the surface bends away in the zone, or which would take too many pieces. Without effect in a plane.
     pub fn interface(&self, surface: &MeshSurface) -> f64 {
         let Some(footprints) = self.footprints(surface).filter(|_| surface.mesh().model().dimension() == 3)
         else {
@@ -97,7 +115,7 @@ impl WantedZone {
         };
         let Levels { longest, levels, .. } = self.levels(surface, &footprints);
         let ring = 3.0 * longest * (-levels).exp2();
-        let (is_line, is_across) = (self.is_line(surface), self.is_halved_across(surface));
+        let is_line = self.is_line(surface);
         let at = |(site, of): (&SurfacePlace, &Footprint)| {
             let sides = surface.sides_within(site.face, |x| of.contains(x));
             let is_bent = (0..2).any(|d| is_line[1 - d] && of.half[d] * of.shape.curvatures[d].abs() > BENT);
@@ -117,10 +135,15 @@ impl WantedZone {
             let extent =
                 |d: usize| if is_line[d] { of.extent(surface, &sides, d) } else { 2.0 * of.half[d] + ring };
             let shape = if is_line == [false; 2] { 0.25 * std::f64::consts::PI } else { 1.0 };
-            let pieces = if is_across { GROWTH.powf(levels) } else { (2.0 * levels).exp2() };
-            shape * extent(0) * extent(1) * unknowns / area * pieces
+            shape * extent(0) * extent(1) * unknowns / area * (2.0 * levels).exp2()
         };
-        self.sites.iter().zip(&footprints).map(at).sum()
+        let unknowns: f64 = self.sites.iter().zip(&footprints).map(at).sum();
+        if !(unknowns.is_finite() && self.is_halved_across(surface)) {
+            return unknowns;
+        }
+        // How many pieces there are is known when they are there.
+        let most = surface.mesh().elements().len() + MOST_ALONG;
+        if self.halved_across(surface, &footprints, most).is_ok() { 0.0 } else { f64::INFINITY }
     }
 }
 
