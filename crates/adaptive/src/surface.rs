@@ -77,6 +77,16 @@ impl LocalShape {
     }
 }
 
+/// Where `value` is least between `low` and `high`, by `steps` golden sections; it has one minimum there.
+pub fn least_at([mut low, mut high]: [f64; 2], steps: usize, value: impl Fn(f64) -> f64) -> f64 {
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    for _ in 0..steps {
+        let (c, d) = (high - golden * (high - low), low + golden * (high - low));
+        if value(c) <= value(d) { high = d } else { low = c }
+    }
+    0.5 * (low + high)
+}
+
 /// Shares of a straight line at which it is looked at.
 pub const ALONG_LINE: [f64; 5] = [0.0, 0.25, 0.5, 0.75, 1.0];
 

@@ -162,7 +162,7 @@ fn yields_twice(name: &str, body: &BodyModel) -> Warning {
         limit: 0.0,
         message: format!(
             "the {n_modes} modes of body \"{body}\" yield at the touch beside Hertz's law, which holds that already: forces come out low, by \
-             some per cent for compact bodies with few modes"
+             some per cent for compact solid bodies with few modes, by a tenth and more for plane ones, which their band does not hold"
         ),
         remedy: format!(
             "leave contacts.{name}.model out for the contact of the flexible bodies themselves, or take body \"{body}\" as rigid where its \

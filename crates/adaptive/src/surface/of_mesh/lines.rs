@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{MeshSurface, SAME_PLANE};
-use crate::surface::{ALONG_LINE, LocalShape, StraightLine, Surface, SurfacePlace};
+use crate::surface::{ALONG_LINE, LocalShape, StraightLine, Surface, SurfacePlace, least_at};
 
 /// Smaller curvature over the larger one below which a surface may be one of straight lines: what a
 /// paraboloid through nodes errs by.
@@ -84,13 +84,7 @@ impl MeshSurface {
             distance(start + reach * direction).min(distance(start - reach * direction))
         };
         let turned = |angle: f64| (along * angle.cos() + aside * angle.sin()).normalize();
-        let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-        let [mut low, mut high] = [-TURN, TURN];
-        for _ in 0..TURNS {
-            let (c, d) = (high - golden * (high - low), low + golden * (high - low));
-            if beside(&turned(c)) <= beside(&turned(d)) { high = d } else { low = c }
-        }
-        turned(0.5 * (low + high))
+        turned(least_at([-TURN, TURN], TURNS, |angle| beside(&turned(angle))))
     }
 
     /// The line through `place` along `direction`, if it lies in the surface from one edge of the

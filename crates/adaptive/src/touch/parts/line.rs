@@ -10,7 +10,7 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::force::BodyState;
 use nalgebra::Vector3;
 
-use crate::surface::{ALONG_LINE, Foot, StraightLine, SurfacePlace};
+use crate::surface::{ALONG_LINE, Foot, StraightLine, SurfacePlace, least_at};
 use crate::touch::detection::Nearest;
 use crate::touch::hertz::local_surface::SurfaceView;
 use crate::touch::parts::side::{Moved, Side, touch_direction};
@@ -187,13 +187,7 @@ fn nearest_across(
             None => (there - Vector3::from(foot.place.point)).dot(&foot.normal),
         }
     };
-    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-    let [mut low, mut high] = [-1.0, 1.0];
-    for _ in 0..STEPS {
-        let (c, d) = (high - golden * (high - low), low + golden * (high - low));
-        if gap(c) <= gap(d) { high = d } else { low = c }
-    }
-    let foot = first.nearest(&at(0.5 * (low + high)).into())?;
+    let foot = first.nearest(&at(least_at([-1.0, 1.0], STEPS, gap)).into())?;
     Some(first.turned_to(&foot.place, &pose.rotation.inverse_transform_vector(outward)))
 }
 
