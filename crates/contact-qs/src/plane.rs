@@ -10,6 +10,7 @@
 //! moments cancel.
 
 use crate::solver_fault::SolverFault;
+use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::force::{BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion};
 use iga_core::nurbs::jet::diagonal;
@@ -66,6 +67,8 @@ pub struct PlaneState {
 
 /// Buffers of a plane contact.
 pub struct PlaneWorkspace {
+    /// Compliances of the springs, of points on springs alone by the area that the plane sees.
+    springs: Vec<f64>,
     /// Gaps without quasistatic displacement.
     free_gaps: Vec<f64>,
     /// Points whose compliance the forces are found with, and the gaps with which these are.
@@ -88,6 +91,8 @@ pub struct PlaneFound {
     displacements: Vec<f64>,
     /// Point forces in the model's components.
     loads: Vec<f64>,
+    /// Its product with the plane's normal is the moment by which faces are turned towards the plane, in the body's axes (Eq. C.111) \[N m\].
+    couple: Vector3<f64>,
     report: ContactReport,
 }
 
@@ -258,6 +263,7 @@ impl ForceElement for PlaneContact {
         });
         let state = PlaneState { zone: self.quasistatic.as_ref().map(Quasistatic::solver), friction };
         let workspace = PlaneWorkspace {
+            springs: self.springs.clone(),
             free_gaps: vec![0.0; n],
             is_member: vec![true; n],
             pressed_gaps: vec![0.0; n],
@@ -272,6 +278,7 @@ impl ForceElement for PlaneContact {
             forces: vec![0.0; n],
             displacements: vec![0.0; n_rows],
             loads: vec![0.0; n_rows],
+            couple: Vector3::zeros(),
             report: ContactReport::default(),
         };
         (state, workspace, found)
@@ -298,7 +305,12 @@ impl ForceElement for PlaneContact {
         }
         self.sliding_work(body, state, workspace, found)?.enter(&mut found.report.energies);
         let sum = found.report.force;
-        self.push((&body.elastic, sum), &found.loads, found, &mut forces[self.settings.body]);
+        let force = &mut forces[self.settings.body];
+        self.push((&body.elastic, sum), &found.loads, found, force);
+        if self.submodel.motion != RigidMotion::Axial {
+            let normal = body.rotation.inverse_transform_vector(&self.settings.plane.normal);
+            force.torque_in_body += found.couple.cross(&normal);
+        }
         Ok(())
     }
 

@@ -215,10 +215,10 @@ fn derivatives_of_a_tree_agree_with_differences() {
                 let column = derivative.position_column(unknown).to_vec();
                 let off = deviation(&mut system, &y, layout.elastic().start + j, &rows, &column);
                 assert!(off < 1e-4, "{is_tangent} {is_tied} {unknown}: {off:e}");
-                // What a body gives to those that hang on it by turning, 10 1/s, is left out beside 500 1/s of the damper.
+                // What a body gives to those that hang on it by turning, some 10 1/s, is left out beside 500 1/s of the damper.
                 let column = derivative.velocity_column(unknown).to_vec();
                 let off = deviation(&mut system, &y, layout.elastic_rates().start + j, &rows, &column);
-                assert!(!is_tied || off < 1e-2, "{is_tangent} {unknown}: {off:e} by velocities");
+                assert!(!is_tied || off < 3e-2, "{is_tangent} {unknown}: {off:e} by velocities");
             }
         }
     }

@@ -20,23 +20,37 @@ use crate::zone::submodel::is_turned_to;
 
 /// Share of the deepest gap below which a gap is round-off of its sum.
 const ROUND_OFF: f64 = 1e-12;
+/// Cosine of the angle between the normals of a plane and of a face up to which the face stands across it: rocking bodies do not load
+/// their sides.
+const ACROSS: f64 = 0.01;
 /// Distance from the plane, over the size of the body, that no quasistatic displacement comes near:
 /// strains are small.
 const FAR: f64 = 0.02;
 
 impl PlaneContact {
     /// Gap of point `i`; open if the plane cannot press it: on faces that are turned away
-    /// (Eq. C.59), and farther away than any quasistatic displacement.
+    /// (Eqs. C.59, C.111), and farther away than any quasistatic displacement.
     fn free_gap(&self, i: usize, offset: f64, normal: (&[f64; 3], &Vector3<f64>), elastic: &[f64]) -> f64 {
         let (components, in_body) = normal;
         let Some(facing) = self.submodel.facing.get(i) else {
             return self.gap(i, offset, components, elastic);
         };
-        if !is_turned_to(facing, in_body.as_ref()) {
+        let is_open = match self.quasistatic {
+            Some(_) => !is_turned_to(facing, in_body.as_ref()),
+            None => self.shadow(i, in_body) <= 0.0,
+        };
+        if is_open {
             return OPEN;
         }
         let gap = self.gap(i, offset, components, elastic);
         if gap >= FAR * self.size { OPEN } else { gap }
+    }
+
+    /// The share of the area of point `i` that a plane with the normal `in_body` sees, if it stands on springs alone (Eq. C.111).
+    fn shadow(&self, i: usize, in_body: &Vector3<f64>) -> f64 {
+        let facing = self.submodel.facing.get(i).filter(|_| self.quasistatic.is_none());
+        facing
+            .map_or(1.0, |facing| ((-Vector3::from(*facing).dot(in_body) - ACROSS) / (1.0 - ACROSS)).max(0.0))
     }
 
     /// Plane normal in the model's components.
@@ -109,6 +123,7 @@ impl PlaneContact {
                 return Err(SolverFault::Gap { point: i, gap, time: t }.into());
             }
             workspace.free_gaps[i] = gap;
+            workspace.springs[i] = self.springs[i] / self.shadow(i, &in_body);
         }
         let Some(friction) = &mut state.friction else { return Ok(()) };
         friction.turn(&body.rotation);
@@ -138,9 +153,8 @@ impl PlaneContact {
         let PlaneState { zone, friction } = state;
         let PlaneFound { normal, gaps, forces, displacements, .. } = &mut *found;
         let (Some(model), Some(zone)) = (&self.quasistatic, zone) else {
-            let areas = &self.submodel.areas;
-            for ((force, &gap), &area) in forces.iter_mut().zip(free_gaps).zip(areas) {
-                *force = area * penalty::pressure(self.settings.penalty, gap);
+            for ((force, gap), spring) in forces.iter_mut().zip(free_gaps).zip(&workspace.springs) {
+                *force = (-gap).max(0.0) / spring;
             }
             gaps.copy_from_slice(free_gaps);
             if let Some(friction) = friction {
@@ -263,7 +277,16 @@ impl PlaneContact {
         found: &mut PlaneFound,
     ) {
         let mut report = ContactReport { solver, ..ContactReport::default() };
+        let mut couple = Vector3::zeros();
         for (i, &force) in found.forces.iter().enumerate() {
+            if force > 0.0
+                && self.quasistatic.is_none()
+                && let Some(facing) = self.submodel.facing.get(i)
+            {
+                let stretch = force * workspace.springs[i];
+                couple +=
+                    Vector3::from(*facing) * (0.5 * stretch * stretch / self.springs[i] / (1.0 - ACROSS));
+            }
             report.penetration = report.penetration.max(-found.gaps[i]);
             if force > 0.0 {
                 report.normal_force += force;
@@ -273,7 +296,7 @@ impl PlaneContact {
                 // Work of the normal displacement of the zone, Eq. C.7; zero when all modes are
                 // dynamic.
                 report.energies.elastic_high += 0.5 * force * (found.gaps[i] - workspace.free_gaps[i]);
-                report.energies.penalty += 0.5 * force * force * self.springs[i];
+                report.energies.penalty += 0.5 * force * force * workspace.springs[i];
             }
         }
         report.force = self.settings.plane.normal.into_inner() * report.normal_force;
@@ -286,6 +309,7 @@ impl PlaneContact {
             report.n_sliding = friction.n_sliding();
         }
         found.report = report;
+        found.couple = couple;
     }
 
     /// Work of sliding (Eqs. F.12, F.15).
@@ -303,8 +327,8 @@ impl PlaneContact {
             return Ok(SlidingWork::default());
         }
         self.find_rates(body, Some(friction), workspace, found);
-        let PlaneWorkspace { gap_rates, slip_rates, .. } = workspace;
-        let pressed = (self.springs.as_slice(), found.forces.as_slice());
+        let PlaneWorkspace { gap_rates, slip_rates, springs, .. } = workspace;
+        let pressed = (springs.as_slice(), found.forces.as_slice());
         friction.stick_slip.sliding_work(zone.as_mut(), pressed, gap_rates, slip_rates)
     }
 
@@ -320,8 +344,9 @@ impl PlaneContact {
     ) -> bool {
         let PlaneState { zone, friction } = state;
         self.find_rates(body, friction.as_deref(), workspace, found);
-        let PlaneWorkspace { gap_rates, slip_rates, normal_rates: normal, load_rates, .. } = workspace;
-        let pressed = (self.springs.as_slice(), found.forces.as_slice());
+        let PlaneWorkspace { gap_rates, slip_rates, normal_rates: normal, load_rates, springs, .. } =
+            workspace;
+        let pressed = (springs.as_slice(), found.forces.as_slice());
         if let Some(friction) = friction {
             if friction.stick_slip.find_rates(zone.as_mut(), pressed, gap_rates, slip_rates).is_err() {
                 return false;
