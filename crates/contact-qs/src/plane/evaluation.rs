@@ -11,7 +11,6 @@ use super::friction::PlaneFriction;
 use super::{NORMAL_TOLERANCE, PlaneContact, PlaneFound, PlaneState, PlaneWorkspace};
 use crate::ContactError;
 use crate::contact_element::ContactReport;
-use crate::law::penalty;
 use crate::quasistatic::problem::{OPEN, dot};
 use crate::quasistatic::sliding_work::SlidingWork;
 use crate::quasistatic::stick_slip::rates::normal_rates;
