@@ -13,7 +13,7 @@ use crate::ContactError;
 use crate::contact_element::ContactReport;
 use crate::quasistatic::problem::{OPEN, dot};
 use crate::quasistatic::sliding_work::SlidingWork;
-use crate::quasistatic::stick_slip::rates::normal_rates;
+use crate::quasistatic::stick_slip::rates::{OF_STIFFNESS, normal_rates};
 use crate::quasistatic::{Quasistatic, SolveReport, ZoneSolver};
 use crate::zone::submodel::is_turned_to;
 
@@ -347,7 +347,11 @@ impl PlaneContact {
             workspace;
         let pressed = (springs.as_slice(), found.forces.as_slice());
         if let Some(friction) = friction {
-            if friction.stick_slip.find_rates(zone.as_mut(), pressed, gap_rates, slip_rates).is_err() {
+            if friction
+                .stick_slip
+                .find_rates(OF_STIFFNESS, zone.as_mut(), pressed, gap_rates, slip_rates)
+                .is_err()
+            {
                 return false;
             }
             normal.copy_from_slice(friction.stick_slip.rates()[0]);

@@ -11,7 +11,7 @@ use super::state::{Buffers, PairFound, PairState, RateBuffers, Work};
 use crate::contact_element::ContactReport;
 use crate::quasistatic::SolveReport;
 use crate::quasistatic::problem::dot;
-use crate::quasistatic::stick_slip::rates::normal_rates;
+use crate::quasistatic::stick_slip::rates::{OF_STIFFNESS, normal_rates};
 
 impl SurfacePair {
     /// Components of the point forces on both bodies at the last projection.
@@ -179,7 +179,7 @@ impl SurfacePair {
         let [gap_rates, slip_rates] = along;
         if let Some(friction) = friction {
             let stick_slip = &mut friction.stick_slip;
-            if stick_slip.find_rates(zone.as_mut(), pressed, gap_rates, slip_rates).is_err() {
+            if stick_slip.find_rates(OF_STIFFNESS, zone.as_mut(), pressed, gap_rates, slip_rates).is_err() {
                 return false;
             }
             let [of_normal, of_tangential] = stick_slip.rates();

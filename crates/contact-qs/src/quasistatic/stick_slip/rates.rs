@@ -27,6 +27,9 @@ pub(crate) fn normal_rates<Z: NormalSolver>(
     zone.solve_on_set(rates)
 }
 
+/// Tolerance of the rates that make up a stiffness: its other errors are larger.
+pub(crate) const OF_STIFFNESS: f64 = 1e-7;
+
 impl StickSlip {
     /// Work of sliding at the last solution (Eqs. F.9 to F.12, F.15); arguments as of [`StickSlip::find_rates`].
     ///
@@ -42,7 +45,7 @@ impl StickSlip {
         if !self.solver.states().contains(&PointState::Slip) {
             return Ok(SlidingWork::default());
         }
-        self.find_rates(zone, pressed, gap_rates, slip_rates)?;
+        self.find_rates(TOLERANCE, zone, pressed, gap_rates, slip_rates)?;
         // The rates of the bounds are left in `shifted`.
         let work =
             |i: usize| self.work_of_point(i, self.solver.increments(), &self.slip_rates, self.shifted[i]);
@@ -74,12 +77,13 @@ impl StickSlip {
 
     /// Finds the rates of the forces, and of the slip increments, on the sets of the last solution. `gap_rates` and `slip_rates`:
     /// rates of the points along normal and tangents without those of the forces [m/s]; `springs` and `forces`: compliances of the
-    /// normal springs [m/N] and normal forces of that solution \[N\].
+    /// normal springs [m/N] and normal forces of that solution \[N\]; `tolerance`: last change of the rates, over the largest.
     ///
     /// # Errors
     /// If the alternations don't converge.
     pub fn find_rates<Z: NormalSolver>(
         &mut self,
+        tolerance: f64,
         zone: Option<&mut Z>,
         (springs, forces): (&[f64], &[f64]),
         gap_rates: &[f64],
@@ -119,7 +123,7 @@ impl StickSlip {
             };
             self.solver.rates(&problem, &self.shifted, &self.offsets, &mut self.next, &mut self.slip_rates);
             let largest = self.next.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-            if self.relaxation.step(&mut self.rates, &self.next, TOLERANCE * largest) {
+            if self.relaxation.step(&mut self.rates, &self.next, tolerance * largest) {
                 return Ok(());
             }
         }

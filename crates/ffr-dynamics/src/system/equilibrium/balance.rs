@@ -9,7 +9,6 @@ use nalgebra::Vector3;
 
 use crate::error::{DynamicsError, StaticStartFault};
 use crate::force::active::ActiveForce;
-use crate::force::{BodyState, GeneralisedForce, Motion};
 use crate::integration::OdeSystem;
 use crate::reduction::blocks::dense;
 use crate::system::multibody::Multibody;
@@ -211,10 +210,7 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         };
         let reach = REACH * pressed.iter().map(yielded).filter(|x| *x > 0.0).fold(f64::INFINITY, f64::min);
         let (model, forces) = self.parts();
-        let add = |element: usize, states: &[BodyState], sums: &mut [GeneralisedForce]| {
-            forces[element].evaluate(Motion::new(t, states), sums)
-        };
-        let mut small = SmallMotion::loaded(model, (t, y), (&pressed, reach), add)?;
+        let mut small = SmallMotion::loaded(model, (t, y), (&pressed, reach), forces)?;
         // What the elements found belongs to the pose again.
         if let Err(refusal) = self.evaluate_accelerations(t, y) {
             return fail(refusal.into());

@@ -82,7 +82,7 @@ impl Workspace {
     }
 
     /// Has the bodies of `moving` stand as in the last evaluation and move with a unit of rate `j` alone.
-    fn move_along(&mut self, model: &MultibodyModel, j: usize) {
+    pub fn move_along(&mut self, model: &MultibodyModel, j: usize) {
         let Self { states, moving, direction, frames, edges, .. } = self;
         direction.fill(0.0);
         direction[j] = 1.0;

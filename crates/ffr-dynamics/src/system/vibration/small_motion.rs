@@ -1,10 +1,12 @@
 //! Mass and stiffness of a joined system about a pose at rest (docs/theory.md Eq. M.55 to M.57, M.63).
 
+mod loaded;
+
 use faer::{Mat, MatRef};
 use nalgebra::{Matrix6, Vector3, Vector6};
 
 use super::dead_load::DeadLoad;
-use crate::error::{DynamicsError, EvaluationFailure};
+use crate::error::DynamicsError;
 use crate::force::{BodyState, GeneralisedForce};
 use crate::reduction::blocks::dense;
 use crate::system::free_body::deformation::dot;
@@ -81,59 +83,6 @@ impl SmallMotion {
         let none = vec![0.0; small.n()];
         small.hold(&mut movable, y, &none)?;
         small.fill_stiffness(&mut movable, y, &steps);
-        Ok(small)
-    }
-
-    /// As [`Self::new`], under the further forces of `elements`, each of which `add` adds to those on the bodies in their
-    /// motions. Their stiffness is found by motions of surfaces by `reach` \[m\] and more (Eq. M.63); they have none if that
-    /// is infinite.
-    ///
-    /// # Errors
-    /// [`DynamicsError::StaticStart`] with what `add` refuses; else as [`Self::new`].
-    pub fn loaded(
-        model: &MultibodyModel,
-        (t, y): (f64, &[f64]),
-        (elements, reach): (&[usize], f64),
-        mut add: impl FnMut(usize, &[BodyState], &mut [GeneralisedForce]) -> Result<(), EvaluationFailure>,
-    ) -> Result<Self, DynamicsError> {
-        let (mut small, mut movable, steps) = Self::without_stiffness(model, t, y);
-        let (n, length) = (small.n(), movable.length());
-        let mut added = vec![0.0; n];
-        movable.further(y, elements, &mut add, &mut added)?;
-        small.hold(&mut movable, y, &added)?;
-        small.fill_stiffness(&mut movable, y, &steps);
-        if added.iter().all(|force| *force == 0.0) || !reach.is_finite() {
-            return Ok(small);
-        }
-        let mut most = vec![f64::INFINITY; n];
-        for body in &model.bodies {
-            // Modes of unit mass move a surface by some one over the root of the body's mass.
-            most[body.layout.rates_elastic()].fill(reach * body.data.mass.sqrt());
-        }
-        // An element feels the bodies that it presses.
-        let mut pressed = Vec::with_capacity(elements.len());
-        for element in elements {
-            movable.further(y, &[*element], &mut add, &mut added)?;
-            pressed.push((*element, movable.loaded_bodies()));
-        }
-        let (mut ahead, mut behind) = (vec![0.0; n], vec![0.0; n]);
-        for j in 0..n {
-            let is_moved = movable.moved_bodies(y, j);
-            let concerned = pressed.iter().filter(|(_, bodies)| bodies.iter().any(|b| is_moved[*b]));
-            let concerned: Vec<usize> = concerned.map(|(element, _)| *element).collect();
-            if concerned.is_empty() {
-                continue;
-            }
-            let step = (steps[j] * reach / (length * MOTION)).min(most[j]);
-            for (at, forces) in [(step, &mut ahead), (-step, &mut behind)] {
-                let mut moved = y.to_vec();
-                displace(model, &mut moved, j, at);
-                movable.further(&moved, &concerned, &mut add, forces)?;
-            }
-            for (i, (a, b)) in ahead.iter().zip(&behind).enumerate() {
-                small.stiffness[(i, j)] -= 0.5 * (a - b) / step;
-            }
-        }
         Ok(small)
     }
 
@@ -417,49 +366,6 @@ impl Movable {
             BodyInertia { rigid, coupling: workspace.elastic_part().0.to_vec() }
         });
         inertia.collect()
-    }
-
-    /// The forces that `elements` add to those on the bodies in the pose of `y`, along all coordinates.
-    fn further(
-        &mut self,
-        y: &[f64],
-        elements: &[usize],
-        mut add: impl FnMut(usize, &[BodyState], &mut [GeneralisedForce]) -> Result<(), EvaluationFailure>,
-        out: &mut [f64],
-    ) -> Result<(), DynamicsError> {
-        self.place(y);
-        let Self { model, workspace: Workspace { states, sums, .. }, wrenches, modal, .. } = self;
-        let added = elements.iter().try_for_each(|element| add(*element, states, sums));
-        added.map_err(|refusal| DynamicsError::StaticStart(refusal.into()))?;
-        for (i, (body, sum)) in model.bodies.iter().zip(sums).enumerate() {
-            modal[body.layout.rates_elastic()].copy_from_slice(&sum.elastic);
-            wrenches[i] = wrench(&states[i], sum);
-        }
-        self.write_coordinates(out);
-        Ok(())
-    }
-
-    /// The bodies on which the forces of the last [`Self::further`] act.
-    fn loaded_bodies(&self) -> Vec<usize> {
-        let is_zero = |sum: &GeneralisedForce| {
-            let rigid = sum.force.iter().chain(sum.torque_in_body.iter());
-            rigid.chain(&sum.elastic).all(|f| *f == 0.0)
-        };
-        let sums = self.workspace.sums.iter().enumerate();
-        sums.filter(|(_, sum)| !is_zero(sum)).map(|(i, _)| i).collect()
-    }
-
-    /// Which bodies a motion of the coordinate of rate `j` moves or deforms in the pose of `y`.
-    fn moved_bodies(&mut self, y: &[f64], j: usize) -> Vec<bool> {
-        self.place(y);
-        let mut rates = vec![0.0; self.modal.len()];
-        rates[j] = 1.0;
-        let mut frames = vec![[0.0; 6]; self.model.bodies.len()];
-        frame_velocities(&self.model, &self.workspace.edges, &rates, &mut frames);
-        let bodies = self.model.bodies.iter().zip(&frames);
-        bodies
-            .map(|(body, frame)| frame.iter().any(|v| *v != 0.0) || body.layout.rates_elastic().contains(&j))
-            .collect()
     }
 
     /// Forces along all coordinates at rest in the pose of `y`, modal stiffness left out
