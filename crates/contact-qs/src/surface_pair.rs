@@ -85,6 +85,8 @@ pub struct SurfacePair {
     compliances: Option<Compliances>,
     friction: Option<Friction>,
     springs: Vec<f64>,
+    /// The part of `springs` that is what elements leave out of the indentation at a point; empty if nothing.
+    left_out: Vec<f64>,
     /// Points nearer than this to an end of the target count as touching it.
     rim_reach: f64,
     ground: BodyState,
@@ -126,6 +128,7 @@ impl SurfacePair {
             n_modes: n_q,
             is_rim,
             springs: vec![0.0; n],
+            left_out: Vec::new(),
             rim_reach: spacing(&submodel.areas, motion, &submodel.points),
             ground: BodyState::at_rest(0),
             tolerance: evaluation::GAP_TOLERANCE,
@@ -171,6 +174,7 @@ impl SurfacePair {
     fn set_springs(&mut self, penalty: f64) -> Result<(), ContactError> {
         let needs_springs = self.compliances.as_ref().map(Compliances::needs_springs);
         penalty::set_springs(penalty, needs_springs, &self.areas, &mut self.springs)?;
+        self.springs.iter_mut().zip(&self.left_out).for_each(|(spring, left_out)| *spring += left_out);
         self.settings.penalty = penalty;
         Ok(())
     }

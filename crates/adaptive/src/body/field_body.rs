@@ -19,7 +19,7 @@ use super::reduced::{Interface, ReducedBody, ReductionInput, geometric_stiffenin
 use crate::body::mesh::MeshedBody;
 use crate::body::splines::ElasticBody;
 use crate::body::zone::at_start::StartZone;
-use crate::body::zone::{ContactZone, PointsAbout, WholeRequest};
+use crate::body::zone::{ContactZone, WholeRequest};
 use crate::error::AdaptiveError;
 use crate::record::ZoneSite;
 use crate::spec::unsupported::Unsupported;
@@ -83,9 +83,6 @@ impl CarriedWaves {
         low
     }
 }
-
-/// Length of elements that resolve an edge along a face, as a share of the least extent of the body.
-const EDGE_ELEMENT: f64 = 1e-2;
 
 /// A flexible body with its matrices. What a new kind of elements has to say is required; what
 /// follows from it is provided.
@@ -167,27 +164,9 @@ pub trait FieldBody: Field {
         interval: &IntervalSpec,
     ) -> Result<Box<dyn FineModel>, AdaptiveError>;
 
-    /// The model refined about an edge of the target that lies along a face, with the whole surface as
-    /// its zone (theory Eq. C.98); none of elements that are not refined along lines, and where the
-    /// edge lies `about` no line.
-    fn refined_along(self: Arc<Self>, _about: &PointsAbout) -> Option<Box<dyn FineModel>> {
-        None
-    }
-
     /// Lengths of the element at a place of the surface, along the directions of its face; none of elements that
     /// are not refined about flat faces \[m\].
     fn element_at(&self, _place: &SurfacePlace) -> Option<[f64; 2]> {
-        None
-    }
-
-    /// Length of elements that resolve an edge of the target that lies along a face (theory Eq. C.98): indentation
-    /// changes by a tenth when it is doubled \[m\].
-    fn edge_element(&self) -> f64 {
-        EDGE_ELEMENT * self.thickness()
-    }
-
-    /// Length of the elements of that model across the edge \[m\].
-    fn length_along(&self, _about: &PointsAbout) -> Option<f64> {
         None
     }
 

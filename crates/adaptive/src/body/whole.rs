@@ -13,7 +13,7 @@ use super::fine::FineModel;
 use crate::adaptivity::interval::IntervalGrid;
 use crate::body::fine::refined::{gigabytes, most_gigabytes};
 use crate::body::splines::{Discretised, ElasticBody};
-use crate::body::zone::{ContactZone, PointsAbout, WholeRequest};
+use crate::body::zone::{ContactZone, PointsAbout, WholeRequest, left_out};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::record::{TargetPlace, ZoneSite, ZoneSize};
 use crate::spec::{IntervalSpec, PointRule};
@@ -39,9 +39,6 @@ pub fn fine_model(
         return Arc::clone(body).refined(site, (widths, finer), interval);
     }
     let about = PointsAbout::of(body.undeformed(), site);
-    if let Some(fine) = about.as_ref().and_then(|about| Arc::clone(body).refined_along(about)) {
-        return Ok(fine);
-    }
     let request = WholeRequest { about, part: site.part };
     Ok(Box::new(WholeBody { body: Arc::clone(body), request }))
 }
@@ -52,7 +49,10 @@ impl FineModel for WholeBody {
     }
 
     fn zone(&self, _rule: PointRule, contact: &str) -> Result<ContactZone, AdaptiveError> {
-        let zone = self.body.whole_zone(&self.request, contact)?;
+        let mut zone = self.body.whole_zone(&self.request, contact)?;
+        if let Some(about) = self.request.about.as_ref().filter(|about| about.meets.is_some()) {
+            zone.left_out = left_out(self.body.as_ref(), &zone, about);
+        }
         let (all, unknowns) = (self.body.n_unknowns() as f64, zone.unknowns.len());
         let gigabytes = gigabytes(self.body.space().dimension(), all, unknowns as f64);
         let most = most_gigabytes();

@@ -26,6 +26,7 @@ use crate::surface::{Surface, SurfacePlace};
 
 mod met_edge;
 mod on_sides;
+mod under_edge;
 mod whole_mesh;
 pub mod of_rigid;
 pub mod at_start;
@@ -34,6 +35,7 @@ pub mod on_mesh;
 
 pub use met_edge::MetEdge;
 pub use on_sides::longest_across;
+pub use under_edge::{left_out, spread};
 
 /// A contact zone on faces of a body.
 #[derive(Debug, Clone, PartialEq)]
@@ -57,6 +59,8 @@ pub struct ContactZone {
     /// Indices of the points that meet an edge or a corner of the target (theory Eq. C.63), with their
     /// places along the edge from its middle, as shares of its half; zero of a place alone.
     pub meeting: Vec<(usize, f64)>,
+    /// Compliances of what the elements leave out of the indentation at these points; empty if nothing (theory Eq. C.112) [m/N].
+    pub left_out: Vec<f64>,
 }
 
 /// What of a whole surface is a contact zone.
@@ -191,6 +195,7 @@ impl ContactZone {
             region: ZoneRegion::Faces(limits.iter().map(|l| l.region).collect()),
             extent: ZoneExtent::Part,
             meeting: Vec::new(),
+            left_out: Vec::new(),
         })
     }
 }
@@ -290,6 +295,7 @@ impl ContactZone {
             ),
             extent: ZoneExtent::Whole,
             meeting,
+            left_out: Vec::new(),
         })
     }
 

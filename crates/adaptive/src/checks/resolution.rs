@@ -8,7 +8,7 @@ use ffr_dynamics::force::BodyState;
 
 use crate::body::field_body::{CARRIED, FieldBody, LongestElement};
 use crate::body::loads::{HeldPlace, PLACE_ERROR};
-use crate::body::zone::PointsAbout;
+use crate::body::zone::{PointsAbout, spread};
 use crate::record::warning::{Warning, WarningKind};
 use crate::record::{ImpactRecord, ZoneSite};
 use crate::sizing::impact_time::ForceNeeds;
@@ -200,16 +200,6 @@ pub fn longest_element_of(body: &BodyModel) -> Option<f64> {
     elements.iter().map(|e| e.length).reduce(f64::max)
 }
 
-/// Share of the indentation under an edge that elements may leave out before it is told: by as much does it depend on the rounding of
-/// the edge.
-const LEFT_OUT: f64 = 0.1;
-
-/// Share of the indentation under an edge along a face of a body of the least extent `extent` that elements of the length `length` leave
-/// out, where those of the length `resolved` show it (theory Eq. C.101); at most all but a hundredth \[m\].
-fn indentation_left_out(length: f64, resolved: f64, extent: f64) -> f64 {
-    ((length / resolved).ln() / (extent / resolved).ln()).clamp(0.0, 0.99)
-}
-
 /// The warning of a contact in which an edge or a corner touches at a time \[s\], or with
 /// `keeps_sides` a place too long for finer elements, on the elements that the body has.
 pub fn edge_touch(
@@ -221,27 +211,28 @@ pub fn edge_touch(
     let about = site.and_then(|site| PointsAbout::of(elastic.undeformed(), site));
     let finer =
         || format!("compare with smaller elements of body \"{}\": {}", body.name, elastic.finer_there());
-    let longest = || longest_element_of(body);
-    let mut coarse = String::new();
-    let (what, pressure, length, remedy) = if keeps_sides {
-        let remedy =
-            format!("{}, or have a strip of short sides along it and model = \"quasistatic\"", finer());
-        ("a place touches that is too long for finer elements", "is not resolved", longest()?, remedy)
-    } else if let Some(length) = about.and_then(|about| elastic.length_along(&about)) {
-        let remedy = "compare with an edge that is rounded, as all are".to_owned();
-        ("an edge touches along a face", "has no limit", length, remedy)
-    } else if about.is_some_and(|about| about.edge().is_some()) {
-        let length = longest()?;
-        let share = indentation_left_out(length, elastic.edge_element(), elastic.thickness());
-        if share > LEFT_OUT {
-            let percent = 100.0 * share;
-            coarse = format!(
-                " and leave out some {percent:.0} % of the indentation under the edge, so that the peak is too high and the impulse too low"
-            );
-        }
-        ("an edge touches along a face", "has no limit", length, finer())
+    let spread = about.filter(|_| !keeps_sides).and_then(|about| spread(elastic.as_ref(), &about));
+    let length = spread.map(|half| 2.0 * half).or_else(|| longest_element_of(body))?;
+    let (what, yields, pressure, remedy) = if spread.is_some() {
+        let yields = format!("it presses over a width of {length:.3e} m, whatever its own");
+        (
+            "an edge touches along a face",
+            yields,
+            "has no limit",
+            "compare with an edge that is rounded, as all are".to_owned(),
+        )
     } else {
-        ("an edge or a corner touches", "has no limit", longest()?, finer())
+        let yields = format!("elements of up to {length:.3e} m yield as a whole");
+        match keeps_sides {
+            true => {
+                let remedy = format!(
+                    "{}, or have a strip of short sides along it and model = \"quasistatic\"",
+                    finer()
+                );
+                ("a place touches that is too long for finer elements", yields, "is not resolved", remedy)
+            }
+            false => ("an edge or a corner touches", yields, "has no limit", finer()),
+        }
     };
     Some(Warning {
         kind: WarningKind::EdgeTouch,
@@ -251,7 +242,7 @@ pub fn edge_touch(
         limit: 0.0,
         message: format!(
             "{what}: peak force and duration depend on how far it yields, impulse and motion too where the bodies bend meanwhile, and \
-             elements of up to {length:.3e} m yield as a whole{coarse}; pressure there {pressure}"
+             {yields}; pressure there {pressure}"
         ),
         remedy,
     })
@@ -391,14 +382,6 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
-
-    #[test]
-    fn elements_leave_out_of_an_indentation_what_lies_between_their_length_and_its_own() {
-        // A logarithm between 0.2 and 20 mm: none, half and all of it.
-        for (length, share) in [(1e-4, 0.0), (2e-4, 0.0), (2e-3, 0.5), (2e-2, 0.99)] {
-            assert!((indentation_left_out(length, 2e-4, 2e-2) - share).abs() < 1e-12, "{length}");
-        }
-    }
 
     #[test]
     fn the_spectrum_of_a_half_sine_is_a_fiftieth_beyond_the_limit() {

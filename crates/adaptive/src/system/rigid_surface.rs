@@ -74,6 +74,7 @@ impl RigidSurface {
             ),
             extent,
             meeting: Vec::new(),
+            left_out: Vec::new(),
         };
         Ok(Self {
             faces: zone(ZoneExtent::Faces),

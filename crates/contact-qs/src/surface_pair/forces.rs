@@ -59,7 +59,8 @@ impl SurfacePair {
         let is_end = self.surface.edges.is_none();
         for (i, &force) in state.start.forces.iter().enumerate() {
             let gap = state.start.proximity.gaps[i];
-            report.penetration = report.penetration.max(-gap);
+            let indented = self.left_out.get(i).map_or(0.0, |left_out| left_out * force);
+            report.penetration = report.penetration.max(-gap - indented);
             let found = &w.projections[i];
             // Beyond the end and below the surface: the target is too small. Of points that were
             // not projected, being open for certain, an earlier projection says nothing: it may be

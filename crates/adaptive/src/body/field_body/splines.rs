@@ -24,15 +24,12 @@ use crate::body::fine::FineModel;
 use crate::body::fine::refined::{ELEMENTS, FineMesh, FineSettings, zone_definition};
 use crate::body::splines::{Discretised, ElasticBody};
 use crate::body::zone::at_start::StartZone;
-use crate::body::zone::{ContactZone, PointsAbout, WholeRequest};
+use crate::body::zone::{ContactZone, WholeRequest};
 use crate::error::AdaptiveError;
-use crate::record::{TargetPlace, ZoneSite};
+use crate::record::ZoneSite;
 use crate::spec::{FlexibleSpec, IntervalSpec, PointRule};
 use crate::store::{Bytes, body_definition};
 use crate::surface::{Surface, SurfacePlace};
-
-/// Elements across an edge that lies along a face.
-const EDGE_ELEMENTS: usize = 4;
 
 impl FieldBody for ElasticBody {
     fn assembled(&self) -> &AssembledBody {
@@ -128,15 +125,7 @@ impl FieldBody for ElasticBody {
         let elements = finer_elements(interval.elements_or(ELEMENTS), finer);
         let settings = FineSettings { division: interval.division, elements, growth: None };
         let mesh = Arc::new(FineMesh::build(&self, &wanted, &settings)?);
-        Ok(Box::new(RefinedSplines { body: self, mesh, wanted, settings, about: None }))
-    }
-
-    fn refined_along(self: Arc<Self>, about: &PointsAbout) -> Option<Box<dyn FineModel>> {
-        let AlongEdge { wanted, settings, .. } = AlongEdge::new(&self, about)?;
-        // Where the net is singular, or too fine already, the body's own elements serve.
-        let wanted = vec![wanted];
-        let mesh = Arc::new(FineMesh::build(&self, &wanted, &settings).ok()?);
-        Some(Box::new(RefinedSplines { body: self, mesh, wanted, settings, about: Some(*about) }))
+        Ok(Box::new(RefinedSplines { body: self, mesh, wanted, settings }))
     }
 
     fn element_at(&self, place: &SurfacePlace) -> Option<[f64; 2]> {
@@ -154,41 +143,8 @@ impl FieldBody for ElasticBody {
         Some(lengths)
     }
 
-    fn length_along(&self, about: &PointsAbout) -> Option<f64> {
-        AlongEdge::new(self, about).map(|along| along.length)
-    }
-
     fn splines(&self) -> Option<&ElasticBody> {
         Some(self)
-    }
-}
-
-/// How a body is refined about an edge of the target that lies along a face.
-struct AlongEdge {
-    wanted: WantedInterval,
-    settings: FineSettings,
-    /// Length of the elements across the edge \[m\].
-    length: f64,
-}
-
-impl AlongEdge {
-    /// Across the edge elements are as long as [`FieldBody::edge_element`] says, along it as the body's own. About
-    /// an edge that runs askew to these all are shorter, no more than in a usual interval.
-    fn new(body: &ElasticBody, about: &PointsAbout) -> Option<Self> {
-        let (half, place, patches) = (about.edge()?.half, &about.place, &body.shape.patches);
-        let id = *FaceId::all(patches).get(place.face as usize)?;
-        let face = Face::new(patches, id, body.spec.model == Model::Axisymmetric);
-        let least = EDGE_ELEMENTS as f64 * body.edge_element();
-        let at = face.at(&patches[id.patch], &place.xi, &mut PointBasis::default());
-        let widths = at.tangents.map(|tangent| {
-            let along = Vector3::from(tangent).try_normalize(0.0).unwrap_or_default();
-            (2.0 * half.dot(&along).abs()).max(least)
-        });
-        let [short, long] = [widths[0].min(widths[1]), widths[0].max(widths[1])];
-        let (elements, across) = if short > least { (ELEMENTS, long) } else { (EDGE_ELEMENTS, short) };
-        let wanted = WantedInterval { face, centre: place.xi, widths };
-        let settings = FineSettings { elements, ..FineSettings::default() };
-        Some(Self { wanted, settings, length: across / elements as f64 })
     }
 }
 
@@ -199,8 +155,6 @@ struct RefinedSplines {
     wanted: Vec<WantedInterval>,
     /// How levels were made.
     settings: FineSettings,
-    /// The edge that lies about a place of the whole surface, which is the zone then.
-    about: Option<PointsAbout>,
 }
 
 impl FineModel for RefinedSplines {
@@ -209,29 +163,17 @@ impl FineModel for RefinedSplines {
     }
 
     fn zone(&self, rule: PointRule, contact: &str) -> Result<ContactZone, AdaptiveError> {
-        let zone = match &self.about {
-            Some(about) => ContactZone::whole(&self.mesh.discretised(), Some(about)),
-            None => self.mesh.whole_zone(rule),
-        };
-        zone.map_err(|source| AdaptiveError::Contact { contact: contact.to_owned(), source })
+        self.mesh
+            .whole_zone(rule)
+            .map_err(|source| AdaptiveError::Contact { contact: contact.to_owned(), source })
     }
 
     fn grid(&self) -> IntervalGrid {
-        match self.about {
-            Some(_) => IntervalGrid::of_whole(self.body.size()),
-            None => self.mesh.intervals[0].grid(),
-        }
+        self.mesh.intervals[0].grid()
     }
 
     fn contact_elements(&self, zone: &ContactZone) -> Vec<[usize; 2]> {
-        match self.about {
-            Some(_) => vec![[0; 2]; zone.points.len()],
-            None => self.mesh.contact_elements(zone),
-        }
-    }
-
-    fn meets(&self) -> Option<&TargetPlace> {
-        self.about.as_ref()?.meets.as_ref()
+        self.mesh.contact_elements(zone)
     }
 
     fn assemble(&self) -> Result<Cow<'_, AssembledBody>, AdaptiveError> {

@@ -73,6 +73,7 @@ impl ContactSide<'_> {
         let along = target.motion.components(&meets.along[1]);
         Some(MeetingPoint {
             points: self.zone.meeting.iter().map(|(i, share)| (*i, along.map(|c| share * c))).collect(),
+            left_out: self.zone.left_out.clone(),
             place,
             normal: target.motion.components(&meets.normal),
         })

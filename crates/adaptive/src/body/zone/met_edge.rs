@@ -5,6 +5,7 @@ use iga_core::quadrature::LobattoRule;
 use iga_core::surface::lobatto_towards;
 use nalgebra::Vector3;
 
+use crate::surface::{MeshSurface, Surface};
 use crate::touch::tolerances::TOUCHED_SURFACE;
 
 /// Samples of the edge between which ends of elements are looked for.
@@ -34,14 +35,32 @@ impl MetEdge {
         (self.middle + share * self.half).into()
     }
 
+    /// Distance of `point` from it \[m\].
+    fn distance(&self, point: &[f64; 3]) -> f64 {
+        let from_middle = Vector3::from(*point) - self.middle;
+        let share = from_middle.dot(&self.half) / self.half.norm_squared();
+        (from_middle - share.clamp(-1.0, 1.0) * self.half).norm()
+    }
+
+    /// The sides of `surface` under it, and those of which a corner is no farther aside than `reach` \[m\].
+    pub fn sides(&self, surface: &MeshSurface, reach: f64) -> Vec<u32> {
+        let under = (0..=SAMPLES).filter_map(|k| surface.nearest(&self.at(sample(k))));
+        let under = under.flat_map(|foot| surface.sides_at(&foot.place)).map(|at| at.face);
+        let beside = (0..surface.sides().len() as u32).filter(|&i| {
+            let nodes = surface.sides()[i as usize].nodes.iter();
+            nodes
+                .map(|&n| self.distance(&surface.mesh().nodes()[n as usize]))
+                .any(|distance| distance <= reach)
+        });
+        under.chain(beside).collect()
+    }
+
     /// Whether a point with the normal `normal` stands on it, where the face has the normal `own`, or
     /// beside it by no more than a body of the size `size` yields: the faces of the target beside
     /// the edge would press it aside.
     pub fn holds(&self, point: &[f64; 3], normal: &[f64; 3], own: &[f64; 3], size: f64) -> bool {
-        let from_middle = Vector3::from(*point) - self.middle;
-        let share = from_middle.dot(&self.half) / self.half.norm_squared();
-        let aside = from_middle - share.clamp(-1.0, 1.0) * self.half;
-        aside.norm() <= TOUCHED_SURFACE * size && Vector3::from(*normal).dot(&Vector3::from(*own)) > SAME_SIDE
+        self.distance(point) <= TOUCHED_SURFACE * size
+            && Vector3::from(*normal).dot(&Vector3::from(*own)) > SAME_SIDE
     }
 
     /// Puts points along it, on a face with the normal `own` of a body of the size `size`, in place of those of `points` that stand
@@ -81,7 +100,6 @@ impl MetEdge {
     ) -> Vec<(f64, f64)> {
         let across = Vector3::from(*own).cross(&self.half).try_normalize(0.0).unwrap_or_default();
         let element = |share: f64| element((Vector3::from(self.at(share)) + ASIDE * size * across).into());
-        let sample = |k: usize| 2.0 * k as f64 / SAMPLES as f64 - 1.0;
         let mut ends = vec![-1.0];
         for k in 0..SAMPLES {
             let (mut before, mut after) = (sample(k), sample(k + 1));
@@ -112,6 +130,11 @@ impl MetEdge {
         points.iter_mut().for_each(|(_, weight)| *weight /= largest);
         points
     }
+}
+
+/// Place of sample `k`, as a share of the half of an edge.
+fn sample(k: usize) -> f64 {
+    2.0 * k as f64 / SAMPLES as f64 - 1.0
 }
 
 #[cfg(test)]

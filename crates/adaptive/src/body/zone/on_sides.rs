@@ -111,6 +111,7 @@ impl ContactZone {
             region: ZoneRegion::Pieces(Arc::new(surface.pieces_of(&sides))),
             extent: ZoneExtent::Part,
             meeting: Vec::new(),
+            left_out: Vec::new(),
         })
     }
 }

@@ -219,8 +219,12 @@ impl ContactZone {
             near: SAME_PLACE * surface.length(),
         };
         let n_sides = surface.sides().len();
-        let chosen =
-            request.part.map_or_else(|| (0..n_sides as u32).collect(), |part| surface.sides_in(&part));
+        let chosen = match (&request.part, &edge) {
+            (None, _) => (0..n_sides as u32).collect(),
+            (Some(part), None) => surface.sides_in(part),
+            // The faces beside the edge come nearer no faster than the bodies.
+            (Some(part), Some(edge)) => edge.sides(surface, part.depth),
+        };
         let mut is_chosen = vec![false; n_sides];
         // Sides that bend away from the plane of the touch by more than the part goes down belong to it where they touch.
         let touched = about.map_or_else(Vec::new, |about| surface.sides_at(&about.place));
@@ -263,6 +267,7 @@ impl ContactZone {
             region: ZoneRegion::Pieces(Arc::new(surface.faces(&chosen))),
             extent: ZoneExtent::Whole,
             meeting,
+            left_out: Vec::new(),
         })
     }
 }
