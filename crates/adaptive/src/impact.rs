@@ -303,6 +303,7 @@ impl AdaptiveContact {
             }
             _ => (self.side_on(on_own, check_cancel)?, None),
         };
+        self.leave_out_of_target(&mut own, other.as_ref(), bodies);
         let (mut element, offset) =
             self.element_at(&mut own, &mut other, bodies, states, touch.nearest.gap)?;
         let on_body =

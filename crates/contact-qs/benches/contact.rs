@@ -44,6 +44,7 @@ fn contact(n: usize, motion: RigidMotion, method: Method) -> PlaneContact {
         interface: SparseRows::default(),
         rim: Vec::new(),
         facing: Vec::new(),
+        left_out: Vec::new(),
     };
     let normal = if motion == RigidMotion::Planar { Vector3::y_axis() } else { Vector3::z_axis() };
     let plane = Plane { point: Vector3::zeros(), normal };

@@ -168,7 +168,8 @@ impl PlaneContact {
     /// Sets penalty factor and springs.
     fn set_springs(&mut self, penalty: f64) -> Result<(), ContactError> {
         let needs_springs = self.quasistatic.as_ref().map(Quasistatic::needs_springs);
-        penalty::set_springs(penalty, needs_springs, &self.submodel.areas, &mut self.springs)?;
+        let of_points = (self.submodel.areas.as_slice(), self.submodel.left_out.as_slice());
+        penalty::set_springs(penalty, needs_springs, of_points, &mut self.springs)?;
         self.settings.penalty = penalty;
         Ok(())
     }

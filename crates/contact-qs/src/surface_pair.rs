@@ -128,13 +128,13 @@ impl SurfacePair {
             n_modes: n_q,
             is_rim,
             springs: vec![0.0; n],
-            left_out: Vec::new(),
             rim_reach: spacing(&submodel.areas, motion, &submodel.points),
             ground: BodyState::at_rest(0),
             tolerance: evaluation::GAP_TOLERANCE,
             meeting: None,
             facing: submodel.facing.iter().map(|n| motion.components(n)).collect(),
             areas: submodel.areas,
+            left_out: submodel.left_out,
             interface: submodel.interface,
             settings,
             motion,
@@ -173,8 +173,7 @@ impl SurfacePair {
     /// Sets penalty factor and springs.
     fn set_springs(&mut self, penalty: f64) -> Result<(), ContactError> {
         let needs_springs = self.compliances.as_ref().map(Compliances::needs_springs);
-        penalty::set_springs(penalty, needs_springs, &self.areas, &mut self.springs)?;
-        self.springs.iter_mut().zip(&self.left_out).for_each(|(spring, left_out)| *spring += left_out);
+        penalty::set_springs(penalty, needs_springs, (&self.areas, &self.left_out), &mut self.springs)?;
         self.settings.penalty = penalty;
         Ok(())
     }

@@ -37,6 +37,7 @@ fn evaluations_do_not_allocate() {
             interface: SparseRows::default(),
             rim: Vec::new(),
             facing: Vec::new(),
+            left_out: Vec::new(),
         };
         let plane = Plane { point: Vector3::zeros(), normal: Vector3::z_axis() };
         let settings = PlaneContactSettings { body: 0, plane, penalty: 1e17, method };

@@ -43,6 +43,7 @@ fn submodel(motion: RigidMotion, quasistatic: bool, seed: u64) -> ContactSubmode
         interface: SparseRows::default(),
         rim: Vec::new(),
         facing: Vec::new(),
+        left_out: Vec::new(),
     }
 }
 

@@ -103,6 +103,7 @@ fn contact(n: usize, penalty: Option<f64>, method: Method) -> PlaneContact {
         interface: SparseRows::default(),
         rim: vec![n - 1],
         facing: Vec::new(),
+        left_out: Vec::new(),
     };
     let penalty = penalty
         .unwrap_or_else(|| DEFAULT_STIFFNESS_RATIO / compliance_weight(&a, &areas_for_penalty, |_| 0.0, 0.0));

@@ -77,6 +77,7 @@ fn the_exact_constraint_is_signorinis_law_on_macneals_massless_boundary() {
             interface: SparseRows::default(),
             rim: Vec::new(),
             facing: Vec::new(),
+            left_out: Vec::new(),
         };
         let plane = Plane { point: Vector3::zeros(), normal: Vector3::z_axis() };
         let settings =

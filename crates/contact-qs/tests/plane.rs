@@ -52,6 +52,7 @@ fn submodel(motion: RigidMotion, quasistatic: bool) -> ContactSubmodel {
         interface,
         rim: vec![0, N_POINTS - 1],
         facing: Vec::new(),
+        left_out: Vec::new(),
     }
 }
 

@@ -62,6 +62,7 @@ fn zone(motion: RigidMotion, n: usize, spacing: f64, coupling: f64) -> ContactSu
         interface: SparseRows::default(),
         rim: vec![0, n_points - 1],
         facing: Vec::new(),
+        left_out: Vec::new(),
         points,
     }
 }
@@ -269,6 +270,7 @@ fn reversed_sliding_follows_the_bilinear_loop() {
         compliance: Mat::zeros(0, 0).into(),
         rim: Vec::new(),
         facing: Vec::new(),
+        left_out: Vec::new(),
         ..zone(motion, 2, 1.0, 0.0)
     };
     let (penalty, mu, depth, amplitude) = (1e9, 0.4, 1e-3, 3e-3);

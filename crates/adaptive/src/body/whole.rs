@@ -13,7 +13,7 @@ use super::fine::FineModel;
 use crate::adaptivity::interval::IntervalGrid;
 use crate::body::fine::refined::{gigabytes, most_gigabytes};
 use crate::body::splines::{Discretised, ElasticBody};
-use crate::body::zone::{ContactZone, PointsAbout, WholeRequest, left_out};
+use crate::body::zone::{ContactZone, PointsAbout, WholeRequest};
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::record::{TargetPlace, ZoneSite, ZoneSize};
 use crate::spec::{IntervalSpec, PointRule};
@@ -51,7 +51,7 @@ impl FineModel for WholeBody {
     fn zone(&self, _rule: PointRule, contact: &str) -> Result<ContactZone, AdaptiveError> {
         let mut zone = self.body.whole_zone(&self.request, contact)?;
         if let Some(about) = self.request.about.as_ref().filter(|about| about.meets.is_some()) {
-            zone.left_out = left_out(self.body.as_ref(), &zone, about);
+            zone.add_left_out(self.body.as_ref(), about);
         }
         let (all, unknowns) = (self.body.n_unknowns() as f64, zone.unknowns.len());
         let gigabytes = gigabytes(self.body.space().dimension(), all, unknowns as f64);

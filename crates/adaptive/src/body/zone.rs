@@ -23,6 +23,7 @@ use crate::body::splines::Discretised;
 use crate::record::{TargetPlace, TouchedPart, ZoneSite};
 use crate::spec::PointRule;
 use crate::surface::{Surface, SurfacePlace};
+use crate::touch::tolerances::TOUCHED_SURFACE;
 
 mod met_edge;
 mod on_sides;
@@ -35,7 +36,7 @@ pub mod on_mesh;
 
 pub use met_edge::MetEdge;
 pub use on_sides::longest_across;
-pub use under_edge::{left_out, spread};
+pub use under_edge::{LinePoint, PressedLine, pressed_width};
 
 /// A contact zone on faces of a body.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,7 +60,7 @@ pub struct ContactZone {
     /// Indices of the points that meet an edge or a corner of the target (theory Eq. C.63), with their
     /// places along the edge from its middle, as shares of its half; zero of a place alone.
     pub meeting: Vec<(usize, f64)>,
-    /// Compliances of what the elements leave out of the indentation at these points; empty if nothing (theory Eq. C.112) [m/N].
+    /// Compliances of what elements leave out of the indentation at all points; empty if nothing (theory Eq. C.101) [m/N].
     pub left_out: Vec<f64>,
 }
 
@@ -91,8 +92,8 @@ impl PointsAbout {
 
     /// The edge of the target that lies along a face at the place; none of a place alone.
     pub fn edge(&self) -> Option<MetEdge> {
-        let half = Vector3::from(self.meets?.along[0]);
-        (half.norm() > 0.0).then_some(MetEdge { middle: self.place.point.into(), half })
+        let (half, spread) = (Vector3::from(self.meets?.along[0]), self.meets?.spread);
+        (half.norm() > 0.0).then_some(MetEdge { middle: self.place.point.into(), half, spread })
     }
 }
 
@@ -259,6 +260,12 @@ impl ContactZone {
             meeting =
                 edge.replace(&mut found, (&own, size), of, |point| on(point).map(|at| element(&at)), stand);
         }
+        let is_here = |p: &CollocationPoint, here: &[f64; 3]| {
+            norm(&difference(&p.point, here)) <= 4.0 * SAME_PLACE * size
+        };
+        if let Some(here) = here.filter(|_| is_met) {
+            found.retain(|p| is_here(p, &here) || !stands_there(&p.point, &here, size));
+        }
         if found.is_empty() {
             return Err(ContactError::Nothing { what: "the body has no outer face" });
         }
@@ -275,9 +282,7 @@ impl ContactZone {
             })
             .collect();
         if let Some(here) = here.filter(|_| is_met) {
-            let is_here =
-                |p: &CollocationPoint| norm(&difference(&p.point, &here)) <= 4.0 * SAME_PLACE * size;
-            meeting.extend((0..found.len()).filter(|i| is_here(&found[*i])).map(|i| (i, 0.0)));
+            meeting.extend((0..found.len()).filter(|i| is_here(&found[*i], &here)).map(|i| (i, 0.0)));
             // The spring of a point has no area of its own: together they have that of the stiffest of
             // all.
             let largest = points.iter().map(|p| p.area).fold(0.0, f64::max);
@@ -332,6 +337,12 @@ impl ContactZone {
         *pieces = Arc::new(moved);
         self.points.iter_mut().for_each(|point| point.position = place(&point.position));
     }
+}
+
+/// Whether `point` of a body of the size `size` stands where another one meets an edge or a corner of the target, `here`, or beside it by no more
+/// than the body yields: one of the faces beside that would press it aside.
+fn stands_there(point: &[f64; 3], here: &[f64; 3], size: f64) -> bool {
+    norm(&difference(point, here)) <= TOUCHED_SURFACE * size
 }
 
 /// All unknowns of the functions that are not zero at Gauss points or contact points of a zone, in

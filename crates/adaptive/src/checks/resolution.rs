@@ -8,7 +8,7 @@ use ffr_dynamics::force::BodyState;
 
 use crate::body::field_body::{CARRIED, FieldBody, LongestElement};
 use crate::body::loads::{HeldPlace, PLACE_ERROR};
-use crate::body::zone::{PointsAbout, spread};
+use crate::body::zone::{PointsAbout, pressed_width};
 use crate::record::warning::{Warning, WarningKind};
 use crate::record::{ImpactRecord, ZoneSite};
 use crate::sizing::impact_time::ForceNeeds;
@@ -211,41 +211,36 @@ pub fn edge_touch(
     let about = site.and_then(|site| PointsAbout::of(elastic.undeformed(), site));
     let finer =
         || format!("compare with smaller elements of body \"{}\": {}", body.name, elastic.finer_there());
-    let spread = about.filter(|_| !keeps_sides).and_then(|about| spread(elastic.as_ref(), &about));
-    let length = spread.map(|half| 2.0 * half).or_else(|| longest_element_of(body))?;
-    let (what, yields, pressure, remedy) = if spread.is_some() {
-        let yields = format!("it presses over a width of {length:.3e} m, whatever its own");
-        (
-            "an edge touches along a face",
-            yields,
-            "has no limit",
-            "compare with an edge that is rounded, as all are".to_owned(),
-        )
-    } else {
-        let yields = format!("elements of up to {length:.3e} m yield as a whole");
-        match keeps_sides {
-            true => {
-                let remedy = format!(
-                    "{}, or have a strip of short sides along it and model = \"quasistatic\"",
-                    finer()
-                );
-                ("a place touches that is too long for finer elements", yields, "is not resolved", remedy)
-            }
-            false => ("an edge or a corner touches", yields, "has no limit", finer()),
-        }
-    };
-    Some(Warning {
-        kind: WarningKind::EdgeTouch,
-        subject: format!("contact \"{contact}\""),
-        time,
-        value: length,
-        limit: 0.0,
-        message: format!(
-            "{what}: peak force and duration depend on how far it yields, impulse and motion too where the bodies bend meanwhile, and \
-             {yields}; pressure there {pressure}"
+    let width = about.and_then(|about| pressed_width(elastic.as_ref(), &about));
+    let length = width.or_else(|| longest_element_of(body))?;
+    let depends = "peak force and duration depend on how far it yields, impulse and motion too where the bodies bend meanwhile";
+    let elements = format!("elements of up to {length:.3e} m yield as a whole");
+    let over = format!("as over a width of {length:.3e} m");
+    let (message, remedy) = match (width, keeps_sides) {
+        (Some(_), true) => (
+            format!(
+                "a line touches that is too long for finer elements: what these leave out of the indentation is added, {over}, to some three per cent \
+                 of the approach; pressure there is not resolved"
+            ),
+            finer(),
         ),
-        remedy,
-    })
+        (Some(_), false) => (
+            format!("an edge touches along a face, {over}: {depends}; pressure there has no limit"),
+            "compare with an edge that is rounded, as all are".to_owned(),
+        ),
+        (None, true) => (
+            format!(
+                "a place touches that is too long for finer elements: {depends}, and {elements}; pressure there is not resolved"
+            ),
+            format!("{}, or have a strip of short sides along it and model = \"quasistatic\"", finer()),
+        ),
+        (None, false) => (
+            format!("an edge or a corner touches: {depends}, and {elements}; pressure there has no limit"),
+            finer(),
+        ),
+    };
+    let (kind, subject) = (WarningKind::EdgeTouch, format!("contact \"{contact}\""));
+    Some(Warning { kind, subject, time, value: length, limit: 0.0, message, remedy })
 }
 
 /// The warning of a body whose mesh puts the frequency of its highest mode off by more than one per

@@ -18,14 +18,15 @@ use crate::body::point_compliance::{ObservedPlace, PlaceFunctions, n_columns, po
 use crate::body::reduced::damping::damping;
 use crate::body::reduced::with_critical;
 use crate::body::whole::fine_model;
-use crate::body::zone::ContactZone;
 use crate::body::zone::contact::{ContactSide, ZoneContact};
+use crate::body::zone::{ContactZone, LinePoint, PointsAbout, PressedLine};
 use crate::error::AdaptiveError;
 use crate::paper::fine_modes::FineModes;
-use crate::record::ZoneSite;
+use crate::record::{TargetPlace, ZoneSite};
 use crate::spec::unsupported::Unsupported;
 use crate::spec::{InterfaceModes, LowModes};
 use crate::store::{ModelKey, StoredModel, matrix, matrix_values};
+use crate::surface::ALONG;
 use crate::system::body::{BodyModel, FlexibleModel};
 use crate::system::rigid_surface::RigidSurface;
 
@@ -169,12 +170,44 @@ impl AdaptiveContact {
         if let Some((outward, side)) = smooth_side(&mut own, &mut other) {
             side.zone.move_to(|x| (Vector3::from(*x) + offset * outward).into());
         }
+        self.leave_out_of_target(&mut own, other.as_ref(), bodies);
         let element = self.element(&own, other.as_ref(), bodies)?;
         let mut models = vec![(self.body, own.into_model(residual))];
         models.extend(
             other.zip(other_residual).map(|((body, side), residual)| (body, side.into_model(residual))),
         );
         Ok(RebuiltContact { element, models })
+    }
+
+    /// Adds what the elements of a flexible target leave out of its indentation under the line that the zone of `own` meets; nothing
+    /// where the target has an edge there.
+    pub(super) fn leave_out_of_target(
+        &self,
+        own: &mut FineSide,
+        other: Option<&(usize, FineSide)>,
+        bodies: &[BodyModel],
+    ) {
+        let left_out = other.and_then(|(target, side)| {
+            let (meets, body) = (own.body.meets()?, &super::flexible(&bodies[*target]).body);
+            let place = body.undeformed().place(meets.face, &meets.xi);
+            let along = TargetPlace { along: [meets.along[1]; 2], ..*meets };
+            let inwards = -Vector3::from(meets.normal);
+            let is_smooth =
+                body.undeformed().normals_at(&place.point).iter().all(|n| -n.dot(&inwards) > ALONG);
+            let about = PointsAbout { place, meets: Some(along) };
+            let line = PressedLine::new(body.as_ref(), &about, &meets.normal)
+                .filter(|_| is_smooth && side.body.is_own())?;
+            let lengths = own.zone.lengths_of_meeting(&line.half);
+            let functions = own
+                .zone
+                .meeting
+                .iter()
+                .map(|(_, share)| body.functions_at((line.middle + *share * line.half).as_ref()));
+            let functions: Vec<_> = functions.collect::<Result<_, _>>().ok()?;
+            let points: Vec<LinePoint<'_>> = functions.iter().map(Vec::as_slice).zip(lengths).collect();
+            line.left_out(body.as_ref(), &points)
+        });
+        own.zone.leave_out(&left_out.unwrap_or_default());
     }
 
     /// The side of `body` with its fine model and zone, and how forces on it displace the `places`

@@ -76,6 +76,12 @@ fn held_widths(body: &FlexibleModel, widths: [f64; 2]) -> [f64; 2] {
     widths.map(|width| without_round_off(width).min(widest))
 }
 
+/// Half of the width over which an edge presses a face, as a share of the body's least extent: that of one rounded by some hundredth of it.
+const EDGE_SPREAD: f64 = 1.0 / 300.0;
+/// Half of the width of an even load over half of that of Hertz' pressure: it indents a half-plane as deep if it is sqrt(e) / 2 times as wide,
+/// and takes the same work up to that force, while Hertz' width grows, if it is e^(1/4) times as wide as that.
+const AS_EVEN: f64 = 1.058;
+
 impl AdaptiveContact {
     /// How the bodies touch in the motions `states`. Zones that vibrate lie about the nearest
     /// points, even if these belong to a line.
@@ -135,7 +141,8 @@ impl AdaptiveContact {
         let target = self.flexible_target.zip(nearest.target.as_ref());
         if whole.is_some() {
             let [own_part, part] = self.parts(bodies, states, touch, request);
-            let own = ZoneSite { part: own_part, ..self.whole_site(bodies, states, nearest, whole) };
+            let site = self.whole_site(bodies, states, touch, (whole, request.peak));
+            let own = ZoneSite { part: own_part, ..site };
             let target = target.map(|_| ZoneSite { part, ..ZoneSite::WHOLE });
             return Ok(Sites { own, target, predicted: [0.0; 2], least: [0.0; 2], whole });
         }
@@ -224,16 +231,21 @@ impl AdaptiveContact {
         &self,
         bodies: &[BodyModel],
         states: &[BodyState],
-        nearest: &Nearest,
-        whole: Option<TouchKind>,
+        touch: &Touch,
+        (whole, peak): (Option<TouchKind>, Option<f64>),
     ) -> ZoneSite {
+        let nearest = &touch.nearest;
         if !whole.is_some_and(TouchKind::adds_points) {
             return ZoneSite::WHOLE;
         }
         let body = &bodies[self.body];
-        if let Some(meets) = self.met_place(bodies, states, nearest) {
-            let site = zone_site(&nearest.contact, ZoneSize::Whole);
-            return ZoneSite { meets: Some(meets), ..site };
+        let on_line = || self.met_line(bodies, states, touch, peak);
+        let met = match whole {
+            Some(TouchKind::LineOfPoints) => on_line(),
+            _ => self.met_place(bodies, states, nearest).map(|meets| (nearest.contact, meets)),
+        };
+        if let Some((place, meets)) = met {
+            return ZoneSite { meets: Some(meets), ..zone_site(&place, ZoneSize::Whole) };
         }
         let is_bent = || body.height_between_points() > MISSED_SURFACE * self.detector.size();
         if self.target.body().is_none() && !is_bent() {
@@ -278,7 +290,37 @@ impl AdaptiveContact {
         nearest: &Nearest,
     ) -> Option<TargetPlace> {
         let (own, target) = self.moved(bodies, states)?;
-        met_place(&Side::new(own), &Side::new(target?), nearest, PARALLEL_IN_RUN)
+        let met = met_place(&Side::new(own), &Side::new(target?), nearest, PARALLEL_IN_RUN)?;
+        Some(TargetPlace { spread: EDGE_SPREAD * flexible(&bodies[self.body]).body.thickness(), ..met })
+    }
+
+    /// The middle of the line along which smooth faces of the bodies touch, for a peak force if one is known, and the place of the target that it
+    /// meets there; none of other touches.
+    fn met_line(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        touch: &Touch,
+        peak: Option<f64>,
+    ) -> Option<(SurfaceSite, TargetPlace)> {
+        let (way, half) = self.line_of_touch(bodies, states, &touch.nearest, peak)?;
+        let (own, target) = self.moved(bodies, states)?;
+        let line = touch.line(own, target, (&way, PARALLEL_IN_RUN))?;
+        Some((line.place, TargetPlace { spread: AS_EVEN * half, ..line.meets }))
+    }
+
+    /// `touch` on the sides of a mesh as they are: by points along a line, if it is one, else by those of the sides.
+    #[must_use]
+    pub fn on_own_sides(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        touch: Touch,
+        peak: Option<f64>,
+    ) -> Touch {
+        let is_smooth = matches!(touch.kind, TouchKind::Smooth | TouchKind::Line);
+        let is_line = is_smooth && self.met_line(bodies, states, &touch, peak).is_some();
+        Touch { kind: if is_line { TouchKind::LineOfPoints } else { TouchKind::Edge }, ..touch }
     }
 
     /// The kind of `touch`, if an edge or flat faces touch and `widths` do not ask for an interval:
@@ -353,6 +395,9 @@ impl AdaptiveContact {
         request: &RefinementRequest<'_>,
     ) -> Result<bool, AdaptiveError> {
         let meshes = self.open_meshes(touch.kind, bodies);
+        if std::env::var_os("FB_LINE").is_some() && touch.kind == TouchKind::Line {
+            return Ok(true);
+        }
         if meshes.iter().all(Option::is_none) {
             return Ok(false);
         }

@@ -54,6 +54,26 @@ impl AdaptiveContact {
         known.unwrap_or(PredictedWidths { widths: [blind; 2], least: [0.0; 2], across: None })
     }
 
+    /// The line along which smooth faces touch in the motions `states`: its direction in space, and half of the width of the contact
+    /// along it at the force `peak`, or for the closing motion \[m\]; none of other touches.
+    pub(super) fn line_of_touch(
+        &self,
+        bodies: &[BodyModel],
+        states: &[BodyState],
+        nearest: &Nearest,
+        peak: Option<f64>,
+    ) -> Option<(Vector3<f64>, f64)> {
+        let Partners { own, other, normal } = self.partners(bodies, states, nearest)?;
+        let (speed, inverse_mass) =
+            ((other.velocity - own.velocity).dot(&normal), own.inverse_mass + other.inverse_mass);
+        // The preview of a line that is not quite straight is one of a long ellipse.
+        let peak = peak.filter(|_| self.straight_line(bodies, [&own, &other], |_| 0.0).is_some());
+        let half = |law: &LineLaw| half_width(law, peak, inverse_mass, speed);
+        let line = self.straight_line(bodies, [&own, &other], half)?;
+        let half = half(&line.law);
+        Some((own.outward.cross(&line.across).try_normalize(0.0)?, half))
+    }
+
     /// Widths of a zone about the flat face of the target that touches as `touch` says, such that its rim lies in the
     /// midst between points of the zone, which then have the area of the face (Eq. C.102).
     pub(super) fn widths_about(&self, bodies: &[BodyModel], touch: &Touch) -> PredictedWidths {
@@ -85,12 +105,9 @@ impl AdaptiveContact {
         let target = self.law.interval.target_utilisation;
         let body = flexible(&bodies[self.body]);
         let approach = LEAST_APPROACH * self.detector.size();
-        if let Some(line) = self.straight_line(bodies, own, other) {
+        if let Some(line) = self.straight_line(bodies, [own, other], |_| 0.0) {
             // Along it as far as the bodies go.
-            let half = match peak {
-                Some(force) => line.law.half_width(force),
-                None => line.law.half_width_of_impact(inverse_mass, speed),
-            };
+            let half = half_width(&line.law, peak, inverse_mass, speed);
             let across = interval_width(half, target, false).max(LEAST_ACROSS * body.body.size());
             let least = interval_width(
                 line.law.half_width(ImpactLaw::Line(line.law).force(approach).0),
@@ -107,10 +124,7 @@ impl AdaptiveContact {
         let law = self.impact_law(bodies, own, other)?;
         let (extents, least, from_axis) = match law {
             ImpactLaw::Line(law) => {
-                let half = match peak {
-                    Some(force) => law.half_width(force),
-                    None => law.half_width_of_impact(inverse_mass, speed),
-                };
+                let half = half_width(&law, peak, inverse_mass, speed);
                 ([half; 2], [law.half_width(ImpactLaw::Line(law).force(approach).0); 2], false)
             }
             ImpactLaw::Point(law) => {
@@ -160,7 +174,7 @@ impl AdaptiveContact {
         let thickness = |of: &FlexibleModel| of.body.model().thickness();
         let surfaces = [own.surface, other.surface];
         let Some(own_thickness) = thickness(body) else {
-            let line = || Some(ImpactLaw::Line(self.straight_line(bodies, own, other)?.law));
+            let line = || Some(ImpactLaw::Line(self.straight_line(bodies, [own, other], |_| 0.0)?.law));
             return HertzLaw::new(&surfaces).map(ImpactLaw::Point).or_else(line);
         };
         let curvature = own.surface.in_plane() + other.surface.in_plane();
@@ -172,10 +186,16 @@ impl AdaptiveContact {
     }
 
     /// The line along which two bodies without a thickness touch, as long as the shorter of them in its direction; none of other touches.
-    fn straight_line(&self, bodies: &[BodyModel], own: &Partner, other: &Partner) -> Option<StraightLine> {
+    /// `half_width` as [`StraightLine::new`] asks for it.
+    fn straight_line(
+        &self,
+        bodies: &[BodyModel],
+        [own, other]: [&Partner; 2],
+        half_width: impl Fn(&LineLaw) -> f64,
+    ) -> Option<StraightLine> {
         let body = &flexible(&bodies[self.body]).body;
         let of_length = |length: f64| {
-            let line = StraightLine::new(&[own.surface, other.surface], body.size(), length);
+            let line = StraightLine::new(&[own.surface, other.surface], (body.size(), length), &half_width);
             line.filter(|_| body.model().thickness().is_none())
         };
         let along = own.outward.cross(&of_length(body.size())?.across);
@@ -285,6 +305,11 @@ pub(super) struct PredictedWidths {
     pub least: [f64; 2],
     /// Direction across a line, in space; none of other touches.
     pub across: Option<Vector3<f64>>,
+}
+
+/// Half of the width of a line contact at the force `peak`, or for bodies that close with `speed` \[m\].
+fn half_width(law: &LineLaw, peak: Option<f64>, inverse_mass: f64, speed: f64) -> f64 {
+    peak.map_or_else(|| law.half_width_of_impact(inverse_mass, speed), |force| law.half_width(force))
 }
 
 /// Both partners of an impact, and the normal from the target to the contact body.

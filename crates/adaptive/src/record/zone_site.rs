@@ -118,6 +118,8 @@ pub struct TargetPlace {
     /// middle, in the frames of the contact body and of the target (theory Eq. C.97); zero of a place
     /// alone \[m\].
     pub along: [[f64; 3]; 2],
+    /// Half of the width over which a face is pressed along that edge or, in the plane, by a corner (theory Eq. C.98) \[m\].
+    pub spread: f64,
 }
 
 impl ZoneSite {

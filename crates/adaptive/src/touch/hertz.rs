@@ -219,15 +219,24 @@ pub struct StraightLine {
     pub across: Vector3<f64>,
 }
 
+/// Height of the ends of a line over its middle, as a share of that of the surface at the rim of the contact, up to which it is straight.
+const NEARLY: f64 = 0.1;
+
 impl StraightLine {
     /// The line contact of two partners of the size `size` over the length `length` \[m\]; `None`
-    /// unless their relative curvature vanishes in exactly one direction.
-    pub fn new(partners: &[LocalSurface; 2], size: f64, length: f64) -> Option<Self> {
+    /// unless their relative curvature vanishes in exactly one direction. `half_width` tells by its law how wide a contact is, 0 if that is not
+    /// known: a line is straight if its ends are higher than its middle by no more than [`NEARLY`] of what the surface is at the rim of that.
+    pub fn new(
+        partners: &[LocalSurface; 2],
+        (size, length): (f64, f64),
+        half_width: impl Fn(&LineLaw) -> f64,
+    ) -> Option<Self> {
         let relative = RelativeCurvature::new(partners);
         let compliance = partners[0].compliance + partners[1].compliance;
-        let is_straight = relative.small.abs() <= NO_CURVATURE * relative.large;
-        let law = LineLaw::new(relative.large, compliance, size, length).filter(|_| is_straight)?;
-        Some(Self { law, across: relative.bent_direction })
+        let law = LineLaw::new(relative.large, compliance, size, length)?;
+        let nearly = NEARLY * (half_width(&law) / (0.5 * length)).powi(2);
+        let is_straight = relative.small.abs() <= NO_CURVATURE.max(nearly) * relative.large;
+        is_straight.then_some(Self { law, across: relative.bent_direction })
     }
 
     /// Whether `tangent`, a direction along the surface, is nearer to the direction across the line

@@ -23,6 +23,8 @@ pub enum TouchKind {
     /// Smooth parts along a whole straight line of a curved face, such as that of a cylinder that
     /// lies on a plane.
     Line,
+    /// The same of a mesh whose elements are not divided for it, by points along the line.
+    LineOfPoints,
     /// Plane faces that lie on each other.
     Flat,
     /// The same, that of the target narrower than the elements under it.
@@ -54,7 +56,7 @@ impl TouchKind {
     pub fn zone(self) -> TouchZone {
         match self {
             Self::Smooth | Self::Line | Self::Narrow => TouchZone::Interval,
-            Self::Flat | Self::Edge => TouchZone::Whole,
+            Self::Flat | Self::Edge | Self::LineOfPoints => TouchZone::Whole,
             Self::BetweenPoints => TouchZone::Unseen,
         }
     }
@@ -63,7 +65,7 @@ impl TouchKind {
     /// places, beside those of the elements.
     pub fn adds_points(self) -> bool {
         match self {
-            Self::Edge => true,
+            Self::Edge | Self::LineOfPoints => true,
             Self::Smooth | Self::Line | Self::Flat | Self::Narrow | Self::BetweenPoints => false,
         }
     }
@@ -73,7 +75,12 @@ impl TouchKind {
     pub fn is_jump(self) -> bool {
         match self {
             Self::Flat => true,
-            Self::Smooth | Self::Line | Self::Narrow | Self::Edge | Self::BetweenPoints => false,
+            Self::Smooth
+            | Self::Line
+            | Self::LineOfPoints
+            | Self::Narrow
+            | Self::Edge
+            | Self::BetweenPoints => false,
         }
     }
 
@@ -82,14 +89,14 @@ impl TouchKind {
     pub fn bounds_pressure(self) -> bool {
         match self {
             Self::Smooth | Self::Line | Self::Flat | Self::Narrow => true,
-            Self::Edge | Self::BetweenPoints => false,
+            Self::Edge | Self::LineOfPoints | Self::BetweenPoints => false,
         }
     }
 
     /// The parts that touch, in words that follow "touch with".
     pub fn parts(self) -> &'static str {
         match self {
-            Self::Smooth | Self::Line => "smooth faces",
+            Self::Smooth | Self::Line | Self::LineOfPoints => "smooth faces",
             Self::Flat | Self::Narrow => "flat faces",
             Self::Edge | Self::BetweenPoints => "an edge or a corner",
         }
@@ -99,7 +106,7 @@ impl TouchKind {
     pub fn no_hertz_point(self) -> Option<&'static str> {
         match self {
             Self::Smooth => None,
-            Self::Line => Some(NO_ELLIPSE),
+            Self::Line | Self::LineOfPoints => Some(NO_ELLIPSE),
             Self::Flat | Self::Narrow => Some("flat faces touch"),
             Self::Edge | Self::BetweenPoints => Some("an edge, a rim or a corner touches"),
         }

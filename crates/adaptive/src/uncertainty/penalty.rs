@@ -17,7 +17,7 @@ fn of_largest(touch: TouchKind) -> f64 {
     match touch {
         // Ellipsoid and half cylinder of pressures, as Hertz's theory has them.
         TouchKind::Smooth => 3.0 / 4.0,
-        TouchKind::Line => 8.0 / (3.0 * std::f64::consts::PI),
+        TouchKind::Line | TouchKind::LineOfPoints => 8.0 / (3.0 * std::f64::consts::PI),
         TouchKind::Flat | TouchKind::Narrow | TouchKind::Edge | TouchKind::BetweenPoints => 1.0,
     }
 }

@@ -32,7 +32,8 @@ pub fn check(penalty: f64) -> Result<(), ContactError> {
     if penalty > 0.0 { Ok(()) } else { Err(ContactError::Penalty { value: penalty }) }
 }
 
-/// Replaces `springs` by the compliances of the penalty springs of points with areas `areas` [m/N].
+/// Replaces `springs` by the compliances of the penalty springs of points with areas `areas`, and of what is `left_out` of the
+/// indentation at them in series with these, empty if nothing is [m/N].
 /// `needs_springs`: whether the solver of the quasistatic zone works with finite factors only; none
 /// where all modes are dynamic.
 ///
@@ -41,7 +42,7 @@ pub fn check(penalty: f64) -> Result<(), ContactError> {
 pub(crate) fn set_springs(
     penalty: f64,
     needs_springs: Option<bool>,
-    areas: &[f64],
+    (areas, left_out): (&[f64], &[f64]),
     springs: &mut [f64],
 ) -> Result<(), ContactError> {
     check(penalty)?;
@@ -56,6 +57,7 @@ pub(crate) fn set_springs(
     for (spring, &area) in springs.iter_mut().zip(areas) {
         *spring = spring_compliance(penalty, area);
     }
+    springs.iter_mut().zip(left_out).for_each(|(spring, left_out)| *spring += left_out);
     Ok(())
 }
 

@@ -276,7 +276,7 @@ impl PlaneContact {
         found: &mut PlaneFound,
     ) {
         let mut report = ContactReport { solver, ..ContactReport::default() };
-        let mut couple = Vector3::zeros();
+        let (mut couple, mut indented) = (Vector3::zeros(), 0.0);
         for (i, &force) in found.forces.iter().enumerate() {
             if force > 0.0
                 && self.quasistatic.is_none()
@@ -286,7 +286,8 @@ impl PlaneContact {
                 couple +=
                     Vector3::from(*facing) * (0.5 * stretch * stretch / self.springs[i] / (1.0 - ACROSS));
             }
-            report.penetration = report.penetration.max(-found.gaps[i]);
+            let left_out = self.submodel.left_out_at(i);
+            report.penetration = report.penetration.max(-found.gaps[i] - left_out * force);
             if force > 0.0 {
                 report.normal_force += force;
                 report.n_active += 1;
@@ -295,7 +296,8 @@ impl PlaneContact {
                 // Work of the normal displacement of the zone, Eq. C.7; zero when all modes are
                 // dynamic.
                 report.energies.elastic_high += 0.5 * force * (found.gaps[i] - workspace.free_gaps[i]);
-                report.energies.penalty += 0.5 * force * force * workspace.springs[i];
+                report.energies.penalty += 0.5 * force * force * (workspace.springs[i] - left_out);
+                indented += 0.5 * force * force * left_out;
             }
         }
         report.force = self.settings.plane.normal.into_inner() * report.normal_force;
@@ -307,6 +309,7 @@ impl PlaneContact {
             report.force += report.friction_force;
             report.n_sliding = friction.n_sliding();
         }
+        report.energies.elastic_high += indented;
         found.report = report;
         found.couple = couple;
     }

@@ -57,10 +57,11 @@ impl SurfacePair {
         let (state, w) = (&*work.state, &mut *work.found);
         let mut report = ContactReport { solver, ..ContactReport::default() };
         let is_end = self.surface.edges.is_none();
+        let mut indented = 0.0;
         for (i, &force) in state.start.forces.iter().enumerate() {
             let gap = state.start.proximity.gaps[i];
-            let indented = self.left_out.get(i).map_or(0.0, |left_out| left_out * force);
-            report.penetration = report.penetration.max(-gap - indented);
+            let left_out = self.left_out.get(i).copied().unwrap_or_default();
+            report.penetration = report.penetration.max(-gap - left_out * force);
             let found = &w.projections[i];
             // Beyond the end and below the surface: the target is too small. Of points that were
             // not projected, being open for certain, an earlier projection says nothing: it may be
@@ -74,11 +75,12 @@ impl SurfacePair {
                 report.is_rim_touched |= self.is_rim[i]
                     || found.is_at_edge
                     || !self.surface.elements[found.element as usize].is_in_zone;
-                report.energies.penalty += 0.5 * force * force * self.springs[i];
+                report.energies.penalty += 0.5 * force * force * (self.springs[i] - left_out);
+                indented += 0.5 * force * force * left_out;
             }
         }
-        report.energies.elastic_high =
-            0.5 * (dot(&w.loads, &state.start.body) + dot(&w.interface_loads, &w.interface_displacements));
+        report.energies.elastic_high = indented
+            + 0.5 * (dot(&w.loads, &state.start.body) + dot(&w.interface_loads, &w.interface_displacements));
         if report.n_active == 0 {
             report.energies.elastic_high = 0.0;
         }

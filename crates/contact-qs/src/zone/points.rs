@@ -121,6 +121,7 @@ pub fn contact_submodel(
         interface: functions,
         rim: points.iter().enumerate().filter(|(_, p)| p.on_rim).map(|(i, _)| i).collect(),
         facing: facing(motion, points),
+        left_out: Vec::new(),
     };
     submodel.validate()?;
     Ok(submodel)

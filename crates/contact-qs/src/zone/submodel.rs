@@ -35,6 +35,9 @@ pub struct ContactSubmodel {
     /// only surfaces can press that their faces are turned to (Eq. C.59); empty if every surface
     /// can press every point.
     pub facing: Vec<[f64; 3]>,
+    /// Compliance of what the bodies' elements leave out of the indentation at each point, in series with its spring; empty if nothing
+    /// (Eq. C.101) [m/N].
+    pub left_out: Vec<f64>,
 }
 
 /// Cosine of the angle between the normal of a point's face and the opposite of the surface's
@@ -49,6 +52,11 @@ pub(crate) fn is_turned_to(facing: &[f64; 3], normal: &[f64; 3]) -> bool {
 }
 
 impl ContactSubmodel {
+    /// What is left out of the indentation at point `i` [m/N].
+    pub fn left_out_at(&self, i: usize) -> f64 {
+        self.left_out.get(i).copied().unwrap_or_default()
+    }
+
     /// Number of contact points.
     pub fn n_points(&self) -> usize {
         self.points.len()

@@ -237,6 +237,7 @@ pub fn random_points(motion: RigidMotion, quasistatic: bool, seed: u64) -> Conta
         interface,
         rim: vec![0],
         facing: Vec::new(),
+        left_out: Vec::new(),
     }
 }
 

@@ -112,6 +112,7 @@ pub fn transfer(r: &TransferRecord, contact: &str) -> Result<TransferRow> {
         edge_place: met.map_or([0.0; 3], |m| m.xi),
         edge_normal: met.map_or([0.0; 3], |m| m.normal),
         edge_along: met.map_or([0.0; 6], |m| std::array::from_fn(|k| m.along[k / 3][k % 3])),
+        edge_spread: met.map_or(0.0, |m| m.spread),
         part: part_in_result(r.site),
         target_part: part_in_result(r.target_site),
         others: others_in_result(r.site),
@@ -191,7 +192,7 @@ fn met(row: &TransferRow) -> Option<TargetPlace> {
     let is_place =
         xi.iter().chain(&row.edge_along).all(|u| u.is_finite()) && normal.iter().any(|n| n.abs() > 0.0);
     let along = std::array::from_fn(|k| std::array::from_fn(|c| row.edge_along[3 * k + c]));
-    is_place.then_some(TargetPlace { face, xi, normal, along })
+    is_place.then_some(TargetPlace { face, xi, normal, along, spread: row.edge_spread.max(0.0) })
 }
 
 #[cfg(test)]

@@ -49,7 +49,9 @@ pub struct ContactSide<'a> {
 impl ContactSide<'_> {
     /// The points with modes and compliance.
     fn submodel(&self) -> Result<ContactSubmodel, ContactError> {
-        contact_submodel(self.motion, &self.zone.points, self.lookup, self.shapes, self.compliance)
+        let submodel =
+            contact_submodel(self.motion, &self.zone.points, self.lookup, self.shapes, self.compliance)?;
+        Ok(ContactSubmodel { left_out: self.zone.left_out.clone(), ..submodel })
     }
 
     /// The points of the zone that meet an edge or a corner of `target`, and their plane there;
@@ -73,7 +75,6 @@ impl ContactSide<'_> {
         let along = target.motion.components(&meets.along[1]);
         Some(MeetingPoint {
             points: self.zone.meeting.iter().map(|(i, share)| (*i, along.map(|c| share * c))).collect(),
-            left_out: self.zone.left_out.clone(),
             place,
             normal: target.motion.components(&meets.normal),
         })

@@ -10,6 +10,9 @@ use crate::touch::tolerances::TOUCHED_SURFACE;
 
 /// Samples of the edge between which ends of elements are looked for.
 const SAMPLES: usize = 256;
+/// How far aside points are left out, in halves of the width over which it presses: where elements do not yield under it, a round partner would
+/// press what lies nearer than some 2.5 of them (the square root of its approach over that of a unit of the logarithm).
+const BESIDE: f64 = 4.0;
 /// Halvings of the way between two samples in the search for the end of an element: far below the
 /// part of it that a rule's weights see.
 const HALVINGS: usize = 20;
@@ -27,6 +30,8 @@ pub struct MetEdge {
     pub middle: Vector3<f64>,
     /// From there to its end.
     pub half: Vector3<f64>,
+    /// Half of the width over which it presses \[m\].
+    pub spread: f64,
 }
 
 impl MetEdge {
@@ -59,7 +64,7 @@ impl MetEdge {
     /// beside it by no more than a body of the size `size` yields: the faces of the target beside
     /// the edge would press it aside.
     pub fn holds(&self, point: &[f64; 3], normal: &[f64; 3], own: &[f64; 3], size: f64) -> bool {
-        self.distance(point) <= TOUCHED_SURFACE * size
+        self.distance(point) <= (TOUCHED_SURFACE * size).max(BESIDE * self.spread)
             && Vector3::from(*normal).dot(&Vector3::from(*own)) > SAME_SIDE
     }
 
@@ -146,7 +151,11 @@ mod tests {
     const ENDS: [f64; 4] = [0.21, 0.27, 0.333, 0.395];
 
     fn edge() -> MetEdge {
-        MetEdge { middle: Vector3::new(EDGE[0], 0.0, 0.0), half: Vector3::new(EDGE[1], 0.0, 0.0) }
+        MetEdge {
+            middle: Vector3::new(EDGE[0], 0.0, 0.0),
+            half: Vector3::new(EDGE[1], 0.0, 0.0),
+            spread: 0.0,
+        }
     }
 
     /// A row ends along the edge itself, where round-off says on which side a place is.

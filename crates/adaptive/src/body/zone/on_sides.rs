@@ -22,10 +22,14 @@ fn hats(side: &SurfaceSide, xi: &[f64; 2]) -> Vec<(u32, f64)> {
     side.nodes.iter().copied().zip(functions.values).collect()
 }
 
-/// All unknowns of the nodes of the sides `chosen`, rising.
-pub(super) fn unknowns_of(surface: &MeshSurface, chosen: &[u32]) -> Vec<usize> {
-    let mut nodes: Vec<u32> =
-        chosen.iter().flat_map(|&i| surface.sides()[i as usize].nodes.iter().copied()).collect();
+/// All unknowns of the nodes of the sides `chosen`, and of `further` ones, rising.
+pub(super) fn unknowns_of(
+    surface: &MeshSurface,
+    chosen: &[u32],
+    further: impl Iterator<Item = u32>,
+) -> Vec<usize> {
+    let on_sides = chosen.iter().flat_map(|&i| surface.sides()[i as usize].nodes.iter().copied());
+    let mut nodes: Vec<u32> = on_sides.chain(further).collect();
     nodes.sort_unstable();
     nodes.dedup();
     nodes.iter().flat_map(|&n| surface.unknowns_at(n)).collect()
@@ -103,7 +107,7 @@ impl ContactZone {
             }
         }
         Ok(Self {
-            unknowns: unknowns_of(surface, &sides),
+            unknowns: unknowns_of(surface, &sides, std::iter::empty()),
             points,
             parameters,
             faces: Vec::new(),

@@ -1,5 +1,5 @@
 //! The indentation right under a straight edge along a face that the elements of a body leave out
-//! (docs/theory.md section C.26).
+//! (docs/theory.md section C.19).
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -16,9 +16,6 @@ use crate::surface::ALONG;
 
 /// Share of the body's least extent beyond which displacements about the edge are those of the half-plane.
 const WITHIN: f64 = 0.5;
-/// Half of the width over which an edge presses, as a share of the body's least extent: that of one rounded by some hundredth of it.
-const SPREAD: f64 = 1.0 / 300.0;
-
 /// A half-plane under a unit line load [m per N/m].
 struct HalfPlane {
     /// A place on the line \[m\].
@@ -53,7 +50,7 @@ impl HalfPlane {
         aside.hypot(depth)
     }
 
-    /// Displacement at `x` (Eq. C.113).
+    /// Displacement at `x` (theory section C.19).
     fn displacement(&self, x: &[f64; 3]) -> Vector3<f64> {
         let [aside, depth] = self.ways(x);
         // Nodes of sides that are not plane to the last digit do not lie above the face.
@@ -67,21 +64,57 @@ impl HalfPlane {
         self.axes[0] * (radial * sin + around * cos) + self.axes[1] * (radial * cos - around * sin)
     }
 
-    /// Depth of the middle of the face under a load that is spread evenly by `half` to both sides (Eq. C.114).
+    /// Depth of the middle of the face under a load that is spread evenly by `half` to both sides (theory section C.19).
     fn depth(&self, half: f64) -> f64 {
         (2.0 * ((self.length / half).ln() + 1.0) - (1.0 + self.poisson)) / (PI * self.modulus)
     }
 }
 
-/// Compliances of the indentation that the elements of `body` leave out at the points of `zone` that meet the straight edge or, in the plane,
-/// the corner of the target `about` their place [m/N] (Eq. C.112); empty where these lie on no one face of the body.
-pub fn left_out(body: &dyn FieldBody, zone: &ContactZone, about: &PointsAbout) -> Vec<f64> {
-    found(body, zone, about).unwrap_or_default()
+/// A line along which a face of a body is pressed, in the components of its model.
+pub struct PressedLine {
+    /// Its middle \[m\].
+    pub middle: Vector3<f64>,
+    /// From there to its end, out of the plane of a plane model \[m\].
+    pub half: Vector3<f64>,
+    /// Unit vector into the body.
+    pub inwards: Vector3<f64>,
+    /// Half of the width over which the face is pressed \[m\].
+    pub spread: f64,
 }
 
-/// From the middle to the end of the line along which the edge or, in the plane, the corner of the target `about` a place presses a face of
-/// `body`, in the components of its model \[m\]; none where it presses at a point, and near an axis of symmetry.
-fn pressed_line(body: &dyn FieldBody, about: &PointsAbout) -> Option<Vector3<f64>> {
+/// A point on such a line: its functions with their values, and the length of the line that is its own \[m\].
+pub type LinePoint<'a> = (&'a [(u32, f64)], f64);
+
+impl PressedLine {
+    /// That along which the edge, the line or, in the plane, the corner of the target presses `body` `about` a place, across a face with the
+    /// outward normal `outward`; none where it presses at a point, and near an axis of symmetry.
+    pub fn new(body: &dyn FieldBody, about: &PointsAbout, outward: &[f64; 3]) -> Option<Self> {
+        let (half, meets) = (pressed_half(body, about)?, about.meets?);
+        let (middle, inwards) = (about.place.point.into(), -Vector3::from(*outward));
+        (meets.spread > 0.0).then_some(Self { middle, half, inwards, spread: meets.spread })
+    }
+
+    /// Compliances of the indentation that the elements of `body` leave out at `points` [m/N] (Eq. C.101); none without a material.
+    pub fn left_out(&self, body: &dyn FieldBody, points: &[LinePoint<'_>]) -> Option<Vec<f64>> {
+        let across = self.inwards.cross(&self.half).try_normalize(0.0)?;
+        let plane = HalfPlane::new(body, self.middle, [across, self.inwards])?;
+        let nodes = points.iter().flat_map(|(functions, _)| functions.iter().map(|f| f.0));
+        let patch = Patch::new(body.assembled(), nodes, |x| plane.distance(x) <= WITHIN * plane.length);
+        let rows: Vec<Vec<(usize, f64)>> =
+            points.iter().map(|p| patch.row(body, p.0, &self.inwards)).collect();
+        let mut load = Mat::<f64>::zeros(patch.unknowns.len(), 1);
+        for (row, (_, length)) in rows.iter().zip(points) {
+            row.iter().for_each(|(k, value)| load[(*k, 0)] += length * value);
+        }
+        let found = patch.displacements(body.assembled(), load, |x| plane.displacement(x))?;
+        let depths = rows.iter().map(|row| row.iter().map(|(k, value)| value * found[(*k, 0)]).sum::<f64>());
+        let whole = plane.depth(self.spread);
+        Some(depths.zip(points).map(|(depth, (_, length))| (whole - depth).max(0.0) / length).collect())
+    }
+}
+
+/// From the middle to the end of the line that is pressed `about` a place of `body`.
+fn pressed_half(body: &dyn FieldBody, about: &PointsAbout) -> Option<Vector3<f64>> {
     let (model, place) = (body.model(), about.place.point);
     if model.dimension() == 3 {
         return about.edge().map(|edge| edge.half);
@@ -89,35 +122,40 @@ fn pressed_line(body: &dyn FieldBody, about: &PointsAbout) -> Option<Vector3<f64
     let normals = body.undeformed().normals_at(&place);
     let is_smooth = normals.iter().all(|normal| normal.dot(&normals[0]) > ALONG);
     let is_near_axis = *model == Model::Axisymmetric && place[0] <= WITHIN * body.thickness();
-    // Out of the plane.
-    (about.meets.is_some() && is_smooth && !is_near_axis).then(|| 0.5 * model.measure(&place) * Vector3::z())
+    (is_smooth && !is_near_axis).then(|| 0.5 * model.measure(&place) * Vector3::z())
 }
 
-/// Half of the width over which that edge or corner presses the face (Eq. C.98) \[m\]; none where it presses at a point.
-pub fn spread(body: &dyn FieldBody, about: &PointsAbout) -> Option<f64> {
-    pressed_line(body, about).map(|_| SPREAD * body.thickness())
+/// Width over which a face of `body` is pressed `about` a place \[m\]; none where it is pressed at a point.
+pub fn pressed_width(body: &dyn FieldBody, about: &PointsAbout) -> Option<f64> {
+    pressed_half(body, about).and_then(|_| Some(2.0 * about.meets?.spread))
 }
 
-fn found(body: &dyn FieldBody, zone: &ContactZone, about: &PointsAbout) -> Option<Vec<f64>> {
-    let origin = Vector3::from(about.place.point);
-    let points = || zone.meeting.iter().map(|(i, _)| &zone.points[*i]);
-    let inwards = -Vector3::from(points().next()?.facing?);
-    let half = pressed_line(body, about)?;
-    let plane = HalfPlane::new(body, origin, [inwards.cross(&half).try_normalize(0.0)?, inwards])?;
-    let (whole, length) = (plane.depth(SPREAD * plane.length), 2.0 * half.norm());
-    let total: f64 = points().map(|p| p.area).sum();
-    let lengths: Vec<f64> = points().map(|p| length * p.area / total).collect();
-    let patch = Patch::new(body.assembled(), points().flat_map(|p| p.functions.iter().map(|f| f.0)), |x| {
-        plane.distance(x) <= WITHIN * plane.length
-    });
-    let rows: Vec<Vec<(usize, f64)>> = points().map(|p| patch.row(body, &p.functions, &inwards)).collect();
-    let mut load = Mat::<f64>::zeros(patch.unknowns.len(), 1);
-    for (row, length) in rows.iter().zip(&lengths) {
-        row.iter().for_each(|(k, value)| load[(*k, 0)] += length * value);
+impl ContactZone {
+    /// Lengths of the line `half` of which is given that belong to its points on it, in the shares of their areas \[m\].
+    pub fn lengths_of_meeting(&self, half: &Vector3<f64>) -> Vec<f64> {
+        let areas = self.meeting.iter().map(|(i, _)| self.points[*i].area);
+        let total: f64 = areas.clone().sum();
+        areas.map(|area| 2.0 * half.norm() * area / total).collect()
     }
-    let found = patch.displacements(body.assembled(), load, |x| plane.displacement(x))?;
-    let depths = rows.iter().map(|row| row.iter().map(|(k, value)| value * found[(*k, 0)]).sum::<f64>());
-    Some(depths.zip(&lengths).map(|(depth, length)| (whole - depth).max(0.0) / length).collect())
+
+    /// Adds to what is left out at the points on its line.
+    pub fn leave_out(&mut self, left_out: &[f64]) {
+        self.left_out.resize(self.points.len(), 0.0);
+        for ((i, _), more) in self.meeting.iter().zip(left_out) {
+            self.left_out[*i] += more;
+        }
+    }
+
+    /// Adds what the elements of `body`, on whose surface the zone lies, leave out of the indentation `about` its place.
+    pub fn add_left_out(&mut self, body: &dyn FieldBody, about: &PointsAbout) {
+        let facing = self.meeting.first().and_then(|(i, _)| self.points[*i].facing);
+        let Some(line) = facing.and_then(|facing| PressedLine::new(body, about, &facing)) else { return };
+        let lengths = self.lengths_of_meeting(&line.half);
+        let functions = self.meeting.iter().map(|(i, _)| self.points[*i].functions.as_slice());
+        let points: Vec<LinePoint<'_>> = functions.zip(lengths).collect();
+        let left_out = line.left_out(body, &points);
+        self.leave_out(&left_out.unwrap_or_default());
+    }
 }
 
 /// The part of a body about an edge.

@@ -15,7 +15,9 @@ use iga_core::surface::lobatto_towards;
 use nalgebra::{Matrix3, Vector3};
 
 use super::on_sides::unknowns_of;
-use super::{ContactZone, HALVINGS, MetEdge, PointsAbout, WholeRequest, ZoneExtent, ZoneRegion};
+use super::{
+    ContactZone, HALVINGS, MetEdge, PointsAbout, WholeRequest, ZoneExtent, ZoneRegion, stands_there,
+};
 use crate::surface::{Foot, MeshSurface, Surface, SurfacePlace};
 
 /// Round-off of a function that is one at its node.
@@ -148,8 +150,13 @@ impl Gathering<'_> {
     }
 
     /// Adds a point of each of the smooth parts `groups` at their place, which meet what is there
-    /// of the target; their indices.
+    /// of the target, instead of those that stand there; their indices.
     fn add_meeting(&mut self, groups: &[Vec<SurfacePlace>]) -> Vec<(usize, f64)> {
+        let Some(here) = groups.first().and_then(|group| group.first()).map(|at| at.point) else {
+            return Vec::new();
+        };
+        let size = self.surface.length();
+        self.points.retain(|g| !stands_there(g.position.as_ref(), &here, size));
         let mut meeting = Vec::new();
         for group in groups {
             let (Some(SurfacePlace { face, xi, .. }), Some(normal)) =
@@ -250,6 +257,8 @@ impl ContactZone {
             None => Vec::new(),
         };
         let parameters = gathering.points.iter().map(|g| g.xi).collect();
+        let met: Vec<u32> =
+            meeting.iter().flat_map(|(k, _)| gathering.points[*k].functions.iter().map(|f| f.0)).collect();
         let points = gathering.points.into_iter().map(|g| SurfacePoint {
             position: g.position.into(),
             area: g.size,
@@ -262,7 +271,7 @@ impl ContactZone {
             points: points.collect(),
             parameters,
             faces: Vec::new(),
-            unknowns: unknowns_of(surface, &chosen),
+            unknowns: unknowns_of(surface, &chosen, met.into_iter()),
             widths: [surface.length(), if chosen.len() < n_sides { least_extent(surface) } else { 0.0 }],
             region: ZoneRegion::Pieces(Arc::new(surface.faces(&chosen))),
             extent: ZoneExtent::Whole,

@@ -10,9 +10,11 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::force::BodyState;
 use nalgebra::Vector3;
 
+use crate::record::TargetPlace;
 use crate::surface::{ALONG_LINE, Foot, StraightLine, SurfacePlace, least_at};
 use crate::touch::detection::Nearest;
 use crate::touch::hertz::local_surface::SurfaceView;
+use crate::touch::parts::Touch;
 use crate::touch::parts::side::{Moved, Side, touch_direction};
 use crate::touch::tolerances::{ACROSS_LINE, FLAT, SHORTEST_LINE};
 
@@ -189,6 +191,61 @@ fn nearest_across(
     };
     let foot = first.nearest(&at(least_at([-1.0, 1.0], STEPS, gap)).into())?;
     Some(first.turned_to(&foot.place, &pose.rotation.inverse_transform_vector(outward)))
+}
+
+/// A line along which two bodies touch: where its middle lies on the contact body, and what that meets of the target.
+pub struct TouchLine {
+    /// The place on the contact body.
+    pub place: SurfaceSite,
+    /// That on the target, with half of the line.
+    pub meets: TargetPlace,
+}
+
+impl Touch {
+    /// The part of the line through its places in the direction `way` of space that lies on the surfaces of contact body and target (a plane
+    /// without one), inclined by the angle `parallel` \[rad\] at most; none if there is none.
+    pub fn line(
+        &self,
+        own: Moved<'_>,
+        other: Option<Moved<'_>>,
+        (way, parallel): (&Vector3<f64>, f64),
+    ) -> Option<TouchLine> {
+        let start = self.nearest.contact.point;
+        if way.dot(&self.normal).abs() > parallel {
+            return None;
+        }
+        let other = other.map(|other| Some((other, self.nearest.target?.point)));
+        // Without a place on the target there is no touch.
+        let other = if let Some(there) = other { Some(there?) } else { None };
+        let size = other.map_or(own.0.length(), |(there, _)| own.0.length().min(there.0.length()));
+        let is_near = |moved: Moved<'_>, point: &Vector3<f64>| {
+            nearest_on(moved, point).is_some_and(|foot| foot.distance <= parallel * size)
+        };
+        let is_on = |way: &Vector3<f64>| {
+            is_near(own, &(start + way)) && other.is_none_or(|(there, point)| is_near(there, &(point + way)))
+        };
+        let end = |sign: f64| {
+            let [mut inside, mut outside] = [0.0, sign * size];
+            for _ in 0..HALVINGS {
+                let middle = 0.5 * (inside + outside);
+                if is_on(&(middle * way)) { inside = middle } else { outside = middle }
+            }
+            inside
+        };
+        let [from, to] = [end(-1.0), end(1.0)];
+        let (half, aside) = (0.5 * (to - from) * way, 0.5 * (from + to) * way);
+        let place = |moved: Moved<'_>, start: Vector3<f64>| Some(nearest_on(moved, &(start + aside))?.place);
+        let of = |pose: &BodyState, x: &Vector3<f64>| pose.rotation.inverse_transform_vector(x).into();
+        let mut meets = TargetPlace { normal: self.normal.into(), ..TargetPlace::default() };
+        if let Some((there, point)) = other {
+            let place = place(there, point)?;
+            (meets.face, meets.xi, meets.normal) = (place.face, place.xi, of(there.1, &self.normal));
+            meets.along[1] = of(there.1, &half);
+        }
+        meets.along[0] = of(own.1, &half);
+        (half.norm() > SHORTEST_LINE * size)
+            .then_some(TouchLine { place: site(&place(own, start)?, own.1), meets })
+    }
 }
 
 /// The place of a surface in its motion that is nearest to a point of space.

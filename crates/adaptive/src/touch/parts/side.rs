@@ -245,7 +245,7 @@ pub fn met_place(own: &Side<'_>, target: &Side<'_>, nearest: &Nearest, parallel:
         Some(EdgeOver::Bent) | None => [[0.0; 3]; 2],
     };
     let normal = target.rotation.inverse_transform_vector(&normal).into();
-    Some(TargetPlace { face: there.face, xi: there.xi, normal, along })
+    Some(TargetPlace { face: there.face, xi: there.xi, normal, along, spread: 0.0 })
 }
 
 /// Direction from the target to the contact body: between the nearest places or, where these agree

@@ -22,9 +22,6 @@ pub struct MeetingPoint {
     /// Indices of the points, ascending, and how far from `place` the undeformed target has the place
     /// that each of them meets, in the components of its model \[m\].
     pub points: Vec<(usize, [f64; 3])>,
-    /// Compliance of what the bodies' elements leave out of the indentation at each of them, in series with its spring; empty if
-    /// nothing (Eq. C.112) [m/N].
-    pub left_out: Vec<f64>,
     /// A place on the target, its face counted as they were given to [`crate::surface_pair::TargetSurface`].
     pub place: SurfacePlace,
     /// Unit normal towards the contact body, in the components of the target's model.
@@ -100,12 +97,7 @@ impl SurfacePair {
         if error.is_nan() || error > UNIT {
             return Err(ContactError::Nothing { what: "a place without a normal" });
         }
-        for ((i, _), left_out) in meeting.points.iter().zip(&meeting.left_out) {
-            self.left_out.resize(self.points.len(), 0.0);
-            self.left_out[*i] = *left_out;
-        }
         self.meeting = Some(meeting.on(&self.surface));
-        self.set_springs(self.settings.penalty)?;
         Ok(self)
     }
 

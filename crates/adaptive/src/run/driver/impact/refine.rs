@@ -190,12 +190,13 @@ impl Driver<'_> {
         };
         if slot.found.keeps_sides || refinement.keeps_sides(&self.model.bodies, states, &touch, &request)? {
             slot.found.keeps_sides = true;
-            (touch.kind, request.size) = (TouchKind::Edge, None);
+            request.size = None;
+            touch = refinement.on_own_sides(&self.model.bodies, states, touch, request.peak);
         }
         let whole = refinement.whole_at(&touch, request.size)?;
         let site = ZoneSite {
             part: whole.and_then(|_| refinement.parts(&self.model.bodies, states, &touch, &request)[0]),
-            ..refinement.whole_site(&self.model.bodies, states, &touch.nearest, whole)
+            ..refinement.whole_site(&self.model.bodies, states, &touch, (whole, request.peak))
         };
         let serves = |fine: &FineContact| {
             whole.is_some() && fine.whole == whole && fine.zones.first().is_some_and(|zone| zone.site == site)
