@@ -18,11 +18,16 @@ use adaptive::spec::{Accuracy, FlexibleSpec, MeshedSpec, ReductionSpec};
 use adaptive::store::ModelCache;
 use adaptive::surface::smooth_fit::SmoothFit;
 use adaptive::surface::{MeshSurface, Surface, SurfacePlace};
+use adaptive::touch::detection::Nearest;
+use adaptive::touch::parts::Touch;
+use contact_qs::search::SurfaceSite;
 use fe_mesh::element::rules::MassRule;
 use fe_mesh::{ElementKind, Mesh};
+use ffr_dynamics::force::BodyState;
 use ffr_dynamics::reduction::problem::ElasticProblem;
 use iga_core::elasticity::Material;
 use iga_core::nurbs::jet::{difference, norm};
+use nalgebra::Vector3;
 
 /// Ten elements across.
 const TEN: Ball = Ball { radius: 10.0, across: [6, 6], layers: 2, growth: [1.0, 1.0] };
@@ -137,7 +142,7 @@ fn zones_at_both_ends_of_a_ball_lie_on_spheres_as_far_outside_as_its_sides() {
         let fit = SmoothFit::new(surface, (site, &shape), 0.5e-3, |_| false).unwrap();
         let own =
             zone.points.iter().zip(fine.rows_of(&zone)).filter(|(p, _)| p.position[2] * site.point[2] > 0.0);
-        let from = |x: [f64; 3]| nalgebra::Vector3::from(x) - nalgebra::Vector3::from(site.point);
+        let from = |x: [f64; 3]| Vector3::from(x) - Vector3::from(site.point);
         let heights: Vec<_> =
             own.map(|(p, rows)| (shape.normal.dot(&from(p.position)), rows, p.position)).collect();
         // The outmost point is as far outside as the sides at the place.
@@ -145,8 +150,7 @@ fn zones_at_both_ends_of_a_ball_lie_on_spheres_as_far_outside_as_its_sides() {
         assert!(outmost.abs() < 1e-15, "{outmost:e}");
         // All lie on the surface through the nodes, but for a shift along the normal: round-off of places. It is the error of sides of 6 mm,
         // L^4/512 R^3 at most.
-        let beyond =
-            |x: [f64; 3], shift: f64| fit.above(&(nalgebra::Vector3::from(x) + shift * shape.normal).into());
+        let beyond = |x: [f64; 3], shift: f64| fit.above(&(Vector3::from(x) + shift * shape.normal).into());
         // Against the normal there the one at the place leans by 0.05 at most: each step leaves 1e-3 of the error.
         let shift = (0..6).fold(0.0, |shift, _| shift + beyond(heights[0].2, shift));
         assert!(
@@ -280,7 +284,7 @@ fn contact_of_a_coarse_ball_sees_a_sphere() {
             let fit = SmoothFit::new(&surface, (&at, &shape), 1e-3, |_| false).unwrap();
             let normal = shape.normal;
             let height = |along: f64| {
-                let x = nalgebra::Vector3::from(at.point) + along * shape.tangents[0];
+                let x = Vector3::from(at.point) + along * shape.tangents[0];
                 let x: [f64; 3] = (x + fit.above(&x.into()) * normal).into();
                 x.iter().map(|c| c * c).sum::<f64>().sqrt()
             };
@@ -296,6 +300,90 @@ fn contact_of_a_coarse_ball_sees_a_sphere() {
             }
         }
     }
+}
+
+#[test]
+fn curvatures_of_a_coarse_surface_are_those_of_circles() {
+    // A ring with an elliptic tube, sides of 20 by 40 degrees: no simple shape. A paraboloid through the nodes beside the
+    // one at the place, 60 degrees away, is curved by 1.38 and 1.11 times as much.
+    let (ring, half, other) = (10.0, 4.0, 4.2);
+    let tube = |[x, y, z]: [f64; 3]| {
+        let (around, along, depth) =
+            ((x - 0.5) * 0.5 * TAU / 3.0, (y - 0.5) * 200.0_f64.to_radians(), 0.5 + 0.5 * z);
+        let away = ring + half * depth * along.cos();
+        [away * around.cos(), away * around.sin(), other * depth * along.sin()]
+    };
+    for kind in [ElementKind::Hex20, ElementKind::Tet10] {
+        let mesh = Arc::new(Mesh::new(blocks::block(kind, [3, 5, 1], tube), 1e-3).unwrap());
+        let (surface, at) = site(&mesh, [14.001e-3, 0.0, 0.0]);
+        let [along, around] = surface.shape_at(&at).unwrap().curvatures.map(|k| 1e-3 * k);
+        let [wanted, other] = [half / (other * other), 1.0 / (ring + half)];
+        assert!(
+            (along / wanted - 1.0).abs() < 0.06 && (around / other - 1.0).abs() < 0.06,
+            "{kind:?}: {along} {around}"
+        );
+    }
+}
+
+#[test]
+fn a_fillet_of_one_side_between_faces_is_seen_as_the_cylinder_that_it_is() {
+    // Two plates at a right angle, their outer edge rounded with 3 mm, a side of 45 degrees each.
+    let bent = |[x, y, z]: [f64; 3]| {
+        let (x, depth) = (6.0 * x, 2.0 * (1.0 - z));
+        let angle = 0.125 * TAU * (x - 2.0).clamp(0.0, 2.0);
+        let (s, c) = angle.sin_cos();
+        let beyond = (x - 4.0).max(0.0);
+        [4.0 * x.min(2.0) + (3.0 - depth) * s, 15.0 * y, (3.0 - depth) * c - 4.0 * beyond]
+    };
+    for kind in [ElementKind::Hex20, ElementKind::Tet10] {
+        let mesh = Arc::new(Mesh::new(blocks::block(kind, [6, 3, 1], bent), 1e-3).unwrap());
+        let (sin, cos) = (0.1875 * TAU).sin_cos();
+        let (surface, at) = site(&mesh, [8.0 + 3.0 * sin, 7.4, 3.0 * cos].map(|x| 1e-3 * x));
+        let shape = surface.shape_at(&at).unwrap();
+        let [across, along] = shape.curvatures;
+        // Round-off of places of 10 mm over the height of 0.2 mm of a side.
+        assert!(
+            (3e-3 * across - 1.0).abs() < 1e-9 && along.abs() < 1e-6,
+            "{kind:?}: {across} {along} at {at:?}"
+        );
+        let is_within = |x: &[f64; 3]| norm(&difference(x, &at.point)) <= 0.3e-3;
+        let fit = SmoothFit::new(&surface, (&at, &shape), 0.3e-3, is_within).unwrap();
+        for angle in [0.1825, 0.1875, 0.19] {
+            let (sin, cos) = (angle * TAU).sin_cos();
+            let on = [8.0 + 3.0 * sin, 7.5, 3.0 * cos].map(|x| 1e-3 * x);
+            assert!(fit.above(&on).abs() < 1e-14, "{kind:?} {angle}: {:e}", fit.above(&on));
+        }
+    }
+}
+
+#[test]
+fn coarse_parts_touch_where_their_shapes_are_nearest() {
+    let mesh = Arc::new(Mesh::new(TEN.mesh(ElementKind::Tet10), 1e-3).unwrap());
+    let (surface, radius, gap) = (MeshSurface::of(&mesh), 10e-3, 1e-4);
+    let here = BodyState::at_rest(0);
+    let mut farthest: f64 = 0.0;
+    for direction in [[0.3, -0.5, 0.8], [-0.9, 0.2, 0.1], [0.1, 0.7, -0.4], [0.5, 0.6, 0.7]] {
+        let normal = Vector3::from(direction).normalize();
+        let site = |direction: &Vector3<f64>, pose: &BodyState| {
+            let place = surface.lowest(direction).unwrap();
+            SurfaceSite { face: place.face, xi: place.xi, point: pose.position + Vector3::from(place.point) }
+        };
+        let mut there = BodyState::at_rest(0);
+        there.position = -(2.0 * radius + gap) * normal;
+        let contact = site(&normal, &here);
+        // On a plane, and on the same ball behind it.
+        for target in [None, Some(site(&-normal, &there))] {
+            let other: Option<(&dyn Surface, _)> = target.map(|_| (&*surface as &dyn Surface, &there));
+            let nearest = Nearest { gap, contact, target, normal };
+            let touch = Touch::at((&*surface, &here), other, &nearest, 1e-6);
+            let aside = |point: &Vector3<f64>| (point - point.dot(&normal) * normal).norm();
+            // Steps end below 1e-6 of a side of 6 mm, and the side is 1e-5 m below the place and leans by 1e-2 at most.
+            let found = [Some(touch.nearest.contact), touch.nearest.target];
+            assert!(found.iter().flatten().all(|site| aside(&site.point) < 1.1e-7), "{:?}", touch.nearest);
+            farthest = farthest.max(aside(&contact.point));
+        }
+    }
+    assert!(farthest > 3e-5, "the sides touch there, too: {farthest:e}");
 }
 
 #[test]

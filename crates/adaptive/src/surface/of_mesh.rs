@@ -482,13 +482,17 @@ impl Surface for MeshSurface {
         let (t, s) = (along, normal.cross(&along));
         let places = self.around(place, FITTED);
         let size = places.iter().map(|x| (x - centre).norm()).fold(0.0, f64::max);
+        // Coordinates as long as the chord, on which a circle is a parabola; nearer nodes count more (theory Eq. C.112).
         let row = |x: &Vector3<f64>| {
             let r = (x - centre) / size;
-            let (u, v) = (r.dot(&t), r.dot(&s));
-            [1.0, u, v, 0.5 * u * u, u * v, 0.5 * v * v]
+            let (u, v, weight) = (r.dot(&t), r.dot(&s), (1.0 - r.norm_squared() / 1.1).powi(2));
+            let chord = if u == 0.0 && v == 0.0 { 1.0 } else { r.norm() / u.hypot(v) };
+            let (u, v) = (u * chord, v * chord);
+            [1.0, u, v, 0.5 * u * u, u * v, 0.5 * v * v, r.dot(&normal)].map(|term| weight * term)
         };
-        let matrix = DMatrix::from_fn(places.len(), 6, |i, j| row(&places[i])[j]);
-        let heights = DVector::from_fn(places.len(), |i, _| (places[i] - centre).dot(&normal) / size);
+        let rows: Vec<_> = places.iter().map(row).collect();
+        let matrix = DMatrix::from_fn(rows.len(), 6, |i, j| rows[i][j]);
+        let heights = DVector::from_fn(rows.len(), |i, _| rows[i][6]);
         // With a worse condition the nodes do not determine the six unknowns.
         let fit = matrix.svd(true, true).solve(&heights, 1e-10).ok()?;
         // Slopes against the tangent plane are small here; their squares are left out.
@@ -506,7 +510,7 @@ impl Surface for MeshSurface {
     }
 
     fn primitive_at(&self, place: &SurfacePlace) -> Option<(Primitive, f64)> {
-        Some((self.primitive(&self.sides_around(place, FITTED))?, self.length_at(place)))
+        Some((self.primitive_around(place, FITTED)?, self.length_at(place)))
     }
 
     fn turned_to(&self, place: &SurfacePlace, direction: &Vector3<f64>) -> SurfacePlace {

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use crate::surface::primitive::Primitive;
+use crate::surface::primitive::{MISFIT, Primitive};
 use crate::surface::{LocalShape, MeshSurface, SurfacePlace};
 
 /// Functions of a polynomial of two variables of degree four.
@@ -12,11 +12,6 @@ const OF_CURVE: &[usize] = &[0, 1, 3, 6, 10];
 const ALL: &[usize] = &[0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14];
 /// Nodes for each of them, at least.
 const NODES: usize = 3;
-/// Weighted distance of the nodes from the surface, as a share of their heights over the plane that
-/// touches it, up to which it is taken to be that of the part: curvature is then off by eight times
-/// as much at most, and the force by a fifth of that. With nodes on a sphere, half its radius away,
-/// the share is 3e-4; where curvature jumps between them, some percent.
-const MISFIT: f64 = 2e-3;
 /// Ratio of singular values below which nodes do not tell the functions apart.
 const SINGULAR: f64 = 1e-10;
 
@@ -71,15 +66,18 @@ fn functions(u: f64, v: f64) -> [f64; FUNCTIONS] {
 impl SmoothFit {
     /// The surface through the nodes around `site`, where the surface has the shape `shape`: of a
     /// simple shape if those of all sides that are smoothly connected with it and have a place that `is_within` lie on one, else one
-    /// near it, which has to reach to the distance `reach`. None if no smooth one goes through them.
+    /// near it, which has to reach to the distance `reach`, else a simple one through the sides alone that have such a place, as of a
+    /// fillet beside a face. None if no smooth one goes through them.
     pub fn new(
         surface: &MeshSurface,
         (site, shape): (&SurfacePlace, &LocalShape),
         reach: f64,
         is_within: impl Fn(&[f64; 3]) -> bool,
     ) -> Option<Self> {
-        let primitive = surface.primitive(&surface.sides_within(site.face, is_within)).map(Fitted::Primitive);
-        let fitted = primitive.or_else(|| Heights::new(surface, site, shape, reach).map(Fitted::Heights))?;
+        let wide = surface.primitive(&surface.sides_within(site.face, &is_within));
+        let heights = || Heights::new(surface, site, shape, reach).map(Fitted::Heights);
+        let narrow = || surface.primitive_within(site.face, &is_within).map(Fitted::Primitive);
+        let fitted = wide.map(Fitted::Primitive).or_else(heights).or_else(narrow)?;
         Some(Self { normal: shape.normal, fitted })
     }
 

@@ -4,6 +4,7 @@
 pub(crate) mod side;
 mod line;
 mod narrow;
+mod shapes;
 
 use contact_qs::search::SurfaceSite;
 use nalgebra::Vector3;
@@ -13,6 +14,7 @@ use crate::surface::SurfacePlace;
 use crate::touch::detection::Nearest;
 use line::{middle_of_line, site};
 use narrow::narrow_face;
+use shapes::nearest_of_shapes;
 use side::{EdgeOver, Moved, Side, slack, touch_direction};
 
 /// Which parts of two surfaces touch first: smooth faces, flat faces, edges or lines.
@@ -134,8 +136,14 @@ impl Touch {
     pub fn at(own: Moved<'_>, other: Option<Moved<'_>>, nearest: &Nearest, parallel: f64) -> Self {
         let middle = middle_of_line(own, other, nearest, parallel);
         let touch = Self::at_places(own, other, &middle.unwrap_or(*nearest), parallel);
-        let is_line = middle.is_some() && touch.kind == TouchKind::Smooth;
-        Self { kind: if is_line { TouchKind::Line } else { touch.kind }, ..touch }
+        match (touch.kind, middle) {
+            (TouchKind::Smooth, Some(_)) => Self { kind: TouchKind::Line, ..touch },
+            (TouchKind::Smooth, None) => {
+                let of_shapes = nearest_of_shapes(own, other, nearest, &touch.normal);
+                of_shapes.map_or(touch, |nearest| Self { nearest, ..touch })
+            }
+            _ => touch,
+        }
     }
 
     /// The same at the places `nearest` themselves, even if they belong to a line.

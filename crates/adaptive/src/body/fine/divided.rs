@@ -94,7 +94,8 @@ impl FineElements {
         };
         let refined = refined.map_err(fail)?;
         let n_free = refined.n_free();
-        debug!(body = name, levels, elements = refined.mesh().elements().len(), nodes = n_free, "fine model");
+        let elements_now = refined.mesh().elements().len();
+        debug!(body = name, levels, widths = ?wanted.widths, elements = elements_now, nodes = n_free, "fine model");
         let surface = MeshSurface::of(refined.mesh());
         let fit = |(site, of): (_, &Footprint)| {
             SmoothFit::new(coarse, (site, &of.shape), of.reach(), |x| of.contains(x))
