@@ -6,7 +6,8 @@
 //! of every path is full: these separate the ends, and no smaller set does.
 //!
 //! Neighbours are rows of bits, so that one step of a search looks at 64 of them: points of a
-//! spline have some hundred neighbours, most of them found already.
+//! spline have some hundred neighbours, most of them found already. Words without a bit are left out: neighbours in a
+//! mesh that is divided about a contact stand far apart along a direction.
 
 use std::ops::Range;
 
@@ -16,12 +17,10 @@ const NONE: u32 = u32::MAX;
 /// A graph whose nodes stand in an order, by which its ends are named.
 #[derive(Debug, Clone)]
 pub(super) struct SortedGraph {
-    /// Word of [`Bits`] with which the row of every node begins.
-    first: Vec<u32>,
     /// Where in `words` the row of every node stands.
     start: Vec<usize>,
-    /// Bits of the neighbours, and of the node itself.
-    words: Vec<u64>,
+    /// Number and bits of the words of [`Bits`] with neighbours, and with the node itself, in ascending order.
+    words: Vec<(u32, u64)>,
 }
 
 /// Where a node stands.
@@ -38,34 +37,38 @@ pub(super) enum Part {
 impl SortedGraph {
     /// The graph in which `neighbours` of a node, in any order, are those named; of two neighbours
     /// each names the other.
-    pub fn new<I: Iterator<Item = u32> + Clone>(n: usize, neighbours: impl Fn(usize) -> I) -> Self {
-        let mut graph = Self { first: Vec::with_capacity(n), start: vec![0], words: Vec::new() };
+    pub fn new<I: Iterator<Item = u32>>(n: usize, neighbours: impl Fn(usize) -> I) -> Self {
+        let mut graph = Self { start: vec![0], words: Vec::new() };
+        let mut row = Vec::new();
         for node in 0..n {
-            let row = neighbours(node).chain([node as u32]);
-            let (low, high) = row.clone().fold((NONE, 0), |(low, high), j| (low.min(j), high.max(j)));
-            let (low, high, start) = (low / 64, high / 64, graph.words.len());
-            graph.words.resize(start + (high - low + 1) as usize, 0);
-            row.for_each(|j| graph.words[start + (j / 64 - low) as usize] |= 1 << (j % 64));
-            graph.first.push(low);
+            row.clear();
+            row.extend(neighbours(node).chain([node as u32]));
+            row.sort_unstable();
+            let start = graph.words.len();
+            for &j in &row {
+                match graph.words[start..].last_mut() {
+                    Some((word, bits)) if *word == j / 64 => *bits |= 1 << (j % 64),
+                    _ => graph.words.push((j / 64, 1 << (j % 64))),
+                }
+            }
             graph.start.push(graph.words.len());
         }
         graph
     }
 
     fn len(&self) -> usize {
-        self.first.len()
+        self.start.len() - 1
     }
 
     /// The neighbours of a node and itself: number and bits of every word.
     fn row(&self, node: usize) -> impl Iterator<Item = (usize, u64)> {
-        let words = &self.words[self.start[node]..self.start[node + 1]];
-        words.iter().zip(self.first[node] as usize..).map(|(&bits, word)| (word, bits))
+        self.words[self.start[node]..self.start[node + 1]].iter().map(|&(word, bits)| (word as usize, bits))
     }
 
     /// The last neighbour of a node.
     fn last_of(&self, node: usize) -> usize {
-        let words = self.first[node] as usize + self.start[node + 1] - self.start[node];
-        64 * words - 1 - self.words[self.start[node + 1] - 1].leading_zeros() as usize
+        let (word, bits) = self.words[self.start[node + 1] - 1];
+        64 * word as usize + 63 - bits.leading_zeros() as usize
     }
 
     /// The smallest set of the nodes `between` that separates the nodes before from those behind;
