@@ -51,8 +51,8 @@ impl MeshSurface {
         self.primitive(&self.sides_around(place, enough)).or_else(few)
     }
 
-    /// The simple shape of the sides alone that have a place that `is_within`, smoothly connected with `first`.
-    pub fn primitive_within(&self, first: u32, is_within: impl Fn(&[f64; 3]) -> bool) -> Option<Primitive> {
+    /// The sides alone that have a place that `is_within`, smoothly connected with `first`.
+    pub fn sides_reached(&self, first: u32, is_within: impl Fn(&[f64; 3]) -> bool) -> Vec<u32> {
         let parts = EDGE_PARTS as u32;
         let is_chosen = |i: usize| {
             let n_edges = self.sides()[i].n_edges();
@@ -66,7 +66,12 @@ impl MeshSurface {
             };
             (0..=parts).any(|j| (0..=parts).any(|k| is_within(&self.at(i, &eta(j, k)).position)))
         };
-        self.primitive_of_few(&self.smooth_part(first as usize, is_chosen))
+        self.smooth_part(first as usize, is_chosen)
+    }
+
+    /// The simple shape of these sides.
+    pub fn primitive_within(&self, first: u32, is_within: impl Fn(&[f64; 3]) -> bool) -> Option<Primitive> {
+        self.primitive_of_few(&self.sides_reached(first, is_within))
     }
 
     /// The nodes of `sides` with the normals there of each of them.

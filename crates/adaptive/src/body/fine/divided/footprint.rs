@@ -22,6 +22,9 @@ const ACROSS_LINE: [usize; 2] = [2, 6];
 /// Sine of the angle about the axis of a surface up to which a strip along it is told by its width over the tangential plane.
 const BENT: f64 = 0.34;
 
+/// Places on the rim of a zone by which the sides that it reaches are told.
+const RIM: usize = 16;
+
 /// Pieces more than the part has elements beyond which a line is not divided: a long thin one has some tens of thousands, and its model
 /// takes a minute to be built.
 const MOST_ALONG: usize = 12_000;
@@ -79,8 +82,17 @@ impl WantedZone {
     /// How elements are halved about its `footprints` (theory Eq. C.72).
     pub fn levels(&self, surface: &MeshSurface, footprints: &[Footprint]) -> Levels {
         let longest_at = |(site, of): (&SurfacePlace, &Footprint)| {
-            let sides = surface.sides_within(site.face, |x| of.contains(x));
-            sides.iter().map(|&i| surface.longest_edge(i as usize)).fold(0.0, f64::max)
+            // A strip is narrower than what tells that a side is reached.
+            let is_line = of.half.iter().any(|half| half.is_infinite());
+            let is_within = |x: &[f64; 3]| of.contains(x);
+            let sides = if is_line {
+                surface.sides_within(site.face, is_within)
+            } else {
+                surface.sides_reached(site.face, is_within)
+            };
+            let rim = if is_line { Vec::new() } else { of.rim() };
+            let on_rim = rim.iter().filter_map(|x| Some(surface.nearest(x)?.place.face));
+            sides.into_iter().chain(on_rim).map(|i| surface.longest_edge(i as usize)).fold(0.0, f64::max)
         };
         let longest = self.sites.iter().zip(footprints).map(longest_at).fold(0.0, f64::max);
         let elements = self.elements.unwrap_or_else(|| self.usual_elements(surface));
@@ -188,6 +200,18 @@ impl Footprint {
     /// Distance of its farthest end from its middle, of a strip across it \[m\].
     pub fn reach(&self) -> f64 {
         self.half.iter().filter(|half| half.is_finite()).fold(0.0, |most, half| most.max(*half))
+    }
+
+    /// Places around its rim, near the surface.
+    fn rim(&self) -> Vec<[f64; 3]> {
+        let place = |k: usize| {
+            let (sin, cos) = (k as f64 * std::f64::consts::TAU / RIM as f64).sin_cos();
+            let along = [cos * self.half[0], sin * self.half[1]];
+            let sag: f64 = along.iter().zip(self.shape.curvatures).map(|(x, c)| 0.5 * c * x * x).sum();
+            let [s, t] = self.shape.tangents;
+            (self.centre + along[0] * s + along[1] * t - sag * self.shape.normal).into()
+        };
+        (0..RIM).map(place).collect()
     }
 
     /// Length across the line of an edge between `ends`, if it is to be halved for a strip with edges of the length `finest` (theory
