@@ -245,7 +245,7 @@ fn disc(friction: f64) -> String {
 #[test]
 fn friction_that_the_solver_cannot_bear_fails_with_its_reason() {
     let folder = scratch();
-    let (code, complaint, _) = run(folder.path(), &disc(10.0), &[]);
+    let (code, complaint, _) = run(folder.path(), &disc(30.0), &[]);
     assert_eq!(code, 5, "{complaint}");
     assert!(
         complaint.contains("energy ledger is open") && complaint.contains("coefficient of friction"),

@@ -2,7 +2,7 @@
 
 use contact_qs::quasistatic::Method;
 use contact_qs::quasistatic::broyden::BroydenSettings;
-use contact_qs::zone::sparse_rows::SparseRows;
+use contact_qs::quasistatic::compliance::sparse_rows::SparseRows;
 use contact_qs::{ActiveContact, ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;

@@ -20,6 +20,7 @@ use crate::ContactError;
 pub use crate::contact_element::ContactReport;
 use crate::contact_element::{Contact, ContactElement, ContactFindings, Meeting, Plane};
 use crate::law::{Friction, penalty};
+use crate::quasistatic::compliance::ZoneCompliance;
 use crate::quasistatic::{Method, PointState, Quasistatic, ZoneSolver};
 use crate::zone::submodel::ContactSubmodel;
 
@@ -74,8 +75,10 @@ pub struct PlaneWorkspace {
     /// Points whose compliance the forces are found with, and the gaps with which these are.
     is_member: Vec<bool>,
     pressed_gaps: Vec<f64>,
-    /// Rates of the loads by the turn of the body alone.
+    /// Rates of the loads by the turn of the body alone, and of the displacements by these.
     load_rates: Vec<f64>,
+    displacement_rates: Vec<f64>,
+    buffers: [Vec<f64>; 2],
     /// Rates of the points along the normal and the tangents without those of the forces; of the normal forces.
     gap_rates: Vec<f64>,
     slip_rates: Vec<f64>,
@@ -148,11 +151,12 @@ impl PlaneContact {
     /// # Errors
     /// [`ContactError`] if the submodel does not fit, the penalty factor is not positive, or it is infinite where springs
     /// are needed.
-    pub fn new(submodel: ContactSubmodel, settings: PlaneContactSettings) -> Result<Self, ContactError> {
+    pub fn new(mut submodel: ContactSubmodel, settings: PlaneContactSettings) -> Result<Self, ContactError> {
         submodel.validate()?;
         let quasistatic = if submodel.is_quasistatic() {
-            let compliance = submodel.compliance.of_points(&submodel.interface);
-            Some(Quasistatic::new(settings.method, submodel.motion, compliance)?)
+            let compliance = std::mem::replace(&mut submodel.compliance, ZoneCompliance::none());
+            let (yielding, n) = ((compliance, &submodel.interface), submodel.n_points());
+            Some(Quasistatic::of_points(settings.method, submodel.motion, yielding, n)?)
         } else {
             None
         };
@@ -269,6 +273,8 @@ impl ForceElement for PlaneContact {
             is_member: vec![true; n],
             pressed_gaps: vec![0.0; n],
             load_rates: vec![0.0; n_rows],
+            displacement_rates: vec![0.0; n_rows],
+            buffers: self.quasistatic.as_ref().map_or_else(Default::default, Quasistatic::buffers),
             gap_rates: vec![0.0; n],
             slip_rates: vec![0.0; n_rows - n],
             normal_rates: vec![0.0; n],

@@ -1,6 +1,7 @@
 //! The quasistatic contact problem, its solvers, and friction.
 
 pub mod problem;
+pub mod compliance;
 mod inverse;
 pub mod active_set;
 pub(crate) mod tangential;

@@ -26,7 +26,7 @@ use crate::ContactError;
 use crate::contact_element::{Contact, ContactElement, ContactFindings, ContactReport, Meeting};
 use crate::law::{Friction, penalty};
 use crate::quasistatic::Method;
-use crate::zone::sparse_rows::SparseRows;
+use crate::quasistatic::compliance::sparse_rows::SparseRows;
 use crate::zone::submodel::ContactSubmodel;
 
 mod relative_pose;
@@ -381,8 +381,8 @@ impl ForceElement for SurfacePair {
     fn restore(&self, state: &mut PairState, found: &mut PairFound) {
         let PairState { start, saved, zone, friction } = state;
         start.copy_from(saved);
-        if let (Some(both), Some(zone)) = (self.both(), zone) {
-            zone.restore(both, friction.as_mut().map(|f| &mut f.stick_slip));
+        if let Some(zone) = zone {
+            zone.restore();
         }
         if let Some(friction) = friction {
             friction.restore();

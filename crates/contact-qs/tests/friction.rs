@@ -2,8 +2,8 @@
 
 use crate::common::Random;
 use contact_qs::quasistatic::broyden::BroydenSettings;
+use contact_qs::quasistatic::compliance::sparse_rows::SparseRows;
 use contact_qs::quasistatic::{Method, PointState};
-use contact_qs::zone::sparse_rows::SparseRows;
 use contact_qs::{
     ActiveContact, ContactError, ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings,
 };

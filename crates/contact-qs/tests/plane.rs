@@ -3,7 +3,7 @@
 use crate::common::Random;
 use contact_qs::quasistatic::Method;
 use contact_qs::quasistatic::broyden::BroydenSettings;
-use contact_qs::zone::sparse_rows::SparseRows;
+use contact_qs::quasistatic::compliance::sparse_rows::SparseRows;
 use contact_qs::{ActiveContact, ContactError, ContactSubmodel, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::RigidMotion;

@@ -4,8 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use crate::common::{Random, surface_compliance};
 use crate::free_motion::{body_state, free_system, state_vector};
+use contact_qs::quasistatic::compliance::sparse_rows::SparseRows;
 use contact_qs::quasistatic::{Method, PointState};
-use contact_qs::zone::sparse_rows::SparseRows;
 use contact_qs::{ActiveContact, ContactSubmodel, Friction, Plane, PlaneContact, PlaneContactSettings};
 use faer::Mat;
 use ffr_dynamics::body::{RigidMotion, StandardInputData};

@@ -13,6 +13,7 @@ use crate::ContactError;
 use crate::contact_element::ContactReport;
 use crate::quasistatic::problem::{OPEN, dot};
 use crate::quasistatic::sliding_work::SlidingWork;
+use crate::quasistatic::stick_slip::TOLERANCE;
 use crate::quasistatic::stick_slip::rates::{OF_STIFFNESS, normal_rates};
 use crate::quasistatic::{Quasistatic, SolveReport, ZoneSolver};
 use crate::zone::submodel::is_turned_to;
@@ -191,28 +192,46 @@ impl PlaneContact {
         workspace: &mut PlaneWorkspace,
         found: &mut PlaneFound,
     ) -> Result<SolveReport, EvaluationFailure> {
-        let PlaneWorkspace { free_gaps, is_member, pressed_gaps, .. } = workspace;
-        is_member.iter_mut().zip(&*free_gaps).for_each(|(is_member, gap)| *is_member = *gap < 0.0);
-        zone.add_start(is_member);
-        let deepest = free_gaps.iter().copied().fold(0.0, f64::min);
+        let PlaneWorkspace { free_gaps, is_member, pressed_gaps, buffers, .. } = workspace;
+        is_member.fill(false);
+        match &friction {
+            None => zone.add_start(is_member),
+            Some(f) => f.stick_slip.add_start(is_member),
+        }
+        // In the unknowns of the surface, what was pressed is enough to start from.
+        if friction.is_none() || !is_member.contains(&true) {
+            add_below(free_gaps, is_member);
+        }
+        let (springs, deepest) = (&self.springs, free_gaps.iter().copied().fold(0.0, f64::min));
         let mut total = SolveReport::default();
         loop {
-            zone.project_members(model, found.normal, is_member, friction.is_none());
-            for ((pressed, gap), is_member) in pressed_gaps.iter_mut().zip(&*free_gaps).zip(&*is_member) {
-                *pressed = if *is_member { *gap } else { OPEN };
-            }
-            let (springs, forces) = (&self.springs, &mut found.forces);
+            let forces = &mut found.forces;
             match &mut friction {
                 None => {
+                    zone.project_members(model, found.normal, is_member, true);
+                    press(free_gaps, is_member, pressed_gaps);
                     total.add(zone.solve(springs, pressed_gaps, forces)?);
                     zone.displace((springs, forces), free_gaps, &mut found.gaps, &mut found.displacements);
                     self.load_found(None, found);
                 }
                 Some(f) => {
-                    f.stick_slip.project(model.compliance(), &found.normal, &f.tangents, is_member);
-                    total.add(f.stick_slip.solve(zone, springs, pressed_gaps, &f.slips, forces)?);
+                    let directions = [found.normal, f.tangents[0], f.tangents[1]];
+                    let given = (&**free_gaps, &*f.slips);
+                    let is_taken = f.stick_slip.take(&model.surface(directions), is_member, springs);
+                    let solve = |_| f.stick_slip.solve_taken((springs, TOLERANCE), given, forces);
+                    let report = match is_taken.then_some(()).and_then(solve) {
+                        Some(report) => report,
+                        None => {
+                            add_below(free_gaps, is_member);
+                            zone.project_members(model, found.normal, is_member, false);
+                            press(free_gaps, is_member, pressed_gaps);
+                            f.stick_slip.project(model, directions, is_member, &mut buffers[0]);
+                            f.stick_slip.solve(zone, springs, pressed_gaps, &f.slips, forces)?
+                        }
+                    };
+                    total.add(report);
                     self.load_found(Some(f), found);
-                    model.displacements(&found.loads, &mut found.displacements);
+                    model.displacements(&found.loads, buffers, &mut found.displacements);
                     self.open_gaps(free_gaps, found);
                 }
             }
@@ -389,6 +408,10 @@ impl PlaneContact {
             let turned = force.cross(&turning);
             (0..nc).for_each(|c| rates[c] = turned[motion.direction(c)]);
         }
+        let PlaneWorkspace { load_rates, displacement_rates, buffers, .. } = &mut *workspace;
+        if let Some(zone) = &self.quasistatic {
+            zone.displacements(load_rates, buffers, displacement_rates);
+        }
         let mut drift = [0.0; 3];
         // What stays open has no part in the rates of the forces.
         for i in (0..self.submodel.n_points()).filter(|i| workspace.is_member[*i]) {
@@ -397,10 +420,7 @@ impl PlaneContact {
             let rigid = frame + turning.cross(&arm);
             for (c, d) in drift[..nc].iter_mut().enumerate() {
                 *d = rigid[motion.direction(c)] + dot(self.low_row(i, c), &body.elastic_rates);
-                if let Some(zone) = &self.quasistatic {
-                    // The compliance is symmetric: a row is a column.
-                    *d += dot(zone.compliance().col_as_slice(nc * i + c), &workspace.load_rates);
-                }
+                *d += workspace.displacement_rates[nc * i + c];
             }
             workspace.gap_rates[i] = dot(&drift[..nc], &found.normal[..nc]);
             for (a, tangent) in friction.iter().flat_map(|friction| &friction.tangents[..n_t]).enumerate() {
@@ -435,5 +455,17 @@ impl PlaneContact {
                 target.torque_in_body += arm.cross(&force);
             }
         }
+    }
+}
+
+/// Marks the points below the plane as members.
+fn add_below(gaps: &[f64], is_member: &mut [bool]) {
+    is_member.iter_mut().zip(gaps).for_each(|(is_member, gap)| *is_member |= *gap < 0.0);
+}
+
+/// Replaces `pressed` by the gaps of members; nothing presses the others.
+fn press(gaps: &[f64], is_member: &[bool], pressed: &mut [f64]) {
+    for ((pressed, gap), is_member) in pressed.iter_mut().zip(gaps).zip(is_member) {
+        *pressed = if *is_member { *gap } else { OPEN };
     }
 }

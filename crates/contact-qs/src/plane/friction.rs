@@ -46,7 +46,7 @@ impl PlaneFriction {
         let n = n_t * n_points;
         Self {
             law,
-            stick_slip: StickSlip::new(law.coefficient, n_points, n_t, nc, has_compliance),
+            stick_slip: StickSlip::new(law.coefficient, n_points, n_t, has_compliance),
             n_t,
             motion,
             world: world_tangents(motion, normal),

@@ -8,9 +8,11 @@ use nalgebra::Vector3;
 
 use super::active_set::SolveReport;
 use super::point_solver::{Method, PointSolver};
-use super::problem::{OPEN, add_columns, add_product, depth, dot};
+use super::problem::{OPEN, add_product, depth, dot};
 use crate::ContactError;
 use crate::quasistatic::broyden::BroydenSettings;
+use crate::quasistatic::compliance::sparse_rows::SparseRows;
+use crate::quasistatic::compliance::{Surfaces, Yielding, ZoneCompliance};
 use crate::quasistatic::modal_basis::ModalBasis;
 
 /// Compliance of a contact zone, with its modes where Algorithm 1 shall solve it.
@@ -18,7 +20,8 @@ use crate::quasistatic::modal_basis::ModalBasis;
 /// Rows and columns of the compliance are ordered `n_components * point + component`.
 pub struct Quasistatic {
     n_components: usize,
-    compliance: Mat<f64>,
+    n_points: usize,
+    yielding: Yielding,
     /// Algorithm 1 and the modes it works with, rows of the shapes as those of the compliance.
     algorithm_1: Option<(BroydenSettings, ModalBasis)>,
 }
@@ -42,7 +45,7 @@ pub struct ZoneSolver {
     /// `T_k`: displacements of all points along each tangent under a unit force along the normal at one. Single precision
     /// is enough: they count by the turn, and by their share in lever arms.
     tangential: Vec<Mat<f32>>,
-    /// Displacements of all points under such a force, in the model's components.
+    /// Displacements of all points, or of the unknowns under them, under such a force, in the model's components.
     under_force: Vec<f64>,
     /// `T_k λ` and `T_kᵀ λ` of the forces that they were last found for, with which an iteration on a turned normal starts.
     answers: Vec<[Vec<f64>; 2]>,
@@ -85,21 +88,50 @@ impl Quasistatic {
         let (n_components, n_rows) = (motion.n_components(), compliance.nrows());
         let n_points = n_rows / n_components;
         check_square("the compliance of the contact points", compliance.as_ref(), n_points * n_components)?;
+        Self::of_points(method, motion, (compliance.into(), &SparseRows::new(0)), n_points)
+    }
+
+    /// The same of `n_points` points that yield by `compliance`, with the rows `functions`.
+    pub(crate) fn of_points(
+        method: Method,
+        motion: RigidMotion,
+        (compliance, functions): (ZoneCompliance, &SparseRows),
+        n_points: usize,
+    ) -> Result<Self, ContactError> {
+        // Algorithm 1 works with the modes of the points.
+        let yielding = Yielding::new(compliance, functions, matches!(method, Method::Broyden(_)));
         let algorithm_1 = match method {
             Method::ActiveSet => None,
-            Method::Broyden(settings) => Some((settings, basis_from_compliance(motion, &compliance)?)),
+            Method::Broyden(settings) => Some((settings, basis_from_compliance(motion, yielding.matrix())?)),
         };
-        Ok(Self { n_components, compliance, algorithm_1 })
+        Ok(Self { n_components: motion.n_components(), n_points, yielding, algorithm_1 })
     }
 
     /// Number of points.
     pub fn n_points(&self) -> usize {
-        self.compliance.nrows() / self.n_components
+        self.n_points
     }
 
-    /// Compliance of all components, `n_components n_points` squared [m/N].
-    pub fn compliance(&self) -> &Mat<f64> {
-        &self.compliance
+    /// The surface under the points, seen along unit vectors in the model's components.
+    pub(crate) fn surface(&self, directions: [[f64; 3]; 3]) -> ZoneSurface<'_> {
+        ZoneSurface { yielding: &self.yielding, n_components: self.n_components, directions }
+    }
+
+    /// Replaces `half` by the answer of the compliance to a unit force on point `j` along `direction`.
+    pub(crate) fn load(&self, j: usize, direction: &[f64; 3], half: &mut [f64]) {
+        let components = (0..self.n_components).filter(|c| direction[*c] != 0.0);
+        self.yielding.load(components.map(|c| (self.n_components * j + c, direction[c])), half);
+    }
+
+    /// Displacement of point `i` along `direction`, of which `half` is the answer of the compliance.
+    pub(crate) fn answer(&self, i: usize, direction: &[f64; 3], half: &[f64]) -> f64 {
+        let nc = self.n_components;
+        (0..nc).map(|c| self.yielding.displacement(nc * i + c, half) * direction[c]).sum()
+    }
+
+    /// Room for [`Self::displacements`].
+    pub(crate) fn buffers(&self) -> [Vec<f64>; 2] {
+        [(); 2].map(|()| vec![0.0; self.yielding.matrix().nrows()])
     }
 
     /// Whether the solver needs finite penalty factors.
@@ -124,7 +156,7 @@ impl Quasistatic {
             is_projected: vec![false; n_points],
             normal_compliance: Mat::zeros(n_points, n_points),
             tangential: vec![Mat::zeros(n_points, n_points); n_t],
-            under_force: vec![0.0; self.compliance.nrows()],
+            under_force: vec![0.0; self.yielding.matrix().nrows()],
             saved_answers: answers.clone(),
             answers,
             turned_gaps: vec![0.0; n_points],
@@ -134,9 +166,30 @@ impl Quasistatic {
 
     /// Replaces `out` by the quasistatic displacements of the points, `n_components` rows per point
     /// \[m\], under `loads`, the components of the point forces in the same order \[N\].
-    pub fn displacements(&self, loads: &[f64], out: &mut [f64]) {
-        out.fill(0.0);
-        add_product(&self.compliance, loads, out);
+    pub(crate) fn displacements(&self, loads: &[f64], buffers: &mut [Vec<f64>; 2], out: &mut [f64]) {
+        self.yielding.displacements(loads, buffers, out);
+    }
+}
+
+/// The surface under the points of a zone.
+pub(crate) struct ZoneSurface<'a> {
+    yielding: &'a Yielding,
+    n_components: usize,
+    directions: [[f64; 3]; 3],
+}
+
+impl Surfaces for ZoneSurface<'_> {
+    fn n_unknowns(&self) -> usize {
+        self.yielding.matrix().nrows()
+    }
+
+    fn row(&self, i: usize, d: usize, entry: &mut dyn FnMut(usize, f64)) {
+        let nc = self.n_components;
+        (0..nc).for_each(|c| self.yielding.row(nc * i + c, self.directions[d][c], entry));
+    }
+
+    fn compliance(&self, i: usize, j: usize) -> f64 {
+        self.yielding.matrix()[(i, j)]
     }
 }
 
@@ -179,13 +232,11 @@ impl ZoneSolver {
                 continue;
             }
             self.is_projected[j] = true;
-            let (nc, normal, tangents) = (zone.n_components, self.normal, self.tangents);
-            self.under_force.fill(0.0);
-            let components = (0..nc).filter(|c| normal[*c] != 0.0).map(|c| (nc * j + c, normal[c]));
-            add_columns(&zone.compliance, components, &mut self.under_force);
+            let (normal, tangents) = (self.normal, self.tangents);
+            zone.load(j, &normal, &mut self.under_force);
+            let under_force = &self.under_force;
             let along = |direction: [f64; 3]| {
-                let points = self.under_force.chunks_exact(nc);
-                points.map(move |point| point.iter().zip(&direction).map(|(u, n)| u * n).sum::<f64>())
+                (0..zone.n_points).map(move |i| zone.answer(i, &direction, under_force))
             };
             let column = self.normal_compliance.col_as_slice_mut(j);
             column.iter_mut().zip(along(normal)).for_each(|(entry, u)| *entry = u);

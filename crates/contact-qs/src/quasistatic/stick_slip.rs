@@ -15,14 +15,19 @@ use ffr_dynamics::error::EvaluationFailure;
 use super::active_set::SolveReport;
 use super::problem::{add_product, depth};
 use super::relaxation::Relaxation;
-use super::solver::{ZoneSolver, is_same};
+use super::solver::{Quasistatic, ZoneSolver, is_same};
 use super::tangential::{PointState, Tangential, TangentialProblem};
 
+mod kept_factor;
 pub(crate) mod rates;
+mod surface_newton;
+
+use crate::quasistatic::compliance::Surfaces;
+use surface_newton::{Law, SurfaceNewton};
 
 /// Change of the friction forces in one alternation below which they have converged, as a share of
 /// the largest.
-const TOLERANCE: f64 = 1e-12;
+pub(crate) const TOLERANCE: f64 = 1e-12;
 /// Limit of the alternations: enough for a contraction of 0.75 without relaxation.
 const MAX_ALTERNATIONS: usize = 100;
 
@@ -98,21 +103,17 @@ pub(crate) struct StickSlip {
     normal_rates: Vec<f64>,
     has_rates: bool,
     relaxation: Relaxation,
-    n_components: usize,
     /// Tangential forces that are given, not found.
     prescribed: Option<Vec<f64>>,
+    /// Solver in the unknowns of the surfaces, made when it is first needed, and whether the last solution is its.
+    newton: Option<Box<SurfaceNewton>>,
+    is_by_newton: bool,
 }
 
 impl StickSlip {
-    /// Zone of `n_points` points with `n_t` tangential components each and `n_components` in all;
+    /// Zone of `n_points` points with `n_t` tangential components each;
     /// `has_compliance`: whether the zone is quasistatic.
-    pub fn new(
-        coefficient: f64,
-        n_points: usize,
-        n_t: usize,
-        n_components: usize,
-        has_compliance: bool,
-    ) -> Self {
+    pub fn new(coefficient: f64, n_points: usize, n_t: usize, has_compliance: bool) -> Self {
         let n = n_t * n_points;
         let (rows, columns) = if has_compliance { (n, n_points) } else { (0, 0) };
         Self {
@@ -140,8 +141,9 @@ impl StickSlip {
             normal_rates: vec![0.0; n_points],
             has_rates: false,
             relaxation: Relaxation::new(n),
-            n_components,
             prescribed: None,
+            newton: None,
+            is_by_newton: false,
         }
     }
 
@@ -191,6 +193,9 @@ impl StickSlip {
 
     pub fn save(&mut self) {
         self.has_rates = false;
+        if let Some(newton) = &mut self.newton {
+            newton.save();
+        }
         self.solver.save();
         self.saved_directions = self.directions;
         self.saved_forces.copy_from_slice(&self.forces);
@@ -199,6 +204,9 @@ impl StickSlip {
 
     pub fn restore(&mut self) {
         self.has_rates = false;
+        if let Some(newton) = &mut self.newton {
+            newton.restore();
+        }
         let bits = |d: &[[f64; 3]; 3]| d.map(|v| v.map(f64::to_bits));
         if bits(&self.directions) != bits(&self.saved_directions) {
             self.turn(self.saved_directions);
@@ -208,43 +216,38 @@ impl StickSlip {
         self.next.copy_from_slice(&self.saved_forces);
     }
 
-    /// Projects `compliance` on the normal and the tangents, given in the model's components, for
-    /// the points that `is_member` marks, all if it is empty (Eq. F.4). A projection is used again
-    /// as that of the normal is ([`ZoneSolver::project`]), and grows by points that come.
+    /// Projects the compliance of `zone` on the normal and the tangents `directions`, given in the model's components, for the points
+    /// that `is_member` marks, all if it is empty (Eq. F.4). A projection is used again as that of the normal is
+    /// ([`ZoneSolver::project`]), and grows by points that come. `half` is room for what answers to a load.
     pub fn project(
         &mut self,
-        compliance: &Mat<f64>,
-        normal: &[f64; 3],
-        tangents: &[[f64; 3]; 2],
+        zone: &Quasistatic,
+        directions: [[f64; 3]; 3],
         is_member: &[bool],
+        half: &mut [f64],
     ) {
-        let directions = [*normal, tangents[0], tangents[1]];
         if !is_same(&directions, &self.directions) {
             self.turn(directions);
         }
-        let (n_t, nc) = (self.n_t, self.n_components);
-        let [normal, tangents @ ..] = self.directions;
+        let directions = self.directions;
         for j in 0..self.n_points {
             if self.is_projected[j] || !is_member.get(j).is_none_or(|is_member| *is_member) {
                 continue;
             }
             self.is_projected[j] = true;
             self.members.push(j);
-            for slot in 0..self.members.len() {
-                let i = self.members[slot];
-                let mut block = [[0.0; 3]; 3];
-                for (b, column) in block[..nc].iter_mut().enumerate() {
-                    let source = &compliance.col_as_slice(nc * j + b)[nc * i..][..nc];
-                    column.iter_mut().zip(source).for_each(|(c, s)| *c = *s);
-                }
-                // Displacement of point `i` along `u` under a unit force on `j` along `v`.
-                let along = |u: &[f64; 3], c: &[f64; 3]| u[0] * c[0] + u[1] * c[1] + u[2] * c[2];
-                let answer = |u: &[f64; 3], v: &[f64; 3]| along(v, &block.map(|column| along(u, &column)));
-                for a in 0..n_t {
-                    self.set_coupling(i, a, j, answer(&tangents[a], &normal));
-                    self.set_coupling(j, a, i, answer(&normal, &tangents[a]));
-                    for b in 0..n_t {
-                        self.set_tangential((i, a), (j, b), answer(&tangents[a], &tangents[b]));
+            for d in 0..=self.n_t {
+                zone.load(j, &directions[d], half);
+                for slot in 0..self.members.len() {
+                    let i = self.members[slot];
+                    for e in 0..=self.n_t {
+                        let entry = zone.answer(i, &directions[e], half);
+                        match (e, d) {
+                            (0, 0) => {}
+                            (0, _) => self.set_coupling(j, d - 1, i, entry),
+                            (_, 0) => self.set_coupling(i, e - 1, j, entry),
+                            _ => self.set_tangential((i, e - 1), (j, d - 1), entry),
+                        }
                     }
                 }
             }
@@ -349,6 +352,60 @@ impl StickSlip {
         self.solve_within(TOLERANCE, zone, springs, gaps, slips, normal_forces)
     }
 
+    /// Takes the points that `is_member` marks with their rows on `surfaces`, in whose unknowns [`StickSlip::solve_taken`] and
+    /// [`StickSlip::deflect_taken`] work, without projections. False where springs are missing, friction forces are given, or the
+    /// components of the points are less than twice as many as these unknowns.
+    pub fn take(&mut self, surfaces: &impl Surfaces, is_member: &[bool], springs: &[f64]) -> bool {
+        let has_springs = (0..self.n_points).all(|i| !is_member[i] || springs[i].min(self.springs[i]) > 0.0);
+        if self.prescribed.is_some() || !has_springs {
+            return false;
+        }
+        let (n, n_t) = (self.n_points, self.n_t);
+        let newton = self.newton.get_or_insert_with(|| Box::new(SurfaceNewton::new(n, n_t, surfaces)));
+        newton.take(surfaces, is_member)
+    }
+
+    /// Solves as [`StickSlip::solve_within`] does, for the points taken; the others stay open (Eq. F.34). `tolerance`: of the forces,
+    /// over the largest normal one. None, and nothing solved, where the steps do not converge.
+    pub fn solve_taken(
+        &mut self,
+        (springs, tolerance): (&[f64], f64),
+        (gaps, slips): (&[f64], &[f64]),
+        normal_forces: &mut [f64],
+    ) -> Option<SolveReport> {
+        let (n_t, newton) = (self.n_t, self.newton.as_mut()?);
+        let law =
+            Law { coefficient: self.coefficient, lengths: &self.lengths, springs: [springs, &self.springs] };
+        let iterations = newton.solve(law, gaps, slips, tolerance)?;
+        self.is_by_newton = true;
+        normal_forces.fill(0.0);
+        self.forces.fill(0.0);
+        self.solver.open_all();
+        for (i, answer) in newton.answers().filter(|(_, answer)| answer.forces[0] > 0.0) {
+            normal_forces[i] = answer.forces[0];
+            self.forces[n_t * i..n_t * (i + 1)].copy_from_slice(&answer.forces[1..=n_t]);
+            self.solver.note(i, answer.state, &answer.increment);
+        }
+        self.next.copy_from_slice(&self.forces);
+        self.set_bounds(normal_forces);
+        Some(SolveReport { iterations, ..SolveReport::default() })
+    }
+
+    /// As [`StickSlip::deflect`], normal forces included, by the points taken.
+    pub fn deflect_taken(&mut self, normal: &[f64], gaps: &mut [f64], slips: &mut [f64]) {
+        gaps.fill(0.0);
+        slips.fill(0.0);
+        if let Some(newton) = &mut self.newton {
+            newton.deflect((normal, &self.forces), (gaps, slips));
+        }
+    }
+
+    /// Marks the points under load in the last solution.
+    pub fn add_start(&self, is_member: &mut [bool]) {
+        let states = is_member.iter_mut().zip(self.solver.states());
+        states.for_each(|(is_member, state)| *is_member |= *state != PointState::Open);
+    }
+
     /// As [`StickSlip::solve`], until the friction forces change by less than `tolerance` of the
     /// largest.
     ///
@@ -363,7 +420,11 @@ impl StickSlip {
         slips: &[f64],
         normal_forces: &mut [f64],
     ) -> Result<SolveReport, EvaluationFailure> {
+        self.is_by_newton = false;
         if depth(gaps) <= 0.0 {
+            if let Some(newton) = &mut self.newton {
+                newton.clear();
+            }
             self.forces.fill(0.0);
             normal_forces.fill(0.0);
             self.bounds.fill(0.0);
@@ -437,99 +498,4 @@ fn not_converged(coefficient: f64) -> EvaluationFailure {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::quasistatic::Problem;
-    use crate::quasistatic::active_set::ActiveSet;
-    use std::f64::consts::PI;
-
-    struct Normal(ActiveSet, Mat<f64>);
-
-    impl NormalSolver for Normal {
-        fn solve_normal(
-            &mut self,
-            springs: &[f64],
-            gaps: &[f64],
-            forces: &mut [f64],
-        ) -> Result<SolveReport, EvaluationFailure> {
-            self.0.solve(&Problem { compliance: &self.1, springs, gaps }, forces)
-        }
-
-        fn solve_on_set(&mut self, rhs: &mut [f64]) -> bool {
-            self.0.solve_on_set(rhs);
-            true
-        }
-    }
-
-    /// `N x N` points of a half space with unit shear modulus and unit spacing.
-    const N: usize = 9;
-
-    fn place(i: usize) -> [f64; 2] {
-        [(i % N) as f64 - 4.1, (i / N) as f64 - 3.9]
-    }
-
-    /// Compliances of the half space (Johnson, Contact Mechanics, 3.2 and 3.6), under the points
-    /// that of a small disc.
-    fn half_space(poisson: f64) -> (Normal, StickSlip) {
-        let n = N * N;
-        let mut normal = Mat::zeros(n, n);
-        let mut zone = StickSlip::new(0.0, n, 2, 3, true);
-        zone.begin_blocks(|_| true);
-        for i in 0..n {
-            for j in 0..n {
-                let (p, q) = (place(i), place(j));
-                let x = [p[0] - q[0], p[1] - q[1]];
-                let r = if i == j { 0.3 } else { x[0].hypot(x[1]) };
-                normal[(i, j)] = (1.0 - poisson) / (2.0 * PI * r);
-                for a in 0..2 {
-                    let coupling = -(1.0 - 2.0 * poisson) * x[a] / (4.0 * PI * r * r);
-                    zone.set_coupling(i, a, j, coupling);
-                    for b in 0..2 {
-                        let mut value = poisson * x[a] * x[b] / (r * r);
-                        if a == b {
-                            value += 1.0 - poisson + if i == j { 0.5 * poisson } else { 0.0 };
-                        }
-                        zone.tangential_compliance[(2 * i + a, 2 * j + b)] = value / (2.0 * PI * r);
-                    }
-                }
-            }
-        }
-        zone.finish_blocks();
-        (Normal(ActiveSet::new(n), normal), zone)
-    }
-
-    #[test]
-    fn turns_settle_from_sticking_to_sliding_at_any_coupling() {
-        let n = N * N;
-        let springs = vec![1e-3; n];
-        let mut n_mixed = 0;
-        for (poisson, coefficient) in [(0.3, 0.3), (0.3, 0.8), (0.0, 0.3), (0.0, 0.8)] {
-            let (mut normal, mut zone) = half_space(poisson);
-            zone.coefficient = coefficient;
-            zone.set_springs(&springs, 1.0);
-            let mut forces = vec![0.0; n];
-            // Slips from none to complete sliding and back, which crosses every state of the
-            // annulus.
-            for step in 0..80 {
-                let slip = 0.5 * coefficient * (0.08 * f64::from(step)).sin();
-                let gaps: Vec<f64> =
-                    (0..n).map(|i| 0.05 * (place(i)[0].powi(2) + place(i)[1].powi(2)) - 0.6).collect();
-                let slips: Vec<f64> = (0..n).flat_map(|_| [slip, 0.3 * slip]).collect();
-                let report = zone.solve(&mut normal, &springs, &gaps, &slips, &mut forces);
-                assert!(report.is_ok(), "{poisson} {coefficient} {step}: {report:?}");
-                let states = zone.states();
-                n_mixed +=
-                    usize::from(states.contains(&PointState::Stick) && states.contains(&PointState::Slip));
-                let tau = zone.forces().chunks_exact(2);
-                for ((t, force), w) in tau.zip(&forces).zip(zone.increments().chunks_exact(2)) {
-                    let (size, slide) = (t[0].hypot(t[1]), w[0].hypot(w[1]));
-                    // Round-off of forces of order one, tolerance of the alternations.
-                    assert!(size <= coefficient * force + 1e-10);
-                    assert!(*force <= 0.0 || slide * (coefficient * force - size) <= 1e-9);
-                    assert!(*force <= 0.0 || (t[0] * w[0] + t[1] * w[1] + size * slide).abs() <= 1e-9);
-                }
-            }
-        }
-        assert!(n_mixed > 40, "{n_mixed}");
-    }
-}
+mod tests;

@@ -433,6 +433,20 @@ impl Tangential {
         llt::solve::solve_in_place(factor, rhs, Par::Seq, MemStack::new(&mut self.memory));
     }
 
+    /// Takes all points as open, before [`Self::note`].
+    pub fn open_all(&mut self) {
+        self.factored.clear();
+        self.states.fill(PointState::Open);
+    }
+
+    /// Notes the state of point `i` in a solution that was found elsewhere, and its slip increment unless it is open.
+    pub fn note(&mut self, i: usize, state: PointState, increment: &[f64; 2]) {
+        self.states[i] = state;
+        if state != PointState::Open {
+            self.increments[self.n_t * i..self.n_t * (i + 1)].copy_from_slice(&increment[..self.n_t]);
+        }
+    }
+
     /// Sets the slip increments of open points.
     pub fn set_open_increments(&mut self, increment: impl Fn(usize, usize) -> f64) {
         for (i, increments) in self.increments.chunks_exact_mut(self.n_t).enumerate() {

@@ -7,11 +7,12 @@ use ffr_dynamics::force::BodyState;
 use nalgebra::Vector3;
 
 use super::SurfacePair;
-use super::friction::move_back;
+use super::friction::{PairFriction, move_back};
 use super::projection::normal_walk::SLACK;
 use super::projection::warm_start::WarmStart;
 use super::projection::{Displaced, Functions, Projection, Samples, SurfacePlace};
 use super::relative_pose::RelativePose;
+use super::solver::PairZone;
 use super::state::{Buffers, PairFound, PairState, Work};
 use crate::law::penalty;
 use crate::quasistatic::SolveReport;
@@ -157,7 +158,8 @@ impl SurfacePair {
         let PairState { zone, friction, .. } = &mut *work.state;
         if let (Some(both), Some(zone)) = (self.both(), zone) {
             let stick_slip = friction.as_mut().map(|f| &mut f.stick_slip);
-            zone.build(both, &work.found.jacobian, stick_slip, |_| true);
+            zone.take(&work.found.jacobian, |_| true);
+            zone.project(both, stick_slip);
         }
         Ok(())
     }
@@ -349,17 +351,18 @@ impl SurfacePair {
         let is_new = moved > REUSE || (pass > 10 && moved > 0.0);
         if is_new {
             let depth = gaps.iter().zip(&w.deflections).fold(0.0_f64, |d, (g, s)| d.max(s - g));
-            let stick_slip = friction.as_mut().map(|f| &mut f.stick_slip);
-            let is_member = |i: usize| is_near(i) || gaps[i] < MARGIN * depth;
-            zone.build(both, jacobian, stick_slip, is_member);
+            zone.take(jacobian, |i| is_near(i) || gaps[i] < MARGIN * depth);
+        }
+        let mut stick_slip = friction.as_mut().map(|f| &mut f.stick_slip);
+        let (surfaces, members) = zone.surfaces(both);
+        let is_taken = stick_slip.as_mut().is_some_and(|s| s.take(&surfaces, members, &self.springs));
+        if !is_taken {
+            zone.project(both, stick_slip);
         }
         w.loaded.copy_from(jacobian);
         // The products of these forces with this compliance are left from the solution before.
         if is_new || pass == 0 {
-            zone.deflect(forces, &mut w.deflections);
-            if let Some(f) = friction {
-                f.stick_slip.deflect(forces, &mut w.deflections, &mut f.deflections);
-            }
+            deflect(zone, is_taken, forces, friction, &mut w.deflections);
         }
         if let Some(f) = friction {
             let depth = gaps.iter().zip(&w.deflections).fold(0.0_f64, |d, (g, s)| d.max(s - g));
@@ -382,13 +385,25 @@ impl SurfacePair {
             None => zone.solve_normal(&self.springs, &w.free_gaps, forces)?,
             Some(f) => {
                 let (tolerance, slips) = (f.alternation_tolerance, &f.free_slips);
-                f.stick_slip.solve_within(tolerance, zone, &self.springs, &w.free_gaps, slips, forces)?
+                let given = (&*w.free_gaps, slips.as_slice());
+                let solve = |_| f.stick_slip.solve_taken((&self.springs, tolerance), given, forces);
+                match is_taken.then_some(()).and_then(solve) {
+                    Some(report) => report,
+                    None => {
+                        zone.project(both, Some(&mut f.stick_slip));
+                        f.stick_slip.solve_within(
+                            tolerance,
+                            zone,
+                            &self.springs,
+                            &w.free_gaps,
+                            slips,
+                            forces,
+                        )?
+                    }
+                }
             }
         };
-        zone.deflect(forces, &mut w.deflections);
-        if let Some(f) = friction {
-            f.stick_slip.deflect(forces, &mut w.deflections, &mut f.deflections);
-        }
+        deflect(zone, is_taken, forces, friction, &mut w.deflections);
         self.load(work.state, work.found);
         if let Some(zone) = &mut work.state.zone {
             zone.displace_body(both.compliances, &work.found.loads, &mut work.state.start.body);
@@ -407,6 +422,26 @@ impl SurfacePair {
         add_product(&self.surface.compliance, interface_loads, interface_displacements);
         for (u, dof) in state.start.nodes.iter_mut().zip(&self.surface.dofs) {
             *u = dof.map_or(0.0, |b| interface_displacements[b as usize]);
+        }
+    }
+}
+
+/// Replaces `gaps` by the displacements of the points along their normals under `forces`, with friction those along the tangents as well;
+/// `is_taken`: whether friction knows them.
+fn deflect(
+    zone: &PairZone,
+    is_taken: bool,
+    forces: &[f64],
+    friction: &mut Option<Box<PairFriction>>,
+    gaps: &mut [f64],
+) {
+    match friction {
+        Some(f) if is_taken => f.stick_slip.deflect_taken(forces, gaps, &mut f.deflections),
+        _ => {
+            zone.deflect(forces, gaps);
+            if let Some(f) = friction {
+                f.stick_slip.deflect(forces, gaps, &mut f.deflections);
+            }
         }
     }
 }

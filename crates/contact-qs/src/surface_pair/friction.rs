@@ -91,7 +91,7 @@ impl PairFriction {
         Self {
             law,
             n_t,
-            stick_slip: StickSlip::new(law.coefficient, n_points, n_t, n_components, has_compliance),
+            stick_slip: StickSlip::new(law.coefficient, n_points, n_t, has_compliance),
             slips: vec![0.0; n],
             free_slips: vec![0.0; n],
             deflections: vec![0.0; n],

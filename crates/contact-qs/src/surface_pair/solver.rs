@@ -8,12 +8,12 @@ use super::target::TargetSurface;
 use crate::ContactError;
 use crate::quasistatic::Method;
 use crate::quasistatic::active_set::SolveReport;
+use crate::quasistatic::compliance::sparse_rows::SparseRows;
+use crate::quasistatic::compliance::{Surfaces, Yielding, ZoneCompliance};
 use crate::quasistatic::modal_basis::ModalBasis;
 use crate::quasistatic::point_solver::PointSolver;
 use crate::quasistatic::problem::{add_columns, add_product, dot};
 use crate::quasistatic::stick_slip::{NormalSolver, StickSlip};
-use crate::zone::compliance::{Yielding, ZoneCompliance};
-use crate::zone::sparse_rows::SparseRows;
 
 /// Quasistatic compliance of a pair: that of the contact body's points; the target's is that of its
 /// surface.
@@ -34,6 +34,38 @@ pub(super) struct PairBodies<'a> {
     pub surface: &'a TargetSurface,
 }
 
+/// The surfaces of both bodies under the points: the unknowns of the contact body, then those of the target.
+pub(super) struct PairSurfaces<'a> {
+    bodies: PairBodies<'a>,
+    jacobian: &'a ContactJacobian,
+}
+
+impl Surfaces for PairSurfaces<'_> {
+    fn n_unknowns(&self) -> usize {
+        self.bodies.compliances.body.matrix().nrows() + self.bodies.surface.n_interface()
+    }
+
+    fn row(&self, i: usize, d: usize, entry: &mut dyn FnMut(usize, f64)) {
+        let PairBodies { compliances: Compliances { body, n_components: nc, .. }, surface } = self.bodies;
+        let direction = self.jacobian.direction_in_body(i, d);
+        (0..*nc).for_each(|c| body.row(nc * i + c, direction[c], entry));
+        if surface.is_quasistatic() {
+            let n_body = body.matrix().nrows();
+            self.jacobian.entries(surface, i, d).for_each(|(b, value)| entry(n_body + b, -value));
+        }
+    }
+
+    fn compliance(&self, i: usize, j: usize) -> f64 {
+        let (body, target) = (self.bodies.compliances.body.matrix(), &self.bodies.surface.compliance);
+        let n_body = body.nrows();
+        match (i < n_body, j < n_body) {
+            (true, true) => body[(i, j)],
+            (false, false) => target[(i - n_body, j - n_body)],
+            _ => 0.0,
+        }
+    }
+}
+
 /// Both bodies' compliances, projected on the rows of one instant, and the solver's state.
 pub(super) struct PairZone {
     /// Normal compliance `A` of the points on `rows`.
@@ -46,6 +78,8 @@ pub(super) struct PairZone {
     /// columns.
     jacobian: ContactJacobian,
     members: Vec<bool>,
+    /// Whether `A`, and the projections on tangents with it, belong to these.
+    is_projected: bool,
     saved_jacobian: ContactJacobian,
     saved_members: Vec<bool>,
     solver: PointSolver,
@@ -95,6 +129,7 @@ impl Compliances {
             saved_jacobian: jacobian.clone(),
             jacobian,
             members: vec![false; n_points],
+            is_projected: false,
             saved_members: vec![false; n_points],
             solver,
         }
@@ -120,22 +155,25 @@ impl PairZone {
         jacobian.moved(&self.jacobian, surface, is_chosen)
     }
 
-    /// Projects the compliances on `rows` for the points chosen by `is_member` (Eq. C.40), on
-    /// tangents for `friction`. The others are taken to move by no force and to bear none.
-    pub fn build(
-        &mut self,
-        bodies: PairBodies<'_>,
-        jacobian: &ContactJacobian,
-        friction: Option<&mut StickSlip>,
-        is_member: impl Fn(usize) -> bool,
-    ) {
+    /// Takes the rows `jacobian` of the points chosen by `is_member` to project the compliances on (Eq. C.40). The others are taken to
+    /// move by no force and to bear none.
+    pub fn take(&mut self, jacobian: &ContactJacobian, is_member: impl Fn(usize) -> bool) {
         self.jacobian.copy_from(jacobian);
         let is_modal = self.solver.needs_springs();
         self.members.iter_mut().enumerate().for_each(|(i, m)| *m = is_modal || is_member(i));
-        self.project(bodies, friction);
+        self.is_projected = false;
     }
 
-    fn project(&mut self, bodies: PairBodies<'_>, mut friction: Option<&mut StickSlip>) {
+    /// The points taken, and both surfaces under them.
+    pub fn surfaces<'a>(&'a self, bodies: PairBodies<'a>) -> (PairSurfaces<'a>, &'a [bool]) {
+        (PairSurfaces { bodies, jacobian: &self.jacobian }, &self.members)
+    }
+
+    /// Projects the compliances on the rows taken, on tangents for `friction`, unless they are.
+    pub fn project(&mut self, bodies: PairBodies<'_>, mut friction: Option<&mut StickSlip>) {
+        if std::mem::replace(&mut self.is_projected, true) {
+            return;
+        }
         self.normal_compliance.fill(0.0);
         if let Some(friction) = &mut friction {
             friction.begin_blocks(|i| self.members[i]);
@@ -258,12 +296,12 @@ impl PairZone {
 
     /// Returns to what was saved; the projection is a function of its rows and is made again only
     /// if these differ.
-    pub fn restore(&mut self, bodies: PairBodies<'_>, friction: Option<&mut StickSlip>) {
+    pub fn restore(&mut self) {
         let is_same = self.members == self.saved_members && self.jacobian.is_same(&self.saved_jacobian);
         if !is_same {
             self.jacobian.copy_from(&self.saved_jacobian);
             self.members.copy_from_slice(&self.saved_members);
-            self.project(bodies, friction);
+            self.is_projected = false;
         }
         self.solver.restore();
     }

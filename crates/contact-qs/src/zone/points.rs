@@ -10,8 +10,8 @@ use ffr_dynamics::body::{Dof, RigidMotion};
 use ffr_dynamics::data_error::{DataError, check_square};
 
 use crate::ContactError;
-use crate::zone::compliance::ZoneCompliance;
-use crate::zone::sparse_rows::SparseRows;
+use crate::quasistatic::compliance::ZoneCompliance;
+use crate::quasistatic::compliance::sparse_rows::SparseRows;
 use crate::zone::submodel::ContactSubmodel;
 
 /// Round-off allowance of a sum of shape functions, which is 1.

@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
+use crate::quasistatic::compliance::sparse_rows::SparseRows;
 use crate::zone::points::{PressureMean, SurfacePoint};
-use crate::zone::sparse_rows::SparseRows;
 
 /// Share of the area of a corner's function on points with force from which on the corner lies
 /// inside the contact: at a straight edge through it, it is a half, and noise leaves less than a

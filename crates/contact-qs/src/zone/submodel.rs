@@ -4,9 +4,9 @@ use faer::Mat;
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::data_error::DataError;
 
-use super::compliance::ZoneCompliance;
-use super::sparse_rows::SparseRows;
 use crate::ContactError;
+use crate::quasistatic::compliance::ZoneCompliance;
+use crate::quasistatic::compliance::sparse_rows::SparseRows;
 
 /// Everything that contact needs from a reduced body.
 ///

@@ -9,8 +9,8 @@ pub mod caps;
 pub mod elastic;
 
 use contact_qs::quasistatic::Method;
+use contact_qs::quasistatic::compliance::sparse_rows::SparseRows;
 use contact_qs::zone::points::{DofLookup, InterfaceCompliance, PressureMean, SurfacePoint};
-use contact_qs::zone::sparse_rows::SparseRows;
 use contact_qs::{ContactSubmodel, SurfacePair, SurfacePairSettings, TargetFace, TargetSurface};
 use faer::Mat;
 use ffr_dynamics::body::{Dof, RigidMotion};

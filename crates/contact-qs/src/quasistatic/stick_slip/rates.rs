@@ -96,6 +96,23 @@ impl StickSlip {
             self.solver.rates_of_points(&self.springs, &self.bounds, (slip_rates, &self.shifted), found);
             return Ok(());
         };
+        if let Some(newton) = self.newton.as_mut().filter(|_| self.is_by_newton) {
+            for rates in [&mut self.normal_rates, &mut self.rates, &mut self.slip_rates] {
+                rates.fill(0.0);
+            }
+            let (n_t, states) = (self.n_t, self.solver.states());
+            newton.rates((gap_rates, slip_rates), tolerance, |i, forces, moved| {
+                self.normal_rates[i] = forces[0];
+                for a in 0..n_t {
+                    self.rates[n_t * i + a] = forces[a + 1];
+                    if states[i] == PointState::Slip {
+                        self.slip_rates[n_t * i + a] = moved[a + 1] + self.springs[i] * forces[a + 1];
+                    }
+                }
+            });
+            self.bound_rates();
+            return Ok(());
+        }
         if !self.has_rates {
             let Self { tangential_compliance, springs, bounds, solver, .. } = self;
             let problem =

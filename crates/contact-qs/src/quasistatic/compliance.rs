@@ -8,8 +8,10 @@
 use faer::Mat;
 use ffr_dynamics::data_error::{DataError, check_square};
 
-use super::sparse_rows::SparseRows;
-use crate::quasistatic::problem::{add_columns, add_product};
+pub mod sparse_rows;
+
+use super::problem::{add_columns, add_product};
+use sparse_rows::SparseRows;
 
 /// Compliance of the points of a zone.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,7 +36,7 @@ impl ZoneCompliance {
     }
 
     /// Checks the size for points with the rows `functions`, `n_rows` in all.
-    pub(super) fn check(&self, functions: &SparseRows, n_rows: usize) -> Result<(), DataError> {
+    pub(crate) fn check(&self, functions: &SparseRows, n_rows: usize) -> Result<(), DataError> {
         match self {
             Self::Points(matrix) => {
                 check_square("the compliance of the contact points", matrix.as_ref(), n_rows)
@@ -79,6 +81,18 @@ impl From<Mat<f64>> for ZoneCompliance {
     }
 }
 
+/// Surfaces under points.
+pub(crate) trait Surfaces {
+    /// Number of their unknowns.
+    fn n_unknowns(&self) -> usize;
+
+    /// Passes each unknown, and its share in the displacement of point `i` along direction `d` (0: normal), to `entry`.
+    fn row(&self, i: usize, d: usize, entry: &mut dyn FnMut(usize, f64));
+
+    /// Displacement of unknown `i` under a unit force on unknown `j` [m/N].
+    fn compliance(&self, i: usize, j: usize) -> f64;
+}
+
 /// The product with the compliance of points, in the smaller of its two forms.
 pub(crate) struct Yielding {
     /// Rows of the points; none where `matrix` is `C` itself.
@@ -101,6 +115,15 @@ impl Yielding {
     /// `C`, or the core `G` of its product.
     pub fn matrix(&self) -> &Mat<f64> {
         &self.matrix
+    }
+
+    /// Passes each row of the matrix, and its share in the component `row` of the points, to `entry`.
+    pub fn row(&self, row: usize, factor: f64, entry: &mut dyn FnMut(usize, f64)) {
+        match &self.functions {
+            None if self.matrix.nrows() == 0 => {}
+            None => entry(row, factor),
+            Some(functions) => functions.row(row).iter().for_each(|&(b, value)| entry(b, factor * value)),
+        }
     }
 
     /// Replaces `half`, as long as [`Self::matrix`], by its answer to `loads`, components of forces on
