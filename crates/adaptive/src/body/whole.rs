@@ -1,6 +1,8 @@
 //! A body itself in a contact: its own elements, and its whole surface as the zone (theory
 //! section C.9).
 
+pub mod indentation;
+
 use std::borrow::Cow;
 use std::sync::Arc;
 

@@ -27,7 +27,6 @@ use crate::touch::tolerances::TOUCHED_SURFACE;
 
 mod met_edge;
 mod on_sides;
-mod under_edge;
 mod whole_mesh;
 pub mod of_rigid;
 pub mod at_start;
@@ -36,7 +35,6 @@ pub mod on_mesh;
 
 pub use met_edge::MetEdge;
 pub use on_sides::longest_across;
-pub use under_edge::{LinePoint, PressedLine, pressed_width};
 
 /// A contact zone on faces of a body.
 #[derive(Debug, Clone, PartialEq)]

@@ -8,7 +8,8 @@ use ffr_dynamics::force::BodyState;
 
 use crate::body::field_body::{CARRIED, FieldBody, LongestElement};
 use crate::body::loads::{HeldPlace, PLACE_ERROR};
-use crate::body::zone::{PointsAbout, pressed_width};
+use crate::body::whole::indentation::pressed_width;
+use crate::body::zone::PointsAbout;
 use crate::record::warning::{Warning, WarningKind};
 use crate::record::{ImpactRecord, ZoneSite};
 use crate::sizing::impact_time::ForceNeeds;

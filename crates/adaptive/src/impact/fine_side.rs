@@ -18,8 +18,9 @@ use crate::body::point_compliance::{ObservedPlace, PlaceFunctions, n_columns, po
 use crate::body::reduced::damping::damping;
 use crate::body::reduced::with_critical;
 use crate::body::whole::fine_model;
+use crate::body::whole::indentation::{LinePoint, PressedLine};
 use crate::body::zone::contact::{ContactSide, ZoneContact};
-use crate::body::zone::{ContactZone, LinePoint, PointsAbout, PressedLine};
+use crate::body::zone::{ContactZone, PointsAbout};
 use crate::error::AdaptiveError;
 use crate::paper::fine_modes::FineModes;
 use crate::record::{TargetPlace, ZoneSite};

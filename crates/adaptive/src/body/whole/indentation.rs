@@ -10,8 +10,8 @@ use ffr_dynamics::body::AssembledBody;
 use iga_core::elasticity::Model;
 use nalgebra::Vector3;
 
-use super::{ContactZone, PointsAbout};
 use crate::body::field_body::FieldBody;
+use crate::body::zone::{ContactZone, PointsAbout};
 use crate::surface::ALONG;
 
 /// Share of the body's least extent beyond which displacements about the edge are those of the half-plane.
