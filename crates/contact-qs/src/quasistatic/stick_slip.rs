@@ -240,8 +240,8 @@ impl StickSlip {
                 zone.load(j, &directions[d], half);
                 for slot in 0..self.members.len() {
                     let i = self.members[slot];
-                    for e in 0..=self.n_t {
-                        let entry = zone.answer(i, &directions[e], half);
+                    for (e, direction) in directions.iter().enumerate().take(self.n_t + 1) {
+                        let entry = zone.answer(i, direction, half);
                         match (e, d) {
                             (0, 0) => {}
                             (0, _) => self.set_coupling(j, d - 1, i, entry),

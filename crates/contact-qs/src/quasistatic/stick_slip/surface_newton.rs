@@ -75,9 +75,9 @@ impl Law<'_> {
         if size <= bound * tangential || answer.is_held {
             answer.is_held = size > bound * tangential;
             answer.state = PointState::Stick;
-            for a in 0..2 {
-                answer.forces[a + 1] = -slip[a] / tangential;
-                answer.slopes[a + 1][a + 1] = 1.0 / tangential;
+            for (a, slip) in (1..).zip(slip) {
+                answer.forces[a] = -slip / tangential;
+                answer.slopes[a][a] = 1.0 / tangential;
             }
             return answer;
         }
