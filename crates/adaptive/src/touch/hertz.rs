@@ -225,7 +225,7 @@ const NEARLY: f64 = 0.1;
 impl StraightLine {
     /// The line contact of two partners of the size `size` over the length `length` \[m\]; `None`
     /// unless their relative curvature vanishes in exactly one direction. `half_width` tells by its law how wide a contact is, 0 if that is not
-    /// known: a line is straight if its ends are higher than its middle by no more than [`NEARLY`] of what the surface is at the rim of that.
+    /// known: a line is straight if its ends are higher than its middle by no more than a tenth of what the surface is at the rim of that.
     pub fn new(
         partners: &[LocalSurface; 2],
         (size, length): (f64, f64),

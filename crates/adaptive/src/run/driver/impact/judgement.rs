@@ -302,30 +302,41 @@ impl Driver<'_> {
         Ok(Judgement::Again { demands, contact_steps: limit })
     }
 
-    /// Whether the peak of the only contact that is near shows already that another penalty factor
-    /// follows, and its interval is acceptable: the rest of the trial would say no more (theory section
+    /// Whether the peaks of the contacts that have touched, all of which have turned back, show already that another penalty factor
+    /// follows, and their intervals are acceptable: the rest of the trial would say no more (theory section
     /// A.4). Trials of Fig. 3 as printed end by themselves.
     pub(crate) fn is_past_peak(&self) -> bool {
-        let [i] = self.near[..] else { return false };
-        let (slot, refinement) = (&self.slots[i], &self.model.contacts[i].refinement);
-        let (Some(fine), Some(refinement)) = (slot.fine(), refinement) else { return false };
-        if !slot.monitor.has_turned() || fine.search.stops_at_errors() {
+        let touched = || self.refined().filter(|(_, fine)| fine.has_touched());
+        if touched().any(|(i, fine)| !self.slots[i].monitor.has_turned() || fine.search.stops_at_errors()) {
             return false;
         }
-        let (peak_force, overlap) = (slot.monitor.judged_peak(), self.overlap(i));
-        let next = fine.search.clone().next(RunOutcome::Completed { peak_force, overlap });
-        matches!(next, PenaltyAction::Run { .. })
-            && (self.is_width_given(i) || {
-                let verdict = fine.assess(&refinement.interval_settings());
-                verdict.is_acceptable() && !verdict.is_at_face_end()
+        let follows = |(i, fine): (usize, &FineContact)| {
+            let (peak_force, overlap) = (self.slots[i].monitor.judged_peak(), self.overlap(i));
+            let next = fine.search.clone().next(RunOutcome::Completed { peak_force, overlap });
+            matches!(next, PenaltyAction::Run { .. })
+        };
+        let is_acceptable = |(i, fine): (usize, &FineContact)| {
+            let refinement = self.model.contacts[i].refinement.as_ref();
+            refinement.is_some_and(|refinement| {
+                self.is_width_given(i) || {
+                    let verdict = fine.assess(&refinement.interval_settings());
+                    verdict.is_acceptable() && !verdict.is_at_face_end()
+                }
             })
+        };
+        if !touched().any(follows) {
+            return false;
+        }
+        let minor = self.minor_contacts(&Ending::PastPeak);
+        let judged = || touched().filter(|(i, _)| !minor[*i]);
+        judged().any(follows) && judged().all(is_acceptable)
     }
 
     /// For every contact whether its force in a trial that ended as said was too small, beside the
     /// largest force on the bodies that it is connected with, to judge zone and penalty factor by
-    /// it. In a trial cut short no force is known to be small.
+    /// it. In a trial cut short before the peaks no force is known to be small.
     pub(crate) fn minor_contacts(&self, ending: &Ending) -> Vec<bool> {
-        if *ending != Ending::Complete {
+        if !matches!(ending, Ending::Complete | Ending::PastPeak) {
             return vec![false; self.slots.len()];
         }
         let peaks: Vec<f64> = self.slots.iter().map(|slot| slot.monitor.peak_force()).collect();
