@@ -326,9 +326,7 @@ impl ActiveSet {
                 continue;
             }
             // The compliance is symmetric: a row is a column.
-            let column = problem.compliance.col_as_slice(i);
-            *slack +=
-                self.members.iter().zip(&self.solution).map(|(&j, force)| column[j] * force).sum::<f64>();
+            *slack += dot_at(problem.compliance.col_as_slice(i), &self.members, &self.solution);
         }
     }
 
@@ -357,6 +355,18 @@ impl ActiveSet {
             }
         }
     }
+}
+
+/// Product of the entries `places` of `column` with `x`, in four sums side by side: one would wait for each addition.
+fn dot_at(column: &[f64], places: &[usize], x: &[f64]) -> f64 {
+    let (mut sums, x) = ([0.0; 4], &x[..places.len()]);
+    let (fours, of_fours) = (places.chunks_exact(4), x.chunks_exact(4));
+    let rest = fours.remainder().iter().zip(of_fours.remainder());
+    let rest: f64 = rest.map(|(&j, x)| column[j] * x).sum();
+    for (places, x) in fours.zip(of_fours) {
+        sums.iter_mut().zip(places).zip(x).for_each(|((sum, &j), x)| *sum += column[j] * x);
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
 #[cfg(test)]
