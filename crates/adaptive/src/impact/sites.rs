@@ -395,9 +395,6 @@ impl AdaptiveContact {
         request: &RefinementRequest<'_>,
     ) -> Result<bool, AdaptiveError> {
         let meshes = self.open_meshes(touch.kind, bodies);
-        if std::env::var_os("FB_LINE").is_some() && touch.kind == TouchKind::Line {
-            return Ok(true);
-        }
         if meshes.iter().all(Option::is_none) {
             return Ok(false);
         }
