@@ -225,7 +225,7 @@ position = [0.0, 0.0, 0.0101]\n"
         };
         let body = body.replace("position", &format!("velocity = [0.0, 0.0, {:?}]\nposition", -speed));
         let text = format!(
-            "[simulation]\nend_time = 5e-2\nstop_after_impacts = 1\n{body}{FLOOR}{}",
+            "[simulation]\nend_time = 5e-2\nstop_after_impacts = 1\nimpact.rtol = 1e-8\n{body}{FLOOR}{}",
             contact("c", ["a", "floor"], &keys)
         );
         let recording = runs(&text, &[]);

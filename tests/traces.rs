@@ -21,7 +21,8 @@ fn rerun_agrees(name: &str) {
     let scenario = root.join(format!("scenarios/{name}.toml"));
     let text = |path: &Path| path.to_str().expect("UTF-8").to_owned();
     // Ten modes of the disc cut through a pair of equal frequencies: which one of the pair is taken is up to rounding, so that the
-    // result moves between processors. Its trace has eleven.
+    // result moves between processors. Its trace has eleven. Velocities at the end of the rod jump where points let go: steps of other
+    // ends sample them elsewhere, so that the trace of sphere, rod and sphere has the steps that it was made with.
     let sets = std::fs::read_to_string(trace.with_extension("set")).unwrap_or_default();
     let sets: Vec<&str> = sets.lines().flat_map(|line| ["--set", line]).collect();
     let (code, log) = fbimpact(&[&["run", &text(&scenario), "-q", "-o", &text(&new)], &sets[..]].concat());

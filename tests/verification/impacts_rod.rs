@@ -108,6 +108,6 @@ fn rod_run_does_the_work_it_is_known_to_need() {
     let phases = &shipped_run().phases;
     assert_eq!(phases.len(), 2, "impact, then free flight");
     let count = |f: fn(&adaptive::record::PhaseRecord) -> u64| phases.iter().map(f).sum::<u64>() as f64;
-    assert_close("steps", count(|p| p.steps), 1306.0, 0.1);
-    assert_close("evaluations", count(|p| p.evaluations), 7995.0, 0.1);
+    assert_close("steps", count(|p| p.steps), 820.0, 0.1);
+    assert_close("evaluations", count(|p| p.evaluations), 4947.0, 0.1);
 }

@@ -422,7 +422,11 @@ impl AdaptiveContact {
         if let Some(known) = earlier.or(history.penalty) {
             return Ok(PenaltySearch::from_accepted(strategy, known));
         }
-        Ok(PenaltySearch::new(strategy, self.law.first_penalty(weight)?))
+        // A predicted factor is as large as the search would make it: stiffer springs cost no steps, another trial does.
+        let is_raised =
+            self.law.penalty.is_none() && matches!(strategy, PenaltyStrategy::UntilConverged { .. });
+        let first = self.law.first_penalty(weight)? * if is_raised { PENALTY_RISE } else { 1.0 };
+        Ok(PenaltySearch::new(strategy, first))
     }
 
     /// Settings of Algorithm 2.

@@ -11,6 +11,10 @@ pub const MOST_OVERLAP: f64 = 0.03;
 /// as stiff ring by a quarter of the force and more.
 pub const MOST_OVERLAP_OF_WAVES: f64 = 0.1;
 
+/// Change of a peak force per share of penetration at most: that of springs in series with a linear contact. Of spheres it is less than half
+/// as much, of cones none (theory Eq. A.44).
+const PEAK_PER_SHARE: f64 = 0.5;
+
 /// Round trips of waves after which the stress along a body is even and it yields like a spring:
 /// the criterion of Davies and Hunter (1963) for specimens in the split Hopkinson bar.
 pub const TRIPS: f64 = std::f64::consts::PI;
@@ -59,6 +63,12 @@ impl Overlap {
     /// Share that is allowed.
     pub fn most(&self) -> f64 {
         self.pressing.most_overlap()
+    }
+
+    /// Bound of the relative change of the peak force that springs without limit would bring (theory Eq. A.44); none between flat
+    /// faces, whose force their springs ring with.
+    pub fn peak_change(&self) -> Option<f64> {
+        (self.pressing == Pressing::Body).then(|| PEAK_PER_SHARE * self.share)
     }
 
     /// Whether the springs were too soft.

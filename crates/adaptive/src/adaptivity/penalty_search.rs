@@ -63,7 +63,8 @@ pub enum PenaltyStrategy {
         /// Steps with contact of a trial.
         trial_steps: usize,
     },
-    /// Raised by `factor` until the peak force changes by less than `tolerance`, relative.
+    /// Raised by `factor` until the peak force changes by less than `tolerance`, relative: by comparison with the trial before, or by
+    /// the bound that the share of penetration tells (theory Eq. A.44), which needs no other trial.
     UntilConverged {
         /// Factor between two trials, > 1.
         factor: f64,
@@ -337,7 +338,8 @@ impl PenaltySearch {
         let State::Raising { last } = self.state else { return self.accept(true) };
         let peak = run.peak_force;
         let change = last.map(|last| (peak - last.peak_force).abs() / peak.abs().max(f64::MIN_POSITIVE));
-        if change.is_some_and(|c| c < tolerance) {
+        let most = run.overlap.as_ref().and_then(Overlap::peak_change);
+        if [change, most].into_iter().flatten().any(|change| change < tolerance) {
             return self.accept(true);
         }
         self.state = State::Raising { last: Some(run) };

@@ -18,11 +18,12 @@ use crate::quasistatic::PointState;
 use crate::quasistatic::sliding_work::SlidingWork;
 use crate::quasistatic::stick_slip::StickSlip;
 
-/// Factor by which a pass of projection and solution reduces the error, about.
-const PASS_GAIN: f64 = 0.03;
+/// What alternations leave of the error, so that a pass of projection and solution, which reduces it to a fiftieth to a third, is not held up
+/// by them.
+const PASS_GAIN: f64 = 0.003;
 /// Loosest tolerance of the alternations between normal and friction forces, in units of the
 /// tolerance of the gaps.
-const FIRST_ALTERNATION_TOLERANCE: f64 = 1e4;
+const FIRST_ALTERNATION_TOLERANCE: f64 = 1e2;
 
 /// Stick reference of a point.
 #[derive(Debug, Clone, Copy, Default)]

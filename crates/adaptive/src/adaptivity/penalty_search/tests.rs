@@ -70,6 +70,49 @@ fn a_converged_force_is_accepted_in_two_runs() {
 }
 
 #[test]
+fn a_share_of_penetration_that_bounds_the_change_needs_no_second_run() {
+    // Half the share beside a fifth of a percent; between flat faces springs ring, and the share says nothing.
+    for (share, pressing, is_enough) in
+        [(3.9e-3, Pressing::Body, true), (4.1e-3, Pressing::Body, false), (1e-4, Pressing::Waves, false)]
+    {
+        let mut search = PenaltySearch::new(PenaltyStrategy::CONVERGED, 1e17);
+        search.restart();
+        let overlap = Some(Overlap { share, pressing });
+        let next = search.next(RunOutcome::Completed { peak_force: 70.0, overlap });
+        assert_eq!(matches!(next, PenaltyAction::Accept { is_last_run: true, .. }), is_enough, "{share}");
+    }
+}
+
+/// Peak `K δⁿ` of a body that brings one unit of energy onto a contact whose force at a given approach `δ` springs of share
+/// `s (δ/δ₀)^m` lower by `n s (δ/δ₀)^m` (Eq. A.44), over that with rigid springs.
+fn peak_with_springs(n: f64, m: f64, share: f64) -> f64 {
+    let force = |x: f64| x.powf(n) * (1.0 - n * share * x.powf(m));
+    // Approach relative to that with rigid springs, by the midpoint rule on its way and by bisection.
+    let energy =
+        |end: f64| (0..4000).map(|k| force(end * (f64::from(k) + 0.5) / 4000.0)).sum::<f64>() * end / 4000.0;
+    let (mut low, mut high) = (1.0, 1.1);
+    for _ in 0..60 {
+        let middle = 0.5 * (low + high);
+        if energy(middle) < 1.0 / (n + 1.0) { low = middle } else { high = middle }
+    }
+    force(low)
+}
+
+#[test]
+fn peaks_change_by_less_than_half_the_share() {
+    let share = 1e-3;
+    // Springs in series with a linear contact, under lines, spheres and cones: pressures rise with the powers `m + 1` of the approach.
+    for (n, m, wanted) in [(1.0, 0.0, 0.5), (1.0, -0.5, 1.0 / 3.0), (1.5, -0.5, 0.375), (2.0, -0.999, 0.001)]
+    {
+        let change = (1.0 - peak_with_springs(n, m, share)) / share;
+        // Terms of second order in the share, and the rule's error at the root-like start.
+        assert!((change - wanted).abs() < 5e-3, "{n} {m} {change}");
+        let overlap = Overlap { share, pressing: Pressing::Body };
+        assert!(overlap.peak_change().is_some_and(|most| change * share < most + 5e-3 * share));
+    }
+}
+
+#[test]
 fn a_force_that_still_changes_asks_for_more() {
     let mut search = PenaltySearch::new(PenaltyStrategy::CONVERGED, 1e15);
     let (action, log) = run(&mut search, f64::INFINITY, |c| 70.0 * (1.0 - 1e14 / c));

@@ -1,7 +1,8 @@
 //! Settings of the run: time span, gravity, integrators, intervals of output.
 
 use adaptive::spec::resolution::shortening;
-use adaptive::spec::{Accuracy, PhaseSettings, RestSettings, RunSettings, Start};
+use adaptive::spec::{Accuracy, IMPACT_TOLERANCE, PhaseSettings, RestSettings, RunSettings, Start};
+use ffr_dynamics::integration::Method as IntegrationMethod;
 use ffr_dynamics::system::multibody::error_scale::ErrorScale;
 
 use super::super::section::Section;
@@ -24,9 +25,9 @@ pub fn settings(simulation: &Section, output: &Section, accuracy: Accuracy) -> O
         end_time: simulation.number("end_time")?,
         gravity: simulation.vector::<3>("gravity")?.into(),
         start: start(simulation)?,
-        free: phase(simulation.table("free")?, accuracy)?,
-        impact: phase(simulation.table("impact")?, accuracy)?,
-        lasting: phase(simulation.table("lasting")?, accuracy)?,
+        free: phase(simulation.table("free")?, accuracy, None)?,
+        impact: phase(simulation.table("impact")?, accuracy, Some(IMPACT_TOLERANCE))?,
+        lasting: phase(simulation.table("lasting")?, accuracy, None)?,
         step_share: STEP_SHARE * shortening(accuracy.step_error()).min(1.0),
         quiet_time: simulation.number("quiet_time"),
         stop_after_impacts: simulation.integer("stop_after_impacts").and_then(|n| u32::try_from(n).ok()),
@@ -52,13 +53,15 @@ fn rest(simulation: &Section) -> Option<RestSettings> {
     Some(RestSettings { speed: section.number("speed")?, duration: section.number("duration")? })
 }
 
-fn phase(section: &Section, accuracy: Accuracy) -> Option<PhaseSettings> {
-    let tolerance = section.number("rtol");
+/// Settings of a phase; `explicit`: the error that the explicit method is allowed where none is given, if not its own default.
+fn phase(section: &Section, accuracy: Accuracy, explicit: Option<f64>) -> Option<PhaseSettings> {
+    let (method, given) = (section.choice("integrator"), section.number("rtol"));
+    let is_explicit = method.is_none_or(|method| method == IntegrationMethod::DormandPrince);
     Some(PhaseSettings {
-        method: section.choice("integrator"),
+        method,
         max_step: section.number("max_step").unwrap_or(f64::INFINITY),
-        tolerance,
-        tolerance_factor: if tolerance.is_some() { 1.0 } else { accuracy.step_error() },
+        tolerance: given.or(explicit.filter(|_| is_explicit)),
+        tolerance_factor: if given.is_some() { 1.0 } else { accuracy.step_error() },
         velocity_floor: ErrorScale::default().velocity_floor,
     })
 }

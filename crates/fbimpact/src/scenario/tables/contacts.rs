@@ -109,7 +109,7 @@ pub enum Search {
 
 name_values!(Search {
     Fixed: "fixed", "the given factor is used throughout";
-    UntilConverged: "until-converged", "raised by ten until the peak force no longer changes";
+    UntilConverged: "until-converged", "raised by ten until the peak force no longer changes, or the share of penetration shows that it would not";
     UntilError: "until-error", "raised by ten until the contact solver fails, then lowered step by step ([A] Fig. 3)";
 });
 

@@ -1,6 +1,6 @@
 //! Keys of `[simulation]` and `[output]`.
 
-use adaptive::spec::{FREE_INTERVAL, Start};
+use adaptive::spec::{FREE_INTERVAL, IMPACT_TOLERANCE, Start};
 use ffr_dynamics::integration::Method;
 
 use super::super::keys::{Bound, Choice, Condition, Key, Kind, Named, Need, Range, Test, name_values};
@@ -112,16 +112,22 @@ const REST: &[Key] = &[
     ),
 ];
 
-const RTOL: Key = Key::new(
-    "rtol",
-    Kind::Number(TOLERANCE),
-    "–",
-    Need::Derived(|| {
-        let [explicit, implicit] = [Method::DormandPrince, Method::Gauss].map(Method::default_tolerance);
-        format!("{explicit:e} for `dormand-prince`, {implicit:e} for the implicit methods")
-    }),
-    "Error allowed in a step, as a share of the motion's velocity.",
-);
+const fn rtol(default: fn() -> String) -> Key {
+    Key::new(
+        "rtol",
+        Kind::Number(TOLERANCE),
+        "–",
+        Need::Derived(default),
+        "Error allowed in a step, as a share of the motion's velocity.",
+    )
+}
+
+fn default_tolerances(explicit: f64) -> String {
+    let implicit = Method::Gauss.default_tolerance();
+    format!("{explicit:e} for `dormand-prince`, {implicit:e} for the implicit methods")
+}
+
+const RTOL: Key = rtol(|| default_tolerances(Method::DormandPrince.default_tolerance()));
 
 const FREE: &[Key] = &[
     Key::new(
@@ -152,7 +158,7 @@ const IMPACT: &[Key] = &[
         Need::Optional("1 / (2 f_max), with f_max the highest eigenfrequency of the dynamic coordinates"),
         "Longest step.",
     ),
-    RTOL,
+    rtol(|| default_tolerances(IMPACT_TOLERANCE)),
 ];
 
 const LASTING: &[Key] = &[
