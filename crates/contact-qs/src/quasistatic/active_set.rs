@@ -143,6 +143,9 @@ impl ActiveSet {
         let mut report = SolveReport::default();
         if depth <= 0.0 {
             self.active.fill(false);
+            self.members.clear();
+            self.is_by_inverse = false;
+            self.slack.copy_from_slice(problem.gaps);
             return Ok(report);
         }
         if !self.active.contains(&true) {
@@ -317,16 +320,37 @@ impl ActiveSet {
 
     /// Gaps of the points outside the set that anything can press.
     fn slacks(&mut self, problem: &Problem<'_>) {
-        self.slack.copy_from_slice(problem.gaps);
-        for (i, slack) in
-            self.slack.iter_mut().enumerate().filter(|(i, s)| !self.active[*i] && **s < 0.5 * OPEN)
-        {
-            if let Some(known) = self.inverse.displacement(i).filter(|_| self.is_by_inverse) {
-                *slack += known;
-                continue;
-            }
-            // The compliance is symmetric: a row is a column.
-            *slack += dot_at(problem.compliance.col_as_slice(i), &self.members, &self.solution);
+        for (i, gap) in problem.gaps.iter().enumerate() {
+            let moved = if self.is_pressable(problem, i) { self.displacement(problem, i) } else { 0.0 };
+            self.slack[i] = gap + moved;
+        }
+    }
+
+    /// Whether point `i` stands outside the set, and something can press it.
+    fn is_pressable(&self, problem: &Problem<'_>, i: usize) -> bool {
+        !self.active[i] && problem.gaps[i] < 0.5 * OPEN
+    }
+
+    /// Displacement of point `i` outside the set under the last forces.
+    fn displacement(&self, problem: &Problem<'_>, i: usize) -> f64 {
+        if let Some(known) = self.inverse.displacement(i).filter(|_| self.is_by_inverse) {
+            return known;
+        }
+        // The compliance is symmetric: a row is a column; and positive semidefinite: a point that yields to no force of its
+        // own is moved by none.
+        let column = problem.compliance.col_as_slice(i);
+        if column[i] == 0.0 { 0.0 } else { dot_at(column, &self.members, &self.solution) }
+    }
+
+    /// Replaces `out` by the displacements `A forces` of all points under `forces`, which the last solution of `problem` has
+    /// found: of points of the set they follow from (C.8), of the others it knows them.
+    pub(crate) fn displacements(&self, problem: &Problem<'_>, forces: &[f64], out: &mut [f64]) {
+        for (i, u) in out.iter_mut().enumerate() {
+            *u = match (self.active[i], self.is_pressable(problem, i)) {
+                (true, _) => -problem.gaps[i] - problem.springs[i] * forces[i],
+                (false, true) => self.slack[i] - problem.gaps[i],
+                (false, false) => self.displacement(problem, i),
+            };
         }
     }
 
@@ -372,6 +396,7 @@ fn dot_at(column: &[f64], places: &[usize], x: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::quasistatic::problem::add_product;
     use faer::Mat;
 
     #[test]
@@ -422,6 +447,12 @@ mod tests {
             let largest = expected.iter().fold(0.0, |a: f64, b| a.max(*b));
             // Condition of some hundred, sums of five hundred terms.
             assert!(forces.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-11 * largest));
+            let [mut u, mut product] = [(); 2].map(|()| vec![0.0; n]);
+            solver.displacements(&problem, &forces, &mut u);
+            add_product(&compliance, &expected, &mut product);
+            let farthest = product.iter().fold(0.0, |a: f64, b| a.max(*b));
+            // All points, in the set and open, by factor and inverse, and the one that nothing can press.
+            assert!(u.iter().zip(&product).all(|(a, b)| (a - b).abs() < 1e-11 * farthest));
             let [mut x, mut y] = [(); 2].map(|()| (0..n).map(|i| (i as f64).cos()).collect::<Vec<_>>());
             solver.solve_on_set(&mut x);
             fresh.solve_on_set(&mut y);
@@ -433,5 +464,11 @@ mod tests {
             }
         }
         assert!(n_by_inverse > 12, "{n_by_inverse} of 20 sets");
+        // Open all over: nothing of the solution before is left.
+        let gaps = vec![1.0; n];
+        let problem = Problem { compliance: &compliance, springs: &springs, gaps: &gaps };
+        solver.solve(&problem, &mut forces).unwrap();
+        solver.displacements(&problem, &forces, &mut expected);
+        assert_eq!(expected, vec![0.0; n]);
     }
 }

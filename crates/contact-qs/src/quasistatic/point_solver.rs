@@ -4,7 +4,7 @@ use faer::Mat;
 use ffr_dynamics::error::EvaluationFailure;
 
 use super::active_set::{ActiveSet, SolveReport};
-use super::problem::Problem;
+use super::problem::{Problem, add_product};
 use crate::quasistatic::broyden::{Broyden, BroydenSettings, ModalProblem};
 
 /// Which solver finds the point forces.
@@ -78,6 +78,17 @@ impl PointSolver {
             Self::Broyden(modal) => {
                 let Modal { solver, stiffness, normal_shapes: shapes } = modal.as_mut();
                 solver.solve(&ModalProblem { shapes, stiffness, springs, gaps }, forces)
+            }
+        }
+    }
+
+    /// Replaces `out` by the displacements of the points under `forces`, found by the last solution of `problem`.
+    pub fn displacements(&self, problem: &Problem<'_>, forces: &[f64], out: &mut [f64]) {
+        match self {
+            Self::ActiveSet(solver) => solver.displacements(problem, forces, out),
+            Self::Broyden(_) => {
+                out.fill(0.0);
+                add_product(problem.compliance, forces, out);
             }
         }
     }

@@ -319,10 +319,11 @@ impl SurfacePair {
     /// those that the solver used, with the change of gaps that the shift of the loads since then
     /// causes at a penetration of `depth`.
     fn error(&self, work: &Work<'_>, depth: f64) -> f64 {
-        let (w, forces, gaps) = (&*work.buffers, &work.state.start.forces, work.state.gaps());
+        let (w, WarmStart { forces, deflections, .. }) = (&*work.buffers, &work.state.start);
+        let gaps = work.state.gaps();
         let is_near = |i: usize| forces[i] > 0.0 || gaps[i] < 0.0;
         let near = (0..gaps.len()).filter(|i| is_near(*i));
-        let error = near.fold(0.0_f64, |e, i| e.max((gaps[i] - w.free_gaps[i] - w.deflections[i]).abs()));
+        let error = near.fold(0.0_f64, |e, i| e.max((gaps[i] - w.free_gaps[i] - deflections[i]).abs()));
         let moved = work.found.jacobian.moved(&w.loaded, &self.surface, is_near);
         let mut error = error.max(LOAD_SHIFT * depth * moved);
         if let Some(f) = &work.state.friction {
@@ -343,7 +344,7 @@ impl SurfacePair {
             return Ok(SolveReport::default());
         };
         let (w, jacobian) = (&mut *work.buffers, &work.found.jacobian);
-        let WarmStart { proximity, forces, .. } = start;
+        let WarmStart { proximity, forces, deflections, .. } = start;
         let gaps = &proximity.gaps;
         let is_near = |i: usize| forces[i] > 0.0 || gaps[i] < 0.0;
         let moved = zone.moved(jacobian, &self.surface, is_near);
@@ -351,7 +352,7 @@ impl SurfacePair {
         // cannot be the reason.
         let is_new = moved > REUSE || (pass > 10 && moved > 0.0);
         if is_new {
-            let depth = gaps.iter().zip(&w.deflections).fold(0.0_f64, |d, (g, s)| d.max(s - g));
+            let depth = gaps.iter().zip(&*deflections).fold(0.0_f64, |d, (g, s)| d.max(s - g));
             zone.take(jacobian, |i| is_near(i) || gaps[i] < MARGIN * depth);
         }
         let mut stick_slip = friction.as_mut().map(|f| &mut f.stick_slip);
@@ -361,19 +362,19 @@ impl SurfacePair {
             zone.project(both, stick_slip);
         }
         w.loaded.copy_from(jacobian);
-        // The products of these forces with this compliance are left from the solution before.
-        if is_new || pass == 0 {
-            deflect(zone, is_taken, forces, friction, &mut w.deflections);
+        // Of these forces, with this compliance, they are left from the solution before.
+        if is_new || pass == 0 && friction.is_some() {
+            deflect(zone, is_taken, forces, friction, deflections);
         }
         if let Some(f) = friction {
-            let depth = gaps.iter().zip(&w.deflections).fold(0.0_f64, |d, (g, s)| d.max(s - g));
+            let depth = gaps.iter().zip(&*deflections).fold(0.0_f64, |d, (g, s)| d.max(s - g));
             f.alternation_tolerance =
                 f.alternation_tolerance_for(self.tolerance, gaps, &self.springs, forces, depth);
             for ((free, slip), deflection) in f.free_slips.iter_mut().zip(&f.slips).zip(&f.deflections) {
                 *free = slip - deflection;
             }
         }
-        for ((free, gap), deflection) in w.free_gaps.iter_mut().zip(gaps).zip(&w.deflections) {
+        for ((free, gap), deflection) in w.free_gaps.iter_mut().zip(gaps).zip(&*deflections) {
             *free = gap - deflection;
         }
         if self.surface.is_complete {
@@ -404,7 +405,10 @@ impl SurfacePair {
                 }
             }
         };
-        deflect(zone, is_taken, forces, friction, &mut w.deflections);
+        match friction {
+            None => zone.deflect_solved(&self.springs, &w.free_gaps, forces, deflections),
+            Some(_) => deflect(zone, is_taken, forces, friction, deflections),
+        }
         self.load(work.state, work.found);
         if let Some(zone) = &mut work.state.zone {
             zone.displace_body(both.compliances, &work.found.loads, &mut work.state.start.body);

@@ -12,7 +12,7 @@ use crate::quasistatic::compliance::sparse_rows::SparseRows;
 use crate::quasistatic::compliance::{Surfaces, Yielding, ZoneCompliance};
 use crate::quasistatic::modal_basis::ModalBasis;
 use crate::quasistatic::point_solver::PointSolver;
-use crate::quasistatic::problem::{add_columns, add_product, dot};
+use crate::quasistatic::problem::{Problem, add_columns, add_product, dot};
 use crate::quasistatic::stick_slip::{NormalSolver, StickSlip};
 
 /// Quasistatic compliance of a pair: that of the contact body's points; the target's is that of its
@@ -281,6 +281,12 @@ impl PairZone {
     pub fn deflect(&self, forces: &[f64], out: &mut [f64]) {
         out.fill(0.0);
         add_product(&self.normal_compliance, forces, out);
+    }
+
+    /// The same for the forces that the last solution has found with springs of compliance `springs` at gaps `gaps`.
+    pub fn deflect_solved(&self, springs: &[f64], gaps: &[f64], forces: &[f64], out: &mut [f64]) {
+        let problem = Problem { compliance: &self.normal_compliance, springs, gaps };
+        self.solver.displacements(&problem, forces, out);
     }
 
     /// To be called when the springs have changed.

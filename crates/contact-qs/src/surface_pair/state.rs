@@ -33,6 +33,7 @@ impl PairState {
     ) -> Self {
         let start = WarmStart {
             forces: vec![0.0; n],
+            deflections: vec![0.0; n],
             body: vec![0.0; n * nc],
             nodes: vec![0.0; n_nodes * nc],
             places: vec![SurfacePlace::default(); n],
@@ -50,6 +51,7 @@ impl PairState {
         }
         self.start.is_known = false;
         self.start.forces.fill(0.0);
+        self.start.deflections.fill(0.0);
         self.start.body.fill(0.0);
         self.start.nodes.fill(0.0);
     }
@@ -99,8 +101,6 @@ pub(super) struct Buffers {
     /// Rows of the last loads.
     pub loaded: ContactJacobian,
     pub free_gaps: Vec<f64>,
-    /// `A λ` of the last solution.
-    pub deflections: Vec<f64>,
     pub rates: RateBuffers,
 }
 
@@ -124,7 +124,6 @@ impl PairWorkspace {
             low_nodes: vec![[0.0; 3]; surface.nodes.len()],
             loaded: ContactJacobian::new(n, surface.n_functions, n_t),
             free_gaps: vec![0.0; n],
-            deflections: vec![0.0; n],
             rates: RateBuffers {
                 along: [vec![0.0; n], vec![0.0; n * n_t]],
                 normal: vec![0.0; n],

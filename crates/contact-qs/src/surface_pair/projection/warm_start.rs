@@ -7,6 +7,8 @@ use super::proximity_cache::ProximityCache;
 #[derive(Debug, Clone)]
 pub(in crate::surface_pair) struct WarmStart {
     pub forces: Vec<f64>,
+    /// Displacements of the points relative to the target along their normals under these forces, by the compliance in use.
+    pub deflections: Vec<f64>,
     /// Quasistatic displacements of the contact body's points, components in turn.
     pub body: Vec<f64>,
     /// Quasistatic displacements of the target's nodes.
@@ -20,6 +22,7 @@ pub(in crate::surface_pair) struct WarmStart {
 impl WarmStart {
     pub fn copy_from(&mut self, other: &Self) {
         self.forces.copy_from_slice(&other.forces);
+        self.deflections.copy_from_slice(&other.deflections);
         self.body.copy_from_slice(&other.body);
         self.nodes.copy_from_slice(&other.nodes);
         self.places.copy_from_slice(&other.places);
