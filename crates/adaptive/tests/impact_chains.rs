@@ -103,6 +103,13 @@ fn second_pair_joins_a_running_impact() {
     let [front, back] = [trace.impacts[0], trace.impacts[1]];
     assert_eq!([front.contact, back.contact], [0, 1]);
     assert!(front.start < back.start && back.start < front.end, "{front:?} {back:?}");
+    // A trial that only says that another penalty factor follows ends once the later of both has turned back.
+    let (peak, end) = (front.peak_time.max(back.peak_time), front.end.max(back.end));
+    let raised: Vec<_> = trace.trials.iter().filter(|t| t.reason.contains("not yet compared")).collect();
+    assert!(!raised.is_empty() && raised.iter().all(|t| t.outcome == TrialOutcome::Rejected));
+    // The force has fallen to a half by then.
+    let is_at_peak = |stop: f64| peak < stop && stop < peak + 0.7 * (end - peak);
+    assert!(raised.iter().all(|t| is_at_peak(t.stop)), "{peak:e} to {end:e}: {raised:?}");
     // Nobody flies into anybody afterwards.
     let v: Vec<f64> = trace.last().bodies.iter().map(|b| b.velocity[2]).collect();
     assert!(v[0] <= v[1] && v[1] < v[2], "{v:?}");

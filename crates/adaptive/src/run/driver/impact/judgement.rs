@@ -324,12 +324,13 @@ impl Driver<'_> {
                 }
             })
         };
-        if !touched().any(follows) {
+        // Whether a contact is minor is asked of all bodies: only where a search goes on.
+        let following: Vec<usize> = touched().filter(|contact| follows(*contact)).map(|(i, _)| i).collect();
+        if following.is_empty() {
             return false;
         }
         let minor = self.minor_contacts(&Ending::PastPeak);
-        let judged = || touched().filter(|(i, _)| !minor[*i]);
-        judged().any(follows) && judged().all(is_acceptable)
+        following.iter().any(|i| !minor[*i]) && touched().filter(|(i, _)| !minor[*i]).all(is_acceptable)
     }
 
     /// For every contact whether its force in a trial that ended as said was too small, beside the
