@@ -45,7 +45,7 @@ pub fn scenario(checker: &mut Checker, root: &Section, source: Source) -> Option
     let end_time = simulation.and_then(|section| section.number("end_time"));
     let requests = output.and_then(|section| output::output(checker, root, section, &bodies, end_time));
     if root.named("bodies").is_empty() && root.given("bodies") {
-        checker.fault_in(root, "bodies", "at least one body is needed".into());
+        checker.fault_in(root, "bodies", "at least one body is needed");
     }
     let (loads, contacts) = (loads?, contacts?);
     if !bodies.is_complete() {
@@ -60,11 +60,7 @@ pub fn scenario(checker: &mut Checker, root: &Section, source: Source) -> Option
     let bands = root.table("uncertainty")?;
     (settings.uncertainty, settings.accuracy) = (bands.boolean("enabled")?, bands.number("accuracy"));
     if settings.accuracy.is_some() && !settings.uncertainty {
-        checker.fault_in(
-            bands,
-            "accuracy",
-            "has no meaning with enabled = false, for it is judged by bands".into(),
-        );
+        checker.fault_in(bands, "accuracy", "has no meaning with enabled = false, for it is judged by bands");
     }
     let (title, requests) = (root.text("title")?.to_owned(), requests?);
     let joints = joints.into_iter().map(specified).collect::<Option<Vec<_>>>()?;

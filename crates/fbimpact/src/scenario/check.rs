@@ -121,12 +121,26 @@ impl Checker {
     }
 
     /// Adds a fault at item `name` of `section`, or at the section if it has no such item.
-    pub fn fault_in(&mut self, section: &Section, name: &str, message: String) {
+    pub fn fault_in(&mut self, section: &Section, name: &str, message: impl Into<String>) {
         let (origin, value) = match section.item(name) {
             Some(item) => (&item.origin, Some(item.shown.clone())),
             None => (&section.origin, None),
         };
-        self.fault(origin, section.path_of(name), value, message);
+        self.fault(origin, section.path_of(name), value, message.into());
+    }
+
+    /// The same where nothing can be made of the key.
+    pub fn refuse<T>(&mut self, section: &Section, name: &str, message: impl Into<String>) -> Option<T> {
+        self.fault_in(section, name, message);
+        None
+    }
+
+    /// A fault unless the key `name` of `section` is there, which is `what`.
+    pub fn require(&mut self, section: &Section, name: &str, what: &str) -> Option<()> {
+        match section.item(name) {
+            Some(_) => Some(()),
+            None => self.refuse(section, name, format!("required key is missing: {what}")),
+        }
     }
 
     /// Adds a fault for a name that is not among `known`.

@@ -25,30 +25,51 @@ pub struct Key {
 }
 
 impl Key {
-    /// A key with a unit.
-    pub const fn new(
-        name: &'static str,
-        kind: Kind,
-        unit: &'static str,
-        need: Need,
-        doc: &'static str,
-    ) -> Self {
-        Self { name, kind, unit, need, doc, degrees: false, when: &[] }
+    /// A key that must be given and has no unit; what follows says the rest.
+    pub const fn new(name: &'static str, kind: Kind) -> Self {
+        Self { name, kind, unit: "", need: Need::Required, doc: "", degrees: false, when: &[] }
+    }
+
+    /// A key for numbers of `unit`, "–" for plain ones.
+    pub const fn measured(name: &'static str, kind: Kind, unit: &'static str) -> Self {
+        Self { unit, ..Self::new(name, kind) }
     }
 
     /// A key that may also be given in degrees as `<name>_deg`.
-    pub const fn angle(
-        name: &'static str,
-        kind: Kind,
-        unit: &'static str,
-        need: Need,
-        doc: &'static str,
-    ) -> Self {
-        Self { degrees: true, ..Self::new(name, kind, unit, need, doc) }
+    pub const fn angle(name: &'static str, kind: Kind, unit: &'static str) -> Self {
+        Self { degrees: true, ..Self::measured(name, kind, unit) }
     }
-}
 
-impl Key {
+    /// The key must be given.
+    pub const fn required(self) -> Self {
+        Self { need: Need::Required, ..self }
+    }
+
+    /// The key may be left out; `text` says what holds then.
+    pub const fn otherwise(self, text: &'static str) -> Self {
+        Self { need: Need::Optional(text), ..self }
+    }
+
+    /// The same, with a text that is made from the numbers of the program.
+    pub const fn derived(self, text: fn() -> String) -> Self {
+        Self { need: Need::Derived(text), ..self }
+    }
+
+    /// The key has a default, in TOML.
+    pub const fn default(self, value: &'static str) -> Self {
+        Self { need: Need::Default(value), ..self }
+    }
+
+    /// The default is a number of the program.
+    pub const fn constant(self, value: f64) -> Self {
+        Self { need: Need::Constant(value), ..self }
+    }
+
+    /// The key's sentence.
+    pub const fn doc(self, doc: &'static str) -> Self {
+        Self { doc, ..self }
+    }
+
     /// The key with conditions under which it has a meaning.
     pub const fn when(self, when: &'static [Condition]) -> Self {
         Self { when, ..self }
@@ -191,9 +212,19 @@ impl Range {
         Self { min: Bound::Open(0.0), max: Bound::Closed(max) }
     }
 
+    /// `min` to `max`, both allowed.
+    pub const fn closed(min: f64, max: f64) -> Self {
+        Self { min: Bound::Closed(min), max: Bound::Closed(max) }
+    }
+
+    /// `min` to `max`, none of them allowed.
+    pub const fn open(min: f64, max: f64) -> Self {
+        Self { min: Bound::Open(min), max: Bound::Open(max) }
+    }
+
     /// `-max <= x <= max`.
     pub const fn within(max: f64) -> Self {
-        Self { min: Bound::Closed(-max), max: Bound::Closed(max) }
+        Self::closed(-max, max)
     }
 
     /// Whether `x` lies inside.

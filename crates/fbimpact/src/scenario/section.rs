@@ -377,18 +377,18 @@ mod tests {
     use result_files::toml_text::document::{self, SourceText, Value};
 
     use super::super::check::Checker;
-    use super::super::keys::{Key, Kind, Need, Range};
+    use super::super::keys::{Key, Kind, Range};
 
-    const fn number(name: &'static str, need: Need) -> Key {
-        Key::new(name, Kind::Number(Range::within(9.0)), "m", need, "")
+    const fn number(name: &'static str) -> Key {
+        Key::measured(name, Kind::Number(Range::within(9.0)), "m")
     }
-    const INNER: &[Key] = &[number("d", Need::Required), number("e", Need::Required)];
+    const INNER: &[Key] = &[number("d"), number("e")];
     const KEYS: &[Key] = &[
-        number("a", Need::Required),
-        number("b", Need::Required),
-        number("c", Need::Default("3.0")),
-        Key::new("inner", Kind::Table(INNER), "", Need::Required, ""),
-        Key::new("each", Kind::Named(INNER), "", Need::Required, ""),
+        number("a"),
+        number("b"),
+        number("c").default("3.0"),
+        Key::new("inner", Kind::Table(INNER)),
+        Key::new("each", Kind::Named(INNER)),
     ];
 
     #[test]

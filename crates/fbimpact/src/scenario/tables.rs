@@ -23,7 +23,7 @@ pub use models::BodyModel;
 pub use shapes::{ModelFacts, ShapeName};
 pub use time_curves::{CurveKind, Interpolation};
 
-use super::keys::{Key, Kind, Named, Need, name_values};
+use super::keys::{Key, Kind, Named, name_values};
 use adaptive::spec::Accuracy;
 
 name_values!(Accuracy {
@@ -34,80 +34,37 @@ name_values!(Accuracy {
 
 /// The top level of a scenario.
 pub const SCENARIO: &[Key] = &[
-    Key::new("title", Kind::Text, "", Need::Default("\"\""), "Title for reports and plots."),
-    Key::new(
-        "accuracy",
-        Kind::Choice(Accuracy::CHOICES),
-        "",
-        Need::Default("\"normal\""),
-        "How fine everything is that the program chooses: meshes, modes, contact zones, penalty factors, time steps. What the scenario gives is left as it is.",
-    ),
-    Key::new(
-        "simulation",
-        Kind::Table(simulation::SIMULATION),
-        "",
-        Need::Required,
-        "Time span, gravity and time integration.",
-    ),
-    Key::new(
-        "materials",
-        Kind::Named(bodies::MATERIAL),
-        "",
-        Need::Default("{}"),
-        "Linear elastic, isotropic materials, by name.",
-    ),
-    Key::new(
-        "bodies",
-        Kind::Named(bodies::BODY),
-        "",
-        Need::Required,
-        "Bodies, by name. Their order is that of the results.",
-    ),
-    Key::new(
-        "joints",
-        Kind::Named(joints::JOINT),
-        "",
-        Need::Default("{}"),
-        "Joints between bodies, or between a body and ground, by name. A body that is the child of none moves freely.",
-    ),
-    Key::new(
-        "gears",
-        Kind::Named(joints::GEAR),
-        "",
-        Need::Default("{}"),
-        "Gears, racks, screws, belts: fixed ratios between the rates of two joint coordinates, by name. The coordinates at the start \
-         are as the joints say.",
-    ),
-    Key::new(
-        "loads",
-        Kind::Named(joints::LOAD),
-        "",
-        Need::Default("{}"),
-        "Forces and moments on bodies over time, by name.",
-    ),
-    Key::new(
-        "contacts",
-        Kind::Named(contacts::CONTACT),
-        "",
-        Need::Default("{}"),
-        "Pairs of bodies that may touch, by name.",
-    ),
-    Key::new(
-        "resolution",
-        Kind::Table(resolution::RESOLUTION),
-        "",
-        Need::Optional("no factors"),
-        "Factors on what the keys of bodies, contacts and integration say, or their defaults: a twin of the scenario that is \
-         finer by so much, as `fbimpact converge` runs them.",
-    ),
-    Key::new(
-        "uncertainty",
-        Kind::Table(simulation::UNCERTAINTY),
-        "",
-        Need::Default("{}"),
-        "Bands of the numbers of impacts.",
-    ),
-    Key::new("output", Kind::Table(simulation::OUTPUT), "", Need::Default("{}"), "What is stored."),
+    Key::new("title", Kind::Text).default("\"\"").doc("Title for reports and plots."),
+    Key::new("accuracy", Kind::Choice(Accuracy::CHOICES))
+        .default("\"normal\"")
+        .doc("How fine everything is that the program chooses: meshes, modes, contact zones, penalty factors, time steps. What the scenario gives is left as it is."),
+    Key::new("simulation", Kind::Table(simulation::SIMULATION))
+        .doc("Time span, gravity and time integration."),
+    Key::new("materials", Kind::Named(bodies::MATERIAL))
+        .default("{}")
+        .doc("Linear elastic, isotropic materials, by name."),
+    Key::new("bodies", Kind::Named(bodies::BODY)).doc("Bodies, by name. Their order is that of the results."),
+    Key::new("joints", Kind::Named(joints::JOINT))
+        .default("{}")
+        .doc("Joints between bodies, or between a body and ground, by name. A body that is the child of none moves freely."),
+    Key::new("gears", Kind::Named(joints::GEAR))
+        .default("{}")
+        .doc("Gears, racks, screws, belts: fixed ratios between the rates of two joint coordinates, by name. The coordinates at the start \
+         are as the joints say."),
+    Key::new("loads", Kind::Named(joints::LOAD))
+        .default("{}")
+        .doc("Forces and moments on bodies over time, by name."),
+    Key::new("contacts", Kind::Named(contacts::CONTACT))
+        .default("{}")
+        .doc("Pairs of bodies that may touch, by name."),
+    Key::new("resolution", Kind::Table(resolution::RESOLUTION))
+        .otherwise("no factors")
+        .doc("Factors on what the keys of bodies, contacts and integration say, or their defaults: a twin of the scenario that is \
+         finer by so much, as `fbimpact converge` runs them."),
+    Key::new("uncertainty", Kind::Table(simulation::UNCERTAINTY))
+        .default("{}")
+        .doc("Bands of the numbers of impacts."),
+    Key::new("output", Kind::Table(simulation::OUTPUT)).default("{}").doc("What is stored."),
 ];
 
 /// Keys of the file that `geometry.file` names.

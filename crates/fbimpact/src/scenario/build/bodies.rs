@@ -204,8 +204,7 @@ fn orientation(checker: &mut Checker, section: &Section) -> Option<[f64; 4]> {
         // Four digits typed by hand are accepted and normalised.
         if (norm - 1.0).abs() > 1e-3 {
             let message = format!("a quaternion must have unit length within 0.001, this one has {norm:.6}");
-            checker.fault_in(section, "orientation", message);
-            return None;
+            return checker.refuse(section, "orientation", message);
         }
         return Some(quaternion.map(|x| x / norm));
     }
@@ -227,7 +226,7 @@ fn elastic(
     if section.item("geometry").is_none() {
         let or_mesh = if model == BodyModel::Solid { "" } else { ", or \"file\", a mesh in the plane" };
         let message = format!("required key is missing: a table with a \"shape\"{or_mesh}");
-        checker.fault(&section.origin, section.path_of("geometry"), None, message);
+        checker.fault_in(section, "geometry", message);
     }
     let degree = section.table("discretisation").and_then(|d| d.counts("degree")?.into_iter().min());
     let shape = geometry::shape(checker, section, model, degree.unwrap_or(0));

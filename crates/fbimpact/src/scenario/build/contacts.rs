@@ -76,7 +76,7 @@ fn check_interface_modes(
         if !contacts.iter().any(|contact| contact.acts_on(body) && has_interface(contact)) {
             let message = "nothing depends on it: only contacts of the models \"quasistatic\", \"massless\", \"damped\" and \"dynamic\" \
                  have an interface, and none of them is on this body; leave it out";
-            checker.fault_in(reduction, "fixed_interface_modes", message.into());
+            checker.fault_in(reduction, "fixed_interface_modes", message);
         }
     }
 }
@@ -98,9 +98,8 @@ fn contact(
     let contact_body = body_index(checker, root, section, "contact_body");
     let target_body = body_index(checker, root, section, "target_body");
     if contact_body.is_some() && contact_body == target_body {
-        let message = "must differ from contact_body, a body does not touch itself".into();
-        checker.fault_in(section, "target_body", message);
-        return None;
+        let message = "must differ from contact_body, a body does not touch itself";
+        return checker.refuse(section, "target_body", message);
     }
     let facts = ContactFacts::of(root, section)?;
     let law = match facts.model.treatment() {

@@ -30,8 +30,7 @@ fn form(checker: &mut Checker, table: &Section) -> Option<TimeCurve> {
             if coefficients.len() > MAX_COEFFICIENTS {
                 let message =
                     format!("{} coefficients, at most {MAX_COEFFICIENTS} make sense", coefficients.len());
-                checker.fault_in(table, "coefficients", message);
-                return None;
+                return checker.refuse(table, "coefficients", message);
             }
             TimeCurve::Polynomial { coefficients }
         }
@@ -51,25 +50,20 @@ fn form(checker: &mut Checker, table: &Section) -> Option<TimeCurve> {
 fn points(checker: &mut Checker, table: &Section) -> Option<TimeCurve> {
     for key in ["times", "values"] {
         if table.item(key).is_none() {
-            let message = "required key is missing for kind \"table\" without \"file\"".into();
-            checker.fault(&table.origin, table.path_of(key), None, message);
-            return None;
+            return checker.refuse(table, key, "required key is missing for kind \"table\" without \"file\"");
         }
     }
     let (times, values) = (table.numbers("times")?.to_vec(), table.numbers("values")?.to_vec());
     if times.len() < 2 {
-        checker.fault_in(table, "times", "two times are needed at least".into());
-        return None;
+        return checker.refuse(table, "times", "two times are needed at least");
     }
     if let Some(pair) = times.windows(2).find(|w| w[0] >= w[1]) {
         let message = format!("must rise, {:?} is followed by {:?}", pair[0], pair[1]);
-        checker.fault_in(table, "times", message);
-        return None;
+        return checker.refuse(table, "times", message);
     }
     if times.len() != values.len() {
         let message = format!("{} values, there are {} times", values.len(), times.len());
-        checker.fault_in(table, "values", message);
-        return None;
+        return checker.refuse(table, "values", message);
     }
     let is_periodic = table.boolean("periodic")?;
     let ends = (values[0], values[values.len() - 1]);
@@ -78,8 +72,7 @@ fn points(checker: &mut Checker, table: &Section) -> Option<TimeCurve> {
             "must end as they begin where they are periodic, not with {:?} after {:?}",
             ends.1, ends.0
         );
-        checker.fault_in(table, "values", message);
-        return None;
+        return checker.refuse(table, "values", message);
     }
     let form = match table.choice("interpolation")? {
         Interpolation::Smooth => None,
@@ -92,8 +85,7 @@ fn points(checker: &mut Checker, table: &Section) -> Option<TimeCurve> {
     let spline =
         if is_periodic { CubicSpline::periodic(times, values) } else { CubicSpline::new(times, values) };
     let Some(spline) = spline else {
-        checker.fault_in(table, "values", "no spline goes through the table".into());
-        return None;
+        return checker.refuse(table, "values", "no spline goes through the table");
     };
     Some(TimeCurve::Table(spline))
 }

@@ -80,12 +80,11 @@ fn side(
         return None;
     };
     if joint.boolean("closes_loop") == Some(true) {
-        checker.fault_in(
+        return checker.refuse(
             section,
             key,
             format!("joint \"{name}\" closes a loop and has no coordinates; name one of the tree"),
         );
-        return None;
     }
     let index = joints.iter().position(|joint| joint.name == name)?;
     let kind = joints[index].kind;
@@ -105,11 +104,10 @@ fn side(
                 n - 1
             ),
         };
-        checker.fault_in(section, key, message);
-        return None;
+        return checker.refuse(section, key, message);
     };
     if k >= coordinates {
-        checker.fault_in(
+        return checker.refuse(
             section,
             &number,
             format!(
@@ -117,7 +115,6 @@ fn side(
                 kind.name()
             ),
         );
-        return None;
     }
     Some((index, k))
 }

@@ -67,7 +67,7 @@ fn joint<'a>(
     let axes = axes::axes(checker, section, kind);
     let closes_loop = section.boolean("closes_loop")?;
     if closes_loop && kind == JointKind::Free {
-        checker.fault_in(section, "closes_loop", "a free joint holds nothing".into());
+        checker.fault_in(section, "closes_loop", "a free joint holds nothing");
     }
     let start = coordinates::coordinates(checker, section, kind, closes_loop);
     if let (Some(parent), Some(child)) = (&mut parent, &child)
@@ -78,15 +78,14 @@ fn joint<'a>(
         if point.is_none() && bodies.is_complete() {
             let message = "required key is missing: a point in space";
             let side = section.table("parent")?;
-            checker.fault(&side.origin, side.path_of("point"), None, message.into());
+            checker.fault_in(side, "point", message);
         }
         parent.place = point;
     }
     let (parent, child, axes) = (parent?, child?, axes?);
     if parent.body == child.body {
         let side = section.table("child")?;
-        checker.fault_in(side, "body", "must differ from the parent, a body is not joined to itself".into());
-        return None;
+        return checker.refuse(side, "body", "must differ from the parent, a body is not joined to itself");
     }
     axes::check_models(checker, root, section, kind, &axes)?;
     let start = start?;
@@ -135,10 +134,8 @@ fn kind(checker: &mut Checker, section: &Section, of: JointType, motion: RigidMo
 /// The joint that holds the directions of key `locked`, and those in which bodies with `motion` cannot move.
 fn generic(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Option<JointKind> {
     if section.item("locked").is_none() {
-        let message =
-            "required key is missing for type \"generic\": the directions that the joint holds".into();
-        checker.fault(&section.origin, section.path_of("locked"), None, message);
-        return None;
+        let message = "required key is missing for type \"generic\": the directions that the joint holds";
+        return checker.refuse(section, "locked", message);
     }
     let locked = section.names("locked")?;
     let most = JointKind::freest(motion);
@@ -197,10 +194,8 @@ fn attachment(
 ) -> Option<Side> {
     if side.text("body")? == GROUND {
         if !can_be_ground {
-            let message =
-                "ground is the child of no joint, name it as \"parent\" and the body as \"child\"".into();
-            checker.fault_in(side, "body", message);
-            return None;
+            let message = "ground is the child of no joint, name it as \"parent\" and the body as \"child\"";
+            return checker.refuse(side, "body", message);
         }
         return ground(checker, side);
     }
@@ -213,9 +208,8 @@ fn attachment(
     let body = body_index(checker, root, side, "body")?;
     let facts = BodyFacts::find(root, side.text("body")?)?;
     if facts.is_plane() {
-        let message = "a plane is at rest and takes part in no joint, name \"ground\" instead".into();
-        checker.fault_in(side, "body", message);
-        return None;
+        let message = "a plane is at rest and takes part in no joint, name \"ground\" instead";
+        return checker.refuse(side, "body", message);
     }
     let at = held(checker, side, &facts)?;
     let place = bodies.place(checker, side, body, &at, BodyPlaces::held);
@@ -228,7 +222,7 @@ fn ground(checker: &mut Checker, side: &Section) -> Option<Side> {
     }
     let Some(point) = side.vector("point") else {
         if side.numbers("point").is_some() {
-            checker.fault_in(side, "point", "a point on ground has 3 coordinates".into());
+            checker.fault_in(side, "point", "a point on ground has 3 coordinates");
         }
         return None;
     };

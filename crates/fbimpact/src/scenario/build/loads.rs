@@ -38,9 +38,8 @@ fn load(
         }
     }
     if is_complete && components.iter().all(Option::is_none) {
-        let message = "required key is missing: a force or moment, such as \"force_z\"".into();
-        checker.fault(&section.origin, section.path_of("force_z"), None, message);
-        return None;
+        let message = "required key is missing: a force or moment, such as \"force_z\"";
+        return checker.refuse(section, "force_z", message);
     }
     let body = body_index(checker, root, section, "body")?;
     let facts = BodyFacts::find(root, section.text("body")?)?;

@@ -69,8 +69,7 @@ fn point(
             None
         };
         if let Some(refusal) = refusal {
-            checker.fault_in(section, key, refusal.into());
-            return None;
+            return checker.refuse(section, key, refusal);
         }
     }
     Some(PointSpec { name: name.to_owned(), body: bodies.index(body)?, place, gauge })
@@ -87,13 +86,11 @@ fn stress(
     let body = body_index(checker, root, section, "body")?;
     let facts = BodyFacts::find(root, section.text("body")?)?;
     if facts.is_rigid {
-        checker.fault_in(section, "body", "must be a flexible body, a rigid one has no stress".into());
-        return None;
+        return checker.refuse(section, "body", "must be a flexible body, a rigid one has no stress");
     }
     if facts.file.is_some() {
         let message = "must be a body with a shape or a mesh, one from a body file has no stress";
-        checker.fault_in(section, "body", message.into());
-        return None;
+        return checker.refuse(section, "body", message);
     }
     let from = single(checker, section, "from", &facts);
     let to = single(checker, section, "to", &facts);

@@ -168,9 +168,7 @@ pub fn body_index(checker: &mut Checker, root: &Section, section: &Section, key:
 /// The place that exactly one of the keys `marker` and `point` gives.
 pub fn marker_or_point(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Option<GivenPlace> {
     if section.item("marker").is_none() && section.item("point").is_none() {
-        let message = "required key is missing: either \"marker\" or \"point\"".into();
-        checker.fault(&section.origin, section.path_of("marker"), None, message);
-        return None;
+        return checker.refuse(section, "marker", "required key is missing: either \"marker\" or \"point\"");
     }
     one_of(checker, section, ["marker", "point"], body).ok()?
 }
@@ -242,8 +240,7 @@ pub fn given_place(checker: &mut Checker, section: &Section, keys: &[&'static st
     match given[..] {
         [key] | [key @ "face", "point"] => Some(key),
         [] => {
-            let message = format!("required key is missing: {choice}");
-            checker.fault(&section.origin, section.path_of(keys[0]), None, message);
+            checker.fault_in(section, keys[0], format!("required key is missing: {choice}"));
             None
         }
         [.., last] => {
@@ -271,8 +268,7 @@ fn face(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Optio
             }
             None => "the body has no shape with faces, give a \"point\"".into(),
         };
-        checker.fault_in(section, "face", message);
-        return None;
+        return checker.refuse(section, "face", message);
     }
     let name = section.text("face")?;
     if !known.iter().any(|face| face == name) {
@@ -295,8 +291,7 @@ pub fn single(
     let added = body.section.named("markers").iter().find(|(marker, _)| marker == name);
     let is_face = added.is_none() && body.mesh.is_some() && body.faces().contains(name);
     if is_face || added.is_some_and(|(_, marker)| marker.item("face").is_some()) {
-        checker.fault_in(section, key, "the marker is a whole face, a point is needed here".into());
-        return None;
+        return checker.refuse(section, key, "the marker is a whole face, a point is needed here");
     }
     Some(at)
 }
@@ -328,8 +323,7 @@ pub fn place(
     body: &BodyFacts<'_>,
 ) -> Option<GivenPlace> {
     if body.is_plane() {
-        checker.fault_in(section, key, "a plane is unbounded and at rest, it has no points to name".into());
-        return None;
+        return checker.refuse(section, key, "a plane is unbounded and at rest, it has no points to name");
     }
     match &section.item(key)?.value {
         Checked::Text(name) => {
@@ -373,8 +367,7 @@ pub fn point(
         let model = if body.is_rigid { "motion" } else { "model" };
         let name = body.section.text(model)?;
         let message = format!("a point of a body with {model} \"{name}\" has {dimension} coordinates");
-        checker.fault_in(section, key, message);
-        return None;
+        return checker.refuse(section, key, message);
     }
     Some(padded(x))
 }

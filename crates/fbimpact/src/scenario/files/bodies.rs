@@ -153,8 +153,7 @@ fn read_one(
     mut read: impl FnMut(&mut Checker, Option<LengthUnit>, &str) -> Result<(Checked, String), Option<String>>,
 ) {
     let Some(position) = body.items.iter().position(|item| item.name == "file") else {
-        let message = format!("required key is missing: the path of a {what}");
-        checker.fault(&body.origin, body.path_of("file"), None, message);
+        checker.fault_in(body, "file", format!("required key is missing: the path of a {what}"));
         return;
     };
     let Some(text) = body.text("file").map(str::to_owned) else { return };
@@ -175,8 +174,7 @@ fn read_one(
                 Checked::SplineFile { source, .. } => &source.path,
                 _ => Path::new(&text),
             };
-            let message = format!("{} has changed, it has {sha256}", path.display());
-            checker.fault_in(body, "file_sha256", message);
+            checker.fault_in(body, "file_sha256", format!("{} has changed, it has {sha256}", path.display()));
         }
     } else {
         let (shown, origin) = (format!("{sha256:?}"), body.origin.clone());
@@ -252,8 +250,7 @@ fn read_tables(
     if net.given("patches")
         && let Some(item) = net.items.iter().find(|item| item.given && item.name != "patches")
     {
-        let message = "has a meaning without \"patches\" only".into();
-        checker.fault_in(&net, item.name, message);
+        checker.fault_in(&net, item.name, "has a meaning without \"patches\" only");
         return Err(None);
     }
     spline_nets::patches(checker, &net, directions).ok_or(None)

@@ -42,8 +42,7 @@ fn read_one(checker: &mut Checker, section: &mut Section, directory: &Path) {
     let columns = match found {
         Ok(columns) => columns,
         Err(Fault { key, message }) => {
-            let message = format!("{name}{message}");
-            checker.fault_in(section, key, message);
+            checker.fault_in(section, key, format!("{name}{message}"));
             Default::default()
         }
     };

@@ -41,7 +41,7 @@ pub fn patches(checker: &mut Checker, section: &Section, directions: usize) -> O
     } else {
         let list = section.tables("patches");
         if list.is_empty() {
-            checker.fault_in(section, "patches", "must hold one patch at least".into());
+            checker.fault_in(section, "patches", "must hold one patch at least");
         }
         let before = checker.faults.len();
         built.extend(list.iter().filter_map(|table| patch(checker, table, directions)));
@@ -57,9 +57,8 @@ fn single(checker: &mut Checker, section: &Section, directions: usize) -> Option
     let mut complete = true;
     for key in ["degrees", "knots", "control_points"] {
         if section.item(key).is_none() {
-            let message =
-                "required key is missing for shape \"nurbs\" without \"file\" and \"patches\"".into();
-            checker.fault(&section.origin, section.path_of(key), None, message);
+            let message = "required key is missing for shape \"nurbs\" without \"file\" and \"patches\"";
+            checker.fault_in(section, key, message);
             complete = false;
         }
     }
@@ -72,16 +71,14 @@ fn patch(checker: &mut Checker, section: &Section, directions: usize) -> Option<
     let lists = section.lists("knots")?;
     if lists.len() != directions {
         let message = format!("{} knot vectors, the model has {directions} directions", lists.len());
-        checker.fault_in(section, "knots", message);
-        return None;
+        return checker.refuse(section, "knots", message);
     }
     let (mut knots, mut expected) = (Vec::with_capacity(directions), 1);
     for (i, (&degree, list)) in degrees.iter().zip(lists).enumerate() {
         match KnotVector::new(degree, list.clone()) {
             Ok(vector) => knots.push(vector),
             Err(error) => {
-                checker.fault_in(section, "knots", format!("direction {i}: {error}"));
-                return None;
+                return checker.refuse(section, "knots", format!("direction {i}: {error}"));
             }
         }
         expected *= list.len() - degree - 1;
@@ -93,8 +90,7 @@ fn patch(checker: &mut Checker, section: &Section, directions: usize) -> Option<
             "{} control points, degrees and knots ask for {expected} with {directions} coordinates each",
             points.len()
         );
-        checker.fault_in(section, "control_points", message);
-        return None;
+        return checker.refuse(section, "control_points", message);
     }
     let weights = match section.item("weights") {
         Some(_) => section.numbers("weights")?.to_vec(),
@@ -102,8 +98,7 @@ fn patch(checker: &mut Checker, section: &Section, directions: usize) -> Option<
     };
     if weights.len() != expected {
         let message = format!("{} weights, there are {expected} control points", weights.len());
-        checker.fault_in(section, "weights", message);
-        return None;
+        return checker.refuse(section, "weights", message);
     }
     let points = points.iter().map(|p| padded(p)).collect();
     Patch::new(knots, points, weights)
@@ -123,8 +118,7 @@ pub fn per_direction(
         1 => Some(vec![counts[0]; directions]),
         n if n == directions => Some(counts),
         n => {
-            let message = format!("{n} entries, the model has {directions} directions");
-            checker.fault_in(section, key, message);
+            checker.fault_in(section, key, format!("{n} entries, the model has {directions} directions"));
             None
         }
     }

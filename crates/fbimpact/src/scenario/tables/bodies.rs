@@ -2,7 +2,7 @@
 
 mod copies;
 
-use super::super::keys::{Bound, Condition, Fact, Key, Kind, Named, Need, Range, Test, name_values};
+use super::super::keys::{Condition, Fact, Key, Kind, Named, Range, Test, name_values};
 use super::discretisation::{DISCRETISATION, REDUCTION};
 use super::files::{FILE_SHA256, LengthUnit};
 use super::models::BodyModel;
@@ -20,24 +20,15 @@ pub const COPIED: &[Key] = &[COPIES, POSITION, ORIENTATION, VELOCITY, ANGULAR_VE
 
 /// `[materials.NAME]`.
 pub const MATERIAL: &[Key] = &[
-    Key::new("youngs_modulus", Kind::Number(Range::positive(1e15)), "Pa", Need::Required, "Young's modulus."),
-    Key::new(
-        "poissons_ratio",
-        // Thermodynamics allows -1 to 0.5; at 0.5 a displacement model locks and its stiffness is
-        // infinite.
-        Kind::Number(Range { min: Bound::Open(-1.0), max: Bound::Open(0.5) }),
-        "–",
-        Need::Required,
-        "Poisson's ratio.",
-    ),
-    Key::new("density", Kind::Number(Range::positive(1e9)), "kg/m³", Need::Required, "Density."),
-    Key::new(
-        "yield_strength",
-        Kind::Number(Range::positive(1e15)),
-        "Pa",
-        Need::Optional("nothing is told of yielding"),
-        "Proof stress in tension: contacts and stresses beyond it are told by the warning `yields`; the run stays elastic.",
-    ),
+    Key::measured("youngs_modulus", Kind::Number(Range::positive(1e15)), "Pa").doc("Young's modulus."),
+    // Thermodynamics allows -1 to 0.5; at 0.5 a displacement model locks and its stiffness is
+    // infinite.
+    Key::measured("poissons_ratio", Kind::Number(Range::open(-1.0, 0.5)), "–")
+        .doc("Poisson's ratio."),
+    Key::measured("density", Kind::Number(Range::positive(1e9)), "kg/m³").doc("Density."),
+    Key::measured("yield_strength", Kind::Number(Range::positive(1e15)), "Pa")
+        .otherwise("nothing is told of yielding")
+        .doc("Proof stress in tension: contacts and stresses beyond it are told by the warning `yields`; the run stays elastic."),
 ];
 
 /// What the reference frame of a body follows.
@@ -118,132 +109,85 @@ const FREE: &[Condition] =
     &[Condition::new("for bodies that are the child of no joint", Test::Fact(Fact::IsChildOfNoJoint))];
 
 /// Where a body stands.
-const POSITION: Key = Key::new(
-    "position",
-    Kind::Vector(3, COORDINATE),
-    "m",
-    Need::Default("[0.0, 0.0, 0.0]"),
-    "Initial position of the body's origin.",
-)
-.when(FREE);
+const POSITION: Key = Key::measured("position", Kind::Vector(3, COORDINATE), "m")
+    .default("[0.0, 0.0, 0.0]")
+    .doc("Initial position of the body's origin.")
+    .when(FREE);
 /// How it stands.
-const ORIENTATION: Key = Key::angle(
-    "orientation",
-    Kind::Rotation,
-    "rad",
-    Need::Default("[1.0, 0.0, 0.0, 0.0]"),
-    "Initial orientation: a rotation vector, or a quaternion [w, x, y, z] of unit length. \
+const ORIENTATION: Key = Key::angle("orientation", Kind::Rotation, "rad")
+    .default("[1.0, 0.0, 0.0, 0.0]")
+    .doc(
+        "Initial orientation: a rotation vector, or a quaternion [w, x, y, z] of unit length. \
      Of a body that is the child of a joint, the one with all joint coordinates at zero.",
-)
-.when(&[
-    Condition::new("without \"normal\"", Test::Without("normal")).remark("which says how a plane stands")
-]);
+    )
+    .when(&[
+        Condition::new("without \"normal\"", Test::Without("normal")).remark("which says how a plane stands")
+    ]);
 /// How fast it goes.
-const VELOCITY: Key = Key::new(
-    "velocity",
-    Kind::Vector(3, RATE),
-    "m/s",
-    Need::Default("[0.0, 0.0, 0.0]"),
-    "Initial velocity of the body's origin.",
-)
-.when(FREE);
+const VELOCITY: Key = Key::measured("velocity", Kind::Vector(3, RATE), "m/s")
+    .default("[0.0, 0.0, 0.0]")
+    .doc("Initial velocity of the body's origin.")
+    .when(FREE);
 /// How fast it turns.
-const ANGULAR_VELOCITY: Key = Key::angle(
-    "angular_velocity",
-    Kind::Vector(3, RATE),
-    "rad/s",
-    Need::Default("[0.0, 0.0, 0.0]"),
-    "Initial angular velocity, in space.",
-)
-.when(FREE);
+const ANGULAR_VELOCITY: Key = Key::angle("angular_velocity", Kind::Vector(3, RATE), "rad/s")
+    .default("[0.0, 0.0, 0.0]")
+    .doc("Initial angular velocity, in space.")
+    .when(FREE);
 
 /// `[bodies.NAME]`.
 pub const BODY: &[Key] = &[
-    Key::new("model", Kind::Choice(BodyModel::CHOICES), "", Need::Default("\"solid\""), "Kinematics of the body."),
-    Key::new(
-        "material",
-        Kind::Name,
-        "",
-        Need::Optional("only `rigid` and `imported` bodies, and a `mesh` all of whose `groups` have one, may have none"),
-        "Name of a table of `[materials]` or of a standard material (see the end of this page). A rigid body takes its density, Hertz contacts its \
-         elastic constants.",
-    ).when(&[NOT_IMPORTED, Condition::new(
+    Key::new("model", Kind::Choice(BodyModel::CHOICES)).default("\"solid\"").doc("Kinematics of the body."),
+    Key::new("material", Kind::Name)
+        .otherwise("only `rigid` and `imported` bodies, and a `mesh` all of whose `groups` have one, may have none")
+        .doc("Name of a table of `[materials]` or of a standard material (see the end of this page). A rigid body takes its density, Hertz contacts its \
+         elastic constants.")
+        .when(&[NOT_IMPORTED, Condition::new(
             "for bodies with \"geometry\"",
             Test::Any(&[Test::NoneOf("model", &["rigid"]), Test::With("geometry")]),
         )]),
-    Key::new(
-        "file",
-        Kind::Name,
-        "",
-        Need::Optional("must be given"),
-        "Body file or mesh, relative to the scenario; of plane and axisymmetric models a mesh in the plane z = 0, with x the radius. Of a body file the markers are those of the body, which has no other places; contacts \
-         and stresses need a shape and do not go with either yet.",
-    ).when(&[FROM_FILE]),
+    Key::new("file", Kind::Name)
+        .otherwise("must be given")
+        .doc("Body file or mesh, relative to the scenario; of plane and axisymmetric models a mesh in the plane z = 0, with x the radius. Of a body file the markers are those of the body, which has no other places; contacts \
+         and stresses need a shape and do not go with either yet.")
+        .when(&[FROM_FILE]),
     FILE_SHA256.when(&[FROM_FILE]),
-    Key::new(
-        "units",
-        Kind::Choice(LengthUnit::CHOICES),
-        "",
-        Need::Optional("must be given"),
-        "Unit of length of the mesh; files do not say it.",
-    ).when(&[OF_MESH]),
-    Key::new(
-        "part",
-        Kind::Name,
-        "",
-        Need::Optional("the only one"),
-        "The part of the mesh that is the body: name of an instance or part, of a group of elements, or \"element 7\", all that hangs together \
-         with element 7.",
-    ).when(&[OF_MESH]),
-    Key::new(
-        "groups",
-        Kind::NamedByFile(GROUP),
-        "",
-        Need::Default("{}"),
-        "Groups of elements of the mesh that have a material of their own.",
-    ).when(&[OF_MESH]),
-    Key::new(
-        "mass_points",
-        Kind::Choice(MassRule::CHOICES),
-        "",
-        Need::Default("\"exact\""),
-        "Points by which the mass of the elements is integrated.",
-    ).when(&[OF_MESH]),
-    Key::new(
-        "motion",
-        Kind::Choice(RigidMotion::CHOICES),
-        "",
-        Need::Default("\"spatial\""),
-        "Motions that the body can make.",
-    ).when(&[RIGID, NO_PLANE]),
-    Key::new(
-        "mass",
-        Kind::Number(Range::positive(1e15)),
-        "kg",
-        Need::Optional("follows from `geometry` and `material`"),
-        "Mass.",
-    ).when(OWN_MASS),
-    Key::new(
-        "centre_of_mass",
-        Kind::Vector(3, COORDINATE),
-        "m",
-        Need::Optional("the origin, or follows from `geometry`"),
-        "Centre of mass in the frame of the body.",
-    ).when(OWN_MASS),
-    Key::new(
-        "inertia",
-        Kind::Symmetric(Range::within(1e24)),
-        "kg m²",
-        Need::Optional("follows from `geometry` and `material`; `axial` bodies need none"),
-        "Inertia about the centre of mass, in the axes of the body's frame.",
-    ).when(OWN_MASS),
-    Key::new(
-        "thickness",
-        Kind::Number(LENGTH),
-        "m",
-        Need::Default("1.0"),
-        "Thickness of a plane model.",
-    ).when(&[NO_PLANE, Condition::new(
+    Key::new("units", Kind::Choice(LengthUnit::CHOICES))
+        .otherwise("must be given")
+        .doc("Unit of length of the mesh; files do not say it.")
+        .when(&[OF_MESH]),
+    Key::new("part", Kind::Name)
+        .otherwise("the only one")
+        .doc("The part of the mesh that is the body: name of an instance or part, of a group of elements, or \"element 7\", all that hangs together \
+         with element 7.")
+        .when(&[OF_MESH]),
+    Key::new("groups", Kind::NamedByFile(GROUP))
+        .default("{}")
+        .doc("Groups of elements of the mesh that have a material of their own.")
+        .when(&[OF_MESH]),
+    Key::new("mass_points", Kind::Choice(MassRule::CHOICES))
+        .default("\"exact\"")
+        .doc("Points by which the mass of the elements is integrated.")
+        .when(&[OF_MESH]),
+    Key::new("motion", Kind::Choice(RigidMotion::CHOICES))
+        .default("\"spatial\"")
+        .doc("Motions that the body can make.")
+        .when(&[RIGID, NO_PLANE]),
+    Key::measured("mass", Kind::Number(Range::positive(1e15)), "kg")
+        .otherwise("follows from `geometry` and `material`")
+        .doc("Mass.")
+        .when(OWN_MASS),
+    Key::measured("centre_of_mass", Kind::Vector(3, COORDINATE), "m")
+        .otherwise("the origin, or follows from `geometry`")
+        .doc("Centre of mass in the frame of the body.")
+        .when(OWN_MASS),
+    Key::measured("inertia", Kind::Symmetric(Range::within(1e24)), "kg m²")
+        .otherwise("follows from `geometry` and `material`; `axial` bodies need none")
+        .doc("Inertia about the centre of mass, in the axes of the body's frame.")
+        .when(OWN_MASS),
+    Key::measured("thickness", Kind::Number(LENGTH), "m")
+        .default("1.0")
+        .doc("Thickness of a plane model.")
+        .when(&[NO_PLANE, Condition::new(
             "for \"plane-strain\", \"plane-stress\" and planar rigid shapes",
             Test::Any(&[
                 Test::OneOf("model", &["plane-strain", "plane-stress"]),
@@ -254,82 +198,49 @@ pub const BODY: &[Key] = &[
                 ]),
             ]),
         )]),
-    Key::new(
-        "geometry",
-        Kind::Variants { tag: "shape", variants: ShapeName::VARIANTS },
-        "",
-        Need::Optional("only `imported` and `mesh` bodies and `rigid` ones with `mass` have none"),
-        "Shape in the body's own frame.",
-    ).when(&[WITH_SHAPE]),
-    Key::new(
-        "markers",
-        Kind::Named(MARKER),
-        "",
-        Need::Default("{}"),
-        "Named points and parts of the body beside those of its shape, usable wherever a marker can be named.",
-    ).when(&[NOT_IMPORTED.remark("whose markers are those of the file"), NO_PLANE]),
-    Key::new(
-        "discretisation",
-        Kind::Table(DISCRETISATION),
-        "",
-        Need::Default("{}"),
-        "Spline space.",
-    ).when(&[MESHED]),
-    Key::new(
-        "reduction",
-        Kind::Table(REDUCTION),
-        "",
-        Need::Default("{}"),
-        "Reduced basis.",
-    ).when(TO_REDUCE),
-    Key::new(
-        "damping",
-        Kind::Table(DAMPING),
-        "",
-        Need::Optional("no damping"),
-        "Damping of the body's vibrations, by ratios that hold as its joints hold it: a mode at a time, of Rayleigh, or structural.",
-    ).when(TO_REDUCE),
-    Key::new(
-        "frame",
-        Kind::Choice(FrameKind::CHOICES),
-        "",
-        Need::Default("\"buckens\""),
-        "Reference frame.",
-    ).when(TO_REDUCE),
-    Key::new(
-        "frame_marker",
-        Kind::Name,
-        "",
-        Need::Optional("the attachment of the joint whose child the body is"),
-        "Marker that the frame follows, averaged over its extent if it has one.",
-    ).when(FOLLOWING),
-    Key::new(
-        "frame_point",
-        Kind::Point(COORDINATE),
-        "m",
-        Need::Optional("the attachment of the joint whose child the body is"),
-        "Point that the frame follows.",
-    ).when(FOLLOWING),
-    Key::new(
-        "geometric_stiffening",
-        Kind::Boolean,
-        "",
-        Need::Default("false"),
-        "Whether inertia forces stiffen the body, as rotors need it; with a `tangent` frame, not for `axisymmetric`. A reduced body \
-         file brings its own.",
-    ).when(&[WITH_ELEMENTS]),
+    Key::new("geometry", Kind::Variants { tag: "shape", variants: ShapeName::VARIANTS })
+        .otherwise("only `imported` and `mesh` bodies and `rigid` ones with `mass` have none")
+        .doc("Shape in the body's own frame.")
+        .when(&[WITH_SHAPE]),
+    Key::new("markers", Kind::Named(MARKER))
+        .default("{}")
+        .doc("Named points and parts of the body beside those of its shape, usable wherever a marker can be named.")
+        .when(&[NOT_IMPORTED.remark("whose markers are those of the file"), NO_PLANE]),
+    Key::new("discretisation", Kind::Table(DISCRETISATION))
+        .default("{}")
+        .doc("Spline space.")
+        .when(&[MESHED]),
+    Key::new("reduction", Kind::Table(REDUCTION)).default("{}").doc("Reduced basis.").when(TO_REDUCE),
+    Key::new("damping", Kind::Table(DAMPING))
+        .otherwise("no damping")
+        .doc("Damping of the body's vibrations, by ratios that hold as its joints hold it: a mode at a time, of Rayleigh, or structural.")
+        .when(TO_REDUCE),
+    Key::new("frame", Kind::Choice(FrameKind::CHOICES))
+        .default("\"buckens\"")
+        .doc("Reference frame.")
+        .when(TO_REDUCE),
+    Key::new("frame_marker", Kind::Name)
+        .otherwise("the attachment of the joint whose child the body is")
+        .doc("Marker that the frame follows, averaged over its extent if it has one.")
+        .when(FOLLOWING),
+    Key::measured("frame_point", Kind::Point(COORDINATE), "m")
+        .otherwise("the attachment of the joint whose child the body is")
+        .doc("Point that the frame follows.")
+        .when(FOLLOWING),
+    Key::new("geometric_stiffening", Kind::Boolean)
+        .default("false")
+        .doc("Whether inertia forces stiffen the body, as rotors need it; with a `tangent` frame, not for `axisymmetric`. A reduced body \
+         file brings its own.")
+        .when(&[WITH_ELEMENTS]),
     COPIES,
     POSITION,
     ORIENTATION,
     VELOCITY,
     ANGULAR_VELOCITY,
-    Key::new(
-        "normal",
-        Kind::Vector(3, COORDINATE),
-        "–",
-        Need::Optional("[0, 0, 1], turned by `orientation`"),
-        "Normal of a plane, out of the material; of any length but zero.",
-    ).when(&[Condition::new(
+    Key::measured("normal", Kind::Vector(3, COORDINATE), "–")
+        .otherwise("[0, 0, 1], turned by `orientation`")
+        .doc("Normal of a plane, out of the material; of any length but zero.")
+        .when(&[Condition::new(
             "for the shape \"plane\"",
             Test::OneOf("geometry.shape", &["plane"]),
         )]),
@@ -342,17 +253,13 @@ name_values!(MassRule {
 
 /// `[bodies.NAME.groups.NAME]`.
 const GROUP: &[Key] =
-    &[Key::new("material", Kind::Name, "", Need::Required, "Name of the material of the group's elements.")];
+    &[Key::new("material", Kind::Name).doc("Name of the material of the group's elements.")];
 
 /// `[bodies.NAME.markers.NAME]`.
 const MARKER: &[Key] = &[
-    Key::new(
-        "point",
-        Kind::Point(COORDINATE),
-        "m",
-        Need::Optional("`face` must be given"),
-        "Point in the components of the body's model: [x, y, z], [x, y] or [r, z]; beside `face` where the marker is, on a rigid arm.",
-    ),
+    Key::measured("point", Kind::Point(COORDINATE), "m")
+        .otherwise("`face` must be given")
+        .doc("Point in the components of the body's model: [x, y, z], [x, y] or [r, z]; beside `face` where the marker is, on a rigid arm."),
     RADIUS,
     FACE,
     COUPLING,
@@ -367,31 +274,19 @@ pub(super) const BESIDE_PART: Condition =
     Condition::new("beside \"face\" or \"radius\"", Test::Any(&[Test::With("face"), Test::With("radius")]))
         .remark("a marker has its own");
 /// Radius of a disc or ball about a point.
-pub(super) const RADIUS: Key = Key::new(
-    "radius",
-    Kind::Number(LENGTH),
-    "m",
-    Need::Optional("no extent"),
-    "Radius of the part of the body about `point`: a disc on the surface, a ball inside.",
-)
-.when(&[BESIDE_POINT]);
+pub(super) const RADIUS: Key = Key::measured("radius", Kind::Number(LENGTH), "m")
+    .otherwise("no extent")
+    .doc("Radius of the part of the body about `point`: a disc on the surface, a ball inside.")
+    .when(&[BESIDE_POINT]);
 /// A face by name.
-pub(super) const FACE: Key = Key::new(
-    "face",
-    Kind::Name,
-    "",
-    Need::Optional("`point` must be given"),
-    "Name of a whole face of the shape, such as `x-` (docs/places.md shows them); of a mesh a group of faces or a set.",
-);
+pub(super) const FACE: Key = Key::new("face", Kind::Name)
+    .otherwise("`point` must be given")
+    .doc("Name of a whole face of the shape, such as `x-` (docs/places.md shows them); of a mesh a group of faces or a set.");
 /// How a part of a body is held.
-pub(super) const COUPLING: Key = Key::new(
-    "coupling",
-    Kind::Choice(Coupling::CHOICES),
-    "",
-    Need::Optional("`average`"),
-    "How the part of the body is joined to what holds it.",
-)
-.when(&[BESIDE_PART]);
+pub(super) const COUPLING: Key = Key::new("coupling", Kind::Choice(Coupling::CHOICES))
+    .otherwise("`average`")
+    .doc("How the part of the body is joined to what holds it.")
+    .when(&[BESIDE_PART]);
 
 name_values!(Coupling {
     Average: "average", "distributing (RBE3): motion averaged over the part, force spread over it";
@@ -399,7 +294,7 @@ name_values!(Coupling {
 });
 
 /// Damping ratios.
-const RATIO: Range = Range { min: Bound::Closed(0.0), max: Bound::Closed(1e3) };
+const RATIO: Range = Range::closed(0.0, 1e3);
 
 /// Damping ratios are not given a mode at a time.
 const NOT_BY_MODE: Condition = Condition::new("without \"modal\"", Test::Without("modal"));
@@ -408,36 +303,20 @@ const NOT_STRUCTURAL: Condition = Condition::new("without \"loss_factor\"", Test
 const RAYLEIGH: &[Condition] = &[NOT_BY_MODE, NOT_STRUCTURAL];
 
 const DAMPING: &[Key] = &[
-    Key::new(
-        "frequencies",
-        Kind::Vector(2, Range::positive(1e12)),
-        "Hz",
-        Need::Optional("`modal` or `loss_factor` must be given"),
-        "Two frequencies between which modes are damped least, the band of the modes that matter.",
-    )
-    .when(RAYLEIGH),
-    Key::new(
-        "ratio",
-        Kind::Number(RATIO),
-        "–",
-        Need::Default("1e-3"),
-        "Damping ratio at both frequencies, 1 being critical; it grows with the frequency above them.",
-    )
-    .when(RAYLEIGH),
-    Key::new(
-        "modal",
-        Kind::Numbers(RATIO),
-        "–",
-        Need::Optional("`frequencies` or `loss_factor` must be given"),
-        "Damping ratios of the modes of the body as its joints hold it, one per mode; the last, or a single number, holds for all that \
-         follow.",
-    ),
-    Key::new(
-        "loss_factor",
-        Kind::Number(RATIO),
-        "–",
-        Need::Optional("`modal` or `frequencies` must be given"),
-        "Structural damping: the loss factor of all modes, which is twice their damping ratio.",
-    )
-    .when(&[NOT_BY_MODE]),
+    Key::measured("frequencies", Kind::Vector(2, Range::positive(1e12)), "Hz")
+        .otherwise("`modal` or `loss_factor` must be given")
+        .doc("Two frequencies between which modes are damped least, the band of the modes that matter.")
+        .when(RAYLEIGH),
+    Key::measured("ratio", Kind::Number(RATIO), "–")
+        .default("1e-3")
+        .doc("Damping ratio at both frequencies, 1 being critical; it grows with the frequency above them.")
+        .when(RAYLEIGH),
+    Key::measured("modal", Kind::Numbers(RATIO), "–")
+        .otherwise("`frequencies` or `loss_factor` must be given")
+        .doc("Damping ratios of the modes of the body as its joints hold it, one per mode; the last, or a single number, holds for all that \
+         follow."),
+    Key::measured("loss_factor", Kind::Number(RATIO), "–")
+        .otherwise("`modal` or `frequencies` must be given")
+        .doc("Structural damping: the loss factor of all modes, which is twice their damping ratio.")
+        .when(&[NOT_BY_MODE]),
 ];

@@ -7,7 +7,7 @@ use adaptive::body::fine::refined::ELEMENTS;
 use adaptive::spec::contact::{DivisionRule, LowModes, PointRule, TransferMethod};
 use adaptive::spec::{Accuracy, Treatment};
 
-use super::super::keys::{Bound, Condition, Fact, Key, Kind, Named, Need, Range, Test, name_values};
+use super::super::keys::{Condition, Fact, Key, Kind, Named, Range, Test, name_values};
 
 /// How a contact is modelled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -157,180 +157,111 @@ const REFINED: Condition =
 
 /// `[contacts.NAME]`.
 pub const CONTACT: &[Key] = &[
-    Key::new(
-        "contact_body",
-        Kind::Name,
-        "",
-        Need::Required,
-        "Body that carries the contact points, flexible; with `coarse`, where no body is flexible, and with `hertz`, which has none, also a rigid one. Of a flexible and a rigid body it is \
+    Key::new("contact_body", Kind::Name)
+        .doc("Body that carries the contact points, flexible; with `coarse`, where no body is flexible, and with `hertz`, which has none, also a rigid one. Of a flexible and a rigid body it is \
          the flexible one. With a `*`, such as `ball-*`, all bodies with such a name: the table is a contact for each pair of different bodies, called by its \
-         name and what the `*` stand for.",
-    ),
-    Key::new(
-        "target_body",
-        Kind::Name,
-        "",
-        Need::Required,
-        "Body whose surface the points meet: a flexible body with the same `model`, `mesh` counting as `solid`; a rigid body with a shape and the \
+         name and what the `*` stand for."),
+    Key::new("target_body", Kind::Name)
+        .doc("Body whose surface the points meet: a flexible body with the same `model`, `mesh` counting as `solid`; a rigid body with a shape and the \
          `motion` that goes with it, free, on joints or held by a joint to ground; a rigid plane. With `hertz` any body with a shape that moves as \
-         the contact body does, or a plane. With a `*` all bodies with such a name, as for `contact_body`.",
-    ),
-    Key::new("model", Kind::Choice(ContactModel::CHOICES), "", Need::Default("\"adaptive\""), "Contact model."),
-    Key::new(
-        "constraint",
-        Kind::Choice(Constraint::CHOICES),
-        "",
-        Need::Default("\"penalty\""),
-        "How penetration is resisted.",
-    ).when(CHOSEN),
-    Key::new(
-        "points",
-        Kind::Choice(PointRule::CHOICES),
-        "",
-        Need::Default("\"greville\""),
-        "Where the contact points are.",
-    ).when(ON_SPLINES),
-    Key::new(
-        "solver",
-        Kind::Choice(Solver::CHOICES),
-        "",
-        Need::Default("\"active-set\""),
-        "Solver of the quasistatic state.",
-    ).when(SURFACE),
-    Key::new(
-        "friction",
-        Kind::Number(Range { min: Bound::Closed(0.0), max: Bound::Closed(100.0) }),
-        "–",
-        Need::Default("0.0"),
-        "Coefficient of friction, of stick and slip alike; needs the active-set solver. With `hertz` the contact yields along the surface as Mindlin's does, \
-         without effect on turns about the normal.",
-    ),
-    Key::new(
-        "damping",
-        Kind::Number(Range { min: Bound::Closed(0.0), max: Bound::Closed(1e6) }),
-        "s/m",
-        Need::Default("0.0"),
-        "Growth of the contact force per speed at which the contact closes, of normal force and friction alike: after an approach at `v` two bodies part \
-         with the restitution `e` of `damping v (1 + e) = ln((1 + damping v) / (1 - e damping v))`, `1 - 2/3 damping v` where that is little.",
-    ),
-    Key::new(
-        "modes",
-        Kind::Choice(LowModes::CHOICES),
-        "",
-        Need::Default("\"prolonged\""),
-        "Low-frequency modes of the fine models, where the program refines. A body in two contacts at once keeps those that it \
-         had at the first touch.",
-    ).when(SURFACE),
-    Key::new(
-        "transfer",
-        Kind::Choice(TransferMethod::CHOICES),
-        "",
-        Need::Default("\"projection\""),
-        "How the state is handed over between coarse and fine models, with modes = \"own\".",
-    ).when(SURFACE),
-    Key::new(
-        "initial_overlap",
-        Kind::Number(Range { min: Bound::Closed(0.0), max: Bound::Closed(1e6) }),
-        "m",
-        Need::Default("0.0"),
-        "Overlap of the bodies at the start that is allowed; the run begins with its energy. More is an error, round-off is not.",
-    ),
-    Key::new("penalty", Kind::Table(PENALTY), "", Need::Default("{}"), "Penalty factor.").when(CHOSEN),
-    Key::new(
-        "interval",
-        Kind::Table(INTERVAL),
-        "",
-        Need::Default("{}"),
-        "Part of the surface that carries contact points, about the place of first contact.",
-    ).when(ON_FLEXIBLE),
+         the contact body does, or a plane. With a `*` all bodies with such a name, as for `contact_body`."),
+    Key::new("model", Kind::Choice(ContactModel::CHOICES)).default("\"adaptive\"").doc("Contact model."),
+    Key::new("constraint", Kind::Choice(Constraint::CHOICES))
+        .default("\"penalty\"")
+        .doc("How penetration is resisted.")
+        .when(CHOSEN),
+    Key::new("points", Kind::Choice(PointRule::CHOICES))
+        .default("\"greville\"")
+        .doc("Where the contact points are.")
+        .when(ON_SPLINES),
+    Key::new("solver", Kind::Choice(Solver::CHOICES))
+        .default("\"active-set\"")
+        .doc("Solver of the quasistatic state.")
+        .when(SURFACE),
+    Key::measured("friction", Kind::Number(Range::closed(0.0, 100.0)), "–")
+        .default("0.0")
+        .doc("Coefficient of friction, of stick and slip alike; needs the active-set solver. With `hertz` the contact yields along the surface as Mindlin's does, \
+         without effect on turns about the normal."),
+    Key::measured("damping", Kind::Number(Range::closed(0.0, 1e6)), "s/m")
+        .default("0.0")
+        .doc("Growth of the contact force per speed at which the contact closes, of normal force and friction alike: after an approach at `v` two bodies part \
+         with the restitution `e` of `damping v (1 + e) = ln((1 + damping v) / (1 - e damping v))`, `1 - 2/3 damping v` where that is little."),
+    Key::new("modes", Kind::Choice(LowModes::CHOICES))
+        .default("\"prolonged\"")
+        .doc("Low-frequency modes of the fine models, where the program refines. A body in two contacts at once keeps those that it \
+         had at the first touch.")
+        .when(SURFACE),
+    Key::new("transfer", Kind::Choice(TransferMethod::CHOICES))
+        .default("\"projection\"")
+        .doc("How the state is handed over between coarse and fine models, with modes = \"own\".")
+        .when(SURFACE),
+    Key::measured("initial_overlap", Kind::Number(Range::closed(0.0, 1e6)), "m")
+        .default("0.0")
+        .doc("Overlap of the bodies at the start that is allowed; the run begins with its energy. More is an error, round-off is not."),
+    Key::new("penalty", Kind::Table(PENALTY)).default("{}").doc("Penalty factor.").when(CHOSEN),
+    Key::new("interval", Kind::Table(INTERVAL))
+        .default("{}")
+        .doc("Part of the surface that carries contact points, about the place of first contact.")
+        .when(ON_FLEXIBLE),
 ];
 
 /// Soft foam to far above the stiffest contact that double precision resolves [N/m³].
 const FACTOR: Range = Range::positive(1e24);
 
 const PENALTY: &[Key] = &[
-    Key::new(
-        "initial",
-        Kind::Number(FACTOR),
-        "N/m³",
-        Need::Optional(
-            "predicted from the compliance of the model, of rigid bodies from weight and approach",
-        ),
-        "Penalty factor: pressure per penetration. A search starts from it.",
-    )
-    .when(&[Condition::new(
-        "with constraint \"penalty\"",
-        Test::Around(&Test::NoneOf("constraint", &["exact"])),
-    )]),
-    Key::new(
-        "tolerance",
-        Kind::Number(Range { min: Bound::Open(0.0), max: Bound::Open(1.0) }),
-        "–",
-        Need::Derived(|| {
+    Key::measured("initial", Kind::Number(FACTOR), "N/m³")
+        .otherwise("predicted from the compliance of the model, of rigid bodies from weight and approach")
+        .doc("Penalty factor: pressure per penetration. A search starts from it.")
+        .when(&[Condition::new(
+            "with constraint \"penalty\"",
+            Test::Around(&Test::NoneOf("constraint", &["exact"])),
+        )]),
+    Key::measured("tolerance", Kind::Number(Range::open(0.0, 1.0)), "–")
+        .derived(|| {
             format!(
                 "{PEAK_TOLERANCE:?}, with `accuracy` \"fast\" {:?}, with \"fine\" {:?}",
                 Accuracy::Fast.peak_tolerance(),
                 Accuracy::Fine.peak_tolerance()
             )
-        }),
-        "Relative change of the peak force below which the search ends.",
-    )
-    .when(&[Condition::new("with search \"until-converged\"", Test::Fact(Fact::SearchConverges))]),
-    Key::new(
-        "search",
-        Kind::Choice(Search::CHOICES),
-        "",
-        Need::Optional("\"until-converged\" with `adaptive`, else \"fixed\""),
-        "How the factor is adapted, with `adaptive`. \"until-error\" needs the solver \"broyden\".",
-    ),
+        })
+        .doc("Relative change of the peak force below which the search ends.")
+        .when(&[Condition::new("with search \"until-converged\"", Test::Fact(Fact::SearchConverges))]),
+    Key::new("search", Kind::Choice(Search::CHOICES))
+        .otherwise("\"until-converged\" with `adaptive`, else \"fixed\"")
+        .doc("How the factor is adapted, with `adaptive`. \"until-error\" needs the solver \"broyden\"."),
 ];
 
 /// A share of a whole, neither nothing nor all of it.
-const SHARE: Range = Range { min: Bound::Open(0.0), max: Bound::Open(1.0) };
+const SHARE: Range = Range::open(0.0, 1.0);
 
 const INTERVAL: &[Key] = &[
-    Key::new(
-        "width",
-        Kind::Number(Range::positive(1e6)),
-        "m",
-        Need::Optional(
-            "predicted by Hertz's theory where the program refines, else the zone of the nearest `refine` entry of the \
-             contact body",
-        ),
-        "Width along the surface; with `adaptive` that of the first trial. In an axisymmetric model it is counted from the \
-         axis outwards.",
-    ),
-    Key::new(
-        "elements",
-        Kind::Integer(1, 10_000),
-        "–",
-        Need::Derived(|| {
+    Key::measured("width", Kind::Number(Range::positive(1e6)), "m")
+        .otherwise("predicted by Hertz's theory where the program refines, else the zone of the nearest `refine` entry of the \
+             contact body")
+        .doc("Width along the surface; with `adaptive` that of the first trial. In an axisymmetric model it is counted from the \
+         axis outwards."),
+    Key::measured("elements", Kind::Integer(1, 10_000), "–")
+        .derived(|| {
             format!(
                 "{ELEMENTS} where the program refines, on a mesh {QUADRATIC}, {LINEAR} of linear elements, else the elements that the \
                  discretisation has there"
             )
-        }),
-        "Elements across `width`, for which the body is refined; on a plane it needs `width`, except with `adaptive`. Elements of a mesh are halved until \
-         there are as many at least.",
-    ).when(&[Condition::new(
+        })
+        .doc("Elements across `width`, for which the body is refined; on a plane it needs `width`, except with `adaptive`. Elements of a mesh are halved until \
+         there are as many at least.")
+        .when(&[Condition::new(
         "with a zone that is refined",
         Test::Around(&Test::NoneOf("model", &["coarse"])),
     ).remark("\"coarse\" refines nothing")]),
-    Key::new(
-        "target_utilisation",
-        Kind::Number(SHARE),
-        "–",
-        Need::Constant(TARGET_UTILISATION),
-        "Share of the elements that shall touch; a new width aims at it. An interval is too wide below five sevenths of it.",
-    ).when(&[Condition::new(
+    Key::measured("target_utilisation", Kind::Number(SHARE), "–")
+        .constant(TARGET_UTILISATION)
+        .doc("Share of the elements that shall touch; a new width aims at it. An interval is too wide below five sevenths of it.")
+        .when(&[Condition::new(
         "with model \"adaptive\"",
         Test::Around(&Test::OneOf("model", &["adaptive"])),
     )]),
-    Key::new(
-        "division",
-        Kind::Choice(DivisionRule::CHOICES),
-        "",
-        Need::Default("\"graded\""),
-        "How the elements about the interval are divided.",
-    ).when(&[REFINED]),
+    Key::new("division", Kind::Choice(DivisionRule::CHOICES))
+        .default("\"graded\"")
+        .doc("How the elements about the interval are divided.")
+        .when(&[REFINED]),
 ];

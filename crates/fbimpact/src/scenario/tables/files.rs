@@ -1,15 +1,11 @@
 //! The keys of files that a body is made from.
 
-use super::super::keys::{Key, Kind, Need, name_values};
+use super::super::keys::{Key, Kind, name_values};
 
 /// The contents that a file must have.
-pub(super) const FILE_SHA256: Key = Key::new(
-    "file_sha256",
-    Kind::Name,
-    "",
-    Need::Optional("any"),
-    "SHA-256 that `file`, followed by the files that it includes, must have, in hexadecimal digits; the resolved scenario of a result holds it.",
-);
+pub(super) const FILE_SHA256: Key = Key::new("file_sha256", Kind::Name)
+    .otherwise("any")
+    .doc("SHA-256 that `file`, followed by the files that it includes, must have, in hexadecimal digits; the resolved scenario of a result holds it.");
 
 /// Units of length, for files that do not say theirs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! Ranges that several tables share.
 
-use super::super::keys::{Bound, Range};
+use super::super::keys::Range;
 
 /// Lengths \[m\]: no body is larger than a thousand kilometres.
 pub(super) const LENGTH: Range = Range::positive(1e6);
@@ -11,4 +11,4 @@ pub(super) const RATE: Range = Range::within(1e6);
 /// Highest spline degree, that of `iga_core::splines::knots::MAX_DEGREE`.
 pub(super) const MAX_DEGREE: u64 = iga_core::splines::knots::MAX_DEGREE as u64;
 /// Angles of parts of a turn \[rad\].
-pub(super) const TURN: Range = Range { min: Bound::Open(0.0), max: Bound::Open(std::f64::consts::TAU) };
+pub(super) const TURN: Range = Range::open(0.0, std::f64::consts::TAU);

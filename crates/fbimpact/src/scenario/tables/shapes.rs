@@ -1,21 +1,19 @@
 //! Shapes: their keys, the models that they go with, their markers.
 
-use super::super::keys::{Condition, Key, Kind, Named, Need, Test, name_values, name_variants};
+use super::super::keys::{Condition, Key, Kind, Named, Test, name_values, name_variants};
 use super::files::{FILE_SHA256, LengthUnit};
 use super::gear_tooth;
 use super::models::BodyModel;
 use super::ranges::{COORDINATE, LENGTH, MAX_DEGREE, TURN};
 use iga_core::nurbs::primitives::SphereNet;
 
-const RADIUS: Key = Key::new("radius", Kind::Number(LENGTH), "m", Need::Required, "Radius.");
-const ROD_LENGTH: Key = Key::new("length", Kind::Number(LENGTH), "m", Need::Required, "Length over all.");
-const INNER_RADIUS: Key =
-    Key::new("inner_radius", Kind::Number(LENGTH), "m", Need::Required, "Inner radius.");
+const RADIUS: Key = Key::measured("radius", Kind::Number(LENGTH), "m").doc("Radius.");
+const ROD_LENGTH: Key = Key::measured("length", Kind::Number(LENGTH), "m").doc("Length over all.");
+const INNER_RADIUS: Key = Key::measured("inner_radius", Kind::Number(LENGTH), "m").doc("Inner radius.");
 const OUTER_RADIUS: Key =
-    Key::new("outer_radius", Kind::Number(LENGTH), "m", Need::Required, "Outer radius, above the inner one.");
-const WIDTH: Key = Key::new("width", Kind::Number(LENGTH), "m", Need::Required, "Width over all, along x.");
-const HEIGHT: Key =
-    Key::new("height", Kind::Number(LENGTH), "m", Need::Required, "Height over all, along y.");
+    Key::measured("outer_radius", Kind::Number(LENGTH), "m").doc("Outer radius, above the inner one.");
+const WIDTH: Key = Key::measured("width", Kind::Number(LENGTH), "m").doc("Width over all, along x.");
+const HEIGHT: Key = Key::measured("height", Kind::Number(LENGTH), "m").doc("Height over all, along y.");
 
 name_values!(SphereNet {
     Cube: "cube", "one patch of degree 4, singular along twelve arcs; regular at ±x, ±y, ±z";
@@ -23,14 +21,10 @@ name_values!(SphereNet {
     Shells: "shells", "seven patches of degree 4, regular everywhere, only continuous between patches";
 });
 
-const NET: Key = Key::new(
-    "net",
-    Kind::Choice(SphereNet::CHOICES),
-    "",
-    Need::Optional("`cube` from degree 4 on and of rigid bodies, `spindle` below"),
-    "Control net of the ball.",
-)
-.when(&[SPATIAL.remark("a half-disc has one net")]);
+const NET: Key = Key::new("net", Kind::Choice(SphereNet::CHOICES))
+    .otherwise("`cube` from degree 4 on and of rigid bodies, `spindle` below")
+    .doc("Control net of the ball.")
+    .when(&[SPATIAL.remark("a half-disc has one net")]);
 
 /// The body is solid, or rigid and moves in space.
 const SPATIAL: Condition = Condition::new(
@@ -44,50 +38,26 @@ const SPATIAL: Condition = Condition::new(
 const GEAR_TOOTH: &[Key] =
     &gear_tooth::keys(&[SPATIAL.remark("a plane body has the key \"thickness\" of all of them")]);
 
-const DEGREES: Key = Key::new(
-    "degrees",
-    Kind::Counts(1, MAX_DEGREE),
-    "–",
-    Need::Optional("`file` or `patches` must be given"),
-    "Degree a direction.",
-);
-const KNOTS: Key = Key::new(
-    "knots",
-    Kind::Lists(COORDINATE),
-    "–",
-    Need::Optional("`file` or `patches` must be given"),
-    "Clamped knot vector per direction, over any range.",
-);
-const CONTROL_POINTS: Key = Key::new(
-    "control_points",
-    Kind::Points(COORDINATE),
-    "m",
-    Need::Optional("`file` or `patches` must be given"),
-    "Control points; the first direction runs fastest.",
-);
+const DEGREES: Key = Key::measured("degrees", Kind::Counts(1, MAX_DEGREE), "–")
+    .otherwise("`file` or `patches` must be given")
+    .doc("Degree a direction.");
+const KNOTS: Key = Key::measured("knots", Kind::Lists(COORDINATE), "–")
+    .otherwise("`file` or `patches` must be given")
+    .doc("Clamped knot vector per direction, over any range.");
+const CONTROL_POINTS: Key = Key::measured("control_points", Kind::Points(COORDINATE), "m")
+    .otherwise("`file` or `patches` must be given")
+    .doc("Control points; the first direction runs fastest.");
 const WEIGHTS: Key =
-    Key::new("weights", Kind::List(LENGTH), "–", Need::Optional("all 1"), "Weights, one a control point.");
-const PATCHES: Key = Key::new(
-    "patches",
-    Kind::Tables(PATCH),
-    "",
-    Need::Optional("the body is one patch"),
-    "Patches of a body of several, counted from 0, in any order and sense. Whole faces that are the same spline are joined \
-     (docs/own_part.md says when).",
-);
-const fn required(key: Key) -> Key {
-    Key { need: Need::Required, ..key }
-}
-
+    Key::measured("weights", Kind::List(LENGTH), "–").otherwise("all 1").doc("Weights, one a control point.");
+const PATCHES: Key = Key::new("patches", Kind::Tables(PATCH))
+    .otherwise("the body is one patch")
+    .doc("Patches of a body of several, counted from 0, in any order and sense. Whole faces that are the same spline are joined \
+     (docs/own_part.md says when).");
 /// `[[bodies.NAME.geometry.patches]]`.
-const PATCH: &[Key] = &[required(DEGREES), required(KNOTS), required(CONTROL_POINTS), WEIGHTS];
-const NURBS_FILE: Key = Key::new(
-    "file",
-    Kind::Name,
-    "",
-    Need::Optional("the patches are given inline"),
-    "XML of G+Smo, NURBS mesh of MFEM, or TOML or JSON with the keys `patches`, or `degrees` to `weights`; relative to the scenario.",
-);
+const PATCH: &[Key] = &[DEGREES.required(), KNOTS.required(), CONTROL_POINTS.required(), WEIGHTS];
+const NURBS_FILE: Key = Key::new("file", Kind::Name)
+    .otherwise("the patches are given inline")
+    .doc("XML of G+Smo, NURBS mesh of MFEM, or TOML or JSON with the keys `patches`, or `degrees` to `weights`; relative to the scenario.");
 
 /// The keys of a file with control nets.
 pub const NURBS_NET: &[Key] = &[DEGREES, KNOTS, CONTROL_POINTS, WEIGHTS, PATCHES];
@@ -95,27 +65,19 @@ pub const NURBS_NET: &[Key] = &[DEGREES, KNOTS, CONTROL_POINTS, WEIGHTS, PATCHES
 const NURBS: &[Key] = &[
     NURBS_FILE,
     FILE_SHA256.when(WITH_FILE),
-    Key::new(
-        "units",
-        Kind::Choice(LengthUnit::CHOICES),
-        "",
-        Need::Optional("must be given for files of G+Smo and MFEM"),
-        "Unit of length of a file of G+Smo or MFEM, which do not say it.",
-    )
-    .when(WITH_FILE),
+    Key::new("units", Kind::Choice(LengthUnit::CHOICES))
+        .otherwise("must be given for files of G+Smo and MFEM")
+        .doc("Unit of length of a file of G+Smo or MFEM, which do not say it.")
+        .when(WITH_FILE),
     DEGREES.when(SINGLE),
     KNOTS.when(SINGLE),
     CONTROL_POINTS.when(SINGLE),
     WEIGHTS.when(SINGLE),
     PATCHES.when(INLINE),
-    Key::new(
-        "faces",
-        Kind::NameLists,
-        "",
-        Need::Default("{}"),
-        "Names for parts of the surface, each a list of faces: `bore = [\"0:xi-\", \"1:xi-\"]`. A body of one patch has the faces `xi-` to \
-         `zeta+`, one of several `0:xi-`, `0:xi+`, … of each patch and `surface`, which is all of them.",
-    ),
+    Key::new("faces", Kind::NameLists)
+        .default("{}")
+        .doc("Names for parts of the surface, each a list of faces: `bore = [\"0:xi-\", \"1:xi-\"]`. A body of one patch has the faces `xi-` to \
+         `zeta+`, one of several `0:xi-`, `0:xi+`, … of each patch and `surface`, which is all of them."),
 ];
 /// The net is in a file.
 const WITH_FILE: &[Condition] = &[Condition::new("beside \"file\"", Test::With("file"))];
@@ -177,13 +139,7 @@ name_variants!(ShapeName {
         keys &[RADIUS, NET];
     Ellipsoid: "ellipsoid", "Ellipsoid about the origin; an axisymmetric one is half an ellipse, with the first two semi-axes alike.",
         elsewhere ["spheroid"],
-        keys &[Key::new(
-            "semi_axes",
-            Kind::Vector(3, LENGTH),
-            "m",
-            Need::Required,
-            "Semi-axes along x, y and z.",
-        )];
+        keys &[Key::measured("semi_axes", Kind::Vector(3, LENGTH), "m").doc("Semi-axes along x, y and z.")];
     Rod: "rod", "Rod along z with flat ends, from z = 0.",
         keys &[RADIUS, ROD_LENGTH];
     RodSphericalEnd: "rod-spherical-end", "Rod along z with a hemispherical lower end, whose pole is the origin.",
@@ -200,20 +156,15 @@ name_variants!(ShapeName {
             INNER_RADIUS,
             OUTER_RADIUS,
             ROD_LENGTH,
-            Key::angle(
-                "angle",
-                Kind::Number(TURN),
-                "rad",
-                Need::Required,
-                "Angle from the face `first` to the face `last`.",
-            ),
+            Key::angle("angle", Kind::Number(TURN), "rad")
+                .doc("Angle from the face `first` to the face `last`."),
         ];
     Cone: "cone", "Truncated cone along z, from z = 0. Regular throughout, so that its jacket can be touched anywhere; of a pointed one give the \
               radius of its tip.",
         elsewhere ["truncated-cone", "frustum", "conical"],
         keys &[
-            Key::new("radius", Kind::Number(LENGTH), "m", Need::Required, "Radius at z = 0."),
-            Key::new("end_radius", Kind::Number(LENGTH), "m", Need::Required, "Radius at z = `length`."),
+            Key::measured("radius", Kind::Number(LENGTH), "m").doc("Radius at z = 0."),
+            Key::measured("end_radius", Kind::Number(LENGTH), "m").doc("Radius at z = `length`."),
             ROD_LENGTH,
         ];
     Capsule: "capsule", "Cylinder with hemispheres on both ends along z, from z = 0. Longer than twice its radius.",
@@ -225,89 +176,46 @@ name_variants!(ShapeName {
         keys &[
             RADIUS,
             ROD_LENGTH,
-            Key::new(
-                "crown_radius",
-                Kind::Number(LENGTH),
-                "m",
-                Need::Optional("the face is flat"),
-                "Radius of the sphere that the face is part of, not below `radius`; with a fillet above it.",
-            ),
-            Key::new(
-                "fillet_radius",
-                Kind::Number(LENGTH),
-                "m",
-                Need::Optional("there is an edge"),
-                "Radius of the fillet between face and jacket, below `radius`.",
-            ),
+            Key::measured("crown_radius", Kind::Number(LENGTH), "m")
+                .otherwise("the face is flat")
+                .doc("Radius of the sphere that the face is part of, not below `radius`; with a fillet above it."),
+            Key::measured("fillet_radius", Kind::Number(LENGTH), "m")
+                .otherwise("there is an edge")
+                .doc("Radius of the fillet between face and jacket, below `radius`."),
         ];
     Torus: "torus", "Torus about the z axis and the origin.",
         elsewhere ["donut", "doughnut", "o-ring"],
         keys &[
-            Key::new(
-                "radius",
-                Kind::Number(LENGTH),
-                "m",
-                Need::Required,
-                "Radius of the circle on which the middles of the sections lie.",
-            ),
-            Key::new(
-                "tube_radius",
-                Kind::Number(LENGTH),
-                "m",
-                Need::Required,
-                "Radius of the sections, below `radius`.",
-            ),
+            Key::measured("radius", Kind::Number(LENGTH), "m")
+                .doc("Radius of the circle on which the middles of the sections lie."),
+            Key::measured("tube_radius", Kind::Number(LENGTH), "m")
+                .doc("Radius of the sections, below `radius`."),
         ];
     RoundedBox: "rounded-box", "Cuboid about the origin with rounded edges and corners, of degree 4.",
         elsewhere ["filleted-box", "rounded-cuboid"],
         keys &[
-            Key::new(
-                "size",
-                Kind::Vector(3, LENGTH),
-                "m",
-                Need::Required,
-                "Sizes along x, y and z over all.",
-            ),
-            Key::new(
-                "fillet_radius",
-                Kind::Number(LENGTH),
-                "m",
-                Need::Required,
-                "Radius of edges and corners, below half of each size.",
-            ),
+            Key::measured("size", Kind::Vector(3, LENGTH), "m").doc("Sizes along x, y and z over all."),
+            Key::measured("fillet_radius", Kind::Number(LENGTH), "m")
+                .doc("Radius of edges and corners, below half of each size."),
         ];
     PlateWithHole: "plate-with-hole", "Rectangular plate about the origin in the x-y plane with a round hole in its middle.",
         elsewhere ["perforated-plate", "holed-plate", "plate-hole"],
         keys &[
-            Key::new("size", Kind::Vector(2, LENGTH), "m", Need::Required, "Sizes along x and y."),
-            Key::new(
-                "hole_radius",
-                Kind::Number(LENGTH),
-                "m",
-                Need::Required,
-                "Radius of the hole, below half of both sizes.",
-            ),
-            Key::new(
-                "thickness",
-                Kind::Number(LENGTH),
-                "m",
-                Need::Optional("must be given for solid and spatial rigid bodies"),
-                "Thickness along z.",
-            )
-            .when(&[SPATIAL.remark("a plane body has its own key \"thickness\"")]),
+            Key::measured("size", Kind::Vector(2, LENGTH), "m").doc("Sizes along x and y."),
+            Key::measured("hole_radius", Kind::Number(LENGTH), "m")
+                .doc("Radius of the hole, below half of both sizes."),
+            Key::measured("thickness", Kind::Number(LENGTH), "m")
+                .otherwise("must be given for solid and spatial rigid bodies")
+                .doc("Thickness along z.")
+                .when(&[SPATIAL.remark("a plane body has its own key \"thickness\"")]),
         ];
     LBeam: "l-beam", "Beam along z, from z = 0, with the section of an L: a flange along x and a web along y, whose outer edge is the z axis.",
         elsewhere ["angle-profile", "l-profile", "l-section"],
         keys &[
             WIDTH,
             HEIGHT,
-            Key::new(
-                "thickness",
-                Kind::Number(LENGTH),
-                "m",
-                Need::Required,
-                "Thickness of both, below `width` and `height`.",
-            ),
+            Key::measured("thickness", Kind::Number(LENGTH), "m")
+                .doc("Thickness of both, below `width` and `height`."),
             ROD_LENGTH,
         ];
     TBeam: "t-beam", "Beam along z, from z = 0, with the section of a T: a flange along x, whose upper face is y = 0, and a web under its middle.",
@@ -315,20 +223,10 @@ name_variants!(ShapeName {
         keys &[
             WIDTH,
             HEIGHT,
-            Key::new(
-                "flange_thickness",
-                Kind::Number(LENGTH),
-                "m",
-                Need::Required,
-                "Thickness of the flange, below `height`.",
-            ),
-            Key::new(
-                "web_thickness",
-                Kind::Number(LENGTH),
-                "m",
-                Need::Required,
-                "Thickness of the web, below `width`.",
-            ),
+            Key::measured("flange_thickness", Kind::Number(LENGTH), "m")
+                .doc("Thickness of the flange, below `height`."),
+            Key::measured("web_thickness", Kind::Number(LENGTH), "m")
+                .doc("Thickness of the web, below `width`."),
             ROD_LENGTH,
         ];
     GearTooth: "gear-tooth", "Tooth of a spur gear about the z axis, symmetric about the x axis, with the sector of the rim under it. Its flanks follow involutes to a \
@@ -337,10 +235,10 @@ name_variants!(ShapeName {
         keys GEAR_TOOTH;
     Box: "box", "Cuboid about the origin; of plane models \"rectangle\".",
         elsewhere ["beam", "bar", "cuboid", "block", "brick", "plate", "beam3d", "prism"],
-        keys &[Key::new("size", Kind::Vector(3, LENGTH), "m", Need::Required, "Edges along x, y and z.")];
+        keys &[Key::measured("size", Kind::Vector(3, LENGTH), "m").doc("Edges along x, y and z.")];
     Rectangle: "rectangle", "Rectangle about the origin.",
         elsewhere ["strip", "quad", "square", "beam2d"],
-        keys &[Key::new("size", Kind::Vector(2, LENGTH), "m", Need::Required, "Edges along x and y.")];
+        keys &[Key::measured("size", Kind::Vector(2, LENGTH), "m").doc("Edges along x and y.")];
     Disc: "disc", "Disc about the origin.",
         elsewhere ["disk", "circle"],
         keys &[RADIUS];

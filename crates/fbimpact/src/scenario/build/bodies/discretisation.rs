@@ -53,9 +53,11 @@ pub fn discretisation(
     let (shape, _) = places?.shape()?;
     for key in ["knots", "refine"] {
         if shape.patches.len() > 1 && section.given(key) {
-            let message = "is for shapes of one patch, give several more \"elements\"".into();
-            checker.fault_in(section, key, message);
-            return None;
+            return checker.refuse(
+                section,
+                key,
+                "is for shapes of one patch, give several more \"elements\"",
+            );
         }
     }
     // Elements are those of a patch as it was given.
@@ -84,21 +86,18 @@ fn knots(
     let lists = section.lists("knots")?;
     if lists.len() != directions {
         let message = format!("{} lists, the model has {directions} directions", lists.len());
-        checker.fault_in(section, "knots", message);
-        return None;
+        return checker.refuse(section, "knots", message);
     }
     for (i, list) in lists.iter().enumerate() {
         if let Some(pair) = list.windows(2).find(|w| w[0] > w[1]) {
             let message = format!("knots of direction {i} fall from {} to {}", pair[0], pair[1]);
-            checker.fault_in(section, "knots", message);
-            return None;
+            return checker.refuse(section, "knots", message);
         }
         let p = degree?[i];
         let same = |w: &&[f64]| w[0].total_cmp(&w[p]).is_eq();
         if let Some(run) = list.windows(p + 1).find(same) {
             let message = format!("knot {} of direction {i} stands more than {p} times, its degree", run[0]);
-            checker.fault_in(section, "knots", message);
-            return None;
+            return checker.refuse(section, "knots", message);
         }
     }
     Some(lists.to_vec())

@@ -60,7 +60,7 @@ fn is_missing(checker: &mut Checker, section: &Section, model: BodyModel, key: &
     if is_missing {
         let message =
             format!("required key is missing: solid and spatial rigid bodies of this shape have a {key}");
-        checker.fault(&section.origin, section.path_of(key), None, message);
+        checker.fault_in(section, key, message);
     }
     is_missing
 }

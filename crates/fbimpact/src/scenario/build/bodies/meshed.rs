@@ -26,7 +26,7 @@ pub fn meshed(
 ) -> Option<(BodyKind, MovingFacts)> {
     if section.item("units").is_none() {
         let message = "required key is missing: the unit of length of the mesh, which its file does not say";
-        checker.fault(&section.origin, section.path_of("units"), None, message.into());
+        checker.fault_in(section, "units", message);
     }
     let frame = frame(checker, context, section, name);
     let damping = damping(checker, section);
@@ -81,14 +81,11 @@ fn materials(
         return None;
     }
     if own.is_none() && list.is_empty() {
-        let message = "required key is missing: the name of a material".into();
-        checker.fault(&section.origin, section.path_of("material"), None, message);
-        return None;
+        return checker.refuse(section, "material", "required key is missing: the name of a material");
     }
     let by_name: Vec<_> = groups.iter().map(|(name, _)| name.as_str()).collect();
     if let Err(fault) = mesh.by_group(&by_name, own.is_some()) {
-        checker.fault_in(section, "groups", fault.to_string());
-        return None;
+        return checker.refuse(section, "groups", fault.to_string());
     }
     Some((own, groups))
 }
@@ -100,7 +97,6 @@ fn check_modes(checker: &mut Checker, section: &Section, basis: &Basis, mesh: &M
         && basis.spec.modes().is_some_and(|modes| modes > most)
         && let Some(table) = section.table("reduction")
     {
-        let message = format!("must be at most {most}, the elastic modes of the mesh");
-        checker.fault_in(table, "modes", message);
+        checker.fault_in(table, "modes", format!("must be at most {most}, the elastic modes of the mesh"));
     }
 }

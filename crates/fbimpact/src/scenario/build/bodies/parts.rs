@@ -53,7 +53,7 @@ pub fn frame(
     }
     let message = "required key is missing: the tangent frame of a body without joint needs \"frame_marker\" \
                    or \"frame_point\"";
-    checker.fault(&section.origin, section.path_of("frame_marker"), None, message.into());
+    checker.fault_in(section, "frame_marker", message);
     None
 }
 
@@ -83,11 +83,7 @@ pub fn damping(checker: &mut Checker, section: &Section) -> Option<DampingSpec> 
     if table.item("loss_factor").is_some() {
         return Some(DampingSpec::Structural(table.number("loss_factor")?));
     }
-    if table.item("frequencies").is_none() {
-        let message = "required key is missing: \"modal\", \"frequencies\" or \"loss_factor\"".into();
-        checker.fault(&table.origin, table.path_of("frequencies"), None, message);
-        return None;
-    }
+    checker.require(table, "frequencies", "\"modal\", \"frequencies\" or \"loss_factor\"")?;
     let frequencies = table.vector::<2>("frequencies")?;
     Some(DampingSpec::Rayleigh { frequencies, ratio: table.number("ratio")? })
 }
@@ -107,11 +103,7 @@ pub fn elastic_model(section: &Section, model: BodyModel) -> Option<Model> {
 
 /// The material of a body that needs one.
 pub fn material(checker: &mut Checker, root: &Section, section: &Section) -> Option<Material> {
-    if section.item("material").is_none() {
-        let message = "required key is missing: the name of a material".into();
-        checker.fault(&section.origin, section.path_of("material"), None, message);
-        return None;
-    }
+    checker.require(section, "material", "the name of a material")?;
     named_material(checker, root, section)
 }
 
@@ -170,10 +162,10 @@ fn constants(root: &Section, section: &Section) -> Option<[f64; 3]> {
 pub fn stiffening(checker: &mut Checker, section: &Section, frame: Option<&GivenFrame>) -> Option<bool> {
     let is_stiffened = section.boolean("geometric_stiffening")?;
     if is_stiffened && frame == Some(&GivenFrame::Buckens) {
-        checker.fault_in(section, "geometric_stiffening", "needs frame = \"tangent\"".into());
+        checker.fault_in(section, "geometric_stiffening", "needs frame = \"tangent\"");
     }
     if is_stiffened && section.choice("model") == Some(BodyModel::Axisymmetric) {
-        let message = "has no meaning for model \"axisymmetric\", which does not turn".into();
+        let message = "has no meaning for model \"axisymmetric\", which does not turn";
         checker.fault_in(section, "geometric_stiffening", message);
     }
     Some(is_stiffened)

@@ -73,8 +73,7 @@ fn plane(
     let n = Vector3::from(section.vector::<3>("normal")?);
     // The square of anything shorter than this would underflow.
     if n.norm() < 1e-150 {
-        checker.fault_in(section, "normal", "must not be the zero vector".into());
-        return None;
+        return checker.refuse(section, "normal", "must not be the zero vector");
     }
     Some(Rigid::Plane(n.normalize()))
 }
@@ -113,10 +112,8 @@ fn matrix(rows: &[[f64; 3]; 3], factor: f64) -> Matrix3<f64> {
 
 fn given(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Option<RigidSpec> {
     if section.item("mass").is_none() {
-        let message =
-            "required key is missing: \"geometry\" and \"material\", or \"mass\" and \"inertia\"".into();
-        checker.fault(&section.origin, section.path_of("geometry"), None, message);
-        return None;
+        let message = "required key is missing: \"geometry\" and \"material\", or \"mass\" and \"inertia\"";
+        return checker.refuse(section, "geometry", message);
     }
     let centre = section.optional("centre_of_mass", Section::vector).ok()?.unwrap_or([0.0; 3]);
     let inertia = inertia(checker, section, motion);
@@ -134,9 +131,8 @@ fn inertia(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Opt
     let rows: [[f64; 3]; 3] = match section.item("inertia").map(|i| &i.value) {
         None if motion == RigidMotion::Axial => return Some(Matrix3::zeros()),
         None => {
-            let message = "required key is missing: 3 moments or 3 rows of 3 numbers".into();
-            checker.fault(&section.origin, section.path_of("inertia"), None, message);
-            return None;
+            let message = "required key is missing: 3 moments or 3 rows of 3 numbers";
+            return checker.refuse(section, "inertia", message);
         }
         Some(Checked::Numbers(d)) => {
             let d: [f64; 3] = d.as_slice().try_into().ok()?;
@@ -152,8 +148,7 @@ fn inertia(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Opt
     let matrix = Matrix3::from_fn(|i, j| rows[i][j]);
     let size = matrix.norm();
     if (matrix - matrix.transpose()).norm() > ROUND_OFF * size {
-        checker.fault_in(section, "inertia", "must be symmetric".into());
-        return None;
+        return checker.refuse(section, "inertia", "must be symmetric");
     }
     let symmetric = (matrix + matrix.transpose()) * 0.5;
     let second_moment = Matrix3::identity() * (0.5 * symmetric.trace()) - symmetric;
@@ -163,12 +158,10 @@ fn inertia(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Opt
             "no distribution of mass has this inertia: a principal moment exceeds the sum of the others by {:.3e} kg m²",
             -2.0 * smallest
         );
-        checker.fault_in(section, "inertia", message);
-        return None;
+        return checker.refuse(section, "inertia", message);
     }
     if symmetric.diagonal().min() < 0.0 {
-        checker.fault_in(section, "inertia", "moments of inertia must be >= 0".into());
-        return None;
+        return checker.refuse(section, "inertia", "moments of inertia must be >= 0");
     }
     Some(symmetric)
 }

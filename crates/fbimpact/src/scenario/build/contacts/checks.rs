@@ -40,7 +40,7 @@ pub fn check_hertz(checker: &mut Checker, root: &Section, section: &Section) {
             None
         };
         if let Some(message) = fault {
-            checker.fault_in(section, key, message.into());
+            checker.fault_in(section, key, message);
         }
     }
     let (Some(contact), Some(target)) = (contact, target) else { return };
@@ -50,7 +50,7 @@ pub fn check_hertz(checker: &mut Checker, root: &Section, section: &Section) {
         checker.fault_in(section, "target_body", message);
     }
     if contact.motion() == RigidMotion::Axial && section.number("friction").is_some_and(|f| f > 0.0) {
-        let message = "has no effect with model \"hertz\" between bodies that move along one axis".into();
+        let message = "has no effect with model \"hertz\" between bodies that move along one axis";
         checker.fault_in(section, "friction", message);
     }
     check_normal(checker, &contact, &target);
@@ -65,7 +65,7 @@ pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
     for (key, body) in [("contact_body", contact), ("target_body", target)] {
         if body.is_some_and(|b| b.file.is_some()) {
             let message = "must be a body with a shape, one from a file has no surface to touch";
-            checker.fault_in(section, key, message.into());
+            checker.fault_in(section, key, message);
             is_imported = true;
         }
     }
@@ -78,7 +78,7 @@ pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
     for (key, body) in [("contact_body", contact), ("target_body", target)] {
         if body.is_some_and(|body| body.is_rigid && body.shape.is_none()) {
             let message = "has no surface to touch, for it has a mass but no shape; give it \"geometry\" and \"material\" in their place";
-            checker.fault_in(section, key, message.into());
+            checker.fault_in(section, key, message);
         }
     }
     let method = contact.and_then(|b| b.section.table("reduction")?.choice::<ReductionMethod>("method"));
@@ -116,19 +116,18 @@ pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
 /// Reports what a rigid contact body does not go with: flexible targets, models with zones.
 fn check_rigid(checker: &mut Checker, section: &Section, [contact, target]: [Option<&BodyFacts<'_>>; 2]) {
     if contact.is_some_and(BodyFacts::is_plane) {
-        let message = "must be a body, exchange contact_body and target_body".into();
-        checker.fault_in(section, "contact_body", message);
+        checker.fault_in(section, "contact_body", "must be a body, exchange contact_body and target_body");
         return;
     }
     if target.is_some_and(|body| !body.is_rigid) {
         let message = "must be a flexible body where the target is one, for its points yield; exchange contact_body and target_body";
-        checker.fault_in(section, "contact_body", message.into());
+        checker.fault_in(section, "contact_body", message);
         return;
     }
     if section.choice("model").is_none_or(|model: ContactModel| model.is(Treatment::has_fine_zone)) {
         let message = "must be \"coarse\" between rigid bodies (contact points all over the contact body, on springs: flat faces, edges, \
                        corners) or \"hertz\" (smooth faces that are curved against each other)";
-        checker.fault_in(section, "model", message.into());
+        checker.fault_in(section, "model", message);
     }
 }
 
@@ -194,7 +193,7 @@ fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts) 
         checker.fault_in(section, "solver", message);
     }
     if is_broyden && section.number("friction").is_some_and(|f| f > 0.0) {
-        let message = "must be \"active-set\" with friction, Algorithm 1 knows normal forces alone".into();
+        let message = "must be \"active-set\" with friction, Algorithm 1 knows normal forces alone";
         checker.fault_in(section, "solver", message);
     }
     if !facts.is_exact {
@@ -202,25 +201,24 @@ fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts) 
     }
     let law = if facts.model.is_massless() { "model \"massless\"" } else { "constraint \"exact\"" };
     if !has_state {
-        let message = "must be \"adaptive\" or \"quasistatic\" with constraint \"exact\"".into();
+        let message = "must be \"adaptive\" or \"quasistatic\" with constraint \"exact\"";
         checker.fault_in(section, "model", message);
     }
     if facts.has_mesh && facts.model.is_massless() {
         let message = "must be \"quasistatic\" or another model with a penalty factor where a body is a mesh: corners of its sides have no \
                        area of their own, so that contact is watched at more points than the boundary has unknowns";
-        checker.fault_in(section, "model", message.into());
+        checker.fault_in(section, "model", message);
         return;
     }
     if facts.has_mesh {
         let message = "must be \"penalty\" where a body is a mesh: corners of its sides have no area of their own, so that \
                        contact is watched at more points than the constraint has unknowns for";
-        checker.fault_in(section, "constraint", message.into());
+        checker.fault_in(section, "constraint", message);
         return;
     }
     for (key, needed) in [("points", "greville"), ("solver", "active-set")] {
         if section.text(key).is_some_and(|value| value != needed) {
-            let message = format!("must be \"{needed}\" with {law}");
-            checker.fault_in(section, key, message);
+            checker.fault_in(section, key, format!("must be \"{needed}\" with {law}"));
         }
     }
 }
@@ -234,12 +232,10 @@ fn check_transfer(checker: &mut Checker, section: &Section, facts: &ContactFacts
         );
         checker.fault_in(section, "modes", message);
     } else if has_own && facts.has_mesh {
-        let message = "must be \"prolonged\" with a body that is a mesh".into();
-        checker.fault_in(section, "modes", message);
+        checker.fault_in(section, "modes", "must be \"prolonged\" with a body that is a mesh");
     }
     if section.choice("transfer") == Some(TransferMethod::Printed) && !has_own {
-        let message = "\"printed\" has a meaning with modes = \"own\" only".into();
-        checker.fault_in(section, "transfer", message);
+        checker.fault_in(section, "transfer", "\"printed\" has a meaning with modes = \"own\" only");
     }
 }
 
@@ -258,13 +254,13 @@ fn check_penalty(checker: &mut Checker, section: &Section, penalty: &Section, fa
         checker.fault_in(penalty, "search", message);
     }
     if facts.is_exact {
-        let message = "has no meaning with constraint \"exact\", which has no penalty factor".into();
+        let message = "has no meaning with constraint \"exact\", which has no penalty factor";
         checker.fault_in(penalty, "search", message);
     }
     if facts.search == Some(Search::UntilError) && section.choice("solver") == Some(Solver::ActiveSet) {
         let message =
             "must not be \"until-error\", for the active-set solver never fails; choose solver = \"broyden\"";
-        checker.fault_in(penalty, "search", message.into());
+        checker.fault_in(penalty, "search", message);
     }
 }
 
@@ -274,11 +270,10 @@ fn check_interval(checker: &mut Checker, interval: &Section, facts: &ContactFact
         && !facts.is_refined()
         && facts.model.is(Treatment::has_fine_zone)
     {
-        checker.fault_in(interval, "elements", "needs \"width\" beside it".into());
+        checker.fault_in(interval, "elements", "needs \"width\" beside it");
     }
     if facts.has_mesh && interval.choice("division") == Some(DivisionRule::Printed) {
-        let message =
-            "\"printed\" is for bodies of splines, elements of a mesh are halved; leave it out".into();
+        let message = "\"printed\" is for bodies of splines, elements of a mesh are halved; leave it out";
         checker.fault_in(interval, "division", message);
     }
 }

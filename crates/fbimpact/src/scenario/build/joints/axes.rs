@@ -22,8 +22,7 @@ pub fn axes(checker: &mut Checker, section: &Section, kind: JointKind) -> Option
             if section.item("axis").is_none() =>
         {
             if section.item("reference").is_some() {
-                checker.fault_in(section, "reference", "needs \"axis\" beside it".into());
-                return None;
+                return checker.refuse(section, "reference", "needs \"axis\" beside it");
             }
             Some(UnitQuaternion::identity())
         }
@@ -40,15 +39,10 @@ pub fn axes(checker: &mut Checker, section: &Section, kind: JointKind) -> Option
 
 /// The unit vector of key `key`, which must be given.
 fn direction(checker: &mut Checker, section: &Section, key: &str) -> Option<Vector3<f64>> {
-    if section.item(key).is_none() {
-        let message = "required key is missing: 3 components of a vector".into();
-        checker.fault(&section.origin, section.path_of(key), None, message);
-        return None;
-    }
+    checker.require(section, key, "3 components of a vector")?;
     let vector = Vector3::from(section.vector::<3>(key)?);
     if vector.norm() < SHORTEST {
-        checker.fault_in(section, key, "must not be the zero vector".into());
-        return None;
+        return checker.refuse(section, key, "must not be the zero vector");
     }
     Some(vector.normalize())
 }
@@ -66,8 +60,7 @@ fn universal(checker: &mut Checker, section: &Section) -> Option<UnitQuaternion<
     if cosine.abs() > ALIGNMENT {
         let degrees = cosine.clamp(-1.0, 1.0).acos().to_degrees();
         let message = format!("must be perpendicular to \"axis\", the angle between them is {degrees:.6}°");
-        checker.fault_in(section, "second_axis", message);
-        return None;
+        return checker.refuse(section, "second_axis", message);
     }
     let second = (second - first * cosine).normalize();
     Some(rotation(first, second))
@@ -85,8 +78,7 @@ fn about_axis(checker: &mut Checker, section: &Section) -> Option<UnitQuaternion
     };
     let across = reference - z * z.dot(&reference);
     if across.norm() < ALIGNMENT {
-        checker.fault_in(section, "reference", "must not be parallel to \"axis\"".into());
-        return None;
+        return checker.refuse(section, "reference", "must not be parallel to \"axis\"");
     }
     let x = across.normalize();
     Some(rotation(x, z.cross(&x)))
@@ -111,8 +103,7 @@ pub fn check_models(
             motion_in_words(parent),
             motion_in_words(child)
         );
-        checker.fault_in(side, "body", message);
-        return None;
+        return checker.refuse(side, "body", message);
     }
     let kinds: &[JointKind] = match child {
         RigidMotion::Axial => &[JointKind::Fixed, JointKind::Axial],
@@ -126,8 +117,7 @@ pub fn check_models(
     if !kinds.contains(&kind) && !matches!(kind, JointKind::Generic(_)) {
         let known: Vec<String> = kinds.iter().map(|k| format!("\"{}\"", k.name())).collect();
         let message = format!("does not go with bodies that are {child}, choose {}", known.join(" or "));
-        checker.fault_in(section, "type", message);
-        return None;
+        return checker.refuse(section, "type", message);
     }
     let cosine = (axes * Vector3::z()).z;
     let (fits, words) = match kind {
@@ -136,8 +126,7 @@ pub fn check_models(
         _ => (cosine.abs() > 1.0 - ALIGNMENT, "along z"),
     };
     if !fits {
-        checker.fault_in(section, "axis", format!("must be {words} for bodies that are {child}"));
-        return None;
+        return checker.refuse(section, "axis", format!("must be {words} for bodies that are {child}"));
     }
     Some(())
 }

@@ -97,8 +97,7 @@ fn values(
         let given = section.numbers(list)?;
         if given.len() != n {
             let message = format!("{} entries, a {} joint has {n} coordinates", given.len(), kind.name());
-            checker.fault_in(section, list, message);
-            return None;
+            return checker.refuse(section, list, message);
         }
         check_units(checker, section, list, kind, 0)?;
         values = given.to_vec();
@@ -127,8 +126,7 @@ fn friction(checker: &mut Checker, section: &Section, kind: JointKind) -> Option
         for (key, values) in [("friction", &forces), ("friction_velocity", &velocities)] {
             if values[w..].iter().any(|f| f.to_bits() != values[w].to_bits()) {
                 let message = format!("must be alike about the three axes of a {} joint", kind.name());
-                checker.fault_in(section, key, message);
-                return None;
+                return checker.refuse(section, key, message);
             }
         }
     }
@@ -144,8 +142,7 @@ fn bearing(checker: &mut Checker, table: &Section, kind: JointKind) -> Option<Be
     let turns = matches!(kind, JointKind::Revolute | JointKind::Cylindrical | JointKind::Spherical);
     if table.item("radius").is_none() && turns {
         let message = format!("required key is missing: the radius at which a {} joint slides", kind.name());
-        checker.fault(&table.origin, table.path_of("radius"), None, message);
-        return None;
+        return checker.refuse(table, "radius", message);
     }
     Some(Bearing {
         coefficient: table.number("friction")?,
@@ -180,12 +177,10 @@ fn stops(
         let k = coordinate_number(checker, entry, kind)?;
         if kind.quaternion().is_some_and(|w| k >= w) {
             let message = format!("the rotation of a {} joint has no stops, it has no angles", kind.name());
-            checker.fault_in(entry, "coordinate", message);
-            return None;
+            return checker.refuse(entry, "coordinate", message);
         }
         if stops[k].is_some() {
-            checker.fault_in(entry, "coordinate", format!("coordinate {k} has a \"stop\" already"));
-            return None;
+            return checker.refuse(entry, "coordinate", format!("coordinate {k} has a \"stop\" already"));
         }
         take(checker, entry, k, &mut stops);
     }
@@ -208,14 +203,12 @@ fn stop(
     };
     let (lower, upper) = (end("lower", f64::NEG_INFINITY)?, end("upper", f64::INFINITY)?);
     if lower.is_infinite() && upper.is_infinite() {
-        let message = "required key is missing: a stop has a \"lower\" or an \"upper\" end".into();
-        checker.fault(&section.origin, section.path_of("upper"), None, message);
-        return None;
+        let message = "required key is missing: a stop has a \"lower\" or an \"upper\" end";
+        return checker.refuse(section, "upper", message);
     }
     if lower >= upper {
         let lower = section.item("lower").map_or_else(String::new, |item| item.shown.clone());
-        checker.fault_in(section, "upper", format!("must be > lower = {lower}"));
-        return None;
+        return checker.refuse(section, "upper", format!("must be > lower = {lower}"));
     }
     let allowed = section.number("initial_overlap")?;
     if let Some(x) = position {
@@ -226,8 +219,7 @@ fn stop(
                 "ends the travel, and the joint begins at {x}, {beyond:e} beyond it: it would be thrown back; begin within the travel, \
                  move its end, or allow so much with \"initial_overlap\", as for a body that rests on its stop"
             );
-            checker.fault_in(section, key, message);
-            return None;
+            return checker.refuse(section, key, message);
         }
     }
     Some(Stop { lower, upper, stiffness: section.number("stiffness")?, damping: section.number("damping")? })
@@ -238,8 +230,7 @@ fn coordinate_number(checker: &mut Checker, entry: &Section, kind: JointKind) ->
     let (k, n) = (entry.integer("coordinate")?, kind.n_velocities());
     if k >= n {
         let message = format!("must be < {n}, the coordinates of a {} joint", kind.name());
-        checker.fault_in(entry, "coordinate", message);
-        return None;
+        return checker.refuse(entry, "coordinate", message);
     }
     Some(k)
 }
@@ -323,13 +314,11 @@ fn check_rotation(
     let Some(w) = kind.quaternion() else { return Some(()) };
     if stiffness[w..].iter().any(|s| s.to_bits() != stiffness[w].to_bits()) {
         let message = format!("the springs about the three axes of a {} joint must be alike", kind.name());
-        checker.fault_in(section, "stiffness", message);
-        return None;
+        return checker.refuse(section, "stiffness", message);
     }
     if rest[w..].iter().any(|r| *r != 0.0) {
         let message = format!("springs about the three axes of a {} joint are relaxed at 0", kind.name());
-        checker.fault_in(section, "rest", message);
-        return None;
+        return checker.refuse(section, "rest", message);
     }
     Some(())
 }
@@ -348,14 +337,11 @@ fn check_prescribed(
     let key = if section.given("motion") { "motion" } else { "motions" };
     if kind.quaternion().is_some() {
         let message = format!("the motion of a {} joint cannot be prescribed", kind.name());
-        checker.fault_in(section, key, message);
-        return None;
+        return checker.refuse(section, key, message);
     }
     if motions.iter().flatten().any(|motion| matches!(motion, TimeCurve::Piecewise(_))) {
-        let message =
-            "a prescribed motion needs interpolation \"smooth\": with another its velocity jumps".into();
-        checker.fault_in(section, key, message);
-        return None;
+        let message = "a prescribed motion needs interpolation \"smooth\": with another its velocity jumps";
+        return checker.refuse(section, key, message);
     }
     let mut is_sound = true;
     let singles = [("angle", true), ("angular_velocity", true), ("displacement", false), ("velocity", false)];
@@ -412,8 +398,7 @@ fn curves(
         check_curve_units(checker, entry, "curve", kind, k)?;
         let found = curve(checker, entry, "curve").ok()?;
         if curves[k].is_some() {
-            checker.fault_in(entry, "coordinate", format!("coordinate {k} has a \"{single}\" already"));
-            return None;
+            return checker.refuse(entry, "coordinate", format!("coordinate {k} has a \"{single}\" already"));
         }
         curves[k] = found;
     }
