@@ -10,7 +10,6 @@ use thiserror::Error;
 use crate::adaptivity::penalty_search::PenaltyFailure;
 use crate::adaptivity::subdivision::SubdivisionError;
 use crate::record::finding::{BodyQuantity, Components, ContactQuantity, LedgerCause};
-use crate::spec::unsupported::Unsupported;
 
 /// An error of an observer, such as a full disk; ends the run.
 #[derive(Debug, Error)]
@@ -22,40 +21,6 @@ impl ObserverError {
     pub fn new(cause: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
         Self(cause.into())
     }
-}
-
-/// Why bodies do not come to rest in equilibrium.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[non_exhaustive]
-pub enum EquilibriumFault {
-    /// Forces on a body that nothing balances.
-    #[error(
-        "body \"{body}\" is not held: nothing balances {force:.4e} {} it {} {along}; hold it by a joint, a spring or a contact, or give it a \
-         velocity if it is to move",
-        if *turns { "N m on" } else { "N on" },
-        if *turns { "about" } else { "along" }
-    )]
-    NotHeld {
-        /// Name of the body.
-        body: String,
-        /// Whether it turns.
-        turns: bool,
-        /// Direction in the inertial frame, of a turn in the axes of the body.
-        along: Components,
-        /// What is not balanced [N or N m].
-        force: f64,
-    },
-    /// Steps that do not end.
-    #[error(
-        "{residual:.1e} of the forces are left after {steps} steps; begin with a pose nearer to rest, or let bodies and joints come to rest in a \
-         run with damping"
-    )]
-    NotFound {
-        /// Number of steps.
-        steps: usize,
-        /// What is left, as a share of all forces.
-        residual: f64,
-    },
 }
 
 /// Errors of model building and of a run.
@@ -72,7 +37,7 @@ pub enum AdaptiveError {
     },
     /// A start in equilibrium that is none.
     #[error("no static equilibrium: {0}")]
-    Equilibrium(EquilibriumFault),
+    Equilibrium(String),
     /// A body's geometry, mesh or matrices.
     #[error("body \"{body}\": {source}")]
     Geometry {
@@ -127,7 +92,7 @@ pub enum AdaptiveError {
         /// Body, contact or request, with its name.
         subject: String,
         /// What cannot be done, and what can.
-        what: Box<Unsupported>,
+        what: String,
     },
     /// The bodies, joints and loads as a system.
     #[error(transparent)]
@@ -472,13 +437,23 @@ impl AdaptiveError {
     }
 
     /// Something that cannot be done with body `body`.
-    pub(crate) fn unsupported_body(body: &str, what: Unsupported) -> Self {
-        Self::Unsupported { subject: format!("body \"{body}\""), what: Box::new(what) }
+    pub(crate) fn unsupported_body(body: &str, what: String) -> Self {
+        Self::Unsupported { subject: format!("body \"{body}\""), what }
     }
 
     /// Something that cannot be done with contact `contact`.
-    pub(crate) fn unsupported_contact(contact: &str, what: Unsupported) -> Self {
-        Self::Unsupported { subject: format!("contact \"{contact}\""), what: Box::new(what) }
+    pub(crate) fn unsupported_contact(contact: &str, what: String) -> Self {
+        Self::Unsupported { subject: format!("contact \"{contact}\""), what }
+    }
+
+    /// Why a body takes no part in contacts.
+    pub(crate) fn no_surface(body: &str) -> String {
+        format!("body \"{body}\" has no surface to touch; give it a shape")
+    }
+
+    /// Why a place is not known: `holder` has the markers `known`.
+    pub(crate) fn no_marker(holder: &str, marker: &str, known: &str) -> String {
+        format!("the {holder} has no marker \"{marker}\", it has {known}")
     }
 
     /// Whether the error arose while models were built, before any time was simulated.

@@ -25,7 +25,6 @@ use crate::paper::fine_modes::FineModes;
 use crate::record::ZoneSite;
 use crate::record::ZoneSize;
 use crate::spec::LowModes;
-use crate::spec::unsupported::Unsupported;
 use crate::spec::{self, ContactSpec, SurfaceLaw, Target};
 use crate::state::ImpactHistory;
 use crate::state::simulation::ObservedPoint;
@@ -226,7 +225,7 @@ impl AdaptiveContact {
         cache: &ModelCache,
     ) -> Result<Self, AdaptiveError> {
         let surface = |body: usize| {
-            let none = || Unsupported::NoSurface { body: bodies[body].name.clone() };
+            let none = || AdaptiveError::no_surface(&bodies[body].name);
             surfaces[body].clone().ok_or_else(|| AdaptiveError::unsupported_contact(&spec.name, none()))
         };
         let thickness = |body: usize| bodies[body].flexible().and_then(|f| f.body.model().thickness());

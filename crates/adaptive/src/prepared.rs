@@ -7,7 +7,6 @@ use iga_core::space::PatchSpace;
 use crate::body::mesh::part_of;
 use crate::body::zone::at_start::{ZoneRequest, refined_width};
 use crate::error::{AdaptiveError, ContactModelFault};
-use crate::spec::unsupported::Unsupported;
 use crate::spec::{BodyKind, BodySpec, ContactSpec, ElasticSpec, Extent, Place, RunSpec, SurfaceLaw};
 use crate::surface::{self, SurfacePlace};
 use crate::system::start;
@@ -120,14 +119,23 @@ impl<'p> PlannedContact<'p> {
 fn plan(touches: &FirstTouches<'_>, contact: &ContactSpec) -> Result<Plan, AdaptiveError> {
     let spec = touches.spec;
     let Some(law) = contact.law.surface() else {
-        let refused =
-            |what| AdaptiveError::unsupported_contact(&contact.name, Unsupported::NoHertzPoint { what });
+        let refused = |what| {
+            AdaptiveError::unsupported_contact(
+                &contact.name,
+                format!(
+                    "{what}, where Hertz's law needs smooth surfaces that are curved against each other in both directions; choose model = \
+                     \"adaptive\", of rigid bodies \"coarse\""
+                ),
+            )
+        };
         return touches.no_hertz_point(contact).map_or(Ok(Plan::Point), |what| Err(refused(what)));
     };
     check_surfaces(spec, contact, law)?;
     if contact.bodies().all(|body| spec.bodies[body].kind.is_rigid()) {
         if matches!(touches.kind(contact), Some(TouchKind::Smooth | TouchKind::Line)) {
-            return Err(AdaptiveError::unsupported_contact(&contact.name, Unsupported::SmoothByPoints));
+            return Err(AdaptiveError::unsupported_contact(&contact.name, "smooth faces of rigid bodies touch where perhaps no contact point \
+             stands; choose model = \"hertz\", which follows the closest places, or where they touch along a line take one of them as \
+             flexible".into()));
         }
         return find_sites(touches, contact).map(Plan::FromStart);
     }
@@ -199,10 +207,14 @@ fn check_surfaces(spec: &RunSpec, contact: &ContactSpec, law: &SurfaceLaw) -> Re
     let has_elements = |body: usize| spec.bodies[body].kind.has_elements();
     let wants_elements = law.treatment.has_fine_zone() || contact.bodies().any(has_elements);
     if wants_elements && !has_elements(contact.body) {
-        return refused(Unsupported::RigidContactBody { body: spec.bodies[contact.body].name.clone() });
+        return refused(format!(
+            "body \"{}\" is not flexible and carries contact points of model \"coarse\" alone; exchange contact body and target, between \
+             two rigid bodies choose \"coarse\" (flat faces, edges, corners) or \"hertz\" (curved faces)",
+            spec.bodies[contact.body].name
+        ));
     }
     let without = contact.bodies().find(|body| surface::address(&spec.bodies[*body].kind).is_none());
-    without.map_or(Ok(()), |body| refused(Unsupported::NoSurface { body: spec.bodies[body].name.clone() }))
+    without.map_or(Ok(()), |body| refused(AdaptiveError::no_surface(&spec.bodies[body].name)))
 }
 
 /// Checks that the parts of bodies that joints and loads hold, that move like rigid ones or are observed

@@ -12,7 +12,6 @@ pub mod kind;
 pub mod resolution;
 pub mod time_curve;
 pub mod joint;
-pub mod unsupported;
 
 use ffr_dynamics::integration::Method as IntegrationMethod;
 use ffr_dynamics::system::JointKind;

@@ -78,7 +78,7 @@ pub enum ContactError {
     },
     /// A motion in which no distance can be computed.
     #[error("no distance can be found, {0}")]
-    Motion(#[from] MotionFault),
+    Motion(String),
     /// Bodies of different kinds of model.
     #[error("a body of {first:?} model cannot touch one of {second:?} model, use the same model for both")]
     MixedModels {
@@ -148,62 +148,4 @@ pub enum ContactError {
     /// Data do not fit together.
     #[error("contact data do not fit: {0}")]
     Data(#[from] DataError),
-}
-
-/// The reason for which no distance can be computed in a motion.
-#[derive(Debug, Clone, Copy, PartialEq, Error)]
-#[non_exhaustive]
-pub enum MotionFault {
-    /// Elastic coordinates of another model.
-    #[error("elastic coordinates: {found} for a surface of {modes} modes")]
-    ElasticCoordinates {
-        /// Number of coordinates.
-        found: usize,
-        /// Number of modes.
-        modes: usize,
-    },
-    /// A part of the motion that is not finite.
-    #[error("{what}: not finite")]
-    NotFinite {
-        /// "position", "rotation" or "elastic coordinates".
-        what: &'static str,
-    },
-    /// A rotation of a body whose model has none.
-    #[error("rotation: an axial body does not turn")]
-    AxialRotation,
-    /// Bodies of axisymmetric or plane models that share no axis or no plane.
-    #[error("{places} {distance:.3e} m apart, they must share one")]
-    Apart {
-        /// Whose axes or planes.
-        places: &'static str,
-        /// Their distance \[m\].
-        distance: f64,
-    },
-    /// Positions whose squares are no numbers.
-    #[error("positions: they overflow")]
-    Overflow,
-    /// A gap or closing speed that is not finite.
-    #[error("first touch: gap {gap} m, closing speed {speed} m/s at t = {time:.6e} s")]
-    Approach {
-        /// The gap \[m\].
-        gap: f64,
-        /// The closing speed [m/s].
-        speed: f64,
-        /// When \[s\].
-        time: f64,
-    },
-    /// Settings with which no first touch can be looked for.
-    #[error(
-        "settings of the first touch: gap {gap} m and acceleration {acceleration} m/s^2 must be >= 0, time {time} s and shortest step {shortest} s > 0"
-    )]
-    TouchSettings {
-        /// Gap that counts as touch \[m\].
-        gap: f64,
-        /// Bound of the acceleration [m/s²].
-        acceleration: f64,
-        /// Accuracy of the time \[s\].
-        time: f64,
-        /// Shortest step between samples \[s\].
-        shortest: f64,
-    },
 }

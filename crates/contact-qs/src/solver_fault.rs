@@ -4,7 +4,6 @@ use ffr_dynamics::error::{EvaluationFault, FailureKind};
 use thiserror::Error;
 
 use crate::ContactError;
-use crate::error::MotionFault;
 
 /// Why the forces of a contact cannot be found at a state.
 #[derive(Debug, Clone, PartialEq, Error)]
@@ -128,8 +127,8 @@ pub enum SolverFault {
     )]
     BroydenNotFinite,
     /// Bodies of axisymmetric or plane models that share no axis or no plane.
-    #[error(transparent)]
-    Apart(MotionFault),
+    #[error("{0}")]
+    Apart(String),
     /// A body of an axisymmetric or plane model that has left it.
     #[error("{body} body in contact is tilted by {tilt:e} out of its model")]
     Tilted {

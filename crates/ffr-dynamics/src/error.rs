@@ -7,7 +7,6 @@ use faer::sparse::CreationError;
 use thiserror::Error;
 
 use crate::data_error::DataError;
-use crate::joint_fault::{GearFault, JointFault};
 use crate::memory::gigabytes as gb;
 
 /// Errors of reduction, equations of motion and time integration. Texts are fragments that read
@@ -133,7 +132,7 @@ pub enum DynamicsError {
         /// Name of the joint.
         joint: String,
         /// Why.
-        fault: Box<JointFault>,
+        fault: String,
     },
     /// A gear that cannot be.
     #[error("gear \"{gear}\": {fault}")]
@@ -141,7 +140,7 @@ pub enum DynamicsError {
         /// Name of the gear.
         gear: String,
         /// What is wrong with it.
-        fault: Box<GearFault>,
+        fault: String,
     },
     /// A load on ground.
     #[error("load \"{load}\" acts on ground, name a body")]

@@ -7,7 +7,6 @@
 //! SI units, radians. Equation numbers refer to `docs/theory.md`.
 
 pub mod data_error;
-pub mod joint_fault;
 pub mod rotation;
 pub mod memory;
 pub mod error;

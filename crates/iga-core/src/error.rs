@@ -2,8 +2,6 @@
 
 use thiserror::Error;
 
-use crate::spline_fault::{KnotFault, LevelFault};
-
 /// Errors of spline and geometry construction. Texts are fragments that read after "body ...: ".
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
@@ -20,7 +18,7 @@ pub enum SplineError {
     },
     /// The knots do not form a clamped knot vector.
     #[error("knot vector is not valid: {0}")]
-    Knots(#[from] KnotFault),
+    Knots(String),
     /// The control net does not fit the knot vectors.
     #[error("control net has {found} {what}, the knot vectors ask for {expected}")]
     NetSize {
@@ -136,7 +134,7 @@ pub enum SplineError {
     },
     /// Levels of a hierarchical space do not follow from each other.
     #[error("refinement levels do not fit: {0}")]
-    Levels(#[from] LevelFault),
+    Levels(String),
     /// A box of elements cannot be refined.
     #[error("elements {lower:?} up to {upper:?} of refinement level {level} cannot be refined: {reason}")]
     RefinedBox {

@@ -15,7 +15,6 @@
 //!
 //! Equation numbers refer to `docs/theory.md`.
 
-pub mod spline_fault;
 pub mod error;
 pub mod quadrature;
 pub mod splines;

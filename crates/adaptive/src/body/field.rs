@@ -20,9 +20,11 @@ use crate::body::loads::{StaticLoads, load_columns};
 use crate::body::part_motion::PartPoints;
 use crate::error::AdaptiveError;
 use crate::spec::body::rigid_motion;
-use crate::spec::unsupported::{MOST_RIGID_UNKNOWNS, Unsupported};
 use crate::spec::{Area, Place};
 
+/// Unknowns on a rigid part beyond which the block that couples all of them is refused: 1e7
+/// entries.
+const MOST_RIGID_UNKNOWNS: usize = 4500;
 /// Share of the largest weight below which an unknown does not count for a marker: round-off of
 /// basis functions that vanish there.
 const ROUND_OFF: f64 = 1e-12;
@@ -321,7 +323,10 @@ pub trait Field: Send + Sync {
                     .map_err(|source| AdaptiveError::Reduction { body: self.name().to_owned(), source })?;
             let block = block.map_err(|unknowns| {
                 let part = area.extent.name();
-                let what = Unsupported::RigidPart { part, unknowns, most: MOST_RIGID_UNKNOWNS };
+                let what = format!(
+                    "the rigid coupling of {part} holds {unknowns} unknowns, {MOST_RIGID_UNKNOWNS} are possible; choose coupling = \
+                     \"average\" or fewer elements"
+                );
                 AdaptiveError::unsupported_body(self.name(), what)
             })?;
             Ok(block.added_to(&sum))

@@ -22,7 +22,6 @@ use crate::body::zone::at_start::StartZone;
 use crate::body::zone::{ContactZone, WholeRequest};
 use crate::error::AdaptiveError;
 use crate::record::ZoneSite;
-use crate::spec::unsupported::Unsupported;
 use crate::spec::{Area, FlexibleSpec, FrameSpec, IntervalSpec};
 use crate::store::ModelCache;
 use crate::surface::{Surface, SurfacePlace};
@@ -226,7 +225,7 @@ pub trait FieldBody: Field {
         let mut reduced = self.reduce_in_mean_axes(interface, cache)?;
         let FrameSpec::Tangent(place) = frame else {
             if *is_stiffened {
-                let what = Unsupported::StiffeningWithoutTangent;
+                let what = "geometric stiffening needs frame = \"tangent\", whose marker says where the body is held".into();
                 return Err(AdaptiveError::unsupported_body(self.name(), what));
             }
             return Ok(reduced);

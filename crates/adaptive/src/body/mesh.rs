@@ -18,7 +18,6 @@ use crate::body::field::Field;
 use crate::error::AdaptiveError;
 use crate::spec::MeshedSpec;
 use crate::spec::body::{dofs_of, rigid_motion};
-use crate::spec::unsupported::Unsupported;
 use crate::surface::MeshSurface;
 
 /// A body of finite elements before reduction.
@@ -169,7 +168,7 @@ pub fn part_of(mesh: &Mesh, extent: &Extent) -> Result<Vec<ExtentPoint>, MeshFau
 /// [`Field::named_place`] of the same: a mesh has no points with names.
 pub fn no_such_place(field: &dyn Field, mesh: &Mesh, marker: &str) -> AdaptiveError {
     let known = mesh.face_names().collect::<Vec<_>>().join(", ");
-    let what = Unsupported::UnknownMarker { holder: "mesh", marker: marker.to_owned(), known };
+    let what = AdaptiveError::no_marker("mesh", marker, &known);
     AdaptiveError::unsupported_body(field.name(), what)
 }
 

@@ -12,7 +12,6 @@ use crate::error::AdaptiveError;
 use crate::model::{ContactFacts, RunModel};
 use crate::record::finding::Components;
 use crate::record::warning::{Warning, WarningKind};
-use crate::spec::unsupported::Unsupported;
 use crate::state::simulation::normal_motion;
 use crate::system::body::BodyModel;
 use crate::touch::detection::Search;
@@ -238,7 +237,7 @@ fn surfaces(model: &RunModel, i: usize) -> Result<Detector, AdaptiveError> {
     let facts = &model.contacts[i];
     let surface = |body: usize| {
         model.bodies[body].surface()?.ok_or_else(|| {
-            let what = Unsupported::NoSurface { body: model.bodies[body].name.clone() };
+            let what = AdaptiveError::no_surface(&model.bodies[body].name);
             AdaptiveError::unsupported_contact(&facts.name, what)
         })
     };

@@ -24,7 +24,6 @@ use crate::body::zone::{ContactZone, PointsAbout};
 use crate::error::AdaptiveError;
 use crate::paper::fine_modes::FineModes;
 use crate::record::{TargetPlace, ZoneSite};
-use crate::spec::unsupported::Unsupported;
 use crate::spec::{InterfaceModes, LowModes};
 use crate::store::{ModelKey, StoredModel, matrix, matrix_values};
 use crate::surface::ALONG;
@@ -278,7 +277,12 @@ impl AdaptiveContact {
         check_cancel: &mut CancelCheck<'_>,
     ) -> Result<FineSide, AdaptiveError> {
         let (Some(mesh), Some(splines)) = (fine.splines().cloned(), body.body.splines()) else {
-            return Err(AdaptiveError::unsupported_body(body.name(), Unsupported::FineModesOfMesh));
+            return Err(AdaptiveError::unsupported_body(
+                body.name(),
+                "a body of model \"mesh\" has no fine models with modes = \"own\"; \
+             choose modes = \"prolonged\" for its contacts"
+                    .into(),
+            ));
         };
         let coarse = (splines, &body.reduced);
         self.cache.count_fine_model();

@@ -24,7 +24,6 @@ use crate::impact::AdaptiveContact;
 use crate::prepared::{PlannedContact, Prepared};
 use crate::sizing::SizeRequest;
 use crate::sizing::zone::{predicted_line, predicted_zone};
-use crate::spec::unsupported::Unsupported;
 use crate::spec::{
     ContactSpec, FlexibleSpec, InterfaceModes, ReductionSpec, RefinementSpec, SurfaceLaw, Target,
 };
@@ -265,13 +264,21 @@ pub fn interface_modes(run: &Prepared<'_>, index: usize) -> Result<InterfaceMode
     let mut wanted = on_body().filter_map(added_modes);
     let Some(modes) = wanted.next() else { return Ok(InterfaceModes::default()) };
     if let Some(other) = wanted.find(|other| *other != modes) {
-        return unsupported(Unsupported::MixedContacts { models: [modes.name(), other.name()] });
+        return unsupported(format!(
+            "{} and {} contacts on one body cannot be mixed, choose one model",
+            modes.name(),
+            other.name()
+        ));
     }
     if modes.need_bounds() && !matches!(flexible.reduction, ReductionSpec::CraigBampton { .. }) {
-        return unsupported(Unsupported::NoInterfaceModes { model: modes.name() });
+        return unsupported(format!("{} contact needs reduction.method = \"craig-bampton\"", modes.name()));
     }
     if modes != InterfaceModes::Quasistatic && on_body().any(|contact| contact.at_touch().is_some()) {
-        return unsupported(Unsupported::MixedWithRefined { model: modes.name() });
+        return unsupported(format!(
+            "{} contact and one that the program refines cannot be mixed on one body, whose low-frequency modes alone may be dynamic; \
+             choose one model",
+            modes.name()
+        ));
     }
     Ok(modes)
 }
@@ -314,7 +321,7 @@ fn hertz_contact(spec: &ContactSpec, bodies: &[BodyModel]) -> Result<HertzContac
     let fail = |source| AdaptiveError::Contact { contact: spec.name.clone(), source };
     let surface = |body: usize| {
         let none = || {
-            let what = Unsupported::NoSurface { body: bodies[body].name.clone() };
+            let what = AdaptiveError::no_surface(&bodies[body].name);
             AdaptiveError::unsupported_contact(&spec.name, what)
         };
         bodies[body].surface()?.ok_or_else(none)

@@ -12,7 +12,6 @@ use crate::impact::FineBasis;
 use crate::paper::fine_modes::{FineModes, check_fine_modes};
 use crate::prepared::Prepared;
 use crate::spec::LowModes;
-use crate::spec::unsupported::Unsupported;
 use crate::spec::{ContactSpec, RunSpec};
 use crate::system::body::FineState;
 use crate::system::joints;
@@ -32,16 +31,20 @@ pub fn check(run: &Prepared<'_>) -> Result<(), AdaptiveError> {
     for contact in run.contacts().filter(|contact| has_fine_modes(contact.spec)) {
         let refuse = |what| Err(AdaptiveError::unsupported_contact(&contact.spec.name, what));
         if contact.at_touch().is_none() {
-            return refuse(Unsupported::FineModesFromStart);
+            return refuse(
+                "modes = \"own\" is for contacts that the program refines in the run, leave it out".into(),
+            );
         }
         if contact.spec.bodies().any(|index| body(index).kind.meshed().is_some()) {
-            return refuse(Unsupported::FineModesOfMesh);
+            return refuse("a body of model \"mesh\" has no fine models with modes = \"own\"; choose modes = \"prolonged\" for its contacts".into());
         }
         for index in contact.spec.bodies() {
             let mut others = run.contacts().filter(|other| other.at_touch().is_none());
             if let Some(other) = others.find(|other| other.spec.acts_on(index)) {
                 let (body, other) = (body(index).name.clone(), other.spec.name.clone());
-                return refuse(Unsupported::FineModesShared { body, other });
+                return refuse(format!(
+                    "body \"{body}\" takes part in contact \"{other}\" too, which keeps one model for the whole run; choose modes = \"prolonged\""
+                ));
             }
         }
     }

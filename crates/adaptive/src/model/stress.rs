@@ -10,7 +10,6 @@ use crate::impact::yielding::stress_yields;
 use crate::impact::{FineContact, ZoneModel};
 use crate::prepared::Prepared;
 use crate::record::{BareForce, StressState, ZoneLoad};
-use crate::spec::unsupported::Unsupported;
 use crate::spec::{LocalField, StressInstant};
 use crate::state::observer::Observer;
 
@@ -166,7 +165,7 @@ impl RunModel {
             let Some(contact) = contact else {
                 return Err(AdaptiveError::Unsupported {
                     subject: format!("stress in body \"{}\"", body.name()),
-                    what: Box::new(Unsupported::NoFineModels { contact: load.contact }),
+                    what: format!("contact {} has no fine models", load.contact),
                 });
             };
             let zone = contact.zone_model(body, &load.site)?;
@@ -219,8 +218,11 @@ pub fn check(run: &Prepared<'_>) -> Result<(), AdaptiveError> {
                 LocalField::Vibrating => "model \"adaptive\" or \"quasistatic\"",
                 LocalField::Static | LocalField::ModesAlone => continue,
             };
-            let what = Unsupported::StressInZone { contact: contact.name.clone(), remedy };
-            return Err(AdaptiveError::Unsupported { subject, what: Box::new(what) });
+            let what = format!(
+                "contact \"{}\" refines the body during the run in a way that stress is not supported for; choose {remedy} for the contact",
+                contact.name
+            );
+            return Err(AdaptiveError::Unsupported { subject, what });
         }
     }
     Ok(())

@@ -20,7 +20,6 @@ use crate::error::AdaptiveError;
 use crate::paper::transfer::StateTransfer;
 use crate::spec::FrameSpec;
 use crate::spec::TransferMethod;
-use crate::spec::unsupported::Unsupported;
 
 /// Modes of a fine model, on it and on the coarse one.
 pub struct FineModes {
@@ -40,10 +39,11 @@ pub struct FineModes {
 pub fn check_fine_modes(body: &dyn FieldBody, reduced: &ReducedBody) -> Result<(), AdaptiveError> {
     let refuse = |what| Err(AdaptiveError::unsupported_body(body.name(), what));
     if reduced.basis.n_modes() != reduced.basis.n_low {
-        return refuse(Unsupported::FineModesOfInterface);
+        return refuse("it has modes of an interface, fine models with modes = \"own\" have free modes alone; choose modes = \"prolonged\" \
+         for its contacts".into());
     }
     if body.settings().geometric_stiffening {
-        return refuse(Unsupported::FineModesStiffened);
+        return refuse("fine models with modes = \"own\" have no geometric stiffening; choose modes = \"prolonged\" for its contacts".into());
     }
     Ok(())
 }

@@ -15,7 +15,6 @@ use crate::body::fine::refined::FineBody;
 use crate::body::reduced::{Interface, ReducedBody};
 use crate::error::AdaptiveError;
 use crate::paper::fine_modes::FineModes;
-use crate::spec::unsupported::Unsupported;
 use crate::spec::{Geometry, RigidSpec};
 use crate::store::ModelCache;
 use crate::surface::Surface;
@@ -103,7 +102,7 @@ impl FlexibleModel {
 
 /// Why body `name` has no surface that contact can be watched on.
 fn surface_fault(name: &str, source: ContactError) -> AdaptiveError {
-    AdaptiveError::unsupported_body(name, Unsupported::Surface(source))
+    AdaptiveError::unsupported_body(name, source.to_string())
 }
 
 impl BodyModel {

@@ -11,7 +11,6 @@ use crate::body::loads::{StaticLoads, load_columns};
 use crate::body::reduced::damping::damping;
 use crate::body::reduced::free_modes_answering;
 use crate::error::AdaptiveError;
-use crate::spec::unsupported::Unsupported;
 use crate::spec::{FrameSpec, ImportedSpec, Place, ReductionSpec};
 
 /// An imported body, reduced.
@@ -150,9 +149,10 @@ impl ImportedModel {
 fn marker_name<'a>(body: &str, place: &'a Place) -> Result<&'a str, AdaptiveError> {
     match place {
         Place::Marker(name) => Ok(name),
-        Place::Point(_) | Place::Area(_) => {
-            Err(AdaptiveError::unsupported_body(body, Unsupported::PlaceOnImported))
-        }
+        Place::Point(_) | Place::Area(_) => Err(AdaptiveError::unsupported_body(
+            body,
+            "places on a body from a file are named by markers of the file".into(),
+        )),
     }
 }
 
@@ -160,5 +160,5 @@ fn no_marker<'a>(body: &str, marker: &str, known: impl Iterator<Item = &'a str>)
     let known: Vec<&str> = known.collect();
     let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
     let marker = marker.to_owned();
-    AdaptiveError::unsupported_body(body, Unsupported::UnknownMarker { holder: "file", marker, known })
+    AdaptiveError::unsupported_body(body, AdaptiveError::no_marker("file", &marker, &known))
 }

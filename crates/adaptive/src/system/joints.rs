@@ -9,7 +9,6 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::error::AdaptiveError;
 use crate::record::NameAndUnit;
-use crate::spec::unsupported::Unsupported;
 use crate::spec::{Area, Attachment, CoordinateSpec, GearSpec, JointSpec, Place, RunSpec, TimeCurve};
 use crate::system::body::{BodyForm, BodyModel};
 
@@ -43,10 +42,17 @@ impl BodyModel {
         let refuse = |what| Err(AdaptiveError::unsupported_body(&self.name, what));
         let at = match place {
             Place::Point(at) => *at,
-            Place::Area(_) => return refuse(Unsupported::GaugeOfArea),
+            Place::Area(_) => {
+                return refuse(
+                    "strain and stress belong to a single point, this place has an extent; give a point"
+                        .into(),
+                );
+            }
             Place::Marker(_) => self.data.motion.components(self.point(place)?.position.as_ref()),
         };
-        let Some(flexible) = self.flexible() else { return refuse(Unsupported::GaugeWithoutElements) };
+        let Some(flexible) = self.flexible() else {
+            return refuse("strain and stress need a flexible body with a shape or a mesh".into());
+        };
         let (field, shapes) = flexible.in_use();
         Ok(field.gauge_at(&at)?.of_modes(field.lookup(), shapes))
     }
@@ -59,7 +65,10 @@ impl BodyModel {
     ) -> Result<Marker, AdaptiveError> {
         match &self.form {
             BodyForm::Flexible(_) if !matches!(place, Place::Area(_)) => {
-                let what = Unsupported::PointOfFlexibleBody { user: name.to_owned() };
+                let what = format!(
+                    "{name} is a point of a flexible body, which yields without bound under a force as elements shrink; give it an extent: \
+                     a face, or a radius"
+                );
                 Err(AdaptiveError::unsupported_body(&self.name, what))
             }
             BodyForm::Flexible(flexible) => {
@@ -77,7 +86,7 @@ impl BodyModel {
                 Ok(self.data.motion.in_space(point))
             }
             Place::Marker(name) => {
-                let what = Unsupported::RigidMarker { marker: name.clone() };
+                let what = format!("a rigid body has no marker \"{name}\", give a point");
                 Err(AdaptiveError::unsupported_body(&self.name, what))
             }
         }
@@ -166,7 +175,7 @@ impl Builder<'_> {
     fn attach(&mut self, name: &str, at: &Attachment) -> Result<multibody::Attachment, AdaptiveError> {
         let Some(body) = at.body else {
             let Place::Point(point) = &at.place else {
-                let what = Box::new(Unsupported::PlaceOnGround);
+                let what = "places on ground are given by points".into();
                 return Err(AdaptiveError::Unsupported { subject: name.to_owned(), what });
             };
             self.ground.push(Marker::rigid(name, Vector3::from(*point), at.rotation));

@@ -5,7 +5,6 @@ use ffr_dynamics::force::BodyState;
 
 use super::surface_model::SurfaceModel;
 use crate::ContactError;
-use crate::error::MotionFault;
 
 /// Bound of the speed of any surface point relative to the origin of its body's frame (theory
 /// Eq. C.33) [m/s].
@@ -167,7 +166,9 @@ fn checked(time: f64, (gap, speed): (f64, f64)) -> Result<(f64, f64), ContactErr
     if gap.is_finite() && speed.is_finite() {
         return Ok((gap, speed));
     }
-    Err(MotionFault::Approach { gap, speed, time }.into())
+    Err(ContactError::Motion(format!(
+        "first touch: gap {gap} m, closing speed {speed} m/s at t = {time:.6e} s"
+    )))
 }
 
 fn check_settings(settings: &TouchSettings) -> Result<(), ContactError> {
@@ -175,5 +176,8 @@ fn check_settings(settings: &TouchSettings) -> Result<(), ContactError> {
     if gap >= 0.0 && time > 0.0 && shortest > 0.0 && acceleration >= 0.0 {
         return Ok(());
     }
-    Err(MotionFault::TouchSettings { gap, acceleration, time, shortest }.into())
+    Err(ContactError::Motion(format!(
+        "settings of the first touch: gap {gap} m and acceleration {acceleration} m/s^2 must be >= 0, time {time} s and shortest step \
+         {shortest} s > 0"
+    )))
 }

@@ -45,7 +45,7 @@ pub fn followed_overlap(
     if !is_known {
         return Ok(None);
     }
-    let placement = in_first_frame(models[0].motion(), states)?;
+    let placement = in_first_frame(models[0].motion(), states).map_err(ContactError::Motion)?;
     let query = Query::new(models, &states, &placement);
     workspace.begin(models);
     workspace.load(&query, sites.map(|site| site.piece));

@@ -15,7 +15,6 @@ use super::deformed::{Side, Site, smallest};
 use super::minimum_distance::{Proximity, check_state, minimum_distance};
 use super::query::{SearchWorkspace, in_first_frame};
 use super::surface_model::{SurfaceModel, SurfaceSite};
-use crate::error::MotionFault;
 use crate::{ContactError, Plane, Target};
 
 /// The surface of a body.
@@ -190,7 +189,7 @@ pub fn plane_distance(
     let side = Side { model, elastic: &state.elastic, placement: None, inflation };
     workspace.deformed[0].begin(model);
     let Some((site, height)) = lowest(&side, &n, workspace) else {
-        return Err(MotionFault::Overflow.into());
+        return Err(ContactError::Motion("positions: they overflow".into()));
     };
     let piece = &model.pieces()[site.piece as usize];
     let point = workspace.deformed[0].jet(&side, site.piece, site.s).point;

@@ -20,7 +20,6 @@ use super::query::{Pair, Query, SearchReport, SearchWorkspace, in_first_frame, s
 use super::signed_distance::{ALONG_NORMAL, nearest};
 use super::surface_model::{SurfaceModel, SurfaceSite};
 use crate::ContactError;
-use crate::error::MotionFault;
 
 /// How near two bodies are.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,7 +53,8 @@ pub fn minimum_distance(
     let placement = checked_placement(models, states)?;
     let query = Query::new(models, &states, &placement);
     workspace.begin(models);
-    let found = signed_pair(&query, workspace).ok_or(MotionFault::Overflow)?;
+    let found = signed_pair(&query, workspace)
+        .ok_or_else(|| ContactError::Motion("positions: they overflow".into()))?;
     workspace.last = Some(found.0.sites);
     Ok(proximity(&query, states[0], &found.0, found.1, found.2))
 }
@@ -83,15 +83,17 @@ fn checked_placement(models: [&SurfaceModel; 2], states: [&BodyState; 2]) -> Res
     for (model, state) in models.iter().zip(&states) {
         check_state(model, state)?;
     }
-    Ok(in_first_frame(models[0].motion(), states)?)
+    in_first_frame(models[0].motion(), states).map_err(ContactError::Motion)
 }
 
 /// Checks that a search can run.
 pub(super) fn check_state(model: &SurfaceModel, state: &BodyState) -> Result<(), ContactError> {
-    let not_finite = |what| Err(MotionFault::NotFinite { what }.into());
+    let not_finite = |what| Err(ContactError::Motion(format!("{what}: not finite")));
     let (modes, found) = (model.n_modes(), state.elastic.len());
     if modes != found {
-        return Err(MotionFault::ElasticCoordinates { found, modes }.into());
+        return Err(ContactError::Motion(format!(
+            "elastic coordinates: {found} for a surface of {modes} modes"
+        )));
     }
     if state.position.iter().any(|x| !x.is_finite()) {
         return not_finite("position");
@@ -103,7 +105,7 @@ pub(super) fn check_state(model: &SurfaceModel, state: &BodyState) -> Result<(),
         return not_finite("elastic coordinates");
     }
     if model.motion() == RigidMotion::Axial && state.rotation.angle() > 1e-12 {
-        return Err(MotionFault::AxialRotation.into());
+        return Err(ContactError::Motion("rotation: an axial body does not turn".into()));
     }
     Ok(())
 }

@@ -8,7 +8,6 @@ use nalgebra::Vector3;
 use super::boxes::Placement;
 use super::deformed::{Deformed, Side, Site};
 use super::surface_model::SurfaceModel;
-use crate::error::MotionFault;
 
 /// Largest distance \[m\] of two axes, or of two planes, that count as one.
 const APART: f64 = 1e-9;
@@ -18,11 +17,8 @@ const APART: f64 = 1e-9;
 /// out is round-off.
 ///
 /// # Errors
-/// [`MotionFault::Apart`] if they share no axis or no plane.
-pub fn way_between(
-    motion: RigidMotion,
-    [first, second]: [&Vector3<f64>; 2],
-) -> Result<Vector3<f64>, MotionFault> {
+/// A text if they share no axis or no plane.
+pub fn way_between(motion: RigidMotion, [first, second]: [&Vector3<f64>; 2]) -> Result<Vector3<f64>, String> {
     let way = second - first;
     let (within, places) = match motion {
         RigidMotion::Axial => {
@@ -35,14 +31,18 @@ pub fn way_between(
     };
     let distance = (way - within).norm();
     // Asked this way round, a NaN fails.
-    if distance <= APART { Ok(within) } else { Err(MotionFault::Apart { places, distance }) }
+    if distance <= APART {
+        Ok(within)
+    } else {
+        Err(format!("{places} {distance:.3e} m apart, they must share one"))
+    }
 }
 
 /// The second body's frame in the first one's.
 ///
 /// # Errors
 /// Those of [`way_between`].
-pub(super) fn in_first_frame(motion: RigidMotion, states: [&BodyState; 2]) -> Result<Placement, MotionFault> {
+pub(super) fn in_first_frame(motion: RigidMotion, states: [&BodyState; 2]) -> Result<Placement, String> {
     let back = states[0].rotation.inverse();
     let rotation = (back * states[1].rotation).to_rotation_matrix().into_inner();
     Ok(Placement::new(rotation, back * way_between(motion, states.map(|state| &state.position))?))

@@ -10,7 +10,6 @@ use super::tree::solver::FactorisedTree;
 use super::vibration::small_motion::SmallMotion;
 use crate::error::DynamicsError;
 use crate::force::active::ActiveForce;
-use crate::joint_fault::{GearFault, JointFault};
 
 /// Residual of a loop-closing joint at which a state is projected back [m or rad]; the limit asked
 /// for is 1e-10.
@@ -52,10 +51,13 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         }
         let gap = self.loop_residual(t, y);
         let loops = &self.workspace.loops;
-        Err(match loops.owner(loops.worst()) {
-            Owner::Loop { joint, .. } => self.open_loop(joint, JointFault::OpenLoop { gap }),
-            Owner::Gear { gear, .. } => self.slipping(gear, GearFault::Apart { gap }),
-        })
+        let of_loop = format!(
+            "the loop stays open by {gap:.3e} m or rad, limit 1e-11; start nearer to a closed position, or the parts do not fit"
+        );
+        let of_gear = format!(
+            "the coordinates stay apart by {gap:.3e} m or rad, limit 1e-11; start nearer to a position that fits"
+        );
+        Err(self.at_fault(loops.owner(loops.worst()), of_loop, of_gear))
     }
 
     /// Closes the loops of a start: joint and elastic coordinates as [`Multibody::assemble`] moves
@@ -85,20 +87,19 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         for k in 0..loops.n_constraints() {
             let (rate, owner) = (loops.present_rate(k), loops.owner(k));
             let scale = match owner {
-                Owner::Loop { is_rotation, .. } => {
-                    if is_rotation {
-                        spin
-                    } else {
-                        speed
-                    }
-                }
+                Owner::Loop { is_rotation: true, .. } => spin,
+                Owner::Loop { .. } => speed,
                 Owner::Gear { speed, .. } => speed,
             };
             if rate.abs() > CONTRADICTION * scale {
-                return Err(match owner {
-                    Owner::Loop { joint, .. } => self.open_loop(joint, JointFault::LoopSpeed { rate }),
-                    Owner::Gear { gear, .. } => self.slipping(gear, GearFault::StartSpeed { rate }),
-                });
+                let of_loop = format!(
+                    "velocities given at the start open the loop at {rate:.3e} m/s or rad/s; leave those out that follow from others, or correct \
+                     them"
+                );
+                let of_gear = format!(
+                    "velocities given at the start slip by {rate:.3e} m/s or rad/s; leave out those that follow from others, or correct them"
+                );
+                return Err(self.at_fault(owner, of_loop, of_gear));
             }
         }
         // Round-off, and what the digits of given velocities leave.
@@ -106,12 +107,16 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         Ok(())
     }
 
-    fn open_loop(&self, joint: usize, fault: JointFault) -> DynamicsError {
-        DynamicsError::Joint { joint: self.model.loops[joint].name.clone(), fault: Box::new(fault) }
-    }
-
-    fn slipping(&self, gear: usize, fault: GearFault) -> DynamicsError {
-        DynamicsError::Gear { gear: self.model.gears[gear].name.clone(), fault: Box::new(fault) }
+    /// What is wrong with the loop or the gear that a constraint belongs to.
+    fn at_fault(&self, owner: Owner, of_loop: String, of_gear: String) -> DynamicsError {
+        match owner {
+            Owner::Loop { joint, .. } => {
+                DynamicsError::Joint { joint: self.model.loops[joint].name.clone(), fault: of_loop }
+            }
+            Owner::Gear { gear, .. } => {
+                DynamicsError::Gear { gear: self.model.gears[gear].name.clone(), fault: of_gear }
+            }
+        }
     }
 
     /// Projects positions and velocities onto the constraints; returns whether it changed `y`.

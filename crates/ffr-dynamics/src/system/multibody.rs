@@ -26,7 +26,6 @@ use crate::error::{DynamicsError, EvaluationFailure};
 use crate::force::active::ActiveForce;
 use crate::force::{BodyState, GeneralisedForce, Motion};
 use crate::integration::{KinematicBlock, Linearisation, OdeSystem, Oscillator, Oscillators};
-use crate::joint_fault::JointFault;
 use crate::kinematics::Marker;
 use crate::rotation::renormalise;
 use crate::system::free_body::invariants::{Invariants, centre_of_mass};
@@ -185,27 +184,26 @@ impl<F: DerefMut<Target: ActiveForce>> Multibody<F> {
         velocities: &[f64],
     ) -> Result<(), DynamicsError> {
         let TreeBody { joint, layout, .. } = &self.model.bodies[body];
-        let fail = |fault: JointFault| {
-            Err(DynamicsError::Joint { joint: joint.name.clone(), fault: Box::new(fault) })
-        };
+        let fail = |fault: String| Err(DynamicsError::Joint { joint: joint.name.clone(), fault });
         if positions.len() != layout.n_positions || velocities.len() != layout.n_velocities {
-            return fail(JointFault::StateCount {
-                positions: positions.len(),
-                velocities: velocities.len(),
-                kind: joint.kind.name(),
-                n_positions: layout.n_positions,
-                n_velocities: layout.n_velocities,
-            });
+            return fail(format!(
+                "{positions} positions and {velocities} velocities, the {kind} joint has {n_positions} and {n_velocities} that are not prescribed",
+                positions = positions.len(),
+                velocities = velocities.len(),
+                kind = joint.kind.name(),
+                n_positions = layout.n_positions,
+                n_velocities = layout.n_velocities
+            ));
         }
         if !positions.iter().chain(velocities).all(|x| x.is_finite()) {
-            return fail(JointFault::NotFinite);
+            return fail("a coordinate or velocity is not finite".into());
         }
         y[layout.positions()].copy_from_slice(positions);
         y[layout.velocities()].copy_from_slice(velocities);
         if let Some(w) = joint.kind.quaternion() {
             let quaternion = &mut y[layout.offset + w..layout.offset + w + 4];
             if quaternion.iter().all(|c| *c == 0.0) {
-                return fail(JointFault::ZeroQuaternion);
+                return fail("the quaternion is zero".into());
             }
             renormalise(quaternion);
         }

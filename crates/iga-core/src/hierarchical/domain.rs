@@ -3,7 +3,6 @@
 use super::index_box::{IndexBox, covers, difference, disjoint};
 use super::two_scale::TwoScale;
 use crate::SplineError;
-use crate::spline_fault::LevelFault;
 use crate::splines::knots::KnotVector;
 
 /// One level: its knots, its region and how it continues into the next level.
@@ -147,7 +146,10 @@ impl SubdomainHierarchy {
         let parts = &parts[..self.dimension()];
         let coarse = &self.last().knots;
         if parts.contains(&0) || parts.iter().all(|&n| n == 1) {
-            return Err(LevelFault::NoSplit { parts: parts.to_vec() }.into());
+            return Err(SplineError::Levels(format!(
+                "a level that splits elements into {:?} parts refines nothing",
+                parts.to_vec()
+            )));
         }
         let knots: Result<Vec<_>, _> = coarse.iter().zip(parts).map(|(k, &n)| split(k, n)).collect();
         self.refine_knots(knots?, boxes)
@@ -171,7 +173,7 @@ impl SubdomainHierarchy {
         let last = self.last();
         if knots.len() != last.knots.len() {
             let (found, expected) = (knots.len(), last.knots.len());
-            return Err(LevelFault::Directions { found, expected }.into());
+            return Err(SplineError::Levels(format!("{found} directions after {expected}")));
         }
         if let Some(b) = boxes.iter().find(|b| !covers(&last.region, b)) {
             return Err(self.outside(b));

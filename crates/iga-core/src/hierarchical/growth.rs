@@ -8,7 +8,6 @@ use super::index_box::IndexBox;
 use super::neighbours::{Neighbours, SharedFace};
 use super::ties::PatchTies;
 use crate::SplineError;
-use crate::spline_fault::LevelFault;
 use crate::splines::knots::KnotVector;
 use crate::splines::parameter_box::ParameterBox;
 
@@ -177,7 +176,10 @@ fn elements_in_direction(
     let period = end - start;
     let reach = if seam { period } else { 0.0 };
     if !(lower <= upper && lower <= end && start <= upper && upper - lower <= f64::MAX) {
-        return Err(LevelFault::Region { region: [lower, upper], domain: [start, end] }.into());
+        return Err(SplineError::Levels(format!(
+            "region from {} to {} is not inside the parameters {} to {}",
+            lower, upper, start, end
+        )));
     }
     let n = k.n_elements() as i64;
     if seam && upper - lower >= period {

@@ -9,7 +9,6 @@ use super::two_scale::TwoScale;
 use crate::SplineError;
 use crate::nurbs::jet::diagonal;
 use crate::space::{Space, SplineSpace};
-use crate::spline_fault::LevelFault;
 
 /// Difference of control points (relative to the body) and of weights above which the geometries
 /// are not the same: round-off of nets with twelve good digits.
@@ -160,7 +159,7 @@ fn places(fine: &HierarchicalSpace) -> Result<Vec<Place>, SplineError> {
 struct Relations<'a> {
     coarse: &'a HierarchicalSpace,
     fine: &'a HierarchicalSpace,
-    known: HashMap<[usize; 3], Result<Vec<TwoScale>, LevelFault>>,
+    known: HashMap<[usize; 3], Result<Vec<TwoScale>, SplineError>>,
 }
 
 impl Relations<'_> {
@@ -170,7 +169,7 @@ impl Relations<'_> {
         let make = || from.iter().zip(to).map(|(a, b)| TwoScale::between(a, b)).collect();
         match self.known.entry([patch, coarse, fine]).or_insert_with(make) {
             Ok(list) => Ok(list),
-            Err(fault) => Err(SplineError::NotContained(format!("refinement levels do not fit: {fault}"))),
+            Err(fault) => Err(SplineError::NotContained(fault.to_string())),
         }
     }
 

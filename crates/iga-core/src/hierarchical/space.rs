@@ -20,7 +20,6 @@ use crate::nurbs::patch::{PointBasis, make_rational};
 use crate::space::{
     Cell, Combination, Element, GridBasis, Integrand, PatchSpace, Space, SplineSpace, tabulate_spline,
 };
-use crate::spline_fault::LevelFault;
 use crate::splines::knots::KnotVector;
 use crate::splines::tensor;
 use columns::Columns;
@@ -214,10 +213,12 @@ fn check_levels(
     for (patch, of_patch) in patches.iter().enumerate() {
         let found = hierarchies.get(patch).map_or(0, |h| h.levels().len());
         if found != expected || expected == 0 {
-            return Err(LevelFault::LevelCount { patch, found, expected }.into());
+            return Err(SplineError::Levels(format!(
+                "patch {patch} has {found} levels, the first one has {expected}"
+            )));
         }
         if hierarchies[patch].levels()[0].knots() != of_patch.knots() {
-            return Err(LevelFault::OtherPatch.into());
+            return Err(SplineError::Levels("the coarsest level has not the knots of the patch".into()));
         }
     }
     for (patch, own) in hierarchies.iter().enumerate() {
@@ -231,7 +232,10 @@ fn check_levels(
                 };
                 if !(0..a.knots().len()).all(is_same) {
                     let patches = [patch, face.other.patch];
-                    return Err(LevelFault::SharedKnots { patches, level }.into());
+                    return Err(SplineError::Levels(format!(
+                        "patches {} and {} have other knots on level {level} along the face that they share",
+                        patches[0], patches[1]
+                    )));
                 }
             }
         }
@@ -251,7 +255,11 @@ fn check_edges(patches: &[Patch], ties: &[PatchTies], neighbours: &Neighbours) -
     let n_functions = first.iter().enumerate().filter(|&(f, first)| f == *first as usize).count();
     match PatchSpace::new(patches.to_vec())?.n_functions() == n_functions {
         true => Ok(()),
-        false => Err(LevelFault::SharedEdge.into()),
+        false => Err(SplineError::Levels(
+            "patches meet at an edge or a corner without faces that they share around it, and cannot be \
+         refined there"
+                .into(),
+        )),
     }
 }
 

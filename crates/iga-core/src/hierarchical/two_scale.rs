@@ -1,6 +1,6 @@
 //! Two-scale relation: coarse B-splines as combinations of finer ones (theory Eq. H.1).
 
-use crate::spline_fault::LevelFault;
+use crate::SplineError;
 use crate::splines::knots::{KnotVector, MAX_DEGREE};
 
 const W: usize = MAX_DEGREE + 1;
@@ -29,11 +29,13 @@ impl TwoScale {
     /// 1980, H.2).
     ///
     /// # Errors
-    /// [`LevelFault::Degree`] if the degrees differ, [`LevelFault::MissingKnot`] if a knot of `coarse` is missing in `fine`.
-    pub fn between(coarse: &KnotVector, fine: &KnotVector) -> Result<Self, LevelFault> {
+    /// [`SplineError::Levels`] if the degrees differ, or if a knot of `coarse` is missing in `fine`.
+    pub fn between(coarse: &KnotVector, fine: &KnotVector) -> Result<Self, SplineError> {
+        let missing = |knot| Err(SplineError::Levels(format!("knot {knot} is not among the finer knots")));
         let p = coarse.degree();
         if fine.degree() != p {
-            return Err(LevelFault::Degree { coarse: p, fine: fine.degree() });
+            let fine = fine.degree();
+            return Err(SplineError::Levels(format!("degree {p} cannot be refined to degree {fine}")));
         }
         let unit = |i| Row { first: i, values: std::array::from_fn(|k| f64::from(u8::from(k == 0))) };
         // Functions up to the place of insertion, and, in reversed order, those behind it, which
@@ -48,7 +50,7 @@ impl TwoScale {
                 continue;
             }
             if left <= p || t[left - 1] > s[f] {
-                return Err(LevelFault::MissingKnot { knot: t[left.max(1) - 1] });
+                return missing(t[left.max(1) - 1]);
             }
             let k = left - 1;
             while head.len() > k + 1 {
@@ -57,7 +59,7 @@ impl TwoScale {
             insert_knot(&mut head, &t[..=k], &s[f..], p);
         }
         if left > 0 {
-            return Err(LevelFault::MissingKnot { knot: t[left - 1] });
+            return missing(t[left - 1]);
         }
         let rows = head.iter().chain(tail.iter().rev());
         let first = rows.clone().map(|r| r.first as u32).collect();

@@ -175,10 +175,7 @@ impl Parts {
     fn check_ties(&self) -> Result<(), JoinFault> {
         for &(a, b, way) in &self.ties {
             if let Some(difference) = compare::splines(&self.patches, [self.faces[a], self.faces[b]], way) {
-                return Err(JoinFault::Mismatch {
-                    faces: self.names(a, b),
-                    difference: Box::new(difference),
-                });
+                return Err(JoinFault::Mismatch { faces: self.names(a, b), difference });
             }
             meeting::check_sides(self, a, b, way)?;
         }

@@ -1,7 +1,6 @@
 //! A tensor-product NURBS patch (theory Eq. S.4, S.5): knot vectors, control points and weights.
 
 use crate::SplineError;
-use crate::spline_fault::KnotFault;
 use crate::splines::basis::basis_derivatives;
 use crate::splines::knots::{KnotVector, MAX_DEGREE};
 use crate::splines::tensor;
@@ -40,7 +39,7 @@ impl Patch {
         weights: Vec<f64>,
     ) -> Result<Self, SplineError> {
         if !(1..=3).contains(&knots.len()) {
-            return Err(KnotFault::Directions { count: knots.len() }.into());
+            return Err(SplineError::Knots(format!("{} directions, 1 to 3 are possible", knots.len())));
         }
         let expected = knots.iter().map(KnotVector::n_functions).product();
         for (what, found) in [("control points", control_points.len()), ("weights", weights.len())] {
@@ -73,10 +72,9 @@ impl Patch {
     /// # Errors
     /// As [`KnotVector::reversed`]; [`SplineError::Knots`] for a direction that does not exist.
     pub fn reversed(&self, direction: usize) -> Result<Self, SplineError> {
-        let missing = || KnotFault::NoDirection { direction, dimension: self.dimension() };
         let sizes = self.net_size();
         let mut knots = self.knots.clone();
-        let reversed = knots.get(direction).ok_or_else(missing)?.reversed()?;
+        let reversed = self.direction(direction)?.reversed()?;
         knots[direction] = reversed;
         let stride: usize = sizes[..direction].iter().product();
         let n = sizes[direction];

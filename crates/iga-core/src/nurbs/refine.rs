@@ -12,7 +12,6 @@
 
 use super::Patch;
 use crate::SplineError;
-use crate::spline_fault::KnotFault;
 use crate::splines::knots::{KnotVector, MAX_DEGREE};
 
 /// The matrix that takes spline coefficients on a coarse knot vector to those on a finer one:
@@ -133,19 +132,25 @@ fn discrete_bsplines(coarse: &KnotVector, span: usize, arguments: &[f64]) -> [f6
 }
 
 fn check_nested(coarse: &KnotVector, fine: &KnotVector) -> Result<(), SplineError> {
-    let fail = |fault: KnotFault| Err(SplineError::Knots(fault));
+    let fail = |fault: String| Err(SplineError::Knots(fault));
     let (p, q) = (coarse.degree(), fine.degree());
     if q < p {
-        return fail(KnotFault::DegreeLowered { coarse: p, fine: q });
+        return fail(format!("degree {p} cannot be lowered to {q}"));
     }
     let ends = |k: &KnotVector| [k.domain().0.to_bits(), k.domain().1.to_bits()];
     if ends(coarse) != ends(fine) {
-        return fail(KnotFault::OtherRange { coarse: coarse.domain(), fine: fine.domain() });
+        return fail(format!(
+            "range {coarse:?} is refined by {fine:?}",
+            coarse = coarse.domain(),
+            fine = fine.domain()
+        ));
     }
     for knot in coarse.breaks() {
         let (times, least) = (fine.multiplicity(knot), coarse.multiplicity(knot) + q - p);
         if times < least {
-            return fail(KnotFault::NotNested { knot, times, least });
+            return fail(format!(
+                "knot {knot} stands {times} times in the finer vector, {least} times are needed"
+            ));
         }
     }
     Ok(())
@@ -189,8 +194,10 @@ impl Patch {
         Self::new(knots, points, net.iter().map(|h| h[3]).collect())
     }
 
-    fn direction(&self, direction: usize) -> Result<&KnotVector, SplineError> {
-        let missing = || KnotFault::NoDirection { direction, dimension: self.dimension() };
-        Ok(self.knots().get(direction).ok_or_else(missing)?)
+    pub(super) fn direction(&self, direction: usize) -> Result<&KnotVector, SplineError> {
+        let dimension = self.dimension();
+        let missing =
+            || SplineError::Knots(format!("direction {direction} does not exist, the patch has {dimension}"));
+        self.knots().get(direction).ok_or_else(missing)
     }
 }

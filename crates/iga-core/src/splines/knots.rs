@@ -4,7 +4,6 @@
 //! it is always clamped: both end knots stand `p + 1` times, so that the end functions interpolate.
 
 use crate::SplineError;
-use crate::spline_fault::KnotFault;
 
 /// Highest degree that the evaluation buffers are laid out for.
 pub const MAX_DEGREE: usize = 9;
@@ -30,24 +29,34 @@ impl KnotVector {
         if !(1..=MAX_DEGREE).contains(&degree) {
             return Err(SplineError::Degree { degree, min: 1, max: MAX_DEGREE });
         }
-        let fail = |fault: KnotFault| Err(SplineError::Knots(fault));
+        let fail = |fault: String| Err(SplineError::Knots(fault));
         if knots.len() < 2 * (degree + 1) {
             let least = 2 * (degree + 1);
-            return fail(KnotFault::TooFew { count: knots.len(), degree, least });
+            return fail(format!("{} knots, degree {degree} needs at least {least}", knots.len()));
         }
         if let Some(index) = knots.iter().position(|u| !u.is_finite()) {
-            return fail(KnotFault::NotFinite { index, value: knots[index] });
+            return fail(format!("knot {index} is {}, it must be finite", knots[index]));
         }
         if let Some(i) = knots.windows(2).position(|w| w[1] < w[0]) {
-            return fail(KnotFault::Falling { index: i + 1, value: knots[i + 1], before: knots[i] });
+            return fail(format!(
+                "knot {index} = {value} is below its predecessor {before}",
+                index = i + 1,
+                value = knots[i + 1],
+                before = knots[i]
+            ));
         }
         let last = knots.len() - 1;
         let runs = runs(&knots);
         if runs.len() < 2 || runs[0] != degree + 1 || runs[runs.len() - 1] != degree + 1 {
-            return fail(KnotFault::NotClamped { ends: [knots[0], knots[last]], times: degree + 1 });
+            return fail(format!(
+                "the end knots {} and {} must each stand {times} times",
+                knots[0],
+                knots[last],
+                times = degree + 1
+            ));
         }
         if let Some(&times) = runs[1..runs.len() - 1].iter().find(|&&m| m > degree) {
-            return fail(KnotFault::TooOften { times, degree });
+            return fail(format!("an interior knot stands {times} times, degree {degree} allows {degree}"));
         }
         let spans = (degree..last - degree).filter(|&i| knots[i] < knots[i + 1]).collect();
         Ok(Self { degree, knots, spans })
@@ -59,11 +68,15 @@ impl KnotVector {
     /// As [`KnotVector::new`].
     pub fn from_breaks(degree: usize, breaks: &[f64]) -> Result<Self, SplineError> {
         let (Some(&first), Some(&last)) = (breaks.first(), breaks.last()) else {
-            return Err(KnotFault::NoBreaks.into());
+            return Err(SplineError::Knots("no breaks given".into()));
         };
         if let Some(w) = breaks.windows(2).find(|w| w[0].partial_cmp(&w[1]) != Some(std::cmp::Ordering::Less))
         {
-            return Err(KnotFault::BreaksNotRising { value: w[1], before: w[0] }.into());
+            return Err(SplineError::Knots(format!(
+                "break {value} is not above {before}",
+                value = w[1],
+                before = w[0]
+            )));
         }
         let mut knots = vec![first; degree];
         knots.extend_from_slice(breaks);
@@ -101,7 +114,7 @@ impl KnotVector {
     pub fn with_knots(&self, more: &[f64]) -> Result<Self, SplineError> {
         let (a, b) = self.domain();
         if let Some(&knot) = more.iter().find(|&&u| !(u > a && u < b)) {
-            return Err(KnotFault::Outside { knot, domain: [a, b] }.into());
+            return Err(SplineError::Knots(format!("new knot {knot} is not inside ({}, {})", a, b)));
         }
         let mut knots = self.knots.clone();
         knots.extend_from_slice(more);

@@ -26,7 +26,6 @@ use crate::body::mesh::{MeshedBody, assembled, no_such_place, points_of};
 use crate::body::zone::ContactZone;
 use crate::error::AdaptiveError;
 use crate::spec::body::dofs_of;
-use crate::spec::unsupported::Unsupported;
 use crate::store::{Bytes, meshed_definition};
 use crate::surface::smooth_fit::SmoothFit;
 use crate::surface::{MeshSurface, Surface, SurfacePlace};
@@ -147,7 +146,12 @@ impl FineElements {
         }
         let held = self.body.rigid_nodes()?;
         if held.iter().any(|&n| is_divided[n as usize]) {
-            return Err(AdaptiveError::unsupported_body(&self.body.name, Unsupported::RigidPartAtTouch));
+            return Err(AdaptiveError::unsupported_body(
+                &self.body.name,
+                "a contact zone reaches the elements of a part that a joint or load \
+             holds with coupling = \"rigid\"; choose coupling = \"average\" or a smaller part"
+                    .into(),
+            ));
         }
         Ok(())
     }

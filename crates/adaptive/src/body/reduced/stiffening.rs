@@ -14,7 +14,6 @@ use iga_core::elasticity::assembly::geometric_stiffness;
 
 use crate::body::field::Field;
 use crate::error::AdaptiveError;
-use crate::spec::unsupported::Unsupported;
 
 /// Geometric stiffening for the modes `shapes` (n × n_q) of the frame in use, of the body with the
 /// field `field` and the matrices `assembled`, held at `support`, the marker that a tangent frame
@@ -31,7 +30,8 @@ pub fn geometric_stiffening(
 ) -> Result<GeometricStiffening, AdaptiveError> {
     let failed = |source| AdaptiveError::Reduction { body: field.name().to_owned(), source };
     if assembled.motion == RigidMotion::Axial {
-        let what = Unsupported::StiffeningOfAxisymmetric;
+        let what =
+            "an axisymmetric body does not turn and has no geometric stiffening, use a solid model".into();
         return Err(AdaptiveError::unsupported_body(field.name(), what));
     }
     let displacements = reference_displacements(assembled, support).map_err(failed)?;

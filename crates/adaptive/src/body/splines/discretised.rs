@@ -10,7 +10,6 @@ use iga_core::space::SplineSpace;
 use crate::body::field::Field;
 use crate::error::AdaptiveError;
 use crate::spec::body::rigid_motion;
-use crate::spec::unsupported::Unsupported;
 
 /// The splines of a body, coarse or fine, as contact zones on its faces see them.
 #[derive(Clone, Copy)]
@@ -59,7 +58,7 @@ pub fn named_place(field: &dyn Field, shape: &Shape, marker: &str) -> Result<[f6
     shape.markers.get(marker).copied().ok_or_else(|| {
         let known: Vec<&str> = shape.markers.keys().map(String::as_str).collect();
         let (marker, known) = (marker.to_owned(), known.join(", "));
-        let what = Unsupported::UnknownMarker { holder: "shape", marker, known };
+        let what = AdaptiveError::no_marker("shape", &marker, &known);
         AdaptiveError::unsupported_body(field.name(), what)
     })
 }

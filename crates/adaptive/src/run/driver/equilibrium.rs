@@ -12,7 +12,7 @@ use super::impact::intervals::Intervals;
 use super::impact::judgement::{Ending, Judgement};
 use super::impact::trial_reason;
 use crate::checks::start::{out_of_balance, unstable};
-use crate::error::{AdaptiveError, EquilibriumFault};
+use crate::error::AdaptiveError;
 use crate::model::ContactFacts;
 
 use crate::record::ZoneSize;
@@ -243,7 +243,7 @@ impl Driver<'_> {
             self.activate(i, sizes[i])?;
             y = self.integrator.state().to_vec();
         }
-        Err(AdaptiveError::Equilibrium(EquilibriumFault::NotFound { steps: MAX_LANDINGS, residual: 1.0 }))
+        Err(AdaptiveError::Equilibrium(not_found(MAX_LANDINGS, 1.0)))
     }
 
     /// Notes the force of contact `i`, which touches, in equilibrium if Hertz's law, or that of a line, held there and in all contacts that have no
@@ -386,7 +386,7 @@ impl Driver<'_> {
                 return Err(AdaptiveError::Interrupted);
             }
         }
-        fail(EquilibriumFault::NotFound { steps: MAX_STEPS, residual: balance.residual() })
+        fail(not_found(MAX_STEPS, balance.residual()))
     }
 
     /// Where a contact that has its zone lands or presses beside it on the way from `y` to `moved`, which the system was
@@ -471,10 +471,7 @@ impl Driver<'_> {
         }
         Err(match refusal {
             Some(refusal) => AdaptiveError::refused(t, refusal),
-            None => AdaptiveError::Equilibrium(EquilibriumFault::NotFound {
-                steps: HALVINGS,
-                residual: balance.residual(),
-            }),
+            None => AdaptiveError::Equilibrium(not_found(HALVINGS, balance.residual())),
         })
     }
 
@@ -542,21 +539,35 @@ impl Driver<'_> {
     }
 
     /// The body that `change` moves most, which nothing holds in the state `y`.
-    fn unheld(&mut self, y: &[f64], change: &[f64], balance: &Balance) -> EquilibriumFault {
+    fn unheld(&mut self, y: &[f64], change: &[f64], balance: &Balance) -> String {
         let t = self.integrator.time();
         let Some((body, moved, turned)) = self.model.system.most_moved(t, y, change) else {
-            return EquilibriumFault::NotFound { steps: 0, residual: balance.residual() };
+            return not_found(0, balance.residual());
         };
         let force = balance.work(change) / moved.norm().max(turned.norm()).max(f64::MIN_POSITIVE);
         let name = self.model.bodies[body].name.clone();
         let data = &self.model.bodies[body].data;
         let turns = turned.norm() * (data.second_moment.trace() / data.mass).sqrt() > moved.norm();
         let along = if turns { turned } else { moved };
-        EquilibriumFault::NotHeld { body: name, turns, along: Components(along.normalize()), force }
+        format!(
+            "body \"{name}\" is not held: nothing balances {force:.4e} {} it {} {along}; hold it by a joint, a spring or a contact, or give it a \
+         velocity if it is to move",
+            if turns { "N m on" } else { "N on" },
+            if turns { "about" } else { "along" },
+            along = Components(along.normalize())
+        )
     }
 }
 
 /// The state at `share` of the way between two.
 fn between(from: &[f64], to: &[f64], share: f64) -> Vec<f64> {
     from.iter().zip(to).map(|(a, b)| a + share * (b - a)).collect()
+}
+
+/// Why there is no equilibrium after so many steps, with the share of the forces that is left.
+fn not_found(steps: usize, residual: f64) -> String {
+    format!(
+        "{residual:.1e} of the forces are left after {steps} steps; begin with a pose nearer to rest, or let bodies and joints come to rest in a \
+         run with damping"
+    )
 }

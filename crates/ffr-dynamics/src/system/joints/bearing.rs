@@ -8,7 +8,6 @@ use nalgebra::Vector3;
 
 use super::kind::{FreeDirections, JointKind};
 use crate::error::DynamicsError;
-use crate::joint_fault::JointFault;
 
 /// Sliding contact within a joint (Coulomb), by the load on it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -178,9 +177,14 @@ pub(crate) fn bearing_of(
     kind: JointKind,
     bearing: Bearing,
 ) -> Result<JointBearing, DynamicsError> {
-    let fail =
-        |fault: JointFault| Err(DynamicsError::Joint { joint: joint.to_string(), fault: Box::new(fault) });
-    let Some(form) = Form::of(kind) else { return fail(JointFault::NoBearing { kind: kind.name() }) };
+    let fail = |fault: String| Err(DynamicsError::Joint { joint: joint.to_string(), fault });
+    let Some(form) = Form::of(kind) else {
+        return fail(format!(
+            "a {} joint has no bearing with friction by its load; revolute, prismatic, cylindrical and spherical ones have, give others the \
+             size of their friction",
+            kind.name()
+        ));
+    };
     let Bearing { coefficient, radius, length, collar, velocity } = bearing;
     let is_size = |x: f64| x >= 0.0 && x.is_finite();
     let is_sound = is_size(coefficient)
@@ -191,7 +195,10 @@ pub(crate) fn bearing_of(
         && velocity > 0.0
         && velocity.is_finite();
     if !is_sound {
-        return fail(JointFault::Bearing { coefficient, radius, length, collar, velocity });
+        return fail(format!(
+            "bearing: friction {coefficient}, radius {radius} and collar {collar} must be >= 0, the radius of what turns, length {length} \
+             and velocity {velocity} > 0"
+        ));
     }
     Ok(JointBearing { form, bearing })
 }

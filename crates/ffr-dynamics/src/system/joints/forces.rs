@@ -8,7 +8,6 @@ use nalgebra::Vector3;
 
 use super::kind::JointKind;
 use crate::error::DynamicsError;
-use crate::joint_fault::JointFault;
 use crate::rotation::rotation_from_slice;
 
 /// A quantity given over time.
@@ -271,42 +270,51 @@ pub(crate) fn check(
     kind: JointKind,
     coordinates: &[CoordinateForce],
 ) -> Result<(), DynamicsError> {
-    let fail =
-        |fault: JointFault| Err(DynamicsError::Joint { joint: joint.to_string(), fault: Box::new(fault) });
+    let fail = |fault: String| Err(DynamicsError::Joint { joint: joint.to_string(), fault });
     let n = kind.n_velocities();
     if !coordinates.is_empty() && coordinates.len() != n {
         let found = coordinates.len();
-        return fail(JointFault::ForceCount { found, kind: kind.name(), expected: n });
+        return fail(format!("forces along {found} coordinates, a {} joint has {n}", kind.name()));
     }
     for (k, c) in coordinates.iter().enumerate() {
         let is_sound = |x: f64| x >= 0.0 && x.is_finite();
         if !is_sound(c.stiffness) || !is_sound(c.damping) || !c.rest.is_finite() {
             let CoordinateForce { stiffness, damping, rest, .. } = *c;
-            return fail(JointFault::Constants { coordinate: k + 1, stiffness, damping, rest });
+            return fail(format!(
+                "coordinate {}: stiffness {stiffness} and damping {damping} must be >= 0, rest position {rest} finite",
+                k + 1
+            ));
         }
         if let Some(stop) = &c.stop {
             let Stop { lower, upper, stiffness, damping } = *stop;
             let has_room = lower < upper && stiffness > 0.0 && stiffness.is_finite() && is_sound(damping);
             if !has_room || kind.quaternion().is_some_and(|w| k >= w) {
-                return fail(JointFault::Stop { coordinate: k + 1, lower, upper, stiffness, damping });
+                return fail(format!(
+                    "coordinate {coordinate}: a stop from {lower} to {upper} with stiffness {stiffness} and damping {damping} needs lower < upper, \
+         stiffness > 0, damping >= 0, and no rotation about a point",
+                    coordinate = k + 1
+                ));
             }
         }
         if let Some(Friction { force, velocity }) = c.friction
             && !(is_sound(force) && is_sound(velocity) && velocity > 0.0)
         {
-            return fail(JointFault::Friction { coordinate: k + 1, force, velocity });
+            return fail(format!(
+                "coordinate {}: friction {force} must be >= 0, its velocity {velocity} > 0",
+                k + 1
+            ));
         }
         if kind.quaternion().is_some_and(|w| k >= w) {
             let first = &coordinates[kind.quaternion().unwrap_or(0)];
             if c.stiffness.to_bits() != first.stiffness.to_bits() || c.rest != 0.0 {
-                return fail(JointFault::UnlikeSprings);
+                return fail("springs about the three axes must be alike, with the rest position 0".into());
             }
             if c.friction != first.friction {
-                return fail(JointFault::UnlikeFriction);
+                return fail("friction about the three axes must be alike".into());
             }
         }
         if c.motion.is_some() && kind.quaternion().is_some() {
-            return fail(JointFault::Prescribed { kind: kind.name() });
+            return fail(format!("the motion of a {} joint cannot be prescribed", kind.name()));
         }
     }
     Ok(())

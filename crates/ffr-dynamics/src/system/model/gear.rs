@@ -2,7 +2,6 @@
 
 use super::specification::GearSpec;
 use crate::error::DynamicsError;
-use crate::joint_fault::GearFault;
 use crate::system::joints::JointKind;
 
 /// Difference of the ratios of two ways from one coordinate to another, as a share, above which
@@ -76,9 +75,7 @@ pub(super) fn resolve(specs: &[GearSpec], joints: &[GearJoint<'_>]) -> Result<Ve
     let mut chains = Chains::default();
     for spec in specs {
         let gear = chains.gear(spec, joints);
-        gears.push(
-            gear.map_err(|fault| DynamicsError::Gear { gear: spec.name.clone(), fault: Box::new(fault) })?,
-        );
+        gears.push(gear.map_err(|fault| DynamicsError::Gear { gear: spec.name.clone(), fault })?);
     }
     Ok(gears)
 }
@@ -86,8 +83,8 @@ pub(super) fn resolve(specs: &[GearSpec], joints: &[GearJoint<'_>]) -> Result<Ve
 /// The first fault of `specs` between `joints`, if there is one.
 ///
 /// # Errors
-/// [`GearFault`] as in [`crate::system::MultibodyModel::new`].
-pub fn check(specs: &[GearSpec], joints: &[GearJoint<'_>]) -> Result<(), GearFault> {
+/// What is wrong, as in [`crate::system::MultibodyModel::new`].
+pub fn check(specs: &[GearSpec], joints: &[GearJoint<'_>]) -> Result<(), String> {
     let mut chains = Chains::default();
     specs.iter().try_for_each(|spec| chains.gear(spec, joints).map(|_| ()))
 }
@@ -95,15 +92,19 @@ pub fn check(specs: &[GearSpec], joints: &[GearJoint<'_>]) -> Result<(), GearFau
 fn coordinate(
     (joint, velocity): &(String, usize),
     joints: &[GearJoint<'_>],
-) -> Result<GearedCoordinate, GearFault> {
+) -> Result<GearedCoordinate, String> {
     let Some((body, found)) = joints.iter().enumerate().find(|(_, j)| j.name == joint) else {
-        return Err(GearFault::UnknownJoint { joint: joint.clone() });
+        return Err(format!(
+            "there is no joint \"{joint}\" with coordinates; joints that close loops have none"
+        ));
     };
     // Those of a rotation about a point are no rates of coordinates.
     let coordinates = found.kind.quaternion().unwrap_or(found.kind.n_velocities());
     if *velocity >= coordinates {
         let (joint, kind) = (joint.clone(), found.kind.name());
-        return Err(GearFault::NoCoordinate { joint, kind, coordinate: *velocity, coordinates });
+        return Err(format!(
+            "joint \"{joint}\" has no coordinate {velocity} for a gear: a {kind} joint has {coordinates} displacements and angles, counted from 0"
+        ));
     }
     Ok(GearedCoordinate { body, velocity: *velocity, rate: found.rates[*velocity] })
 }
@@ -117,18 +118,18 @@ struct Chains {
 
 impl Chains {
     /// The gear of `spec`, which joins two chains.
-    fn gear(&mut self, spec: &GearSpec, joints: &[GearJoint<'_>]) -> Result<Gear, GearFault> {
+    fn gear(&mut self, spec: &GearSpec, joints: &[GearJoint<'_>]) -> Result<Gear, String> {
         let GearSpec { name, first, second, ratio, offset } = spec;
         let (first, second) = (coordinate(first, joints)?, coordinate(second, joints)?);
         let gear = Gear { name: name.clone(), first, second, ratio: *ratio, offset: *offset };
         if first == second {
-            return Err(GearFault::Itself);
+            return Err("both sides are the same coordinate, which has no ratio to itself; name another joint or coordinate for one of them".into());
         }
         if *ratio == 0.0 || !ratio.is_finite() {
-            return Err(GearFault::Ratio { ratio: *ratio });
+            return Err(format!("ratio {ratio} must be finite and not zero"));
         }
         if !offset.is_finite() {
-            return Err(GearFault::Offset { offset: *offset });
+            return Err(format!("offset {offset} must be finite"));
         }
         self.join(&gear)?;
         Ok(gear)
@@ -144,21 +145,29 @@ impl Chains {
     }
 
     /// Joins the chains of both coordinates of `gear`.
-    fn join(&mut self, gear: &Gear) -> Result<(), GearFault> {
+    fn join(&mut self, gear: &Gear) -> Result<(), String> {
         let ((from, first), (to, second)) = (self.find(gear.first), self.find(gear.second));
         let factor = gear.ratio * first;
         if from == to {
             let is_same = (factor - second).abs() <= CONTRADICTION * factor.abs().max(second.abs());
             return if is_same {
-                Err(GearFault::Repeated)
+                Err("the other gears between these coordinates say the same already; leave one out".into())
             } else {
-                Err(GearFault::Contradiction { given: gear.ratio, found: second / first })
+                Err(format!(
+                    "ratio {given} contradicts the other gears, by which it is {found}: the chain would lock; leave one gear out or correct a ratio",
+                    given = gear.ratio,
+                    found = second / first
+                ))
             };
         }
         for (_, chain, ratio) in self.members.iter_mut().filter(|(_, chain, _)| *chain == to) {
             (*chain, *ratio) = (from, *ratio * factor / second);
         }
         let driven = self.members.iter().filter(|(at, chain, _)| *chain == from && at.rate.is_none()).count();
-        if driven > 1 { Err(GearFault::Prescribed) } else { Ok(()) }
+        if driven > 1 {
+            Err("it joins two coordinates whose motions are both prescribed; prescribe one, the other follows".into())
+        } else {
+            Ok(())
+        }
     }
 }

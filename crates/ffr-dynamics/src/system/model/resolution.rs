@@ -12,7 +12,6 @@ use super::{Load, LoopJoint, Site, TreeJoint};
 use crate::body::{ModalDamping, RigidMotion, StandardInputData};
 use crate::data_error::DataError;
 use crate::error::DynamicsError;
-use crate::joint_fault::JointFault;
 use crate::kinematics::Marker;
 
 /// Deviation of axes above which a joint leads out of the plane or off the axis of a body's model;
@@ -101,13 +100,13 @@ fn resolve(named: &NamedBodies<'_>, user: &str, at: &Attachment) -> Result<Site,
         });
     };
     if marker.n_modes() != 0 && marker.n_modes() != n_modes {
-        let fault = JointFault::MarkerModes {
-            marker: marker.name.clone(),
-            found: marker.n_modes(),
-            body: at.body.clone(),
-            expected: n_modes,
-        };
-        return Err(DynamicsError::Joint { joint: user.to_string(), fault: Box::new(fault) });
+        let fault = format!(
+            "marker \"{marker}\" has {found} elastic coordinates, its body \"{body}\" {n_modes}",
+            marker = marker.name,
+            found = marker.n_modes(),
+            body = at.body
+        );
+        return Err(DynamicsError::Joint { joint: user.to_string(), fault });
     }
     Ok(Site { body, marker: marker.clone() })
 }
@@ -121,7 +120,7 @@ pub(super) fn tree_joints(named: &NamedBodies<'_>) -> Result<Vec<TreeJoint>, Dyn
         let Some(body) = child.body else {
             return Err(DynamicsError::Joint {
                 joint: name.clone(),
-                fault: Box::new(JointFault::ChildIsGround),
+                fault: "its child is ground; exchange parent and child".into(),
             });
         };
         if let Some(first) = &joints[body] {
@@ -168,8 +167,7 @@ pub(super) fn check_suits_model(
     parent: Option<&BodySpec>,
 ) -> Result<(), DynamicsError> {
     let motion = body.data.motion;
-    let fail =
-        |fault: JointFault| Err(DynamicsError::Joint { joint: joint.name.clone(), fault: Box::new(fault) });
+    let fail = |fault: String| Err(DynamicsError::Joint { joint: joint.name.clone(), fault });
     let parent_motion = parent.map(|p| p.data.motion);
     if motion == RigidMotion::Spatial && parent_motion.is_none_or(|m| m == RigidMotion::Spatial) {
         return Ok(());
@@ -192,7 +190,10 @@ pub(super) fn check_suits_model(
             let parts = [u.x, u.y, u.z, turn.x, turn.y, turn.z];
             if let Some(i) = (0..6).find(|i| !active.contains(i) && parts[*i].abs() > ALIGNMENT) {
                 let direction = ["x", "y", "z", "rotation x", "rotation y", "rotation z"][i];
-                return fail(JointFault::OffModel { kind: joint.kind.name(), direction, model });
+                return fail(format!(
+                    "a {} joint moves in direction {direction}, which the {model} model lacks",
+                    joint.kind.name()
+                ));
             }
         }
     }
@@ -203,7 +204,9 @@ pub(super) fn check_suits_model(
     let is_turned = parent.data.motion != motion;
     if !is_aligned || is_turned {
         let (parent, child) = (parent.name.clone(), body.name.clone());
-        return fail(JointFault::NotParallel { model, parent, child });
+        return fail(format!(
+            "{model} bodies can only be joined to ground or to each other with parallel z axes (\"{parent}\", \"{child}\")"
+        ));
     }
     Ok(())
 }
@@ -212,15 +215,15 @@ pub(super) fn check_suits_model(
 pub(super) fn loop_joint(named: &NamedBodies<'_>, joint: &JointSpec) -> Result<LoopJoint, DynamicsError> {
     let JointSpec { name, kind, parent, child, coordinates, bearing } = joint;
     let (parent, child) = (resolve(named, name, parent)?, resolve(named, name, child)?);
-    let fail = |fault: JointFault| Err(DynamicsError::Joint { joint: name.clone(), fault: Box::new(fault) });
+    let fail = |fault: String| Err(DynamicsError::Joint { joint: name.clone(), fault });
     if *kind == JointKind::Free {
-        return fail(JointFault::FreeLoop);
+        return fail("a free joint closes no loop".into());
     }
     if parent.body == child.body {
-        return fail(JointFault::SameBody);
+        return fail("both markers are on the same body".into());
     }
     if !coordinates.is_empty() || bearing.is_some() {
-        return fail(JointFault::LoopForces);
+        return fail("a loop-closing joint has no forces along its coordinates".into());
     }
     Ok(LoopJoint { name: name.clone(), kind: *kind, parent, child })
 }

@@ -4,23 +4,22 @@ use super::{DIRECTIONS, WELD};
 use crate::nurbs::Patch;
 use crate::nurbs::interface::{FaceId, FaceNet, Way};
 use crate::nurbs::jet::{difference as minus, norm};
-use crate::nurbs::joining::fault::Difference;
 use crate::splines::knots::KnotVector;
 
 /// What makes two faces, of which the first lies on the second in the way `way`, no single spline.
-pub fn splines(patches: &[Patch], faces: [FaceId; 2], way: Way) -> Option<Difference> {
+pub fn splines(patches: &[Patch], faces: [FaceId; 2], way: Way) -> Option<String> {
     functions(patches, faces, way).or_else(|| nets(patches, faces, way))
 }
 
-fn functions(patches: &[Patch], [a, b]: [FaceId; 2], way: Way) -> Option<Difference> {
+fn functions(patches: &[Patch], [a, b]: [FaceId; 2], way: Way) -> Option<String> {
     let others: Vec<usize> = b.tangents(patches[b.patch].dimension()).collect();
     for (i, d) in a.tangents(patches[a.patch].dimension()).enumerate() {
         let (partner, is_reversed) = way.direction(i);
         let e = others[partner];
         let (first, second) = (&patches[a.patch].knots()[d], &patches[b.patch].knots()[e]);
-        let along = [DIRECTIONS[d], DIRECTIONS[e]];
-        if first.degree() != second.degree() {
-            return Some(Difference::Degrees { degrees: [first.degree(), second.degree()], along });
+        let (p, q, along, beside) = (first.degree(), second.degree(), DIRECTIONS[d], DIRECTIONS[e]);
+        if p != q {
+            return Some(format!("their degrees are {p} and {q} along {along} and {beside}"));
         }
         let own = interior(first);
         let mut other = interior(second);
@@ -29,7 +28,9 @@ fn functions(patches: &[Patch], [a, b]: [FaceId; 2], way: Way) -> Option<Differe
             other.iter_mut().for_each(|u| *u = 1.0 - *u);
         }
         if own.len() != other.len() || own.iter().zip(&other).any(|(u, v)| (u - v).abs() > WELD) {
-            return Some(Difference::Knots { knots: [own, other], along });
+            return Some(format!(
+                "their interior knots are {own:?} and {other:?} along {along} and {beside}"
+            ));
         }
     }
     None
@@ -40,7 +41,7 @@ fn interior(knots: &KnotVector) -> Vec<f64> {
     all[knots.degree() + 1..all.len() - knots.degree() - 1].to_vec()
 }
 
-fn nets(patches: &[Patch], [a, b]: [FaceId; 2], way: Way) -> Option<Difference> {
+fn nets(patches: &[Patch], [a, b]: [FaceId; 2], way: Way) -> Option<String> {
     let (first, second) = (FaceNet::new(patches, a), FaceNet::new(patches, b));
     let limit = WELD * first.extent().min(second.extent());
     let [weights, others] =
@@ -50,11 +51,21 @@ fn nets(patches: &[Patch], [a, b]: [FaceId; 2], way: Way) -> Option<Difference> 
         let partner = way.partner(first.sizes(), i);
         let distance = norm(&minus(point, &second.points()[partner]));
         if distance > limit {
-            return Some(Difference::Points { point: *point, distance });
+            return Some(format!(
+                "a control point of the second is {distance:.2e} m off the one of the first at ({}, {}, {}) m",
+                point[0], point[1], point[2]
+            ));
         }
         let pair = [weights[i], scale * others[partner]];
         if (pair[0] - pair[1]).abs() > WELD * pair[0] {
-            return Some(Difference::Weights { weights: pair, point: *point });
+            return Some(format!(
+                "their weights are in no fixed proportion, {} and {} at ({}, {}, {}) m",
+                (pair)[0],
+                (pair)[1],
+                point[0],
+                point[1],
+                point[2]
+            ));
         }
     }
     None

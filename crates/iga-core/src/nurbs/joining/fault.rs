@@ -39,7 +39,7 @@ pub enum JoinFault {
         /// Names of the faces.
         faces: [String; 2],
         /// What differs.
-        difference: Box<Difference>,
+        difference: String,
     },
     /// Two faces that meet on a part of them.
     #[error(
@@ -92,44 +92,5 @@ pub enum JoinFault {
     NotJoined {
         /// Names of the faces.
         faces: [String; 2],
-    },
-}
-
-/// What differs between two faces that lie on one another.
-#[derive(Debug, Clone, PartialEq, Error)]
-#[non_exhaustive]
-pub enum Difference {
-    /// The degrees.
-    #[error("their degrees are {} and {} along {} and {}", degrees[0], degrees[1], along[0], along[1])]
-    Degrees {
-        /// Degrees.
-        degrees: [usize; 2],
-        /// Directions.
-        along: [&'static str; 2],
-    },
-    /// The knots.
-    #[error("their interior knots are {:?} and {:?} along {} and {}", knots[0], knots[1], along[0], along[1])]
-    Knots {
-        /// Interior knots as shares of the range, those of the second face in the sense of the
-        /// first.
-        knots: [Vec<f64>; 2],
-        /// Directions.
-        along: [&'static str; 2],
-    },
-    /// The control points.
-    #[error("a control point of the second is {distance:.2e} m off the one of the first at ({}, {}, {}) m", point[0], point[1], point[2])]
-    Points {
-        /// The control point of the first face \[m\].
-        point: [f64; 3],
-        /// Distance \[m\].
-        distance: f64,
-    },
-    /// The weights.
-    #[error("their weights are in no fixed proportion, {} and {} at ({}, {}, {}) m", weights[0], weights[1], point[0], point[1], point[2])]
-    Weights {
-        /// The weights, those of the second face in the scale of the first.
-        weights: [f64; 2],
-        /// Their control point \[m\].
-        point: [f64; 3],
     },
 }

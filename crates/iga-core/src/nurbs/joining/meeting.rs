@@ -122,7 +122,7 @@ fn check_faces(parts: &Parts, free: &[usize]) -> Result<(), JoinFault> {
                 let way = compare::way_by_corners(&parts.patches, [a, b]);
                 let difference = way.and_then(|way| compare::splines(&parts.patches, [a, b], way));
                 return Err(match difference {
-                    Some(difference) => JoinFault::Mismatch { faces, difference: Box::new(difference) },
+                    Some(difference) => JoinFault::Mismatch { faces, difference },
                     None => JoinFault::Partly { faces, point },
                 });
             }

@@ -10,7 +10,7 @@ use crate::nurbs::Patch;
 use crate::nurbs::interface::FaceNet;
 use crate::nurbs::interface::linked::linked_directions;
 use crate::nurbs::jet::{diagonal, difference, norm};
-use crate::nurbs::joining::fault::{Difference, JoinFault};
+use crate::nurbs::joining::fault::JoinFault;
 
 /// Share of the size of the body up to which a difference is round-off and not worth a note.
 const ROUND_OFF: f64 = 1e-12;
@@ -41,11 +41,11 @@ pub fn weld(parts: &mut Parts, notes: &mut Vec<String>) -> Result<(), JoinFault>
             let q = other[way.partner(sizes, i)];
             if (weights[p] - weights[q]).abs() > WELD * weights[p] {
                 // Around a ring of patches the scales do not close.
-                let difference = Difference::Weights { weights: [weights[p], weights[q]], point: points[p] };
-                return Err(JoinFault::Mismatch {
-                    faces: parts.names(a, b),
-                    difference: Box::new(difference),
-                });
+                let difference = format!(
+                    "their weights are in no fixed proportion, {} and {} at ({}, {}, {}) m",
+                    weights[p], weights[q], points[p][0], points[p][1], points[p][2]
+                );
+                return Err(JoinFault::Mismatch { faces: parts.names(a, b), difference });
             }
             let (p, q) = (root(&parents, p), root(&parents, q));
             parents[p.max(q)] = p.min(q);

@@ -6,7 +6,6 @@
 //! and every fixed point is met exactly.
 
 use crate::SplineError;
-use crate::spline_fault::KnotFault;
 
 /// Most elements that one direction may get: a guard against slips of a decimal point.
 pub const MAX_ELEMENTS: usize = 20_000;
@@ -76,7 +75,7 @@ impl Grading {
     /// two breaks.
     pub fn breaks(&self, existing: &[f64]) -> Result<Vec<f64>, SplineError> {
         if existing.len() < 2 {
-            return Err(KnotFault::FewBreaks { count: existing.len() }.into());
+            return Err(SplineError::Knots(format!("{} breaks, two are needed", existing.len())));
         }
         let range = existing[existing.len() - 1] - existing[0];
         self.check(range)?;

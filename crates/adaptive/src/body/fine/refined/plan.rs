@@ -17,7 +17,6 @@ use crate::adaptivity::lattice::DirectionLattice;
 use crate::adaptivity::subdivision::{DirectionPlan, SubdivisionError, SurfaceGrowth, divide, follow};
 use crate::body::splines::ElasticBody;
 use crate::error::AdaptiveError;
-use crate::spec::unsupported::Unsupported;
 
 /// The parameters of an interval's ends along the face, as it is asked for.
 fn parameters(coarse: &ElasticBody, patch: &Patch, wanted: &WantedInterval) -> [Option<[f64; 2]>; 3] {
@@ -54,7 +53,10 @@ pub(super) fn plan(
             }
         }
         (_, _, [patch]) => parts_plan(coarse, patch, wanted, settings),
-        _ => Err(AdaptiveError::unsupported_body(&coarse.name, Unsupported::PartsOfPatches)),
+        _ => Err(AdaptiveError::unsupported_body(
+            &coarse.name,
+            "interval.division = \"printed\" is for bodies of one patch; leave it out".into(),
+        )),
     }
 }
 
@@ -165,7 +167,10 @@ pub(super) fn check_regular(
         let face = part.face;
         let [lower, upper] = [bounds.lower, bounds.upper].map(|corner| face.on_face(&corner));
         if let Some(set) = coarse.shape.singular_in(face.id.patch, &lower, &upper) {
-            let what = Unsupported::SingularInterval { set: set.name.clone() };
+            let what = format!(
+                "a contact interval touches the singular {} of the parametrisation; turn the body's frame or choose another net",
+                set.name
+            );
             return Err(AdaptiveError::unsupported_body(&coarse.name, what));
         }
     }
