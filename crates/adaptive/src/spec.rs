@@ -1,5 +1,5 @@
 //! What a run is made from: plain, validated values. SI units; body-fixed data in the body's own
-//! frame. What they cannot be together is [`unsupported`].
+//! frame. What they cannot be together is an `AdaptiveError::Unsupported`, said where it is found.
 //!
 //! Knows shapes, meshes and materials as data; knows no matrices, and no file format.
 

@@ -13,7 +13,6 @@ use result_files::words::percent::percent;
 use result_files::words::shown::for_shell;
 
 use crate::interchange::body_file::BodyFileError;
-use crate::scenario::OverrideFault;
 use crate::scenario::body_places::PlaceError;
 
 /// Everything that ends a command without a result.
@@ -185,8 +184,8 @@ pub enum CommandFault {
         fault: Box<PlaceFault>,
     },
     /// A scenario key and value that cannot be read.
-    #[error(transparent)]
-    Override(#[from] OverrideFault),
+    #[error("{0}")]
+    Override(String),
 }
 
 impl CommandFault {

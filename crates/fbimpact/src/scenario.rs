@@ -28,7 +28,7 @@ use crate::process::provenance;
 use changes::expanded::Expanded;
 use check::Checker;
 
-pub use changes::overrides::{Override, OverrideFault};
+pub use changes::overrides::Override;
 pub use files::bodies::mesh_parts;
 pub use result_files::toml_text::fault::{Fault, Faults};
 pub use types::{Compression, FileBody, FileOfBody, Scenario, Source};
@@ -48,7 +48,7 @@ pub fn parse(path: &Path, bytes: &[u8], overrides: &[Override]) -> Result<Scenar
         let at = error.valid_up_to();
         let message = "the file must be UTF-8 text".to_owned();
         checker.fault(&Origin::File(source, at..at + 1), String::new(), None, message);
-        return Err(Faults::new(checker.faults));
+        return Err(Faults::new(checker.faults.take()));
     }
     let mut document = document::parse_toml(&source).map_err(Faults::new)?;
     for change in overrides {
@@ -65,7 +65,7 @@ pub fn parse(path: &Path, bytes: &[u8], overrides: &[Override]) -> Result<Scenar
     files::curves::read_all(&mut checker, &mut root, directory);
     // Of a copy, for what these two ask for is not used yet.
     let copy = root.clone();
-    conditions::check(&mut checker, conditions::Scope::of(&copy));
+    conditions::check(conditions::Scope::of(&copy));
     let resolved = if checker.faults.is_empty() { written::resolved::write(&copy) } else { String::new() };
     let source = Source {
         path: path.to_owned(),
@@ -82,7 +82,7 @@ pub fn parse(path: &Path, bytes: &[u8], overrides: &[Override]) -> Result<Scenar
         let is_material = |path: &str| path.split('.').next() == Some("materials");
         for (section, key) in root.unasked().into_iter().filter(|(s, key)| !is_material(&s.path_of(key))) {
             let message = "nothing that the scenario describes depends on it: take it out".to_owned();
-            checker.fault_in(section, key, message);
+            section.fault(key, message);
         }
     }
     match scenario {
@@ -92,7 +92,7 @@ pub fn parse(path: &Path, bytes: &[u8], overrides: &[Override]) -> Result<Scenar
         }
         _ => {
             debug_assert!(!checker.faults.is_empty(), "a scenario that is not built has a fault");
-            Err(Faults::new(expanded.told(checker.faults)))
+            Err(Faults::new(expanded.told(checker.faults.take())))
         }
     }
 }

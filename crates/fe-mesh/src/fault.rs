@@ -378,10 +378,4 @@ pub enum MeshFault {
         /// Mean of its nodes \[m\].
         point: [f64; 3],
     },
-    /// A matrix has more entries than 32-bit indices can name.
-    #[error("the matrices would have {entries} entries, at most 4294967295 are possible, use fewer elements")]
-    TooLarge {
-        /// Number of entries.
-        entries: usize,
-    },
 }

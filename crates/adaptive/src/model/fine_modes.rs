@@ -85,11 +85,6 @@ impl RunModel {
         self.source.is_some()
     }
 
-    /// Whether `body` has modes of its own at present.
-    pub fn has_fine_modes(&self, body: usize) -> bool {
-        self.bodies[body].flexible().is_some_and(|elastic| elastic.fine.is_some())
-    }
-
     /// Gives `body` a fine model with its modes and maps its part of the state `y` at time `t`.
     ///
     /// # Errors

@@ -33,34 +33,34 @@ pub use joints::inboard_joint;
 pub fn scenario(checker: &mut Checker, root: &Section, source: Source) -> Option<Scenario> {
     let names = || root.named("bodies").iter().map(|(name, _)| name.as_str());
     let n_before = checker.faults.len();
-    let mut bodies = bodies::bodies(checker, bodies::parts::Context { root });
+    let mut bodies = bodies::bodies(root);
     let n_of_bodies = checker.faults.len() - n_before;
-    let joints = joints::joints(checker, root, &bodies);
+    let joints = joints::joints(root, &bodies);
     // Of faults in one line those of joints come first.
-    checker.faults[n_before..].rotate_left(n_of_bodies);
-    let loads = loads::loads(checker, root, &bodies);
+    checker.faults.move_back(n_before, n_of_bodies);
+    let loads = loads::loads(root, &bodies);
     let accuracy = accuracy::accuracy(root);
-    let contacts = contacts::contacts(checker, root, &bodies);
+    let contacts = contacts::contacts(root, &bodies);
     let (simulation, output) = (root.table("simulation"), root.table("output"));
     let end_time = simulation.and_then(|section| section.number("end_time"));
-    let requests = output.and_then(|section| output::output(checker, root, section, &bodies, end_time));
+    let requests = output.and_then(|section| output::output(root, section, &bodies, end_time));
     if root.named("bodies").is_empty() && root.given("bodies") {
-        checker.fault_in(root, "bodies", "at least one body is needed");
+        root.fault("bodies", "at least one body is needed");
     }
     let (loads, contacts) = (loads?, contacts?);
     if !bodies.is_complete() {
         return None;
     }
-    check_gravity(checker, simulation?, bodies.motions(names()));
+    check_gravity(simulation?, bodies.motions(names()));
     let contact_names: Vec<&str> = contacts.iter().map(|c| c.name.as_str()).collect();
     let (of_file, tolerance_factor) =
-        resolution::resolution(checker, root, &names().collect::<Vec<_>>(), &contact_names)?;
+        resolution::resolution(root, &names().collect::<Vec<_>>(), &contact_names)?;
     let mut settings = settings::settings(simulation?, output?, accuracy)?;
     settings.tighten(tolerance_factor);
     let bands = root.table("uncertainty")?;
     (settings.uncertainty, settings.accuracy) = (bands.boolean("enabled")?, bands.number("accuracy"));
     if settings.accuracy.is_some() && !settings.uncertainty {
-        checker.fault_in(bands, "accuracy", "has no meaning with enabled = false, for it is judged by bands");
+        bands.fault("accuracy", "has no meaning with enabled = false, for it is judged by bands");
     }
     let (title, requests) = (root.text("title")?.to_owned(), requests?);
     let joints = joints.into_iter().map(specified).collect::<Option<Vec<_>>>()?;
@@ -73,7 +73,7 @@ pub fn scenario(checker: &mut Checker, root: &Section, source: Source) -> Option
     let specs =
         |joints: Vec<(JointSpec, bool)>| joints.into_iter().map(|(joint, _)| joint).collect::<Vec<_>>();
     let joints = specs(tree);
-    let gears = gears::gears(checker, root, &joints);
+    let gears = gears::gears(root, &joints);
     let run = RunSpec {
         bodies,
         joints,
@@ -155,16 +155,11 @@ fn rigid_areas<'a>(places: impl Iterator<Item = &'a Place>) -> Vec<Area> {
 }
 
 /// Reports gravity that leads a body out of the space in which it moves.
-fn check_gravity<'a>(
-    checker: &mut Checker,
-    simulation: &Section,
-    motions: impl Iterator<Item = (&'a str, Option<RigidMotion>)>,
-) {
+fn check_gravity<'a>(simulation: &Section, motions: impl Iterator<Item = (&'a str, Option<RigidMotion>)>) {
     let Some(gravity) = simulation.vector::<3>("gravity") else { return };
     for (name, motion) in motions {
         if let Some(message) = bodies::leaves_model(motion, "gravity", &gravity) {
-            let message = format!("{message}, which is the model of body \"{name}\"");
-            checker.fault_in(simulation, "gravity", message);
+            simulation.fault("gravity", format!("{message}, which is the model of body \"{name}\""));
             return;
         }
     }

@@ -9,7 +9,7 @@ use result_files::toml_text::fault::{Fault, meant, nearest};
 
 use super::keys::units;
 use super::keys::{Choice, Key, Kind, Need, Range, Variant, names};
-use super::section::{Checked, Item, NamedSections, Section, join};
+use super::section::{Checked, FaultList, Item, NamedSections, Section, join};
 
 /// A degree \[rad\].
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
@@ -108,7 +108,7 @@ pub struct Checker {
     /// Tables of numbers that the scenario names, each with what it is.
     pub files: Vec<(PathBuf, String)>,
     /// Faults so far.
-    pub faults: Vec<Fault>,
+    pub faults: FaultList,
     /// Unit of the quantity over time whose table is checked.
     quantity: &'static str,
 }
@@ -116,41 +116,7 @@ pub struct Checker {
 impl Checker {
     /// Adds a fault at `origin`.
     pub fn fault(&mut self, origin: &Origin, key: String, value: Option<String>, message: String) {
-        let location = origin.location(&Origin::Default);
-        self.faults.push(Fault { location, key, value, message, suggestion: None, known: String::new() });
-    }
-
-    /// Adds a fault at item `name` of `section`, or at the section if it has no such item.
-    pub fn fault_in(&mut self, section: &Section, name: &str, message: impl Into<String>) {
-        let (origin, value) = match section.item(name) {
-            Some(item) => (&item.origin, Some(item.shown.clone())),
-            None => (&section.origin, None),
-        };
-        self.fault(origin, section.path_of(name), value, message.into());
-    }
-
-    /// The same where nothing can be made of the key.
-    pub fn refuse<T>(&mut self, section: &Section, name: &str, message: impl Into<String>) -> Option<T> {
-        self.fault_in(section, name, message);
-        None
-    }
-
-    /// A fault unless the key `name` of `section` is there, which is `what`.
-    pub fn require(&mut self, section: &Section, name: &str, what: &str) -> Option<()> {
-        match section.item(name) {
-            Some(_) => Some(()),
-            None => self.refuse(section, name, format!("required key is missing: {what}")),
-        }
-    }
-
-    /// Adds a fault for a name that is not among `known`.
-    pub fn unknown_name(&mut self, section: &Section, name: &str, what: &str, known: &[&str]) {
-        let Some(word) = section.text(name).map(str::to_owned) else { return };
-        self.fault_in(section, name, format!("unknown {what}"));
-        if let Some(fault) = self.faults.last_mut() {
-            fault.suggestion = nearest(&word, known.iter().copied());
-            fault.known = format!("known are {}", names(known.iter().copied()));
-        }
+        self.faults.tell(origin, key, value, message);
     }
 
     /// Checks `entries` against `keys`; `skip` is a key that has been dealt with.
@@ -168,7 +134,13 @@ impl Checker {
             }
         }
         let items = keys.iter().filter_map(|key| self.item(key, entries, path, origin)).collect();
-        Section { path: path.to_owned(), origin: origin.clone(), items, quantity: "" }
+        Section {
+            path: path.to_owned(),
+            origin: origin.clone(),
+            items,
+            quantity: "",
+            faults: self.faults.clone(),
+        }
     }
 
     fn unknown_key(&mut self, keys: &[Key], entry: &Entry, path: &str, skip: Option<&str>) {
@@ -426,10 +398,10 @@ impl Checker {
         };
         let Some(variant) = variants.iter().find(|v| v.choice.name == name) else {
             self.fault(&entry.node.origin, full, Some(entry.node.shown()), format!("unknown {tag}"));
-            if let Some(fault) = self.faults.last_mut() {
+            self.faults.amend_last(|fault| {
                 fault.suggestion = meant(name, variants.iter().map(|v| (v.choice.name, v.choice.elsewhere)));
                 fault.known = format!("known are {}", names(known()));
-            }
+            });
             return Checked::Invalid;
         };
         let mut section = self.section(variant.keys, entries, path, origin, Some(tag));
@@ -445,9 +417,9 @@ impl Checker {
         }
         let message = format!("must be {}", names(choices.iter().map(|c| c.name)));
         self.fault(&node.origin, path.to_owned(), Some(node.shown()), message);
-        if let Some(fault) = self.faults.last_mut() {
+        self.faults.amend_last(|fault| {
             fault.suggestion = meant(word, choices.iter().map(|c| (c.name, c.elsewhere)));
-        }
+        });
         None
     }
 

@@ -2,7 +2,6 @@
 //! checked tables.
 
 use super::build::{ContactFacts, inboard_joint};
-use super::check::Checker;
 use super::keys::{Condition, Fact, Test};
 use super::section::{Checked, Item, Section};
 use super::tables::Search;
@@ -20,17 +19,17 @@ pub struct Scope<'a> {
 }
 
 /// Reports keys that are given where they have no meaning.
-pub fn check(checker: &mut Checker, scope: Scope<'_>) {
+pub fn check(scope: Scope<'_>) {
     for item in &scope.section.items {
         match scope.unmet(item) {
             Some(condition) if item.given => {
                 let found = scope.found(&condition.test).map_or(String::new(), |found| format!("; {found}"));
                 let message =
                     format!("has a meaning {} only{}{found}", condition.words, condition.behind_comma());
-                checker.fault_in(scope.section, item.name, message);
+                scope.section.fault(item.name, message);
             }
             Some(_) => {}
-            None => item.value.subtables().into_iter().for_each(|(_, t)| check(checker, scope.inner(t))),
+            None => item.value.subtables().into_iter().for_each(|(_, t)| check(scope.inner(t))),
         }
     }
 }

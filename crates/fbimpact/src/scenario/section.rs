@@ -1,15 +1,61 @@
 //! A table after the check against its keys: defaults filled in, every value of the right type or
 //! marked as invalid.
 
-use std::cell::Cell;
+use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::ops::{Deref, DerefMut};
+use std::rc::Rc;
 use std::sync::Arc;
 
 use result_files::toml_text::document::Origin;
+use result_files::toml_text::fault::{Fault, nearest};
 
 use super::body_source::{BodySource, MeshSource, SplineSource};
-use super::keys::{Condition, Named};
+use super::keys::{Condition, Named, names};
+
+/// Faults of a scenario in the order in which they were found, one list for all its tables.
+#[derive(Debug, Clone, Default)]
+pub struct FaultList(Rc<RefCell<Vec<Fault>>>);
+
+impl FaultList {
+    /// Adds `fault`.
+    pub fn push(&self, fault: Fault) {
+        self.0.borrow_mut().push(fault);
+    }
+
+    /// Adds a fault at `origin`.
+    pub fn tell(&self, origin: &Origin, key: String, value: Option<String>, message: String) {
+        let location = origin.location(&Origin::Default);
+        self.push(Fault { location, key, value, message, suggestion: None, known: String::new() });
+    }
+
+    /// Says more of the last one.
+    pub fn amend_last(&self, more: impl FnOnce(&mut Fault)) {
+        if let Some(last) = self.0.borrow_mut().last_mut() {
+            more(last);
+        }
+    }
+
+    /// Their number.
+    pub fn len(&self) -> usize {
+        self.0.borrow().len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.0.borrow().is_empty()
+    }
+
+    /// Moves the first `count` of those behind the first `from` to the end.
+    pub fn move_back(&self, from: usize, count: usize) {
+        self.0.borrow_mut()[from..].rotate_left(count);
+    }
+
+    /// All of them, which leaves none.
+    pub fn take(&self) -> Vec<Fault> {
+        self.0.take()
+    }
+}
 
 /// A checked table.
 #[derive(Debug, Clone)]
@@ -22,6 +68,8 @@ pub struct Section {
     pub items: Vec<Item>,
     /// Unit of the quantity over time that the table describes; empty of other tables.
     pub quantity: &'static str,
+    /// Where its faults go.
+    pub faults: FaultList,
 }
 
 /// A checked value.
@@ -172,6 +220,44 @@ impl Checked {
 pub struct AtFault;
 
 impl Section {
+    /// Adds a fault at item `name`, or at the section if it has no such item.
+    pub fn fault(&self, name: &str, message: impl Into<String>) {
+        let (origin, value) = match self.item(name) {
+            Some(item) => (&item.origin, Some(item.shown.clone())),
+            None => (&self.origin, None),
+        };
+        self.faults.tell(origin, self.path_of(name), value, message.into());
+    }
+
+    /// The same of the whole section.
+    pub fn fault_here(&self, message: impl Into<String>) {
+        self.faults.tell(&self.origin, self.path.clone(), None, message.into());
+    }
+
+    /// A fault with which nothing can be made of the key.
+    pub fn refuse<T>(&self, name: &str, message: impl Into<String>) -> Option<T> {
+        self.fault(name, message);
+        None
+    }
+
+    /// A fault unless the key `name` is there, which is `what`.
+    pub fn require(&self, name: &str, what: &str) -> Option<()> {
+        match self.item(name) {
+            Some(_) => Some(()),
+            None => self.refuse(name, format!("required key is missing: {what}")),
+        }
+    }
+
+    /// Adds a fault for a name that is not among `known`.
+    pub fn unknown_name(&self, name: &str, what: &str, known: &[&str]) {
+        let Some(word) = self.text(name) else { return };
+        self.fault(name, format!("unknown {what}"));
+        self.faults.amend_last(|fault| {
+            fault.suggestion = nearest(word, known.iter().copied());
+            fault.known = format!("known are {}", names(known.iter().copied()));
+        });
+    }
+
     /// What `read` makes of the key `name`; none if the key is not there.
     ///
     /// # Errors

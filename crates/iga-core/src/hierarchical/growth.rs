@@ -177,8 +177,7 @@ fn elements_in_direction(
     let reach = if seam { period } else { 0.0 };
     if !(lower <= upper && lower <= end && start <= upper && upper - lower <= f64::MAX) {
         return Err(SplineError::Levels(format!(
-            "region from {} to {} is not inside the parameters {} to {}",
-            lower, upper, start, end
+            "region from {lower} to {upper} is not inside the parameters {start} to {end}"
         )));
     }
     let n = k.n_elements() as i64;

@@ -114,7 +114,7 @@ impl KnotVector {
     pub fn with_knots(&self, more: &[f64]) -> Result<Self, SplineError> {
         let (a, b) = self.domain();
         if let Some(&knot) = more.iter().find(|&&u| !(u > a && u < b)) {
-            return Err(SplineError::Knots(format!("new knot {knot} is not inside ({}, {})", a, b)));
+            return Err(SplineError::Knots(format!("new knot {knot} is not inside ({a}, {b})")));
         }
         let mut knots = self.knots.clone();
         knots.extend_from_slice(more);

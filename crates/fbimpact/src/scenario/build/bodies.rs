@@ -16,7 +16,6 @@ use ffr_dynamics::body::RigidMotion;
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 
 use super::super::body_places::{BodyPlaces, GivenPlace};
-use super::super::check::Checker;
 use super::super::files::bodies::is_meshed;
 use super::super::section::Section;
 use super::super::tables::BodyModel;
@@ -26,41 +25,33 @@ use super::joints::GROUND;
 use super::places::{BodyFacts, given_place, motion_in_words, part};
 use discretisation::{discretisation, reduction};
 use known_shapes::KnownShapes;
-use parts::{Context, GivenFrame, damping, elastic_model, frame, material, stiffening};
+use parts::{GivenFrame, damping, elastic_model, frame, material, stiffening};
 use rigid::Rigid;
 
 /// Markers that the user has added, by name.
 type Markers = Vec<(String, GivenPlace)>;
 
 /// All bodies, as far as their own tables say.
-pub fn bodies(checker: &mut Checker, context: Context<'_>) -> BuiltBodies {
-    let list = context.root.named("bodies").iter();
+pub fn bodies(root: &Section) -> BuiltBodies {
+    let list = root.named("bodies").iter();
     let mut known = KnownShapes::default();
-    let built = list.map(|(name, section)| body(checker, context, &mut known, name, section));
+    let built = list.map(|(name, section)| body(root, &mut known, name, section));
     BuiltBodies::new(built.collect())
 }
 
-fn body(
-    checker: &mut Checker,
-    context: Context<'_>,
-    known: &mut KnownShapes,
-    name: &str,
-    section: &Section,
-) -> Option<Built> {
-    let root = context.root;
+fn body(root: &Section, known: &mut KnownShapes, name: &str, section: &Section) -> Option<Built> {
     if name == GROUND {
-        let message = "\"ground\" is the name of space, choose another".into();
-        checker.fault(&section.origin, section.path.clone(), None, message);
+        section.fault_here("\"ground\" is the name of space, choose another");
         return None;
     }
-    let orientation = orientation(checker, section);
+    let orientation = orientation(section);
     let is_imported = section.choice("model") == Some(BodyModel::Imported);
-    let markers = if is_imported { Some(Vec::new()) } else { markers(checker, section) };
+    let markers = if is_imported { Some(Vec::new()) } else { markers(section) };
     let made = match section.choice("model") {
-        Some(_) if is_meshed(section) => meshed::meshed(checker, context, section, name, markers.as_deref())
+        Some(_) if is_meshed(section) => meshed::meshed(root, section, name, markers.as_deref())
             .map(|(kind, facts)| Made::Moving(kind, Box::new(facts))),
         Some(BodyModel::Rigid) => {
-            let made = rigid::rigid(checker, root, known, section, orientation, markers.as_deref());
+            let made = rigid::rigid(root, known, section, orientation, markers.as_deref());
             made.map(|rigid| match rigid {
                 Rigid::Moving(moving) => {
                     let (kind, places) = *moving;
@@ -72,16 +63,17 @@ fn body(
                 }
             })
         }
-        Some(BodyModel::Imported) => imported::imported(checker, context, section, name)
-            .map(|(kind, facts)| Made::Moving(kind, Box::new(facts))),
+        Some(BodyModel::Imported) => {
+            imported::imported(root, section, name).map(|(kind, facts)| Made::Moving(kind, Box::new(facts)))
+        }
         Some(
             model @ (BodyModel::Solid
             | BodyModel::Axisymmetric
             | BodyModel::PlaneStrain
             | BodyModel::PlaneStress),
         ) => {
-            let frame = frame(checker, context, section, name);
-            let made = elastic(checker, context, section, model, frame, markers.as_deref());
+            let frame = frame(root, section, name);
+            let made = elastic(root, section, model, frame, markers.as_deref());
             made.map(|(spec, facts)| Made::Moving(BodyKind::Elastic(Box::new(spec)), Box::new(facts)))
         }
         Some(BodyModel::Mesh) | None => None,
@@ -90,7 +82,7 @@ fn body(
     markers?;
     let (position, velocity) = (section.vector("position")?, section.vector("velocity")?);
     let (orientation, angular_velocity) = (orientation?, section.vector("angular_velocity")?);
-    check_motion(checker, section, made.motion(), &velocity, &angular_velocity, &orientation);
+    check_motion(section, made.motion(), &velocity, &angular_velocity, &orientation);
     Some(match made {
         Made::Plane(plane) => Built::Plane(Plane { point: position.into(), ..plane }),
         Made::Moving(kind, facts) => {
@@ -134,7 +126,7 @@ fn rotation([w, x, y, z]: [f64; 4]) -> UnitQuaternion<f64> {
 }
 
 /// Markers that the user has added.
-fn markers(checker: &mut Checker, section: &Section) -> Option<Markers> {
+fn markers(section: &Section) -> Option<Markers> {
     let list = section.named("markers");
     if list.is_empty() {
         return section.item("markers").map(|_| Vec::new());
@@ -146,11 +138,11 @@ fn markers(checker: &mut Checker, section: &Section) -> Option<Markers> {
         if own.contains(&name.as_str()) {
             let message =
                 format!("shape \"{}\" has a marker of this name already, choose another", facts.shape_name());
-            checker.fault(&marker.origin, marker.path.clone(), None, message);
+            marker.fault_here(message);
             continue;
         }
-        let key = given_place(checker, marker, &["face", "point"]);
-        let at = key.and_then(|key| part(checker, marker, key, &facts));
+        let key = given_place(marker, &["face", "point"]);
+        let at = key.and_then(|key| part(marker, key, &facts));
         built.extend(at.map(|at| (name.clone(), at)));
     }
     (built.len() == list.len()).then_some(built)
@@ -158,7 +150,6 @@ fn markers(checker: &mut Checker, section: &Section) -> Option<Markers> {
 
 /// Rejects initial motions that the model of the body cannot take.
 fn check_motion(
-    checker: &mut Checker,
     section: &Section,
     motion: Option<RigidMotion>,
     velocity: &[f64; 3],
@@ -169,7 +160,7 @@ fn check_motion(
         [("velocity", velocity), ("angular_velocity", angular_velocity), ("orientation", orientation)];
     for (key, value) in checks {
         if let Some(message) = leaves_model(motion, key, value) {
-            checker.fault_in(section, key, message);
+            section.fault(key, message);
         }
     }
 }
@@ -197,14 +188,14 @@ pub fn leaves_model(motion: Option<RigidMotion>, key: &str, value: &[f64]) -> Op
     leaves.then(|| format!("must be {words} for a body that is {}", motion_in_words(motion)))
 }
 
-fn orientation(checker: &mut Checker, section: &Section) -> Option<[f64; 4]> {
+fn orientation(section: &Section) -> Option<[f64; 4]> {
     let v = section.numbers("orientation")?;
     if let Ok(quaternion) = <[f64; 4]>::try_from(v) {
         let norm = quaternion.iter().map(|x| x * x).sum::<f64>().sqrt();
         // Four digits typed by hand are accepted and normalised.
         if (norm - 1.0).abs() > 1e-3 {
             let message = format!("a quaternion must have unit length within 0.001, this one has {norm:.6}");
-            return checker.refuse(section, "orientation", message);
+            return section.refuse("orientation", message);
         }
         return Some(quaternion.map(|x| x / norm));
     }
@@ -214,35 +205,34 @@ fn orientation(checker: &mut Checker, section: &Section) -> Option<[f64; 4]> {
 }
 
 fn elastic(
-    checker: &mut Checker,
-    context: Context<'_>,
+    root: &Section,
     section: &Section,
     model: BodyModel,
     frame: Option<GivenFrame>,
     markers: Option<&[(String, GivenPlace)]>,
 ) -> Option<(ElasticSpec, MovingFacts)> {
     let kind = elastic_model(section, model);
-    let material = material(checker, context.root, section);
+    let material = material(root, section);
     if section.item("geometry").is_none() {
         let or_mesh = if model == BodyModel::Solid { "" } else { ", or \"file\", a mesh in the plane" };
         let message = format!("required key is missing: a table with a \"shape\"{or_mesh}");
-        checker.fault_in(section, "geometry", message);
+        section.fault("geometry", message);
     }
     let degree = section.table("discretisation").and_then(|d| d.counts("degree")?.into_iter().min());
-    let shape = geometry::shape(checker, section, model, degree.unwrap_or(0));
+    let shape = geometry::shape(section, model, degree.unwrap_or(0));
     let places = shape.zip(kind).zip(markers).and_then(|((shape, model), markers)| {
         let places = BodyPlaces::flexible(shape, model, markers);
-        places.map_err(|e| checker.fault_in(section, "markers", e.to_string())).ok()
+        places.map_err(|e| section.fault("markers", e.to_string())).ok()
     });
     let facts = BodyFacts::of(section);
     let mesh = section.table("discretisation");
-    let mesh = mesh.and_then(|d| discretisation(checker, d, &facts?, places.as_ref()));
-    let basis = section.table("reduction").and_then(|r| reduction(checker, r));
-    let damping = damping(checker, section);
-    let geometric_stiffening = stiffening(checker, section, frame.as_ref())?;
+    let mesh = mesh.and_then(|d| discretisation(d, &facts?, places.as_ref()));
+    let basis = section.table("reduction").and_then(|r| reduction(r));
+    let damping = damping(section);
+    let geometric_stiffening = stiffening(section, frame.as_ref())?;
     let (places, (discretisation, wants_elements), basis) = (places?, mesh?, basis?);
     let follows_joint = frame == Some(GivenFrame::AtJoint);
-    let frame = frame?.on_body(checker, section, &places)?;
+    let frame = frame?.on_body(section, &places)?;
     let (shape, model) = places.shape()?.clone();
     let flexible = FlexibleSpec {
         static_answers: basis.static_answers,

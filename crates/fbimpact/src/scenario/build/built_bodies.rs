@@ -7,7 +7,6 @@ use ffr_dynamics::body::RigidMotion;
 use nalgebra::UnitQuaternion;
 
 use super::super::body_places::{BodyPlaces, GivenPlace, PlaceError};
-use super::super::check::Checker;
 use super::super::section::Section;
 use super::super::types::{FileBody, FileOfBody};
 
@@ -109,17 +108,10 @@ impl BuiltBodies {
 
     /// A place on body `body` given in table `section`: by [`BodyPlaces::held`] where a joint or
     /// load takes hold, by [`BodyPlaces::observed`] where the body is observed.
-    pub fn place(
-        &self,
-        checker: &mut Checker,
-        section: &Section,
-        body: usize,
-        at: &GivenPlace,
-        find: Find,
-    ) -> Option<Place> {
+    pub fn place(&self, section: &Section, body: usize, at: &GivenPlace, find: Find) -> Option<Place> {
         let key = ["marker", "face", "point"].into_iter().find(|key| section.given(key)).unwrap_or("marker");
         let places = &self.moving(body)?.facts.places;
-        find(places, at).map_err(|error| checker.fault_in(section, key, error.to_string())).ok()
+        find(places, at).map_err(|error| section.fault(key, error.to_string())).ok()
     }
 
     /// The motions that each body can make, by name; none of planes.

@@ -17,7 +17,6 @@ use contact_qs::quasistatic::Method;
 use contact_qs::quasistatic::broyden::BroydenSettings;
 use ffr_dynamics::body::RigidMotion;
 
-use super::super::check::Checker;
 use super::super::section::Section;
 use super::super::tables::{BodyModel, Search, ShapeName, Solver};
 use super::accuracy::{accuracy, peak_tolerance};
@@ -28,17 +27,17 @@ use checks::{check_bodies, check_hertz, check_settings};
 use facts::ContactFacts;
 
 /// All contacts; `None` if one of them, or one of its bodies, is at fault.
-pub fn contacts(checker: &mut Checker, root: &Section, bodies: &BuiltBodies) -> Option<Vec<ContactSpec>> {
+pub fn contacts(root: &Section, bodies: &BuiltBodies) -> Option<Vec<ContactSpec>> {
     let list = root.named("contacts");
     let mut pairs: HashMap<[usize; 2], &str> = HashMap::with_capacity(list.len());
     let mut built = Vec::with_capacity(list.len());
     for (name, section) in list {
-        let Some((pair, law)) = contact(checker, root, section) else { continue };
+        let Some((pair, law)) = contact(root, section) else { continue };
         let sorted = [pair[0].min(pair[1]), pair[0].max(pair[1])];
         match pairs.entry(sorted) {
             Entry::Occupied(same) => {
                 let message = format!("contact \"{}\" has the same pair of bodies already", same.get());
-                checker.fault_in(section, "contact_body", message);
+                section.fault("contact_body", message);
             }
             Entry::Vacant(place) => _ = place.insert(name),
         }
@@ -55,18 +54,13 @@ pub fn contacts(checker: &mut Checker, root: &Section, bodies: &BuiltBodies) -> 
     if built.len() < list.len() {
         return None;
     }
-    check_interface_modes(checker, root, bodies, &built);
+    check_interface_modes(root, bodies, &built);
     Some(built)
 }
 
 /// Faults numbers of fixed-interface modes of bodies that have no interface: contacts that the
 /// program refines, and coarse ones, need none.
-fn check_interface_modes(
-    checker: &mut Checker,
-    root: &Section,
-    bodies: &BuiltBodies,
-    contacts: &[ContactSpec],
-) {
+fn check_interface_modes(root: &Section, bodies: &BuiltBodies, contacts: &[ContactSpec]) {
     let has_interface = |contact: &ContactSpec| {
         contact.law.surface().is_some_and(|law| law.treatment.interface_modes().is_some())
     };
@@ -76,7 +70,7 @@ fn check_interface_modes(
         if !contacts.iter().any(|contact| contact.acts_on(body) && has_interface(contact)) {
             let message = "nothing depends on it: only contacts of the models \"quasistatic\", \"massless\", \"damped\" and \"dynamic\" \
                  have an interface, and none of them is on this body; leave it out";
-            checker.fault_in(reduction, "fixed_interface_modes", message);
+            reduction.fault("fixed_interface_modes", message);
         }
     }
 }
@@ -90,26 +84,22 @@ fn target(bodies: &BuiltBodies, body: usize) -> Option<Target> {
 }
 
 /// Contact and target body of the file, and the law, if the bodies can obey it.
-fn contact(
-    checker: &mut Checker,
-    root: &Section,
-    section: &Section,
-) -> Option<([usize; 2], Option<ContactLaw>)> {
-    let contact_body = body_index(checker, root, section, "contact_body");
-    let target_body = body_index(checker, root, section, "target_body");
+fn contact(root: &Section, section: &Section) -> Option<([usize; 2], Option<ContactLaw>)> {
+    let contact_body = body_index(root, section, "contact_body");
+    let target_body = body_index(root, section, "target_body");
     if contact_body.is_some() && contact_body == target_body {
         let message = "must differ from contact_body, a body does not touch itself";
-        return checker.refuse(section, "target_body", message);
+        return section.refuse("target_body", message);
     }
     let facts = ContactFacts::of(root, section)?;
     let law = match facts.model.treatment() {
         None => {
-            check_hertz(checker, root, section);
+            check_hertz(root, section);
             hertz(root, section)
         }
         Some(treatment) => {
-            check_bodies(checker, root, section);
-            check_settings(checker, section, &facts);
+            check_bodies(root, section);
+            check_settings(section, &facts);
             Some(ContactLaw::Surface(surface(root, section, (treatment, &facts))?))
         }
     };

@@ -3,7 +3,6 @@
 use adaptive::spec::TimeCurve;
 use adaptive::spec::time_curve::{CubicSpline, Piecewise, PiecewiseForm};
 
-use super::super::check::Checker;
 use super::super::section::{AtFault, Checked, Section};
 use super::super::tables::{CurveKind, Interpolation};
 
@@ -14,15 +13,15 @@ const MAX_COEFFICIENTS: usize = 16;
 ///
 /// # Errors
 /// [`AtFault`].
-pub fn curve(checker: &mut Checker, section: &Section, key: &str) -> Result<Option<TimeCurve>, AtFault> {
+pub fn curve(section: &Section, key: &str) -> Result<Option<TimeCurve>, AtFault> {
     section.optional(key, |section, key| match &section.item(key)?.value {
         Checked::Number(value) => Some(TimeCurve::constant(*value)),
-        Checked::Table(table) => form(checker, table),
+        Checked::Table(table) => form(table),
         _ => None,
     })
 }
 
-fn form(checker: &mut Checker, table: &Section) -> Option<TimeCurve> {
+fn form(table: &Section) -> Option<TimeCurve> {
     Some(match table.choice("kind")? {
         CurveKind::Constant => TimeCurve::constant(table.number("value")?),
         CurveKind::Polynomial => {
@@ -30,7 +29,7 @@ fn form(checker: &mut Checker, table: &Section) -> Option<TimeCurve> {
             if coefficients.len() > MAX_COEFFICIENTS {
                 let message =
                     format!("{} coefficients, at most {MAX_COEFFICIENTS} make sense", coefficients.len());
-                return checker.refuse(table, "coefficients", message);
+                return table.refuse("coefficients", message);
             }
             TimeCurve::Polynomial { coefficients }
         }
@@ -43,27 +42,27 @@ fn form(checker: &mut Checker, table: &Section) -> Option<TimeCurve> {
         CurveKind::SpinUp => {
             TimeCurve::SpinUp { rate: table.number("rate")?, duration: table.number("duration")? }
         }
-        CurveKind::Table => points(checker, table)?,
+        CurveKind::Table => points(table)?,
     })
 }
 
-fn points(checker: &mut Checker, table: &Section) -> Option<TimeCurve> {
+fn points(table: &Section) -> Option<TimeCurve> {
     for key in ["times", "values"] {
         if table.item(key).is_none() {
-            return checker.refuse(table, key, "required key is missing for kind \"table\" without \"file\"");
+            return table.refuse(key, "required key is missing for kind \"table\" without \"file\"");
         }
     }
     let (times, values) = (table.numbers("times")?.to_vec(), table.numbers("values")?.to_vec());
     if times.len() < 2 {
-        return checker.refuse(table, "times", "two times are needed at least");
+        return table.refuse("times", "two times are needed at least");
     }
     if let Some(pair) = times.windows(2).find(|w| w[0] >= w[1]) {
         let message = format!("must rise, {:?} is followed by {:?}", pair[0], pair[1]);
-        return checker.refuse(table, "times", message);
+        return table.refuse("times", message);
     }
     if times.len() != values.len() {
         let message = format!("{} values, there are {} times", values.len(), times.len());
-        return checker.refuse(table, "values", message);
+        return table.refuse("values", message);
     }
     let is_periodic = table.boolean("periodic")?;
     let ends = (values[0], values[values.len() - 1]);
@@ -72,7 +71,7 @@ fn points(checker: &mut Checker, table: &Section) -> Option<TimeCurve> {
             "must end as they begin where they are periodic, not with {:?} after {:?}",
             ends.1, ends.0
         );
-        return checker.refuse(table, "values", message);
+        return table.refuse("values", message);
     }
     let form = match table.choice("interpolation")? {
         Interpolation::Smooth => None,
@@ -85,7 +84,7 @@ fn points(checker: &mut Checker, table: &Section) -> Option<TimeCurve> {
     let spline =
         if is_periodic { CubicSpline::periodic(times, values) } else { CubicSpline::new(times, values) };
     let Some(spline) = spline else {
-        return checker.refuse(table, "values", "no spline goes through the table");
+        return table.refuse("values", "no spline goes through the table");
     };
     Some(TimeCurve::Table(spline))
 }

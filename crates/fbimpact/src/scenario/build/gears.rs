@@ -3,24 +3,20 @@
 use adaptive::spec::{GearSpec, JointSpec};
 use ffr_dynamics::system::model::gear::{GearJoint, check};
 
-use super::super::check::Checker;
 use super::super::keys::units;
 use super::super::section::Section;
 
 /// The gears that are free of faults; `joints` are those of the tree.
-pub fn gears(checker: &mut Checker, root: &Section, joints: &[JointSpec]) -> Vec<GearSpec> {
+pub fn gears(root: &Section, joints: &[JointSpec]) -> Vec<GearSpec> {
     let facts: Vec<GearJoint<'_>> = joints.iter().map(gear_joint).collect();
     let mut built = Vec::new();
     let mut accepted = Vec::new();
     for (name, section) in root.named("gears") {
-        let (first, second) =
-            (side(checker, root, section, "first", joints), side(checker, root, section, "second", joints));
+        let (first, second) = (side(root, section, "first", joints), side(root, section, "second", joints));
         let (Some(first), Some(second), Some(ratio)) = (first, second, section.number("ratio")) else {
             continue;
         };
-        if check_unit(checker, section, [first, second].map(|(joint, k)| joints[joint].kind.is_angle(k)))
-            .is_none()
-        {
+        if check_unit(section, [first, second].map(|(joint, k)| joints[joint].kind.is_angle(k))).is_none() {
             continue;
         }
         let named = |(joint, k): (usize, usize)| (joints[joint].name.clone(), k);
@@ -32,7 +28,7 @@ pub fn gears(checker: &mut Checker, root: &Section, joints: &[JointSpec]) -> Vec
             offset: 0.0,
         });
         if let Err(fault) = check(&accepted, &facts) {
-            checker.fault_in(section, "ratio", fault.to_string());
+            section.fault("ratio", fault.to_string());
             accepted.pop();
             continue;
         }
@@ -43,7 +39,7 @@ pub fn gears(checker: &mut Checker, root: &Section, joints: &[JointSpec]) -> Vec
 
 /// Faults a ratio whose unit is not that of the second coordinate by that of the first; they are
 /// angles or displacements.
-fn check_unit(checker: &mut Checker, section: &Section, are_angles: [bool; 2]) -> Option<()> {
+fn check_unit(section: &Section, are_angles: [bool; 2]) -> Option<()> {
     let given = section.item("ratio").and_then(|item| item.units.first());
     let [first, second] = are_angles.map(|is_angle| if is_angle { "rad" } else { "m" });
     let wanted = format!("{second}/{first}");
@@ -54,8 +50,7 @@ fn check_unit(checker: &mut Checker, section: &Section, are_angles: [bool; 2]) -
         true => "wrong unit: both coordinates are of one kind, the ratio is a plain number".to_owned(),
         false => format!("wrong unit: the ratio is in {wanted}, known here are {}", units::names(&wanted)),
     };
-    checker.fault_in(section, "ratio", message);
-    None
+    section.refuse("ratio", message)
 }
 
 /// What gears ask of a joint: which of its motions are prescribed; rates have no places before the
@@ -66,22 +61,15 @@ fn gear_joint(joint: &JointSpec) -> GearJoint<'_> {
 }
 
 /// Joint and coordinate that `key` and `key_coordinate` name.
-fn side(
-    checker: &mut Checker,
-    root: &Section,
-    section: &Section,
-    key: &str,
-    joints: &[JointSpec],
-) -> Option<(usize, usize)> {
+fn side(root: &Section, section: &Section, key: &str, joints: &[JointSpec]) -> Option<(usize, usize)> {
     let name = section.text(key)?;
     let Some(joint) = root.one_of("joints", name) else {
         let known: Vec<&str> = root.named("joints").iter().map(|(name, _)| name.as_str()).collect();
-        checker.unknown_name(section, key, "joint", &known);
+        section.unknown_name(key, "joint", &known);
         return None;
     };
     if joint.boolean("closes_loop") == Some(true) {
-        return checker.refuse(
-            section,
+        return section.refuse(
             key,
             format!("joint \"{name}\" closes a loop and has no coordinates; name one of the tree"),
         );
@@ -104,11 +92,10 @@ fn side(
                 n - 1
             ),
         };
-        return checker.refuse(section, key, message);
+        return section.refuse(key, message);
     };
     if k >= coordinates {
-        return checker.refuse(
-            section,
+        return section.refuse(
             &number,
             format!(
                 "joint \"{name}\" is {} and has {coordinates} coordinates for a gear, counted from 0",

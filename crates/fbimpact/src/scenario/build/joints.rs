@@ -10,7 +10,6 @@ use ffr_dynamics::system::joints::{FreeDirections, JointKind};
 use nalgebra::{UnitQuaternion, Vector3};
 
 use super::super::body_places::BodyPlaces;
-use super::super::check::Checker;
 use super::super::section::Section;
 use super::super::tables::JointType;
 use super::built_bodies::BuiltBodies;
@@ -30,12 +29,12 @@ pub struct BuiltJoint<'a> {
 }
 
 /// The joints that are free of faults.
-pub fn joints<'a>(checker: &mut Checker, root: &'a Section, bodies: &BuiltBodies) -> Vec<BuiltJoint<'a>> {
+pub fn joints<'a>(root: &'a Section, bodies: &BuiltBodies) -> Vec<BuiltJoint<'a>> {
     let list = root.named("joints").iter();
     let built: Vec<BuiltJoint<'_>> =
-        list.filter_map(|(name, section)| joint(checker, root, name, section, bodies)).collect();
+        list.filter_map(|(name, section)| joint(root, name, section, bodies)).collect();
     let links: Vec<Link<'_>> = built.iter().map(|joint| joint.link).collect();
-    tree::check(checker, root, &links);
+    tree::check(root, &links);
     built
 }
 
@@ -49,7 +48,6 @@ pub fn inboard_joint<'a>(root: &'a Section, name: &str) -> Option<&'a str> {
 }
 
 fn joint<'a>(
-    checker: &mut Checker,
     root: &Section,
     name: &'a str,
     section: &Section,
@@ -58,18 +56,18 @@ fn joint<'a>(
     let motion =
         section.table("child").and_then(|side| Some(BodyFacts::find(root, side.text("body")?)?.motion()));
     let motion = motion.unwrap_or(RigidMotion::Spatial);
-    let kind = section.choice("type").and_then(|of| kind(checker, section, of, motion));
-    let mut side = |key: &str, can_be_ground: bool| {
-        section.table(key).and_then(|side| attachment(checker, root, side, can_be_ground, bodies))
+    let kind = section.choice("type").and_then(|of| kind(section, of, motion));
+    let side = |key: &str, can_be_ground: bool| {
+        section.table(key).and_then(|side| attachment(root, side, can_be_ground, bodies))
     };
     let (mut parent, child) = (side("parent", true), side("child", false));
     let kind = kind?;
-    let axes = axes::axes(checker, section, kind);
+    let axes = axes::axes(section, kind);
     let closes_loop = section.boolean("closes_loop")?;
     if closes_loop && kind == JointKind::Free {
-        checker.fault_in(section, "closes_loop", "a free joint holds nothing");
+        section.fault("closes_loop", "a free joint holds nothing");
     }
-    let start = coordinates::coordinates(checker, section, kind, closes_loop);
+    let start = coordinates::coordinates(section, kind, closes_loop);
     if let (Some(parent), Some(child)) = (&mut parent, &child)
         && parent.body.is_none()
         && parent.place.is_none()
@@ -78,16 +76,16 @@ fn joint<'a>(
         if point.is_none() && bodies.is_complete() {
             let message = "required key is missing: a point in space";
             let side = section.table("parent")?;
-            checker.fault_in(side, "point", message);
+            side.fault("point", message);
         }
         parent.place = point;
     }
     let (parent, child, axes) = (parent?, child?, axes?);
     if parent.body == child.body {
         let side = section.table("child")?;
-        return checker.refuse(side, "body", "must differ from the parent, a body is not joined to itself");
+        return side.refuse("body", "must differ from the parent, a body is not joined to itself");
     }
-    axes::check_models(checker, root, section, kind, &axes)?;
+    axes::check_models(root, section, kind, &axes)?;
     let start = start?;
     let link = Link { name, parent: parent.body, child: child.body, closes_loop };
     let spec = parent.with_axes(axes, bodies).zip(child.with_axes(axes, bodies));
@@ -116,7 +114,7 @@ fn in_marker(kind: JointKind, mut velocities: Vec<f64>, rotation: &UnitQuaternio
     velocities
 }
 
-fn kind(checker: &mut Checker, section: &Section, of: JointType, motion: RigidMotion) -> Option<JointKind> {
+fn kind(section: &Section, of: JointType, motion: RigidMotion) -> Option<JointKind> {
     Some(match of {
         JointType::Fixed => JointKind::Fixed,
         JointType::Revolute => JointKind::Revolute,
@@ -127,15 +125,15 @@ fn kind(checker: &mut Checker, section: &Section, of: JointType, motion: RigidMo
         JointType::Planar => JointKind::Planar,
         JointType::Free => JointKind::Free,
         JointType::Axial => JointKind::Axial,
-        JointType::Generic => generic(checker, section, motion)?,
+        JointType::Generic => generic(section, motion)?,
     })
 }
 
 /// The joint that holds the directions of key `locked`, and those in which bodies with `motion` cannot move.
-fn generic(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Option<JointKind> {
+fn generic(section: &Section, motion: RigidMotion) -> Option<JointKind> {
     if section.item("locked").is_none() {
         let message = "required key is missing for type \"generic\": the directions that the joint holds";
-        return checker.refuse(section, "locked", message);
+        return section.refuse("locked", message);
     }
     let locked = section.names("locked")?;
     let most = JointKind::freest(motion);
@@ -147,8 +145,7 @@ fn generic(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Opt
         _ if free == all => ("holds nothing", most.name()),
         _ => return Some(JointKind::Generic(FreeDirections(free))),
     };
-    checker.fault_in(section, "locked", format!("{}, choose type \"{}\"", other.0, other.1));
-    None
+    section.refuse("locked", format!("{}, choose type \"{}\"", other.0, other.1))
 }
 
 /// One side of a joint.
@@ -185,44 +182,38 @@ impl Side {
     }
 }
 
-fn attachment(
-    checker: &mut Checker,
-    root: &Section,
-    side: &Section,
-    can_be_ground: bool,
-    bodies: &BuiltBodies,
-) -> Option<Side> {
+fn attachment(root: &Section, side: &Section, can_be_ground: bool, bodies: &BuiltBodies) -> Option<Side> {
     if side.text("body")? == GROUND {
         if !can_be_ground {
             let message = "ground is the child of no joint, name it as \"parent\" and the body as \"child\"";
-            return checker.refuse(side, "body", message);
+            return side.refuse("body", message);
         }
-        return ground(checker, side);
+        return ground(side);
     }
     if root.place_of("bodies", side.text("body")?).is_none() {
         let known = root.named("bodies").iter().map(|(n, _)| n.as_str());
         let known: Vec<&str> = can_be_ground.then_some(GROUND).into_iter().chain(known).collect();
-        checker.unknown_name(side, "body", "body", &known);
+        side.unknown_name("body", "body", &known);
         return None;
     }
-    let body = body_index(checker, root, side, "body")?;
+    let body = body_index(root, side, "body")?;
     let facts = BodyFacts::find(root, side.text("body")?)?;
     if facts.is_plane() {
         let message = "a plane is at rest and takes part in no joint, name \"ground\" instead";
-        return checker.refuse(side, "body", message);
+        return side.refuse("body", message);
     }
-    let at = held(checker, side, &facts)?;
-    let place = bodies.place(checker, side, body, &at, BodyPlaces::held);
+    let at = held(side, &facts)?;
+    let place = bodies.place(side, body, &at, BodyPlaces::held);
     Some(Side { body: Some(body), place })
 }
 
-fn ground(checker: &mut Checker, side: &Section) -> Option<Side> {
+fn ground(side: &Section) -> Option<Side> {
     if side.item("point").is_none() {
         return Some(Side { body: None, place: None });
     }
     let Some(point) = side.vector("point") else {
         if side.numbers("point").is_some() {
-            checker.fault_in(side, "point", "a point on ground has 3 coordinates");
+            side.fault("point", "a point on ground has 3 coordinates");
         }
         return None;
     };

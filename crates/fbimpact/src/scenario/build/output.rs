@@ -4,7 +4,6 @@ use adaptive::spec::GaugeRequest;
 use adaptive::spec::{Place, PointSpec, StressInstant, StressSpec};
 
 use super::super::body_places::{BodyPlaces, GivenPlace};
-use super::super::check::Checker;
 use super::super::section::{Checked, Section};
 use super::super::types::Compression;
 use super::built_bodies::BuiltBodies;
@@ -25,7 +24,6 @@ pub struct Output {
 
 /// The requests of the `[output]` table; `None` if one of them, or its body, is at fault.
 pub fn output(
-    checker: &mut Checker,
     root: &Section,
     section: &Section,
     bodies: &BuiltBodies,
@@ -33,28 +31,20 @@ pub fn output(
 ) -> Option<Output> {
     let (points, lines) = (section.named("points"), section.named("stress"));
     let built_points: Vec<PointSpec> =
-        points.iter().filter_map(|(name, request)| point(checker, root, name, request, bodies)).collect();
-    let stress: Vec<StressSpec> = lines
-        .iter()
-        .filter_map(|(name, request)| stress(checker, root, name, request, bodies, end_time))
-        .collect();
+        points.iter().filter_map(|(name, request)| point(root, name, request, bodies)).collect();
+    let stress: Vec<StressSpec> =
+        lines.iter().filter_map(|(name, request)| stress(root, name, request, bodies, end_time)).collect();
     let compression = section.choice("compression")?;
     let is_complete = built_points.len() == points.len() && stress.len() == lines.len();
     let arrays = section.boolean("arrays");
     is_complete.then_some(Output { points: built_points, stress, compression, arrays })
 }
 
-fn point(
-    checker: &mut Checker,
-    root: &Section,
-    name: &str,
-    section: &Section,
-    bodies: &BuiltBodies,
-) -> Option<PointSpec> {
-    let body = body_index(checker, root, section, "body")?;
+fn point(root: &Section, name: &str, section: &Section, bodies: &BuiltBodies) -> Option<PointSpec> {
+    let body = body_index(root, section, "body")?;
     let facts = BodyFacts::find(root, section.text("body")?)?.with_points();
-    let at = marker_or_point(checker, section, &facts)?;
-    let place = bodies.place(checker, section, body, &at, BodyPlaces::observed)?;
+    let at = marker_or_point(section, &facts)?;
+    let place = bodies.place(section, body, &at, BodyPlaces::observed)?;
     let is_asked = |key: &str| section.boolean(key).unwrap_or(false);
     let gauge = GaugeRequest { strain: is_asked("strain"), stress: is_asked("stress") };
     if gauge.is_any() {
@@ -69,31 +59,30 @@ fn point(
             None
         };
         if let Some(refusal) = refusal {
-            return checker.refuse(section, key, refusal);
+            return section.refuse(key, refusal);
         }
     }
     Some(PointSpec { name: name.to_owned(), body: bodies.index(body)?, place, gauge })
 }
 
 fn stress(
-    checker: &mut Checker,
     root: &Section,
     name: &str,
     section: &Section,
     bodies: &BuiltBodies,
     end_time: Option<f64>,
 ) -> Option<StressSpec> {
-    let body = body_index(checker, root, section, "body")?;
+    let body = body_index(root, section, "body")?;
     let facts = BodyFacts::find(root, section.text("body")?)?;
     if facts.is_rigid {
-        return checker.refuse(section, "body", "must be a flexible body, a rigid one has no stress");
+        return section.refuse("body", "must be a flexible body, a rigid one has no stress");
     }
     if facts.file.is_some() {
         let message = "must be a body with a shape or a mesh, one from a body file has no stress";
-        return checker.refuse(section, "body", message);
+        return section.refuse("body", message);
     }
-    let from = single(checker, section, "from", &facts);
-    let to = single(checker, section, "to", &facts);
+    let from = single(section, "from", &facts);
+    let to = single(section, "to", &facts);
     let at = match section.item("at")?.value {
         Checked::Number(time) => StressInstant::Time(time),
         _ => StressInstant::PeakForce,
@@ -102,12 +91,12 @@ fn stress(
         && time > end
     {
         let message = format!("must not be later than simulation.end_time, which is {end:?} s");
-        checker.fault_in(section, "at", message);
+        section.fault("at", message);
     }
     let samples = section.integer("samples")?;
     let places = &bodies.moving(body)?.facts.places;
-    let mut end = |key: &str, at: &GivenPlace| {
-        places.inside(at).map_err(|error| checker.fault_in(section, key, error.to_string())).ok()
+    let end = |key: &str, at: &GivenPlace| {
+        places.inside(at).map_err(|error| section.fault(key, error.to_string())).ok()
     };
     let ends = [end("from", &from?)?, end("to", &to?)?];
     Some(StressSpec { name: name.to_owned(), body: bodies.index(body)?, ends, samples, at })

@@ -6,7 +6,6 @@ use ffr_dynamics::body::RigidMotion;
 
 use super::super::body_places::GivenPlace;
 use super::super::body_source::{BodySource, MeshSource};
-use super::super::check::Checker;
 use super::super::files::bodies::is_meshed;
 use super::super::files::spline_nets::{self, padded};
 use super::super::keys::{Named, names};
@@ -155,46 +154,40 @@ impl<'a> BodyFacts<'a> {
 }
 
 /// Index of the body that key `key` of `section` names; an unknown one is a fault.
-pub fn body_index(checker: &mut Checker, root: &Section, section: &Section, key: &str) -> Option<usize> {
+pub fn body_index(root: &Section, section: &Section, key: &str) -> Option<usize> {
     let name = section.text(key)?;
     let index = root.place_of("bodies", name);
     if index.is_none() {
         let known: Vec<&str> = root.named("bodies").iter().map(|(n, _)| n.as_str()).collect();
-        checker.unknown_name(section, key, "body", &known);
+        section.unknown_name(key, "body", &known);
     }
     index
 }
 
 /// The place that exactly one of the keys `marker` and `point` gives.
-pub fn marker_or_point(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Option<GivenPlace> {
+pub fn marker_or_point(section: &Section, body: &BodyFacts<'_>) -> Option<GivenPlace> {
     if section.item("marker").is_none() && section.item("point").is_none() {
-        return checker.refuse(section, "marker", "required key is missing: either \"marker\" or \"point\"");
+        return section.refuse("marker", "required key is missing: either \"marker\" or \"point\"");
     }
-    one_of(checker, section, ["marker", "point"], body).ok()?
+    one_of(section, ["marker", "point"], body).ok()?
 }
 
 /// The place that joints and loads take hold of: a marker, a face, or a point, of flexible bodies
 /// with an extent.
-pub fn held(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Option<GivenPlace> {
-    let key = given_place(checker, section, &["marker", "face", "point"])?;
+pub fn held(section: &Section, body: &BodyFacts<'_>) -> Option<GivenPlace> {
+    let key = given_place(section, &["marker", "face", "point"])?;
     if body.is_plane() {
-        return place(checker, section, key, body); // which says that it has none
+        return place(section, key, body); // which says that it has none
     }
     if key != "marker" {
-        return part(checker, section, key, body).filter(|at| can_be_held(checker, section, key, body, at));
+        return part(section, key, body).filter(|at| can_be_held(section, key, body, at));
     }
-    let at = place(checker, section, key, body)?;
-    can_be_held(checker, section, key, body, &at).then_some(at)
+    let at = place(section, key, body)?;
+    can_be_held(section, key, body, &at).then_some(at)
 }
 
 /// Reports a place of a flexible body that has no extent.
-fn can_be_held(
-    checker: &mut Checker,
-    section: &Section,
-    key: &str,
-    body: &BodyFacts<'_>,
-    at: &GivenPlace,
-) -> bool {
+fn can_be_held(section: &Section, key: &str, body: &BodyFacts<'_>, at: &GivenPlace) -> bool {
     let has_extent = match at {
         GivenPlace::Part { .. } => true,
         GivenPlace::Point(_) => false,
@@ -208,19 +201,19 @@ fn can_be_held(
         "a point of a flexible body carries no force, it yields without bound as elements shrink; give a \"face\" ({faces}), \
          a \"radius\" beside \"point\", or a marker that has one of them"
     );
-    checker.fault_in(section, key, message);
+    section.fault(key, message);
     false
 }
 
 /// The point or part of the body that the keys `point` or `face` with `radius` and `coupling` give;
 /// `key` is the one of the first two that is there.
-pub fn part(checker: &mut Checker, section: &Section, key: &str, body: &BodyFacts<'_>) -> Option<GivenPlace> {
+pub fn part(section: &Section, key: &str, body: &BodyFacts<'_>) -> Option<GivenPlace> {
     let radius = section.optional("radius", Section::number).ok()?;
     let coupling = section.optional("coupling", Section::choice).ok()?.unwrap_or(Coupling::Average);
     if key == "point" && radius.is_none() {
-        return place(checker, section, key, body);
+        return place(section, key, body);
     }
-    let mut at = || match place(checker, section, "point", body)? {
+    let at = || match place(section, "point", body)? {
         GivenPlace::Point(point) => Some(point),
         GivenPlace::Marker(_) | GivenPlace::Part { .. } => None,
     };
@@ -229,33 +222,25 @@ pub fn part(checker: &mut Checker, section: &Section, key: &str, body: &BodyFact
         return Some(GivenPlace::Part { extent, coupling, at: None });
     }
     let at = if section.item("point").is_some() { Some(at()?) } else { None };
-    Some(GivenPlace::Part { extent: Extent::Face(face(checker, section, body)?), coupling, at })
+    Some(GivenPlace::Part { extent: Extent::Face(face(section, body)?), coupling, at })
 }
 
 /// The one of `keys` that is given and says what a place is: a point beside a face says where its marker is.
-pub fn given_place(checker: &mut Checker, section: &Section, keys: &[&'static str]) -> Option<&'static str> {
+pub fn given_place(section: &Section, keys: &[&'static str]) -> Option<&'static str> {
     let given: Vec<&str> = keys.iter().copied().filter(|key| section.item(key).is_some()).collect();
     let names = keys.iter().map(|key| format!("\"{key}\"")).collect::<Vec<_>>();
     let choice = format!("one of {} and {}", names[..names.len() - 1].join(", "), names[names.len() - 1]);
     match given[..] {
         [key] | [key @ "face", "point"] => Some(key),
-        [] => {
-            checker.fault_in(section, keys[0], format!("required key is missing: {choice}"));
-            None
-        }
+        [] => section.refuse(keys[0], format!("required key is missing: {choice}")),
         [.., last] => {
-            checker.fault_in(
-                section,
-                last,
-                format!("only {choice} can be given, and \"point\" beside \"face\""),
-            );
-            None
+            section.refuse(last, format!("only {choice} can be given, and \"point\" beside \"face\""))
         }
     }
 }
 
 /// The name of key `face`, which the body must have.
-fn face(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Option<String> {
+fn face(section: &Section, body: &BodyFacts<'_>) -> Option<String> {
     let known = body.faces();
     if known.is_empty() {
         let message = match body.file {
@@ -268,30 +253,25 @@ fn face(checker: &mut Checker, section: &Section, body: &BodyFacts<'_>) -> Optio
             }
             None => "the body has no shape with faces, give a \"point\"".into(),
         };
-        return checker.refuse(section, "face", message);
+        return section.refuse("face", message);
     }
     let name = section.text("face")?;
     if !known.iter().any(|face| face == name) {
         let known: Vec<&str> = known.iter().map(String::as_str).collect();
-        checker.unknown_name(section, "face", &format!("face of {}", body.holder()), &known);
+        section.unknown_name("face", &format!("face of {}", body.holder()), &known);
         return None;
     }
     Some(name.to_owned())
 }
 
 /// The single point that key `key` gives; a whole face has none.
-pub fn single(
-    checker: &mut Checker,
-    section: &Section,
-    key: &str,
-    body: &BodyFacts<'_>,
-) -> Option<GivenPlace> {
-    let at = place(checker, section, key, body)?;
+pub fn single(section: &Section, key: &str, body: &BodyFacts<'_>) -> Option<GivenPlace> {
+    let at = place(section, key, body)?;
     let GivenPlace::Marker(name) = &at else { return Some(at) };
     let added = body.section.named("markers").iter().find(|(marker, _)| marker == name);
     let is_face = added.is_none() && body.mesh.is_some() && body.faces().contains(name);
     if is_face || added.is_some_and(|(_, marker)| marker.item("face").is_some()) {
-        return checker.refuse(section, key, "the marker is a whole face, a point is needed here");
+        return section.refuse(key, "the marker is a whole face, a point is needed here");
     }
     Some(at)
 }
@@ -301,29 +281,23 @@ pub fn single(
 /// # Errors
 /// [`AtFault`].
 pub fn one_of(
-    checker: &mut Checker,
     section: &Section,
     [marker, point]: [&'static str; 2],
     body: &BodyFacts<'_>,
 ) -> Result<Option<GivenPlace>, AtFault> {
     if section.item(marker).is_some() && section.item(point).is_some() {
         let message = format!("either \"{marker}\" or \"{point}\" can be given, not both");
-        checker.fault_in(section, point, message);
+        section.fault(point, message);
         return Err(AtFault);
     }
     let key = if section.item(marker).is_some() { marker } else { point };
-    section.optional(key, |section, key| place(checker, section, key, body))
+    section.optional(key, |section, key| place(section, key, body))
 }
 
 /// The marker or point of key `key` on a body.
-pub fn place(
-    checker: &mut Checker,
-    section: &Section,
-    key: &str,
-    body: &BodyFacts<'_>,
-) -> Option<GivenPlace> {
+pub fn place(section: &Section, key: &str, body: &BodyFacts<'_>) -> Option<GivenPlace> {
     if body.is_plane() {
-        return checker.refuse(section, key, "a plane is unbounded and at rest, it has no points to name");
+        return section.refuse(key, "a plane is unbounded and at rest, it has no points to name");
     }
     match &section.item(key)?.value {
         Checked::Text(name) => {
@@ -338,7 +312,7 @@ pub fn place(
                 } else {
                     "marker of the body".to_owned()
                 };
-                checker.unknown_name(section, key, &what, &known);
+                section.unknown_name(key, &what, &known);
                 return None;
             }
             Some(GivenPlace::Marker(name.clone()))
@@ -346,28 +320,21 @@ pub fn place(
         Checked::Numbers(_) if body.file.is_some() => {
             let known = names(body.markers().into_iter());
             let message = format!("a body from a file has no shape, name a marker of the file: {known}");
-            checker.fault_in(section, key, message);
-            None
+            section.refuse(key, message)
         }
-        Checked::Numbers(x) => point(checker, section, key, x, body).map(GivenPlace::Point),
+        Checked::Numbers(x) => point(section, key, x, body).map(GivenPlace::Point),
         _ => None,
     }
 }
 
 /// A point with as many coordinates as the body's model has, padded with zeros.
-pub fn point(
-    checker: &mut Checker,
-    section: &Section,
-    key: &str,
-    x: &[f64],
-    body: &BodyFacts<'_>,
-) -> Option<[f64; 3]> {
+pub fn point(section: &Section, key: &str, x: &[f64], body: &BodyFacts<'_>) -> Option<[f64; 3]> {
     let dimension = body.components.dimension();
     if x.len() != dimension {
         let model = if body.is_rigid { "motion" } else { "model" };
         let name = body.section.text(model)?;
         let message = format!("a point of a body with {model} \"{name}\" has {dimension} coordinates");
-        return checker.refuse(section, key, message);
+        return section.refuse(key, message);
     }
     Some(padded(x))
 }

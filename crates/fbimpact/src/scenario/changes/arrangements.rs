@@ -5,7 +5,6 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Quaternion, Unit, UnitQuaternion, Vector3};
 
-use crate::scenario::check::Checker;
 use crate::scenario::section::Section;
 use crate::scenario::tables::{Arrangement, MOST_COPIES};
 
@@ -42,14 +41,11 @@ impl Pose {
 }
 
 /// Poses of the copies of the body whose keys are in `section`; `None` if something of them is at fault.
-pub fn poses(checker: &mut Checker, section: &Section) -> Option<Vec<Pose>> {
+pub fn poses(section: &Section) -> Option<Vec<Pose>> {
     let position = Vector3::from(section.vector::<3>("position")?);
     let copies = section.table("copies")?;
     let vector = |key: &str| copies.vector::<3>(key).map(Vector3::from);
-    let mut refuse = |key: &str, message: String| {
-        checker.fault_in(copies, key, message);
-        None
-    };
+    let refuse = |key: &str, message: String| copies.refuse(key, message);
     match copies.choice::<Arrangement>("arrangement")? {
         Arrangement::Row => {
             let (count, step) = (copies.integer("count")?, vector("step")?);

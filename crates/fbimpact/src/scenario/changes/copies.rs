@@ -27,7 +27,7 @@ pub fn expand(checker: &mut Checker, bodies: &mut Vec<Entry>, made: &mut HashMap
             keys.iter().filter(|e| COPIED.iter().any(|k| is(e, k.name))).cloned().collect();
         let section = checker.section(COPIED, &asked, &path, &entry.node.origin, None);
         let origin = keys.remove(at).node.origin;
-        let Some(poses) = poses(checker, &section) else {
+        let Some(poses) = poses(&section) else {
             bodies.push(entry);
             continue;
         };

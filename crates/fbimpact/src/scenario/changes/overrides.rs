@@ -14,33 +14,13 @@ pub struct Override {
     value: String,
 }
 
-/// Why an argument is no override.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum OverrideFault {
-    /// No equals sign.
-    #[error("expected KEY=VALUE, such as simulation.end_time=1e-3")]
-    NoValue,
-    /// Two dots in a row, or one at an end.
-    #[error("the key \"{key}\" has an empty part")]
-    EmptyPart {
-        /// The key.
-        key: String,
-    },
-    /// More parts than a scenario has levels.
-    #[error("the key has {parts} parts, at most {MAX_DEPTH} make sense")]
-    TooDeep {
-        /// Number of parts.
-        parts: usize,
-    },
-}
-
 impl std::str::FromStr for Override {
-    type Err = OverrideFault;
+    type Err = String;
 
     /// Splits `a.b[0].c=value` into key and value.
-    fn from_str(text: &str) -> Result<Self, OverrideFault> {
-        let (key, value) = text.split_once('=').ok_or(OverrideFault::NoValue)?;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let (key, value) =
+            text.split_once('=').ok_or("expected KEY=VALUE, such as simulation.end_time=1e-3")?;
         let path: Vec<String> = key
             .trim()
             .replace('[', ".")
@@ -49,10 +29,10 @@ impl std::str::FromStr for Override {
             .map(|part| part.trim().trim_matches('"').to_owned())
             .collect();
         if path.iter().any(String::is_empty) {
-            return Err(OverrideFault::EmptyPart { key: key.to_owned() });
+            return Err(format!("the key \"{key}\" has an empty part"));
         }
         if path.len() > MAX_DEPTH {
-            return Err(OverrideFault::TooDeep { parts: path.len() });
+            return Err(format!("the key has {} parts, at most {MAX_DEPTH} make sense", path.len()));
         }
         Ok(Self { text: text.to_owned(), path, value: value.trim().to_owned() })
     }

@@ -72,9 +72,9 @@ fn matching<'a>(
 ) -> Option<Vec<Match<'a>>> {
     let mut fault = |message: &str, suggestion: Option<String>| {
         checker.fault(&node.origin, key.to_owned(), Some(node.shown()), message.to_owned());
-        if let Some(fault) = checker.faults.last_mut() {
+        checker.faults.amend_last(|fault| {
             fault.suggestion = suggestion;
-        }
+        });
         None
     };
     let Value::Text(text) = &node.value else { return fault("must be the name of a body", None) };

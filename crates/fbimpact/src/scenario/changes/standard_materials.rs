@@ -19,72 +19,49 @@ pub struct StandardMaterial {
     pub source: &'static str,
 }
 
+const fn material(name: &'static str, constants: [f64; 4], source: &'static str) -> StandardMaterial {
+    let [youngs_modulus, poissons_ratio, density, yield_strength] = constants;
+    StandardMaterial { name, youngs_modulus, poissons_ratio, density, yield_strength, source }
+}
+
 /// All of them; alloys of one kind differ by some percent in Young's modulus and density.
 pub const STANDARD_MATERIALS: [StandardMaterial; 8] = [
-    StandardMaterial {
-        name: "steel",
-        youngs_modulus: 210e9,
-        poissons_ratio: 0.3,
-        density: 7850.0,
-        yield_strength: 355e6,
-        source: "EN 1993-1-1, 3.2.6; EN 1991-1-1, table A.4; yield: EN 10025-2, S355 up to 16 mm",
-    },
-    StandardMaterial {
-        name: "stainless-steel",
-        youngs_modulus: 200e9,
-        poissons_ratio: 0.3,
-        density: 7900.0,
-        yield_strength: 210e6,
-        source: "EN 1993-1-4, 2.1.3; EN 10088-1, grade 1.4301; proof stress: EN 10088-2, hot rolled plate",
-    },
-    StandardMaterial {
-        name: "cast-iron",
-        youngs_modulus: 110e9,
-        poissons_ratio: 0.26,
-        density: 7200.0,
-        yield_strength: 165e6,
-        source: "EN 1561, annex A, EN-GJL-250 (103 to 118 GPa; 0.1 % proof stress 165 to 228 MPa)",
-    },
-    StandardMaterial {
-        name: "aluminium",
-        youngs_modulus: 70e9,
-        poissons_ratio: 0.3,
-        density: 2700.0,
-        yield_strength: 240e6,
-        source: "EN 1999-1-1, 3.2.5; proof stress: its table 3.2, EN AW-6082 T6 (240 to 260 MPa)",
-    },
-    StandardMaterial {
-        name: "titanium",
-        youngs_modulus: 113.8e9,
-        poissons_ratio: 0.342,
-        density: 4430.0,
-        yield_strength: 880e6,
-        source: "ASM data sheet of Ti-6Al-4V, annealed",
-    },
-    StandardMaterial {
-        name: "copper",
-        youngs_modulus: 129.8e9,
-        poissons_ratio: 0.343,
-        density: 8960.0,
-        yield_strength: 69e6,
-        source: "Kaye and Laby, tables of physical constants, 2.2.2; CRC handbook; proof stress: CDA data sheet of C11000, annealed (OS050)",
-    },
-    StandardMaterial {
-        name: "brass",
-        youngs_modulus: 100.6e9,
-        poissons_ratio: 0.35,
-        density: 8530.0,
-        yield_strength: 105e6,
-        source: "Kaye and Laby, 2.2.2, 70 % copper; CDA data sheet of C26000; proof stress: the same, annealed (OS050)",
-    },
-    StandardMaterial {
-        name: "glass",
-        youngs_modulus: 70e9,
-        poissons_ratio: 0.2,
-        density: 2500.0,
-        yield_strength: f64::INFINITY,
-        source: "EN 572-1, soda lime silicate, which breaks before it yields",
-    },
+    material(
+        "steel",
+        [210e9, 0.3, 7850.0, 355e6],
+        "EN 1993-1-1, 3.2.6; EN 1991-1-1, table A.4; yield: EN 10025-2, S355 up to 16 mm",
+    ),
+    material(
+        "stainless-steel",
+        [200e9, 0.3, 7900.0, 210e6],
+        "EN 1993-1-4, 2.1.3; EN 10088-1, grade 1.4301; proof stress: EN 10088-2, hot rolled plate",
+    ),
+    material(
+        "cast-iron",
+        [110e9, 0.26, 7200.0, 165e6],
+        "EN 1561, annex A, EN-GJL-250 (103 to 118 GPa; 0.1 % proof stress 165 to 228 MPa)",
+    ),
+    material(
+        "aluminium",
+        [70e9, 0.3, 2700.0, 240e6],
+        "EN 1999-1-1, 3.2.5; proof stress: its table 3.2, EN AW-6082 T6 (240 to 260 MPa)",
+    ),
+    material("titanium", [113.8e9, 0.342, 4430.0, 880e6], "ASM data sheet of Ti-6Al-4V, annealed"),
+    material(
+        "copper",
+        [129.8e9, 0.343, 8960.0, 69e6],
+        "Kaye and Laby, tables of physical constants, 2.2.2; CRC handbook; proof stress: CDA data sheet of C11000, annealed (OS050)",
+    ),
+    material(
+        "brass",
+        [100.6e9, 0.35, 8530.0, 105e6],
+        "Kaye and Laby, 2.2.2, 70 % copper; CDA data sheet of C26000; proof stress: the same, annealed (OS050)",
+    ),
+    material(
+        "glass",
+        [70e9, 0.2, 2500.0, f64::INFINITY],
+        "EN 572-1, soda lime silicate, which breaks before it yields",
+    ),
 ];
 
 /// Adds a table `[materials.NAME]` for every standard material that a body names and the scenario

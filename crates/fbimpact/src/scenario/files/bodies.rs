@@ -153,14 +153,14 @@ fn read_one(
     mut read: impl FnMut(&mut Checker, Option<LengthUnit>, &str) -> Result<(Checked, String), Option<String>>,
 ) {
     let Some(position) = body.items.iter().position(|item| item.name == "file") else {
-        checker.fault_in(body, "file", format!("required key is missing: the path of a {what}"));
+        body.fault("file", format!("required key is missing: the path of a {what}"));
         return;
     };
     let Some(text) = body.text("file").map(str::to_owned) else { return };
     let (value, sha256) = match read(checker, body.choice("units"), &text) {
         Ok(found) => found,
         Err(message) => {
-            message.into_iter().for_each(|message| checker.fault_in(body, "file", message));
+            message.into_iter().for_each(|message| body.fault("file", message));
             body.items[position].value = Checked::Invalid;
             return;
         }
@@ -174,7 +174,7 @@ fn read_one(
                 Checked::SplineFile { source, .. } => &source.path,
                 _ => Path::new(&text),
             };
-            checker.fault_in(body, "file_sha256", format!("{} has changed, it has {sha256}", path.display()));
+            body.fault("file_sha256", format!("{} has changed, it has {sha256}", path.display()));
         }
     } else {
         let (shown, origin) = (format!("{sha256:?}"), body.origin.clone());
@@ -238,7 +238,7 @@ fn read_tables(
     let source = Arc::new(SourceText { name: path.display().to_string(), text });
     let parsed = if source.name.ends_with(".json") { parse_json(&source) } else { parse_toml(&source) };
     let table = parsed.map_err(|faults| {
-        checker.faults.extend(faults);
+        faults.into_iter().for_each(|fault| checker.faults.push(fault));
         None
     })?;
     let Value::Table(entries) = &table.value else {
@@ -250,10 +250,10 @@ fn read_tables(
     if net.given("patches")
         && let Some(item) = net.items.iter().find(|item| item.given && item.name != "patches")
     {
-        checker.fault_in(&net, item.name, "has a meaning without \"patches\" only");
+        net.fault(item.name, "has a meaning without \"patches\" only");
         return Err(None);
     }
-    spline_nets::patches(checker, &net, directions).ok_or(None)
+    spline_nets::patches(&net, directions).ok_or(None)
 }
 
 /// Reads the mesh `path`, or a part of it; what is doubtful about it is logged as a warning.

@@ -42,7 +42,7 @@ fn read_one(checker: &mut Checker, section: &mut Section, directory: &Path) {
     let columns = match found {
         Ok(columns) => columns,
         Err(Fault { key, message }) => {
-            checker.fault_in(section, key, format!("{name}{message}"));
+            section.fault(key, format!("{name}{message}"));
             Default::default()
         }
     };

@@ -6,7 +6,6 @@ use iga_core::nurbs::{Patch, joining};
 use iga_core::splines::knots::KnotVector;
 
 use crate::scenario::body_source::GivenPatches;
-use crate::scenario::check::Checker;
 use crate::scenario::section::Section;
 use crate::scenario::tables::BodyModel;
 
@@ -34,18 +33,18 @@ pub fn face_names(geometry: &Section, directions: usize) -> Vec<String> {
 }
 
 /// The patches of a table with `patches`, or with the keys of a single one.
-pub fn patches(checker: &mut Checker, section: &Section, directions: usize) -> Option<GivenPatches> {
+pub fn patches(section: &Section, directions: usize) -> Option<GivenPatches> {
     let mut built = Vec::new();
     if section.item("patches").is_none() {
-        built.push(single(checker, section, directions)?);
+        built.push(single(section, directions)?);
     } else {
         let list = section.tables("patches");
         if list.is_empty() {
-            checker.fault_in(section, "patches", "must hold one patch at least");
+            section.fault("patches", "must hold one patch at least");
         }
-        let before = checker.faults.len();
-        built.extend(list.iter().filter_map(|table| patch(checker, table, directions)));
-        if list.is_empty() || built.len() < list.len() || checker.faults.len() > before {
+        let before = section.faults.len();
+        built.extend(list.iter().filter_map(|table| patch(table, directions)));
+        if list.is_empty() || built.len() < list.len() || section.faults.len() > before {
             return None;
         }
     }
@@ -53,32 +52,32 @@ pub fn patches(checker: &mut Checker, section: &Section, directions: usize) -> O
 }
 
 /// The patch whose keys stand beside the shape, or alone in a file.
-fn single(checker: &mut Checker, section: &Section, directions: usize) -> Option<Patch> {
+fn single(section: &Section, directions: usize) -> Option<Patch> {
     let mut complete = true;
     for key in ["degrees", "knots", "control_points"] {
         if section.item(key).is_none() {
             let message = "required key is missing for shape \"nurbs\" without \"file\" and \"patches\"";
-            checker.fault_in(section, key, message);
+            section.fault(key, message);
             complete = false;
         }
     }
-    if complete { patch(checker, section, directions) } else { None }
+    if complete { patch(section, directions) } else { None }
 }
 
 /// A patch from the keys of `section`, which are there.
-fn patch(checker: &mut Checker, section: &Section, directions: usize) -> Option<Patch> {
-    let degrees = per_direction(checker, section, "degrees", directions)?;
+fn patch(section: &Section, directions: usize) -> Option<Patch> {
+    let degrees = per_direction(section, "degrees", directions)?;
     let lists = section.lists("knots")?;
     if lists.len() != directions {
         let message = format!("{} knot vectors, the model has {directions} directions", lists.len());
-        return checker.refuse(section, "knots", message);
+        return section.refuse("knots", message);
     }
     let (mut knots, mut expected) = (Vec::with_capacity(directions), 1);
     for (i, (&degree, list)) in degrees.iter().zip(lists).enumerate() {
         match KnotVector::new(degree, list.clone()) {
             Ok(vector) => knots.push(vector),
             Err(error) => {
-                return checker.refuse(section, "knots", format!("direction {i}: {error}"));
+                return section.refuse("knots", format!("direction {i}: {error}"));
             }
         }
         expected *= list.len() - degree - 1;
@@ -90,7 +89,7 @@ fn patch(checker: &mut Checker, section: &Section, directions: usize) -> Option<
             "{} control points, degrees and knots ask for {expected} with {directions} coordinates each",
             points.len()
         );
-        return checker.refuse(section, "control_points", message);
+        return section.refuse("control_points", message);
     }
     let weights = match section.item("weights") {
         Some(_) => section.numbers("weights")?.to_vec(),
@@ -98,29 +97,21 @@ fn patch(checker: &mut Checker, section: &Section, directions: usize) -> Option<
     };
     if weights.len() != expected {
         let message = format!("{} weights, there are {expected} control points", weights.len());
-        return checker.refuse(section, "weights", message);
+        return section.refuse("weights", message);
     }
     let points = points.iter().map(|p| padded(p)).collect();
     Patch::new(knots, points, weights)
-        .map_err(|error| checker.fault_in(section, "control_points", error.to_string()))
+        .map_err(|error| section.fault("control_points", error.to_string()))
         .ok()
 }
 
 /// One entry per direction from a single integer or a list.
-pub fn per_direction(
-    checker: &mut Checker,
-    section: &Section,
-    key: &str,
-    directions: usize,
-) -> Option<Vec<usize>> {
+pub fn per_direction(section: &Section, key: &str, directions: usize) -> Option<Vec<usize>> {
     let counts = section.counts(key)?;
     match counts.len() {
         1 => Some(vec![counts[0]; directions]),
         n if n == directions => Some(counts),
-        n => {
-            checker.fault_in(section, key, format!("{n} entries, the model has {directions} directions"));
-            None
-        }
+        n => section.refuse(key, format!("{n} entries, the model has {directions} directions")),
     }
 }
 

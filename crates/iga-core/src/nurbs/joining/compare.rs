@@ -60,11 +60,7 @@ fn nets(patches: &[Patch], [a, b]: [FaceId; 2], way: Way) -> Option<String> {
         if (pair[0] - pair[1]).abs() > WELD * pair[0] {
             return Some(format!(
                 "their weights are in no fixed proportion, {} and {} at ({}, {}, {}) m",
-                (pair)[0],
-                (pair)[1],
-                point[0],
-                point[1],
-                point[2]
+                pair[0], pair[1], point[0], point[1], point[2]
             ));
         }
     }

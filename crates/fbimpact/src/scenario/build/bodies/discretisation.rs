@@ -6,7 +6,6 @@ use iga_core::nurbs::Shape;
 
 use crate::scenario::body_places::BodyPlaces;
 use crate::scenario::build::places::{BodyFacts, marker_or_point, single};
-use crate::scenario::check::Checker;
 use crate::scenario::files::spline_nets::per_direction;
 use crate::scenario::section::Section;
 use crate::scenario::tables::ReductionMethod;
@@ -29,23 +28,20 @@ pub struct Basis {
 /// The spline space of a body with the places `places`, and whether the program shall choose its
 /// elements.
 pub fn discretisation(
-    checker: &mut Checker,
     section: &Section,
     body: &BodyFacts<'_>,
     places: Option<&BodyPlaces>,
 ) -> Option<(DiscretisationSpec, bool)> {
     let directions = body.components.dimension();
-    let degree = per_direction(checker, section, "degree", directions);
-    let elements = per_direction(checker, section, "elements", directions);
+    let degree = per_direction(section, "degree", directions);
+    let elements = per_direction(section, "elements", directions);
     if elements.is_none() && section.item("elements").is_some() {
         return None;
     }
     let given_knots = section.item("knots").is_some();
-    let knots =
-        if given_knots { Some(knots(checker, section, directions, degree.as_deref())?) } else { None };
+    let knots = if given_knots { Some(knots(section, directions, degree.as_deref())?) } else { None };
     let list = section.tables("refine");
-    let refine: Vec<RefinementSpec> =
-        list.iter().filter_map(|r| refinement(checker, r, body, places)).collect();
+    let refine: Vec<RefinementSpec> = list.iter().filter_map(|r| refinement(r, body, places)).collect();
     if refine.len() != list.len() {
         return None;
     }
@@ -53,11 +49,7 @@ pub fn discretisation(
     let (shape, _) = places?.shape()?;
     for key in ["knots", "refine"] {
         if shape.patches.len() > 1 && section.given(key) {
-            return checker.refuse(
-                section,
-                key,
-                "is for shapes of one patch, give several more \"elements\"",
-            );
+            return section.refuse(key, "is for shapes of one patch, give several more \"elements\"");
         }
     }
     // Elements are those of a patch as it was given.
@@ -77,41 +69,35 @@ fn raised(degrees: &[usize], shape: &Shape) -> Vec<usize> {
     degrees.iter().enumerate().map(|(d, &p)| p.max(own(d))).collect()
 }
 
-fn knots(
-    checker: &mut Checker,
-    section: &Section,
-    directions: usize,
-    degree: Option<&[usize]>,
-) -> Option<Vec<Vec<f64>>> {
+fn knots(section: &Section, directions: usize, degree: Option<&[usize]>) -> Option<Vec<Vec<f64>>> {
     let lists = section.lists("knots")?;
     if lists.len() != directions {
         let message = format!("{} lists, the model has {directions} directions", lists.len());
-        return checker.refuse(section, "knots", message);
+        return section.refuse("knots", message);
     }
     for (i, list) in lists.iter().enumerate() {
         if let Some(pair) = list.windows(2).find(|w| w[0] > w[1]) {
             let message = format!("knots of direction {i} fall from {} to {}", pair[0], pair[1]);
-            return checker.refuse(section, "knots", message);
+            return section.refuse("knots", message);
         }
         let p = degree?[i];
         let same = |w: &&[f64]| w[0].total_cmp(&w[p]).is_eq();
         if let Some(run) = list.windows(p + 1).find(same) {
             let message = format!("knot {} of direction {i} stands more than {p} times, its degree", run[0]);
-            return checker.refuse(section, "knots", message);
+            return section.refuse("knots", message);
         }
     }
     Some(lists.to_vec())
 }
 
 fn refinement(
-    checker: &mut Checker,
     section: &Section,
     body: &BodyFacts<'_>,
     places: Option<&BodyPlaces>,
 ) -> Option<RefinementSpec> {
     let key = if section.item("point").is_some() { "point" } else { "marker" };
-    let at = marker_or_point(checker, section, body).and_then(|_| single(checker, section, key, body));
-    let centre = places?.inside(&at?).map_err(|e| checker.fault_in(section, key, e.to_string())).ok()?;
+    let at = marker_or_point(section, body).and_then(|_| single(section, key, body));
+    let centre = places?.inside(&at?).map_err(|e| section.fault(key, e.to_string())).ok()?;
     Some(RefinementSpec {
         centre,
         width: section.number("width")?,
@@ -121,7 +107,7 @@ fn refinement(
 }
 
 /// The reduced basis of a body.
-pub fn reduction(checker: &mut Checker, section: &Section) -> Option<Basis> {
+pub fn reduction(section: &Section) -> Option<Basis> {
     let method: ReductionMethod = section.choice("method")?;
     if method == ReductionMethod::All {
         return Some(Basis { spec: ReductionSpec::All, static_answers: false, wants_modes: false });
@@ -137,7 +123,7 @@ pub fn reduction(checker: &mut Checker, section: &Section) -> Option<Basis> {
         && fixed < modes
     {
         let message = format!("must be at least \"modes\", which is {modes}");
-        checker.fault_in(section, "fixed_interface_modes", message);
+        section.fault("fixed_interface_modes", message);
     }
     let spec = ReductionSpec::CraigBampton { modes, fixed_interface_modes };
     Some(Basis { spec, static_answers, wants_modes })

@@ -9,14 +9,13 @@ use iga_core::nurbs::primitives::sphere::SphereNet;
 use iga_core::nurbs::primitives::{axisymmetric, plane, profile, solid, sphere};
 use iga_core::nurbs::{FaceId, Shape};
 
-use crate::scenario::check::Checker;
 use crate::scenario::files::spline_nets;
 use crate::scenario::keys::{Named, names};
 use crate::scenario::section::Section;
 use crate::scenario::tables::{BodyModel, ShapeName};
 
 /// Reports a shape that does not go with the model.
-fn check_model(checker: &mut Checker, body: &Section, model: BodyModel, shape: ShapeName) -> Option<()> {
+fn check_model(body: &Section, model: BodyModel, shape: ShapeName) -> Option<()> {
     if shape.fits(model) {
         return Some(());
     }
@@ -28,50 +27,50 @@ fn check_model(checker: &mut Checker, body: &Section, model: BodyModel, shape: S
         }
         _ => format!("does not go with model \"{}\": choose {fitting}, or model {models}", model.name()),
     };
-    checker.fault_in(body.table("geometry")?, "shape", message);
+    body.table("geometry")?.fault("shape", message);
     None
 }
 
 /// The exact shape of a body whose points have the components of `model`; `degree` decides on the
 /// net of a ball where none is named.
-pub fn shape(checker: &mut Checker, body: &Section, model: BodyModel, degree: usize) -> Option<Shape> {
+pub fn shape(body: &Section, model: BodyModel, degree: usize) -> Option<Shape> {
     let section = body.table("geometry")?;
     let name = section.choice("shape")?;
-    let fits = check_model(checker, body, model, name);
+    let fits = check_model(body, model, name);
     if name == ShapeName::Nurbs {
-        let own = nurbs(checker, section, model).filter(|_| fits.is_some())?;
-        return cut(checker, body, section, own);
+        let own = nurbs(section, model).filter(|_| fits.is_some())?;
+        return cut(body, section, own);
     }
-    if name == ShapeName::PlateWithHole && is_missing(checker, section, model, "thickness")
-        || name == ShapeName::GearTooth && is_missing(checker, section, model, "width")
+    if name == ShapeName::PlateWithHole && is_missing(section, model, "thickness")
+        || name == ShapeName::GearTooth && is_missing(section, model, "width")
     {
         return None;
     }
     let built = form(section, name, model, degree)?;
-    let shape = built.map_err(|error| report(checker, section, &error)).ok()?;
+    let shape = built.map_err(|error| report(section, &error)).ok()?;
     // Of other shapes nets are turned, or regular where they can be touched.
-    if name == ShapeName::TubeSector { cut(checker, body, section, shape) } else { Some(shape) }
+    if name == ShapeName::TubeSector { cut(body, section, shape) } else { Some(shape) }
 }
 
 /// Reports the key of solid and spatial rigid bodies of a shape that is plane as well if it is not
 /// there.
-fn is_missing(checker: &mut Checker, section: &Section, model: BodyModel, key: &str) -> bool {
+fn is_missing(section: &Section, model: BodyModel, key: &str) -> bool {
     let is_missing = model == BodyModel::Solid && section.item(key).is_none();
     if is_missing {
         let message =
             format!("required key is missing: solid and spatial rigid bodies of this shape have a {key}");
-        checker.fault_in(section, key, message);
+        section.fault(key, message);
     }
     is_missing
 }
 
 /// Reports sizes that do not fit together at the key that is to blame.
-fn report(checker: &mut Checker, section: &Section, error: &SplineError) {
+fn report(section: &Section, error: &SplineError) {
     match error {
         SplineError::Dimension { name, reason, .. } if section.item(name).is_some() => {
-            checker.fault_in(section, name, (*reason).to_owned());
+            section.fault(name, (*reason).to_owned());
         }
-        _ => checker.fault_in(section, "shape", error.to_string()),
+        _ => section.fault("shape", error.to_string()),
     }
 }
 
@@ -204,25 +203,25 @@ fn rounded_cylinder(section: &Section) -> Option<Round> {
 
 /// The shape with its patches cut along lines of lower continuity, which are faces between patches
 /// then; not where the scenario divides the one patch by its own parameters.
-fn cut(checker: &mut Checker, body: &Section, section: &Section, own: Shape) -> Option<Shape> {
+fn cut(body: &Section, section: &Section, own: Shape) -> Option<Shape> {
     let mesh = body.table("discretisation");
     if mesh.is_some_and(|mesh| ["knots", "refine"].iter().any(|key| mesh.given(key))) {
         return Some(own);
     }
-    own.cut().map_err(|error| report(checker, section, &error)).ok()
+    own.cut().map_err(|error| report(section, &error)).ok()
 }
 
 /// The shape of patches of one's own, which joined are a body.
-fn nurbs(checker: &mut Checker, section: &Section, model: BodyModel) -> Option<Shape> {
+fn nurbs(section: &Section, model: BodyModel) -> Option<Shape> {
     let (given, key) = match section.item("file") {
         Some(_) => (section.spline_file()?.given.clone(), "file"),
         None => {
             let key = if section.item("patches").is_some() { "patches" } else { "control_points" };
-            (spline_nets::patches(checker, section, model.dimension())?, key)
+            (spline_nets::patches(section, model.dimension())?, key)
         }
     };
     let joined = join(&given.patches, &given.joined);
-    let joined = joined.map_err(|fault| checker.fault_in(section, key, fault.to_string())).ok()?;
+    let joined = joined.map_err(|fault| section.fault(key, fault.to_string())).ok()?;
     for note in joined.notes {
         tracing::info!("{}: {note}", section.path);
     }
@@ -251,7 +250,7 @@ fn nurbs(checker: &mut Checker, section: &Section, model: BodyModel) -> Option<S
             added.push((name.clone(), ids));
             continue;
         };
-        checker.fault_in(section, "faces", message);
+        section.fault("faces", message);
     }
     shape.faces.extend(added);
     Some(shape)

@@ -7,21 +7,15 @@ use adaptive::spec::{BodyKind, FlexibleSpec, FrameSpec, ImportedSpec, Place};
 use ffr_dynamics::body::{AssembledBody, RigidMotion};
 
 use super::discretisation::{Basis, reduction};
-use super::parts::{Context, GivenFrame, damping, frame};
+use super::parts::{GivenFrame, damping, frame};
 use crate::interchange::body_file::BodyFile;
 use crate::scenario::body_places::GivenPlace;
 use crate::scenario::build::built_bodies::MovingFacts;
-use crate::scenario::check::Checker;
 use crate::scenario::section::Section;
 use crate::scenario::types::FileOfBody;
 
 /// A body from a file, called `name`.
-pub fn imported(
-    checker: &mut Checker,
-    context: Context<'_>,
-    section: &Section,
-    name: &str,
-) -> Option<(BodyKind, MovingFacts)> {
+pub fn imported(root: &Section, section: &Section, name: &str) -> Option<(BodyKind, MovingFacts)> {
     let source = section.body_file()?;
     let file = FileOfBody { path: source.path.clone(), sha256: source.sha256.clone(), unit: 1.0 };
     let mut facts = MovingFacts { file: Some(file), ..MovingFacts::default() };
@@ -29,12 +23,12 @@ pub fn imported(
         BodyFile::Reduced(model) => ImportedSpec::Reduced(Arc::clone(model)),
         BodyFile::Full(body) => {
             let basis = section.table("reduction").and_then(|table| {
-                let basis = reduction(checker, table)?;
-                check_modes(checker, table, &basis, body.body());
+                let basis = reduction(table)?;
+                check_modes(table, &basis, body.body());
                 Some(basis)
             });
-            let damping = damping(checker, section);
-            let frame = match frame(checker, context, section, name)? {
+            let damping = damping(section);
+            let frame = match frame(root, section, name)? {
                 GivenFrame::Buckens => FrameSpec::Buckens,
                 GivenFrame::AtJoint => {
                     facts.follows_joint = true;
@@ -55,7 +49,7 @@ pub fn imported(
 }
 
 /// Reports more modes than the matrices have unknowns beside rigid motions.
-fn check_modes(checker: &mut Checker, section: &Section, basis: &Basis, body: &AssembledBody) {
+fn check_modes(section: &Section, basis: &Basis, body: &AssembledBody) {
     let n_rigid = match body.motion {
         RigidMotion::Spatial => 6,
         RigidMotion::Planar => 3,
@@ -64,6 +58,6 @@ fn check_modes(checker: &mut Checker, section: &Section, basis: &Basis, body: &A
     let most = body.dofs.len().saturating_sub(n_rigid);
     if !basis.wants_modes && basis.spec.modes().is_some_and(|modes| modes > most) {
         let message = format!("must be at most {most}, the elastic modes of body \"{}\"", body.name);
-        checker.fault_in(section, "modes", message);
+        section.fault("modes", message);
     }
 }

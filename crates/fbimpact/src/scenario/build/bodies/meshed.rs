@@ -9,37 +9,35 @@ use fe_mesh::Mesh;
 use iga_core::elasticity::Material;
 
 use super::discretisation::{Basis, reduction};
-use super::parts::{Context, GivenFrame, damping, frame, optional_material, stiffening};
+use super::parts::{GivenFrame, damping, frame, optional_material, stiffening};
 use crate::scenario::body_places::{BodyPlaces, GivenPlace};
 use crate::scenario::build::built_bodies::MovingFacts;
-use crate::scenario::check::Checker;
 use crate::scenario::section::Section;
 use crate::scenario::types::FileOfBody;
 
 /// A body of finite elements, called `name`, with `markers` added by the user.
 pub fn meshed(
-    checker: &mut Checker,
-    context: Context<'_>,
+    root: &Section,
     section: &Section,
     name: &str,
     markers: Option<&[(String, GivenPlace)]>,
 ) -> Option<(BodyKind, MovingFacts)> {
     if section.item("units").is_none() {
         let message = "required key is missing: the unit of length of the mesh, which its file does not say";
-        checker.fault_in(section, "units", message);
+        section.fault("units", message);
     }
-    let frame = frame(checker, context, section, name);
-    let damping = damping(checker, section);
-    let geometric_stiffening = stiffening(checker, section, frame.as_ref());
-    let basis = section.table("reduction").and_then(|table| reduction(checker, table));
+    let frame = frame(root, section, name);
+    let damping = damping(section);
+    let geometric_stiffening = stiffening(section, frame.as_ref());
+    let basis = section.table("reduction").and_then(|table| reduction(table));
     let source = section.mesh_file()?;
     let mesh = Arc::clone(&source.mesh);
-    let materials = materials(checker, context, section, &mesh);
-    let basis = basis.inspect(|basis| check_modes(checker, section, basis, &mesh));
+    let materials = materials(root, section, &mesh);
+    let basis = basis.inspect(|basis| check_modes(section, basis, &mesh));
     let places = BodyPlaces::meshed(Arc::clone(&mesh), markers?);
-    let places = places.map_err(|e| checker.fault_in(section, "markers", e.to_string())).ok()?;
+    let places = places.map_err(|e| section.fault("markers", e.to_string())).ok()?;
     let follows_joint = frame == Some(GivenFrame::AtJoint);
-    let frame = frame?.on_body(checker, section, &places)?;
+    let frame = frame?.on_body(section, &places)?;
     section.item("units")?;
     let (material, groups) = materials?;
     let Basis { spec: reduction, static_answers, wants_modes } = basis?;
@@ -59,21 +57,16 @@ pub fn meshed(
 }
 
 /// The material of all elements and those of groups; every element has one.
-fn materials(
-    checker: &mut Checker,
-    context: Context<'_>,
-    section: &Section,
-    mesh: &Mesh,
-) -> Option<(Option<Material>, ByGroup)> {
-    let own = optional_material(checker, context.root, section);
+fn materials(root: &Section, section: &Section, mesh: &Mesh) -> Option<(Option<Material>, ByGroup)> {
+    let own = optional_material(root, section);
     let list = section.named("groups");
     let mut groups: ByGroup = Vec::with_capacity(list.len());
     for (name, group) in list {
         if let Err(fault) = mesh.volume_group(name) {
-            checker.fault(&group.origin, group.path.clone(), None, fault.to_string());
+            group.fault_here(fault.to_string());
             continue;
         }
-        let material = optional_material(checker, context.root, group).ok().flatten();
+        let material = optional_material(root, group).ok().flatten();
         groups.extend(material.map(|m| (name.clone(), m)));
     }
     let own = own.ok()?;
@@ -81,22 +74,22 @@ fn materials(
         return None;
     }
     if own.is_none() && list.is_empty() {
-        return checker.refuse(section, "material", "required key is missing: the name of a material");
+        return section.refuse("material", "required key is missing: the name of a material");
     }
     let by_name: Vec<_> = groups.iter().map(|(name, _)| name.as_str()).collect();
     if let Err(fault) = mesh.by_group(&by_name, own.is_some()) {
-        return checker.refuse(section, "groups", fault.to_string());
+        return section.refuse("groups", fault.to_string());
     }
     Some((own, groups))
 }
 
 /// Reports more modes than the mesh has unknowns beside rigid motions.
-fn check_modes(checker: &mut Checker, section: &Section, basis: &Basis, mesh: &Mesh) {
+fn check_modes(section: &Section, basis: &Basis, mesh: &Mesh) {
     let most = n_elastic_modes(mesh);
     if !basis.wants_modes
         && basis.spec.modes().is_some_and(|modes| modes > most)
         && let Some(table) = section.table("reduction")
     {
-        checker.fault_in(table, "modes", format!("must be at most {most}, the elastic modes of the mesh"));
+        table.fault("modes", format!("must be at most {most}, the elastic modes of the mesh"));
     }
 }

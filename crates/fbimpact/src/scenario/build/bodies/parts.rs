@@ -8,16 +8,8 @@ use crate::scenario::body_places::{BodyPlaces, GivenPlace};
 use crate::scenario::build::joints::inboard_joint;
 use crate::scenario::build::places::{BodyFacts, one_of};
 use crate::scenario::changes::standard_materials::STANDARD_MATERIALS;
-use crate::scenario::check::Checker;
 use crate::scenario::section::{AtFault, Section};
 use crate::scenario::tables::{BodyModel, FrameKind};
-
-/// What bodies refer to.
-#[derive(Debug, Clone, Copy)]
-pub struct Context<'a> {
-    /// The whole scenario.
-    pub root: &'a Section,
-}
 
 /// The reference frame that a body shall have.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,18 +26,13 @@ pub enum GivenFrame {
 /// another is given.
 ///
 /// `name` is that of the body.
-pub fn frame(
-    checker: &mut Checker,
-    context: Context<'_>,
-    section: &Section,
-    name: &str,
-) -> Option<GivenFrame> {
-    let inboard_joint = inboard_joint(context.root, name);
+pub fn frame(root: &Section, section: &Section, name: &str) -> Option<GivenFrame> {
+    let inboard_joint = inboard_joint(root, name);
     if section.choice::<FrameKind>("frame")? == FrameKind::Buckens {
         return Some(GivenFrame::Buckens);
     }
     let facts = BodyFacts::of(section)?;
-    if let Some(at) = one_of(checker, section, ["frame_marker", "frame_point"], &facts).ok()? {
+    if let Some(at) = one_of(section, ["frame_marker", "frame_point"], &facts).ok()? {
         return Some(GivenFrame::Tangent(at));
     }
     if inboard_joint.is_some() {
@@ -53,18 +40,17 @@ pub fn frame(
     }
     let message = "required key is missing: the tangent frame of a body without joint needs \"frame_marker\" \
                    or \"frame_point\"";
-    checker.fault_in(section, "frame_marker", message);
-    None
+    section.refuse("frame_marker", message)
 }
 
 impl GivenFrame {
     /// The frame with its place on a body with `places`; that of a joint stands in until joints are
     /// known.
-    pub fn on_body(self, checker: &mut Checker, section: &Section, places: &BodyPlaces) -> Option<FrameSpec> {
+    pub fn on_body(self, section: &Section, places: &BodyPlaces) -> Option<FrameSpec> {
         match self {
             Self::Buckens | Self::AtJoint => Some(FrameSpec::Buckens),
             Self::Tangent(at) => {
-                let place = places.held(&at).map_err(|e| checker.fault_in(section, "frame", e.to_string()));
+                let place = places.held(&at).map_err(|e| section.fault("frame", e.to_string()));
                 Some(FrameSpec::Tangent(place.ok()?))
             }
         }
@@ -72,7 +58,7 @@ impl GivenFrame {
 }
 
 /// Damping of the elastic coordinates.
-pub fn damping(checker: &mut Checker, section: &Section) -> Option<DampingSpec> {
+pub fn damping(section: &Section) -> Option<DampingSpec> {
     if section.item("damping").is_none() {
         return Some(DampingSpec::None);
     }
@@ -83,7 +69,7 @@ pub fn damping(checker: &mut Checker, section: &Section) -> Option<DampingSpec> 
     if table.item("loss_factor").is_some() {
         return Some(DampingSpec::Structural(table.number("loss_factor")?));
     }
-    checker.require(table, "frequencies", "\"modal\", \"frequencies\" or \"loss_factor\"")?;
+    table.require("frequencies", "\"modal\", \"frequencies\" or \"loss_factor\"")?;
     let frequencies = table.vector::<2>("frequencies")?;
     Some(DampingSpec::Rayleigh { frequencies, ratio: table.number("ratio")? })
 }
@@ -102,38 +88,34 @@ pub fn elastic_model(section: &Section, model: BodyModel) -> Option<Model> {
 }
 
 /// The material of a body that needs one.
-pub fn material(checker: &mut Checker, root: &Section, section: &Section) -> Option<Material> {
-    checker.require(section, "material", "the name of a material")?;
-    named_material(checker, root, section)
+pub fn material(root: &Section, section: &Section) -> Option<Material> {
+    section.require("material", "the name of a material")?;
+    named_material(root, section)
 }
 
 /// The material of a body; none if it names none.
 ///
 /// # Errors
 /// [`AtFault`].
-pub fn optional_material(
-    checker: &mut Checker,
-    root: &Section,
-    section: &Section,
-) -> Result<Option<Material>, AtFault> {
-    section.optional("material", |section, _| named_material(checker, root, section))
+pub fn optional_material(root: &Section, section: &Section) -> Result<Option<Material>, AtFault> {
+    section.optional("material", |section, _| named_material(root, section))
 }
 
 /// The material that a body names.
-fn named_material(checker: &mut Checker, root: &Section, section: &Section) -> Option<Material> {
+fn named_material(root: &Section, section: &Section) -> Option<Material> {
     let list = root.named("materials");
     let name = section.text("material")?;
     if root.place_of("materials", name).is_none() {
         let own = list.iter().map(|(n, _)| n.as_str());
         let known: Vec<&str> = own.chain(STANDARD_MATERIALS.iter().map(|m| m.name)).collect();
-        checker.unknown_name(section, "material", "material", &known);
+        section.unknown_name("material", "material", &known);
         return None;
     }
     let [young, poisson, density] = constants(root, section)?;
     let strength = yield_strength(root, section);
     let material = Material::new(young, poisson, density);
     let material = material.and_then(|material| material.with_yield_strength(strength));
-    material.map_err(|error| checker.fault_in(section, "material", error.to_string())).ok()
+    material.map_err(|error| section.fault("material", error.to_string())).ok()
 }
 
 /// The elastic constants of a body's material; none if it names none, or one at fault.
@@ -159,14 +141,14 @@ fn constants(root: &Section, section: &Section) -> Option<[f64; 3]> {
 }
 
 /// Whether inertia forces stiffen a body whose frame is `frame`.
-pub fn stiffening(checker: &mut Checker, section: &Section, frame: Option<&GivenFrame>) -> Option<bool> {
+pub fn stiffening(section: &Section, frame: Option<&GivenFrame>) -> Option<bool> {
     let is_stiffened = section.boolean("geometric_stiffening")?;
     if is_stiffened && frame == Some(&GivenFrame::Buckens) {
-        checker.fault_in(section, "geometric_stiffening", "needs frame = \"tangent\"");
+        section.fault("geometric_stiffening", "needs frame = \"tangent\"");
     }
     if is_stiffened && section.choice("model") == Some(BodyModel::Axisymmetric) {
         let message = "has no meaning for model \"axisymmetric\", which does not turn";
-        checker.fault_in(section, "geometric_stiffening", message);
+        section.fault("geometric_stiffening", message);
     }
     Some(is_stiffened)
 }

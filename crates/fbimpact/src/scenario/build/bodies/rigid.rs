@@ -14,7 +14,6 @@ use super::known_shapes::KnownShapes;
 use super::parts::{elastic_model, material, optional_material};
 use crate::scenario::body_places::{BodyPlaces, GivenPlace};
 use crate::scenario::build::places::BodyFacts;
-use crate::scenario::check::Checker;
 use crate::scenario::section::{Checked, Section};
 
 /// Asymmetry and negative moments that numbers written with many digits leave.
@@ -34,7 +33,6 @@ pub enum Rigid {
 
 /// A rigid body with the markers that the user has added.
 pub fn rigid(
-    checker: &mut Checker,
     root: &Section,
     known: &mut KnownShapes,
     section: &Section,
@@ -43,28 +41,23 @@ pub fn rigid(
 ) -> Option<Rigid> {
     let facts = BodyFacts::of(section)?;
     if facts.is_plane() {
-        return plane(checker, root, section, orientation);
+        return plane(root, section, orientation);
     }
     let motion = section.choice("motion")?;
     let (spec, shape) = if section.item("geometry").is_some() {
-        let (spec, shape) = from_shape(checker, root, known, section, &facts, motion)?;
+        let (spec, shape) = from_shape(root, known, section, &facts, motion)?;
         (spec, Some(shape))
     } else {
-        (given(checker, section, motion)?, None)
+        (given(section, motion)?, None)
     };
     let places = BodyPlaces::rigid(shape, markers?);
-    let places = places.map_err(|e| checker.fault_in(section, "markers", e.to_string())).ok()?;
+    let places = places.map_err(|e| section.fault("markers", e.to_string())).ok()?;
     let spec = RigidSpec { shape: places.shape().cloned(), ..spec };
     Some(Rigid::Moving(Box::new((BodyKind::Rigid(spec), places))))
 }
 
-fn plane(
-    checker: &mut Checker,
-    root: &Section,
-    section: &Section,
-    orientation: Option<[f64; 4]>,
-) -> Option<Rigid> {
-    optional_material(checker, root, section).ok()?;
+fn plane(root: &Section, section: &Section, orientation: Option<[f64; 4]>) -> Option<Rigid> {
+    optional_material(root, section).ok()?;
     if section.item("normal").is_none() {
         let [w, i, j, k] = orientation?;
         let q = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
@@ -73,13 +66,12 @@ fn plane(
     let n = Vector3::from(section.vector::<3>("normal")?);
     // The square of anything shorter than this would underflow.
     if n.norm() < 1e-150 {
-        return checker.refuse(section, "normal", "must not be the zero vector");
+        return section.refuse("normal", "must not be the zero vector");
     }
     Some(Rigid::Plane(n.normalize()))
 }
 
 fn from_shape(
-    checker: &mut Checker,
     root: &Section,
     known: &mut KnownShapes,
     section: &Section,
@@ -87,14 +79,14 @@ fn from_shape(
     motion: RigidMotion,
 ) -> Option<(RigidSpec, (Arc<Shape>, Model))> {
     let model = elastic_model(section, facts.components);
-    let shape = geometry::shape(checker, section, facts.components, DEGREE);
-    let material = material(checker, root, section);
+    let shape = geometry::shape(section, facts.components, DEGREE);
+    let material = material(root, section);
     let (model, shape, material) = (model?, shape?, material?);
-    if !checker.faults.is_empty() {
+    if !section.faults.is_empty() {
         return None; // integrals take a while, and nothing can be run
     }
     let found = known.measured(shape, &model);
-    let (shape, properties) = found.map_err(|e| checker.fault_in(section, "geometry", e.to_string())).ok()?;
+    let (shape, properties) = found.map_err(|e| section.fault("geometry", e.to_string())).ok()?;
     let spec = RigidSpec {
         motion,
         mass: material.density() * properties.volume,
@@ -110,13 +102,13 @@ fn matrix(rows: &[[f64; 3]; 3], factor: f64) -> Matrix3<f64> {
     Matrix3::from_fn(|i, j| factor * rows[i][j])
 }
 
-fn given(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Option<RigidSpec> {
+fn given(section: &Section, motion: RigidMotion) -> Option<RigidSpec> {
     if section.item("mass").is_none() {
         let message = "required key is missing: \"geometry\" and \"material\", or \"mass\" and \"inertia\"";
-        return checker.refuse(section, "geometry", message);
+        return section.refuse("geometry", message);
     }
     let centre = section.optional("centre_of_mass", Section::vector).ok()?.unwrap_or([0.0; 3]);
-    let inertia = inertia(checker, section, motion);
+    let inertia = inertia(section, motion);
     Some(RigidSpec {
         motion,
         mass: section.number("mass")?,
@@ -127,12 +119,12 @@ fn given(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Optio
     })
 }
 
-fn inertia(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Option<Matrix3<f64>> {
+fn inertia(section: &Section, motion: RigidMotion) -> Option<Matrix3<f64>> {
     let rows: [[f64; 3]; 3] = match section.item("inertia").map(|i| &i.value) {
         None if motion == RigidMotion::Axial => return Some(Matrix3::zeros()),
         None => {
             let message = "required key is missing: 3 moments or 3 rows of 3 numbers";
-            return checker.refuse(section, "inertia", message);
+            return section.refuse("inertia", message);
         }
         Some(Checked::Numbers(d)) => {
             let d: [f64; 3] = d.as_slice().try_into().ok()?;
@@ -148,7 +140,7 @@ fn inertia(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Opt
     let matrix = Matrix3::from_fn(|i, j| rows[i][j]);
     let size = matrix.norm();
     if (matrix - matrix.transpose()).norm() > ROUND_OFF * size {
-        return checker.refuse(section, "inertia", "must be symmetric");
+        return section.refuse("inertia", "must be symmetric");
     }
     let symmetric = (matrix + matrix.transpose()) * 0.5;
     let second_moment = Matrix3::identity() * (0.5 * symmetric.trace()) - symmetric;
@@ -158,10 +150,10 @@ fn inertia(checker: &mut Checker, section: &Section, motion: RigidMotion) -> Opt
             "no distribution of mass has this inertia: a principal moment exceeds the sum of the others by {:.3e} kg m²",
             -2.0 * smallest
         );
-        return checker.refuse(section, "inertia", message);
+        return section.refuse("inertia", message);
     }
     if symmetric.diagonal().min() < 0.0 {
-        return checker.refuse(section, "inertia", "moments of inertia must be >= 0");
+        return section.refuse("inertia", "moments of inertia must be >= 0");
     }
     Some(symmetric)
 }

@@ -9,13 +9,12 @@ use nalgebra::Vector3;
 use super::facts::ContactFacts;
 use crate::scenario::build::joints::inboard_joint;
 use crate::scenario::build::places::{BodyFacts, motion_in_words};
-use crate::scenario::check::Checker;
 use crate::scenario::keys::Named;
 use crate::scenario::section::Section;
 use crate::scenario::tables::{ContactModel, ReductionMethod, Search, ShapeName, Solver};
 
 /// Reports bodies that Hertz's law knows nothing of.
-pub fn check_hertz(checker: &mut Checker, root: &Section, section: &Section) {
+pub fn check_hertz(root: &Section, section: &Section) {
     let facts = |key| section.text(key).and_then(|name| BodyFacts::find(root, name));
     let (contact, target) = (facts("contact_body"), facts("target_body"));
     let has_flat_faces =
@@ -40,32 +39,32 @@ pub fn check_hertz(checker: &mut Checker, root: &Section, section: &Section) {
             None
         };
         if let Some(message) = fault {
-            checker.fault_in(section, key, message);
+            section.fault(key, message);
         }
     }
     let (Some(contact), Some(target)) = (contact, target) else { return };
     if !target.is_plane() && contact.motion() != target.motion() {
         let [contact, target] = [contact, target].map(|body| motion_in_words(body.motion()));
         let message = format!("must be {contact} as the contact body is, it is {target}");
-        checker.fault_in(section, "target_body", message);
+        section.fault("target_body", message);
     }
     if contact.motion() == RigidMotion::Axial && section.number("friction").is_some_and(|f| f > 0.0) {
         let message = "has no effect with model \"hertz\" between bodies that move along one axis";
-        checker.fault_in(section, "friction", message);
+        section.fault("friction", message);
     }
-    check_normal(checker, &contact, &target);
-    check_shared_space(checker, root, section, [&contact, &target]);
+    check_normal(&contact, &target);
+    check_shared_space(root, section, [&contact, &target]);
 }
 
 /// Reports bodies that cannot take their part in the contact.
-pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
+pub fn check_bodies(root: &Section, section: &Section) {
     let facts = |key| section.text(key).and_then(|name| BodyFacts::find(root, name));
     let (contact, target) = (facts("contact_body"), facts("target_body"));
     let mut is_imported = false;
     for (key, body) in [("contact_body", contact), ("target_body", target)] {
         if body.is_some_and(|b| b.file.is_some()) {
             let message = "must be a body with a shape, one from a file has no surface to touch";
-            checker.fault_in(section, key, message);
+            section.fault(key, message);
             is_imported = true;
         }
     }
@@ -73,12 +72,12 @@ pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
         return;
     }
     if contact.is_some_and(|body| body.is_rigid) {
-        check_rigid(checker, section, [contact.as_ref(), target.as_ref()]);
+        check_rigid(section, [contact.as_ref(), target.as_ref()]);
     }
     for (key, body) in [("contact_body", contact), ("target_body", target)] {
         if body.is_some_and(|body| body.is_rigid && body.shape.is_none()) {
             let message = "has no surface to touch, for it has a mass but no shape; give it \"geometry\" and \"material\" in their place";
-            checker.fault_in(section, key, message);
+            section.fault(key, message);
         }
     }
     let method = contact.and_then(|b| b.section.table("reduction")?.choice::<ReductionMethod>("method"));
@@ -91,7 +90,7 @@ pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
              \"modal\" and \"all\" go with \"adaptive\", \"dynamic\" and \"coarse\"",
             model.name()
         );
-        checker.fault_in(section, "model", message);
+        section.fault("model", message);
     }
     let (Some(contact), Some(target)) = (contact, target) else { return };
     if !contact.is_rigid && !target.is_rigid && contact.components != target.components {
@@ -100,39 +99,39 @@ pub fn check_bodies(checker: &mut Checker, root: &Section, section: &Section) {
             contact.components.name(),
             target.components.name()
         );
-        checker.fault_in(section, "target_body", message);
+        section.fault("target_body", message);
     }
     if target.is_rigid && !target.is_plane() && contact.motion() != target.motion() {
         let motion = contact.motion().name();
         let own = if contact.is_rigid { ("motion", motion) } else { ("model", contact.components.name()) };
         let message =
             format!("must have motion = \"{motion}\", for it meets a body with {} \"{}\"", own.0, own.1);
-        checker.fault_in(section, "target_body", message);
+        section.fault("target_body", message);
     }
-    check_normal(checker, &contact, &target);
-    check_shared_space(checker, root, section, [&contact, &target]);
+    check_normal(&contact, &target);
+    check_shared_space(root, section, [&contact, &target]);
 }
 
 /// Reports what a rigid contact body does not go with: flexible targets, models with zones.
-fn check_rigid(checker: &mut Checker, section: &Section, [contact, target]: [Option<&BodyFacts<'_>>; 2]) {
+fn check_rigid(section: &Section, [contact, target]: [Option<&BodyFacts<'_>>; 2]) {
     if contact.is_some_and(BodyFacts::is_plane) {
-        checker.fault_in(section, "contact_body", "must be a body, exchange contact_body and target_body");
+        section.fault("contact_body", "must be a body, exchange contact_body and target_body");
         return;
     }
     if target.is_some_and(|body| !body.is_rigid) {
         let message = "must be a flexible body where the target is one, for its points yield; exchange contact_body and target_body";
-        checker.fault_in(section, "contact_body", message);
+        section.fault("contact_body", message);
         return;
     }
     if section.choice("model").is_none_or(|model: ContactModel| model.is(Treatment::has_fine_zone)) {
         let message = "must be \"coarse\" between rigid bodies (contact points all over the contact body, on springs: flat faces, edges, \
                        corners) or \"hertz\" (smooth faces that are curved against each other)";
-        checker.fault_in(section, "model", message);
+        section.fault("model", message);
     }
 }
 
 /// Reports a plane whose normal leaves the space of the contact body's model.
-fn check_normal(checker: &mut Checker, contact: &BodyFacts<'_>, target: &BodyFacts<'_>) {
+fn check_normal(contact: &BodyFacts<'_>, target: &BodyFacts<'_>) {
     if !target.is_plane() {
         return;
     }
@@ -148,13 +147,13 @@ fn check_normal(checker: &mut Checker, contact: &BodyFacts<'_>, target: &BodyFac
     if at_fault {
         let model = contact.components.name();
         let message = format!("must be {words}, for it meets a body with model \"{model}\"");
-        checker.fault_in(plane, "normal", message);
+        plane.fault("normal", message);
     }
 }
 
 /// Reports bodies that lie in different planes or on different axes where their models have one;
 /// where joints place them, the run does.
-fn check_shared_space(checker: &mut Checker, root: &Section, section: &Section, bodies: [&BodyFacts<'_>; 2]) {
+fn check_shared_space(root: &Section, section: &Section, bodies: [&BodyFacts<'_>; 2]) {
     let is_joined = |key| section.text(key).is_some_and(|name| inboard_joint(root, name).is_some());
     if bodies[1].is_plane() || is_joined("contact_body") || is_joined("target_body") {
         return;
@@ -162,27 +161,23 @@ fn check_shared_space(checker: &mut Checker, root: &Section, section: &Section, 
     let [Some(first), Some(second)] = bodies.map(|body| body.section.vector::<3>("position")) else { return };
     let places = [first, second].map(Vector3::from);
     if let Err(fault) = way_between(bodies[0].motion(), places.each_ref()) {
-        checker.fault_in(
-            section,
-            "target_body",
-            format!("must lie where the contact body moves: {fault} (position)"),
-        );
+        section.fault("target_body", format!("must lie where the contact body moves: {fault} (position)"));
     }
 }
 
 /// Reports settings that exclude each other.
-pub fn check_settings(checker: &mut Checker, section: &Section, facts: &ContactFacts) {
-    check_solver(checker, section, facts);
+pub fn check_settings(section: &Section, facts: &ContactFacts) {
+    check_solver(section, facts);
     if let Some(penalty) = section.table("penalty") {
-        check_penalty(checker, section, penalty, facts);
+        check_penalty(section, penalty, facts);
     }
     if let Some(interval) = section.table("interval") {
-        check_interval(checker, interval, facts);
+        check_interval(interval, facts);
     }
-    check_transfer(checker, section, facts);
+    check_transfer(section, facts);
 }
 
-fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts) {
+fn check_solver(section: &Section, facts: &ContactFacts) {
     let has_state = facts.model.is(Treatment::is_static);
     let is_broyden = section.choice("solver") == Some(Solver::Broyden);
     if is_broyden && !has_state {
@@ -190,11 +185,11 @@ fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts) 
             "has no effect with model \"{}\", where no quasistatic state is solved for",
             facts.model.name()
         );
-        checker.fault_in(section, "solver", message);
+        section.fault("solver", message);
     }
     if is_broyden && section.number("friction").is_some_and(|f| f > 0.0) {
         let message = "must be \"active-set\" with friction, Algorithm 1 knows normal forces alone";
-        checker.fault_in(section, "solver", message);
+        section.fault("solver", message);
     }
     if !facts.is_exact {
         return;
@@ -202,44 +197,44 @@ fn check_solver(checker: &mut Checker, section: &Section, facts: &ContactFacts) 
     let law = if facts.model.is_massless() { "model \"massless\"" } else { "constraint \"exact\"" };
     if !has_state {
         let message = "must be \"adaptive\" or \"quasistatic\" with constraint \"exact\"";
-        checker.fault_in(section, "model", message);
+        section.fault("model", message);
     }
     if facts.has_mesh && facts.model.is_massless() {
         let message = "must be \"quasistatic\" or another model with a penalty factor where a body is a mesh: corners of its sides have no \
                        area of their own, so that contact is watched at more points than the boundary has unknowns";
-        checker.fault_in(section, "model", message);
+        section.fault("model", message);
         return;
     }
     if facts.has_mesh {
         let message = "must be \"penalty\" where a body is a mesh: corners of its sides have no area of their own, so that \
                        contact is watched at more points than the constraint has unknowns for";
-        checker.fault_in(section, "constraint", message);
+        section.fault("constraint", message);
         return;
     }
     for (key, needed) in [("points", "greville"), ("solver", "active-set")] {
         if section.text(key).is_some_and(|value| value != needed) {
-            checker.fault_in(section, key, format!("must be \"{needed}\" with {law}"));
+            section.fault(key, format!("must be \"{needed}\" with {law}"));
         }
     }
 }
 
-fn check_transfer(checker: &mut Checker, section: &Section, facts: &ContactFacts) {
+fn check_transfer(section: &Section, facts: &ContactFacts) {
     let has_own = section.choice("modes") == Some(LowModes::Fine);
     if has_own && !facts.is_refined() {
         let message = format!(
             "must be \"prolonged\" with model \"{}\" here, whose bodies keep one model; \"adaptive\" has fine models",
             facts.model.name()
         );
-        checker.fault_in(section, "modes", message);
+        section.fault("modes", message);
     } else if has_own && facts.has_mesh {
-        checker.fault_in(section, "modes", "must be \"prolonged\" with a body that is a mesh");
+        section.fault("modes", "must be \"prolonged\" with a body that is a mesh");
     }
     if section.choice("transfer") == Some(TransferMethod::Printed) && !has_own {
-        checker.fault_in(section, "transfer", "\"printed\" has a meaning with modes = \"own\" only");
+        section.fault("transfer", "\"printed\" has a meaning with modes = \"own\" only");
     }
 }
 
-fn check_penalty(checker: &mut Checker, section: &Section, penalty: &Section, facts: &ContactFacts) {
+fn check_penalty(section: &Section, penalty: &Section, facts: &ContactFacts) {
     if facts.model.is_massless() {
         return; // the whole table is without a meaning
     }
@@ -251,29 +246,29 @@ fn check_penalty(checker: &mut Checker, section: &Section, penalty: &Section, fa
             "must be \"fixed\" with model \"{}\", searches are made with \"adaptive\" only",
             facts.model.name()
         );
-        checker.fault_in(penalty, "search", message);
+        penalty.fault("search", message);
     }
     if facts.is_exact {
         let message = "has no meaning with constraint \"exact\", which has no penalty factor";
-        checker.fault_in(penalty, "search", message);
+        penalty.fault("search", message);
     }
     if facts.search == Some(Search::UntilError) && section.choice("solver") == Some(Solver::ActiveSet) {
         let message =
             "must not be \"until-error\", for the active-set solver never fails; choose solver = \"broyden\"";
-        checker.fault_in(penalty, "search", message);
+        penalty.fault("search", message);
     }
 }
 
-fn check_interval(checker: &mut Checker, interval: &Section, facts: &ContactFacts) {
+fn check_interval(interval: &Section, facts: &ContactFacts) {
     if interval.given("elements")
         && !interval.given("width")
         && !facts.is_refined()
         && facts.model.is(Treatment::has_fine_zone)
     {
-        checker.fault_in(interval, "elements", "needs \"width\" beside it");
+        interval.fault("elements", "needs \"width\" beside it");
     }
     if facts.has_mesh && interval.choice("division") == Some(DivisionRule::Printed) {
         let message = "\"printed\" is for bodies of splines, elements of a mesh are halved; leave it out";
-        checker.fault_in(interval, "division", message);
+        interval.fault("division", message);
     }
 }

@@ -4,7 +4,6 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::system::joints::JointKind;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use super::super::super::check::Checker;
 use super::super::super::section::Section;
 use super::super::places::{BodyFacts, motion_in_words};
 
@@ -14,15 +13,15 @@ const ALIGNMENT: f64 = 1e-9;
 const SHORTEST: f64 = 1e-150;
 
 /// Rotation from the joint's axes to space.
-pub fn axes(checker: &mut Checker, section: &Section, kind: JointKind) -> Option<UnitQuaternion<f64>> {
+pub fn axes(section: &Section, kind: JointKind) -> Option<UnitQuaternion<f64>> {
     match kind {
         JointKind::Fixed => Some(UnitQuaternion::identity()),
-        JointKind::Universal => universal(checker, section),
+        JointKind::Universal => universal(section),
         JointKind::Spherical | JointKind::Free | JointKind::Axial | JointKind::Generic(_)
             if section.item("axis").is_none() =>
         {
             if section.item("reference").is_some() {
-                return checker.refuse(section, "reference", "needs \"axis\" beside it");
+                return section.refuse("reference", "needs \"axis\" beside it");
             }
             Some(UnitQuaternion::identity())
         }
@@ -33,16 +32,16 @@ pub fn axes(checker: &mut Checker, section: &Section, kind: JointKind) -> Option
         | JointKind::Planar
         | JointKind::Free
         | JointKind::Axial
-        | JointKind::Generic(_) => about_axis(checker, section),
+        | JointKind::Generic(_) => about_axis(section),
     }
 }
 
 /// The unit vector of key `key`, which must be given.
-fn direction(checker: &mut Checker, section: &Section, key: &str) -> Option<Vector3<f64>> {
-    checker.require(section, key, "3 components of a vector")?;
+fn direction(section: &Section, key: &str) -> Option<Vector3<f64>> {
+    section.require(key, "3 components of a vector")?;
     let vector = Vector3::from(section.vector::<3>(key)?);
     if vector.norm() < SHORTEST {
-        return checker.refuse(section, key, "must not be the zero vector");
+        return section.refuse(key, "must not be the zero vector");
     }
     Some(vector.normalize())
 }
@@ -53,24 +52,24 @@ fn rotation(x: Vector3<f64>, y: Vector3<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(columns))
 }
 
-fn universal(checker: &mut Checker, section: &Section) -> Option<UnitQuaternion<f64>> {
-    let (first, second) = (direction(checker, section, "axis"), direction(checker, section, "second_axis"));
+fn universal(section: &Section) -> Option<UnitQuaternion<f64>> {
+    let (first, second) = (direction(section, "axis"), direction(section, "second_axis"));
     let (first, second) = (first?, second?);
     let cosine = first.dot(&second);
     if cosine.abs() > ALIGNMENT {
         let degrees = cosine.clamp(-1.0, 1.0).acos().to_degrees();
         let message = format!("must be perpendicular to \"axis\", the angle between them is {degrees:.6}°");
-        return checker.refuse(section, "second_axis", message);
+        return section.refuse("second_axis", message);
     }
     let second = (second - first * cosine).normalize();
     Some(rotation(first, second))
 }
 
 /// `z` along the axis, `x` along the part of `reference` across it.
-fn about_axis(checker: &mut Checker, section: &Section) -> Option<UnitQuaternion<f64>> {
-    let z = direction(checker, section, "axis")?;
+fn about_axis(section: &Section) -> Option<UnitQuaternion<f64>> {
+    let z = direction(section, "axis")?;
     let reference = match section.item("reference") {
-        Some(_) => direction(checker, section, "reference")?,
+        Some(_) => direction(section, "reference")?,
         None => {
             let farthest = (0..3).min_by(|&i, &j| z[i].abs().total_cmp(&z[j].abs())).unwrap_or(0);
             Vector3::ith(farthest, 1.0)
@@ -78,7 +77,7 @@ fn about_axis(checker: &mut Checker, section: &Section) -> Option<UnitQuaternion
     };
     let across = reference - z * z.dot(&reference);
     if across.norm() < ALIGNMENT {
-        return checker.refuse(section, "reference", "must not be parallel to \"axis\"");
+        return section.refuse("reference", "must not be parallel to \"axis\"");
     }
     let x = across.normalize();
     Some(rotation(x, z.cross(&x)))
@@ -87,7 +86,6 @@ fn about_axis(checker: &mut Checker, section: &Section) -> Option<UnitQuaternion
 /// Reports joints that lead out of the plane of a plane model or off the axis of an axisymmetric
 /// one, and joints between different models.
 pub fn check_models(
-    checker: &mut Checker,
     root: &Section,
     section: &Section,
     kind: JointKind,
@@ -103,7 +101,7 @@ pub fn check_models(
             motion_in_words(parent),
             motion_in_words(child)
         );
-        return checker.refuse(side, "body", message);
+        return side.refuse("body", message);
     }
     let kinds: &[JointKind] = match child {
         RigidMotion::Axial => &[JointKind::Fixed, JointKind::Axial],
@@ -117,7 +115,7 @@ pub fn check_models(
     if !kinds.contains(&kind) && !matches!(kind, JointKind::Generic(_)) {
         let known: Vec<String> = kinds.iter().map(|k| format!("\"{}\"", k.name())).collect();
         let message = format!("does not go with bodies that are {child}, choose {}", known.join(" or "));
-        return checker.refuse(section, "type", message);
+        return section.refuse("type", message);
     }
     let cosine = (axes * Vector3::z()).z;
     let (fits, words) = match kind {
@@ -126,7 +124,7 @@ pub fn check_models(
         _ => (cosine.abs() > 1.0 - ALIGNMENT, "along z"),
     };
     if !fits {
-        return checker.refuse(section, "axis", format!("must be {words} for bodies that are {child}"));
+        return section.refuse("axis", format!("must be {words} for bodies that are {child}"));
     }
     Some(())
 }

@@ -1,7 +1,6 @@
 //! The tree that the joints form: every body is the child of one joint at most, and nothing is a
 //! descendant of itself.
 
-use super::super::super::check::Checker;
 use super::super::super::section::Section;
 
 /// A joint, as far as the tree is concerned.
@@ -18,7 +17,7 @@ pub struct Link<'a> {
 }
 
 /// Reports bodies that are children of two joints, and joints that form a cycle.
-pub fn check(checker: &mut Checker, root: &Section, joints: &[Link<'_>]) {
+pub fn check(root: &Section, joints: &[Link<'_>]) {
     let bodies = root.named("bodies");
     let mut carried: Vec<Option<&Link<'_>>> = vec![None; bodies.len()];
     for joint in joints.iter().filter(|j| !j.closes_loop) {
@@ -32,11 +31,11 @@ pub fn check(checker: &mut Checker, root: &Section, joints: &[Link<'_>]) {
                 "is over-constrained: it is the child of joint \"{}\" already; set closes_loop = true on one of the two",
                 first.name
             );
-            checker.fault_in(side, "body", message);
+            side.fault("body", message);
         }
     }
     for start in 0..carried.len() {
-        report_cycle(checker, root, &carried, start);
+        report_cycle(root, &carried, start);
     }
 }
 
@@ -46,7 +45,7 @@ fn side<'a>(root: &'a Section, joint: &Link<'_>, side: &str) -> Option<&'a Secti
 }
 
 /// Reports the cycle whose first body in the order of the file is `start`, if there is one.
-fn report_cycle(checker: &mut Checker, root: &Section, carried: &[Option<&Link<'_>>], start: usize) {
+fn report_cycle(root: &Section, carried: &[Option<&Link<'_>>], start: usize) {
     let name = |body: usize| root.named("bodies").get(body).map_or("", |(name, _)| name.as_str());
     let mut path = format!("\"{}\"", name(start));
     let mut body = start;
@@ -60,7 +59,7 @@ fn report_cycle(checker: &mut Checker, root: &Section, carried: &[Option<&Link<'
                 let message = format!(
                     "joints form a cycle: {path}; turn a joint around or set closes_loop = true on one"
                 );
-                checker.fault_in(side, "body", message);
+                side.fault("body", message);
             }
             return;
         }
