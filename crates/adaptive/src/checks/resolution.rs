@@ -220,7 +220,7 @@ pub fn edge_touch(
     let (message, remedy) = match (width, keeps_sides) {
         (Some(_), true) => (
             format!(
-                "a line touches that is too long for finer elements: what these leave out of the indentation is added, {over}, to some three per cent \
+                "a line touches that is too long for finer elements: what these leave out of the indentation is added, {over}, to some six per cent \
                  of the approach; pressure there is not resolved"
             ),
             finer(),

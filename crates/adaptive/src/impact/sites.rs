@@ -24,7 +24,7 @@ use crate::system::body::{BodyModel, FlexibleModel};
 use crate::system::whole_surface::resolved_penalty;
 use crate::touch::detection::{Nearest, Search};
 use crate::touch::parts::side::{Moved, Side, met_place};
-use crate::touch::parts::{Touch, TouchKind, TouchZone, pressed_parts};
+use crate::touch::parts::{Touch, TouchKind, TouchLine, TouchZone, pressed_parts};
 use crate::touch::tolerances::PARALLEL_IN_RUN;
 
 /// Where the zones of a contact lie.
@@ -109,7 +109,10 @@ impl AdaptiveContact {
                     Some(element.map(|length| NARROW * length))
                 })
             }
-            None => Touch { nearest, kind: TouchKind::Smooth, normal: nearest.normal, extents: [0.0; 2] },
+            None => {
+                let (kind, normal) = (TouchKind::Smooth, nearest.normal);
+                Touch { nearest, kind, normal, extents: [0.0; 2], line: None }
+            }
         })
     }
 
@@ -141,7 +144,7 @@ impl AdaptiveContact {
         let target = self.flexible_target.zip(nearest.target.as_ref());
         if whole.is_some() {
             let [own_part, part] = self.parts(bodies, states, touch, request);
-            let site = self.whole_site(bodies, states, touch, (whole, request.peak));
+            let site = self.whole_site(bodies, states, touch, whole);
             let own = ZoneSite { part: own_part, ..site };
             let target = target.map(|_| ZoneSite { part, ..ZoneSite::WHOLE });
             return Ok(Sites { own, target, predicted: [0.0; 2], least: [0.0; 2], whole });
@@ -232,19 +235,18 @@ impl AdaptiveContact {
         bodies: &[BodyModel],
         states: &[BodyState],
         touch: &Touch,
-        (whole, peak): (Option<TouchKind>, Option<f64>),
+        whole: Option<TouchKind>,
     ) -> ZoneSite {
         let nearest = &touch.nearest;
         if !whole.is_some_and(TouchKind::adds_points) {
             return ZoneSite::WHOLE;
         }
         let body = &bodies[self.body];
-        let on_line = || self.met_line(bodies, states, touch, peak);
-        let met = match whole {
-            Some(TouchKind::LineOfPoints) => on_line(),
-            _ => self.met_place(bodies, states, nearest).map(|meets| (nearest.contact, meets)),
-        };
-        if let Some((place, meets)) = met {
+        let met = touch.line.or_else(|| {
+            let meets = self.met_place(bodies, states, nearest)?;
+            Some(TouchLine { place: nearest.contact, meets })
+        });
+        if let Some(TouchLine { place, meets }) = met {
             return ZoneSite { meets: Some(meets), ..zone_site(&place, ZoneSize::Whole) };
         }
         let is_bent = || body.height_between_points() > MISSED_SURFACE * self.detector.size();
@@ -302,11 +304,11 @@ impl AdaptiveContact {
         states: &[BodyState],
         touch: &Touch,
         peak: Option<f64>,
-    ) -> Option<(SurfaceSite, TargetPlace)> {
+    ) -> Option<TouchLine> {
         let (way, half) = self.line_of_touch(bodies, states, &touch.nearest, peak)?;
         let (own, target) = self.moved(bodies, states)?;
         let line = touch.line(own, target, (&way, PARALLEL_IN_RUN))?;
-        Some((line.place, TargetPlace { spread: AS_EVEN * half, ..line.meets }))
+        Some(TouchLine { meets: TargetPlace { spread: AS_EVEN * half, ..line.meets }, ..line })
     }
 
     /// `touch` on the sides of a mesh as they are: by points along a line, if it is one, else by those of the sides.
@@ -319,8 +321,9 @@ impl AdaptiveContact {
         peak: Option<f64>,
     ) -> Touch {
         let is_smooth = matches!(touch.kind, TouchKind::Smooth | TouchKind::Line);
-        let is_line = is_smooth && self.met_line(bodies, states, &touch, peak).is_some();
-        Touch { kind: if is_line { TouchKind::LineOfPoints } else { TouchKind::Edge }, ..touch }
+        let line = if is_smooth { self.met_line(bodies, states, &touch, peak) } else { None };
+        let kind = line.map_or(TouchKind::Edge, |_| TouchKind::LineOfPoints);
+        Touch { kind, line, ..touch }
     }
 
     /// The kind of `touch`, if an edge or flat faces touch and `widths` do not ask for an interval:

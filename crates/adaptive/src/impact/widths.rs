@@ -67,9 +67,10 @@ impl AdaptiveContact {
         let (speed, inverse_mass) =
             ((other.velocity - own.velocity).dot(&normal), own.inverse_mass + other.inverse_mass);
         // The preview of a line that is not quite straight is one of a long ellipse.
-        let peak = peak.filter(|_| self.straight_line(bodies, [&own, &other], |_| 0.0).is_some());
+        let exact = self.straight_line(bodies, [&own, &other], |_| 0.0);
+        let peak = peak.filter(|_| exact.is_some());
         let half = |law: &LineLaw| half_width(law, peak, inverse_mass, speed);
-        let line = self.straight_line(bodies, [&own, &other], half)?;
+        let line = exact.or_else(|| self.straight_line(bodies, [&own, &other], half))?;
         let half = half(&line.law);
         Some((own.outward.cross(&line.across).try_normalize(0.0)?, half))
     }

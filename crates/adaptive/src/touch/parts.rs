@@ -12,6 +12,7 @@ use nalgebra::Vector3;
 use crate::record::TouchedPart;
 use crate::surface::SurfacePlace;
 use crate::touch::detection::Nearest;
+pub use line::TouchLine;
 use line::{middle_of_line, site};
 use narrow::narrow_face;
 use shapes::nearest_of_shapes;
@@ -127,6 +128,8 @@ pub struct Touch {
     pub normal: Vector3<f64>,
     /// Extents of what touches of a narrow face, along the face of the contact body \[m\].
     pub extents: [f64; 2],
+    /// The line, if points along it hold a touch of smooth faces.
+    pub line: Option<TouchLine>,
 }
 
 impl Touch {
@@ -152,7 +155,7 @@ impl Touch {
         let normal = touch_direction(&side, target.as_ref(), nearest);
         let (side, target) = (side.facing(&-normal), target.map(|side| side.facing(&normal)));
         let kind = kind_at(&side, target.as_ref(), nearest, parallel);
-        let mut touch = Self { nearest: *nearest, kind, normal, extents: [0.0; 2] };
+        let mut touch = Self { nearest: *nearest, kind, normal, extents: [0.0; 2], line: None };
         if let (TouchKind::Edge, Some(target), Some(other), Some(there)) =
             (kind, &target, other, &nearest.target)
         {

@@ -194,6 +194,7 @@ fn nearest_across(
 }
 
 /// A line along which two bodies touch: where its middle lies on the contact body, and what that meets of the target.
+#[derive(Debug, Clone, Copy)]
 pub struct TouchLine {
     /// The place on the contact body.
     pub place: SurfaceSite,

@@ -196,7 +196,7 @@ impl Driver<'_> {
         let whole = refinement.whole_at(&touch, request.size)?;
         let site = ZoneSite {
             part: whole.and_then(|_| refinement.parts(&self.model.bodies, states, &touch, &request)[0]),
-            ..refinement.whole_site(&self.model.bodies, states, &touch, (whole, request.peak))
+            ..refinement.whole_site(&self.model.bodies, states, &touch, whole)
         };
         let serves = |fine: &FineContact| {
             whole.is_some() && fine.whole == whole && fine.zones.first().is_some_and(|zone| zone.site == site)
