@@ -196,6 +196,18 @@ impl dyn Surface + '_ {
         self.points().map(|p| Vector3::from(*p).norm()).fold(0.0, f64::max)
     }
 
+    /// Outward unit normals of the smooth parts that meet at `point`, each once: one of a smooth surface, two of an edge, three and
+    /// more of a corner.
+    pub fn parts_at(&self, point: &[f64; 3]) -> Vec<Vector3<f64>> {
+        let mut different: Vec<Vector3<f64>> = Vec::new();
+        for normal in self.normals_at(point) {
+            if different.iter().all(|known| known.dot(&normal) < ALONG) {
+                different.push(normal);
+            }
+        }
+        different
+    }
+
     /// Extent along the unit vector `direction` \[m\]; infinite of a surface without one.
     pub fn extent_along(&self, direction: &Vector3<f64>) -> f64 {
         let heights = self.points().map(|p| Vector3::from(*p).dot(direction));

@@ -200,6 +200,8 @@ table!(TransferRow "transfers" "Changes of models in the course of the run, and 
     edge_along: [f64; 6] ["m"],
         "half of the straight edge that lies along a face of the contact body and has this point in its middle (theory C.97), in the frames of the contact body (3) and of the target (3); zeros where one point is met";
     edge_spread: f64 ["m"], "half of the width over which the face is pressed along that edge, or by a corner in the plane (theory C.98); 0 elsewhere";
+    edge_outward: [f64; 3] ["–"],
+        "of an edge of the contact body itself, which presses the target at this point: unit vector out of it there, in the model's components; zeros elsewhere";
     part: [f64; 8] ["–"],
         "the part of a surface with edges that is the zone (theory C.91): place (3) and direction to the partner (3) in the model's components, depth and radius in m; of an interval the flat face of the target about which it lies (C.102); zeros where it is all";
     target_part: [f64; 8] ["–"], "the same of the target body";

@@ -76,8 +76,8 @@ pub struct WholeRequest {
 pub struct PointsAbout {
     /// The place.
     pub place: SurfacePlace,
-    /// The edge or corner of the target that the place meets. Without one, points stand ever more
-    /// densely towards the place.
+    /// The edge or corner of the target that the place meets, or the place of it that an own edge there meets. Without one, points stand
+    /// ever more densely towards the place.
     pub meets: Option<TargetPlace>,
 }
 
@@ -88,10 +88,12 @@ impl PointsAbout {
         Some(Self { place, meets: site.meets })
     }
 
-    /// The edge of the target that lies along a face at the place; none of a place alone.
+    /// The edge of the target that lies along a face at the place, or the own one that lies on the target; none of a place alone.
     pub fn edge(&self) -> Option<MetEdge> {
-        let (half, spread) = (Vector3::from(self.meets?.along[0]), self.meets?.spread);
-        (half.norm() > 0.0).then_some(MetEdge { middle: self.place.point.into(), half, spread })
+        let meets = self.meets?;
+        let (half, outward) = (Vector3::from(meets.along[0]), meets.own_outward().map(Vector3::from));
+        let edge = MetEdge { middle: self.place.point.into(), half, spread: meets.spread, outward };
+        (half.norm() > 0.0).then_some(edge)
     }
 }
 

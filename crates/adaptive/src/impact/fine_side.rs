@@ -26,7 +26,6 @@ use crate::paper::fine_modes::FineModes;
 use crate::record::{TargetPlace, ZoneSite};
 use crate::spec::{InterfaceModes, LowModes};
 use crate::store::{ModelKey, StoredModel, matrix, matrix_values};
-use crate::surface::ALONG;
 use crate::system::body::{BodyModel, FlexibleModel};
 use crate::system::rigid_surface::RigidSurface;
 
@@ -179,8 +178,8 @@ impl AdaptiveContact {
         Ok(RebuiltContact { element, models })
     }
 
-    /// Adds what the elements of a flexible target leave out of its indentation under the line that the zone of `own` meets; nothing
-    /// where the target has an edge there.
+    /// Adds what the elements of a flexible target leave out of its indentation under the line that the zone of `own` meets, or of its edge
+    /// there.
     pub(super) fn leave_out_of_target(
         &self,
         own: &mut FineSide,
@@ -190,20 +189,17 @@ impl AdaptiveContact {
         let left_out = other.and_then(|(target, side)| {
             let (meets, body) = (own.body.meets()?, &super::flexible(&bodies[*target]).body);
             let place = body.undeformed().place(meets.face, &meets.xi);
-            let along = TargetPlace { along: [meets.along[1]; 2], ..*meets };
-            let inwards = -Vector3::from(meets.normal);
-            let is_smooth =
-                body.undeformed().normals_at(&place.point).iter().all(|n| -n.dot(&inwards) > ALONG);
+            let outward = body.motion().components(&meets.normal);
+            let along = TargetPlace { along: [meets.along[1]; 2], outward, ..*meets };
             let about = PointsAbout { place, meets: Some(along) };
-            let line = PressedLine::new(body.as_ref(), &about, &meets.normal)
-                .filter(|_| is_smooth && side.body.is_own())?;
-            let lengths = own.zone.lengths_of_meeting(&line.half);
-            let functions = own
-                .zone
-                .meeting
-                .iter()
-                .map(|(_, share)| body.functions_at((line.middle + *share * line.half).as_ref()));
-            let functions: Vec<_> = functions.collect::<Result<_, _>>().ok()?;
+            let line = PressedLine::new(body.as_ref(), &about, &outward).filter(|_| side.body.is_own())?;
+            let lengths = own.zone.lengths_of_meeting(&line.edge.half);
+            // Ends of an edge are known up to the slack of what lies along it.
+            let on = |share: f64| {
+                let foot = body.undeformed().nearest(&line.edge.at(share))?;
+                body.functions_at(&foot.place.point).ok()
+            };
+            let functions: Vec<_> = own.zone.meeting.iter().map(|m| on(m.1)).collect::<Option<_>>()?;
             let points: Vec<LinePoint<'_>> = functions.iter().map(Vec::as_slice).zip(lengths).collect();
             line.left_out(body.as_ref(), &points)
         });

@@ -229,7 +229,7 @@ impl AdaptiveContact {
     /// The zone on the contact body for a touch of the kind `whole`: its whole surface. An edge
     /// that may touch between the points of its elements has further points about the nearest place
     /// (Eq. C.65), a touch with an edge or a corner of the target has one point there (Eq. C.63), and
-    /// an edge of the target along a face points along it (Eq. C.97). Flat faces, and straight edges on a plane, touch at the points of the elements.
+    /// an edge of either along a face points along it (Eq. C.97). Flat faces, and corners on a plane, touch at the points of the elements.
     pub fn whole_site(
         &self,
         bodies: &[BodyModel],
@@ -242,10 +242,11 @@ impl AdaptiveContact {
             return ZoneSite::WHOLE;
         }
         let body = &bodies[self.body];
-        let met = touch.line.or_else(|| {
+        let met_place = || {
             let meets = self.met_place(bodies, states, nearest)?;
             Some(TouchLine { place: nearest.contact, meets })
-        });
+        };
+        let met = touch.line.or_else(met_place).or_else(|| self.own_edge(bodies, states, touch));
         if let Some(TouchLine { place, meets }) = met {
             return ZoneSite { meets: Some(meets), ..zone_site(&place, ZoneSize::Whole) };
         }
@@ -294,6 +295,15 @@ impl AdaptiveContact {
         let (own, target) = self.moved(bodies, states)?;
         let met = met_place(&Side::new(own), &Side::new(target?), nearest, PARALLEL_IN_RUN)?;
         Some(TargetPlace { spread: EDGE_SPREAD * flexible(&bodies[self.body]).body.thickness(), ..met })
+    }
+
+    /// The edge of the contact body, in the plane its corner, that presses the target, if there is one.
+    fn own_edge(&self, bodies: &[BodyModel], states: &[BodyState], touch: &Touch) -> Option<TouchLine> {
+        let (own, target) = self.moved(bodies, states)?;
+        let line = touch.own_edge(own, target, PARALLEL_IN_RUN)?;
+        let pressed = flexible(&bodies[self.flexible_target.unwrap_or(self.body)]);
+        let meets = TargetPlace { spread: EDGE_SPREAD * pressed.body.thickness(), ..line.meets };
+        Some(TouchLine { meets, ..line })
     }
 
     /// The middle of the line along which smooth faces of the bodies touch, for a peak force if one is known, and the place of the target that it

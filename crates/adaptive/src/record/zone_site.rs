@@ -74,8 +74,8 @@ pub struct ZoneSite {
     pub centre: [f64; 3],
     /// What of the surface it covers.
     pub size: ZoneSize,
-    /// The place on an edge or a corner of the target that the centre meets, if there is one
-    /// (theory Eq. C.63).
+    /// The place on an edge or a corner of the target that the centre meets, or on the target that an own edge about the centre meets, if
+    /// there is one (theory Eqs. C.63, C.98).
     pub meets: Option<TargetPlace>,
     /// The part of a whole surface to which the zone is confined, if it is; of an interval the flat face of the
     /// target about which it lies.
@@ -105,7 +105,8 @@ pub struct TouchedPart {
     pub radius: f64,
 }
 
-/// A place on an edge or a corner of a target, with the normal of the contact there.
+/// A place on an edge or a corner of a target, or of a target that an edge of the contact body presses, with the normal of the contact
+/// there.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct TargetPlace {
     /// Number of the target's face, counted through its patches.
@@ -120,6 +121,16 @@ pub struct TargetPlace {
     pub along: [[f64; 3]; 2],
     /// Half of the width over which a face is pressed along that edge or, in the plane, by a corner (theory Eq. C.98) \[m\].
     pub spread: f64,
+    /// Unit vector out of a body whose own edge, in the plane its corner, presses here, in the components of its model; zero where that is
+    /// one of its partner.
+    pub outward: [f64; 3],
+}
+
+impl TargetPlace {
+    /// The direction `outward` of an edge of the body itself; none of one of its partner.
+    pub fn own_outward(&self) -> Option<[f64; 3]> {
+        self.outward.iter().any(|x| x.abs() > 0.0).then_some(self.outward)
+    }
 }
 
 impl ZoneSite {

@@ -34,3 +34,6 @@ pub const ROUND_OFF: f64 = 1e-9;
 /// Points of whole surfaces that are farther than the nearest one by no more than this share of the
 /// smaller body's size are going to touch: bodies yield by less in all impacts that leave them elastic.
 pub const TOUCHED_SURFACE: f64 = 1e-3;
+/// Angle \[rad\] by which the faces beside an edge open at least against what it presses: the partner then comes nowhere near them while
+/// bodies yield by [`TOUCHED_SURFACE`].
+pub const OPENING: f64 = 0.1;

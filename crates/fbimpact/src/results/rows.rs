@@ -113,6 +113,7 @@ pub fn transfer(r: &TransferRecord, contact: &str) -> Result<TransferRow> {
         edge_normal: met.map_or([0.0; 3], |m| m.normal),
         edge_along: met.map_or([0.0; 6], |m| std::array::from_fn(|k| m.along[k / 3][k % 3])),
         edge_spread: met.map_or(0.0, |m| m.spread),
+        edge_outward: met.map_or([0.0; 3], |m| m.outward),
         part: part_in_result(r.site),
         target_part: part_in_result(r.target_site),
         others: others_in_result(r.site),
@@ -189,10 +190,11 @@ fn part_of_result([a, b, c, x, y, z, depth, radius]: [f64; 8]) -> Option<Touched
 /// What the contact body meets of an edge or a corner of the target; none without a normal.
 fn met(row: &TransferRow) -> Option<TargetPlace> {
     let (face, xi, normal) = (u32::try_from(row.edge_face).ok()?, row.edge_place, row.edge_normal);
-    let is_place =
-        xi.iter().chain(&row.edge_along).all(|u| u.is_finite()) && normal.iter().any(|n| n.abs() > 0.0);
+    let is_place = xi.iter().chain(&row.edge_along).chain(&row.edge_outward).all(|u| u.is_finite())
+        && normal.iter().any(|n| n.abs() > 0.0);
     let along = std::array::from_fn(|k| std::array::from_fn(|c| row.edge_along[3 * k + c]));
-    is_place.then_some(TargetPlace { face, xi, normal, along, spread: row.edge_spread.max(0.0) })
+    let spread = row.edge_spread.max(0.0);
+    is_place.then_some(TargetPlace { face, xi, normal, along, spread, outward: row.edge_outward })
 }
 
 #[cfg(test)]

@@ -55,9 +55,12 @@ impl ContactSide<'_> {
     }
 
     /// The points of the zone that meet an edge or a corner of `target`, and their plane there;
-    /// none if none do.
+    /// none if none do, or if an own edge finds its places on the target like other points.
     fn meeting_point(&self, target: &ContactSide<'_>) -> Option<MeetingPoint> {
         let (meets, splines) = (self.meets?, target.splines.as_ref());
+        if meets.own_outward().is_some() {
+            return None;
+        }
         let place = match (&target.zone.region, splines) {
             (ZoneRegion::Pieces(pieces), _) => {
                 let (piece, xi) = pieces.place_of(meets.face, [meets.xi[0], meets.xi[1]])?;

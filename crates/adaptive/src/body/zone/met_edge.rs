@@ -24,7 +24,7 @@ const POINTS: usize = 3;
 /// Cosine of the angle between normals of faces that are turned to the same partner.
 const SAME_SIDE: f64 = 0.5;
 
-/// A straight edge of the target along a face of the undeformed contact body, in its frame \[m\].
+/// A straight edge of the target along a face of the undeformed contact body, or one of this, in its frame \[m\].
 pub struct MetEdge {
     /// The middle of the part that lies on the face.
     pub middle: Vector3<f64>,
@@ -32,6 +32,8 @@ pub struct MetEdge {
     pub half: Vector3<f64>,
     /// Half of the width over which it presses \[m\].
     pub spread: f64,
+    /// Unit vector out of the contact body if it is an edge of this itself, on the target.
+    pub outward: Option<Vector3<f64>>,
 }
 
 impl MetEdge {
@@ -41,7 +43,7 @@ impl MetEdge {
     }
 
     /// Distance of `point` from it \[m\].
-    fn distance(&self, point: &[f64; 3]) -> f64 {
+    pub fn distance(&self, point: &[f64; 3]) -> f64 {
         let from_middle = Vector3::from(*point) - self.middle;
         let share = from_middle.dot(&self.half) / self.half.norm_squared();
         (from_middle - share.clamp(-1.0, 1.0) * self.half).norm()
@@ -62,10 +64,10 @@ impl MetEdge {
 
     /// Whether a point with the normal `normal` stands on it, where the face has the normal `own`, or
     /// beside it by no more than a body of the size `size` yields: the faces of the target beside
-    /// the edge would press it aside.
+    /// the edge would press it aside. Of an own edge whatever the normal.
     pub fn holds(&self, point: &[f64; 3], normal: &[f64; 3], own: &[f64; 3], size: f64) -> bool {
         self.distance(point) <= (TOUCHED_SURFACE * size).max(BESIDE * self.spread)
-            && Vector3::from(*normal).dot(&Vector3::from(*own)) > SAME_SIDE
+            && (self.outward.is_some() || Vector3::from(*normal).dot(&Vector3::from(*own)) > SAME_SIDE)
     }
 
     /// Puts points along it, on a face with the normal `own` of a body of the size `size`, in place of those of `points` that stand
@@ -104,6 +106,9 @@ impl MetEdge {
         element: impl Fn([f64; 3]) -> Option<usize>,
     ) -> Vec<(f64, f64)> {
         let across = Vector3::from(*own).cross(&self.half).try_normalize(0.0).unwrap_or_default();
+        // Beside an own edge lies a face on one side only.
+        let is_beyond = self.outward.is_some_and(|outward| across.dot(&outward) > 0.0);
+        let across = if is_beyond { -across } else { across };
         let element = |share: f64| element((Vector3::from(self.at(share)) + ASIDE * size * across).into());
         let mut ends = vec![-1.0];
         for k in 0..SAMPLES {
@@ -155,6 +160,7 @@ mod tests {
             middle: Vector3::new(EDGE[0], 0.0, 0.0),
             half: Vector3::new(EDGE[1], 0.0, 0.0),
             spread: 0.0,
+            outward: None,
         }
     }
 

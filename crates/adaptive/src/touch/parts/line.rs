@@ -15,7 +15,7 @@ use crate::surface::{ALONG_LINE, Foot, StraightLine, SurfacePlace, least_at};
 use crate::touch::detection::Nearest;
 use crate::touch::hertz::local_surface::SurfaceView;
 use crate::touch::parts::Touch;
-use crate::touch::parts::side::{Moved, Side, touch_direction};
+use crate::touch::parts::side::{EdgeOver, Moved, Side, slack, touch_direction};
 use crate::touch::tolerances::{ACROSS_LINE, FLAT, SHORTEST_LINE};
 
 /// Halvings of a line in the search for the end of a body over it.
@@ -233,19 +233,56 @@ impl Touch {
             }
             inside
         };
-        let [from, to] = [end(-1.0), end(1.0)];
-        let (half, aside) = (0.5 * (to - from) * way, 0.5 * (from + to) * way);
+        let ends = [end(-1.0), end(1.0)].map(|share| share * way);
+        let is_long = 0.5 * (ends[1] - ends[0]).norm() > SHORTEST_LINE * size;
+        if is_long { self.line_between(own, other.map(|(there, _)| there), ends) } else { None }
+    }
+
+    /// The edge of the contact body, in the plane its corner, that presses a smooth part of the target (a plane without one), inclined
+    /// by the angle `parallel` \[rad\] at most; none where another part of it touches, or a face beside the edge lies nearly on the target.
+    pub fn own_edge(&self, own: Moved<'_>, other: Option<Moved<'_>>, parallel: f64) -> Option<TouchLine> {
+        let side = Side::new(own).facing(&-self.normal);
+        let point = side.place(&self.nearest.contact).point;
+        let target = other.map(Side::new).zip(self.nearest.target);
+        let target = target.map(|(target, there)| (target.place(&there).point, target));
+        // Of an edge all along the target a search finds an end.
+        let edge = match &target {
+            _ if own.0.motion() != RigidMotion::Spatial => Some(EdgeOver::Straight([Vector3::zeros(); 2])),
+            Some((there, target)) => {
+                target.edge_over(there, &-self.normal, &side, &point, slack(&side, target, parallel))
+            }
+            None => {
+                let slack = slack(&side, &side, parallel);
+                let over = |way: &Vector3<f64>| (way.dot(&self.normal).abs() <= slack).then_some(true);
+                side.edge_where(&point, (side.size(), slack), over)
+            }
+        };
+        let Some(EdgeOver::Straight(ends)) = edge else { return None };
+        let mut line = self.line_between(own, other, ends.map(|end| own.1.rotation * end))?;
+        let met = |(surface, _): Moved<'_>| surface.place(line.meets.face, &line.meets.xi).point;
+        let is_smooth = other.is_none_or(|other| other.0.parts_at(&met(other)).len() == 1);
+        line.meets.outward = side.outward();
+        (is_smooth && side.is_tip(&side.place(&line.place).point)).then_some(line)
+    }
+
+    /// The line between two `ends`, given in space from the places of this touch \[m\].
+    fn line_between(
+        &self,
+        own: Moved<'_>,
+        other: Option<Moved<'_>>,
+        [from, to]: [Vector3<f64>; 2],
+    ) -> Option<TouchLine> {
+        let (half, aside) = (0.5 * (to - from), 0.5 * (from + to));
         let place = |moved: Moved<'_>, start: Vector3<f64>| Some(nearest_on(moved, &(start + aside))?.place);
         let of = |pose: &BodyState, x: &Vector3<f64>| pose.rotation.inverse_transform_vector(x).into();
         let mut meets = TargetPlace { normal: self.normal.into(), ..TargetPlace::default() };
-        if let Some((there, point)) = other {
-            let place = place(there, point)?;
+        if let Some(there) = other {
+            let place = place(there, self.nearest.target?.point)?;
             (meets.face, meets.xi, meets.normal) = (place.face, place.xi, of(there.1, &self.normal));
             meets.along[1] = of(there.1, &half);
         }
         meets.along[0] = of(own.1, &half);
-        (half.norm() > SHORTEST_LINE * size)
-            .then_some(TouchLine { place: site(&place(own, start)?, own.1), meets })
+        Some(TouchLine { place: site(&place(own, self.nearest.contact.point)?, own.1), meets })
     }
 }
 

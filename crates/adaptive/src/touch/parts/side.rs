@@ -10,7 +10,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use crate::record::{TargetPlace, TouchedPart};
 use crate::surface::{ALONG, Surface, SurfacePlace};
 use crate::touch::detection::Nearest;
-use crate::touch::tolerances::{ALONG_EDGE, ROUND_OFF, SAME_DIRECTION};
+use crate::touch::tolerances::{ALONG_EDGE, OPENING, ROUND_OFF, SAME_DIRECTION};
 
 /// Limit of the sweeps over the normals of a cone: the normals at a place differ by 8 degrees or
 /// more, so that each sweep reduces the error by 2 % or more.
@@ -134,7 +134,7 @@ impl<'a> Side<'a> {
     /// Number of different normals at `point`: one of a smooth surface, two of an edge, three and
     /// more of a corner.
     pub fn n_normals(&self, point: &[f64; 3]) -> usize {
-        different(self.surface.normals_at(point)).len()
+        self.surface.parts_at(point).len()
     }
 
     /// The edge of the solid `target` that lies along a face of this body, if there is one. It touches
@@ -151,26 +151,34 @@ impl<'a> Side<'a> {
         if self.surface.motion() != RigidMotion::Spatial {
             return None;
         }
-        let least = self.size.min(target.size);
-        let (here, start) = (Vector3::from(*point), Vector3::from(*there));
-        let over = |way: &Vector3<f64>| {
-            let in_space = target.rotation * way;
-            let place = here + self.rotation.inverse_transform_vector(&in_space);
-            let found = self.surface.nearest(&place.into());
-            found.filter(|found| {
-                let outward = self.rotation * found.normal;
-                found.distance <= slack && outward.dot(normal) < -ALONG
-            })
-        };
+        let here = Vector3::from(*point);
         // Places beside the face do not count, nor do edges of this body, where contact points stand.
-        let is_inside =
-            |way: &Vector3<f64>| over(way).is_some_and(|found| self.n_normals(&found.place.point) == 1);
-        let is_edge = |way: &Vector3<f64>| {
-            let found = target.surface.nearest(&(start + way).into());
-            found.is_some_and(|found| found.distance <= slack && target.n_normals(&found.place.point) > 1)
+        let under = |way: &Vector3<f64>| {
+            let place = here + self.rotation.inverse_transform_vector(way);
+            let found = self.surface.nearest(&place.into())?;
+            let outward = self.rotation * found.normal;
+            (found.distance <= slack && outward.dot(normal) < -ALONG)
+                .then(|| self.n_normals(&found.place.point) == 1)
         };
-        let ways = target.surface.along_edges(there, ALONG_EDGE * least).into_iter().map(|end| end - start);
-        let way = ways.into_iter().find(is_inside)?;
+        target.edge_where(there, (self.size.min(target.size), slack), under)
+    }
+
+    /// The edge of this solid through `there`, no farther aside than `slack` of bodies that are `least` large \[m\], as far as something
+    /// lies `under` a way in space from there, which also tells whether it is smooth.
+    pub fn edge_where(
+        &self,
+        there: &[f64; 3],
+        (least, slack): (f64, f64),
+        under: impl Fn(&Vector3<f64>) -> Option<bool>,
+    ) -> Option<EdgeOver> {
+        let start = Vector3::from(*there);
+        let over = |way: &Vector3<f64>| under(&(self.rotation * way));
+        let is_edge = |way: &Vector3<f64>| {
+            let found = self.surface.nearest(&(start + way).into());
+            found.is_some_and(|found| found.distance <= slack && self.n_normals(&found.place.point) > 1)
+        };
+        let ways = self.surface.along_edges(there, ALONG_EDGE * least).into_iter().map(|end| end - start);
+        let way = ways.into_iter().find(|way| over(way) == Some(true))?;
         if !is_edge(&(0.5 * way)) {
             return Some(EdgeOver::Bent);
         }
@@ -185,6 +193,18 @@ impl<'a> Side<'a> {
             inside * farthest
         };
         Some(EdgeOver::Straight([end(-farthest), end(farthest)]))
+    }
+
+    /// Whether `point` lies on an edge, or in the plane on a corner, from which both faces open by [`OPENING`] at least against the plane
+    /// of the touch.
+    pub fn is_tip(&self, point: &[f64; 3]) -> bool {
+        let faces = self.surface.parts_at(point);
+        faces.len() == 2 && faces.iter().all(|face| face.dot(&self.outward) < OPENING.cos())
+    }
+
+    /// Outward direction in which the partner lies, in the components of the model; zero as long as it is not known.
+    pub fn outward(&self) -> [f64; 3] {
+        self.outward.into()
     }
 
     /// Whether the surface is smooth at `point`: the faces that meet there have one normal, which
@@ -203,17 +223,6 @@ pub enum EdgeOver {
     Straight([Vector3<f64>; 2]),
     /// A curved one.
     Bent,
-}
-
-/// `normals` without those that agree with an earlier one.
-fn different(normals: Vec<Vector3<f64>>) -> Vec<Vector3<f64>> {
-    let mut different: Vec<Vector3<f64>> = Vec::new();
-    for normal in normals {
-        if different.iter().all(|known| known.dot(&normal) < ALONG) {
-            different.push(normal);
-        }
-    }
-    different
 }
 
 /// Largest distance of an edge from a face along which it lies, inclined by the angle `parallel` \[rad\]
@@ -245,7 +254,7 @@ pub fn met_place(own: &Side<'_>, target: &Side<'_>, nearest: &Nearest, parallel:
         Some(EdgeOver::Bent) | None => [[0.0; 3]; 2],
     };
     let normal = target.rotation.inverse_transform_vector(&normal).into();
-    Some(TargetPlace { face: there.face, xi: there.xi, normal, along, spread: 0.0 })
+    Some(TargetPlace { face: there.face, xi: there.xi, normal, along, ..TargetPlace::default() })
 }
 
 /// Direction from the target to the contact body: between the nearest places or, where these agree
