@@ -68,7 +68,7 @@ impl Overlap {
     /// Bound of the relative change of the peak force that springs without limit would bring (theory Eq. A.44); none between flat
     /// faces, whose force their springs ring with.
     pub fn peak_change(&self) -> Option<f64> {
-        (self.pressing == Pressing::Body).then(|| PEAK_PER_SHARE * self.share)
+        (self.pressing == Pressing::Body).then_some(PEAK_PER_SHARE * self.share)
     }
 
     /// Whether the springs were too soft.
