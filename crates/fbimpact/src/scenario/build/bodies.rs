@@ -227,7 +227,7 @@ fn elastic(
     let facts = BodyFacts::of(section);
     let mesh = section.table("discretisation");
     let mesh = mesh.and_then(|d| discretisation(d, &facts?, places.as_ref()));
-    let basis = section.table("reduction").and_then(|r| reduction(r));
+    let basis = section.table("reduction").and_then(reduction);
     let damping = damping(section);
     let geometric_stiffening = stiffening(section, frame.as_ref())?;
     let (places, (discretisation, wants_elements), basis) = (places?, mesh?, basis?);

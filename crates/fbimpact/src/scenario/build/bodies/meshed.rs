@@ -29,7 +29,7 @@ pub fn meshed(
     let frame = frame(root, section, name);
     let damping = damping(section);
     let geometric_stiffening = stiffening(section, frame.as_ref());
-    let basis = section.table("reduction").and_then(|table| reduction(table));
+    let basis = section.table("reduction").and_then(reduction);
     let source = section.mesh_file()?;
     let mesh = Arc::clone(&source.mesh);
     let materials = materials(root, section, &mesh);
