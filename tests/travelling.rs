@@ -318,7 +318,7 @@ fn by_law(recording: &Recording) -> Option<f64> {
 #[test]
 fn contact_that_goes_far_goes_on_by_the_law() {
     let few = "reduction = { modes = 12 }\ndiscretisation = { degree = 3, elements = [24, 1] }";
-    let scenario = valid(&folder("travelling"), &roller(few, 0.03), &[]);
+    let scenario = valid(&folder("travelling"), &roller(few, 0.05), &[]);
     let recording = run(&scenario);
     let switched = by_law(&recording).expect("thousands of zones of some ten micrometres to go");
     let n_zones = recording.transfers.iter().filter(|t| t.site.is_some()).count();

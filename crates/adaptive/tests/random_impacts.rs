@@ -181,8 +181,8 @@ impl Outcome {
         assert!(self.momentum_change() < MOMENTUM, "{line}");
         assert!(self.trace.energy_drift() < DRIFT, "{line}");
         assert!(!self.trace.transfers.is_empty() && self.trace.largest_jump() < JUMP, "{line}");
-        // The first fits the width, the second shows that the penalty factor is high enough.
-        assert_eq!(self.trace.trials.len(), 2, "{line}");
+        // It fits the width, and the share of penetration shows that the penalty factor is high enough.
+        assert_eq!(self.trace.trials.len(), 1, "{line}");
         assert!(self.trace.trials.iter().all(|t| (0.5..0.95).contains(&t.utilisation[0])), "{line}");
         if self.hertz.ratio < HERTZ_APPLIES {
             assert!((self.restitution() - 1.0).abs() < HERTZ, "{line}");

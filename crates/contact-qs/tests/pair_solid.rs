@@ -32,8 +32,7 @@ fn random_state(random: &mut Random) -> Vec<BodyState> {
 
 #[test]
 fn evaluations_that_leave_points_out_find_the_forces_of_those_that_look_at_all() {
-    let mut warm = Active::new(caps(WIDTH, 10, 1e18));
-    let mut cold = Active::new(caps(WIDTH, 10, 1e18));
+    let [mut warm, mut cold] = [(); 2].map(|()| Active::new(caps(WIDTH, 10, 1e18).with_tolerance(1e-8)));
     let mut random = Random::new(3);
     let mut bodies = pressed(-DEPTH);
     evaluate(&mut warm, &bodies);

@@ -66,7 +66,10 @@ impl Driver<'_> {
             let force = found.preview.filter(|force| *force >= slot.monitor.peak_force())?;
             let (until, refinement) = (found.presses_until, self.model.contacts[i].refinement.as_ref()?);
             let nearest = refinement.nearest(states, &mut slot.nearest).ok()?;
-            (until.min(end), refinement.length_on_the_way(&self.model.bodies, states, &nearest, force))
+            // Zones grow with the force. Where contact opens between them they stay as long as those of a first touch.
+            let [largest, present] = [force, slot.monitor.peak_force()]
+                .map(|force| refinement.length_on_the_way(&self.model.bodies, states, &nearest, force));
+            (until.min(end), slot.fine()?.length() * if present > 0.0 { largest / present } else { 1.0 })
         };
         let length = longest.max(slot.fine()?.length());
         let [at_once, zones] = [until, end].map(|until| (until - now) * way / (time * length));
