@@ -12,7 +12,7 @@ use super::projection::normal_walk::SLACK;
 use super::projection::warm_start::WarmStart;
 use super::projection::{Displaced, Functions, Projection, Samples, SurfacePlace};
 use super::relative_pose::RelativePose;
-use super::solver::PairZone;
+use super::solver::{PairBodies, PairZone};
 use super::state::{Buffers, PairFound, PairState, Work};
 use crate::law::penalty;
 use crate::quasistatic::SolveReport;
@@ -196,6 +196,11 @@ impl SurfacePair {
                 return Ok(report);
             }
             report.add(self.solve(pass, work)?);
+            // A solution with friction costs several projections: loads follow their displacements before the next one.
+            if let (Some(_), Some(both)) = (&work.state.friction, self.both()) {
+                self.project(t, if pass < STEADY { SLACK } else { HELD }, relative, work)?;
+                self.displace(both, work);
+            }
             work.found.n_passes += 1;
             depth = work.buffers.free_gaps.iter().fold(0.0, |d, g| d.max(-g));
             if let Some(friction) = &mut work.state.friction {
@@ -361,7 +366,6 @@ impl SurfacePair {
         if !is_taken {
             zone.project(both, stick_slip);
         }
-        w.loaded.copy_from(jacobian);
         // Of these forces, with this compliance, they are left from the solution before.
         if is_new || pass == 0 && friction.is_some() {
             deflect(zone, is_taken, forces, friction, deflections);
@@ -409,16 +413,19 @@ impl SurfacePair {
             None => zone.deflect_solved(&self.springs, &w.free_gaps, forces, deflections),
             Some(_) => deflect(zone, is_taken, forces, friction, deflections),
         }
-        self.load(work.state, work.found);
-        if let Some(zone) = &mut work.state.zone {
-            zone.displace_body(both.compliances, &work.found.loads, &mut work.state.start.body);
-        }
-        self.displace_target(work.state, work.found);
+        self.displace(both, work);
         Ok(report)
     }
 
-    /// Quasistatic displacements of the target's nodes under the loads.
-    fn displace_target(&self, state: &mut PairState, found: &mut PairFound) {
+    /// Loads of the forces at the projection just made, and the quasistatic displacements of the points and of the target's nodes under
+    /// them.
+    fn displace(&self, both: PairBodies<'_>, work: &mut Work<'_>) {
+        let Work { state, found, buffers } = work;
+        self.load(state, found);
+        buffers.loaded.copy_from(&found.jacobian);
+        if let Some(zone) = &mut state.zone {
+            zone.displace_body(both.compliances, &found.loads, &mut state.start.body);
+        }
         if !self.surface.is_quasistatic() {
             return;
         }
