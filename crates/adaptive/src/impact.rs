@@ -422,10 +422,8 @@ impl AdaptiveContact {
             return Ok(PenaltySearch::from_accepted(strategy, known));
         }
         // A predicted factor is as large as the search would make it: stiffer springs cost no steps, another trial does.
-        let is_raised =
-            self.law.penalty.is_none() && matches!(strategy, PenaltyStrategy::UntilConverged { .. });
-        let first = self.law.first_penalty(weight)? * if is_raised { PENALTY_RISE } else { 1.0 };
-        Ok(PenaltySearch::new(strategy, first))
+        let rise = self.law.penalty.map_or_else(|| strategy.rise(), |_| 1.0);
+        Ok(PenaltySearch::new(strategy, rise * self.law.first_penalty(weight)?))
     }
 
     /// Settings of Algorithm 2.

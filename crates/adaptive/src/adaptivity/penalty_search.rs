@@ -100,6 +100,11 @@ pub const PEAK_TOLERANCE: f64 = 2e-3;
 impl PenaltyStrategy {
     /// The default: a further factor of ten changes the peak force by less than [`PEAK_TOLERANCE`].
     pub const CONVERGED: Self = Self::UntilConverged { factor: 10.0, tolerance: PEAK_TOLERANCE };
+
+    /// Factor between two trials that are compared; one where none are.
+    pub fn rise(self) -> f64 {
+        if let Self::UntilConverged { factor, .. } = self { factor } else { 1.0 }
+    }
 }
 
 /// Range in which a penalty factor is looked for [N/m³].
