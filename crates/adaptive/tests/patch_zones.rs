@@ -176,6 +176,22 @@ fn zones_at_several_places_yield_as_each_alone() {
     }
 }
 
+/// Where a dozen elements and more lie along a zone, two Gauss points a direction are enough against a mesh.
+#[test]
+fn many_elements_have_fewer_points_each() {
+    let body = block(4);
+    for (elements, a_direction) in [(8, 3), (16, 2)] {
+        let settings = FineSettings { elements, ..FineSettings::default() };
+        let wanted = wanted_at(&body, [2.1e-3, 1.9e-3, HALF], 0.3e-3);
+        let mesh = FineMesh::build(&body, &[wanted], &settings).unwrap();
+        let zone = mesh.zone(0, PointRule::Gauss).unwrap();
+        let mut counts = BTreeMap::new();
+        mesh.contact_elements(&zone).into_iter().for_each(|rows| *counts.entry(rows).or_insert(0) += 1);
+        assert!(counts.values().all(|count| *count == a_direction * a_direction), "{elements}: {counts:?}");
+        assert!(counts.len() >= elements * elements, "{elements}: {}", counts.len());
+    }
+}
+
 #[test]
 fn points_on_the_rim_stand_around_the_zone_and_nowhere_else() {
     let body = thirds();

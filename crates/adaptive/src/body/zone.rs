@@ -140,6 +140,11 @@ impl ZoneLimits {
     }
 }
 
+/// Gauss points of a zone on the surface of a solid, 24 in a row, from which on as few as integrate a constant pressure exactly do:
+/// forces lie so densely that they do not dent the sides of a mesh between its nodes. A ball on a rod of a mesh, 16 elements in
+/// each direction, two points in place of three: peak 243.95 in place of 243.98 N; 8 elements: 243.39 in place of 244.14 N.
+const ENOUGH_POINTS: usize = 576;
+
 impl ContactZone {
     /// The zone of `body` within `limits`, parts of its faces: its points by `rule`, their areas
     /// times the thickness of plane models, and all unknowns of the functions that are not zero in
@@ -165,7 +170,11 @@ impl ContactZone {
             }
         }
         let widths = limits.first().map_or([0.0; 2], |l| l.widths);
-        let gauss = within(gauss_points(body.space, body.patches, &faces, None));
+        let gauss_of = |count| within(gauss_points(body.space, body.patches, &faces, count));
+        let all = gauss_of(None);
+        let few = gauss_of(Some(few_points(body, &all)));
+        let are_enough = rule == PointRule::Gauss && few.len() >= ENOUGH_POINTS;
+        let gauss = if are_enough { few } else { all };
         let inside = match rule {
             PointRule::Greville => within(greville_points(body.space, body.patches, &faces)),
             PointRule::Gauss => gauss.clone(),
@@ -343,6 +352,13 @@ impl ContactZone {
 /// than the body yields: one of the faces beside that would press it aside.
 fn stands_there(point: &[f64; 3], here: &[f64; 3], size: f64) -> bool {
     norm(&difference(point, here)) <= TOUCHED_SURFACE * size
+}
+
+/// As few Gauss points per direction as integrate a constant pressure times every function of the flat elements of `points`
+/// exactly.
+fn few_points(body: &Discretised<'_>, points: &[CollocationPoint]) -> usize {
+    let counts = points.iter().flat_map(|p| body.space.gauss_counts(p.element));
+    counts.max().map_or(1, |of_matrices| of_matrices / 2 + 1)
 }
 
 /// All unknowns of the functions that are not zero at Gauss points or contact points of a zone, in

@@ -9,31 +9,31 @@
 //! Rates of the forces follow the same way on the sets found ([`rates`]).
 
 use crate::solver_fault::SolverFault;
-use faer::Mat;
 use ffr_dynamics::error::EvaluationFailure;
 
 use super::active_set::SolveReport;
-use super::problem::{add_product, depth};
+use super::problem::depth;
 use super::relaxation::Relaxation;
 use super::solver::{Quasistatic, ZoneSolver, is_same};
 use super::tangential::{PointState, Tangential, TangentialProblem};
 
+mod blocks;
 mod kept_factor;
 pub(crate) mod rates;
 mod surface_newton;
 
 use crate::quasistatic::compliance::Surfaces;
+pub(crate) use blocks::Blocks;
 use surface_newton::{Law, SurfaceNewton};
 
-/// Change of the friction forces in one alternation below which they have converged, as a share of
-/// the largest.
+/// Displacement by which normal and friction forces may miss each other, as a share of the deepest penetration: round-off.
 pub(crate) const TOLERANCE: f64 = 1e-12;
 /// Limit of the alternations: enough for a contraction of 0.75 without relaxation.
 const MAX_ALTERNATIONS: usize = 100;
 
-/// Tolerance of the tangential forces, as a share of the tolerance of the alternations,
+/// Tolerance of the slips, as a share of the tolerance of the alternations,
 const INNER: f64 = 0.3;
-/// and of the last change in them, if that is more: an alternation gains a digit, and forces two digits finer than it changes them
+/// and of the last change in them, if that is more: an alternation gains a digit, and slips two digits finer than it moves the gaps
 /// are exact for it.
 const GAIN: f64 = 0.01;
 
@@ -76,15 +76,8 @@ pub(crate) struct StickSlip {
     lengths: Vec<f64>,
     n_t: usize,
     n_points: usize,
-    /// `A_TT`, without rows when all modes are dynamic.
-    tangential_compliance: Mat<f64>,
-    /// `A_TN`: tangential rows, normal columns.
-    coupling: Mat<f64>,
-    /// Its transpose, so that products leave out points without force.
-    coupling_transposed: Mat<f64>,
-    /// Points that the projections were made for: the others have zero rows and columns.
-    members: Vec<usize>,
-    is_projected: Vec<bool>,
+    /// `A_TT` and `A_TN` of the points that they have been projected for.
+    pub blocks: Blocks,
     /// Normal and tangents that the projections belong to; NaN before the first one.
     directions: [[f64; 3]; 3],
     saved_directions: [[f64; 3]; 3],
@@ -94,6 +87,9 @@ pub(crate) struct StickSlip {
     saved_forces: Vec<f64>,
     bounds: Vec<f64>,
     shifted: Vec<f64>,
+    /// Displacements along the normals under the tangential forces, and under those of the last alternation.
+    shift: Vec<f64>,
+    next_shift: Vec<f64>,
     offsets: Vec<f64>,
     next: Vec<f64>,
     /// Rates of the tangential forces, of the slip increments and of the normal forces on the sets of the last solution,
@@ -102,7 +98,8 @@ pub(crate) struct StickSlip {
     slip_rates: Vec<f64>,
     normal_rates: Vec<f64>,
     has_rates: bool,
-    relaxation: Relaxation,
+    /// Of the alternations of a solution, and of those of rates.
+    relaxation: [Relaxation; 2],
     /// Tangential forces that are given, not found.
     prescribed: Option<Vec<f64>>,
     /// Solver in the unknowns of the surfaces, made when it is first needed, and whether the last solution is its.
@@ -115,17 +112,12 @@ impl StickSlip {
     /// `has_compliance`: whether the zone is quasistatic.
     pub fn new(coefficient: f64, n_points: usize, n_t: usize, has_compliance: bool) -> Self {
         let n = n_t * n_points;
-        let (rows, columns) = if has_compliance { (n, n_points) } else { (0, 0) };
         Self {
             coefficient,
             lengths: vec![1.0; n_points],
             n_t,
             n_points,
-            tangential_compliance: Mat::zeros(rows, rows),
-            coupling: Mat::zeros(rows, columns),
-            coupling_transposed: Mat::zeros(columns, rows),
-            members: Vec::with_capacity(n_points),
-            is_projected: vec![false; n_points],
+            blocks: Blocks::new(n_points, n_t, has_compliance),
             directions: [[f64::NAN; 3]; 3],
             saved_directions: [[f64::NAN; 3]; 3],
             springs: vec![0.0; n_points],
@@ -134,13 +126,15 @@ impl StickSlip {
             saved_forces: vec![0.0; n],
             bounds: vec![0.0; n_points],
             shifted: vec![0.0; n_points],
+            shift: vec![0.0; n_points],
+            next_shift: vec![0.0; n_points],
             offsets: vec![0.0; n],
             next: vec![0.0; n],
             rates: vec![0.0; n],
             slip_rates: vec![0.0; n],
             normal_rates: vec![0.0; n_points],
             has_rates: false,
-            relaxation: Relaxation::new(n),
+            relaxation: [n_points, n].map(Relaxation::new),
             prescribed: None,
             newton: None,
             is_by_newton: false,
@@ -229,24 +223,23 @@ impl StickSlip {
         if !is_same(&directions, &self.directions) {
             self.turn(directions);
         }
-        let directions = self.directions;
+        let (directions, n_t, blocks) = (self.directions, self.n_t, &mut self.blocks);
         for j in 0..self.n_points {
-            if self.is_projected[j] || !is_member.get(j).is_none_or(|is_member| *is_member) {
+            if blocks.contains(j) || !is_member.get(j).is_none_or(|is_member| *is_member) {
                 continue;
             }
-            self.is_projected[j] = true;
-            self.members.push(j);
-            for d in 0..=self.n_t {
+            blocks.add(j);
+            for d in 0..=n_t {
                 zone.load(j, &directions[d], half);
-                for slot in 0..self.members.len() {
-                    let i = self.members[slot];
-                    for (e, direction) in directions.iter().enumerate().take(self.n_t + 1) {
+                for slot in 0..blocks.members().len() {
+                    let i = blocks.members()[slot];
+                    for (e, direction) in directions.iter().enumerate().take(n_t + 1) {
                         let entry = zone.answer(i, direction, half);
                         match (e, d) {
                             (0, 0) => {}
-                            (0, _) => self.set_coupling(j, d - 1, i, entry),
-                            (_, 0) => self.set_coupling(i, e - 1, j, entry),
-                            _ => self.set_tangential((i, e - 1), (j, d - 1), entry),
+                            (0, _) => blocks.set_coupling(j, d - 1, i, entry),
+                            (_, 0) => blocks.set_coupling(i, e - 1, j, entry),
+                            _ => blocks.set_tangential((i, e - 1), (j, d - 1), entry),
                         }
                     }
                 }
@@ -256,46 +249,9 @@ impl StickSlip {
 
     /// Takes these directions: nothing is projected on them yet.
     fn turn(&mut self, directions: [[f64; 3]; 3]) {
-        self.begin_blocks(|_| false);
+        self.blocks.clear();
         self.directions = directions;
         self.solver.invalidate();
-    }
-
-    /// Sets all compliances to zero. Those between the points that `is_member` marks are to be set
-    /// next.
-    pub fn begin_blocks(&mut self, is_member: impl Fn(usize) -> bool) {
-        let n_t = self.n_t;
-        for &j in &self.members {
-            for &i in &self.members {
-                let rows = n_t * i..n_t * (i + 1);
-                self.coupling.col_as_slice_mut(j)[rows.clone()].fill(0.0);
-                for k in rows.clone() {
-                    self.coupling_transposed.col_as_slice_mut(k)[j] = 0.0;
-                }
-                for b in 0..n_t {
-                    self.tangential_compliance.col_as_slice_mut(n_t * j + b)[rows.clone()].fill(0.0);
-                }
-            }
-        }
-        self.is_projected.iter_mut().enumerate().for_each(|(i, is_projected)| *is_projected = is_member(i));
-        self.members.clear();
-        self.members.extend((0..self.n_points).filter(|i| self.is_projected[*i]));
-    }
-
-    /// Sets the displacement of point `i` along its tangent `a` under a unit normal force on point
-    /// `j`.
-    pub fn set_coupling(&mut self, i: usize, a: usize, j: usize, value: f64) {
-        let row = self.n_t * i + a;
-        self.coupling[(row, j)] = value;
-        self.coupling_transposed[(j, row)] = value;
-    }
-
-    /// Sets the displacement of point `i` along its tangent `a` under a unit force on point `j`
-    /// along tangent `b`, and the opposite entry with it.
-    pub fn set_tangential(&mut self, (i, a): (usize, usize), (j, b): (usize, usize), value: f64) {
-        let (row, column) = (self.n_t * i + a, self.n_t * j + b);
-        self.tangential_compliance[(row, column)] = value;
-        self.tangential_compliance[(column, row)] = value;
     }
 
     /// To be called when compliances have been set.
@@ -311,13 +267,33 @@ impl StickSlip {
     /// Adds the displacements of the points along the normals under the last tangential forces to
     /// `gaps`, and replaces `slips` by those along the tangents under these and the normal forces
     /// `normal`.
-    pub fn deflect(&self, normal: &[f64], gaps: &mut [f64], slips: &mut [f64]) {
-        slips.fill(0.0);
-        if self.coupling.nrows() > 0 {
-            add_product(&self.coupling_transposed, &self.forces, gaps);
-            add_product(&self.coupling, normal, slips);
-            add_product(&self.tangential_compliance, &self.forces, slips);
+    pub fn deflect(&mut self, normal: &[f64], gaps: &mut [f64], slips: &mut [f64]) {
+        self.blocks.add_to_gaps(&self.forces, gaps);
+        self.blocks.displace(0, (normal, &self.forces), slips);
+    }
+
+    /// The same at the last solution, for slips `free` without those displacements: of points under load they follow from F.5. `gaps`
+    /// holds what the normal forces displace the points by, found at the gaps [`StickSlip::shifted_gaps`].
+    pub fn deflect_solved(&mut self, free: &[f64], normal: &[f64], gaps: &mut [f64], slips: &mut [f64]) {
+        gaps.iter_mut().zip(&self.shift).for_each(|(gap, shift)| *gap += shift);
+        let is_open = |i: &usize| self.solver.states()[*i] == PointState::Open;
+        let members = self.blocks.members();
+        let first = members.iter().position(is_open).unwrap_or(members.len());
+        self.blocks.displace(first, (normal, &self.forces), slips);
+        let increments = self.solver.increments();
+        for k in (0..slips.len()).filter(|k| self.solver.states()[k / self.n_t] != PointState::Open) {
+            slips[k] = increments[k] - self.springs[k / self.n_t] * self.forces[k] - free[k];
         }
+    }
+
+    /// Whether the last solution has been found by alternations between normal and tangential forces.
+    pub fn is_by_alternations(&self) -> bool {
+        !self.is_by_newton
+    }
+
+    /// Gaps that the last normal forces were found at.
+    pub fn shifted_gaps(&self) -> &[f64] {
+        &self.shifted
     }
 
     /// From now on the tangential forces are those `wanted`, as far as the bounds allow, whatever the slips are; none: by how much
@@ -406,8 +382,7 @@ impl StickSlip {
         states.for_each(|(is_member, state)| *is_member |= *state != PointState::Open);
     }
 
-    /// As [`StickSlip::solve`], until the friction forces change by less than `tolerance` of the
-    /// largest.
+    /// As [`StickSlip::solve`], until gaps and slips are those of the forces to `tolerance` of the deepest penetration.
     ///
     /// # Errors
     /// As [`StickSlip::solve`].
@@ -421,44 +396,51 @@ impl StickSlip {
         normal_forces: &mut [f64],
     ) -> Result<SolveReport, EvaluationFailure> {
         self.is_by_newton = false;
-        if depth(gaps) <= 0.0 {
+        let deepest = depth(gaps);
+        if deepest <= 0.0 {
             if let Some(newton) = &mut self.newton {
                 newton.clear();
             }
             self.forces.fill(0.0);
             normal_forces.fill(0.0);
             self.bounds.fill(0.0);
-            self.solve_tangential(slips, INNER * tolerance)?;
+            self.shift.fill(0.0);
+            self.shifted.copy_from_slice(gaps);
+            self.solve_tangential(slips, 0.0)?;
             return zone.solve_normal(springs, gaps, normal_forces);
         }
-        let (mut sum, mut inner) = (SolveReport::default(), GAIN);
-        self.relaxation.restart();
+        let tolerance = tolerance * deepest;
+        let (mut sum, mut inner) = (SolveReport::default(), tolerance);
+        self.relaxation[0].restart();
+        self.shift.fill(0.0);
+        self.blocks.add_to_gaps(&self.forces, &mut self.shift);
         for _ in 0..MAX_ALTERNATIONS {
-            self.shifted.copy_from_slice(gaps);
-            add_product(&self.coupling_transposed, &self.forces, &mut self.shifted);
+            self.shifted.iter_mut().zip(gaps).zip(&self.shift).for_each(|((x, gap), shift)| *x = gap + shift);
             sum.add(zone.solve_normal(springs, &self.shifted, normal_forces)?);
             self.set_bounds(normal_forces);
             self.offsets.copy_from_slice(slips);
-            add_product(&self.coupling, normal_forces, &mut self.offsets);
+            self.blocks.add_to_slips(normal_forces, &mut self.offsets);
             let offsets = std::mem::take(&mut self.offsets);
             let outcome = self.solve_tangential(&offsets, inner);
             self.offsets = offsets;
             sum.iterations += outcome?;
-            let largest = self.bounds.iter().copied().fold(0.0, f64::max);
-            if self.relaxation.step(&mut self.forces, &self.next, tolerance * largest) {
+            self.next_shift.fill(0.0);
+            self.blocks.add_to_gaps(&self.next, &mut self.next_shift);
+            let relaxation = &mut self.relaxation[0];
+            if relaxation.step(&mut self.shift, &self.next_shift, tolerance) && inner <= tolerance {
+                self.forces.copy_from_slice(&self.next);
                 return Ok(sum);
             }
-            let change = if largest > 0.0 { self.relaxation.change() / largest } else { 0.0 };
-            inner = (GAIN * change).clamp(INNER * tolerance, GAIN);
+            inner = (GAIN * relaxation.change()).max(INNER * tolerance);
         }
         Err(not_converged(self.coefficient))
     }
 
-    /// Tangential forces under the present bounds, in `next`.
+    /// Tangential forces under the present bounds, in `next`, with slips right to `tolerance` \[m\].
     fn solve_tangential(&mut self, slips: &[f64], tolerance: f64) -> Result<usize, EvaluationFailure> {
         self.has_rates = false;
         let problem = TangentialProblem {
-            compliance: &self.tangential_compliance,
+            compliance: &self.blocks,
             springs: &self.springs,
             slips,
             bounds: &self.bounds,
@@ -479,7 +461,7 @@ impl StickSlip {
     pub fn solve_points(&mut self, slips: &[f64], normal_forces: &[f64]) -> Result<(), EvaluationFailure> {
         self.set_bounds(normal_forces);
         if let Some(wanted) = &self.prescribed {
-            let (compliance, springs, bounds) = (&self.tangential_compliance, &self.springs, &self.bounds);
+            let (compliance, springs, bounds) = (&self.blocks, &self.springs, &self.bounds);
             let problem = TangentialProblem { compliance, springs, slips, bounds };
             self.solver.take(&problem, wanted, &mut self.forces);
             return Ok(());

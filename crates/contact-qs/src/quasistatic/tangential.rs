@@ -20,8 +20,10 @@
 use crate::solver_fault::SolverFault;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
-use faer::{Mat, MatMut, MatRef, Par};
+use faer::{MatMut, MatRef, Par};
 use ffr_dynamics::error::EvaluationFailure;
+
+use super::stick_slip::Blocks;
 
 mod loaded;
 mod uncoupled;
@@ -37,9 +39,6 @@ const SLIP_ROUND_OFF: f64 = 32.0 * f64::EPSILON;
 /// Relative excess of a force over its bound up to which the point still sticks: round-off of the
 /// solution.
 const BOUND_ROUND_OFF: f64 = 1e-13;
-/// Turn of a force's direction in one Newton step whose square is the tolerance, for the next one is smaller than that
-/// (quadratic convergence), and below which that is round-off.
-const TURN_TOLERANCE: f64 = 1e-8;
 /// The factor is kept until one of its directions has turned by this (sine): each step then still
 /// gains a digit.
 const KEPT_TURN: f64 = 0.1;
@@ -66,7 +65,7 @@ pub enum PointState {
 #[derive(Clone, Copy)]
 pub(crate) struct TangentialProblem<'a> {
     /// `A_TT` [m/N].
-    pub compliance: &'a Mat<f64>,
+    pub compliance: &'a Blocks,
     /// Compliance of each point's tangential spring [m/N].
     pub springs: &'a [f64],
     /// Slip `c` without tangential forces since the references were last updated \[m\].
@@ -88,8 +87,6 @@ struct Step {
     is_exact: bool,
     /// Largest change of a force \[N\].
     size: f64,
-    /// Largest turn of a sliding point's force (sine).
-    turn: f64,
 }
 
 /// Solver for one number of points; holds the last states as a warm start and all buffers.
@@ -168,8 +165,8 @@ impl Tangential {
         self.directions.copy_from_slice(&self.saved.1);
     }
 
-    /// Solves for `forces`, which hold those of an earlier solution, to `tolerance` of the largest
-    /// bound; returns the number of steps. Slip increments of open points are left as they are.
+    /// Solves for `forces`, which hold those of an earlier solution, until slip increments that have to vanish are at most `tolerance`
+    /// \[m\], or round-off; returns the number of steps. Slip increments of open points are left as they are.
     ///
     /// # Errors
     /// A slip that is not finite, dependent points without springs, the limit of iterations.
@@ -189,18 +186,12 @@ impl Tangential {
         self.loaded.update_increments(problem, forces, &mut self.increments);
         let limit = 100 + 50 * self.states.len();
         let allowance = SLIP_ROUND_OFF * self.increments.len() as f64 * largest;
-        let small = tolerance * problem.bounds.iter().copied().fold(0.0, f64::max);
         let (mut fewest, mut patience) = (usize::MAX, PATIENCE);
         let (mut n_kept, mut last, mut n_sweeps) = (0, f64::INFINITY, FIRST_SWEEPS);
         for iteration in 1..=limit {
             let step = self.step(problem, n_kept < KEPT_STEPS, forces)?;
             let n_wrong = self.count_wrong(problem, forces, allowance);
-            let is_settled = if step.is_exact {
-                step.turn <= tolerance.sqrt().max(TURN_TOLERANCE)
-            } else {
-                step.size <= small
-            };
-            if n_wrong == 0 && is_settled {
+            if n_wrong == 0 && self.residual() <= tolerance.max(allowance) {
                 return Ok(iteration);
             }
             n_kept = match step.is_exact {
@@ -283,9 +274,9 @@ impl Tangential {
         }
         let size = self.solution[..self.free.len()].iter().fold(0.0_f64, |m, x| m.max(x.abs()));
         self.add_free(forces);
-        let turn = self.turn(problem, forces);
+        self.turn(problem, forces);
         self.loaded.update_increments(problem, forces, &mut self.increments);
-        Ok(Step { is_exact, size, turn })
+        Ok(Step { is_exact, size })
     }
 
     /// Whether the factor depends on no direction and belongs to the present sets.
@@ -305,13 +296,11 @@ impl Tangential {
             && self.factored.iter().zip(&self.free).all(|(a, b)| is_near(a, b))
     }
 
-    /// Takes the forces of sliding points back to the circle; returns the largest turn.
-    fn turn(&mut self, problem: &TangentialProblem<'_>, forces: &mut [f64]) -> f64 {
-        let mut turn = 0.0_f64;
-        for (free, &x) in self.free.iter().zip(&self.solution) {
+    /// Takes the forces of sliding points back to the circle.
+    fn turn(&mut self, problem: &TangentialProblem<'_>, forces: &mut [f64]) {
+        for free in &self.free {
             let i = free.point;
             if self.states[i] == PointState::Slip {
-                turn = turn.max((x / problem.bounds[i]).abs());
                 let force = pair(forces, i, 2);
                 let size = force[0].hypot(force[1]);
                 self.directions[i] = force.map(|f| f / size);
@@ -320,7 +309,6 @@ impl Tangential {
                 }
             }
         }
-        turn
     }
 
     /// Replaces `forces` by `sizes` along the directions of sliding points, zero elsewhere.
@@ -475,7 +463,7 @@ impl Tangential {
             }
         }
         self.factored.clear();
-        if problem.compliance.nrows() > 0 {
+        if problem.compliance.yields() {
             self.loaded.gather(&self.states, problem.compliance);
             self.loaded.update_increments(problem, forces, &mut self.increments);
             return;
@@ -498,6 +486,20 @@ impl Tangential {
                 w[0] * e[0] + w[1] * e[1] > tolerance
             }
         }
+    }
+
+    /// Largest slip increment that has to vanish: of sticking points, and across the forces of sliding ones.
+    fn residual(&self) -> f64 {
+        let of_point = |(i, state): (usize, &PointState)| {
+            let (w, e) = (pair(&self.increments, i, self.n_t), self.directions[i]);
+            match state {
+                PointState::Open => 0.0,
+                PointState::Stick => w[0].hypot(w[1]),
+                PointState::Slip if self.n_t == 2 => (w[0] * e[1] - w[1] * e[0]).abs(),
+                PointState::Slip => 0.0,
+            }
+        };
+        self.states.iter().enumerate().map(of_point).fold(0.0, f64::max)
     }
 
     fn count_wrong(&self, problem: &TangentialProblem<'_>, forces: &[f64], tolerance: f64) -> usize {

@@ -1,7 +1,9 @@
 //! Directions and functions at the projected points: the rows that forces are spread by and
 //! compliances projected on.
 
-use super::projection::{Projection, SurfacePlace};
+use iga_core::nurbs::jet::{difference, norm};
+
+use super::projection::Projection;
 use super::target::TargetSurface;
 
 /// Normals, tangents and functions of all points. Directions are numbered 0: normal, 1 to `n_t`:
@@ -12,8 +14,6 @@ pub(super) struct ContactJacobian {
     pub normals_in_target: Vec<[f64; 3]>,
     /// The same normal in the contact body's frame.
     pub normals_in_body: Vec<[f64; 3]>,
-    /// Places of the points' projections.
-    pub places: Vec<SurfacePlace>,
     /// Element of the target for each point.
     pub elements: Vec<u32>,
     /// Functions of the target's nodes there, `width` for each point.
@@ -34,7 +34,6 @@ impl ContactJacobian {
         Self {
             normals_in_target: vec![[0.0; 3]; n_points],
             normals_in_body: vec![[0.0; 3]; n_points],
-            places: vec![SurfacePlace::default(); n_points],
             elements: vec![0; n_points],
             values: vec![0.0; n_points * width],
             width,
@@ -48,12 +47,26 @@ impl ContactJacobian {
     pub fn copy_from(&mut self, other: &Self) {
         self.normals_in_target.copy_from_slice(&other.normals_in_target);
         self.normals_in_body.copy_from_slice(&other.normals_in_body);
-        self.places.copy_from_slice(&other.places);
         self.elements.copy_from_slice(&other.elements);
         self.values.copy_from_slice(&other.values);
         self.tangents_in_target.copy_from_slice(&other.tangents_in_target);
         self.tangents_in_body.copy_from_slice(&other.tangents_in_body);
         self.normal_coupling.copy_from_slice(&other.normal_coupling);
+    }
+
+    /// Takes over the rows of point `i`.
+    pub fn copy_point(&mut self, i: usize, other: &Self) {
+        let (n_t, width) = (self.n_t, self.width);
+        self.normals_in_target[i] = other.normals_in_target[i];
+        self.normals_in_body[i] = other.normals_in_body[i];
+        self.elements[i] = other.elements[i];
+        let (values, tangents) = (width * i..width * (i + 1), n_t * i..n_t * (i + 1));
+        self.values[values.clone()].copy_from_slice(&other.values[values]);
+        self.tangents_in_target[tangents.clone()]
+            .copy_from_slice(&other.tangents_in_target[tangents.clone()]);
+        self.tangents_in_body[tangents.clone()].copy_from_slice(&other.tangents_in_body[tangents]);
+        let coupling = width * n_t * i..width * n_t * (i + 1);
+        self.normal_coupling[coupling.clone()].copy_from_slice(&other.normal_coupling[coupling]);
     }
 
     /// Whether everything is equal in every bit.
@@ -79,7 +92,6 @@ impl ContactJacobian {
         self.normals_in_target[i] = found.normal;
         self.normals_in_body[i] = normal_in_body;
         self.elements[i] = found.element;
-        self.places[i] = found.place;
         let slots = &mut self.values[i * self.width..(i + 1) * self.width];
         slots.fill(0.0);
         slots.iter_mut().zip(values).for_each(|(slot, value)| *slot = value);
@@ -90,28 +102,24 @@ impl ContactJacobian {
     pub fn moved(&self, before: &Self, surface: &TargetSurface, is_chosen: impl Fn(usize) -> bool) -> f64 {
         let mut moved = 0.0_f64;
         for i in (0..self.normals_in_target.len()).filter(|i| is_chosen(*i)) {
-            let (here, there) = (&self.places[i], &before.places[i]);
-            let element = &surface.elements[self.elements[i] as usize];
-            if here.face != there.face {
-                if !surface.is_joined() {
-                    return f64::INFINITY;
-                }
-                // Over the seam, which both are as far from as from an end of their faces.
-                let from =
-                    |place, element: u32| surface.distance_to_end(place, &surface.elements[element as usize]);
-                moved = moved.max(from(here, self.elements[i]) + from(there, before.elements[i]));
-            } else {
-                for a in 0..surface.n_parameters {
-                    moved =
-                        moved.max((here.xi[a] - there.xi[a]).abs() / (element.upper[a] - element.lower[a]));
-                }
-            }
+            let way = difference(&self.material_point(i, surface), &before.material_point(i, surface));
+            moved = moved.max(norm(&way) / surface.length(self.elements[i]));
             for d in 0..=self.n_t {
                 let turned = self.direction_in_target(i, d).into_iter().zip(before.direction_in_target(i, d));
                 moved = turned.fold(moved, |m, (x, y)| m.max((x - y).abs()));
             }
         }
         moved
+    }
+
+    /// The material point that point `i` stands on, in the unloaded target.
+    fn material_point(&self, i: usize, surface: &TargetSurface) -> [f64; 3] {
+        let nodes = &surface.elements[self.elements[i] as usize].nodes;
+        let shares = nodes.iter().zip(&self.values[i * self.width..(i + 1) * self.width]);
+        shares.fold([0.0; 3], |sum, (node, value)| {
+            let node = &surface.nodes[*node as usize];
+            [0, 1, 2].map(|c| sum[c] + value * node[c])
+        })
     }
 
     /// Direction `d` of point `i` in the target's frame.

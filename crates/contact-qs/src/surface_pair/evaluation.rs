@@ -159,7 +159,7 @@ impl SurfacePair {
         let PairState { zone, friction, .. } = &mut *work.state;
         if let (Some(both), Some(zone)) = (self.both(), zone) {
             let stick_slip = friction.as_mut().map(|f| &mut f.stick_slip);
-            zone.take(&work.found.jacobian, |_| true);
+            zone.take(&work.found.jacobian, |_| true, |_| 0.0);
             zone.project(both, stick_slip);
         }
         Ok(())
@@ -176,7 +176,8 @@ impl SurfacePair {
         let reach = self.surface.size + relative.largest_offset();
         let (mut depth, mut error) = (0.0_f64, f64::INFINITY);
         for pass in 0..MAX_PASSES {
-            self.project(t, if pass < STEADY { SLACK } else { HELD }, relative, work)?;
+            let slack = if pass < STEADY { SLACK } else { HELD };
+            self.project(t, slack, relative, work)?;
             if work.state.zone.is_none() {
                 self.press_springs(work)?;
                 return Ok(report);
@@ -189,22 +190,24 @@ impl SurfacePair {
                 && start.forces.iter().all(|f| *f <= 0.0)
                 && start.proximity.gaps.iter().all(|g| *g >= 0.0);
             if is_open && let Some(friction) = friction {
-                friction.stick_slip.clear_forces();
+                friction.clear_forces();
             }
             if is_open || error <= self.tolerance * depth + ROUND_OFF * reach {
                 self.load(work.state, work.found);
                 return Ok(report);
             }
             report.add(self.solve(pass, work)?);
-            // A solution with friction costs several projections: loads follow their displacements before the next one.
-            if let (Some(_), Some(both)) = (&work.state.friction, self.both()) {
-                self.project(t, if pass < STEADY { SLACK } else { HELD }, relative, work)?;
-                self.displace(both, work);
-            }
             work.found.n_passes += 1;
             depth = work.buffers.free_gaps.iter().fold(0.0, |d, g| d.max(-g));
-            if let Some(friction) = &mut work.state.friction {
+            if let (Some(friction), Some(both)) = (&mut work.state.friction, self.both()) {
                 friction.depth = depth;
+                // A solution with friction costs several projections: loads follow their displacements before the next one.
+                self.project(t, slack, relative, work)?;
+                if self.error(work, depth) <= self.tolerance * depth + ROUND_OFF * reach {
+                    self.load(work.state, work.found);
+                    return Ok(report);
+                }
+                self.displace(both, work);
             }
         }
         Err(SolverFault::Passes { passes: MAX_PASSES, time: t, change: error, depth }.into())
@@ -356,9 +359,16 @@ impl SurfacePair {
         // If passes do not converge, the compliance is projected anew, so that an old projection
         // cannot be the reason.
         let is_new = moved > REUSE || (pass > 10 && moved > 0.0);
-        if is_new {
+        let lacks = !is_new && zone.lacks(is_near);
+        if is_new || lacks {
             let depth = gaps.iter().zip(&*deflections).fold(0.0_f64, |d, (g, s)| d.max(s - g));
-            zone.take(jacobian, |i| is_near(i) || gaps[i] < MARGIN * depth);
+            let is_member = |i: usize| is_near(i) || gaps[i] < MARGIN * depth;
+            let free_gap = |i: usize| gaps[i] - deflections[i];
+            if is_new {
+                zone.take(jacobian, is_member, free_gap);
+            } else {
+                zone.take_more(jacobian, is_member, free_gap);
+            }
         }
         let mut stick_slip = friction.as_mut().map(|f| &mut f.stick_slip);
         let (surfaces, members) = zone.surfaces(both);
@@ -366,8 +376,8 @@ impl SurfacePair {
         if !is_taken {
             zone.project(both, stick_slip);
         }
-        // Of these forces, with this compliance, they are left from the solution before.
-        if is_new || pass == 0 && friction.is_some() {
+        // Of these forces, with these compliances, they are left from the solution before.
+        if is_new || lacks {
             deflect(zone, is_taken, forces, friction, deflections);
         }
         if let Some(f) = friction {
@@ -411,6 +421,11 @@ impl SurfacePair {
         };
         match friction {
             None => zone.deflect_solved(&self.springs, &w.free_gaps, forces, deflections),
+            Some(f) if f.stick_slip.is_by_alternations() => {
+                let PairFriction { stick_slip, free_slips, deflections: slips, .. } = &mut **f;
+                zone.deflect_solved(&self.springs, stick_slip.shifted_gaps(), forces, deflections);
+                stick_slip.deflect_solved(free_slips, forces, deflections, slips);
+            }
             Some(_) => deflect(zone, is_taken, forces, friction, deflections),
         }
         self.displace(both, work);

@@ -53,6 +53,7 @@ pub(super) struct PairFriction {
     /// that the solver counted with \[m\].
     pub free_slips: Vec<f64>,
     pub deflections: Vec<f64>,
+    saved_deflections: Vec<f64>,
     /// Deepest penetration without quasistatic displacement in the last solution \[m\].
     pub depth: f64,
     saved_depth: f64,
@@ -96,6 +97,7 @@ impl PairFriction {
             slips: vec![0.0; n],
             free_slips: vec![0.0; n],
             deflections: vec![0.0; n],
+            saved_deflections: vec![0.0; n],
             depth: 0.0,
             saved_depth: 0.0,
             alternation_tolerance: 0.0,
@@ -241,6 +243,12 @@ impl PairFriction {
     /// Sets the slip of point `i` to zero, as the point is far away.
     pub fn clear_slip(&mut self, i: usize) {
         self.slips[self.n_t * i..self.n_t * (i + 1)].fill(0.0);
+    }
+
+    /// Sets the tangential forces, and the displacements under forces, to zero.
+    pub fn clear_forces(&mut self) {
+        self.stick_slip.clear_forces();
+        self.deflections.fill(0.0);
     }
 
     /// Tangential forces of point `i`.
@@ -412,11 +420,13 @@ impl PairFriction {
 
     pub fn save(&mut self) {
         self.saved_depth = self.depth;
+        self.saved_deflections.copy_from_slice(&self.deflections);
         self.stick_slip.save();
     }
 
     pub fn restore(&mut self) {
         self.depth = self.saved_depth;
+        self.deflections.copy_from_slice(&self.saved_deflections);
         self.is_evaluated = false;
         for reference in &mut self.references {
             reference.is_set &= !reference.is_new;

@@ -78,10 +78,12 @@ pub(super) struct PairZone {
     /// columns.
     jacobian: ContactJacobian,
     members: Vec<bool>,
-    /// Whether `A`, and the projections on tangents with it, belong to these.
-    is_projected: bool,
+    /// Those points, in the order in which they came, of their gaps where they came together.
+    order: Vec<usize>,
+    /// How many of them `A`, and the projections on tangents with it, hold.
+    n_projected: usize,
     saved_jacobian: ContactJacobian,
-    saved_members: Vec<bool>,
+    saved_order: Vec<usize>,
     solver: PointSolver,
 }
 
@@ -129,8 +131,9 @@ impl Compliances {
             saved_jacobian: jacobian.clone(),
             jacobian,
             members: vec![false; n_points],
-            is_projected: false,
-            saved_members: vec![false; n_points],
+            order: Vec::with_capacity(n_points),
+            saved_order: Vec::with_capacity(n_points),
+            n_projected: 0,
             solver,
         }
     }
@@ -141,27 +144,51 @@ impl PairZone {
         &self.normal_compliance
     }
 
-    /// How far the points chosen by `is_chosen` have moved since the projection in use; infinite if
-    /// it has not all of them.
+    /// How far those of the points taken that `is_chosen` marks have moved since then.
     pub fn moved(
         &self,
         jacobian: &ContactJacobian,
         surface: &TargetSurface,
         is_chosen: impl Fn(usize) -> bool,
     ) -> f64 {
-        if (0..self.members.len()).any(|i| is_chosen(i) && !self.members[i]) {
-            return f64::INFINITY;
-        }
-        jacobian.moved(&self.jacobian, surface, is_chosen)
+        jacobian.moved(&self.jacobian, surface, |i| self.members[i] && is_chosen(i))
+    }
+
+    /// Whether one of the points that `is_chosen` marks has not been taken.
+    pub fn lacks(&self, is_chosen: impl Fn(usize) -> bool) -> bool {
+        (0..self.members.len()).any(|i| !self.members[i] && is_chosen(i))
     }
 
     /// Takes the rows `jacobian` of the points chosen by `is_member` to project the compliances on (Eq. C.40). The others are taken to
-    /// move by no force and to bear none.
-    pub fn take(&mut self, jacobian: &ContactJacobian, is_member: impl Fn(usize) -> bool) {
-        self.jacobian.copy_from(jacobian);
-        let is_modal = self.solver.needs_springs();
-        self.members.iter_mut().enumerate().for_each(|(i, m)| *m = is_modal || is_member(i));
-        self.is_projected = false;
+    /// move by no force and to bear none. Products are short where points with small `gap` are pressed.
+    pub fn take(
+        &mut self,
+        jacobian: &ContactJacobian,
+        is_member: impl Fn(usize) -> bool,
+        gap: impl Fn(usize) -> f64,
+    ) {
+        self.members.fill(false);
+        self.order.clear();
+        self.n_projected = 0;
+        self.take_more(jacobian, is_member, gap);
+    }
+
+    /// Takes further points so; the rows of those taken before stay.
+    pub fn take_more(
+        &mut self,
+        jacobian: &ContactJacobian,
+        is_member: impl Fn(usize) -> bool,
+        gap: impl Fn(usize) -> f64,
+    ) {
+        let (is_modal, first) = (self.solver.needs_springs(), self.order.len());
+        for i in 0..self.members.len() {
+            if !self.members[i] && (is_modal || is_member(i)) {
+                self.members[i] = true;
+                self.order.push(i);
+                self.jacobian.copy_point(i, jacobian);
+            }
+        }
+        self.order[first..].sort_unstable_by(|a, b| gap(*a).total_cmp(&gap(*b)).then(a.cmp(b)));
     }
 
     /// The points taken, and both surfaces under them.
@@ -171,21 +198,24 @@ impl PairZone {
 
     /// Projects the compliances on the rows taken, on tangents for `friction`, unless they are.
     pub fn project(&mut self, bodies: PairBodies<'_>, mut friction: Option<&mut StickSlip>) {
-        if std::mem::replace(&mut self.is_projected, true) {
+        if self.n_projected == self.order.len() {
             return;
         }
-        self.normal_compliance.fill(0.0);
-        if let Some(friction) = &mut friction {
-            friction.begin_blocks(|i| self.members[i]);
+        if self.n_projected == 0 {
+            self.normal_compliance.fill(0.0);
+            if let Some(friction) = &mut friction {
+                friction.blocks.clear();
+            }
         }
         let n_directions = 1 + if friction.is_some() { self.jacobian.n_t } else { 0 };
-        for j in 0..self.members.len() {
-            if !self.members[j] {
-                continue;
+        for place in self.n_projected..self.order.len() {
+            let j = self.order[place];
+            if let Some(friction) = &mut friction {
+                friction.blocks.add(j);
             }
             for d in 0..n_directions {
                 self.load(bodies, j, d);
-                for i in (0..=j).filter(|i| self.members[*i]) {
+                for &i in &self.order[..=place] {
                     for e in 0..n_directions {
                         let entry = self.answer(bodies, i, e);
                         match (&mut friction, e, d) {
@@ -193,9 +223,11 @@ impl PairZone {
                                 self.normal_compliance[(i, j)] = entry;
                                 self.normal_compliance[(j, i)] = entry;
                             }
-                            (Some(friction), 0, _) => friction.set_coupling(j, d - 1, i, entry),
-                            (Some(friction), _, 0) => friction.set_coupling(i, e - 1, j, entry),
-                            (Some(friction), _, _) => friction.set_tangential((i, e - 1), (j, d - 1), entry),
+                            (Some(friction), 0, _) => friction.blocks.set_coupling(j, d - 1, i, entry),
+                            (Some(friction), _, 0) => friction.blocks.set_coupling(i, e - 1, j, entry),
+                            (Some(friction), _, _) => {
+                                friction.blocks.set_tangential((i, e - 1), (j, d - 1), entry);
+                            }
                             (None, _, _) => {}
                         }
                     }
@@ -205,6 +237,7 @@ impl PairZone {
         if let Some(friction) = friction {
             friction.finish_blocks();
         }
+        self.n_projected = self.order.len();
         self.solver.invalidate();
         self.project_modes(bodies);
     }
@@ -296,18 +329,20 @@ impl PairZone {
 
     pub fn save(&mut self) {
         self.saved_jacobian.copy_from(&self.jacobian);
-        self.saved_members.copy_from_slice(&self.members);
+        self.saved_order.clone_from(&self.order);
         self.solver.save();
     }
 
     /// Returns to what was saved; the projection is a function of its rows and is made again only
     /// if these differ.
     pub fn restore(&mut self) {
-        let is_same = self.members == self.saved_members && self.jacobian.is_same(&self.saved_jacobian);
+        let is_same = self.order == self.saved_order && self.jacobian.is_same(&self.saved_jacobian);
         if !is_same {
             self.jacobian.copy_from(&self.saved_jacobian);
-            self.members.copy_from_slice(&self.saved_members);
-            self.is_projected = false;
+            self.order.clone_from(&self.saved_order);
+            self.members.fill(false);
+            self.order.iter().for_each(|i| self.members[*i] = true);
+            self.n_projected = 0;
         }
         self.solver.restore();
     }

@@ -47,7 +47,7 @@ impl PairState {
     pub(super) fn forget_evaluation(&mut self) {
         if let Some(friction) = &mut self.friction {
             friction.is_evaluated = false;
-            friction.stick_slip.clear_forces();
+            friction.clear_forces();
         }
         self.start.is_known = false;
         self.start.forces.fill(0.0);

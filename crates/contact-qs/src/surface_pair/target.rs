@@ -317,6 +317,13 @@ impl TargetSurface {
         self.faces.len() > 1 && !self.is_complete && self.smoothing.is_none()
     }
 
+    /// Length of an element: the diagonal of the box of its nodes, over as many as stand in a row \[m\].
+    pub(super) fn length(&self, element: u32) -> f64 {
+        let nodes = &self.elements[element as usize].nodes;
+        diagonal(nodes.iter().map(|node| &self.nodes[*node as usize]))
+            / (nodes.len() as f64).powf(1.0 / self.n_parameters as f64)
+    }
+
     /// Round-off of places on the surface \[m\].
     pub(super) fn round_off(&self) -> f64 {
         BEYOND * self.size

@@ -4,7 +4,6 @@
 use ffr_dynamics::error::EvaluationFailure;
 
 use super::{MAX_ALTERNATIONS, NormalSolver, StickSlip, TOLERANCE, not_converged};
-use crate::quasistatic::problem::add_product;
 use crate::quasistatic::sliding_work::SlidingWork;
 use crate::quasistatic::tangential::{PointState, TangentialProblem};
 
@@ -114,33 +113,32 @@ impl StickSlip {
             return Ok(());
         }
         if !self.has_rates {
-            let Self { tangential_compliance, springs, bounds, solver, .. } = self;
-            let problem =
-                TangentialProblem { compliance: tangential_compliance, springs, slips: slip_rates, bounds };
+            let Self { blocks, springs, bounds, solver, .. } = self;
+            let problem = TangentialProblem { compliance: blocks, springs, slips: slip_rates, bounds };
             solver.prepare_rates(&problem)?;
             self.has_rates = true;
         }
         self.rates.fill(0.0);
-        self.relaxation.restart();
+        self.relaxation[1].restart();
         for _ in 0..MAX_ALTERNATIONS {
             self.shifted.copy_from_slice(gap_rates);
-            add_product(&self.coupling_transposed, &self.rates, &mut self.shifted);
+            self.blocks.add_to_gaps(&self.rates, &mut self.shifted);
             let gap_rates = self.shifted.iter().copied();
             if !normal_rates(Some(&mut *zone), (springs, forces), gap_rates, &mut self.normal_rates) {
                 break;
             }
             self.offsets.copy_from_slice(slip_rates);
-            add_product(&self.coupling, &self.normal_rates, &mut self.offsets);
+            self.blocks.add_to_slips(&self.normal_rates, &mut self.offsets);
             self.bound_rates();
             let problem = TangentialProblem {
-                compliance: &self.tangential_compliance,
+                compliance: &self.blocks,
                 springs: &self.springs,
                 slips: slip_rates,
                 bounds: &self.bounds,
             };
             self.solver.rates(&problem, &self.shifted, &self.offsets, &mut self.next, &mut self.slip_rates);
             let largest = self.next.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-            if self.relaxation.step(&mut self.rates, &self.next, tolerance * largest) {
+            if self.relaxation[1].step(&mut self.rates, &self.next, tolerance * largest) {
                 return Ok(());
             }
         }

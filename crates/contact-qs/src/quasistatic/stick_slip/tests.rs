@@ -3,6 +3,7 @@
 use super::*;
 use crate::quasistatic::Problem;
 use crate::quasistatic::active_set::ActiveSet;
+use faer::Mat;
 use std::f64::consts::PI;
 
 struct Normal(ActiveSet, Mat<f64>);
@@ -36,7 +37,7 @@ fn half_space(poisson: f64) -> (Normal, StickSlip) {
     let n = N * N;
     let mut normal = Mat::zeros(n, n);
     let mut zone = StickSlip::new(0.0, n, 2, true);
-    zone.begin_blocks(|_| true);
+    (0..n).for_each(|i| zone.blocks.add(i));
     for i in 0..n {
         for j in 0..n {
             let (p, q) = (place(i), place(j));
@@ -45,13 +46,13 @@ fn half_space(poisson: f64) -> (Normal, StickSlip) {
             normal[(i, j)] = (1.0 - poisson) / (2.0 * PI * r);
             for a in 0..2 {
                 let coupling = -(1.0 - 2.0 * poisson) * x[a] / (4.0 * PI * r * r);
-                zone.set_coupling(i, a, j, coupling);
+                zone.blocks.set_coupling(i, a, j, coupling);
                 for b in 0..2 {
                     let mut value = poisson * x[a] * x[b] / (r * r);
                     if a == b {
                         value += 1.0 - poisson + if i == j { 0.5 * poisson } else { 0.0 };
                     }
-                    zone.tangential_compliance[(2 * i + a, 2 * j + b)] = value / (2.0 * PI * r);
+                    zone.blocks.set_tangential((i, a), (j, b), value / (2.0 * PI * r));
                 }
             }
         }
@@ -145,12 +146,11 @@ fn forces_in_the_unknowns_of_surfaces_are_those_of_the_points() {
     for (n_t, coefficient) in [(1, 0.3), (2, 0.3), (2, 0.8)] {
         let hats = Hats::new(n, n_nodes, n_t);
         let [mut points, mut unknowns] = [(); 2].map(|()| StickSlip::new(coefficient, n, n_t, true));
-        points.begin_blocks(|_| true);
+        (0..n).for_each(|i| points.blocks.add(i));
         for ((i, j), d) in (0..n * n).map(|k| (k / n, k % n)).flat_map(|p| (1..=n_t).map(move |d| (p, d))) {
-            points.set_coupling(i, d - 1, j, hats.answer((i, d), (j, 0)));
+            points.blocks.set_coupling(i, d - 1, j, hats.answer((i, d), (j, 0)));
             for e in 1..=n_t {
-                points.tangential_compliance[(n_t * i + d - 1, n_t * j + e - 1)] =
-                    hats.answer((i, d), (j, e));
+                points.blocks.set_tangential((i, d - 1), (j, e - 1), hats.answer((i, d), (j, e)));
             }
         }
         points.finish_blocks();

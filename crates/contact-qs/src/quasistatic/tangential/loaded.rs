@@ -1,8 +1,7 @@
 //! The points under load, with their block of the compliance: all that iterations work on.
 
-use faer::Mat;
-
 use super::{PointState, TangentialProblem, pair};
+use crate::quasistatic::stick_slip::Blocks;
 
 /// Points with a normal force.
 pub(super) struct LoadedPoints {
@@ -36,24 +35,15 @@ impl LoadedPoints {
     }
 
     /// Takes those points as loaded that are not open, with their block of `compliance`.
-    pub fn gather(&mut self, states: &[PointState], compliance: &Mat<f64>) {
+    pub fn gather(&mut self, states: &[PointState], compliance: &Blocks) {
         let loaded = |i: &usize| states[*i] != PointState::Open;
         if self.points.iter().copied().eq((0..states.len()).filter(loaded)) && !self.points.is_empty() {
             return;
         }
         self.points.clear();
         self.points.extend((0..states.len()).filter(loaded));
-        let (n_t, m) = (self.n_t, self.n_t * self.points.len());
-        for (slot, &i) in self.points.iter().enumerate() {
-            self.slots[i] = slot;
-            for a in 0..n_t {
-                let source = compliance.col_as_slice(n_t * i + a);
-                let target = &mut self.block[(n_t * slot + a) * m..][..m];
-                for (entries, &j) in target.chunks_exact_mut(n_t).zip(&self.points) {
-                    entries.copy_from_slice(&source[n_t * j..n_t * (j + 1)]);
-                }
-            }
-        }
+        self.points.iter().enumerate().for_each(|(slot, &i)| self.slots[i] = slot);
+        compliance.gather(&self.points, &mut self.block);
     }
 
     /// Displacements of the loaded points under a unit force at `point` along `direction`, and the

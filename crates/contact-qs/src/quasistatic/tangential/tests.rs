@@ -2,14 +2,36 @@
 
 use super::*;
 use crate::quasistatic::problem::add_product;
+use faer::Mat;
 
 /// `w = (A_TT + D_T) τ + c`.
-fn slip_increments(problem: &TangentialProblem<'_>, forces: &[f64], n_t: usize, out: &mut [f64]) {
+fn slip_increments(
+    problem: &TangentialProblem<'_>,
+    compliance: &Mat<f64>,
+    forces: &[f64],
+    n_t: usize,
+    out: &mut [f64],
+) {
     out.copy_from_slice(problem.slips);
-    add_product(problem.compliance, forces, out);
+    add_product(compliance, forces, out);
     for (k, w) in out.iter_mut().enumerate() {
         *w += problem.springs[k / n_t] * forces[k];
     }
+}
+
+/// Points `0..n` with the compliance `A_TT`.
+fn blocks(compliance: &Mat<f64>, n_t: usize) -> Blocks {
+    let n = compliance.nrows() / n_t;
+    let mut blocks = Blocks::new(n, n_t, true);
+    (0..n).for_each(|i| blocks.add(i));
+    for (row, column) in (0..n * n_t).flat_map(|i| (0..=i).map(move |j| (i, j))) {
+        blocks.set_tangential(
+            (row / n_t, row % n_t),
+            (column / n_t, column % n_t),
+            compliance[(row, column)],
+        );
+    }
+    blocks
 }
 
 fn random(seed: &mut u64) -> f64 {
@@ -32,7 +54,7 @@ fn more_points_than_displacements_settle_soon() {
                 (0..size).map(|k| 2.0 + random(&mut seed) - f64::from(k as u32 % 2)).collect();
             let bounds: Vec<f64> = (0..n).map(|_| 0.05 * random(&mut seed).abs()).collect();
             let problem = TangentialProblem {
-                compliance: &compliance,
+                compliance: &blocks(&compliance, n_t),
                 springs: &springs,
                 slips: &slips,
                 bounds: &bounds,
@@ -41,7 +63,7 @@ fn more_points_than_displacements_settle_soon() {
             let mut solver = Tangential::new(n, n_t);
             most = most.max(solver.solve(&problem, 1e-12, &mut forces).unwrap());
             let mut w = vec![0.0; size];
-            slip_increments(&problem, &forces, n_t, &mut w);
+            slip_increments(&problem, &compliance, &forces, n_t, &mut w);
             for (i, bound) in bounds.iter().enumerate() {
                 let (f, w) = (pair(&forces, i, n_t), pair(&w, i, n_t));
                 let (force, slip) = (f[0].hypot(f[1]), w[0].hypot(w[1]));
@@ -70,7 +92,7 @@ fn random_zones_obey_coulombs_law_and_need_few_sets() {
             let slips: Vec<f64> = (0..size).map(|_| 3.0 * random(&mut seed)).collect();
             let bounds: Vec<f64> = (0..n).map(|_| random(&mut seed).max(0.0)).collect();
             let problem = TangentialProblem {
-                compliance: &compliance,
+                compliance: &blocks(&compliance, n_t),
                 springs: &springs,
                 slips: &slips,
                 bounds: &bounds,
@@ -79,7 +101,7 @@ fn random_zones_obey_coulombs_law_and_need_few_sets() {
             let mut forces = vec![0.0; size];
             most = most.max(solver.solve(&problem, 1e-12, &mut forces).unwrap());
             let mut w = vec![0.0; size];
-            slip_increments(&problem, &forces, n_t, &mut w);
+            slip_increments(&problem, &compliance, &forces, n_t, &mut w);
             // Newton's last step of 1e-8 leaves 1e-16; round-off of the factorisation.
             let tolerance = 1e-9;
             for (i, &bound) in bounds.iter().enumerate() {
@@ -108,8 +130,12 @@ fn random_zones_obey_coulombs_law_and_need_few_sets() {
 #[test]
 fn one_point_follows_the_classical_return_mapping() {
     let compliance = Mat::zeros(2, 2);
-    let problem =
-        TangentialProblem { compliance: &compliance, springs: &[0.5], slips: &[3.0, -4.0], bounds: &[2.0] };
+    let problem = TangentialProblem {
+        compliance: &blocks(&compliance, 2),
+        springs: &[0.5],
+        slips: &[3.0, -4.0],
+        bounds: &[2.0],
+    };
     let (mut coupled, mut alone) = ([0.0; 2], [0.0; 2]);
     Tangential::new(1, 2).solve(&problem, 1e-12, &mut coupled).unwrap();
     Tangential::new(1, 2).return_to_bounds(&[0.5], &[3.0, -4.0], &[2.0], &mut alone).unwrap();
@@ -125,7 +151,7 @@ fn a_point_that_yields_to_no_force_is_held_by_none() {
         let entry = |i: usize, j: usize| if i.min(j) == 0 { 0.0 } else { 1.0 + f64::from(u8::from(i == j)) };
         let compliance = Mat::from_fn(n, n, entry);
         let problem = TangentialProblem {
-            compliance: &compliance,
+            compliance: &blocks(&compliance, 1),
             springs: &[0.0; 3][..n],
             slips: &[0.0, 0.5, -0.5][..n],
             bounds: &[1.0; 3][..n],

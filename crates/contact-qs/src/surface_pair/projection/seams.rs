@@ -5,27 +5,11 @@ use iga_core::nurbs::SAME_PLACE;
 use iga_core::nurbs::jet::{difference, dot, norm};
 
 use super::{Displaced, Functions, Projection, Samples, SurfacePlace};
-use crate::surface_pair::target::{FaceElement, TargetSurface};
 
 /// Part of an element beside a seam in which normals go over from one face to the other: those of
 /// the elements differ by what the elements err, so that a part of one is as good; a point on a
 /// seam must not be pressed to either side in turn.
 const BAND: f64 = 0.1;
-
-impl TargetSurface {
-    /// Distance of a place in `element` from the nearest end of its face, in elements.
-    pub(in crate::surface_pair) fn distance_to_end(
-        &self,
-        place: &SurfacePlace,
-        element: &FaceElement,
-    ) -> f64 {
-        let grid = &self.faces[place.face as usize];
-        let ends = (0..self.n_parameters).flat_map(|a| grid.range(a).map(move |end| (a, end)));
-        let share =
-            |(a, end): (usize, f64)| (place.xi[a] - end).abs() / (element.upper[a] - element.lower[a]);
-        ends.map(share).fold(f64::INFINITY, f64::min)
-    }
-}
 
 impl Displaced<'_> {
     /// `found` with a normal that is continuous across seams: in a narrow band beside them it goes
@@ -135,7 +119,7 @@ impl Displaced<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface_pair::target::TargetFace;
+    use crate::surface_pair::target::{TargetFace, TargetSurface};
     use ffr_dynamics::body::RigidMotion;
     use iga_core::nurbs::Face;
     use iga_core::nurbs::{FaceId, Patch};
