@@ -15,15 +15,13 @@ use super::active_set::SolveReport;
 use super::problem::depth;
 use super::relaxation::Relaxation;
 use super::solver::{Quasistatic, ZoneSolver, is_same};
-use super::tangential::{PointState, Tangential, TangentialProblem};
+use super::tangential::{Blocks, PointState, Tangential, TangentialProblem};
 
-mod blocks;
 mod kept_factor;
 pub(crate) mod rates;
 mod surface_newton;
 
 use crate::quasistatic::compliance::Surfaces;
-pub(crate) use blocks::Blocks;
 use surface_newton::{Law, SurfaceNewton};
 
 /// Displacement by which normal and friction forces may miss each other, as a share of the deepest penetration: round-off.

@@ -23,11 +23,11 @@ use faer::linalg::cholesky::llt;
 use faer::{MatMut, MatRef, Par};
 use ffr_dynamics::error::EvaluationFailure;
 
-use super::stick_slip::Blocks;
-
+mod blocks;
 mod loaded;
 mod uncoupled;
 
+pub(crate) use blocks::Blocks;
 use loaded::LoadedPoints;
 
 /// Exchanges without progress before sweeps start (Júdice & Pires 1994).

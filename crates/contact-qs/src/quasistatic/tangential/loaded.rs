@@ -1,7 +1,6 @@
 //! The points under load, with their block of the compliance: all that iterations work on.
 
-use super::{PointState, TangentialProblem, pair};
-use crate::quasistatic::stick_slip::Blocks;
+use super::{Blocks, PointState, TangentialProblem, pair};
 
 /// Points with a normal force.
 pub(super) struct LoadedPoints {
