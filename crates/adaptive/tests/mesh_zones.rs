@@ -242,6 +242,53 @@ fn a_line_in_a_bore_has_a_strip_from_edge_to_edge_on_the_cylinder() {
 }
 
 #[test]
+fn zones_of_tetrahedra_have_the_elements_that_their_ellipse_asks_for() {
+    let ball = Arc::new(Mesh::new(TEN.mesh(ElementKind::Tet10), 1e-3).unwrap());
+    let plate = |[x, y, z]: [f64; 3]| [20.0 * x, 20.0 * y, 5.0 * z];
+    let plate = Arc::new(Mesh::new(blocks::block(ElementKind::Tet10, [3, 3, 1], plate), 1e-3).unwrap());
+    let on_plate = [10.7e-3, 9.1e-3, 5e-3];
+    let pieces = |mesh: &Arc<Mesh>, point: [f64; 3], widths: [f64; 2], elements: Option<usize>| {
+        let (surface, at) = site(mesh, point);
+        let wanted = WantedZone { sites: vec![at], widths, elements, across: [1.0, 0.0, 0.0] };
+        let estimate = wanted.interface(&surface);
+        let spec = MeshedSpec { mesh: Arc::clone(mesh), ..spec(Mesh::clone(mesh)) };
+        let fine = FineElements::build(&Arc::new(MeshedBody::build("part", spec).unwrap()), wanted).unwrap();
+        let divided = fine.divided();
+        assert_eq!(fine.n_unknowns(), 3 * divided.nodes().len(), "nothing is tied");
+        // Edges of sides on the ellipse, in units of the lengths of which five, or as many as asked for, lie across it.
+        let m = elements.unwrap_or(5) as f64;
+        let share = |x: &Vector3<f64>, by: f64| (by * x[0] / widths[0]).hypot(by * x[1] / widths[1]);
+        let mut lengths = Vec::new();
+        for side in MeshSurface::of(divided).sides() {
+            let corner = |k: usize| Vector3::from(divided.nodes()[side.nodes[k] as usize]);
+            for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+                let from = 0.5 * (corner(a) + corner(b)) - Vector3::from(at.point);
+                if from[2].abs() < 1e-3 && share(&from, 2.0) < 1.0 {
+                    lengths.push(share(&(corner(b) - corner(a)), m));
+                }
+            }
+        }
+        let longest = lengths.iter().fold(0.0_f64, |most, length| most.max(*length));
+        let mean = lengths.iter().sum::<f64>() / lengths.len() as f64;
+        // All are halved that are longer: a right angle with equal legs has a mean of 0.8 at most, and the half of that on the way.
+        // Where two lengths differ by ten, edges that lean are halved in both directions.
+        assert!(longest < 1.0 + 1e-12 && mean > 0.4 && mean < 0.81, "{widths:?}: {longest} {mean}");
+        // One row of the ring more or less is a third of them.
+        let ratio = fine.contact_zone().unwrap().unknowns.len() as f64 / estimate;
+        assert!((0.5..2.0).contains(&ratio), "{widths:?}: {ratio} of {estimate}");
+        divided.elements().len() - mesh.elements().len()
+    };
+    let whole = [0.3e-3, 0.2e-3, 10e-3];
+    let [few, many] = [None, Some(10)].map(|elements| pieces(&ball, whole, [0.6e-3; 2], elements));
+    assert!(many > 2 * few, "{few} {many}");
+    // An ellipse that is ten times as long as wide has less than half as many more; halved widths add as many each time.
+    let [round, long, narrow, finer] =
+        [[0.5e-3, 0.5e-3], [0.5e-3, 5e-3], [0.25e-3, 2.5e-3], [0.125e-3, 1.25e-3]]
+            .map(|widths| pieces(&plate, on_plate, widths, None));
+    assert!(long < 3 * round / 2 && 2 * finer < 3 * narrow, "{round} {long} {narrow} {finer}");
+}
+
+#[test]
 fn a_line_on_a_plane_has_a_strip_along_it_whatever_its_direction() {
     let plate = |[x, y, z]: [f64; 3]| [20.0 * x, 20.0 * y, 5.0 * z];
     let mut counts = Vec::new();

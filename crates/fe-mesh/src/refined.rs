@@ -4,7 +4,7 @@
 //! the element, which the pieces have exactly, since quadratic functions of a part of the
 //! parameters are quadratic: the part keeps its shape. Nodes of small pieces on edges and sides of
 //! larger ones are tied to them, so that displacements are continuous. Neighbours differ by one
-//! level at most. Pyramids stay whole. Tetrahedra along a line are halved across it alone, edge by edge.
+//! level at most. Pyramids stay whole. Meshes of tetrahedra may be halved edge by edge, so that pieces are longer in one direction than in another.
 
 mod cell;
 mod names;

@@ -288,6 +288,65 @@ fn tetrahedra_halved_across_a_line_hang_no_node_and_hold_displacements_of_the_me
 }
 
 #[test]
+fn tetrahedra_halved_about_an_ellipse_are_of_its_lengths_and_keep_their_shape() {
+    let mesh = parts(ElementKind::Tet10);
+    // Of a tetrahedron: volume over that of the even one with the same sum of squares of edges, lengths in units of `by`.
+    let quality = |mesh: &Mesh, nodes: &[u32], by: [f64; 3]| {
+        let at = |k: usize| [0, 1, 2].map(|d| mesh.nodes()[nodes[k] as usize][d] / by[d]);
+        let edge = |a: usize, b: usize| [0, 1, 2].map(|d| at(b)[d] - at(a)[d]);
+        let [u, v, w] = [edge(0, 1), edge(0, 2), edge(0, 3)];
+        let volume = (u[0] * (v[1] * w[2] - v[2] * w[1])
+            + u[1] * (v[2] * w[0] - v[0] * w[2])
+            + u[2] * (v[0] * w[1] - v[1] * w[0]))
+            / 6.0;
+        let squares = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)]
+            .map(|(a, b)| edge(a, b).iter().map(|x| x * x).sum::<f64>());
+        6.0 * 2.0_f64.sqrt() * volume / (squares.iter().sum::<f64>() / 6.0).powf(1.5)
+    };
+    let least = |mesh: &Mesh, by: &dyn Fn(&[f64; 3]) -> [f64; 3]| {
+        let all = mesh.elements().iter().map(|e| {
+            let corner = |d: usize, k: usize| mesh.nodes()[e.nodes[k] as usize][d];
+            let middle = [0, 1, 2].map(|d| (0..4).map(|k| 0.25 * corner(d, k)).sum::<f64>());
+            quality(mesh, e.nodes, by(&middle))
+        });
+        all.fold(f64::INFINITY, f64::min)
+    };
+    let beyond = |x: &[f64; 3]| 0.7 * distance(x, &[0.45, 0.5, 0.4]);
+    for longer in [1.0, 4.0] {
+        let divided = |finest: f64| {
+            let lengths = [finest, longer * finest, finest];
+            let length = |[a, b]: [&[f64; 3]; 2]| {
+                let middle = [0, 1, 2].map(|d| 0.5 * (a[d] + b[d]));
+                let beyond = beyond(&middle);
+                let share = |d: usize| ((a[d] - b[d]) / lengths[d].max(beyond)).powi(2);
+                let length = (0..3).map(share).sum::<f64>().sqrt();
+                (length > 1.0).then(|| length * finest.max(beyond))
+            };
+            let refined = RefinedMesh::at_edges(&mesh, length, MOST).unwrap();
+            // No edge is left that is to be halved.
+            for element in refined.mesh().elements().iter() {
+                let corner = |k: usize| &refined.mesh().nodes()[element.nodes[k] as usize];
+                let edges = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)];
+                assert!(edges.iter().all(|&(a, b)| length([corner(a), corner(b)]).is_none()));
+            }
+            refined
+        };
+        let refined = divided(0.02);
+        assert_eq!(refined.n_free(), refined.mesh().nodes().len());
+        let change = volume(refined.mesh()) / volume(&mesh) - 1.0;
+        assert!(change.abs() < 1e-12, "{change:e}");
+        check_seams(ElementKind::Tet10, &refined);
+        // In the lengths that are wanted where they lie, pieces are a fifth as even as the worst element, at least.
+        let wanted = |x: &[f64; 3]| [0.02, longer * 0.02, 0.02].map(|h: f64| h.max(beyond(x)));
+        let (before, after) = (least(&mesh, &|_| [1.0; 3]), least(refined.mesh(), &wanted));
+        let counts = [0.16, 0.08, 0.04, 0.02].map(|h| n_pieces(&divided(h), &mesh));
+        assert!(after > before / 5.0, "{before} {after}");
+        // Each halving adds as many.
+        assert!(counts[3] - counts[2] < 2 * (counts[2] - counts[1]), "{counts:?}");
+    }
+}
+
+#[test]
 fn rigid_motions_and_constant_strain_pass_the_patch_test() {
     for kind in ElementKind::SOLID {
         let length = length(kind);

@@ -7,7 +7,7 @@ use contact_qs::ContactError;
 use contact_qs::zone::points::DofLookup;
 use faer::{Mat, MatRef};
 use fe_mesh::fault::MeshFault;
-use fe_mesh::refined::{CellBall, RefinedMesh};
+use fe_mesh::refined::RefinedMesh;
 use fe_mesh::{Mesh, MeshSpace};
 use ffr_dynamics::body::{AssembledBody, Dof};
 use iga_core::SplineError;
@@ -32,16 +32,11 @@ use crate::surface::{MeshSurface, Surface, SurfacePlace};
 
 mod footprint;
 
-use footprint::{Footprint, Levels};
-pub use footprint::{LINEAR, QUADRATIC, WantedZone};
+use footprint::Footprint;
+pub use footprint::{LINEAR, QUADRATIC, TETRAHEDRA, WantedZone};
 
 /// Rows of a direction in which contact is counted, whatever the elements are.
 const ROWS: usize = 16;
-/// Elements of the finest level beyond the zone: a side that meets it, the ring around, and one
-/// between these and the next level, whose nodes others would be tied to.
-const FINEST: f64 = 3.0;
-/// Elements of every other level beyond the zone.
-const COARSER: f64 = 2.0;
 /// Pieces of elements at most, so that counting them ends; memory ends before.
 const MOST: usize = 300_000;
 
@@ -78,23 +73,11 @@ impl FineElements {
         };
         let coarse = &body.surface;
         let footprints = wanted.footprints(coarse).ok_or_else(nothing)?;
-        let Levels { longest, levels, elements } = wanted.levels(coarse, &footprints);
-        let finest = longest * (-levels).exp2();
-        let is_wanted = |ball: &CellBall| {
-            let level = f64::from(ball.level) + 1.0;
-            let beyond = if level < levels { COARSER } else { FINEST };
-            let reach = ball.radius + beyond * longest * (-level).exp2();
-            level <= levels && footprints.iter().any(|of| of.distance(&ball.centre) <= reach)
-        };
-        let refined = if wanted.is_halved_across(coarse) {
-            wanted.halved_across(coarse, &footprints, MOST)
-        } else {
-            RefinedMesh::new(&spec.mesh, is_wanted, MOST)
-        };
-        let refined = refined.map_err(fail)?;
+        let elements = wanted.elements(coarse);
+        let (refined, finest) = wanted.divided(coarse, &footprints, MOST).map_err(fail)?;
         let n_free = refined.n_free();
         let elements_now = refined.mesh().elements().len();
-        debug!(body = name, levels, widths = ?wanted.widths, elements = elements_now, nodes = n_free, "fine model");
+        debug!(body = name, finest, widths = ?wanted.widths, elements = elements_now, nodes = n_free, "fine model");
         let surface = MeshSurface::of(refined.mesh());
         let fit = |(site, of): (_, &Footprint)| {
             SmoothFit::new(coarse, (site, &of.shape), of.reach(), |x| of.contains(x))

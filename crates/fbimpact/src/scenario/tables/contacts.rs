@@ -2,7 +2,7 @@
 
 use adaptive::adaptivity::interval::TARGET_UTILISATION;
 use adaptive::adaptivity::penalty_search::PEAK_TOLERANCE;
-use adaptive::body::fine::divided::{LINEAR, QUADRATIC};
+use adaptive::body::fine::divided::{LINEAR, QUADRATIC, TETRAHEDRA};
 use adaptive::body::fine::refined::ELEMENTS;
 use adaptive::spec::contact::{DivisionRule, LowModes, PointRule, TransferMethod};
 use adaptive::spec::{Accuracy, Treatment};
@@ -243,7 +243,7 @@ const INTERVAL: &[Key] = &[
     Key::measured("elements", Kind::Integer(1, 10_000), "–")
         .derived(|| {
             format!(
-                "{ELEMENTS} where the program refines, on a mesh {QUADRATIC}, {LINEAR} of linear elements, else the elements that the \
+                "{ELEMENTS} where the program refines, on a mesh {QUADRATIC}, {TETRAHEDRA} of quadratic tetrahedra, {LINEAR} of linear elements, else the elements that the \
                  discretisation has there"
             )
         })

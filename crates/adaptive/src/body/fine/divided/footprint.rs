@@ -3,7 +3,7 @@
 use fe_mesh::SideKind;
 use fe_mesh::element::kind::Form;
 use fe_mesh::fault::MeshFault;
-use fe_mesh::refined::RefinedMesh;
+use fe_mesh::refined::{CellBall, RefinedMesh};
 use nalgebra::Vector3;
 
 use crate::spec::RefinementSpec;
@@ -16,8 +16,22 @@ use crate::surface::{LocalShape, MeshSurface, Surface, SurfacePlace};
 pub const QUADRATIC: usize = 6;
 /// Sides of linear elements across the narrower width of a zone, at least.
 pub const LINEAR: usize = 16;
+/// Edges of quadratic tetrahedra across each width where they are longest; on average they are seven tenths as long.
+pub const TETRAHEDRA: usize = 5;
+/// Lengths of edges of tetrahedra over their distances from the zone, at most.
+const GROWTH: f64 = 0.7;
+/// Area of a triangle whose edges are halved as long as they are longer than one: between a quarter, of a right angle with two equal
+/// legs under an edge of one, and the half of that.
+const TRIANGLE: f64 = 0.18;
+/// Elements by which a zone is wider with the ring of sides around it.
+const RING: f64 = 3.0;
+/// Elements of the finest of whole levels beyond the zone: a side that meets it, the ring around, and one
+/// between these and the next level, whose nodes others would be tied to.
+const FINEST: f64 = 3.0;
+/// Elements of every other level beyond the zone.
+const COARSER: f64 = 2.0;
 
-/// The same along a line: with one to three on the half width of the contact its force is right to one per cent.
+/// Quadratic and linear elements across a line: with one to three on the half width of the contact its force is right to one per cent.
 const ACROSS_LINE: [usize; 2] = [2, 6];
 /// Sine of the angle about the axis of a surface up to which a strip along it is told by its width over the tangential plane.
 const BENT: f64 = 0.34;
@@ -49,29 +63,29 @@ pub struct Levels {
     pub longest: f64,
     /// How often.
     pub levels: f64,
-    /// Elements across the narrower width at least.
-    pub elements: usize,
 }
 
 impl WantedZone {
     /// Elements across the narrower width unless the scenario says otherwise.
     pub fn usual_elements(&self, surface: &MeshSurface) -> usize {
         let is_quadratic = surface.mesh().elements().iter().next().is_some_and(|e| e.kind.is_quadratic());
-        let [quadratic, linear] =
-            if self.is_line(surface) == [false; 2] { [QUADRATIC, LINEAR] } else { ACROSS_LINE };
+        let [quadratic, linear] = if self.is_line(surface) != [false; 2] {
+            ACROSS_LINE
+        } else {
+            [if is_of_tetrahedra(surface) { TETRAHEDRA } else { QUADRATIC }, LINEAR]
+        };
         if is_quadratic { quadratic } else { linear }
+    }
+
+    /// Elements across the narrower width.
+    pub(super) fn elements(&self, surface: &MeshSurface) -> usize {
+        self.elements.unwrap_or_else(|| self.usual_elements(surface))
     }
 
     /// Directions in which the zone reaches from one edge of the part to the other: along a line.
     pub fn is_line(&self, surface: &MeshSurface) -> [bool; 2] {
         let is_long = self.widths.map(|width| width >= surface.length());
         if surface.mesh().model().dimension() == 3 && is_long != [true; 2] { is_long } else { [false; 2] }
-    }
-
-    /// Whether elements are halved across a line: tetrahedra (theory Eq. C.110).
-    pub fn is_halved_across(&self, surface: &MeshSurface) -> bool {
-        let mut elements = surface.mesh().elements().iter();
-        self.is_line(surface) != [false; 2] && elements.all(|e| e.kind.form() == Form::Tetrahedron)
     }
 
     /// The ellipses, or the strip, about its places; none where the surface has no shape.
@@ -95,27 +109,41 @@ impl WantedZone {
             sides.into_iter().chain(on_rim).map(|i| surface.longest_edge(i as usize)).fold(0.0, f64::max)
         };
         let longest = self.sites.iter().zip(footprints).map(longest_at).fold(0.0, f64::max);
-        let elements = self.elements.unwrap_or_else(|| self.usual_elements(surface));
         let n_directions = surface.mesh().model().dimension() - 1;
         let narrow = self.widths[..n_directions].iter().fold(f64::INFINITY, |least, w| least.min(*w));
-        let levels = (longest * elements as f64 / narrow).log2().ceil().max(0.0);
-        Levels { longest, levels, elements }
+        let levels = (longest * self.elements(surface) as f64 / narrow).log2().ceil().max(0.0);
+        Levels { longest, levels }
     }
 
-    /// The mesh halved across a line about its `footprints`, into `most` pieces at most (theory Eq. C.110).
+    /// The mesh divided about its `footprints`, into `most` pieces at most: tetrahedra edge by edge (theory Eq. C.110), others by
+    /// whole levels (Eq. C.72); and the longest edge that is wanted \[m\].
     ///
     /// # Errors
-    /// As [`RefinedMesh::at_edges`].
-    pub fn halved_across(
+    /// As [`RefinedMesh::at_edges`] and [`RefinedMesh::new`].
+    pub fn divided(
         &self,
         surface: &MeshSurface,
         footprints: &[Footprint],
         most: usize,
-    ) -> Result<RefinedMesh, MeshFault> {
-        let Levels { longest, levels, .. } = self.levels(surface, footprints);
-        let finest = longest * (-levels).exp2();
-        let length = |ends: [&[f64; 3]; 2]| footprints.iter().find_map(|of| of.length_across(ends, finest));
-        RefinedMesh::at_edges(surface.mesh(), length, most)
+    ) -> Result<(RefinedMesh, f64), MeshFault> {
+        let mesh = surface.mesh();
+        if is_of_tetrahedra(surface) {
+            let m = self.elements(surface);
+            let length = |ends: [&[f64; 3]; 2]| {
+                footprints.iter().filter_map(|of| of.length(ends, of.lengths(m))).reduce(f64::max)
+            };
+            let least = footprints.iter().flat_map(|of| of.lengths(m));
+            let finest = least.fold(f64::INFINITY, f64::min);
+            return Ok((RefinedMesh::at_edges(mesh, length, most)?, finest));
+        }
+        let Levels { longest, levels } = self.levels(surface, footprints);
+        let is_wanted = |ball: &CellBall| {
+            let level = f64::from(ball.level) + 1.0;
+            let beyond = if level < levels { COARSER } else { FINEST };
+            let reach = ball.radius + beyond * longest * (-level).exp2();
+            level <= levels && footprints.iter().any(|of| of.distance(&ball.centre) <= reach)
+        };
+        Ok((RefinedMesh::new(mesh, is_wanted, most)?, longest * (-levels).exp2()))
     }
 
     /// Unknowns of its interface, from the areas of zone and sides; infinite along a line where the part has no known shape, of which
@@ -125,8 +153,8 @@ impl WantedZone {
         else {
             return 0.0;
         };
-        let Levels { longest, levels, .. } = self.levels(surface, &footprints);
-        let ring = 3.0 * longest * (-levels).exp2();
+        let is_at_edges = is_of_tetrahedra(surface);
+        let (m, Levels { longest, levels }) = (self.elements(surface), self.levels(surface, &footprints));
         let is_line = self.is_line(surface);
         let at = |(site, of): (&SurfacePlace, &Footprint)| {
             let sides = surface.sides_within(site.face, |x| of.contains(x));
@@ -144,19 +172,31 @@ impl WantedZone {
                     .sum::<f64>();
                 unknowns += 3.0 * nodes_per_side(kind);
             }
-            let extent =
-                |d: usize| if is_line[d] { of.extent(surface, &sides, d) } else { 2.0 * of.half[d] + ring };
+            let (size, finer) = if is_at_edges {
+                let size = of.lengths(m);
+                (size, (area / sides.len() as f64 / (TRIANGLE * size[0] * size[1])).max(1.0))
+            } else {
+                ([longest * (-levels).exp2(); 2], (2.0 * levels).exp2())
+            };
+            let extent = |d: usize| {
+                if is_line[d] { of.extent(surface, &sides, d) } else { 2.0 * of.half[d] + RING * size[d] }
+            };
             let shape = if is_line == [false; 2] { 0.25 * std::f64::consts::PI } else { 1.0 };
-            shape * extent(0) * extent(1) * unknowns / area * (2.0 * levels).exp2()
+            shape * extent(0) * extent(1) * unknowns / area * finer
         };
         let unknowns: f64 = self.sites.iter().zip(&footprints).map(at).sum();
-        if !(unknowns.is_finite() && self.is_halved_across(surface)) {
+        if !(unknowns.is_finite() && is_at_edges && is_line != [false; 2]) {
             return unknowns;
         }
         // How many pieces there are is known when they are there.
         let most = surface.mesh().elements().len() + MOST_ALONG;
-        if self.halved_across(surface, &footprints, most).is_ok() { 0.0 } else { f64::INFINITY }
+        if self.divided(surface, &footprints, most).is_ok() { 0.0 } else { f64::INFINITY }
     }
+}
+
+/// Whether the elements can be halved edge by edge.
+fn is_of_tetrahedra(surface: &MeshSurface) -> bool {
+    surface.mesh().elements().iter().all(|e| e.kind.form() == Form::Tetrahedron)
 }
 
 /// Nodes of a large surface of such sides, for each of them.
@@ -214,15 +254,21 @@ impl Footprint {
         (0..RIM).map(place).collect()
     }
 
-    /// Length across the line of an edge between `ends`, if it is to be halved for a strip with edges of the length `finest` (theory
-    /// Eq. C.110) \[m\].
-    pub fn length_across(&self, [a, b]: [&[f64; 3]; 2], finest: f64) -> Option<f64> {
-        let mut edge = Vector3::from(*b) - Vector3::from(*a);
-        for (tangent, _) in self.shape.tangents.iter().zip(self.half).filter(|(_, half)| half.is_infinite()) {
-            edge -= edge.dot(tangent) * tangent;
-        }
-        let (length, middle) = (edge.norm(), [0, 1, 2].map(|d| 0.5 * (a[d] + b[d])));
-        (length > finest && length >= self.distance(&middle)).then_some(length)
+    /// The longest edges of which `m` have place across it in each direction, infinite along a line \[m\].
+    pub fn lengths(&self, m: usize) -> [f64; 2] {
+        self.half.map(|half| 2.0 * half / m as f64)
+    }
+
+    /// Length of an edge between two places in units of the one that is wanted there with `lengths` on the zone, if it is above one,
+    /// times the shorter of these (theory Eq. C.110) \[m\].
+    fn length(&self, [a, b]: [&[f64; 3]; 2], lengths: [f64; 2]) -> Option<f64> {
+        let edge = Vector3::from(*b) - Vector3::from(*a);
+        let beyond = GROWTH * self.distance(&[0, 1, 2].map(|d| 0.5 * (a[d] + b[d])));
+        let ([s, t], least) = (self.shape.tangents, lengths[0].min(lengths[1]));
+        let ways = [(s, lengths[0]), (t, lengths[1]), (self.shape.normal, least)];
+        let share = |(way, wanted): (Vector3<f64>, f64)| (way.dot(&edge) / wanted.max(beyond)).powi(2);
+        let length = ways.into_iter().map(share).sum::<f64>().sqrt();
+        (length > 1.0).then(|| length * least.max(beyond))
     }
 
     /// Extent of the nodes of `sides` in direction `d` \[m\].
