@@ -4,7 +4,7 @@ use adaptive::body::field::Field;
 use adaptive::body::field_body::FieldBody;
 use std::collections::BTreeMap;
 
-use crate::bodies::{block, wanted_at};
+use crate::bodies::{block, block_of, wanted_at};
 use crate::oracles::modal_compliance;
 use adaptive::adaptivity::interval::IntervalEnd;
 use adaptive::body::fine::refined::{FineBody, FineMesh, FineSettings};
@@ -179,7 +179,7 @@ fn zones_at_several_places_yield_as_each_alone() {
 /// Where a dozen elements and more lie along a zone, two Gauss points a direction are enough against a mesh.
 #[test]
 fn many_elements_have_fewer_points_each() {
-    let body = block(4);
+    let body = block_of(4, 3);
     for (elements, a_direction) in [(8, 3), (16, 2)] {
         let settings = FineSettings { elements, ..FineSettings::default() };
         let wanted = wanted_at(&body, [2.1e-3, 1.9e-3, HALF], 0.3e-3);

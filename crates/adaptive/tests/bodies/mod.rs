@@ -14,10 +14,15 @@ pub fn body(name: &str, shape: Shape, material: Material, elements: [usize; 2], 
 
 /// Steel block of 20 mm, 6 modes.
 pub fn block(elements: usize) -> ElasticBody {
+    block_of(elements, 2)
+}
+
+/// The same of splines of degree `degree`.
+pub fn block_of(elements: usize, degree: usize) -> ElasticBody {
     let steel = Material::new(210e9, 0.3, 7850.0).unwrap();
     let mut spec = specification(solid::cuboid([0.02; 3]).unwrap(), steel, [1, 1], 6);
     spec.model = Model::Solid;
-    spec.discretisation.degrees = vec![2; 3];
+    spec.discretisation.degrees = vec![degree; 3];
     spec.discretisation.elements = vec![elements; 3];
     ElasticBody::build("block", spec).unwrap()
 }

@@ -3,7 +3,8 @@
 //! With `P = (A_uu + D_uu)⁻¹` of a set `u`, the forces of a set `a ⊂ u` follow from the points
 //! `r = u \ a` alone: `λ_u = P(v - g⁰_a)`, with those `v_r` for which `λ_r` vanishes,
 //! `P_rr v_r = (P g⁰_a)_r` (docs/theory.md Eq. C.95). That factorises `r` in place of `a`; `v_r = A_ra λ_a`
-//! is what the open points are displaced by.
+//! is what the open points are displaced by. Components of forces along any direction are held as those of points are, stiffly or by
+//! springs (F.36).
 
 use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
 use faer::linalg::cholesky::llt;
@@ -21,6 +22,15 @@ const WORTH: usize = 3;
 /// digits at most.
 const WELL_CONDITIONED: f64 = 1e-6;
 
+/// A combination of the forces that is held: it vanishes, or is that of a spring.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Held {
+    /// Points of `u` by number, with their factors.
+    pub forces: [(usize, f64); 2],
+    /// One over the stiffness of the spring.
+    pub compliance: f64,
+}
+
 /// The inverse of the matrix of a set of points, and what its subsets need.
 #[derive(Default)]
 pub(super) struct SetInverse {
@@ -36,9 +46,10 @@ pub(super) struct SetInverse {
     matrix: Vec<f64>,
     /// Whether a matrix of these points was not worth its inverse: too near to a singular one.
     is_refused: bool,
-    /// Places in `u` of the points `r`, and those that `factor` of `P_rr` belongs to.
+    /// Places in `u` of the points `r`; what is held, by places, and that which `factor` belongs to.
     open: Vec<usize>,
-    factored: Vec<usize>,
+    held: Vec<Held>,
+    factored: Vec<Held>,
     factor: Vec<f64>,
     /// One value per point of `u`, and one per point of `r`.
     answer: Vec<f64>,
@@ -55,6 +66,20 @@ impl SetInverse {
         self.matrix.clear();
         self.factored.clear();
         (self.n_factorised, self.n_solved) = (0, 0);
+    }
+
+    /// Forgets the points as well.
+    pub fn forget(&mut self) {
+        self.invalidate();
+        self.points.iter().for_each(|&i| self.places[i] = usize::MAX);
+        self.points.clear();
+        (self.has_paid, self.is_refused) = (false, false);
+    }
+
+    /// Whether a set has been solved by the matrix in use.
+    #[cfg(test)]
+    pub fn has_served(&self) -> bool {
+        self.n_solved > 0
     }
 
     /// Notes a factorisation of the set `members` among `n_points` points.
@@ -108,7 +133,8 @@ impl SetInverse {
         // No more than half of the points are left out.
         self.factor.resize((n / 2).pow(2), 0.0);
         self.answer.resize(n, 0.0);
-        for list in [&mut self.open, &mut self.factored] {
+        self.open.reserve(n);
+        for list in [&mut self.held, &mut self.factored] {
             list.reserve(n);
         }
         self.displacements.reserve(n);
@@ -133,33 +159,69 @@ impl SetInverse {
         rhs: impl Fn(usize) -> f64,
         mut found: impl FnMut(usize, f64),
     ) -> Option<bool> {
-        let n = self.points.len();
         self.open.clear();
-        self.open.extend((0..n).filter(|&k| !is_active[self.points[k]]));
-        let r = self.open.len();
-        let is_new = self.open != self.factored;
-        if is_new {
-            self.factorise()?;
-            self.n_solved += 1;
-        }
-        self.answer.fill(0.0);
-        let columns = self.matrix.chunks_exact(n).zip(&self.points).filter(|(_, i)| is_active[**i]);
-        add_multiples(columns.map(|(column, &i)| (column, rhs(i))), &mut self.answer);
-        self.displacements.clear();
-        self.displacements.extend(self.open.iter().map(|&k| -self.answer[k]));
-        if r > 0 {
-            let factor = MatRef::from_column_major_slice(&self.factor[..r * r], r, r);
-            let x = MatMut::from_column_major_slice_mut(&mut self.displacements, r, 1);
-            let stack = MemStack::new(self.memory.as_mut()?);
-            llt::solve::solve_in_place(factor, x, Par::Seq, stack);
-            let columns = self.open.iter().zip(&self.displacements);
-            add_multiples(columns.map(|(&k, w)| (&self.matrix[k * n..(k + 1) * n], *w)), &mut self.answer);
-        }
+        self.open.extend((0..self.points.len()).filter(|&k| !is_active[self.points[k]]));
+        self.held.clear();
+        let alone = |&k: &usize| Held { forces: [(k, 1.0), (k, 0.0)], compliance: 0.0 };
+        self.held.extend(self.open.iter().map(alone));
+        let is_new = self.solve_held(|i| if is_active[i] { rhs(i) } else { 0.0 })?;
         let mut open = self.open.iter().peekable();
         for (k, &i) in self.points.iter().enumerate() {
             if open.next_if_eq(&&k).is_none() {
                 found(i, self.answer[k]);
             }
+        }
+        Some(is_new)
+    }
+
+    /// Passes every point of `u` with its force under the right-hand side `rhs`, while what `held` says of a point stays held, to
+    /// `found`; none, and nothing passed, where that is singular or more than half as many as points of `u`.
+    pub fn solve_with(
+        &mut self,
+        held: impl Fn(usize) -> Option<Held>,
+        rhs: impl Fn(usize) -> f64,
+        mut found: impl FnMut(usize, f64),
+    ) -> Option<()> {
+        self.held.clear();
+        let place = |(i, factor): (usize, f64)| (self.places[i], factor);
+        let all = self.points.iter().filter_map(|&i| held(i));
+        self.held.extend(all.map(|one| Held { forces: one.forces.map(place), ..one }));
+        if 2 * self.held.len() > self.points.len() {
+            return None;
+        }
+        self.solve_held(rhs)?;
+        self.points.iter().zip(&self.answer).for_each(|(&i, force)| found(i, *force));
+        Some(())
+    }
+
+    /// Leaves the forces of all points under `rhs` with what is held in `answer`, and what holds it in `displacements`. Returns whether
+    /// the matrix of what is held was factorised; none if it is singular.
+    fn solve_held(&mut self, rhs: impl Fn(usize) -> f64) -> Option<bool> {
+        let (n, r) = (self.points.len(), self.held.len());
+        let is_new = self.held != self.factored;
+        if is_new {
+            self.factorise()?;
+            self.n_solved += 1;
+        }
+        self.answer.fill(0.0);
+        let columns = self.matrix.chunks_exact(n).zip(&self.points).map(|(column, &i)| (column, rhs(i)));
+        add_multiples(columns.filter(|(_, factor)| *factor != 0.0), &mut self.answer);
+        self.displacements.clear();
+        let answer = &self.answer;
+        let left = |one: &Held| -one.forces.iter().map(|(k, factor)| factor * answer[*k]).sum::<f64>();
+        self.displacements.extend(self.held.iter().map(left));
+        if r > 0 {
+            let factor = MatRef::from_column_major_slice(&self.factor[..r * r], r, r);
+            let x = MatMut::from_column_major_slice_mut(&mut self.displacements, r, 1);
+            let stack = MemStack::new(self.memory.as_mut()?);
+            llt::solve::solve_in_place(factor, x, Par::Seq, stack);
+            let held = self.held.iter().zip(&self.displacements);
+            let loads = held.flat_map(|(one, v)| one.forces.map(|(k, factor)| (k, factor * v)));
+            let columns = loads.filter(|(_, load)| *load != 0.0);
+            add_multiples(
+                columns.map(|(k, load)| (&self.matrix[k * n..(k + 1) * n], load)),
+                &mut self.answer,
+            );
         }
         Some(is_new)
     }
@@ -170,18 +232,26 @@ impl SetInverse {
         self.open.binary_search(place).ok().map(|k| self.displacements[k])
     }
 
-    /// Cholesky factor of `P_rr`.
+    /// Cholesky factor of the matrix of what is held: `P_rr` of points.
     fn factorise(&mut self) -> Option<()> {
-        let (n, r) = (self.points.len(), self.open.len());
+        let (n, r) = (self.points.len(), self.held.len());
         self.factored.clear();
         if r > 0 {
             let factor = &mut self.factor[..r * r];
-            for (column, &j) in factor.chunks_exact_mut(r).zip(&self.open) {
-                column.iter_mut().zip(&self.open).for_each(|(entry, &i)| *entry = self.matrix[j * n + i]);
+            for (place, (column, of)) in factor.chunks_exact_mut(r).zip(&self.held).enumerate() {
+                for (entry, to) in column[place..].iter_mut().zip(&self.held[place..]) {
+                    *entry = 0.0;
+                    for (j, x) in of.forces {
+                        let row = &self.matrix[j * n..(j + 1) * n];
+                        *entry +=
+                            x * (to.forces[0].1 * row[to.forces[0].0] + to.forces[1].1 * row[to.forces[1].0]);
+                    }
+                }
+                column[place] += of.compliance;
             }
             cholesky(factor, r, &mut self.memory)?;
         }
-        self.factored.extend_from_slice(&self.open);
+        self.factored.extend_from_slice(&self.held);
         Some(())
     }
 }

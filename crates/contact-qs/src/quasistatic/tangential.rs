@@ -23,7 +23,10 @@ use faer::linalg::cholesky::llt;
 use faer::{MatMut, MatRef, Par};
 use ffr_dynamics::error::EvaluationFailure;
 
+use super::inverse::SetInverse;
+
 mod blocks;
+mod by_inverse;
 mod loaded;
 mod uncoupled;
 
@@ -104,6 +107,10 @@ pub(crate) struct Tangential {
     factored: Vec<Free>,
     factor: Vec<f64>,
     solution: Vec<f64>,
+    /// Inverse for the components of loaded points, these, and its answer.
+    inverse: SetInverse,
+    components: Vec<usize>,
+    answer: Vec<f64>,
     loaded: LoadedPoints,
     memory: MemBuffer,
     saved: (Vec<PointState>, Vec<[f64; 2]>),
@@ -123,6 +130,9 @@ impl Tangential {
             factored: Vec::with_capacity(n),
             factor: vec![0.0; n * n],
             solution: vec![0.0; n],
+            inverse: SetInverse::default(),
+            components: Vec::with_capacity(n),
+            answer: vec![0.0; n],
             loaded: LoadedPoints::new(n_points, n_t),
             memory: MemBuffer::new(llt::factor::cholesky_in_place_scratch::<f64>(
                 n,
@@ -148,19 +158,21 @@ impl Tangential {
 
     pub fn invalidate(&mut self) {
         self.factored.clear();
+        self.inverse.forget();
         self.loaded.forget();
     }
 
-    /// The factor is forgotten, so that solutions after [`Tangential::restore`] are the same in
-    /// every bit.
+    /// Factors are forgotten, so that solutions after [`Tangential::restore`] are the same in every bit.
     pub fn save(&mut self) {
         self.factored.clear();
+        self.inverse.forget();
         self.saved.0.copy_from_slice(&self.states);
         self.saved.1.copy_from_slice(&self.directions);
     }
 
     pub fn restore(&mut self) {
         self.factored.clear();
+        self.inverse.forget();
         self.states.copy_from_slice(&self.saved.0);
         self.directions.copy_from_slice(&self.saved.1);
     }
@@ -219,8 +231,7 @@ impl Tangential {
         Err(SolverFault::SlidingSet { points: self.states.len(), iterations: limit }.into())
     }
 
-    /// States and forces to start from: points that have just been loaded slide against their slip,
-    /// the others keep state and force.
+    /// States and forces to start from: points that have just been loaded slide against their slip, the others keep state and force.
     fn guess(&mut self, problem: &TangentialProblem<'_>, forces: &mut [f64]) {
         for i in 0..self.states.len() {
             if problem.bounds[i] <= 0.0 {
@@ -251,8 +262,7 @@ impl Tangential {
         }
     }
 
-    /// One Newton step on the present sets, with the factor of an earlier step where it is near
-    /// enough.
+    /// One Newton step on the present sets, with the factor of an earlier step where it is near enough.
     fn step(
         &mut self,
         problem: &TangentialProblem<'_>,
@@ -261,13 +271,18 @@ impl Tangential {
     ) -> Result<Step, EvaluationFailure> {
         self.collect_free();
         let is_exact = !(may_keep && self.is_near_factored()) || self.is_factored();
-        if !self.is_factored() && is_exact {
+        let is_new = !self.is_factored() && is_exact;
+        if is_new {
             self.stretch_sliding(problem);
-            self.factorise(problem)?;
         }
         let increments = std::mem::take(&mut self.increments);
-        self.solve_free(&increments);
+        let is_done = is_new && self.solve_by_inverse(problem, &increments);
+        let outcome = if is_new && !is_done { self.factorise(problem) } else { Ok(()) };
+        if outcome.is_ok() && !is_done {
+            self.solve_free(&increments);
+        }
         self.increments = increments;
+        outcome?;
         if !self.solution[..self.free.len()].iter().all(|x| x.is_finite()) {
             self.factored.clear();
             return Err(SolverFault::NotFinite { value: "friction force" }.into());
@@ -285,8 +300,7 @@ impl Tangential {
         !has_turns && self.factored == self.free
     }
 
-    /// Whether the factor belongs to the present sets with directions not far from the present
-    /// ones.
+    /// Whether the factor belongs to the present sets with directions not far from the present ones.
     fn is_near_factored(&self) -> bool {
         let is_near = |a: &Free, b: &Free| {
             let [x, y] = [0, 1].map(|c| a.direction[c] - b.direction[c]);

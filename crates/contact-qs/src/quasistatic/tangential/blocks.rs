@@ -75,6 +75,12 @@ impl Blocks {
         self.tangential[(column, row)] = value;
     }
 
+    /// The component `row` of the displacement under a unit force along component `column`, both of members.
+    pub fn entry(&self, row: usize, column: usize) -> f64 {
+        let of = |k: usize| self.n_t * self.places[k / self.n_t] + k % self.n_t;
+        self.tangential[(of(row), of(column))]
+    }
+
     /// Writes `A_TT` of the members `points` to `out`, column by column.
     pub fn gather(&self, points: &[usize], out: &mut [f64]) {
         let (n_t, m) = (self.n_t, self.n_t * points.len());

@@ -79,6 +79,46 @@ fn more_points_than_displacements_settle_soon() {
     assert!(most <= 150, "{most}");
 }
 
+/// Points of a large zone whose states change little by little: an inverse for all of them tells the same forces as factors of each
+/// set.
+#[test]
+fn inverses_of_large_zones_give_the_forces_of_their_factors() {
+    for (n_t, n) in [(1, 400), (2, 200)] {
+        let (mut seed, size) = (3, n * n_t);
+        let v = Mat::from_fn(size, size + 2, |_, _| random(&mut seed));
+        let matrix = &v * v.transpose();
+        let compliance = blocks(&matrix, n_t);
+        let (springs, mut bounds) = (vec![0.1; n], vec![0.0; n]);
+        let (mut solver, mut forces) = (Tangential::new(n, n_t), vec![0.0; size]);
+        let mut n_mixed = 0;
+        for step in 0..12 {
+            let phase = |k: usize| (0.37 * k as f64 + 0.02 * f64::from(step)).sin();
+            let slips: Vec<f64> = (0..size).map(|k| 4.0 * phase(k)).collect();
+            // Points open as well.
+            let shape = |i: usize| (1.1 * i as f64).sin() + 0.8 - 0.03 * f64::from(step);
+            bounds.iter_mut().enumerate().for_each(|(i, b)| *b = 0.6 * shape(i).max(0.0));
+            let problem = TangentialProblem {
+                compliance: &compliance,
+                springs: &springs,
+                slips: &slips,
+                bounds: &bounds,
+            };
+            solver.solve(&problem, 1e-12, &mut forces).unwrap();
+            let (mut fresh, mut expected) = (Tangential::new(n, n_t), vec![0.0; size]);
+            fresh.solve(&problem, 1e-12, &mut expected).unwrap();
+            let off = forces.iter().zip(&expected).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
+            // Condition of some 1e4, slips of order one.
+            assert!(off < 1e-9, "{n_t} {step}: {off}");
+            n_mixed += usize::from(
+                [PointState::Stick, PointState::Slip].iter().all(|s| solver.states().contains(s)),
+            );
+        }
+        assert!(n_mixed > 8 && solver.inverse.has_served(), "{n_t}: {n_mixed}");
+        solver.save();
+        assert!(!solver.inverse.has_served());
+    }
+}
+
 #[test]
 fn random_zones_obey_coulombs_law_and_need_few_sets() {
     let (mut seed, mut most, mut n_stick, mut n_slip) = (9, 0, 0, 0);
