@@ -18,8 +18,8 @@ pub const QUADRATIC: usize = 6;
 pub const LINEAR: usize = 16;
 /// Edges of quadratic tetrahedra across each width where they are longest; on average they are seven tenths as long.
 pub const TETRAHEDRA: usize = 5;
-/// Lengths of edges of tetrahedra over their distances from the zone, at most.
-const GROWTH: f64 = 0.7;
+/// Lengths of edges of tetrahedra over their distances from an ellipse and from a line, at most: a line has many times the edges.
+const GROWTH: [f64; 2] = [0.7, 1.0];
 /// Area of a triangle whose edges are halved as long as they are longer than one: between a quarter, of a right angle with two equal
 /// legs under an edge of one, and the half of that.
 const TRIANGLE: f64 = 0.18;
@@ -263,7 +263,8 @@ impl Footprint {
     /// times the shorter of these (theory Eq. C.110) \[m\].
     fn length(&self, [a, b]: [&[f64; 3]; 2], lengths: [f64; 2]) -> Option<f64> {
         let edge = Vector3::from(*b) - Vector3::from(*a);
-        let beyond = GROWTH * self.distance(&[0, 1, 2].map(|d| 0.5 * (a[d] + b[d])));
+        let growth = GROWTH[usize::from(self.half.iter().any(|half| half.is_infinite()))];
+        let beyond = growth * self.distance(&[0, 1, 2].map(|d| 0.5 * (a[d] + b[d])));
         let ([s, t], least) = (self.shape.tangents, lengths[0].min(lengths[1]));
         let ways = [(s, lengths[0]), (t, lengths[1]), (self.shape.normal, least)];
         let share = |(way, wanted): (Vector3<f64>, f64)| (way.dot(&edge) / wanted.max(beyond)).powi(2);
