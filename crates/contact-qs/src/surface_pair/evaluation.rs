@@ -282,7 +282,7 @@ impl SurfacePair {
                     friction.set_slip_on_plane(i, &found, relative, jacobian);
                 }
                 Some(friction) => {
-                    friction.set_slip(i, displaced, (&found, gap), functions, relative, jacobian);
+                    friction.set_slip(i, displaced, (&found, &point, gap), functions, relative, jacobian);
                 }
                 None => {}
             }

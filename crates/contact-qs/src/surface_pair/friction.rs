@@ -61,6 +61,8 @@ pub(super) struct PairFriction {
     /// forces have ended, as a share of the largest.
     pub alternation_tolerance: f64,
     references: Vec<StickReference>,
+    /// Places on the target that the points stand over, which slips are measured by.
+    places: Vec<[f64; 3]>,
     /// Tangents at the places of the last projection that make the tangents in use there
     /// orthonormal; they become those of the next references.
     next_tangents: Vec<[[f64; 3]; 2]>,
@@ -102,6 +104,7 @@ impl PairFriction {
             saved_depth: 0.0,
             alternation_tolerance: 0.0,
             references: vec![StickReference::default(); n_points],
+            places: vec![[0.0; 3]; n_points],
             next_tangents: vec![[[0.0; 3]; 2]; n_points],
             nodes: vec![[0.0; 3]; n_nodes],
             has_nodes: false,
@@ -124,13 +127,13 @@ impl PairFriction {
         }
     }
 
-    /// Tangents and slip of point `i`, projected to `found` at gap `gap` (Eqs. F.20 to F.23).
+    /// Tangents and slip of point `i`, at `point`, projected to `found` at gap `gap` (Eqs. F.20 to F.23).
     /// `functions` are those of the place found.
     pub fn set_slip(
         &mut self,
         i: usize,
         displaced: Displaced<'_>,
-        (found, gap): (&Projection, f64),
+        (found, point, gap): (&Projection, &[f64; 3], f64),
         functions: &Functions,
         relative: &RelativePose,
         jacobian: &mut ContactJacobian,
@@ -155,11 +158,13 @@ impl PairFriction {
         }
         let moved = shifted;
         let shifted = self::duals(&moved, n_t);
+        let aside = displaced.beside_end(found, point, gap);
+        let here = [0, 1, 2].map(|c| before.point[c] + aside[c]);
         let reference = &mut self.references[i];
         if !reference.is_set || reference.is_on_plane {
             let tangents = orthonormal(&jet.tangents, n_t);
             *reference = StickReference {
-                point: before.point,
+                point: here,
                 tangents,
                 stretch: [0.0; 2],
                 is_set: true,
@@ -167,7 +172,8 @@ impl PairFriction {
                 is_new: true,
             };
         }
-        let path = difference(&before.point, &reference.point);
+        let path = difference(&here, &reference.point);
+        self.places[i] = [0, 1, 2].map(|c| found.point[c] + aside[c]);
         for a in 0..n_t {
             let k = n_t * i + a;
             let unit = &reference.tangents[a];
@@ -358,7 +364,7 @@ impl PairFriction {
                 };
             }
             if reference.is_set {
-                reference.point = projections[i].point;
+                reference.point = if reference.is_on_plane { projections[i].point } else { self.places[i] };
                 let mut tangents = [[0.0; 3]; 2];
                 tangents[..n_t].copy_from_slice(&jacobian.tangents_in_target[n_t * i..n_t * (i + 1)]);
                 let units = orthonormal(&tangents, n_t);

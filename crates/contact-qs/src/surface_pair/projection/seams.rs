@@ -12,6 +12,21 @@ use super::{Displaced, Functions, Projection, Samples, SurfacePlace};
 const BAND: f64 = 0.1;
 
 impl Displaced<'_> {
+    /// Way along the surface from the foot `found` to `point` at the gap `gap`: none but of a point that has gone a little beyond the end
+    /// of a face, where its foot is held.
+    pub fn beside_end(&self, found: &Projection, point: &[f64; 3], gap: f64) -> [f64; 3] {
+        let (grid, xi) = (&self.surface.faces[found.place.face as usize], &found.place.xi);
+        let is_at_end = |a: usize| {
+            let [lower, upper] = grid.range(a);
+            xi[a] <= lower || xi[a] >= upper
+        };
+        if !(0..self.surface.n_parameters).any(is_at_end) {
+            return [0.0; 3];
+        }
+        let way = difference(point, &found.point);
+        [0, 1, 2].map(|c| way[c] - gap * found.normal[c])
+    }
+
     /// `found` with a normal that is continuous across seams: in a narrow band beside them it goes
     /// over from that of the face to the mean of all that meet there (C.55). The gap stays.
     pub fn across_seams(
@@ -175,6 +190,9 @@ mod tests {
                 "{found:?}"
             );
             assert!((found.gap + 0.05).abs() < 1e-12 && (found.normal[2] - 1.0).abs() < 1e-12, "{found:?}");
+            // The foot is held; the point slides on over it.
+            let aside = displaced.beside_end(&found, &[x, 0.4, 0.95], found.gap);
+            assert!(norm(&difference(&aside, &[x, 0.0, 0.0])) < 1e-12, "{aside:?}");
         }
         // Above it normals turn within a tenth of an element on either side, and are those of the
         // faces beyond.
@@ -182,6 +200,8 @@ mod tests {
         for x in [-0.5, -0.12, 0.12, 0.5] {
             let found = project(x, 1.0 + SLOPE * x.abs());
             assert!((found.normal[0] - lean(x)).abs() < 1e-12 && found.gap.abs() < 1e-12, "{found:?}");
+            let aside = displaced.beside_end(&found, &[x, 0.4, 1.0 + SLOPE * x.abs()], found.gap);
+            assert!(norm(&aside) < 1e-12, "{aside:?}");
         }
         let mut last = project(-0.11, 1.0 + 0.11 * SLOPE).normal;
         for k in -109..=110 {
