@@ -1,18 +1,20 @@
 #!/usr/bin/env python3
 """Draw pairs of bodies at random out of the catalogue of shapes, let them collide with default settings, and sort what comes of it.
 
-Usage: random_pairs.py FOLDER [--fbimpact PROGRAM] [--kind axial|plane|solid|mesh|rigid] [--pairs FIRST..LAST] [--quick] [--laws] [--fine] [--limit SECONDS]
+Usage: random_pairs.py FOLDER [--fbimpact PROGRAM] [--kind axial|plane|solid|mesh|part|rigid] [--pairs FIRST..LAST] [--quick] [--laws] [--fine] [--limit SECONDS]
                        [--memory GB] [--list]
 
 Pair NUMBER of a kind is the same scenario on every machine: FOLDER/KIND-NUMBER.toml, its result beside it. Sizes are 5 to 200 mm, proportions up to 5:1,
 speeds 1 cm/s to 1 m/s, materials by name or drawn; odd numbers have friction 0.3, others none. Half of the plane and solid bodies stand in any pose, the
 others turned by multiples of 45 degrees about the axes, so that faces, edges and corners meet as well. The first body of a pair of kind `mesh` is of
-hexahedra, of `rigid` both are rigid and meet by Hertz's law. All other keys are left out; --quick gives few elements and modes, so that most pairs take
+hexahedra, of `rigid` both are rigid and meet by Hertz's law. Both of `part` are what CAD gives: solids with and without round edges or with a bore, in
+quadratic tetrahedra of Gmsh with its default sizes (needs Gmsh's Python module; the same meshes for the same version of it); pair NUMBER with friction
+is pair NUMBER - 1 once more. All other keys are left out; --quick gives few elements and modes, so that most pairs take
 seconds and hundreds can be tried: how contacts are found, refined and left does not depend on them. --laws draws the model of the contact, its zone and
 damping, too. --fine runs each pair whose zone does not vibrate again with accuracy "fine" and
-compares peak, impulse and duration. A line for each pair goes to FOLDER/KIND.txt:
+compares peak, impulse and duration. A line for each pair, with its seconds of processor, goes to FOLDER/KIND.txt, one for all of a coefficient of friction to the end:
 
-  ok          simulated; momentum of free pairs kept to 1e-10, energy ledger to 1e-5, with friction to 1e-4; no failure
+  ok          simulated; momentum of free pairs kept to 1e-10, energy ledger to 1e-5, of parts and with friction to 1e-4; no failure
   told        off from the fine run by more than 2 %, and a band or its lack or a warning says so
   silent      off by more without a word: a fault
   apart       simulated, the bodies did not meet (hollow ones)
@@ -30,13 +32,13 @@ import argparse
 import itertools
 import json
 import math
+import os
 import pathlib
 import random
 import resource
 import signal
 import subprocess
 import sys
-import time
 
 MATERIALS = ["steel", "stainless-steel", "cast-iron", "aluminium", "titanium", "copper", "brass", "glass"]
 ELASTICITY = {"steel": (210e9, 0.3, 7850), "stainless-steel": (200e9, 0.3, 7900), "cast-iron": (110e9, 0.26, 7200), "aluminium": (70e9, 0.3, 2700),
@@ -89,9 +91,11 @@ class Body:
         self.thickness = of_any_size(rng, 5e-3, 0.2)
         self.pose(rng)
         self.draw_shape(rng)
-        self.nodes = []
+        self.nodes, self.volume_of_nodes = [], 0.0
         if kind == "mesh":
             self.draw_mesh(rng)
+        elif kind == "part":
+            self.draw_part(rng)
         if rng.random() < 0.5:
             self.material = rng.choice(MATERIALS)
             self.elasticity = ELASTICITY[self.material]
@@ -122,7 +126,10 @@ class Body:
                 keys["net"] = rng.choice(["cube", "spindle", "shells"])
         elif shape == "ellipsoid":
             keys["semi_axes"] = [0.5 * size * ratio() for _ in range(3)]
-        elif shape in ("rod", "cylinder", "rod-spherical-end", "hollow-cylinder"):
+        elif shape == "torus":
+            keys["outer_radius"] = 0.5 * size
+            keys["inner_radius"] = keys["outer_radius"] * rng.uniform(0.3, 0.7)
+        elif shape in ("rod", "cylinder", "capsule", "cone", "rod-spherical-end", "hollow-cylinder"):
             r, length = (0.5 * size, size * ratio()) if rng.random() < 0.5 else (0.5 * size * ratio(), size)
             if shape == "rod-spherical-end":
                 length = max(length, 1.2 * r)
@@ -148,14 +155,80 @@ class Body:
         corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
         self.elements = [[number(*(x + y for x, y in zip((i, j, k), c))) for c in corners] for i, j, k in itertools.product(*map(range, n))]
 
+    def draw_part(self, rng):
+        """Nodes and quadratic tetrahedra of a solid, sides by Gmsh's default; half of those with edges have them round, a third of the boxes a bore.
+
+        No nodes where Gmsh finds no round edges or no mesh.
+        """
+        import gmsh
+        import numpy
+
+        gmsh.initialize(interruptible=False)
+        gmsh.option.setNumber("General.Verbosity", 0)
+        gmsh.option.setNumber("General.NumThreads", 1)
+        k, shape, occ = self.keys, self.shape, gmsh.model.occ
+        if shape in ("sphere", "ellipsoid"):
+            solid = occ.addSphere(0, 0, 0, 1)
+            occ.dilate([(3, solid)], 0, 0, 0, *(k.get("semi_axes") or [k["radius"]] * 3))
+        elif shape == "torus":
+            solid = occ.addTorus(0, 0, 0, 0.5 * (k["outer_radius"] + k["inner_radius"]), 0.5 * (k["outer_radius"] - k["inner_radius"]))
+        elif shape == "cone":
+            solid = occ.addCone(0, 0, 0, 0, 0, k["length"], k["radius"], k["radius"] * rng.uniform(0.2, 0.8))
+        elif shape == "box":
+            solid = occ.addBox(*scaled(k["size"], -0.5), *k["size"])
+            if rng.random() < 1 / 3:
+                bore = occ.addCylinder(0, 0, -k["size"][2], 0, 0, 2 * k["size"][2], rng.uniform(0.15, 0.35) * min(k["size"][:2]))
+                solid = occ.cut([(3, solid)], [(3, bore)])[0][0][1]
+        else:
+            solid = occ.addCylinder(0, 0, 0, 0, 0, k["length"], k["radius"])
+            if shape == "capsule":
+                ends = [(3, occ.addSphere(0, 0, z, k["radius"])) for z in (0, k["length"])]
+                solid = occ.fuse([(3, solid)], ends)[0][0][1]
+        occ.synchronize()
+        if shape in ("box", "cylinder", "cone") and rng.random() < 0.5:
+            edges = [tag for _, tag in gmsh.model.getBoundary(gmsh.model.getBoundary([(3, solid)]), False, False)]
+            least = min(k.get("size") or [2 * k["radius"] * 0.2, k["length"]])
+            try:
+                occ.fillet([solid], sorted(set(edges)), [rng.uniform(0.05, 0.15) * least])
+            except Exception:  # of Gmsh: "Could not compute fillet"
+                gmsh.finalize()
+                return
+            occ.synchronize()
+        box = gmsh.model.getBoundingBox(3, solid)
+        gmsh.option.setNumber("Mesh.MeshSizeMax", 0.1 * math.dist(box[:3], box[3:]))
+        gmsh.option.setNumber("Mesh.ElementOrder", 2)
+        gmsh.model.mesh.generate(3)
+        tags, at, _ = gmsh.model.mesh.getNodes()
+        _, corners = gmsh.model.mesh.getElementsByType(11)
+        _, sides = gmsh.model.mesh.getElementsByType(9)
+        gmsh.finalize()
+        if len(corners) == 0:
+            return
+        used = sorted(set(map(int, corners)))
+        row = {tag: i for i, tag in enumerate(used)}
+        place = dict(zip(map(int, tags), numpy.reshape(at, (-1, 3)).tolist()))
+        self.nodes = [place[tag] for tag in used]
+        # Points of the curved sides, which reach beyond their nodes: an eighth of a side apart.
+        grid = [(i / 8, j / 8, (8 - i - j) / 8) for i in range(9) for j in range(9 - i)]
+        shapes = numpy.array([[a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), 4 * a * b, 4 * b * c, 4 * c * a] for a, b, c in grid])
+        nodes = numpy.array(self.nodes)
+        self.surface = numpy.einsum("ga,sax->sgx", shapes, nodes[[[row[int(i)] for i in s] for s in numpy.reshape(sides, (-1, 6))]]).reshape(-1, 3)
+        # Abaqus has the middles of the last two edges in the other order.
+        swap = (0, 1, 2, 3, 4, 5, 6, 7, 9, 8)
+        self.elements = [[row[int(e[i])] + 1 for i in swap] for e in numpy.reshape(corners, (-1, 10))]
+        a, b, c, d = (nodes[[e[i] - 1 for e in self.elements]] for i in range(4))
+        self.volume_of_nodes = float(numpy.sum(numpy.cross(b - a, c - a) * (d - a)) / 6)
+
     def mesh(self):
         """The mesh as an input file of Abaqus."""
         rows = [", ".join(map(repr, [i + 1, *x])) for i, x in enumerate(self.nodes)]
         cells = [", ".join(map(str, [i + 1, *e])) for i, e in enumerate(self.elements)]
-        return "\n".join(["*NODE", *rows, "*ELEMENT, TYPE=C3D8, ELSET=ALL", *cells, ""])
+        return "\n".join(["*NODE", *rows, f"*ELEMENT, TYPE=C3D{len(self.elements[0])}, ELSET=ALL", *cells, ""])
 
     def volume(self):
         k, shape = self.keys, self.shape
+        if self.kind == "part":
+            return self.volume_of_nodes
         if shape == "sphere":
             return 4 / 3 * math.pi * k["radius"] ** 3
         if shape == "disc":
@@ -173,6 +246,8 @@ class Body:
     def support(self, direction):
         """Largest distance along the unit vector `direction` of points of the body from its origin."""
         n, k = turned(self.rotation, direction, -1.0), self.keys
+        if self.kind == "part":
+            return float((self.surface @ n).max())
         if self.nodes and "size" not in k:
             return max(dot(n, x) for x in self.nodes)
         if "size" in k:
@@ -199,7 +274,7 @@ class Body:
         return outer - math.sqrt(outer * outer - r * r) if self.shape == "rod-spherical-end" else 0.0
 
     def table(self, pair, name, is_quick):
-        model = {"axial": "axisymmetric", "plane": "plane-strain", "mesh": "mesh"}.get(self.kind, "solid")
+        model = {"axial": "axisymmetric", "plane": "plane-strain", "mesh": "mesh", "part": "mesh"}.get(self.kind, "solid")
         lines = [f"[bodies.{name}]", f'model = "{"rigid" if self.is_rigid else model}"']
         if self.is_rigid and self.kind in ("axial", "plane"):
             lines.append(f'motion = "{"axial" if self.kind == "axial" else "planar"}"')
@@ -220,7 +295,8 @@ class Body:
 
 
 SHAPES = {"axial": ["sphere", "rod", "rod-spherical-end", "hollow-cylinder"], "plane": ["rectangle", "disc"],
-          "solid": ["sphere", "ellipsoid", "cylinder", "hollow-cylinder", "box"], "mesh": ["box", "ellipsoid"], "rigid": ["sphere", "ellipsoid"]}
+          "solid": ["sphere", "ellipsoid", "cylinder", "hollow-cylinder", "box"], "mesh": ["box", "ellipsoid"],
+          "part": ["sphere", "ellipsoid", "cylinder", "cone", "capsule", "box", "box", "torus"], "rigid": ["sphere", "ellipsoid"]}
 MODELS = ["adaptive"] * 6 + ["quasistatic"] * 4 + ["massless", "coarse", "hertz", "hertz", "damped", "dynamic"]
 
 
@@ -259,10 +335,15 @@ def travel_to_touch(rng, first, second, way):
     return None if passes or dot(at, way) < 0.05 else best, at
 
 
+def first_gap(rng, kind, body):
+    """Gap that the bodies begin with; more of parts, whose sides bulge a little beyond their nodes."""
+    return rng.uniform(0.0, 2e-4) + (1e-3 * body.size() if kind == "part" else 0.0)
+
+
 def place(rng, kind, first, second, speed):
     """Put the two bodies a little apart, the first flying at the second; returns the time of touch."""
     way = directions(rng, kind)
-    gap = rng.uniform(0.0, 2e-4)
+    gap = first_gap(rng, kind, first)
     if kind == "axial":
         radii = sorted({r * f for body in (first, second) for key, r in body.keys.items() if key.endswith("radius") for f in
                         [i / 400 for i in range(401)]})
@@ -293,7 +374,7 @@ def place_on_plane(rng, kind, body, speed):
     normal = scaled(directions(rng, kind), -1.0)
     if kind != "axial" and rng.random() < 0.5:
         normal = [0.0, 1.0, 0.0] if kind == "plane" else [0.0, 0.0, 1.0]
-    gap = rng.uniform(0.0, 2e-4)
+    gap = first_gap(rng, kind, body)
     lowest = body.end_over(body.keys.get("inner_radius", 0.0), -1) if kind == "axial" else -body.support(scaled(normal, -1.0))
     body.position = scaled(normal, gap - lowest)
     body.velocity = scaled(normal, -speed)
@@ -317,7 +398,7 @@ def order_of_impact(first, second, speed):
 def law(number, kind, radius):
     """Keys of the contact of pair `number`, whose contact radius is some `radius`."""
     rng = random.Random(f"law-{kind}-{number}")
-    is_dear = kind in ("mesh", "solid") and rng.random() < 0.6
+    is_dear = kind in ("mesh", "solid", "part") and rng.random() < 0.6
     model = "hertz" if kind == "rigid" else "adaptive" if is_dear else rng.choice(MODELS)
     lines = [f'model = "{model}"']
     if model in ("damped", "dynamic") or model in ("quasistatic", "massless") and rng.random() < 0.5:
@@ -331,15 +412,17 @@ class Pair:
     """Pair `number` of a kind, its scenario and what of it the balance needs."""
 
     def __init__(self, kind, number, arguments):
-        rng, is_quick = random.Random(f"{kind}-{number}"), arguments.quick
+        rng, is_quick = random.Random(f"{kind}-{number // 2 if kind == 'part' else number}"), arguments.quick
         touch = None
         while touch is None:
-            partner = rng.choice(["flexible", "flexible", "rigid", "plane"])
+            partner = rng.choice(["flexible", "flexible", "flexible" if kind == "part" else "rigid", "plane"])
             speed = of_any_size(rng, 0.01, 1.0)
             first = Body(rng, kind, SHAPES[kind], kind == "rigid")
             others = "solid" if kind == "mesh" and (partner == "rigid" or rng.random() < 0.5) else kind
             second = None if partner == "plane" else Body(rng, others, SHAPES[others], partner == "rigid" or kind == "rigid")
             normal = None
+            if kind == "part" and not all(body.nodes for body in (first, second) if body):
+                continue
             if second:
                 touch = place(rng, kind, first, second, speed)
             else:
@@ -359,7 +442,7 @@ class Pair:
             lines.append(f"friction = {self.friction}")
         self.model, keys = law(number, kind, radius) if arguments.laws or kind == "rigid" else ("adaptive", [])
         lines += keys
-        if is_quick and kind in ("solid", "mesh") and self.model == "adaptive":
+        if is_quick and kind in ("solid", "mesh", "part") and self.model == "adaptive":
             lines.append("interval = { elements = 8 }")
         self.text = "\n".join(lines) + "\n"
         names = [f"{'rigid ' if b.is_rigid else 'meshed ' if b.nodes else ''}{b.shape}" for b in self.bodies]
@@ -370,6 +453,10 @@ class Pair:
         linear = sum(b.mass * math.sqrt(dot(b.velocity, b.velocity)) for b in self.bodies)
         arm = max(math.sqrt(dot(b.position, b.position)) + b.size() for b in self.bodies)
         return linear, linear * arm
+
+
+# Seconds of processor and GB of each run.
+COSTS = []
 
 
 def answer(command, limit=60):
@@ -383,11 +470,14 @@ def first_fault(text):
 
 
 def simulated(path, result, arguments, *more):
-    """Exit code, negative where it was ended by a signal, and log of a run."""
+    """Exit code, negative where it was ended by a signal, and log of a run; what it took is the last of `COSTS`."""
     command = [arguments.fbimpact, "run", "-q", str(path), "-o", str(result), "--no-cache", "--force", "--threads", "1", "--memory", str(arguments.memory)]
     limit = lambda: resource.setrlimit(resource.RLIMIT_CPU, (arguments.limit, arguments.limit + 5))
-    done = subprocess.run([*command, *more], capture_output=True, text=True, preexec_fn=limit, check=False)
-    code, err = done.returncode, done.stderr
+    with subprocess.Popen([*command, *more], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, preexec_fn=limit) as run:
+        err = run.stderr.read()
+        _, status, used = os.wait4(run.pid, 0)
+        code = run.returncode = os.waitstatus_to_exitcode(status)
+    COSTS.append((used.ru_utime + used.ru_stime, used.ru_maxrss / 1e6))
     path.with_suffix(".log").write_text(err, encoding="utf-8")
     return code, err
 
@@ -452,7 +542,8 @@ def balance(pair, info, result, arguments):
         words += " momentum " + " ".join(f"{c:.0e}" for c in changes)
         if max(changes) > MOMENTUM:
             return "momentum", words
-    return ("ledger" if info["energy_drift"] > (LEDGER_OF_FRICTION if pair.friction else LEDGER) else "ok"), words
+    most = LEDGER if not pair.friction and pair.bodies[0].kind != "part" else LEDGER_OF_FRICTION
+    return ("ledger" if info["energy_drift"] > most else "ok"), words
 
 
 def main():
@@ -470,16 +561,24 @@ def main():
     arguments = parser.parse_args()
     folder = pathlib.Path(arguments.folder)
     folder.mkdir(parents=True, exist_ok=True)
-    counts = {}
+    counts, runs = {}, []
     for kind in arguments.kind or sorted(SHAPES):
         for number in range(*map(int, arguments.pairs.split(".."))):
-            pair, started = Pair(kind, number, arguments), time.monotonic()
+            pair = Pair(kind, number, arguments)
+            COSTS.clear()
             name, words = outcome(pair, folder, arguments)
             counts[name] = counts.get(name, 0) + 1
-            line = f"{pair.name:10} {name:8} {time.monotonic() - started:6.1f} s  {pair.what}  {words}"
+            cost = COSTS[0] if COSTS else (0.0, 0.0)
+            runs.append((pair.friction, name, *cost))
+            line = f"{pair.name:10} {name:8} {cost[0]:6.1f} s {cost[1]:4.1f} GB  {pair.what}  {words}"
             print(line, flush=True)
             with open(folder / f"{kind}.txt", "a", encoding="utf-8") as table:
                 table.write(line + "\n")
+    for friction in sorted({run[0] for run in runs}):
+        of = [run for run in runs if run[0] == friction]
+        ended = [run for run in of if run[1] in ("ok", "told", "silent", "apart", "ledger", "momentum")]
+        seconds, memory = sorted(run[2] for run in ended) or [0.0], max((run[3] for run in ended), default=0.0)
+        print(f"friction {friction:g}: {len(of)} pairs, {len(ended)} end, median {seconds[len(seconds) // 2]:.1f} s, slowest {seconds[-1]:.1f} s, {memory:.1f} GB")
     print("  ".join(f"{name} {count}" for name, count in sorted(counts.items())))
     sys.exit(1 if any(name in counts for name in FAULTS) else 0)
 

@@ -96,7 +96,7 @@ fn interval_that_no_width_can_please_is_the_narrowest_that_holds_the_contact() {
     try_run(&pair(with_law(law)), &mut trace).expect("no error");
     assert!(trace.trials.len() < 12, "{}", trace.trials.len());
     let last = trace.trials.last().expect("a trial");
-    assert!(last.reason.contains("contact reached the end of narrower intervals"), "{}", last.reason);
+    assert!(last.reason.contains("narrower intervals do not hold the contact"), "{}", last.reason);
     // One element more at either end than an interval whose edges were touched.
     assert!(last.utilisation[0] >= 12.0 / 16.0, "{:?}", last.utilisation);
 }

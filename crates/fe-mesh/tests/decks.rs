@@ -376,25 +376,34 @@ fn folded_elements_become_straight() {
         let good = block(kind, [2, 2, 2], |x| shaken(x, 0.02));
         let plain = Mesh::new(good.clone(), 1e-3).expect("a mesh");
         assert!(plain.notes().iter().all(|n| !n.contains("folded")));
-        // The middle of an edge inside is thrown through the opposite side: the corners stay as they are.
-        let mut bent = good.clone();
-        let element = bent.elements.get(0);
-        let (a, b) = (kind.edges()[1][0], kind.edges()[1][1]);
-        let middle = element.nodes[kind.n_corners() + 1] as usize;
-        let [from, to] = [a, b].map(|c| good.nodes[element.nodes[c as usize] as usize]);
-        let away = element
-            .nodes
-            .iter()
-            .map(|&n| good.nodes[n as usize])
-            .fold([0.0; 3], |s, x| [s[0] + x[0], s[1] + x[1], s[2] + x[2]]);
-        let centre = away.map(|c| c / kind.n_nodes() as f64);
-        bent.nodes[middle] =
-            [0, 1, 2].map(|d| 0.5 * (from[d] + to[d]) + 2.5 * (centre[d] - 0.5 * (from[d] + to[d])));
-        let mesh = Mesh::new(bent, 1e-3).unwrap_or_else(|e| panic!("{kind:?}: {e}"));
-        let note = mesh.notes().iter().find(|n| n.contains("folded")).unwrap_or_else(|| panic!("{kind:?}"));
-        assert!(note.contains("straight now") && note.contains("changes the volume"), "{note}");
-        // Sides on the surface are plane in both, whatever edges lie in them; curves inside change no volume.
-        assert!((volume(&mesh) / 1e-9 - 1.0).abs() < 1e-12, "{kind:?}: {}", volume(&mesh) / 1e-9 - 1.0);
+        // Folded near a corner alone, where no matrix has a point, and altogether.
+        for far in [1.2, 2.5] {
+            // The middle of an edge inside is thrown through the opposite side: the corners stay as they are.
+            let mut bent = good.clone();
+            let is_inside = |n: &u32| good.nodes[*n as usize].iter().all(|x| (0.05..0.95).contains(x));
+            let inside = |e: usize| {
+                Some(e).zip(good.elements.get(e).nodes[kind.n_corners()..].iter().position(is_inside))
+            };
+            let (e, edge) = (0..good.elements.len()).find_map(inside).expect("an edge inside");
+            let element = bent.elements.get(e);
+            let [a, b] = kind.edges()[edge];
+            let middle = element.nodes[kind.n_corners() + edge] as usize;
+            let [from, to] = [a, b].map(|c| good.nodes[element.nodes[c as usize] as usize]);
+            let away = element
+                .nodes
+                .iter()
+                .map(|&n| good.nodes[n as usize])
+                .fold([0.0; 3], |s, x| [s[0] + x[0], s[1] + x[1], s[2] + x[2]]);
+            let centre = away.map(|c| c / kind.n_nodes() as f64);
+            bent.nodes[middle] =
+                [0, 1, 2].map(|d| 0.5 * (from[d] + to[d]) + far * (centre[d] - 0.5 * (from[d] + to[d])));
+            let mesh = Mesh::new(bent, 1e-3).unwrap_or_else(|e| panic!("{kind:?}: {e}"));
+            let note =
+                mesh.notes().iter().find(|n| n.contains("folded")).unwrap_or_else(|| panic!("{kind:?}"));
+            assert!(note.contains("straighter now") && note.contains("changes the volume"), "{note}");
+            // Curves inside change no volume.
+            assert!((volume(&mesh) / 1e-9 - 1.0).abs() < 1e-12, "{kind:?}: {}", volume(&mesh) / 1e-9 - 1.0);
+        }
     }
     // Corners in a wrong order are another fault.
     let mut raw = block(ElementKind::Tet10, [1, 1, 1], |x| x);

@@ -4,7 +4,9 @@
 
 use contact_qs::ActiveContact;
 use contact_qs::search::SurfaceSite;
+use fe_mesh::fault::MeshFault;
 use ffr_dynamics::force::BodyState;
+use iga_core::SplineError;
 use iga_core::nurbs::jet::{difference, norm};
 use nalgebra::Vector3;
 
@@ -375,10 +377,13 @@ impl AdaptiveContact {
         !self.is_vibrating() && self.law.interval.width.is_none()
     }
 
-    /// Whether a touch of the kind `kind`, for whose zone `error` tells that no memory holds it, may
-    /// have the sides about it as they are: of a mesh whose zones nobody has given.
+    /// Whether a touch of the kind `kind`, for whose zone `error` tells that no memory holds it or that elements cannot be divided so,
+    /// may have the sides about it as they are: of a mesh whose zones nobody has given.
     pub fn may_keep_sides(&self, kind: TouchKind, bodies: &[BodyModel], error: &AdaptiveError) -> bool {
-        let AdaptiveError::Subdivision { body, source: SubdivisionError::TooLarge { .. } } = error else {
+        let (AdaptiveError::Subdivision { body, source: SubdivisionError::TooLarge { .. } }
+        | AdaptiveError::Mesh { body, source: MeshFault::TooFine { .. } }
+        | AdaptiveError::Geometry { body, source: SplineError::Folded { .. } }) = error
+        else {
             return false;
         };
         self.open_meshes(kind, bodies).into_iter().flatten().any(|mesh| mesh.name() == body)

@@ -88,6 +88,18 @@ pub fn points(kind: ElementKind) -> Vec<[f64; 3]> {
     kind.stiffness_rule().iter().chain(&kind.mass_rule()).map(|p| p.xi).collect()
 }
 
+/// Those points, the nodes of the element and the middles between any two of them: where pieces of the element may have points.
+pub fn points_of_pieces(kind: ElementKind) -> Vec<[f64; 3]> {
+    let nodes = kind.node_parameters();
+    let middle = |(a, b): (&[f64; 3], &[f64; 3])| [0, 1, 2].map(|d| 0.5 * (a[d] + b[d]));
+    let mut all: Vec<[f64; 3]> =
+        nodes.iter().flat_map(|a| nodes.iter().map(move |b| middle((a, b)))).collect();
+    all.sort_unstable_by(|a, b| a.partial_cmp(b).expect("parameters are numbers"));
+    all.dedup();
+    all.extend(points(kind));
+    all
+}
+
 /// Looks for places where elements are inside out.
 #[derive(Default)]
 pub struct Turned {

@@ -10,12 +10,23 @@ const GROWTH: f64 = 1.5;
 /// Share of a width by which another one differs at least: zones are made of rounded widths.
 const SAME_WIDTH: f64 = 1e-4;
 
+/// Change of the peak force from one width to another, as a share of it, that says no more about the widths than penalty factors are searched
+/// down to: half of their tolerance.
+const SAME_FORCE: f64 = 1e-3;
+
+/// Share of an interval that a contact of known force uses at least in every direction: pressures ask for some elements, too.
+const LEAST_USED: f64 = 0.25;
+
 /// Widths of the contacts' intervals in the trials of an impact.
 pub(crate) struct Intervals {
     /// Sizes of the zones of the next trial, where earlier ones have set them.
     pub sizes: Vec<Option<ZoneSize>>,
     /// What is known of the widths, per contact and direction.
     brackets: Vec<[Bracket; 2]>,
+    /// Peak force of the last whole trial, per contact \[N\].
+    peaks: Vec<Option<f64>>,
+    /// Whether widths have been found to change no force, per contact.
+    agree: Vec<bool>,
     /// Contact whose interval changed last.
     pub latest: usize,
 }
@@ -31,6 +42,8 @@ pub(super) struct TriedInterval {
     /// Whether contact reached an end of it, or of the interval on the target, which ended the
     /// trial.
     pub is_edge: bool,
+    /// Peak force of a trial that went on to the end of the impact \[N\].
+    pub peak: Option<f64>,
 }
 
 /// What the trials of an impact told of the width of an interval in one direction.
@@ -87,13 +100,15 @@ impl Bracket {
 
 impl Intervals {
     pub fn new(n_contacts: usize) -> Self {
-        Self { sizes: vec![None; n_contacts], brackets: vec![[Bracket::UNKNOWN; 2]; n_contacts], latest: 0 }
+        let brackets = vec![[Bracket::UNKNOWN; 2]; n_contacts];
+        let (sizes, peaks, agree) = (vec![None; n_contacts], vec![None; n_contacts], vec![false; n_contacts]);
+        Self { sizes, brackets, peaks, agree, latest: 0 }
     }
 
     /// The widths of the next trial after `verdict` on the interval `tried` of contact `i`, where
     /// Algorithm 2 wants `wanted` \[m\]. None if no better one is left: it held the contact, and in
     /// every direction that was used too little, one narrower by an element at either end did not,
-    /// since contact moves along one of the surfaces.
+    /// since contact moves along one of the surfaces; or its peak force is that of the trial before, which had other widths.
     pub(super) fn next(
         &mut self,
         i: usize,
@@ -117,7 +132,12 @@ impl Intervals {
             is_last &= direction.verdict.is_acceptable() || bracket.is_closed(n);
             next[d] = bracket.next(wanted[d], n);
         }
-        if is_last {
+        let is_used = verdict.directions.iter().all(|d| d.utilisation >= LEAST_USED);
+        let before = self.peaks[i];
+        self.peaks[i] = tried.peak.or(before);
+        let is_same = |(now, before): (f64, f64)| (now - before).abs() <= SAME_FORCE * before;
+        self.agree[i] = !is_last && is_used && tried.peak.zip(before).is_some_and(is_same);
+        if is_last || self.agree[i] {
             return None;
         }
         if verdict.directions.len() == 1 {
@@ -125,6 +145,11 @@ impl Intervals {
         }
         (self.sizes[i], self.latest) = (Some(ZoneSize::Interval { widths: next, finer: tried.finer }), i);
         Some(next)
+    }
+
+    /// Whether the widths of contact `i` change its force no more: other elements would not, either.
+    pub(super) fn agree(&self, i: usize) -> bool {
+        self.agree[i]
     }
 
     /// Sets the intervals of contact `i` to `finer` times as many elements as usual, over the same
@@ -139,7 +164,7 @@ impl Intervals {
     /// The zone of contact `i` is one of the size `size` from now on; what earlier ones told of widths is over.
     pub(super) fn go_on(&mut self, i: usize, size: Option<ZoneSize>) {
         (self.sizes[i], self.latest) = (size, i);
-        self.brackets[i] = [Bracket::UNKNOWN; 2];
+        (self.brackets[i], self.peaks[i]) = ([Bracket::UNKNOWN; 2], None);
     }
 
     /// Sets the zones of contact `i` to the whole surfaces.
@@ -196,7 +221,7 @@ mod tests {
             if verdict.is_acceptable() && !is_edge {
                 return (widths, number);
             }
-            let tried = TriedInterval { widths, n_elements: [N; 2], finer: 1.0, is_edge };
+            let tried = TriedInterval { widths, n_elements: [N; 2], finer: 1.0, is_edge, peak: None };
             let wanted = if is_edge && of_target { widths.map(|w| 1.5 * w) } else { verdict.widths() };
             match intervals.next(0, &tried, &verdict, wanted) {
                 Some(next) => widths = next,
@@ -217,6 +242,27 @@ mod tests {
                     assert!(trials <= 12, "{used} {first}: {trials} trials");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn widths_whose_forces_agree_are_not_searched_any_longer() {
+        for (used, forces, is_last) in
+            [(0.4, [100.0, 100.09], true), (0.4, [100.0, 100.2], false), (0.2, [100.0, 100.0], false)]
+        {
+            let mut intervals = Intervals::new(1);
+            let found = forces.map(|force| {
+                let verdict = verdict(&[1.0; 2], &[used, 0.6], &[false; 2]);
+                let tried = TriedInterval {
+                    widths: [1.0; 2],
+                    n_elements: [N; 2],
+                    finer: 1.0,
+                    is_edge: false,
+                    peak: Some(force),
+                };
+                intervals.next(0, &tried, &verdict, verdict.widths())
+            });
+            assert!(found[0].is_some() && found[1].is_none() == is_last, "{used} {forces:?}: {found:?}");
         }
     }
 

@@ -132,11 +132,16 @@ impl Driver<'_> {
             }
             if is_edge || !(verdict.is_acceptable() || is_short || is_cut || self.slots[i].found.travels) {
                 let Some(fine) = self.slots[i].fine() else { continue };
+                let refinement = self.model.contacts[i].refinement.as_ref();
+                let asked = refinement.map_or(0.0, |refinement| refinement.interval_settings().minimum);
+                // Whoever asks for more than is usual gets it.
+                let is_told = *ending == Ending::Complete && asked <= IntervalSettings::default().minimum;
                 let tried = TriedInterval {
                     widths: fine.widths(),
                     n_elements: fine.n_elements(),
                     finer: fine.finer(),
                     is_edge,
+                    peak: is_told.then(|| self.slots[i].monitor.judged_peak()),
                 };
                 let wanted = match is_edge && !verdict.touches_edge() {
                     // Contact left the target's interval.
@@ -238,7 +243,7 @@ impl Driver<'_> {
         // An interval that is as narrow as can be need not be used.
         let is_spared =
             verdict.directions.iter().any(|d| d.verdict.is_acceptable() && d.utilisation < settings.minimum);
-        if is_spared || !fine.is_coarse(&settings) || finer <= fine.finer() {
+        if is_spared || intervals.agree(i) || !fine.is_coarse(&settings) || finer <= fine.finer() {
             return None;
         }
         intervals.refine(i, fine.widths(), finer);

@@ -21,7 +21,7 @@ pub(crate) enum Acceptance {
         /// Share of the largest force below which they are.
         share: f64,
         /// Contacts that used less of their intervals than asked for, since contact reached the end
-        /// of narrower ones, and the least share that they used.
+        /// of narrower ones or these changed no force, and the least share that they used.
         little: Vec<(String, f64)>,
     },
 }
@@ -37,7 +37,7 @@ impl fmt::Display for Acceptance {
                     let used = 100.0 * utilisation;
                     write!(
                         f,
-                        "; {contact}: {used:.0} % used, contact reached the end of narrower intervals"
+                        "; {contact}: {used:.0} % used, narrower intervals do not hold the contact or change no force"
                     )?;
                 }
                 if minor.is_empty() {
@@ -210,7 +210,7 @@ mod tests {
         assert_eq!(
             Acceptance::Judged { minor, share: 1e-4, little }.to_string(),
             "utilisation and penalty factor are acceptable; \
-             c: 44 % used, contact reached the end of narrower intervals; \
+             c: 44 % used, narrower intervals do not hold the contact or change no force; \
              not judged, for their forces are below 1e-4 of the largest: a, b"
         );
         let widths = Change::Widths { is_edge: true, directions: vec![(1.0, 2e-3), (0.5, 1e-3)] };
