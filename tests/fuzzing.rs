@@ -7,26 +7,7 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::LazyLock;
 
-use crate::support::damage::mutated;
-use proptest::prelude::*;
-use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
-
-/// The same cases every time: a failure stays one. `FBIMPACT_FUZZ=100` tries a hundred times as many, others each time.
-fn cases(n: u32, check: impl Fn(&[u8])) {
-    let factor: Option<u32> = std::env::var("FBIMPACT_FUZZ").ok().and_then(|text| text.parse().ok());
-    let n = n * factor.unwrap_or(1);
-    let config = Config { cases: n, failure_persistence: None, max_shrink_time: 5000, ..Config::default() };
-    let mut runner = match factor {
-        Some(_) => TestRunner::new(config),
-        None => TestRunner::new_with_rng(config, TestRng::deterministic_rng(RngAlgorithm::ChaCha)),
-    };
-    let bytes = prop::collection::vec(any::<u8>(), 0..400);
-    let outcome = runner.run(&bytes, |bytes| {
-        check(&bytes);
-        Ok(())
-    });
-    outcome.unwrap_or_else(|e| panic!("{e}"));
-}
+use crate::support::damage::{cases, mutated};
 
 fn result(scenario: &str, end_time: &str) -> Vec<u8> {
     let folder = tempfile::tempdir().expect("a folder");

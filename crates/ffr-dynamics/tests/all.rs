@@ -36,3 +36,4 @@ mod small_equations;
 mod spinning;
 mod tr_bdf2;
 mod tr_bdf2_bodies;
+mod tree;

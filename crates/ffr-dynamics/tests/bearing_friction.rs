@@ -1,11 +1,12 @@
 //! Friction of bearings by the load that joints transmit, against closed forms (docs/theory.md Eq. M.17 to M.20).
 
+use crate::dynamics_support::{run, with_tolerance};
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
 use ffr_dynamics::integration::{Integrator, Method, OdeSystem, StepSettings};
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::system::{
-    Attachment, Bearing, BodySpec, CoordinateForce, ErrorScale, GROUND, GearSpec, JointKind, JointSpec,
-    Multibody, SystemSpec, TimeFunction,
+    Attachment, Bearing, BodySpec, CoordinateForce, GROUND, GearSpec, JointKind, JointSpec, Multibody,
+    SystemSpec, TimeFunction,
 };
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
@@ -13,8 +14,6 @@ const MASS: f64 = 2.0;
 /// About the centre of mass, about any axis.
 const INERTIA: f64 = 0.03;
 const G: f64 = 9.81;
-/// Tolerance of each step of the integration.
-const RELATIVE: f64 = 1e-9;
 /// What a chain of some tens of operations on doubles may lose.
 const ROUNDING: f64 = 1e-13;
 
@@ -46,11 +45,6 @@ fn system(
     with_tolerance(Multibody::new(spec, Vec::new()).unwrap())
 }
 
-fn with_tolerance(mut system: Multibody) -> Multibody {
-    system.set_error_scale(ErrorScale { relative: RELATIVE, ..ErrorScale::default() }).unwrap();
-    system
-}
-
 /// Rates of the joint's velocities at `positions` and `velocities`.
 fn acceleration(
     system: &mut Multibody,
@@ -62,19 +56,6 @@ fn acceleration(
     let mut rates = vec![0.0; y.len()];
     system.rhs(0.0, &y, &mut rates)?;
     Ok(rates[system.model().bodies[0].layout.velocities()].to_vec())
-}
-
-/// The state at time `to`, and what all the steps may err together, as a share of the speed: `RELATIVE` each.
-fn run(system: &mut Multibody, method: Method, y: &[f64], to: f64) -> (Vec<f64>, f64) {
-    let mut integrator = Integrator::new(method, StepSettings::default(), 0.0, y, system).unwrap();
-    let mut steps = 0;
-    integrator
-        .run(system, to, |_, _| {
-            steps += 1;
-            true
-        })
-        .unwrap();
-    (integrator.state().to_vec(), f64::from(steps) * RELATIVE)
 }
 
 /// Gravity on a slope of the inclination `angle`, along z down the slope and against x, its normal.

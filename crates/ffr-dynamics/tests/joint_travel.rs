@@ -1,18 +1,17 @@
 //! Joints with chosen directions, with ends of their travel and with dry friction, against closed forms.
 
+use crate::dynamics_support::{run, with_tolerance};
 use ffr_dynamics::body::{RigidMotion, StandardInputData};
-use ffr_dynamics::integration::{Integrator, Method, StepSettings};
+use ffr_dynamics::integration::Method;
 use ffr_dynamics::kinematics::Marker;
 use ffr_dynamics::system::{
-    Attachment, BodySpec, CoordinateForce, ErrorScale, FreeDirections, Friction, GROUND, JointKind,
-    JointSpec, Multibody, Stop, SystemSpec, TimeCourse, TimeFunction,
+    Attachment, BodySpec, CoordinateForce, FreeDirections, Friction, GROUND, JointKind, JointSpec, Multibody,
+    Stop, SystemSpec, TimeCourse, TimeFunction,
 };
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 const MASS: f64 = 2.0;
 const INERTIA: f64 = 0.03;
-/// Tolerance of each step of the integration.
-const RELATIVE: f64 = 1e-9;
 
 /// A rigid body on a joint at its centre, with one force on each coordinate.
 fn system(kind: JointKind, force: &CoordinateForce, gravity: Vector3<f64>) -> Multibody {
@@ -24,22 +23,7 @@ fn system(kind: JointKind, force: &CoordinateForce, gravity: Vector3<f64>) -> Mu
     let joint = JointSpec { coordinates, ..JointSpec::new("joint", kind, at(GROUND), at("body")) };
     let bodies = vec![BodySpec { name: "body".into(), data, markers: marker() }];
     let spec = SystemSpec { bodies, ground: marker(), joints: vec![joint], gravity, ..SystemSpec::default() };
-    let mut system: Multibody = Multibody::new(spec, Vec::new()).unwrap();
-    system.set_error_scale(ErrorScale { relative: RELATIVE, ..ErrorScale::default() }).unwrap();
-    system
-}
-
-/// The state at time `to`, and what all the steps may err together, as a share of the speed: `RELATIVE` each.
-fn run(system: &mut Multibody, method: Method, y: &[f64], to: f64) -> (Vec<f64>, f64) {
-    let mut integrator = Integrator::new(method, StepSettings::default(), 0.0, y, system).unwrap();
-    let mut steps = 0;
-    integrator
-        .run(system, to, |_, _| {
-            steps += 1;
-            true
-        })
-        .unwrap();
-    (integrator.state().to_vec(), f64::from(steps) * RELATIVE)
+    with_tolerance(Multibody::new(spec, Vec::new()).unwrap())
 }
 
 fn energy(system: &mut Multibody, t: f64, y: &[f64]) -> f64 {

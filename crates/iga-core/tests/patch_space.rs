@@ -96,10 +96,10 @@ fn tied_basis_sums_to_one_and_reproduces_the_geometry() {
     }
 }
 
-/// Forwards everything but `evaluate_grid`, so that the general path runs.
-struct General<'a>(&'a PatchSpace);
+/// Forwards everything but `evaluate_grid` and combinations, so that the general path runs, element by element.
+pub struct General<'a, S>(pub &'a S);
 
-impl Space for General<'_> {
+impl<S: SplineSpace> Space for General<'_, S> {
     fn dimension(&self) -> usize {
         self.0.dimension()
     }
@@ -129,7 +129,7 @@ impl Space for General<'_> {
     }
 }
 
-impl SplineSpace for General<'_> {
+impl<S: SplineSpace> SplineSpace for General<'_, S> {
     fn find_element(&self, patch: usize, xi: &[f64; 3]) -> usize {
         self.0.find_element(patch, xi)
     }

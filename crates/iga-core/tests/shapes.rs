@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use crate::measures::gauss;
 use iga_core::SplineError;
 use iga_core::nurbs::Face;
 use iga_core::nurbs::patch::PointBasis;
@@ -9,24 +10,6 @@ use iga_core::nurbs::primitives::{SphereNet, axisymmetric, plane, solid, sphere}
 use iga_core::nurbs::shape::singular_sets;
 use iga_core::nurbs::{Patch, Shape};
 use iga_core::splines::knots::KnotVector;
-
-/// Gauss-Legendre rule with `n` points on [0, 1], by Newton on the Legendre polynomial.
-fn gauss(n: usize) -> Vec<(f64, f64)> {
-    let rule = (0..n).map(|i| {
-        let mut x = (PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
-        let mut slope = 0.0;
-        for _ in 0..50 {
-            let (mut p0, mut p1) = (1.0, x);
-            for k in 2..=n {
-                (p0, p1) = (p1, ((2 * k - 1) as f64 * x * p1 - (k - 1) as f64 * p0) / k as f64);
-            }
-            slope = n as f64 * (x * p1 - p0) / (x * x - 1.0);
-            x -= p1 / slope;
-        }
-        (0.5 * (1.0 + x), 1.0 / ((1.0 - x * x) * slope * slope))
-    });
-    rule.collect()
-}
 
 /// Area or volume by Gauss points on every element; axisymmetric patches carry `2 pi r`.
 fn measure(shape: &Shape, axisymmetric: bool, n: usize) -> f64 {

@@ -3,10 +3,11 @@
 use faer::Mat;
 use faer::sparse::{SparseColMat, Triplet};
 use ffr_dynamics::body::{AssembledBody, Dof, MassMatrix, RigidMotion, StandardInputData};
-use nalgebra::{DMatrix, Matrix3, UnitQuaternion, Vector3};
-
 use ffr_dynamics::force::{BodyState, Findings, ForceEnergies};
+use ffr_dynamics::integration::{Integrator, Method, StepSettings};
 use ffr_dynamics::kinematics::Marker;
+use ffr_dynamics::system::{ErrorScale, Multibody};
+use nalgebra::{DMatrix, Matrix3, UnitQuaternion, Vector3};
 
 /// What a force of a test found: its resultant and its energy.
 #[derive(Default)]
@@ -300,4 +301,25 @@ impl Sample {
         }
         rotation_of_gradient(&(product * moment.try_inverse().unwrap()))
     }
+}
+
+/// Tolerance of each step of an integration [`with_tolerance`].
+pub const RELATIVE: f64 = 1e-9;
+
+pub fn with_tolerance(mut system: Multibody) -> Multibody {
+    system.set_error_scale(ErrorScale { relative: RELATIVE, ..ErrorScale::default() }).unwrap();
+    system
+}
+
+/// The state at time `to`, and what all the steps may err together, as a share of the speed: `RELATIVE` each.
+pub fn run(system: &mut Multibody, method: Method, y: &[f64], to: f64) -> (Vec<f64>, f64) {
+    let mut integrator = Integrator::new(method, StepSettings::default(), 0.0, y, system).unwrap();
+    let mut steps = 0;
+    integrator
+        .run(system, to, |_, _| {
+            steps += 1;
+            true
+        })
+        .unwrap();
+    (integrator.state().to_vec(), f64::from(steps) * RELATIVE)
 }

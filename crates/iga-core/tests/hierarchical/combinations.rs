@@ -1,5 +1,6 @@
 //! Matrices from raw functions of each level are those of the functions themselves.
 
+use crate::patch_space::General;
 use faer::sparse::SparseColMat;
 use iga_core::ParameterBox;
 use iga_core::elasticity::assembly::assemble;
@@ -8,43 +9,10 @@ use iga_core::hierarchical::{HierarchicalSpace, PatchTies, SubdomainHierarchy};
 use iga_core::nurbs::Patch;
 use iga_core::nurbs::patch::PointBasis;
 use iga_core::nurbs::primitives::axisymmetric;
-use iga_core::space::{Element, GridBasis, Integrand, Space};
+use iga_core::space::{GridBasis, Space};
 
 use super::nets::{refine_around, unit_patch};
 use super::patches::{ball, refined_about, regions};
-
-/// The space without its combinations: every element has products of its own functions.
-struct OneByOne<'a>(&'a HierarchicalSpace);
-
-impl Space for OneByOne<'_> {
-    fn dimension(&self) -> usize {
-        self.0.dimension()
-    }
-    fn n_functions(&self) -> usize {
-        self.0.n_functions()
-    }
-    fn control_points(&self) -> &[[f64; 3]] {
-        self.0.control_points()
-    }
-    fn anchors(&self) -> Vec<[f64; 3]> {
-        self.0.anchors()
-    }
-    fn n_elements(&self) -> usize {
-        self.0.n_elements()
-    }
-    fn element(&self, e: usize) -> Element {
-        self.0.element(e)
-    }
-    fn tabulate(&self, e: usize, integrand: Integrand, out: &mut GridBasis) {
-        self.0.tabulate(e, integrand, out);
-    }
-    fn active_functions(&self, e: usize, out: &mut Vec<u32>) {
-        self.0.active_functions(e, out);
-    }
-    fn evaluate(&self, e: usize, xi: &[f64; 3], n_derivatives: usize, out: &mut PointBasis) {
-        self.0.evaluate(e, xi, n_derivatives, out);
-    }
-}
 
 /// Largest difference of two matrices of one pattern, entries relative to the roots of the diagonal
 /// entries of their row and column.
@@ -68,7 +36,7 @@ fn check(space: &HierarchicalSpace, model: &Model, name: &str) {
     let of_element = (0..space.n_elements()).map(|e| u16::from(e % 3 == 1)).collect();
     let materials = ElementMaterials::new(materials, of_element);
     let (found, expected) =
-        (assemble(space, model, &materials).unwrap(), assemble(&OneByOne(space), model, &materials).unwrap());
+        (assemble(space, model, &materials).unwrap(), assemble(&General(space), model, &materials).unwrap());
     assert_eq!(found.dofs, expected.dofs, "{name}");
     for (what, a, b) in [("K", &found.stiffness, &expected.stiffness), ("M", &found.mass, &expected.mass)] {
         let error = difference(a, b);

@@ -7,7 +7,7 @@ use iga_core::nurbs::Shape;
 use iga_core::nurbs::patch::PointBasis;
 
 /// Gauss-Legendre rule with `n` points on [0, 1], by Newton on the Legendre polynomial.
-fn gauss(n: usize) -> Vec<(f64, f64)> {
+pub fn gauss(n: usize) -> Vec<(f64, f64)> {
     let rule = (0..n).map(|i| {
         let mut x = (PI * (i as f64 + 0.75) / (n as f64 + 0.5)).cos();
         let mut slope = 0.0;
