@@ -171,13 +171,14 @@ impl ContactZone {
         }
         let widths = limits.first().map_or([0.0; 2], |l| l.widths);
         let gauss_of = |count| within(gauss_points(body.space, body.patches, &faces, count));
-        let all = gauss_of(None);
-        let few = gauss_of(Some(few_points(body, &all)));
-        let are_enough = rule == PointRule::Gauss && few.len() >= ENOUGH_POINTS;
-        let gauss = if are_enough { few } else { all };
+        let mut gauss = gauss_of(None);
         let inside = match rule {
             PointRule::Greville => within(greville_points(body.space, body.patches, &faces)),
-            PointRule::Gauss => gauss.clone(),
+            PointRule::Gauss => {
+                let few = gauss_of(Some(few_points(body, &gauss)));
+                gauss = if few.len() >= ENOUGH_POINTS { few } else { gauss };
+                gauss.clone()
+            }
         };
         if inside.is_empty() {
             return Err(ContactError::Empty { width: widths[0] });

@@ -57,14 +57,6 @@ pub struct WantedZone {
     pub across: [f64; 3],
 }
 
-/// How elements about a zone are halved.
-pub struct Levels {
-    /// Longest edge of the sides there before \[m\].
-    pub longest: f64,
-    /// How often.
-    pub levels: f64,
-}
-
 impl WantedZone {
     /// Elements across the narrower width unless the scenario says otherwise.
     pub fn usual_elements(&self, surface: &MeshSurface) -> usize {
@@ -93,8 +85,8 @@ impl WantedZone {
         self.sites.iter().map(|site| Footprint::new(surface, site, self)).collect()
     }
 
-    /// How elements are halved about its `footprints` (theory Eq. C.72).
-    pub fn levels(&self, surface: &MeshSurface, footprints: &[Footprint]) -> Levels {
+    /// Longest edge of the sides about its `footprints` \[m\], and how often elements there are halved by whole levels (theory Eq. C.72).
+    fn levels(&self, surface: &MeshSurface, footprints: &[Footprint]) -> (f64, f64) {
         let longest_at = |(site, of): (&SurfacePlace, &Footprint)| {
             // A strip is narrower than what tells that a side is reached.
             let is_line = of.half.iter().any(|half| half.is_infinite());
@@ -112,7 +104,7 @@ impl WantedZone {
         let n_directions = surface.mesh().model().dimension() - 1;
         let narrow = self.widths[..n_directions].iter().fold(f64::INFINITY, |least, w| least.min(*w));
         let levels = (longest * self.elements(surface) as f64 / narrow).log2().ceil().max(0.0);
-        Levels { longest, levels }
+        (longest, levels)
     }
 
     /// The mesh divided about its `footprints`, into `most` pieces at most: tetrahedra edge by edge (theory Eq. C.110), others by
@@ -136,7 +128,7 @@ impl WantedZone {
             let finest = least.fold(f64::INFINITY, f64::min);
             return Ok((RefinedMesh::at_edges(mesh, length, most)?, finest));
         }
-        let Levels { longest, levels } = self.levels(surface, footprints);
+        let (longest, levels) = self.levels(surface, footprints);
         let is_wanted = |ball: &CellBall| {
             let level = f64::from(ball.level) + 1.0;
             let beyond = if level < levels { COARSER } else { FINEST };
@@ -154,7 +146,8 @@ impl WantedZone {
             return 0.0;
         };
         let is_at_edges = is_of_tetrahedra(surface);
-        let (m, Levels { longest, levels }) = (self.elements(surface), self.levels(surface, &footprints));
+        let m = self.elements(surface);
+        let halved = (!is_at_edges).then(|| self.levels(surface, &footprints));
         let is_line = self.is_line(surface);
         let at = |(site, of): (&SurfacePlace, &Footprint)| {
             let sides = surface.sides_within(site.face, |x| of.contains(x));
@@ -172,11 +165,12 @@ impl WantedZone {
                     .sum::<f64>();
                 unknowns += 3.0 * nodes_per_side(kind);
             }
-            let (size, finer) = if is_at_edges {
-                let size = of.lengths(m);
-                (size, (area / sides.len() as f64 / (TRIANGLE * size[0] * size[1])).max(1.0))
-            } else {
-                ([longest * (-levels).exp2(); 2], (2.0 * levels).exp2())
+            let (size, finer) = match halved {
+                Some((longest, levels)) => ([longest * (-levels).exp2(); 2], (2.0 * levels).exp2()),
+                None => {
+                    let size = of.lengths(m);
+                    (size, (area / sides.len() as f64 / (TRIANGLE * size[0] * size[1])).max(1.0))
+                }
             };
             let extent = |d: usize| {
                 if is_line[d] { of.extent(surface, &sides, d) } else { 2.0 * of.half[d] + RING * size[d] }

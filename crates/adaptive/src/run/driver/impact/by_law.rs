@@ -56,12 +56,13 @@ impl Driver<'_> {
         self.model.system.body_states(now, self.integrator.state());
         let (slot, states) = (&mut self.slots[i], self.model.system.last_evaluation().0);
         let (found, fine) = (&slot.found, slot.fine()?);
+        let length = fine.length();
         let before = found.handed.get((found.handed.len() + 1).checked_sub(SEEN)?..)?;
-        let (way, time) = before.iter().fold((fine.length(), now - fine.activation.time), |sum, zone| {
+        let (way, time) = before.iter().fold((length, now - fine.activation.time), |sum, zone| {
             (sum.0 + zone.1, sum.1.max(now - zone.0))
         });
         let (until, longest) = if lasts {
-            (end, 0.0)
+            (end, length)
         } else {
             let force = found.preview.filter(|force| *force >= slot.monitor.peak_force())?;
             let (until, refinement) = (found.presses_until, self.model.contacts[i].refinement.as_ref()?);
@@ -69,10 +70,9 @@ impl Driver<'_> {
             // Zones grow with the force. Where contact opens between them they stay as long as those of a first touch.
             let [largest, present] = [force, slot.monitor.peak_force()]
                 .map(|force| refinement.length_on_the_way(&self.model.bodies, states, &nearest, force));
-            (until.min(end), slot.fine()?.length() * if present > 0.0 { largest / present } else { 1.0 })
+            (until.min(end), length * if present > 0.0 { largest / present } else { 1.0 })
         };
-        let length = longest.max(slot.fine()?.length());
-        let [at_once, zones] = [until, end].map(|until| (until - now) * way / (time * length));
+        let [at_once, zones] = [until, end].map(|until| (until - now) * way / (time * longest));
         (time > 0.0 && at_once > MANY_AT_ONCE && zones > MANY).then_some(zones)
     }
 
