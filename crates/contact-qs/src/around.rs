@@ -1,5 +1,4 @@
-//! What stands around a contact of any law: its mirror image, damping of its forces, zones that vibrate.
+//! What stands around a contact of any law: its mirror image and the damping of its forces, zones that vibrate.
 
-pub mod mutual;
-pub mod damped_contact;
+pub mod sides;
 pub mod vibrating_zone;

@@ -104,12 +104,6 @@ pub struct ContactReport {
     pub solver: SolveReport,
 }
 
-/// What an evaluation of a contact finds.
-pub trait ContactFindings: Findings {
-    /// Sums over the points.
-    fn report(&self) -> &ContactReport;
-}
-
 impl Findings for ContactReport {
     fn energies(&self) -> ForceEnergies {
         self.energies
@@ -121,12 +115,6 @@ impl Findings for ContactReport {
 
     fn is_idle(&self) -> bool {
         self.n_active == 0
-    }
-}
-
-impl ContactFindings for ContactReport {
-    fn report(&self) -> &ContactReport {
-        self
     }
 }
 
@@ -173,7 +161,10 @@ impl Meeting {
 
 /// A contact as a force element. Every law answers every question, if by saying that it has no
 /// answer. Questions about a motion run no solver and change no state.
-pub trait ContactElement: Contact + ForceElement<Found: ContactFindings> {
+pub trait ContactElement: Contact + ForceElement {
+    /// What an evaluation found.
+    fn report<'a>(&self, found: &'a Self::Found) -> &'a ContactReport;
+
     /// Where the surfaces are nearest at `motion`.
     fn meeting(&self, motion: Motion<'_>, state: &Self::State, workspace: &mut Self::Workspace) -> Meeting;
 
@@ -269,7 +260,7 @@ impl<E: ContactElement> ActiveContact for Active<E> {
     }
 
     fn report(&self) -> &ContactReport {
-        self.found().report()
+        self.element().report(self.found())
     }
 
     fn forget(&mut self) {

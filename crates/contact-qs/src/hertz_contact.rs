@@ -12,7 +12,7 @@ use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::force::{BodyState, Findings, ForceElement, ForceEnergies, GeneralisedForce, Motion};
 use nalgebra::Vector3;
 
-use crate::contact_element::{Contact, ContactElement, ContactFindings, ContactReport, Meeting};
+use crate::contact_element::{Contact, ContactElement, ContactReport, Meeting};
 use crate::law::{Friction, HertzPair, Solid};
 use crate::search::{Detector, SearchWorkspace};
 use crate::solver_fault::SolverFault;
@@ -59,12 +59,6 @@ impl Findings for HertzFound {
 
     fn is_idle(&self) -> bool {
         self.report.n_active == 0
-    }
-}
-
-impl ContactFindings for HertzFound {
-    fn report(&self) -> &ContactReport {
-        &self.report
     }
 }
 
@@ -359,6 +353,10 @@ impl Contact for HertzContact {
 }
 
 impl ContactElement for HertzContact {
+    fn report<'a>(&self, found: &'a HertzFound) -> &'a ContactReport {
+        &found.report
+    }
+
     fn meeting(&self, motion: Motion<'_>, _: &SlidingState, workspace: &mut HertzWorkspace) -> Meeting {
         let Touch { gap, normal, points, .. } = self.touch(motion.bodies, workspace);
         // In the middle of the overlap.

@@ -19,12 +19,9 @@ pub mod search;
 pub mod hertz_contact;
 pub mod surface_pair;
 
-pub use around::damped_contact::DampedContact;
-pub use around::mutual::MutualContact;
+pub use around::sides::ContactSides;
 pub use around::vibrating_zone::{VibratingContact, ZoneVibration};
-pub use contact_element::{
-    ActiveContact, Contact, ContactElement, ContactFindings, ContactReport, Meeting, Plane, Target,
-};
+pub use contact_element::{ActiveContact, Contact, ContactElement, ContactReport, Meeting, Plane, Target};
 pub use error::ContactError;
 pub use hertz_contact::HertzContact;
 pub use hertz_contact::sphere::Sphere;

@@ -18,7 +18,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::ContactError;
 pub use crate::contact_element::ContactReport;
-use crate::contact_element::{Contact, ContactElement, ContactFindings, Meeting, Plane};
+use crate::contact_element::{Contact, ContactElement, Meeting, Plane};
 use crate::law::{Friction, penalty};
 use crate::quasistatic::compliance::ZoneCompliance;
 use crate::quasistatic::{Method, PointState, Quasistatic, ZoneSolver};
@@ -79,10 +79,10 @@ pub struct PlaneWorkspace {
     load_rates: Vec<f64>,
     displacement_rates: Vec<f64>,
     buffers: [Vec<f64>; 2],
-    /// Rates of the points along the normal and the tangents without those of the forces; of the normal forces.
+    /// Rates of the points along the normal and the tangents without those of the forces; of the forces.
     gap_rates: Vec<f64>,
     slip_rates: Vec<f64>,
-    normal_rates: Vec<f64>,
+    rates: [Vec<f64>; 2],
 }
 
 /// What an evaluation of a plane contact finds.
@@ -136,12 +136,6 @@ impl Findings for PlaneFound {
 
     fn is_idle(&self) -> bool {
         self.report.n_active == 0
-    }
-}
-
-impl ContactFindings for PlaneFound {
-    fn report(&self) -> &ContactReport {
-        &self.report
     }
 }
 
@@ -263,7 +257,7 @@ impl ForceElement for PlaneContact {
         let friction = self.friction.map(|law| {
             let (motion, is_quasistatic) = (self.submodel.motion, self.quasistatic.is_some());
             let mut state = PlaneFriction::new(law, motion, n, &normal, is_quasistatic);
-            state.stick_slip.set_springs(&self.springs, 1.0 / law.stiffness_ratio);
+            state.stick_slip.set_springs(&self.springs);
             Box::new(state)
         });
         let state = PlaneState { zone: self.quasistatic.as_ref().map(Quasistatic::solver), friction };
@@ -277,7 +271,7 @@ impl ForceElement for PlaneContact {
             buffers: self.quasistatic.as_ref().map_or_else(Default::default, Quasistatic::buffers),
             gap_rates: vec![0.0; n],
             slip_rates: vec![0.0; n_rows - n],
-            normal_rates: vec![0.0; n],
+            rates: [vec![0.0; n], vec![0.0; n_rows - n]],
         };
         let found = PlaneFound {
             normal: [0.0; 3],
@@ -376,6 +370,10 @@ impl Contact for PlaneContact {
 }
 
 impl ContactElement for PlaneContact {
+    fn report<'a>(&self, found: &'a PlaneFound) -> &'a ContactReport {
+        &found.report
+    }
+
     fn meeting(&self, motion: Motion<'_>, _: &PlaneState, _: &mut PlaneWorkspace) -> Meeting {
         let (body, normal) = (&motion.bodies[self.settings.body], self.settings.plane.normal.into_inner());
         let place = |i: usize| body.position + body.rotation * self.local_place(i, &body.elastic);
@@ -403,7 +401,7 @@ impl ContactElement for PlaneContact {
             zone.springs_changed();
         }
         if let Some(friction) = &mut state.friction {
-            friction.stick_slip.set_springs(&self.springs, 1.0 / friction.law.stiffness_ratio);
+            friction.stick_slip.set_springs(&self.springs);
         }
         Ok(())
     }

@@ -2,11 +2,11 @@
 
 pub mod problem;
 pub mod compliance;
+mod factors;
 mod inverse;
 pub mod active_set;
 pub(crate) mod tangential;
 pub(crate) mod sliding_work;
-mod relaxation;
 pub mod broyden;
 pub(crate) mod point_solver;
 pub mod modal_basis;

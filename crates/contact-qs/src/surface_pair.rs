@@ -23,7 +23,7 @@ use iga_core::nurbs::jet::{diagonal, difference, norm};
 use nalgebra::Vector3;
 
 use crate::ContactError;
-use crate::contact_element::{Contact, ContactElement, ContactFindings, ContactReport, Meeting};
+use crate::contact_element::{Contact, ContactElement, ContactReport, Meeting};
 use crate::law::{Friction, penalty};
 use crate::quasistatic::Method;
 use crate::quasistatic::compliance::sparse_rows::SparseRows;
@@ -310,7 +310,7 @@ impl ForceElement for SurfacePair {
         let friction = self.friction.map(|law| {
             let n_nodes = self.surface.nodes.len();
             let mut state = PairFriction::new(law, (n, nc), n_nodes, is_quasistatic);
-            state.stick_slip.set_springs(&self.springs, 1.0 / law.stiffness_ratio);
+            state.stick_slip.set_springs(&self.springs);
             Box::new(state)
         });
         let n_t = friction.as_ref().map_or(0, |f| f.n_t);
@@ -414,6 +414,10 @@ impl Contact for SurfacePair {
 }
 
 impl ContactElement for SurfacePair {
+    fn report<'a>(&self, found: &'a PairFound) -> &'a ContactReport {
+        &found.report
+    }
+
     fn meeting(&self, motion: Motion<'_>, state: &PairState, workspace: &mut PairWorkspace) -> Meeting {
         let (own, target) = self.states(motion.bodies);
         let nearest = self.nearest(motion.bodies, &state.start, &mut workspace.search);
@@ -451,7 +455,7 @@ impl ContactElement for SurfacePair {
             zone.springs_changed();
         }
         if let Some(friction) = &mut state.friction {
-            friction.stick_slip.set_springs(&self.springs, 1.0 / friction.law.stiffness_ratio);
+            friction.stick_slip.set_springs(&self.springs);
         }
         Ok(())
     }
@@ -499,12 +503,6 @@ impl Findings for PairFound {
 
     fn is_idle(&self) -> bool {
         self.is_known && self.report.n_active == 0
-    }
-}
-
-impl ContactFindings for PairFound {
-    fn report(&self) -> &ContactReport {
-        &self.report
     }
 }
 

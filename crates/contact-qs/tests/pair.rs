@@ -29,11 +29,7 @@ fn forces_are_equal_and_opposite_and_keep_the_angular_momentum() {
                 most = most.max(pair.report().n_active);
                 assert_eq!(forces[2].force, -forces[0].force);
                 assert_eq!(forces[1].force, Vector3::zeros());
-                let moment: Vector3<f64> = bodies
-                    .iter()
-                    .zip(&forces)
-                    .map(|(b, f)| b.position.cross(&f.force) + b.rotation * f.torque_in_body)
-                    .sum();
+                let moment = moment(&bodies, &forces);
                 if motion != RigidMotion::Axial {
                     // Round-off of arms of half a metre and of projections, which end at some eps of them.
                     let scale = pair.report().normal_force * 0.5;

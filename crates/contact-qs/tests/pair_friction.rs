@@ -65,11 +65,7 @@ fn forces_keep_both_momenta_and_obey_coulombs_law() {
                 assert_eq!(forces[2].force, -forces[0].force);
                 assert_eq!(forces[1].force, Vector3::zeros());
                 if motion != RigidMotion::Axial {
-                    let moment: Vector3<f64> = bodies
-                        .iter()
-                        .zip(&forces)
-                        .map(|(b, f)| b.position.cross(&f.force) + b.rotation * f.torque_in_body)
-                        .sum();
+                    let moment = moment(&bodies, &forces);
                     // Round-off of arms of half a metre.
                     let scale = 0.5 * pair.report().normal_force;
                     assert!(moment.norm() < 50.0 * f64::EPSILON * scale, "{name} {}", moment.norm() / scale);

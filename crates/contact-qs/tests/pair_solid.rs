@@ -2,6 +2,7 @@
 
 use crate::common::Random;
 use crate::pair_support::caps::{N_MODES, RADIUS, caps, pressed};
+use crate::pair_support::moment;
 use contact_qs::{ActiveContact, SurfacePair};
 use ffr_dynamics::force::active::{Active, ActiveForce};
 use ffr_dynamics::force::{BodyState, GeneralisedForce, Motion};
@@ -71,11 +72,7 @@ fn forces_on_solid_balls_keep_both_momenta_to_round_off() {
         let (forces, _) = evaluate(&mut pair, &bodies);
         assert!(pair.report().n_active > 10, "{case}");
         assert_eq!(forces[0].force, -forces[1].force);
-        let moment: Vector3<f64> = bodies
-            .iter()
-            .zip(&forces)
-            .map(|(b, f)| b.position.cross(&f.force) + b.rotation * f.torque_in_body)
-            .sum();
+        let moment = moment(&bodies, &forces);
         // Round-off of arms of half a metre; projections end at some eps of positions, tangents of short elements amplify.
         let scale = 0.5 * pair.report().normal_force;
         assert!(moment.norm() < 1e-13 * scale, "{case}: {:e}", moment.norm() / scale);

@@ -4,12 +4,11 @@ use crate::common::Random;
 use crate::pair_support::{
     CASES, MOTIONS, N_MODES, N_POINTS, random_bodies, random_points, random_target, upwards,
 };
-use contact_qs::around::damped_contact::DampedContact;
 use contact_qs::law::Solid;
 use contact_qs::quasistatic::Method;
 use contact_qs::{
-    ActiveContact, ContactSubmodel, Friction, HertzContact, Plane, PlaneContact, PlaneContactSettings,
-    Sphere, SurfacePair, SurfacePairSettings, Target,
+    ActiveContact, ContactSides, ContactSubmodel, Friction, HertzContact, Plane, PlaneContact,
+    PlaneContactSettings, Sphere, SurfacePair, SurfacePairSettings, Target,
 };
 use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::force::active::{Active, ActiveForce};
@@ -243,7 +242,7 @@ fn rates_of_hertz_forces_are_those_of_differences() {
 fn damped_contacts_tell_what_velocities_change() {
     let (motion, depth) = (RigidMotion::Spatial, 1e-6);
     let (contact, bodies) = pair(motion, CASES[0], (0.0, depth, 1));
-    let mut contact = DampedContact::new(contact, 2.0).unwrap();
+    let mut contact = ContactSides::new(contact, None, 2.0).unwrap();
     let (found, n) = error(&mut contact, &bodies, motion, depth);
     assert!(found < 2.0 * depth / 0.02 + 1e-7 && n > 10, "{found:e} {n}");
     for moving in motions(&bodies, motion) {

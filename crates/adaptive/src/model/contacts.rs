@@ -2,7 +2,7 @@
 
 use contact_qs::ContactError;
 use contact_qs::contact_element::ActiveContact;
-use contact_qs::{Detector, HertzContact, MutualContact, PressureRecovery};
+use contact_qs::{ContactSides, Detector, HertzContact, PressureRecovery};
 use ffr_dynamics::force::active::Active;
 use ffr_dynamics::force::{BodyState, Motion};
 use nalgebra::Vector3;
@@ -399,7 +399,7 @@ fn rigid_contact(
     let mut made = aligned(law, contact, &side, other.as_ref(), &run.touches.poses)?;
     if let Some(other) = &other {
         let mirrored = ZoneContact::new(law, Target::Body(own.0), other, Some(&side))?.active();
-        made = Box::new(MutualContact::new(made, mirrored));
+        made = Box::new(ContactSides::new(made, Some(mirrored), 0.0)?);
     }
     if law.penalty.is_none() {
         let meeting = made.meeting(Motion::new(0.0, &run.touches.poses));

@@ -3,7 +3,7 @@
 use std::ops::{Deref, DerefMut};
 
 use contact_qs::contact_element::ActiveContact;
-use contact_qs::{ContactError, DampedContact, Meeting, PressureRecovery};
+use contact_qs::{ContactError, ContactSides, Meeting, PressureRecovery};
 use ffr_dynamics::force::BodyState;
 use ffr_dynamics::kinematics::marker::FlexiblePoint;
 use ffr_dynamics::system::free_body::invariants::{MeanMotion, centre_of_mass};
@@ -32,10 +32,10 @@ impl RunContact {
     /// With the damping `damping`, the growth of its force per closing speed [s/m].
     ///
     /// # Errors
-    /// [`ContactError`] as [`DampedContact::new`].
+    /// [`ContactError`] as [`ContactSides::new`].
     pub fn with_damping(mut self, damping: f64) -> Result<Self, ContactError> {
         if damping != 0.0 {
-            self.contact = Box::new(DampedContact::new(self.contact, damping)?);
+            self.contact = Box::new(ContactSides::new(self.contact, None, damping)?);
         }
         Ok(self)
     }

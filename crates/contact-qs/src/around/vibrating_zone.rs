@@ -12,7 +12,7 @@ use ffr_dynamics::force::{BodyState, Findings, ForceElement, ForceEnergies, Gene
 use nalgebra::Vector3;
 
 use crate::ContactError;
-use crate::contact_element::{Contact, ContactElement, ContactFindings, ContactReport, Meeting};
+use crate::contact_element::{Contact, ContactElement, ContactReport, Meeting};
 
 /// High-frequency modes of the contact zone of one body.
 #[derive(Debug, Clone, PartialEq)]
@@ -133,7 +133,7 @@ impl<C: ContactElement> VibratingContact<C> {
     }
 }
 
-impl<F: ContactFindings> Findings for VibratingFound<F> {
+impl<F: Findings> Findings for VibratingFound<F> {
     fn energies(&self) -> ForceEnergies {
         self.report.energies
     }
@@ -148,12 +148,6 @@ impl<F: ContactFindings> Findings for VibratingFound<F> {
 
     fn accelerations(&self) -> &[f64] {
         &self.accelerations
-    }
-}
-
-impl<F: ContactFindings> ContactFindings for VibratingFound<F> {
-    fn report(&self) -> &ContactReport {
-        &self.report
     }
 }
 
@@ -194,7 +188,7 @@ impl<C: ContactElement> ForceElement for VibratingContact<C> {
             sum.torque_in_body += part.torque_in_body;
             sum.elastic.iter_mut().zip(&part.elastic).for_each(|(sum, f)| *sum += f);
         }
-        let report = *found.contact.report();
+        let report = *self.contact.report(&found.contact);
         found.report =
             ContactReport { energies: self.energies_of_zones(motion.internal, report.energies), ..report };
         self.accelerate(motion.internal, parts, &mut found.accelerations);
@@ -245,6 +239,10 @@ impl<C: Contact> Contact for VibratingContact<C> {
 
 /// What its zones do, their own coordinates tell: none of it is quasistatic.
 impl<C: ContactElement> ContactElement for VibratingContact<C> {
+    fn report<'a>(&self, found: &'a Self::Found) -> &'a ContactReport {
+        &found.report
+    }
+
     fn meeting(&self, motion: Motion<'_>, state: &C::State, workspace: &mut Self::Workspace) -> Meeting {
         let seen = self.seen(motion, &mut workspace.states);
         self.contact.meeting(seen, state, &mut workspace.contact)

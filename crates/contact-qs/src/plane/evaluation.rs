@@ -14,7 +14,7 @@ use crate::contact_element::ContactReport;
 use crate::quasistatic::problem::{OPEN, dot};
 use crate::quasistatic::sliding_work::SlidingWork;
 use crate::quasistatic::stick_slip::TOLERANCE;
-use crate::quasistatic::stick_slip::rates::{OF_STIFFNESS, normal_rates};
+use crate::quasistatic::stick_slip::rates::force_rates;
 use crate::quasistatic::{Quasistatic, SolveReport, ZoneSolver};
 use crate::zone::submodel::is_turned_to;
 
@@ -46,11 +46,14 @@ impl PlaneContact {
         if gap >= FAR * self.size { OPEN } else { gap }
     }
 
+    /// Outward normal at point `i` if it stands on springs alone, under a face of its own.
+    fn on_springs(&self, i: usize) -> Option<Vector3<f64>> {
+        self.submodel.facing.get(i).filter(|_| self.quasistatic.is_none()).map(|facing| (*facing).into())
+    }
+
     /// The share of the area of point `i` that a plane with the normal `in_body` sees, if it stands on springs alone (Eq. C.111).
     fn shadow(&self, i: usize, in_body: &Vector3<f64>) -> f64 {
-        let facing = self.submodel.facing.get(i).filter(|_| self.quasistatic.is_none());
-        facing
-            .map_or(1.0, |facing| ((-Vector3::from(*facing).dot(in_body) - ACROSS) / (1.0 - ACROSS)).max(0.0))
+        self.on_springs(i).map_or(1.0, |facing| ((-facing.dot(in_body) - ACROSS) / (1.0 - ACROSS)).max(0.0))
     }
 
     /// Plane normal in the model's components.
@@ -173,7 +176,7 @@ impl PlaneContact {
         }
         let report = match friction {
             None => zone.solve(&self.springs, free_gaps, forces)?,
-            Some(f) => f.stick_slip.solve(zone, &self.springs, free_gaps, &f.slips, forces)?,
+            Some(f) => f.stick_slip.solve(TOLERANCE, zone, &self.springs, (free_gaps, &f.slips), forces)?,
         };
         zone.displace((&self.springs, forces), free_gaps, gaps, displacements);
         self.load_found(friction.as_deref(), found);
@@ -217,16 +220,15 @@ impl PlaneContact {
                 Some(f) => {
                     let directions = [found.normal, f.tangents[0], f.tangents[1]];
                     let given = (&**free_gaps, &*f.slips);
-                    let is_taken = f.stick_slip.take(&model.surface(directions), is_member, springs);
-                    let solve = |_| f.stick_slip.solve_taken((springs, TOLERANCE), given, forces);
-                    let report = match is_taken.then_some(()).and_then(solve) {
+                    f.stick_slip.take(&model.surface(directions), is_member, springs);
+                    let report = match f.stick_slip.solve_taken(TOLERANCE, springs, given, forces) {
                         Some(report) => report,
                         None => {
                             add_below(free_gaps, is_member);
                             zone.project_members(model, found.normal, is_member, false);
                             press(free_gaps, is_member, pressed_gaps);
                             f.stick_slip.project(model, directions, is_member, &mut buffers[0]);
-                            f.stick_slip.solve(zone, springs, pressed_gaps, &f.slips, forces)?
+                            f.stick_slip.solve(TOLERANCE, zone, springs, (pressed_gaps, &f.slips), forces)?
                         }
                     };
                     total.add(report);
@@ -297,13 +299,9 @@ impl PlaneContact {
         let mut report = ContactReport { solver, ..ContactReport::default() };
         let (mut couple, mut indented) = (Vector3::zeros(), 0.0);
         for (i, &force) in found.forces.iter().enumerate() {
-            if force > 0.0
-                && self.quasistatic.is_none()
-                && let Some(facing) = self.submodel.facing.get(i)
-            {
+            if let Some(facing) = self.on_springs(i).filter(|_| force > 0.0) {
                 let stretch = force * workspace.springs[i];
-                couple +=
-                    Vector3::from(*facing) * (0.5 * stretch * stretch / self.springs[i] / (1.0 - ACROSS));
+                couple += facing * (0.5 * stretch * stretch / self.springs[i] / (1.0 - ACROSS));
             }
             let left_out = self.submodel.left_out_at(i);
             report.penetration = report.penetration.max(-found.gaps[i] - left_out * force);
@@ -365,22 +363,14 @@ impl PlaneContact {
     ) -> bool {
         let PlaneState { zone, friction } = state;
         self.find_rates(body, friction.as_deref(), workspace, found);
-        let PlaneWorkspace { gap_rates, slip_rates, normal_rates: normal, load_rates, springs, .. } =
-            workspace;
+        let PlaneWorkspace {
+            gap_rates, slip_rates, rates: [normal, tangential], load_rates, springs, ..
+        } = workspace;
         let pressed = (springs.as_slice(), found.forces.as_slice());
-        if let Some(friction) = friction {
-            if friction
-                .stick_slip
-                .find_rates(OF_STIFFNESS, zone.as_mut(), pressed, gap_rates, slip_rates)
-                .is_err()
-            {
-                return false;
-            }
-            normal.copy_from_slice(friction.stick_slip.rates()[0]);
-        } else if !normal_rates(zone.as_mut(), pressed, gap_rates.iter().copied(), normal) {
+        let stick_slip = friction.as_mut().map(|friction| &mut friction.stick_slip);
+        if !force_rates(stick_slip, zone.as_mut(), pressed, [gap_rates, slip_rates], [normal, tangential]) {
             return false;
         }
-        let tangential = friction.as_ref().map_or(&[][..], |friction| friction.stick_slip.rates()[1]);
         self.load_points((found.normal, normal), (friction.as_deref(), tangential), load_rates);
         let sum = self.settings.plane.normal.into_inner() * normal.iter().sum::<f64>()
             + friction.as_ref().map_or_else(Vector3::zeros, |friction| friction.resultant(tangential));

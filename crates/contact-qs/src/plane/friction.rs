@@ -15,7 +15,6 @@ use crate::quasistatic::stick_slip::StickSlip;
 
 /// Friction of one plane contact.
 pub(super) struct PlaneFriction {
-    pub law: Friction,
     pub stick_slip: StickSlip,
     pub n_t: usize,
     motion: RigidMotion,
@@ -45,8 +44,7 @@ impl PlaneFriction {
         let n_t = nc - 1;
         let n = n_t * n_points;
         Self {
-            law,
-            stick_slip: StickSlip::new(law.coefficient, n_points, n_t, has_compliance),
+            stick_slip: StickSlip::new(law, n_points, n_t, has_compliance),
             n_t,
             motion,
             world: world_tangents(motion, normal),

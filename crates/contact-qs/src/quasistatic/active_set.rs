@@ -17,11 +17,9 @@
 //! union (Eq. C.95), made once a few factorisations of its subsets have shown that it pays.
 
 use crate::solver_fault::SolverFault;
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt;
-use faer::{MatMut, MatRef, Par};
 use ffr_dynamics::error::EvaluationFailure;
 
+use super::factors::Cholesky;
 use super::inverse::SetInverse;
 use super::problem::{OPEN, Problem};
 
@@ -68,7 +66,7 @@ pub struct ActiveSet {
     factor: Vec<f64>,
     solution: Vec<f64>,
     slack: Vec<f64>,
-    memory: MemBuffer,
+    cholesky: Cholesky,
     patience: usize,
     inverse: SetInverse,
     /// Whether the last forces are those of `inverse`.
@@ -78,7 +76,6 @@ pub struct ActiveSet {
 impl ActiveSet {
     /// Solver for `n_points` points, with an empty set.
     pub fn new(n_points: usize) -> Self {
-        let scratch = llt::factor::cholesky_in_place_scratch::<f64>(n_points, Par::Seq, Default::default());
         Self {
             active: vec![false; n_points],
             saved: vec![false; n_points],
@@ -87,7 +84,7 @@ impl ActiveSet {
             factor: vec![0.0; n_points * n_points],
             solution: vec![0.0; n_points],
             slack: vec![0.0; n_points],
-            memory: MemBuffer::new(scratch),
+            cholesky: Cholesky::new(n_points),
             patience: PATIENCE,
             inverse: SetInverse::default(),
             is_by_inverse: false,
@@ -214,11 +211,7 @@ impl ActiveSet {
         for (x, &i) in self.solution.iter_mut().zip(&self.members) {
             *x = -problem.gaps[i];
         }
-        if m > 0 {
-            let factor = MatRef::from_column_major_slice(&self.factor[..m * m], m, m);
-            let rhs = MatMut::from_column_major_slice_mut(&mut self.solution[..m], m, 1);
-            llt::solve::solve_in_place(factor, rhs, Par::Seq, MemStack::new(&mut self.memory));
-        }
+        self.cholesky.solve(&self.factor, &mut self.solution[..m]);
         self.check_forces(m)
     }
 
@@ -270,10 +263,7 @@ impl ActiveSet {
             }
             target[column] += problem.springs[j];
         }
-        let matrix = MatMut::from_column_major_slice_mut(&mut self.factor[..m * m], m, m);
-        let stack = MemStack::new(&mut self.memory);
-        let done =
-            llt::factor::cholesky_in_place(matrix, Default::default(), Par::Seq, stack, Default::default());
+        let is_definite = self.cholesky.factorise(&mut self.factor, m);
         let limit = PIVOT_ROUND_OFF * m as f64;
         let dependent = |(k, &i): (usize, &usize)| {
             let diagonal = problem.compliance[(i, i)] + problem.springs[i];
@@ -282,7 +272,7 @@ impl ActiveSet {
             let is_independent = pivot > limit * diagonal;
             !is_independent
         };
-        if done.is_err() || self.members.iter().enumerate().any(dependent) {
+        if !is_definite || self.members.iter().enumerate().any(dependent) {
             let is_exact = self.members.iter().any(|&i| problem.springs[i] <= 0.0);
             return Err(SolverFault::SingularCompliance { points: m, is_exact }.into());
         }
@@ -309,9 +299,7 @@ impl ActiveSet {
         for (x, &i) in self.slack.iter_mut().zip(&self.factored) {
             *x = rhs[i];
         }
-        let factor = MatRef::from_column_major_slice(&self.factor[..m * m], m, m);
-        let x = MatMut::from_column_major_slice_mut(&mut self.slack[..m], m, 1);
-        llt::solve::solve_in_place(factor, x, Par::Seq, MemStack::new(&mut self.memory));
+        self.cholesky.solve(&self.factor, &mut self.slack[..m]);
         rhs.fill(0.0);
         for (&x, &i) in self.slack.iter().zip(&self.factored) {
             rhs[i] = x;

@@ -6,10 +6,11 @@
 //! is what the open points are displaced by. Components of forces along any direction are held as those of points are, stiffly or by
 //! springs (F.36).
 
-use faer::dyn_stack::{MemBuffer, MemStack, StackReq};
+use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
 use faer::{MatMut, MatRef, Par};
 
+use super::factors::Cholesky;
 use super::problem::add_multiples;
 
 /// Points from which on an inverse pays: smaller sets are factorised within the time that a product with
@@ -46,15 +47,14 @@ pub(super) struct SetInverse {
     matrix: Vec<f64>,
     /// Whether a matrix of these points was not worth its inverse: too near to a singular one.
     is_refused: bool,
-    /// Places in `u` of the points `r`; what is held, by places, and that which `factor` belongs to.
-    open: Vec<usize>,
+    /// What is held, by places in `u`, ascending, and that which `factor` belongs to: the points `r` where that is points.
     held: Vec<Held>,
     factored: Vec<Held>,
     factor: Vec<f64>,
     /// One value per point of `u`, and one per point of `r`.
     answer: Vec<f64>,
     displacements: Vec<f64>,
-    memory: Option<MemBuffer>,
+    cholesky: Option<Cholesky>,
 }
 
 impl SetInverse {
@@ -122,10 +122,9 @@ impl SetInverse {
             column.iter_mut().zip(&self.points).for_each(|(entry, &i)| *entry = matrix(i, j));
         }
         let diagonal: Vec<f64> = (0..n).map(|k| buffer[k * n + k]).collect();
-        self.memory = Some(MemBuffer::new(scratch(n)));
-        let done = cholesky(buffer, n, &mut self.memory);
+        let is_definite = self.cholesky.insert(Cholesky::new(n)).factorise(buffer, n);
         let is_well = |(k, d): (usize, &f64)| buffer[k * n + k].powi(2) > WELL_CONDITIONED * d;
-        if done.is_none() || !diagonal.iter().enumerate().all(is_well) {
+        if !is_definite || !diagonal.iter().enumerate().all(is_well) {
             self.is_refused = true;
             return false;
         }
@@ -133,7 +132,6 @@ impl SetInverse {
         // No more than half of the points are left out.
         self.factor.resize((n / 2).pow(2), 0.0);
         self.answer.resize(n, 0.0);
-        self.open.reserve(n);
         for list in [&mut self.held, &mut self.factored] {
             list.reserve(n);
         }
@@ -159,29 +157,25 @@ impl SetInverse {
         rhs: impl Fn(usize) -> f64,
         mut found: impl FnMut(usize, f64),
     ) -> Option<bool> {
-        self.open.clear();
-        self.open.extend((0..self.points.len()).filter(|&k| !is_active[self.points[k]]));
-        self.held.clear();
-        let alone = |&k: &usize| Held { forces: [(k, 1.0), (k, 0.0)], compliance: 0.0 };
-        self.held.extend(self.open.iter().map(alone));
-        let is_new = self.solve_held(|i| if is_active[i] { rhs(i) } else { 0.0 })?;
-        let mut open = self.open.iter().peekable();
-        for (k, &i) in self.points.iter().enumerate() {
-            if open.next_if_eq(&&k).is_none() {
-                found(i, self.answer[k]);
+        let alone = |i: usize| Held { forces: [(i, 1.0), (i, 0.0)], compliance: 0.0 };
+        let held = |i: usize| (!is_active[i]).then(|| alone(i));
+        let of_active = |i: usize, force: f64| {
+            if is_active[i] {
+                found(i, force)
             }
-        }
-        Some(is_new)
+        };
+        self.solve_with(held, |i| if is_active[i] { rhs(i) } else { 0.0 }, of_active)
     }
 
     /// Passes every point of `u` with its force under the right-hand side `rhs`, while what `held` says of a point stays held, to
-    /// `found`; none, and nothing passed, where that is singular or more than half as many as points of `u`.
+    /// `found`. Returns whether the matrix of what is held was factorised; none, and nothing passed, where that is singular or more
+    /// than half as many as points of `u`.
     pub fn solve_with(
         &mut self,
         held: impl Fn(usize) -> Option<Held>,
         rhs: impl Fn(usize) -> f64,
         mut found: impl FnMut(usize, f64),
-    ) -> Option<()> {
+    ) -> Option<bool> {
         self.held.clear();
         let place = |(i, factor): (usize, f64)| (self.places[i], factor);
         let all = self.points.iter().filter_map(|&i| held(i));
@@ -189,9 +183,9 @@ impl SetInverse {
         if 2 * self.held.len() > self.points.len() {
             return None;
         }
-        self.solve_held(rhs)?;
+        let is_new = self.solve_held(rhs)?;
         self.points.iter().zip(&self.answer).for_each(|(&i, force)| found(i, *force));
-        Some(())
+        Some(is_new)
     }
 
     /// Leaves the forces of all points under `rhs` with what is held in `answer`, and what holds it in `displacements`. Returns whether
@@ -211,10 +205,7 @@ impl SetInverse {
         let left = |one: &Held| -one.forces.iter().map(|(k, factor)| factor * answer[*k]).sum::<f64>();
         self.displacements.extend(self.held.iter().map(left));
         if r > 0 {
-            let factor = MatRef::from_column_major_slice(&self.factor[..r * r], r, r);
-            let x = MatMut::from_column_major_slice_mut(&mut self.displacements, r, 1);
-            let stack = MemStack::new(self.memory.as_mut()?);
-            llt::solve::solve_in_place(factor, x, Par::Seq, stack);
+            self.cholesky.as_mut()?.solve(&self.factor, &mut self.displacements);
             let held = self.held.iter().zip(&self.displacements);
             let loads = held.flat_map(|(one, v)| one.forces.map(|(k, factor)| (k, factor * v)));
             let columns = loads.filter(|(_, load)| *load != 0.0);
@@ -229,7 +220,8 @@ impl SetInverse {
     /// Displacement of the point `i` outside the set of the last solution; none if it is not in `u`.
     pub fn displacement(&self, i: usize) -> Option<f64> {
         let place = self.places.get(i).filter(|place| **place != usize::MAX)?;
-        self.open.binary_search(place).ok().map(|k| self.displacements[k])
+        let found = self.held.binary_search_by_key(place, |one| one.forces[0].0);
+        found.ok().map(|k| self.displacements[k])
     }
 
     /// Cholesky factor of the matrix of what is held: `P_rr` of points.
@@ -249,23 +241,11 @@ impl SetInverse {
                 }
                 column[place] += of.compliance;
             }
-            cholesky(factor, r, &mut self.memory)?;
+            self.cholesky.as_mut()?.factorise(factor, r).then_some(())?;
         }
         self.factored.extend_from_slice(&self.held);
         Some(())
     }
-}
-
-fn scratch(n: usize) -> StackReq {
-    llt::factor::cholesky_in_place_scratch::<f64>(n, Par::Seq, Default::default())
-}
-
-/// Cholesky factor of a matrix of `n` rows, column by column, in its place; none if it is not positive definite.
-fn cholesky(matrix: &mut [f64], n: usize, memory: &mut Option<MemBuffer>) -> Option<()> {
-    let stack = MemStack::new(memory.as_mut()?);
-    let matrix = MatMut::from_column_major_slice_mut(matrix, n, n);
-    llt::factor::cholesky_in_place(matrix, Default::default(), Par::Seq, stack, Default::default()).ok()?;
-    Some(())
 }
 
 #[cfg(test)]

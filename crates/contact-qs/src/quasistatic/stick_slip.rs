@@ -8,20 +8,22 @@
 //! times the coupling `A_TN/A_NN`: some 0.1 for steel at `μ = 0.3`, none at all where `ν = 1/2`.
 //! Rates of the forces follow the same way on the sets found ([`rates`]).
 
+use crate::law::Friction;
 use crate::solver_fault::SolverFault;
 use ffr_dynamics::error::EvaluationFailure;
 
 use super::active_set::SolveReport;
 use super::problem::depth;
-use super::relaxation::Relaxation;
 use super::solver::{Quasistatic, ZoneSolver, is_same};
 use super::tangential::{Blocks, PointState, Tangential, TangentialProblem};
 
+mod relaxation;
 mod kept_factor;
 pub(crate) mod rates;
 mod surface_newton;
 
 use crate::quasistatic::compliance::Surfaces;
+use relaxation::Relaxation;
 use surface_newton::{Law, SurfaceNewton};
 
 /// Displacement by which normal and friction forces may miss each other, as a share of the deepest penetration: round-off.
@@ -68,7 +70,7 @@ impl NormalSolver for ZoneSolver {
 
 /// Tangential half of a contact zone. Components are ordered `n_t * point + component`.
 pub(crate) struct StickSlip {
-    coefficient: f64,
+    law: Friction,
     /// For each point, the size of the friction force per size of its components: the tangents in
     /// use need not be unit vectors (Eq. F.24).
     lengths: Vec<f64>,
@@ -100,18 +102,19 @@ pub(crate) struct StickSlip {
     relaxation: [Relaxation; 2],
     /// Tangential forces that are given, not found.
     prescribed: Option<Vec<f64>>,
-    /// Solver in the unknowns of the surfaces, made when it is first needed, and whether the last solution is its.
+    /// Solver in the unknowns of the surfaces, made when it is first needed, and whether it has taken the points, and not failed since:
+    /// then the last solution is its.
     newton: Option<Box<SurfaceNewton>>,
-    is_by_newton: bool,
+    is_taken: bool,
 }
 
 impl StickSlip {
     /// Zone of `n_points` points with `n_t` tangential components each;
     /// `has_compliance`: whether the zone is quasistatic.
-    pub fn new(coefficient: f64, n_points: usize, n_t: usize, has_compliance: bool) -> Self {
+    pub fn new(law: Friction, n_points: usize, n_t: usize, has_compliance: bool) -> Self {
         let n = n_t * n_points;
         Self {
-            coefficient,
+            law,
             lengths: vec![1.0; n_points],
             n_t,
             n_points,
@@ -135,7 +138,7 @@ impl StickSlip {
             relaxation: [n_points, n].map(Relaxation::new),
             prescribed: None,
             newton: None,
-            is_by_newton: false,
+            is_taken: false,
         }
     }
 
@@ -154,8 +157,9 @@ impl StickSlip {
         self.solver.increments()
     }
 
-    /// Sets the compliances of the tangential springs to `ratio` times those of the normal ones.
-    pub fn set_springs(&mut self, normal: &[f64], ratio: f64) {
+    /// Sets the compliances of the tangential springs by those of the normal ones.
+    pub fn set_springs(&mut self, normal: &[f64]) {
+        let ratio = 1.0 / self.law.stiffness_ratio;
         self.springs.iter_mut().zip(normal).for_each(|(s, n)| *s = n * ratio);
         self.solver.invalidate();
     }
@@ -169,7 +173,7 @@ impl StickSlip {
     /// Sets the bounds of the tangential components under the normal forces `normal` (Eq. F.24).
     fn set_bounds(&mut self, normal: &[f64]) {
         let points = self.bounds.iter_mut().zip(normal).zip(&self.lengths);
-        points.for_each(|((bound, force), length)| *bound = self.coefficient * force / length);
+        points.for_each(|((bound, force), length)| *bound = self.law.coefficient * force / length);
     }
 
     /// Compliance of the tangential spring of point `i` [m/N].
@@ -262,17 +266,37 @@ impl StickSlip {
         self.solver.set_open_increments(increment);
     }
 
-    /// Adds the displacements of the points along the normals under the last tangential forces to
-    /// `gaps`, and replaces `slips` by those along the tangents under these and the normal forces
-    /// `normal`.
-    pub fn deflect(&mut self, normal: &[f64], gaps: &mut [f64], slips: &mut [f64]) {
+    /// Replaces `gaps` and `slips` by the displacements of the points along the normals and the tangents under the normal forces
+    /// `normal` and the last tangential ones. `of_normal` replaces its argument by those along the normals under the normal forces, for
+    /// points that are not taken.
+    pub fn deflect(
+        &mut self,
+        of_normal: impl FnOnce(&mut [f64]),
+        normal: &[f64],
+        gaps: &mut [f64],
+        slips: &mut [f64],
+    ) {
+        if let Some(newton) = self.newton.as_mut().filter(|_| self.is_taken) {
+            return newton.deflect((normal, &self.forces), (gaps, slips));
+        }
+        of_normal(gaps);
         self.blocks.add_to_gaps(&self.forces, gaps);
         self.blocks.displace(0, (normal, &self.forces), slips);
     }
 
-    /// The same at the last solution, for slips `free` without those displacements: of points under load they follow from F.5. `gaps`
-    /// holds what the normal forces displace the points by, found at the gaps [`StickSlip::shifted_gaps`].
-    pub fn deflect_solved(&mut self, free: &[f64], normal: &[f64], gaps: &mut [f64], slips: &mut [f64]) {
+    /// The same at the last solution, for slips `free` without those displacements: of points under load they follow from F.5.
+    /// `of_normal` is told the gaps that the normal forces were found at.
+    pub fn deflect_solved(
+        &mut self,
+        of_normal: impl FnOnce(&[f64], &mut [f64]),
+        (free, normal): (&[f64], &[f64]),
+        gaps: &mut [f64],
+        slips: &mut [f64],
+    ) {
+        if self.is_taken {
+            return self.deflect(|_| (), normal, gaps, slips);
+        }
+        of_normal(&self.shifted, gaps);
         gaps.iter_mut().zip(&self.shift).for_each(|(gap, shift)| *gap += shift);
         let is_open = |i: &usize| self.solver.states()[*i] == PointState::Open;
         let members = self.blocks.members();
@@ -282,16 +306,6 @@ impl StickSlip {
         for k in (0..slips.len()).filter(|k| self.solver.states()[k / self.n_t] != PointState::Open) {
             slips[k] = increments[k] - self.springs[k / self.n_t] * self.forces[k] - free[k];
         }
-    }
-
-    /// Whether the last solution has been found by alternations between normal and tangential forces.
-    pub fn is_by_alternations(&self) -> bool {
-        !self.is_by_newton
-    }
-
-    /// Gaps that the last normal forces were found at.
-    pub fn shifted_gaps(&self) -> &[f64] {
-        &self.shifted
     }
 
     /// From now on the tangential forces are those `wanted`, as far as the bounds allow, whatever the slips are; none: by how much
@@ -308,50 +322,38 @@ impl StickSlip {
         self.forces.fill(0.0);
     }
 
-    /// Solves for normal point forces `normal_forces` and the tangential ones at gaps `gaps` and
-    /// slips `slips` since the references were last updated, both without quasistatic displacement
-    /// \[m\]. Slip increments of open points are left as they are.
-    ///
-    /// # Errors
-    /// Those of [`ZoneSolver::solve`] and [`Tangential::solve`]; the iteration limit if the
-    /// alternations don't converge.
-    pub fn solve(
-        &mut self,
-        zone: &mut impl NormalSolver,
-        springs: &[f64],
-        gaps: &[f64],
-        slips: &[f64],
-        normal_forces: &mut [f64],
-    ) -> Result<SolveReport, EvaluationFailure> {
-        self.solve_within(TOLERANCE, zone, springs, gaps, slips, normal_forces)
-    }
-
     /// Takes the points that `is_member` marks with their rows on `surfaces`, in whose unknowns [`StickSlip::solve_taken`] and
-    /// [`StickSlip::deflect_taken`] work, without projections. False where springs are missing, friction forces are given, or the
+    /// displacements work, without projections. False where springs are missing, friction forces are given, or the
     /// components of the points are less than twice as many as these unknowns.
     pub fn take(&mut self, surfaces: &impl Surfaces, is_member: &[bool], springs: &[f64]) -> bool {
         let has_springs = (0..self.n_points).all(|i| !is_member[i] || springs[i].min(self.springs[i]) > 0.0);
-        if self.prescribed.is_some() || !has_springs {
-            return false;
-        }
         let (n, n_t) = (self.n_points, self.n_t);
-        let newton = self.newton.get_or_insert_with(|| Box::new(SurfaceNewton::new(n, n_t, surfaces)));
-        newton.take(surfaces, is_member)
+        let newton = &mut self.newton;
+        self.is_taken = self.prescribed.is_none() && has_springs && {
+            let newton = newton.get_or_insert_with(|| Box::new(SurfaceNewton::new(n, n_t, surfaces)));
+            newton.take(surfaces, is_member)
+        };
+        self.is_taken
     }
 
-    /// Solves as [`StickSlip::solve_within`] does, for the points taken; the others stay open (Eq. F.34). `tolerance`: of the forces,
-    /// over the largest normal one. None, and nothing solved, where the steps do not converge.
+    /// Solves as [`StickSlip::solve`] does, for the points taken; the others stay open (Eq. F.34). `tolerance`: of the forces,
+    /// over the largest normal one. None, and nothing solved, where none are taken, and where the steps do not converge.
     pub fn solve_taken(
         &mut self,
-        (springs, tolerance): (&[f64], f64),
+        tolerance: f64,
+        springs: &[f64],
         (gaps, slips): (&[f64], &[f64]),
         normal_forces: &mut [f64],
     ) -> Option<SolveReport> {
-        let (n_t, newton) = (self.n_t, self.newton.as_mut()?);
-        let law =
-            Law { coefficient: self.coefficient, lengths: &self.lengths, springs: [springs, &self.springs] };
-        let iterations = newton.solve(law, gaps, slips, tolerance)?;
-        self.is_by_newton = true;
+        let (n_t, newton) = (self.n_t, self.newton.as_mut().filter(|_| self.is_taken)?);
+        let law = Law {
+            coefficient: self.law.coefficient,
+            lengths: &self.lengths,
+            springs: [springs, &self.springs],
+        };
+        let iterations = newton.solve(law, gaps, slips, tolerance);
+        self.is_taken = iterations.is_some();
+        let iterations = iterations?;
         normal_forces.fill(0.0);
         self.forces.fill(0.0);
         self.solver.open_all();
@@ -365,35 +367,29 @@ impl StickSlip {
         Some(SolveReport { iterations, ..SolveReport::default() })
     }
 
-    /// As [`StickSlip::deflect`], normal forces included, by the points taken.
-    pub fn deflect_taken(&mut self, normal: &[f64], gaps: &mut [f64], slips: &mut [f64]) {
-        gaps.fill(0.0);
-        slips.fill(0.0);
-        if let Some(newton) = &mut self.newton {
-            newton.deflect((normal, &self.forces), (gaps, slips));
-        }
-    }
-
     /// Marks the points under load in the last solution.
     pub fn add_start(&self, is_member: &mut [bool]) {
         let states = is_member.iter_mut().zip(self.solver.states());
         states.for_each(|(is_member, state)| *is_member |= *state != PointState::Open);
     }
 
-    /// As [`StickSlip::solve`], until gaps and slips are those of the forces to `tolerance` of the deepest penetration.
+    /// Solves for normal point forces `normal_forces` and the tangential ones at gaps `gaps` and
+    /// slips `slips` since the references were last updated, both without quasistatic displacement
+    /// \[m\], until these are those of the forces to `tolerance` of the deepest penetration. Slip increments of open points are left as
+    /// they are.
     ///
     /// # Errors
-    /// As [`StickSlip::solve`].
-    pub fn solve_within(
+    /// Those of [`ZoneSolver::solve`] and [`Tangential::solve`]; the iteration limit if the
+    /// alternations don't converge.
+    pub fn solve(
         &mut self,
         tolerance: f64,
         zone: &mut impl NormalSolver,
         springs: &[f64],
-        gaps: &[f64],
-        slips: &[f64],
+        (gaps, slips): (&[f64], &[f64]),
         normal_forces: &mut [f64],
     ) -> Result<SolveReport, EvaluationFailure> {
-        self.is_by_newton = false;
+        self.is_taken = false;
         let deepest = depth(gaps);
         if deepest <= 0.0 {
             if let Some(newton) = &mut self.newton {
@@ -431,7 +427,7 @@ impl StickSlip {
             }
             inner = (GAIN * relaxation.change()).max(INNER * tolerance);
         }
-        Err(not_converged(self.coefficient))
+        Err(not_converged(self.law.coefficient))
     }
 
     /// Tangential forces under the present bounds, in `next`, with slips right to `tolerance` \[m\].
@@ -448,6 +444,10 @@ impl StickSlip {
                 self.solver.take(&problem, wanted, &mut self.next);
                 Ok(0)
             }
+            None if !self.blocks.yields() => {
+                self.solver.return_to_bounds(&problem, &mut self.next)?;
+                Ok(0)
+            }
             None => self.solver.solve(&problem, tolerance, &mut self.next),
         }
     }
@@ -458,13 +458,9 @@ impl StickSlip {
     /// If a slip is not finite.
     pub fn solve_points(&mut self, slips: &[f64], normal_forces: &[f64]) -> Result<(), EvaluationFailure> {
         self.set_bounds(normal_forces);
-        if let Some(wanted) = &self.prescribed {
-            let (compliance, springs, bounds) = (&self.blocks, &self.springs, &self.bounds);
-            let problem = TangentialProblem { compliance, springs, slips, bounds };
-            self.solver.take(&problem, wanted, &mut self.forces);
-            return Ok(());
-        }
-        self.solver.return_to_bounds(&self.springs, slips, &self.bounds, &mut self.forces)
+        self.solve_tangential(slips, 0.0)?;
+        self.forces.copy_from_slice(&self.next);
+        Ok(())
     }
 
     /// Bounds of the tangential components of the points in the last solution \[N\].

@@ -18,11 +18,9 @@
 //! reaches the tolerance without it.
 
 use crate::solver_fault::SolverFault;
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::cholesky::llt;
-use faer::{MatMut, MatRef, Par};
 use ffr_dynamics::error::EvaluationFailure;
 
+use super::factors::Cholesky;
 use super::inverse::SetInverse;
 
 mod blocks;
@@ -112,7 +110,7 @@ pub(crate) struct Tangential {
     components: Vec<usize>,
     answer: Vec<f64>,
     loaded: LoadedPoints,
-    memory: MemBuffer,
+    cholesky: Cholesky,
     saved: (Vec<PointState>, Vec<[f64; 2]>),
 }
 
@@ -134,11 +132,7 @@ impl Tangential {
             components: Vec::with_capacity(n),
             answer: vec![0.0; n],
             loaded: LoadedPoints::new(n_points, n_t),
-            memory: MemBuffer::new(llt::factor::cholesky_in_place_scratch::<f64>(
-                n,
-                Par::Seq,
-                Default::default(),
-            )),
+            cholesky: Cholesky::new(n),
             saved: (vec![PointState::Open; n_points], vec![[1.0, 0.0]; n_points]),
         }
     }
@@ -397,12 +391,9 @@ impl Tangential {
                 self.factor[k * m + k] = if largest > 0.0 { largest } else { 1.0 };
             }
         }
-        let matrix = MatMut::from_column_major_slice_mut(&mut self.factor[..m * m], m, m);
-        let stack = MemStack::new(&mut self.memory);
-        let done =
-            llt::factor::cholesky_in_place(matrix, Default::default(), Par::Seq, stack, Default::default());
+        let is_definite = self.cholesky.factorise(&mut self.factor, m);
         let is_regular = |k: usize| self.factor[k * m + k] * self.factor[k * m + k] > limit;
-        if done.is_err() || !(0..m).all(is_regular) {
+        if !is_definite || !(0..m).all(is_regular) {
             let is_exact = self.free.iter().any(|q| problem.springs[q.point] <= 0.0);
             return Err(SolverFault::SingularTangential { directions: m, is_exact }.into());
         }
@@ -423,16 +414,11 @@ impl Tangential {
     /// Amplitudes of the free directions that cancel `residual`, in `solution`.
     fn solve_free(&mut self, residual: &[f64]) {
         let (m, n_t) = (self.free.len(), self.n_t);
-        if m == 0 {
-            return;
-        }
         for (x, free) in self.solution.iter_mut().zip(&self.free) {
             let w = pair(residual, free.point, n_t);
             *x = -(w[0] * free.direction[0] + w[1] * free.direction[1]);
         }
-        let factor = MatRef::from_column_major_slice(&self.factor[..m * m], m, m);
-        let rhs = MatMut::from_column_major_slice_mut(&mut self.solution[..m], m, 1);
-        llt::solve::solve_in_place(factor, rhs, Par::Seq, MemStack::new(&mut self.memory));
+        self.cholesky.solve(&self.factor, &mut self.solution[..m]);
     }
 
     /// Takes all points as open, before [`Self::note`].

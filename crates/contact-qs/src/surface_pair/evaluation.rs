@@ -12,7 +12,7 @@ use super::projection::normal_walk::SLACK;
 use super::projection::warm_start::WarmStart;
 use super::projection::{Displaced, Functions, Projection, Samples, SurfacePlace};
 use super::relative_pose::RelativePose;
-use super::solver::{PairBodies, PairZone};
+use super::solver::PairBodies;
 use super::state::{Buffers, PairFound, PairState, Work};
 use crate::law::penalty;
 use crate::quasistatic::SolveReport;
@@ -159,7 +159,7 @@ impl SurfacePair {
         let PairState { zone, friction, .. } = &mut *work.state;
         if let (Some(both), Some(zone)) = (self.both(), zone) {
             let stick_slip = friction.as_mut().map(|f| &mut f.stick_slip);
-            zone.take(&work.found.jacobian, |_| true, |_| 0.0);
+            zone.take((&work.found.jacobian, true), |_| true, |_| 0.0);
             zone.project(both, stick_slip);
         }
         Ok(())
@@ -359,29 +359,30 @@ impl SurfacePair {
         // If passes do not converge, the compliance is projected anew, so that an old projection
         // cannot be the reason.
         let is_new = moved > REUSE || (pass > 10 && moved > 0.0);
-        let lacks = !is_new && zone.lacks(is_near);
-        if is_new || lacks {
-            let depth = gaps.iter().zip(&*deflections).fold(0.0_f64, |d, (g, s)| d.max(s - g));
+        let has_others = is_new || zone.lacks(is_near);
+        let depth =
+            |deflections: &[f64]| gaps.iter().zip(deflections).fold(0.0_f64, |d, (g, s)| d.max(s - g));
+        if has_others {
+            let depth = depth(deflections);
             let is_member = |i: usize| is_near(i) || gaps[i] < MARGIN * depth;
-            let free_gap = |i: usize| gaps[i] - deflections[i];
-            if is_new {
-                zone.take(jacobian, is_member, free_gap);
-            } else {
-                zone.take_more(jacobian, is_member, free_gap);
-            }
+            zone.take((jacobian, is_new), is_member, |i| gaps[i] - deflections[i]);
         }
         let mut stick_slip = friction.as_mut().map(|f| &mut f.stick_slip);
         let (surfaces, members) = zone.surfaces(both);
-        let is_taken = stick_slip.as_mut().is_some_and(|s| s.take(&surfaces, members, &self.springs));
-        if !is_taken {
+        if !stick_slip.as_mut().is_some_and(|s| s.take(&surfaces, members, &self.springs)) {
             zone.project(both, stick_slip);
         }
         // Of these forces, with these compliances, they are left from the solution before.
-        if is_new || lacks {
-            deflect(zone, is_taken, forces, friction, deflections);
+        match friction {
+            _ if !has_others => {}
+            None => zone.deflect(forces, deflections),
+            Some(f) => {
+                let of_normal = |gaps: &mut [f64]| zone.deflect(forces, gaps);
+                f.stick_slip.deflect(of_normal, forces, deflections, &mut f.deflections);
+            }
         }
         if let Some(f) = friction {
-            let depth = gaps.iter().zip(&*deflections).fold(0.0_f64, |d, (g, s)| d.max(s - g));
+            let depth = depth(deflections);
             f.alternation_tolerance =
                 f.alternation_tolerance_for(self.tolerance, gaps, &self.springs, forces, depth);
             for ((free, slip), deflection) in f.free_slips.iter_mut().zip(&f.slips).zip(&f.deflections) {
@@ -402,31 +403,23 @@ impl SurfacePair {
             Some(f) => {
                 let (tolerance, slips) = (f.alternation_tolerance, &f.free_slips);
                 let given = (&*w.free_gaps, slips.as_slice());
-                let solve = |_| f.stick_slip.solve_taken((&self.springs, tolerance), given, forces);
-                match is_taken.then_some(()).and_then(solve) {
+                match f.stick_slip.solve_taken(tolerance, &self.springs, given, forces) {
                     Some(report) => report,
                     None => {
                         zone.project(both, Some(&mut f.stick_slip));
-                        f.stick_slip.solve_within(
-                            tolerance,
-                            zone,
-                            &self.springs,
-                            &w.free_gaps,
-                            slips,
-                            forces,
-                        )?
+                        f.stick_slip.solve(tolerance, zone, &self.springs, given, forces)?
                     }
                 }
             }
         };
         match friction {
             None => zone.deflect_solved(&self.springs, &w.free_gaps, forces, deflections),
-            Some(f) if f.stick_slip.is_by_alternations() => {
+            Some(f) => {
+                let of_normal =
+                    |gaps: &[f64], out: &mut [f64]| zone.deflect_solved(&self.springs, gaps, forces, out);
                 let PairFriction { stick_slip, free_slips, deflections: slips, .. } = &mut **f;
-                zone.deflect_solved(&self.springs, stick_slip.shifted_gaps(), forces, deflections);
-                stick_slip.deflect_solved(free_slips, forces, deflections, slips);
+                stick_slip.deflect_solved(of_normal, (free_slips, forces), deflections, slips);
             }
-            Some(_) => deflect(zone, is_taken, forces, friction, deflections),
         }
         self.displace(both, work);
         Ok(report)
@@ -449,26 +442,6 @@ impl SurfacePair {
         add_product(&self.surface.compliance, interface_loads, interface_displacements);
         for (u, dof) in state.start.nodes.iter_mut().zip(&self.surface.dofs) {
             *u = dof.map_or(0.0, |b| interface_displacements[b as usize]);
-        }
-    }
-}
-
-/// Replaces `gaps` by the displacements of the points along their normals under `forces`, with friction those along the tangents as well;
-/// `is_taken`: whether friction knows them.
-fn deflect(
-    zone: &PairZone,
-    is_taken: bool,
-    forces: &[f64],
-    friction: &mut Option<Box<PairFriction>>,
-    gaps: &mut [f64],
-) {
-    match friction {
-        Some(f) if is_taken => f.stick_slip.deflect_taken(forces, gaps, &mut f.deflections),
-        _ => {
-            zone.deflect(forces, gaps);
-            if let Some(f) = friction {
-                f.stick_slip.deflect(forces, gaps, &mut f.deflections);
-            }
         }
     }
 }

@@ -11,7 +11,7 @@ use super::state::{Buffers, PairFound, PairState, RateBuffers, Work};
 use crate::contact_element::ContactReport;
 use crate::quasistatic::SolveReport;
 use crate::quasistatic::problem::dot;
-use crate::quasistatic::stick_slip::rates::{OF_STIFFNESS, normal_rates};
+use crate::quasistatic::stick_slip::rates::force_rates;
 
 impl SurfacePair {
     /// Components of the point forces on both bodies at the last projection.
@@ -179,16 +179,9 @@ impl SurfacePair {
         self.rates_of_points((own, target), (&state.start.forces, found), along);
         let PairState { start, zone, friction, .. } = state;
         let pressed = (self.springs.as_slice(), start.forces.as_slice());
-        let [gap_rates, slip_rates] = along;
-        if let Some(friction) = friction {
-            let stick_slip = &mut friction.stick_slip;
-            if stick_slip.find_rates(OF_STIFFNESS, zone.as_mut(), pressed, gap_rates, slip_rates).is_err() {
-                return false;
-            }
-            let [of_normal, of_tangential] = stick_slip.rates();
-            normal.copy_from_slice(of_normal);
-            tangential.copy_from_slice(of_tangential);
-        } else if !normal_rates(zone.as_mut(), pressed, gap_rates.iter().copied(), normal) {
+        let stick_slip = friction.as_mut().map(|friction| &mut friction.stick_slip);
+        let along = [&*along[0], &*along[1]];
+        if !force_rates(stick_slip, zone.as_mut(), pressed, along, [normal, tangential]) {
             return false;
         }
         let points = (normal.as_slice(), tangential.as_slice());

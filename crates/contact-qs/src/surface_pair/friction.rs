@@ -44,7 +44,6 @@ struct StickReference {
 
 /// Friction of one pair. Components are ordered `n_t * point + component`.
 pub(super) struct PairFriction {
-    pub law: Friction,
     pub n_t: usize,
     pub stick_slip: StickSlip,
     /// Slips at the last projection \[m\].
@@ -78,9 +77,6 @@ pub(super) struct PairFriction {
     /// Slip increments shortly before the last evaluation, and bounds of the points then.
     earlier: Vec<f64>,
     earlier_bounds: Vec<f64>,
-    /// Slip increments of the last evaluation and their rates.
-    now: Vec<f64>,
-    rates: Vec<f64>,
 }
 
 impl PairFriction {
@@ -93,9 +89,8 @@ impl PairFriction {
         let n_t = n_components - 1;
         let n = n_t * n_points;
         Self {
-            law,
             n_t,
-            stick_slip: StickSlip::new(law.coefficient, n_points, n_t, has_compliance),
+            stick_slip: StickSlip::new(law, n_points, n_t, has_compliance),
             slips: vec![0.0; n],
             free_slips: vec![0.0; n],
             deflections: vec![0.0; n],
@@ -113,8 +108,6 @@ impl PairFriction {
             reference_time: f64::NEG_INFINITY,
             earlier: vec![0.0; n],
             earlier_bounds: vec![0.0; n_points],
-            now: vec![0.0; n],
-            rates: vec![0.0; n],
         }
     }
 
@@ -321,21 +314,16 @@ impl PairFriction {
 
     /// Work of sliding, with rates from the differences to the evaluation a `time` before
     /// (Eqs. F.25, F.15); no rates if nothing moves.
-    pub fn sliding_work(&mut self, forces: &[f64], time: Option<f64>) -> SlidingWork {
-        let (mut increments, mut rates) = (std::mem::take(&mut self.now), std::mem::take(&mut self.rates));
-        for (k, (now, rate)) in increments.iter_mut().zip(&mut rates).enumerate() {
-            *now = self.increment(k, forces);
-            *rate = time.map_or(0.0, |time| (*now - self.earlier[k]) / time);
-        }
-        let work = |i: usize| {
-            let change = self.bound(i, forces) - self.earlier_bounds[i];
-            let bound_rate = time.map_or(0.0, |time| change / time);
-            self.stick_slip.work_of_point(i, &increments, &rates, bound_rate)
+    pub fn sliding_work(&self, forces: &[f64], time: Option<f64>) -> SlidingWork {
+        let rate = |change: f64| time.map_or(0.0, |time| change / time);
+        let slip = |k: usize| {
+            let now = self.increment(k, forces);
+            [now, rate(now - self.earlier[k])]
         };
+        let bound_rate = |i: usize| rate(self.bound(i, forces) - self.earlier_bounds[i]);
+        let work = |i: usize| self.stick_slip.work_of_point(i, slip, bound_rate(i));
         let sliding = (0..forces.len()).filter(|i| self.is_sliding(*i, forces));
-        let sum = sliding.map(work).fold(SlidingWork::default(), SlidingWork::plus);
-        (self.now, self.rates) = (increments, rates);
-        sum
+        sliding.map(work).fold(SlidingWork::default(), SlidingWork::plus)
     }
 
     /// Takes the references of the points from the last evaluation: the springs of sticking points

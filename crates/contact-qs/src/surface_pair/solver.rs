@@ -159,27 +159,20 @@ impl PairZone {
         (0..self.members.len()).any(|i| !self.members[i] && is_chosen(i))
     }
 
-    /// Takes the rows `jacobian` of the points chosen by `is_member` to project the compliances on (Eq. C.40). The others are taken to
-    /// move by no force and to bear none. Products are short where points with small `gap` are pressed.
+    /// Takes the rows `jacobian` of the points chosen by `is_member` to project the compliances on (Eq. C.40), anew or, if not
+    /// `is_new`, those of further points. The others are taken to move by no force and to bear none. Products are short where points
+    /// with small `gap` are pressed.
     pub fn take(
         &mut self,
-        jacobian: &ContactJacobian,
+        (jacobian, is_new): (&ContactJacobian, bool),
         is_member: impl Fn(usize) -> bool,
         gap: impl Fn(usize) -> f64,
     ) {
-        self.members.fill(false);
-        self.order.clear();
-        self.n_projected = 0;
-        self.take_more(jacobian, is_member, gap);
-    }
-
-    /// Takes further points so; the rows of those taken before stay.
-    pub fn take_more(
-        &mut self,
-        jacobian: &ContactJacobian,
-        is_member: impl Fn(usize) -> bool,
-        gap: impl Fn(usize) -> f64,
-    ) {
+        if is_new {
+            self.members.fill(false);
+            self.order.clear();
+            self.n_projected = 0;
+        }
         let (is_modal, first) = (self.solver.needs_springs(), self.order.len());
         for i in 0..self.members.len() {
             if !self.members[i] && (is_modal || is_member(i)) {

@@ -561,3 +561,18 @@ pub(super) fn by_places(nc: usize, column: impl Iterator<Item = f64>) -> Vec<f64
     }
     places
 }
+
+/// All six faces of a cube of unit length.
+#[cfg(test)]
+pub(super) fn cube() -> TargetSurface {
+    use iga_core::{nurbs::FaceId, space::PatchSpace, splines::knots::KnotVector};
+    let corners = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2].map(f64::from)).collect();
+    let knots = vec![KnotVector::uniform(1, 1).expect("knots"); 3];
+    let patches = vec![Patch::new(knots, corners, vec![1.0; 8]).expect("a cube")];
+    let space = PatchSpace::new(patches.clone()).expect("a space");
+    let faces: Vec<TargetFace> = (0..6)
+        .map(|k| FaceId { patch: 0, direction: k / 2, upper: k % 2 == 1 })
+        .map(|id| TargetFace::whole(Face::new(&patches, id, false), &patches))
+        .collect();
+    TargetSurface::rigid(RigidMotion::Spatial, &space, &patches, &faces).expect("a surface").complete()
+}

@@ -241,6 +241,12 @@ pub fn random_points(motion: RigidMotion, quasistatic: bool, seed: u64) -> Conta
     }
 }
 
+/// Moment of the forces on all bodies about the origin.
+pub fn moment(bodies: &[BodyState], forces: &[GeneralisedForce]) -> Vector3<f64> {
+    let pairs = bodies.iter().zip(forces);
+    pairs.map(|(b, f)| b.position.cross(&f.force) + b.rotation * f.torque_in_body).sum()
+}
+
 /// Contact body 2, target 0, a third body between them in the list.
 pub fn random_pair(
     motion: RigidMotion,

@@ -135,6 +135,10 @@ impl Contact for StandIn {
 }
 
 impl ContactElement for StandIn {
+    fn report<'a>(&self, found: &'a ContactReport) -> &'a ContactReport {
+        found
+    }
+
     fn meeting(&self, motion: Motion<'_>, (): &(), (): &mut ()) -> Meeting {
         let nothing = Meeting { gap: f64::INFINITY, normal: Vector3::zeros(), ..Meeting::UNKNOWN };
         self.impact.as_ref().map_or(nothing, |impact| {

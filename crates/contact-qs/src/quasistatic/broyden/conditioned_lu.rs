@@ -4,10 +4,7 @@
 //! vector (Higham 1988), as in LAPACK's `gecon` and MATLAB's `rcond`, which \[A\] uses. A lower
 //! bound of `‖J⁻¹‖₁`, in practice within a factor 3.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::lu::partial_pivoting as lu;
-use faer::perm::PermRef;
-use faer::{MatMut, MatRef, Par};
+use crate::quasistatic::factors::Lu;
 
 /// Most refinements of the estimate (Higham 1988, as in LAPACK).
 const MAX_REFINEMENTS: usize = 5;
@@ -18,29 +15,15 @@ const BUNDLE: usize = 64;
 /// Factors of one square matrix of fixed size, with buffers.
 pub struct ConditionedLu {
     n: usize,
-    factors: Vec<f64>,
-    permutation: Vec<usize>,
-    inverse: Vec<usize>,
+    lu: Lu,
     probe: Vec<f64>,
     signs: Vec<f64>,
-    memory: MemBuffer,
 }
 
 impl ConditionedLu {
     /// Room for an `n × n` matrix.
     pub fn new(n: usize) -> Self {
-        let scratch = lu::factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, Default::default())
-            .or(lu::solve::solve_in_place_scratch::<usize, f64>(n, BUNDLE, Par::Seq))
-            .or(lu::solve::solve_transpose_in_place_scratch::<usize, f64>(n, 1, Par::Seq));
-        Self {
-            n,
-            factors: vec![0.0; n * n],
-            permutation: (0..n).collect(),
-            inverse: (0..n).collect(),
-            probe: vec![0.0; n],
-            signs: vec![0.0; n],
-            memory: MemBuffer::new(scratch),
-        }
+        Self { n, lu: Lu::new(n, BUNDLE), probe: vec![0.0; n], signs: vec![0.0; n] }
     }
 
     /// Factorises the column-major `matrix` and returns its estimated `rcond`: 0 if singular, NaN
@@ -62,18 +45,8 @@ impl ConditionedLu {
             }
             norm = norm.max(sum);
         }
-        self.factors.copy_from_slice(matrix);
-        let target = MatMut::from_column_major_slice_mut(&mut self.factors, n, n);
-        let stack = MemStack::new(&mut self.memory);
-        lu::factor::lu_in_place(
-            target,
-            &mut self.permutation,
-            &mut self.inverse,
-            Par::Seq,
-            stack,
-            Default::default(),
-        );
-        if (0..n).any(|i| self.factors[i * n + i] == 0.0) {
+        self.lu.factorise(n, |target| target.copy_from_slice(matrix));
+        if self.lu.is_singular() {
             return 0.0;
         }
         let rcond = 1.0 / (norm * self.inverse_norm());
@@ -83,16 +56,7 @@ impl ConditionedLu {
 
     /// Replaces the columns of `x`, at most `BUNDLE`, by `J⁻¹` times them.
     pub fn solve(&mut self, x: &mut [f64]) {
-        let n = self.n;
-        if n == 0 {
-            return;
-        }
-        let factors = MatRef::from_column_major_slice(&self.factors, n, n);
-        let permutation = PermRef::new_checked(&self.permutation, &self.inverse, n);
-        let width = x.len() / n;
-        let rhs = MatMut::from_column_major_slice_mut(x, n, width);
-        let stack = MemStack::new(&mut self.memory);
-        lu::solve::solve_in_place(factors, factors, permutation, rhs, Par::Seq, stack);
+        self.lu.solve(x);
     }
 
     /// Replaces `inverse`, column by column, by `J⁻¹`.
@@ -107,27 +71,9 @@ impl ConditionedLu {
         inverse.chunks_mut(n * BUNDLE.min(n)).for_each(|columns| self.solve(columns));
     }
 
-    /// Replaces the probe by `J⁻ᵀ` times it.
-    fn solve_transposed_probe(&mut self) {
-        let n = self.n;
-        let factors = MatRef::from_column_major_slice(&self.factors, n, n);
-        let permutation = PermRef::new_checked(&self.permutation, &self.inverse, n);
-        let rhs = MatMut::from_column_major_slice_mut(&mut self.probe, n, 1);
-        lu::solve::solve_transpose_in_place(
-            factors,
-            factors,
-            permutation,
-            rhs,
-            Par::Seq,
-            MemStack::new(&mut self.memory),
-        );
-    }
-
     /// `‖J⁻¹ probe‖₁`, the product left in the probe.
     fn image_norm(&mut self) -> f64 {
-        let mut probe = std::mem::take(&mut self.probe);
-        self.solve(&mut probe);
-        self.probe = probe;
+        self.lu.solve(&mut self.probe);
         self.probe.iter().map(|x| x.abs()).sum()
     }
 
@@ -149,7 +95,7 @@ impl ConditionedLu {
                 break;
             }
             self.probe.copy_from_slice(&self.signs);
-            self.solve_transposed_probe();
+            self.lu.solve_transposed(&mut self.probe);
             let next = largest(&self.probe);
             if next == last {
                 break;

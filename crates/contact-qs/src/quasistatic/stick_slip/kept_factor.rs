@@ -3,11 +3,7 @@
 //! Generalised minimal residuals (Saad & Schultz 1986), with the kept factors on the right: a matrix that differs in `k` ranks is
 //! solved in `k + 1` steps, in fewer where the differences are small.
 
-use faer::dyn_stack::{MemBuffer, MemStack};
-use faer::linalg::lu::partial_pivoting as lu;
-use faer::perm::PermRef;
-use faer::{MatMut, MatRef, Par};
-
+use crate::quasistatic::factors::Lu;
 use crate::quasistatic::problem::dot;
 
 /// Steps that cost about as much as a factorisation.
@@ -17,9 +13,7 @@ const MAX_STEPS: usize = 20;
 pub(super) struct KeptFactor {
     /// Rows of the matrix in use; zero: none.
     n: usize,
-    factors: Vec<f64>,
-    permutation: [Vec<usize>; 2],
-    memory: MemBuffer,
+    lu: Lu,
     /// Orthonormal residuals, one after the other, and a buffer.
     basis: Vec<f64>,
     buffer: Vec<f64>,
@@ -30,13 +24,9 @@ pub(super) struct KeptFactor {
 impl KeptFactor {
     /// Room for matrices of up to `n` rows.
     pub fn new(n: usize) -> Self {
-        let scratch = lu::factor::lu_in_place_scratch::<usize, f64>(n, n, Par::Seq, Default::default())
-            .or(lu::solve::solve_in_place_scratch::<usize, f64>(n, 1, Par::Seq));
         Self {
             n: 0,
-            factors: vec![0.0; n * n],
-            permutation: [vec![0; n], vec![0; n]],
-            memory: MemBuffer::new(scratch),
+            lu: Lu::new(n, 1),
             basis: vec![0.0; (MAX_STEPS + 1) * n],
             buffer: vec![0.0; n],
             columns: [[0.0; MAX_STEPS + 1]; MAX_STEPS],
@@ -56,30 +46,12 @@ impl KeptFactor {
     /// Takes the factors of the matrix of `n` rows that `fill` writes column by column.
     pub fn factorise(&mut self, n: usize, fill: impl FnOnce(&mut [f64])) {
         self.n = n;
-        let matrix = &mut self.factors[..n * n];
-        fill(matrix);
-        let matrix = MatMut::from_column_major_slice_mut(matrix, n, n);
-        let [permutation, inverse] = &mut self.permutation;
-        let (permutation, inverse) = (&mut permutation[..n], &mut inverse[..n]);
-        let stack = MemStack::new(&mut self.memory);
-        lu::factor::lu_in_place(matrix, permutation, inverse, Par::Seq, stack, Default::default());
+        self.lu.factorise(n, fill);
     }
 
     /// Replaces `x` by the solution of the factorised system.
     pub fn solve(&mut self, x: &mut [f64]) {
-        let n = self.n;
-        let factors = MatRef::from_column_major_slice(&self.factors[..n * n], n, n);
-        let [permutation, inverse] = &self.permutation;
-        let permutation = PermRef::new_checked(&permutation[..n], &inverse[..n], n);
-        let rhs = MatMut::from_column_major_slice_mut(x, n, 1);
-        lu::solve::solve_in_place(
-            factors,
-            factors,
-            permutation,
-            rhs,
-            Par::Seq,
-            MemStack::new(&mut self.memory),
-        );
+        self.lu.solve(x);
     }
 
     /// Replaces `x` by the solution of the system whose matrix `apply` multiplies vectors by, until what is left is `tolerance` of
@@ -98,13 +70,12 @@ impl KeptFactor {
         left[0] = start;
         self.basis.iter_mut().zip(&*x).for_each(|(v, x)| *v = x / start);
         for k in 0..MAX_STEPS {
-            let mut buffer = std::mem::take(&mut self.buffer);
-            buffer[..n].copy_from_slice(&self.basis[k * n..(k + 1) * n]);
-            self.solve(&mut buffer[..n]);
+            let buffer = &mut self.buffer[..n];
+            buffer.copy_from_slice(&self.basis[k * n..(k + 1) * n]);
+            self.lu.solve(buffer);
             let (known, next) = self.basis.split_at_mut((k + 1) * n);
             let next = &mut next[..n];
-            apply(&buffer[..n], next);
-            self.buffer = buffer;
+            apply(buffer, next);
             let column = &mut self.columns[k];
             for (entry, v) in column.iter_mut().zip(known.chunks_exact(n)) {
                 *entry = dot(v, next);

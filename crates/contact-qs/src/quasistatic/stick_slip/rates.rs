@@ -7,10 +7,13 @@ use super::{MAX_ALTERNATIONS, NormalSolver, StickSlip, TOLERANCE, not_converged}
 use crate::quasistatic::sliding_work::SlidingWork;
 use crate::quasistatic::tangential::{PointState, TangentialProblem};
 
+/// Tolerance of the rates that make up a stiffness: its other errors are larger.
+const OF_STIFFNESS: f64 = 1e-7;
+
 /// Replaces `rates` by those of the normal forces on the last active set when gaps change at `gap_rates` [m/s], `springs` being the
 /// compliances of the penalty springs; without a `zone` the points that `forces` press are springs alone \[N/s\]. False where the
 /// solver does not tell.
-pub(crate) fn normal_rates<Z: NormalSolver>(
+fn normal_rates<Z: NormalSolver>(
     zone: Option<&mut Z>,
     (springs, forces): (&[f64], &[f64]),
     gap_rates: impl Iterator<Item = f64>,
@@ -26,8 +29,23 @@ pub(crate) fn normal_rates<Z: NormalSolver>(
     zone.solve_on_set(rates)
 }
 
-/// Tolerance of the rates that make up a stiffness: its other errors are larger.
-pub(crate) const OF_STIFFNESS: f64 = 1e-7;
+/// Replaces `normal` and `tangential` by the rates of the forces on the sets of the last solution, as exact as a stiffness needs them;
+/// arguments as of [`StickSlip::find_rates`]. False where the solver does not tell.
+pub(crate) fn force_rates<Z: NormalSolver>(
+    friction: Option<&mut StickSlip>,
+    zone: Option<&mut Z>,
+    pressed: (&[f64], &[f64]),
+    [gap_rates, slip_rates]: [&[f64]; 2],
+    [normal, tangential]: [&mut [f64]; 2],
+) -> bool {
+    let Some(friction) = friction else {
+        return normal_rates(zone, pressed, gap_rates.iter().copied(), normal);
+    };
+    let outcome = friction.find_rates(OF_STIFFNESS, zone, pressed, gap_rates, slip_rates);
+    normal.copy_from_slice(&friction.normal_rates);
+    tangential.copy_from_slice(&friction.rates);
+    outcome.is_ok()
+}
 
 impl StickSlip {
     /// Work of sliding at the last solution (Eqs. F.9 to F.12, F.15); arguments as of [`StickSlip::find_rates`].
@@ -46,32 +64,28 @@ impl StickSlip {
         }
         self.find_rates(TOLERANCE, zone, pressed, gap_rates, slip_rates)?;
         // The rates of the bounds are left in `shifted`.
-        let work =
-            |i: usize| self.work_of_point(i, self.solver.increments(), &self.slip_rates, self.shifted[i]);
+        let slip = |k: usize| [self.solver.increments()[k], self.slip_rates[k]];
+        let work = |i: usize| self.work_of_point(i, slip, self.shifted[i]);
         let sliding = (0..self.n_points).filter(|&i| self.solver.states()[i] == PointState::Slip);
         Ok(sliding.map(work).fold(SlidingWork::default(), SlidingWork::plus))
     }
 
-    /// Work of sliding of point `i`: slip increments `increments` change at `rates`, its bound at
-    /// `bound_rate`.
-    pub fn work_of_point(&self, i: usize, increments: &[f64], rates: &[f64], bound_rate: f64) -> SlidingWork {
-        let (mut power, mut work, mut slip) = (0.0, 0.0, 0.0_f64);
+    /// Work of sliding of point `i`, of which `slip` tells the slip increment and its rate for each component, and whose bound
+    /// changes at `bound_rate`.
+    pub fn work_of_point(&self, i: usize, slip: impl Fn(usize) -> [f64; 2], bound_rate: f64) -> SlidingWork {
+        let (mut power, mut work, mut size) = (0.0, 0.0, 0.0_f64);
         for k in self.n_t * i..self.n_t * (i + 1) {
-            power -= self.forces[k] * rates[k];
-            work -= self.forces[k] * increments[k];
-            slip = slip.hypot(increments[k]);
+            let [increment, rate] = slip(k);
+            power -= self.forces[k] * rate;
+            work -= self.forces[k] * increment;
+            size = size.hypot(increment);
         }
         if self.solver.saved_states()[i] == PointState::Open {
             // The point was open when the step began and has slipped since: its power begins at
             // zero, the rate of its bound does not.
             return SlidingWork { power, ..SlidingWork::default() };
         }
-        SlidingWork { power, slid: work, slid_rate: power + slip * bound_rate }
-    }
-
-    /// Rates of the normal and of the tangential forces that were found last \[N/s\].
-    pub fn rates(&self) -> [&[f64]; 2] {
-        [&self.normal_rates, &self.rates]
+        SlidingWork { power, slid: work, slid_rate: power + size * bound_rate }
     }
 
     /// Finds the rates of the forces, and of the slip increments, on the sets of the last solution. `gap_rates` and `slip_rates`:
@@ -80,7 +94,7 @@ impl StickSlip {
     ///
     /// # Errors
     /// If the alternations don't converge.
-    pub fn find_rates<Z: NormalSolver>(
+    pub(super) fn find_rates<Z: NormalSolver>(
         &mut self,
         tolerance: f64,
         zone: Option<&mut Z>,
@@ -95,7 +109,7 @@ impl StickSlip {
             self.solver.rates_of_points(&self.springs, &self.bounds, (slip_rates, &self.shifted), found);
             return Ok(());
         };
-        if let Some(newton) = self.newton.as_mut().filter(|_| self.is_by_newton) {
+        if let Some(newton) = self.newton.as_mut().filter(|_| self.is_taken) {
             for rates in [&mut self.normal_rates, &mut self.rates, &mut self.slip_rates] {
                 rates.fill(0.0);
             }
@@ -142,12 +156,12 @@ impl StickSlip {
                 return Ok(());
             }
         }
-        Err(not_converged(self.coefficient))
+        Err(not_converged(self.law.coefficient))
     }
 
     /// Leaves the rates of the bounds that belong to those of the normal forces in `shifted`.
     fn bound_rates(&mut self) {
         let points = self.shifted.iter_mut().zip(&self.normal_rates).zip(&self.lengths);
-        points.for_each(|((bound, rate), length)| *bound = self.coefficient * rate / length);
+        points.for_each(|((bound, rate), length)| *bound = self.law.coefficient * rate / length);
     }
 }

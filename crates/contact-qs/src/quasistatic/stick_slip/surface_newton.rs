@@ -398,7 +398,7 @@ impl SurfaceNewton {
         }
     }
 
-    /// Replaces gaps and slips of the points taken by their displacements under normal and tangential forces.
+    /// Replaces gaps and slips of the points taken by their displacements under normal and tangential forces, those of others by zero.
     pub fn deflect(
         &mut self,
         (normal, tangential): (&[f64], &[f64]),
@@ -406,7 +406,7 @@ impl SurfaceNewton {
     ) {
         let (m, n_t, system) = (self.system.unknowns.len(), self.system.n_d - 1, &mut self.system);
         let shares = &mut self.step[..m];
-        shares.fill(0.0);
+        [&mut *gaps, &mut *slips, &mut *shares].into_iter().for_each(|values| values.fill(0.0));
         for (slot, &i) in system.points.iter().enumerate() {
             let mut forces = [normal[i], 0.0, 0.0];
             forces[1..=n_t].copy_from_slice(&tangential[n_t * i..n_t * (i + 1)]);

@@ -36,7 +36,7 @@ fn place(i: usize) -> [f64; 2] {
 fn half_space(poisson: f64) -> (Normal, StickSlip) {
     let n = N * N;
     let mut normal = Mat::zeros(n, n);
-    let mut zone = StickSlip::new(0.0, n, 2, true);
+    let mut zone = StickSlip::new(Friction::new(0.0), n, 2, true);
     (0..n).for_each(|i| zone.blocks.add(i));
     for i in 0..n {
         for j in 0..n {
@@ -68,8 +68,8 @@ fn turns_settle_from_sticking_to_sliding_at_any_coupling() {
     let mut n_mixed = 0;
     for (poisson, coefficient) in [(0.3, 0.3), (0.3, 0.8), (0.0, 0.3), (0.0, 0.8)] {
         let (mut normal, mut zone) = half_space(poisson);
-        zone.coefficient = coefficient;
-        zone.set_springs(&springs, 1.0);
+        zone.law.coefficient = coefficient;
+        zone.set_springs(&springs);
         let mut forces = vec![0.0; n];
         // Slips from none to complete sliding and back, which crosses every state of the
         // annulus.
@@ -78,7 +78,7 @@ fn turns_settle_from_sticking_to_sliding_at_any_coupling() {
             let gaps: Vec<f64> =
                 (0..n).map(|i| 0.05 * (place(i)[0].powi(2) + place(i)[1].powi(2)) - 0.6).collect();
             let slips: Vec<f64> = (0..n).flat_map(|_| [slip, 0.3 * slip]).collect();
-            let report = zone.solve(&mut normal, &springs, &gaps, &slips, &mut forces);
+            let report = zone.solve(TOLERANCE, &mut normal, &springs, (&gaps, &slips), &mut forces);
             assert!(report.is_ok(), "{poisson} {coefficient} {step}: {report:?}");
             let states = zone.states();
             n_mixed += usize::from(states.contains(&PointState::Stick) && states.contains(&PointState::Slip));
@@ -145,7 +145,8 @@ fn forces_in_the_unknowns_of_surfaces_are_those_of_the_points() {
     let (mut n_mixed, mut most) = (0, 0);
     for (n_t, coefficient) in [(1, 0.3), (2, 0.3), (2, 0.8)] {
         let hats = Hats::new(n, n_nodes, n_t);
-        let [mut points, mut unknowns] = [(); 2].map(|()| StickSlip::new(coefficient, n, n_t, true));
+        let [mut points, mut unknowns] =
+            [(); 2].map(|()| StickSlip::new(Friction::new(coefficient), n, n_t, true));
         (0..n).for_each(|i| points.blocks.add(i));
         for ((i, j), d) in (0..n * n).map(|k| (k / n, k % n)).flat_map(|p| (1..=n_t).map(move |d| (p, d))) {
             points.blocks.set_coupling(i, d - 1, j, hats.answer((i, d), (j, 0)));
@@ -155,7 +156,7 @@ fn forces_in_the_unknowns_of_surfaces_are_those_of_the_points() {
         }
         points.finish_blocks();
         let mut normal = Normal(ActiveSet::new(n), Mat::from_fn(n, n, |i, j| hats.answer((i, 0), (j, 0))));
-        [&mut points, &mut unknowns].into_iter().for_each(|zone| zone.set_springs(&springs, 1.0));
+        [&mut points, &mut unknowns].into_iter().for_each(|zone| zone.set_springs(&springs));
         let [mut expected, mut found] = [(); 2].map(|()| vec![0.0; n]);
         for step in 0..60 {
             let (slip, open) = (0.3 * (0.1 * f64::from(step)).sin(), step as usize % 7);
@@ -164,12 +165,11 @@ fn forces_in_the_unknowns_of_surfaces_are_those_of_the_points() {
                 (0..n).map(|i| if i % 9 == open { 1.0 } else { along(i).powi(2) - 0.5 }).collect();
             let slips: Vec<f64> =
                 (0..n * n_t).map(|k| slip * if k % n_t == 0 { 1.0 } else { 0.4 * along(k) }).collect();
-            points.solve(&mut normal, &springs, &gaps, &slips, &mut expected).unwrap();
             let given = (gaps.as_slice(), slips.as_slice());
+            points.solve(TOLERANCE, &mut normal, &springs, given, &mut expected).unwrap();
             let is_member: Vec<bool> = gaps.iter().map(|gap| *gap < 0.4).collect();
-            let tolerance = (springs.as_slice(), TOLERANCE);
             assert!(unknowns.take(&hats, &is_member, &springs));
-            let report = unknowns.solve_taken(tolerance, given, &mut found).unwrap();
+            let report = unknowns.solve_taken(TOLERANCE, &springs, given, &mut found).unwrap();
             most = most.max(report.iterations);
             let largest = expected.iter().copied().fold(0.0, f64::max);
             let off = |a: &[f64], b: &[f64]| a.iter().zip(b).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
@@ -193,8 +193,9 @@ fn forces_in_the_unknowns_of_surfaces_are_those_of_the_points() {
             let pressed = |forces| (springs.as_slice(), forces);
             points.find_rates(TOLERANCE, Some(&mut normal), pressed(&*expected), &gap_rates, &slips).unwrap();
             unknowns.find_rates(TOLERANCE, Some(&mut normal), pressed(&*found), &gap_rates, &slips).unwrap();
-            let largest = points.rates()[0].iter().fold(0.0_f64, |m, r| m.max(r.abs()));
-            for (a, b) in unknowns.rates().iter().zip(points.rates()) {
+            let largest = points.normal_rates.iter().fold(0.0_f64, |m, r| m.max(r.abs()));
+            let rates = |zone: &StickSlip| [zone.normal_rates.clone(), zone.rates.clone()];
+            for (a, b) in rates(&unknowns).iter().zip(&rates(&points)) {
                 // Turns of the forces to 1e-8 in the one, 1e-12 in the other.
                 assert!(off(a, b) < 1e-6 * largest, "{n_t} {coefficient} {step}: {}", off(a, b) / largest);
             }

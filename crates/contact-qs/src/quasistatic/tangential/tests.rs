@@ -79,10 +79,10 @@ fn more_points_than_displacements_settle_soon() {
     assert!(most <= 150, "{most}");
 }
 
-/// Points of a large zone whose states change little by little: an inverse for all of them tells the same forces as factors of each
-/// set.
+/// Points of a large zone whose states change little by little: an inverse for all of them makes the same steps as factors of each set.
+/// (Forces at the end tell nothing, for Newton's method mends what a wrong matrix does.)
 #[test]
-fn inverses_of_large_zones_give_the_forces_of_their_factors() {
+fn inverses_of_large_zones_make_the_steps_of_their_factors() {
     for (n_t, n) in [(1, 400), (2, 200)] {
         let (mut seed, size) = (3, n * n_t);
         let v = Mat::from_fn(size, size + 2, |_, _| random(&mut seed));
@@ -90,7 +90,7 @@ fn inverses_of_large_zones_give_the_forces_of_their_factors() {
         let compliance = blocks(&matrix, n_t);
         let (springs, mut bounds) = (vec![0.1; n], vec![0.0; n]);
         let (mut solver, mut forces) = (Tangential::new(n, n_t), vec![0.0; size]);
-        let mut n_mixed = 0;
+        let (mut n_mixed, mut n_served) = (0, 0);
         for step in 0..12 {
             let phase = |k: usize| (0.37 * k as f64 + 0.02 * f64::from(step)).sin();
             let slips: Vec<f64> = (0..size).map(|k| 4.0 * phase(k)).collect();
@@ -104,16 +104,22 @@ fn inverses_of_large_zones_give_the_forces_of_their_factors() {
                 bounds: &bounds,
             };
             solver.solve(&problem, 1e-12, &mut forces).unwrap();
-            let (mut fresh, mut expected) = (Tangential::new(n, n_t), vec![0.0; size]);
-            fresh.solve(&problem, 1e-12, &mut expected).unwrap();
-            let off = forces.iter().zip(&expected).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs()));
-            // Condition of some 1e4, slips of order one.
-            assert!(off < 1e-9, "{n_t} {step}: {off}");
+            // A step from the sets that were found.
+            solver.prepare_rates(&problem).unwrap();
+            solver.solve_free(&slips);
+            let expected = solver.solution[..solver.free.len()].to_vec();
+            if solver.solve_by_inverse(&problem, &slips) {
+                let size = |sizes: &[f64]| sizes.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
+                let off: Vec<f64> = solver.solution.iter().zip(&expected).map(|(a, b)| a - b).collect();
+                // Condition of some 1e4.
+                assert!(size(&off) < 1e-9 * size(&expected), "{n_t} {step}: {}", size(&off));
+                n_served += 1;
+            }
             n_mixed += usize::from(
                 [PointState::Stick, PointState::Slip].iter().all(|s| solver.states().contains(s)),
             );
         }
-        assert!(n_mixed > 8 && solver.inverse.has_served(), "{n_t}: {n_mixed}");
+        assert!(n_mixed > 8 && n_served > 8, "{n_t}: {n_mixed} {n_served}");
         solver.save();
         assert!(!solver.inverse.has_served());
     }
@@ -178,7 +184,7 @@ fn one_point_follows_the_classical_return_mapping() {
     };
     let (mut coupled, mut alone) = ([0.0; 2], [0.0; 2]);
     Tangential::new(1, 2).solve(&problem, 1e-12, &mut coupled).unwrap();
-    Tangential::new(1, 2).return_to_bounds(&[0.5], &[3.0, -4.0], &[2.0], &mut alone).unwrap();
+    Tangential::new(1, 2).return_to_bounds(&problem, &mut alone).unwrap();
     for (force, expected) in [coupled, alone].iter().zip([[-1.2, 1.6]; 2]) {
         assert!(force.iter().zip(expected).all(|(f, e)| (f - e).abs() < 1e-15)); // round-off
     }

@@ -3,7 +3,7 @@
 use crate::solver_fault::SolverFault;
 use ffr_dynamics::error::EvaluationFailure;
 
-use super::{PointState, Tangential, pair};
+use super::{PointState, Tangential, TangentialProblem, pair};
 
 impl Tangential {
     /// Solves for `forces` without compliance, every point for itself: the classical return mapping
@@ -13,9 +13,7 @@ impl Tangential {
     /// A slip that is not finite.
     pub fn return_to_bounds(
         &mut self,
-        springs: &[f64],
-        slips: &[f64],
-        bounds: &[f64],
+        &TangentialProblem { springs, slips, bounds, .. }: &TangentialProblem<'_>,
         forces: &mut [f64],
     ) -> Result<(), EvaluationFailure> {
         for i in 0..self.states.len() {

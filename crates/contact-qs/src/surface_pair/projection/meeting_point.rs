@@ -119,25 +119,11 @@ impl SurfacePair {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface_pair::target::TargetFace;
-    use ffr_dynamics::body::RigidMotion;
-    use iga_core::nurbs::{Face, FaceId, Patch};
-    use iga_core::space::PatchSpace;
-    use iga_core::splines::knots::KnotVector;
+    use crate::surface_pair::target::cube;
 
     #[test]
     fn points_along_an_edge_meet_planes_through_their_own_places() {
-        let corners = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2].map(f64::from)).collect();
-        let knots = vec![KnotVector::uniform(1, 1).expect("knots"); 3];
-        let patches = vec![Patch::new(knots, corners, vec![1.0; 8]).expect("a cube")];
-        let space = PatchSpace::new(patches.clone()).expect("a space");
-        let faces: Vec<TargetFace> = (0..6)
-            .map(|k| FaceId { patch: 0, direction: k / 2, upper: k % 2 == 1 })
-            .map(|id| TargetFace::whole(Face::new(&patches, id, false), &patches))
-            .collect();
-        let surface = TargetSurface::rigid(RigidMotion::Spatial, &space, &patches, &faces)
-            .expect("a surface")
-            .complete();
+        let surface = cube();
         // The edge along z at x = y = 1, met in its middle on the face x = 1, whose parameters are y and z.
         let normal = [0.5_f64.sqrt(), 0.5_f64.sqrt(), 0.0];
         let shares = [-0.5, -0.2, 0.0, 0.37];

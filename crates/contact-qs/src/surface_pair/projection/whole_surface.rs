@@ -113,26 +113,11 @@ fn is_less(distance: f64, best: &Option<(f64, Projection)>) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::surface_pair::target::{TargetFace, TargetSurface};
+    use crate::surface_pair::target::{TargetFace, TargetSurface, cube};
     use ffr_dynamics::body::RigidMotion;
-    use iga_core::nurbs::Face;
     use iga_core::nurbs::primitives::solid;
-    use iga_core::nurbs::{FaceId, Patch};
+    use iga_core::nurbs::{Face, FaceId};
     use iga_core::space::PatchSpace;
-    use iga_core::splines::knots::KnotVector;
-
-    /// All six faces of a cube of unit length.
-    fn cube() -> TargetSurface {
-        let corners = (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2].map(f64::from)).collect();
-        let knots = vec![KnotVector::uniform(1, 1).expect("knots"); 3];
-        let patches = vec![Patch::new(knots, corners, vec![1.0; 8]).expect("a cube")];
-        let space = PatchSpace::new(patches.clone()).expect("a space");
-        let faces: Vec<TargetFace> = (0..6)
-            .map(|k| FaceId { patch: 0, direction: k / 2, upper: k % 2 == 1 })
-            .map(|id| TargetFace::whole(Face::new(&patches, id, false), &patches))
-            .collect();
-        TargetSurface::rigid(RigidMotion::Spatial, &space, &patches, &faces).expect("a surface").complete()
-    }
 
     #[test]
     fn points_beside_a_disc_are_outside_at_every_angle() {
