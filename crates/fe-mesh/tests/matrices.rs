@@ -13,7 +13,8 @@ fn matrices(mesh: &Mesh) -> AssembledMatrices {
     assemble(&MeshSpace::new(mesh.clone(), MassRule::Exact), &Model::Solid, &steel()).expect("matrices")
 }
 
-fn times(matrix: &SparseColMat<u32, f64>, x: &[f64]) -> Vec<f64> {
+/// Product with a symmetric matrix of which the lower half is given.
+pub fn times(matrix: &SparseColMat<u32, f64>, x: &[f64]) -> Vec<f64> {
     let mut y = vec![0.0; x.len()];
     for j in 0..matrix.ncols() {
         for p in matrix.symbolic().col_range(j) {

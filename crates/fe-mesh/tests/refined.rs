@@ -2,6 +2,7 @@
 
 use crate::balls::Ball;
 use crate::blocks::{block, divisible, shaken, steel, volume};
+use crate::matrices::times;
 use faer::sparse::SparseColMat;
 use fe_mesh::element::kind::Form;
 use fe_mesh::element::rules::MassRule;
@@ -63,21 +64,7 @@ fn in_free(refined: &RefinedMesh, nodes: &[u32], values: &[f64]) -> Vec<(u32, f6
     sum
 }
 
-fn times(matrix: &SparseColMat<u32, f64>, x: &[f64]) -> Vec<f64> {
-    let mut y = vec![0.0; x.len()];
-    for j in 0..matrix.ncols() {
-        for p in matrix.symbolic().col_range(j) {
-            let (i, value) = (matrix.row_idx()[p] as usize, matrix.val()[p]);
-            y[i] += value * x[j];
-            if i != j {
-                y[j] += value * x[i];
-            }
-        }
-    }
-    y
-}
-
-fn largest(values: &[f64]) -> f64 {
+pub fn largest(values: &[f64]) -> f64 {
     values.iter().fold(0.0, |m, x| m.max(x.abs()))
 }
 

@@ -1,7 +1,8 @@
 //! The same identities over a list of spaces: patches, hierarchical splines, every kind of element, each mesh divided as well.
 
 use crate::blocks::{block, divisible, steel};
-use faer::sparse::SparseColMat;
+use crate::matrices::times as times_matrix;
+use crate::refined::largest;
 use faer::{Mat, Side};
 use fe_mesh::element::rules::MassRule;
 use fe_mesh::element::shape::Functions;
@@ -81,24 +82,6 @@ fn place_in(mesh: &Mesh, e: usize, xi: &[f64; 3]) -> [f64; 3] {
     element.kind.functions(xi, &mut functions);
     mesh.places(element.nodes, &mut places);
     fe_mesh::element::jacobian::position(&functions.values, &places)
-}
-
-fn times_matrix(matrix: &SparseColMat<u32, f64>, x: &[f64]) -> Vec<f64> {
-    let mut y = vec![0.0; x.len()];
-    for j in 0..matrix.ncols() {
-        for p in matrix.symbolic().col_range(j) {
-            let (i, value) = (matrix.row_idx()[p] as usize, matrix.val()[p]);
-            y[i] += value * x[j];
-            if i != j {
-                y[j] += value * x[i];
-            }
-        }
-    }
-    y
-}
-
-fn largest(values: &[f64]) -> f64 {
-    values.iter().fold(0.0, |m, x| m.max(x.abs()))
 }
 
 #[test]
