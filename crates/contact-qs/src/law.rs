@@ -6,6 +6,7 @@ pub mod hertz;
 pub mod ellipse;
 pub mod line;
 pub mod touch;
+pub(crate) mod sliding_work;
 
 pub use coulomb::Friction;
 pub use ellipse::HertzEllipse;

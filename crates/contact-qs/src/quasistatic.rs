@@ -3,10 +3,10 @@
 pub mod problem;
 pub mod compliance;
 mod factors;
+pub(crate) mod members;
 mod inverse;
 pub mod active_set;
 pub(crate) mod tangential;
-pub(crate) mod sliding_work;
 pub mod broyden;
 pub(crate) mod point_solver;
 pub mod modal_basis;

@@ -10,8 +10,8 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use super::geometry::{Curved, Touch, tangents};
 use super::levels::{Depths, Returned, returned};
 use crate::contact_element::ContactReport;
+use crate::law::sliding_work::SlidingWork;
 use crate::law::{Solid, TouchLaw};
-use crate::quasistatic::sliding_work::SlidingWork;
 
 /// Friction with its springs.
 #[derive(Debug, Clone)]

@@ -11,8 +11,8 @@ use super::friction::PlaneFriction;
 use super::{NORMAL_TOLERANCE, PlaneContact, PlaneFound, PlaneState, PlaneWorkspace};
 use crate::ContactError;
 use crate::contact_element::ContactReport;
+use crate::law::sliding_work::SlidingWork;
 use crate::quasistatic::problem::{OPEN, dot};
-use crate::quasistatic::sliding_work::SlidingWork;
 use crate::quasistatic::stick_slip::TOLERANCE;
 use crate::quasistatic::stick_slip::rates::force_rates;
 use crate::quasistatic::{Quasistatic, SolveReport, ZoneSolver};
@@ -220,7 +220,7 @@ impl PlaneContact {
                 Some(f) => {
                     let directions = [found.normal, f.tangents[0], f.tangents[1]];
                     let given = (&**free_gaps, &*f.slips);
-                    f.stick_slip.take(&model.surface(directions), is_member, springs);
+                    f.stick_slip.take(&model.surface(directions), |i| is_member[i], springs);
                     let report = match f.stick_slip.solve_taken(TOLERANCE, springs, given, forces) {
                         Some(report) => report,
                         None => {

@@ -227,14 +227,14 @@ impl StickSlip {
         }
         let (directions, n_t, blocks) = (self.directions, self.n_t, &mut self.blocks);
         for j in 0..self.n_points {
-            if blocks.contains(j) || !is_member.get(j).is_none_or(|is_member| *is_member) {
+            if blocks.members.contains(j) || !is_member.get(j).is_none_or(|is_member| *is_member) {
                 continue;
             }
-            blocks.add(j);
+            let place = blocks.members.add(j);
             for d in 0..=n_t {
                 zone.load(j, &directions[d], half);
-                for slot in 0..blocks.members().len() {
-                    let i = blocks.members()[slot];
+                for slot in 0..=place {
+                    let i = blocks.members.list()[slot];
                     for (e, direction) in directions.iter().enumerate().take(n_t + 1) {
                         let entry = zone.answer(i, direction, half);
                         match (e, d) {
@@ -251,7 +251,7 @@ impl StickSlip {
 
     /// Takes these directions: nothing is projected on them yet.
     fn turn(&mut self, directions: [[f64; 3]; 3]) {
-        self.blocks.clear();
+        self.blocks.members.clear();
         self.directions = directions;
         self.solver.invalidate();
     }
@@ -299,7 +299,7 @@ impl StickSlip {
         of_normal(&self.shifted, gaps);
         gaps.iter_mut().zip(&self.shift).for_each(|(gap, shift)| *gap += shift);
         let is_open = |i: &usize| self.solver.states()[*i] == PointState::Open;
-        let members = self.blocks.members();
+        let members = self.blocks.members.list();
         let first = members.iter().position(is_open).unwrap_or(members.len());
         self.blocks.displace(first, (normal, &self.forces), slips);
         let increments = self.solver.increments();
@@ -322,16 +322,21 @@ impl StickSlip {
         self.forces.fill(0.0);
     }
 
-    /// Takes the points that `is_member` marks with their rows on `surfaces`, in whose unknowns [`StickSlip::solve_taken`] and
+    /// Takes the points that `is_member` tells with their rows on `surfaces`, in whose unknowns [`StickSlip::solve_taken`] and
     /// displacements work, without projections. False where springs are missing, friction forces are given, or the
     /// components of the points are less than twice as many as these unknowns.
-    pub fn take(&mut self, surfaces: &impl Surfaces, is_member: &[bool], springs: &[f64]) -> bool {
-        let has_springs = (0..self.n_points).all(|i| !is_member[i] || springs[i].min(self.springs[i]) > 0.0);
+    pub fn take(
+        &mut self,
+        surfaces: &impl Surfaces,
+        is_member: impl Fn(usize) -> bool,
+        springs: &[f64],
+    ) -> bool {
+        let has_springs = (0..self.n_points).all(|i| !is_member(i) || springs[i].min(self.springs[i]) > 0.0);
         let (n, n_t) = (self.n_points, self.n_t);
         let newton = &mut self.newton;
         self.is_taken = self.prescribed.is_none() && has_springs && {
             let newton = newton.get_or_insert_with(|| Box::new(SurfaceNewton::new(n, n_t, surfaces)));
-            newton.take(surfaces, is_member)
+            newton.take(surfaces, is_member, n)
         };
         self.is_taken
     }

@@ -369,10 +369,10 @@ impl Tangential {
             return Ok(());
         }
         for (column, &q) in self.free.iter().enumerate() {
-            let (displacement, slots) = self.loaded.displacement(q.point, &q.direction);
+            let (displacement, points) = self.loaded.displacement(q.point, &q.direction);
             let target = &mut self.factor[column * m..(column + 1) * m];
             for (entry, p) in target[column..].iter_mut().zip(&self.free[column..]) {
-                let [x, y] = pair(displacement, slots[p.point], n_t);
+                let [x, y] = pair(displacement, points.place(p.point), n_t);
                 *entry = p.direction[0] * x + p.direction[1] * y;
             }
             let mut added = problem.springs[q.point];
@@ -511,8 +511,8 @@ impl Tangential {
     /// the forces end with.
     fn sweep(&mut self, problem: &TangentialProblem<'_>, forces: &mut [f64]) {
         self.loaded.update_increments(problem, forces, &mut self.increments);
-        for slot in 0..self.loaded.len() {
-            let (i, n_t) = (self.loaded.point(slot), self.n_t);
+        for slot in 0..self.loaded.points.list().len() {
+            let (i, n_t) = (self.loaded.points.list()[slot], self.n_t);
             let (increment, stiffest) = self.loaded.increment(slot, problem.springs[i]);
             let (old, bound) = (pair(forces, i, n_t), problem.bounds[i]);
             // What yields to no force needs none.

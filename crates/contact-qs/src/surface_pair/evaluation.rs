@@ -369,7 +369,7 @@ impl SurfacePair {
         }
         let mut stick_slip = friction.as_mut().map(|f| &mut f.stick_slip);
         let (surfaces, members) = zone.surfaces(both);
-        if !stick_slip.as_mut().is_some_and(|s| s.take(&surfaces, members, &self.springs)) {
+        if !stick_slip.as_mut().is_some_and(|s| s.take(&surfaces, |i| members.contains(i), &self.springs)) {
             zone.project(both, stick_slip);
         }
         // Of these forces, with these compliances, they are left from the solution before.

@@ -14,8 +14,8 @@ use super::contact_jacobian::ContactJacobian;
 use super::projection::{Displaced, Functions, Projection};
 use super::relative_pose::RelativePose;
 use crate::law::Friction;
+use crate::law::sliding_work::SlidingWork;
 use crate::quasistatic::PointState;
-use crate::quasistatic::sliding_work::SlidingWork;
 use crate::quasistatic::stick_slip::StickSlip;
 
 /// What alternations leave of the error, so that a pass of projection and solution, which reduces it to a fiftieth to a third, is not held up
@@ -40,6 +40,16 @@ struct StickReference {
     /// Whether it was set since the references were last updated, by the first projection of the
     /// point.
     is_new: bool,
+}
+
+impl StickReference {
+    /// Stands at `point`, with unstretched springs, unless it stands somewhere of that kind.
+    fn stand(&mut self, point: [f64; 3], is_on_plane: bool, tangents: impl FnOnce() -> [[f64; 3]; 2]) {
+        if !self.is_set || self.is_on_plane != is_on_plane {
+            let (tangents, stretch) = (tangents(), [0.0; 2]);
+            *self = Self { point, tangents, stretch, is_set: true, is_on_plane, is_new: true };
+        }
+    }
 }
 
 /// Friction of one pair. Components are ordered `n_t * point + component`.
@@ -154,17 +164,7 @@ impl PairFriction {
         let aside = displaced.beside_end(found, point, gap);
         let here = [0, 1, 2].map(|c| before.point[c] + aside[c]);
         let reference = &mut self.references[i];
-        if !reference.is_set || reference.is_on_plane {
-            let tangents = orthonormal(&jet.tangents, n_t);
-            *reference = StickReference {
-                point: here,
-                tangents,
-                stretch: [0.0; 2],
-                is_set: true,
-                is_on_plane: false,
-                is_new: true,
-            };
-        }
+        reference.stand(here, false, || orthonormal(&jet.tangents, n_t));
         let path = difference(&here, &reference.point);
         self.places[i] = [0, 1, 2].map(|c| found.point[c] + aside[c]);
         for a in 0..n_t {
@@ -210,11 +210,7 @@ impl PairFriction {
         let n_t = self.n_t;
         let tangents = across(&found.normal, n_t);
         let reference = &mut self.references[i];
-        if !(reference.is_set && reference.is_on_plane) {
-            let (point, stretch) = (found.point, [0.0; 2]);
-            *reference =
-                StickReference { point, tangents, stretch, is_set: true, is_on_plane: true, is_new: true };
-        }
+        reference.stand(found.point, true, || tangents);
         let path = difference(&found.point, &reference.point);
         for (a, tangent) in tangents.iter().enumerate().take(n_t) {
             let k = n_t * i + a;

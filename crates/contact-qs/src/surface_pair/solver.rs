@@ -10,6 +10,7 @@ use crate::quasistatic::Method;
 use crate::quasistatic::active_set::SolveReport;
 use crate::quasistatic::compliance::sparse_rows::SparseRows;
 use crate::quasistatic::compliance::{Surfaces, Yielding, ZoneCompliance};
+use crate::quasistatic::members::Members;
 use crate::quasistatic::modal_basis::ModalBasis;
 use crate::quasistatic::point_solver::PointSolver;
 use crate::quasistatic::problem::{Problem, add_columns, add_product, dot};
@@ -74,16 +75,14 @@ pub(super) struct PairZone {
     /// points or interface, and a buffer.
     target_half: Vec<f64>,
     body_half: [Vec<f64>; 2],
-    /// Rows that `A` was built on, and the points it was built for: the others have zero rows and
-    /// columns.
+    /// Rows that `A` was built on, and the points it was built for, in the order in which they came, of their gaps where they came
+    /// together: the others have zero rows and columns.
     jacobian: ContactJacobian,
-    members: Vec<bool>,
-    /// Those points, in the order in which they came, of their gaps where they came together.
-    order: Vec<usize>,
+    members: Members,
     /// How many of them `A`, and the projections on tangents with it, hold.
     n_projected: usize,
     saved_jacobian: ContactJacobian,
-    saved_order: Vec<usize>,
+    saved_members: Vec<usize>,
     solver: PointSolver,
 }
 
@@ -130,9 +129,8 @@ impl Compliances {
             body_half: [(); 2].map(|()| vec![0.0; self.body.matrix().nrows()]),
             saved_jacobian: jacobian.clone(),
             jacobian,
-            members: vec![false; n_points],
-            order: Vec::with_capacity(n_points),
-            saved_order: Vec::with_capacity(n_points),
+            members: Members::new(n_points),
+            saved_members: Vec::with_capacity(n_points),
             n_projected: 0,
             solver,
         }
@@ -151,12 +149,12 @@ impl PairZone {
         surface: &TargetSurface,
         is_chosen: impl Fn(usize) -> bool,
     ) -> f64 {
-        jacobian.moved(&self.jacobian, surface, |i| self.members[i] && is_chosen(i))
+        jacobian.moved(&self.jacobian, surface, |i| self.members.contains(i) && is_chosen(i))
     }
 
     /// Whether one of the points that `is_chosen` marks has not been taken.
     pub fn lacks(&self, is_chosen: impl Fn(usize) -> bool) -> bool {
-        (0..self.members.len()).any(|i| !self.members[i] && is_chosen(i))
+        (0..self.jacobian.normals_in_target.len()).any(|i| !self.members.contains(i) && is_chosen(i))
     }
 
     /// Takes the rows `jacobian` of the points chosen by `is_member` to project the compliances on (Eq. C.40), anew or, if not
@@ -169,46 +167,44 @@ impl PairZone {
         gap: impl Fn(usize) -> f64,
     ) {
         if is_new {
-            self.members.fill(false);
-            self.order.clear();
+            self.members.clear();
             self.n_projected = 0;
         }
-        let (is_modal, first) = (self.solver.needs_springs(), self.order.len());
-        for i in 0..self.members.len() {
-            if !self.members[i] && (is_modal || is_member(i)) {
-                self.members[i] = true;
-                self.order.push(i);
+        let (is_modal, first) = (self.solver.needs_springs(), self.members.list().len());
+        for i in 0..self.jacobian.normals_in_target.len() {
+            if !self.members.contains(i) && (is_modal || is_member(i)) {
+                self.members.add(i);
                 self.jacobian.copy_point(i, jacobian);
             }
         }
-        self.order[first..].sort_unstable_by(|a, b| gap(*a).total_cmp(&gap(*b)).then(a.cmp(b)));
+        self.members.sort_from(first, |a, b| gap(*a).total_cmp(&gap(*b)).then(a.cmp(b)));
     }
 
     /// The points taken, and both surfaces under them.
-    pub fn surfaces<'a>(&'a self, bodies: PairBodies<'a>) -> (PairSurfaces<'a>, &'a [bool]) {
+    pub fn surfaces<'a>(&'a self, bodies: PairBodies<'a>) -> (PairSurfaces<'a>, &'a Members) {
         (PairSurfaces { bodies, jacobian: &self.jacobian }, &self.members)
     }
 
     /// Projects the compliances on the rows taken, on tangents for `friction`, unless they are.
     pub fn project(&mut self, bodies: PairBodies<'_>, mut friction: Option<&mut StickSlip>) {
-        if self.n_projected == self.order.len() {
+        if self.n_projected == self.members.list().len() {
             return;
         }
         if self.n_projected == 0 {
             self.normal_compliance.fill(0.0);
             if let Some(friction) = &mut friction {
-                friction.blocks.clear();
+                friction.blocks.members.clear();
             }
         }
         let n_directions = 1 + if friction.is_some() { self.jacobian.n_t } else { 0 };
-        for place in self.n_projected..self.order.len() {
-            let j = self.order[place];
+        for place in self.n_projected..self.members.list().len() {
+            let j = self.members.list()[place];
             if let Some(friction) = &mut friction {
-                friction.blocks.add(j);
+                friction.blocks.members.add(j);
             }
             for d in 0..n_directions {
                 self.load(bodies, j, d);
-                for &i in &self.order[..=place] {
+                for &i in &self.members.list()[..=place] {
                     for e in 0..n_directions {
                         let entry = self.answer(bodies, i, e);
                         match (&mut friction, e, d) {
@@ -230,7 +226,7 @@ impl PairZone {
         if let Some(friction) = friction {
             friction.finish_blocks();
         }
-        self.n_projected = self.order.len();
+        self.n_projected = self.members.list().len();
         self.solver.invalidate();
         self.project_modes(bodies);
     }
@@ -322,19 +318,19 @@ impl PairZone {
 
     pub fn save(&mut self) {
         self.saved_jacobian.copy_from(&self.jacobian);
-        self.saved_order.clone_from(&self.order);
+        self.saved_members.clear();
+        self.saved_members.extend_from_slice(self.members.list());
         self.solver.save();
     }
 
     /// Returns to what was saved; the projection is a function of its rows and is made again only
     /// if these differ.
     pub fn restore(&mut self) {
-        let is_same = self.order == self.saved_order && self.jacobian.is_same(&self.saved_jacobian);
+        let is_same =
+            self.members.list() == self.saved_members && self.jacobian.is_same(&self.saved_jacobian);
         if !is_same {
             self.jacobian.copy_from(&self.saved_jacobian);
-            self.order.clone_from(&self.saved_order);
-            self.members.fill(false);
-            self.order.iter().for_each(|i| self.members[*i] = true);
+            self.members.set(self.saved_members.iter().copied());
             self.n_projected = 0;
         }
         self.solver.restore();

@@ -4,7 +4,7 @@
 use ffr_dynamics::error::EvaluationFailure;
 
 use super::{MAX_ALTERNATIONS, NormalSolver, StickSlip, TOLERANCE, not_converged};
-use crate::quasistatic::sliding_work::SlidingWork;
+use crate::law::sliding_work::SlidingWork;
 use crate::quasistatic::tangential::{PointState, TangentialProblem};
 
 /// Tolerance of the rates that make up a stiffness: its other errors are larger.

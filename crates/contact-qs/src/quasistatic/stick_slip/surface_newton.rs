@@ -10,6 +10,7 @@ use faer::{Accum, MatMut, MatRef, Par};
 
 use super::kept_factor::KeptFactor;
 use crate::quasistatic::compliance::Surfaces;
+use crate::quasistatic::members::Members;
 use crate::quasistatic::problem::add_multiples;
 use crate::quasistatic::tangential::PointState;
 
@@ -104,9 +105,8 @@ struct System {
     /// `B`, `n_d` rows for each point in use, in places of the unknowns.
     starts: Vec<usize>,
     entries: Vec<(usize, f64)>,
-    /// Numbers of the unknowns in use, and the place of each among them; `usize::MAX`: none.
-    unknowns: Vec<usize>,
-    places: Vec<usize>,
+    /// Numbers of the unknowns in use.
+    unknowns: Members,
     /// `G` of these unknowns, column by column.
     core: Vec<f64>,
     /// Displacements of these unknowns.
@@ -160,7 +160,7 @@ impl System {
 
     /// Writes that matrix to `out`, column by column; `stiffness` is room for `Bᵀ S B`.
     fn write_matrix(&self, stiffness: &mut [f64], out: &mut [f64]) {
-        let m = self.unknowns.len();
+        let m = self.unknowns.list().len();
         stiffness.fill(0.0);
         for slot in self.pressed() {
             let slopes = &self.answers[slot].slopes;
@@ -221,8 +221,7 @@ impl SurfaceNewton {
             answers: Vec::with_capacity(n_points),
             starts: Vec::with_capacity(n_d * n_points + 1),
             entries: Vec::with_capacity(n_entries),
-            unknowns: Vec::with_capacity(n),
-            places: vec![usize::MAX; n],
+            unknowns: Members::new(n),
             core: vec![0.0; n * n],
             displaced: vec![0.0; n],
         };
@@ -257,12 +256,16 @@ impl SurfaceNewton {
         self.is_old = true;
     }
 
-    /// Takes the points that `is_member` marks, with their rows on `surfaces`. Unknowns in use stay so. False if these are not clearly
+    /// Takes those of `n_points` points that `is_member` tells, with their rows on `surfaces`. Unknowns in use stay so. False if these are not clearly
     /// fewer than the components of the points, or other ways are quicker at present.
-    pub fn take(&mut self, surfaces: &impl Surfaces, is_member: &[bool]) -> bool {
-        let System { n_d, points, starts, entries, unknowns, places, core, .. } = &mut self.system;
+    pub fn take(
+        &mut self,
+        surfaces: &impl Surfaces,
+        is_member: impl Fn(usize) -> bool,
+        n_points: usize,
+    ) -> bool {
+        let System { n_d, points, starts, entries, unknowns, core, .. } = &mut self.system;
         if std::mem::take(&mut self.is_old) {
-            unknowns.iter().for_each(|&b| places[b] = usize::MAX);
             unknowns.clear();
             (self.n_gathered, self.n_factors) = (0, 0);
         }
@@ -270,21 +273,15 @@ impl SurfaceNewton {
             return false;
         }
         points.clear();
-        points.extend((0..is_member.len()).filter(|i| is_member[*i]));
+        points.extend((0..n_points).filter(|i| is_member(*i)));
         starts.clear();
         starts.push(0);
         entries.clear();
         for (&i, d) in points.iter().flat_map(|i| (0..*n_d).map(move |d| (i, d))) {
-            surfaces.row(i, d, &mut |b, value| {
-                if places[b] == usize::MAX {
-                    places[b] = unknowns.len();
-                    unknowns.push(b);
-                }
-                entries.push((places[b], value));
-            });
+            surfaces.row(i, d, &mut |b, value| entries.push((unknowns.add(b), value)));
             starts.push(entries.len());
         }
-        let m = unknowns.len();
+        let m = unknowns.list().len();
         if FEWER * m > starts.len() - 1 {
             return false;
         }
@@ -293,8 +290,8 @@ impl SurfaceNewton {
         }
         self.n_gathered = m;
         self.factor.forget();
-        for (column, &j) in core.chunks_exact_mut(m).zip(&*unknowns) {
-            column.iter_mut().zip(&*unknowns).for_each(|(entry, &i)| *entry = surfaces.compliance(i, j));
+        for (column, &j) in core.chunks_exact_mut(m).zip(unknowns.list()) {
+            column.iter_mut().zip(unknowns.list()).for_each(|(entry, &i)| *entry = surfaces.compliance(i, j));
         }
         true
     }
@@ -302,7 +299,7 @@ impl SurfaceNewton {
     /// Answers of the points to the gaps and slips that the forces `x` leave, and what these lack in `step`; returns the largest of
     /// that and of the forces.
     fn evaluate(&mut self, law: Law<'_>, gaps: &[f64], slips: &[f64]) -> [f64; 2] {
-        let (m, system) = (self.system.unknowns.len(), &mut self.system);
+        let (m, system) = (self.system.unknowns.list().len(), &mut self.system);
         let (x, step) = (&self.x[..m], &mut self.step[..m]);
         system.displace(x);
         step.iter_mut().zip(x).for_each(|(s, x)| *s = -x);
@@ -322,7 +319,7 @@ impl SurfaceNewton {
     /// Replaces `step` by the solution of the linear system of the last answers with that right-hand side.
     fn solve_linear(&mut self, tolerance: f64) {
         let Self { system, factor, step, stiffness, n_factors, .. } = self;
-        let m = system.unknowns.len();
+        let m = system.unknowns.list().len();
         let step = &mut step[..m];
         if !factor.is_made() || !factor.solve_near(|x, out| system.apply(x, out), tolerance, step) {
             *n_factors += usize::from(m > MANY);
@@ -334,7 +331,7 @@ impl SurfaceNewton {
     /// Solves for the forces of the points taken at gaps `gaps` and slips `slips` without those, to `tolerance` of the largest; returns
     /// the number of steps, none if that does not converge.
     pub fn solve(&mut self, law: Law<'_>, gaps: &[f64], slips: &[f64], tolerance: f64) -> Option<usize> {
-        for (x, b) in self.x.iter_mut().zip(&self.system.unknowns) {
+        for (x, b) in self.x.iter_mut().zip(self.system.unknowns.list()) {
             *x = self.shares[*b];
         }
         self.system.answers.clear();
@@ -349,14 +346,14 @@ impl SurfaceNewton {
             let is_stalled = error <= ROUND_OFF * largest && error >= GAIN * last;
             if is_right && (error <= tolerance * largest || is_stalled) {
                 self.shares.fill(0.0);
-                for (x, b) in self.x.iter().zip(&self.system.unknowns) {
+                for (x, b) in self.x.iter().zip(self.system.unknowns.list()) {
                     self.shares[*b] = *x;
                 }
                 return Some(n_steps);
             }
             last = error;
             self.solve_linear(STEP_TOLERANCE);
-            self.x.iter_mut().zip(&self.step[..self.system.unknowns.len()]).for_each(|(x, s)| *x += s);
+            self.x.iter_mut().zip(&self.step[..self.system.unknowns.list().len()]).for_each(|(x, s)| *x += s);
         }
         self.rest = [(2 * self.rest[1]).clamp(RESTS[0], RESTS[1]); 2];
         None
@@ -375,7 +372,7 @@ impl SurfaceNewton {
         tolerance: f64,
         mut found: impl FnMut(usize, [f64; 3], [f64; 3]),
     ) {
-        let (m, n_t) = (self.system.unknowns.len(), self.system.n_d - 1);
+        let (m, n_t) = (self.system.unknowns.list().len(), self.system.n_d - 1);
         let free = |i: usize| {
             let mut c = [gap_rates[i], 0.0, 0.0];
             (0..n_t).for_each(|a| c[a + 1] = slip_rates[n_t * i + a]);
@@ -404,7 +401,7 @@ impl SurfaceNewton {
         (normal, tangential): (&[f64], &[f64]),
         (gaps, slips): (&mut [f64], &mut [f64]),
     ) {
-        let (m, n_t, system) = (self.system.unknowns.len(), self.system.n_d - 1, &mut self.system);
+        let (m, n_t, system) = (self.system.unknowns.list().len(), self.system.n_d - 1, &mut self.system);
         let shares = &mut self.step[..m];
         [&mut *gaps, &mut *slips, &mut *shares].into_iter().for_each(|values| values.fill(0.0));
         for (slot, &i) in system.points.iter().enumerate() {

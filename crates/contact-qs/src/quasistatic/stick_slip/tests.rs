@@ -37,7 +37,9 @@ fn half_space(poisson: f64) -> (Normal, StickSlip) {
     let n = N * N;
     let mut normal = Mat::zeros(n, n);
     let mut zone = StickSlip::new(Friction::new(0.0), n, 2, true);
-    (0..n).for_each(|i| zone.blocks.add(i));
+    (0..n).for_each(|i| {
+        zone.blocks.members.add(i);
+    });
     for i in 0..n {
         for j in 0..n {
             let (p, q) = (place(i), place(j));
@@ -147,7 +149,9 @@ fn forces_in_the_unknowns_of_surfaces_are_those_of_the_points() {
         let hats = Hats::new(n, n_nodes, n_t);
         let [mut points, mut unknowns] =
             [(); 2].map(|()| StickSlip::new(Friction::new(coefficient), n, n_t, true));
-        (0..n).for_each(|i| points.blocks.add(i));
+        (0..n).for_each(|i| {
+            points.blocks.members.add(i);
+        });
         for ((i, j), d) in (0..n * n).map(|k| (k / n, k % n)).flat_map(|p| (1..=n_t).map(move |d| (p, d))) {
             points.blocks.set_coupling(i, d - 1, j, hats.answer((i, d), (j, 0)));
             for e in 1..=n_t {
@@ -168,7 +172,7 @@ fn forces_in_the_unknowns_of_surfaces_are_those_of_the_points() {
             let given = (gaps.as_slice(), slips.as_slice());
             points.solve(TOLERANCE, &mut normal, &springs, given, &mut expected).unwrap();
             let is_member: Vec<bool> = gaps.iter().map(|gap| *gap < 0.4).collect();
-            assert!(unknowns.take(&hats, &is_member, &springs));
+            assert!(unknowns.take(&hats, |i| is_member[i], &springs));
             let report = unknowns.solve_taken(TOLERANCE, &springs, given, &mut found).unwrap();
             most = most.max(report.iterations);
             let largest = expected.iter().copied().fold(0.0, f64::max);

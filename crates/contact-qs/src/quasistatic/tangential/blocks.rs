@@ -2,15 +2,15 @@
 
 use faer::Mat;
 
+use crate::quasistatic::members::Members;
 use crate::quasistatic::problem::{add_multiples, dot};
 
 /// `A_TT` and `A_TN` of some of the points, its members. Components are ordered `n_t * point + component`; those of members stand
 /// together, in the order in which they came: products with few loaded points are short where these came first.
 pub(crate) struct Blocks {
     n_t: usize,
-    /// Members in order, and the place of each point among them; `usize::MAX`: none.
-    members: Vec<usize>,
-    places: Vec<usize>,
+    /// Points of which compliances with all members before are to be set when they have been added.
+    pub members: Members,
     /// `A_TT` and `A_TN` (tangential rows, normal columns) of members by their places; of no size when all modes are dynamic.
     tangential: Mat<f64>,
     coupling: Mat<f64>,
@@ -26,8 +26,7 @@ impl Blocks {
         let (rows, columns) = if has_compliance { (n, n_points) } else { (0, 0) };
         Self {
             n_t,
-            members: Vec::with_capacity(n_points),
-            places: vec![usize::MAX; n_points],
+            members: Members::new(n_points),
             tangential: Mat::zeros(rows, rows),
             coupling: Mat::zeros(rows, columns),
             loads: [vec![0.0; n_points], vec![0.0; n]],
@@ -40,44 +39,22 @@ impl Blocks {
         self.coupling.nrows() > 0
     }
 
-    /// Members in order.
-    pub fn members(&self) -> &[usize] {
-        &self.members
-    }
-
-    /// Whether the point `i` is a member.
-    pub fn contains(&self, i: usize) -> bool {
-        self.places[i] != usize::MAX
-    }
-
-    /// Leaves no members.
-    pub fn clear(&mut self) {
-        self.members.iter().for_each(|&i| self.places[i] = usize::MAX);
-        self.members.clear();
-    }
-
-    /// Makes the point `i` the last member, whose compliances with all members are to be set next.
-    pub fn add(&mut self, i: usize) {
-        self.places[i] = self.members.len();
-        self.members.push(i);
-    }
-
     /// Sets the displacement of point `i` along its tangent `a` under a unit normal force on point `j`.
     pub fn set_coupling(&mut self, i: usize, a: usize, j: usize, value: f64) {
-        self.coupling[(self.n_t * self.places[i] + a, self.places[j])] = value;
+        self.coupling[(self.n_t * self.members.place(i) + a, self.members.place(j))] = value;
     }
 
     /// Sets the displacement of point `i` along its tangent `a` under a unit force on point `j` along tangent `b`, and the opposite entry
     /// with it.
     pub fn set_tangential(&mut self, (i, a): (usize, usize), (j, b): (usize, usize), value: f64) {
-        let (row, column) = (self.n_t * self.places[i] + a, self.n_t * self.places[j] + b);
+        let [row, column] = [(i, a), (j, b)].map(|(i, a)| self.n_t * self.members.place(i) + a);
         self.tangential[(row, column)] = value;
         self.tangential[(column, row)] = value;
     }
 
     /// The component `row` of the displacement under a unit force along component `column`, both of members.
     pub fn entry(&self, row: usize, column: usize) -> f64 {
-        let of = |k: usize| self.n_t * self.places[k / self.n_t] + k % self.n_t;
+        let of = |k: usize| self.n_t * self.members.place(k / self.n_t) + k % self.n_t;
         self.tangential[(of(row), of(column))]
     }
 
@@ -85,10 +62,10 @@ impl Blocks {
     pub fn gather(&self, points: &[usize], out: &mut [f64]) {
         let (n_t, m) = (self.n_t, self.n_t * points.len());
         for (column, (&i, a)) in points.iter().flat_map(|i| (0..n_t).map(move |a| (i, a))).enumerate() {
-            let source = self.tangential.col_as_slice(n_t * self.places[i] + a);
+            let source = self.tangential.col_as_slice(n_t * self.members.place(i) + a);
             let target = &mut out[column * m..(column + 1) * m];
             for (entries, &j) in target.chunks_exact_mut(n_t).zip(points) {
-                entries.copy_from_slice(&source[n_t * self.places[j]..][..n_t]);
+                entries.copy_from_slice(&source[n_t * self.members.place(j)..][..n_t]);
             }
         }
     }
@@ -97,7 +74,7 @@ impl Blocks {
     pub fn add_to_gaps(&mut self, forces: &[f64], gaps: &mut [f64]) {
         let n_front = self.take_loads(&[], forces);
         let front = &self.loads[1][..self.n_t * n_front];
-        for (place, &i) in self.members.iter().enumerate() {
+        for (place, &i) in self.members.list().iter().enumerate() {
             gaps[i] += dot(self.coupling.col_as_slice(place), front);
         }
     }
@@ -114,14 +91,14 @@ impl Blocks {
     pub fn displace(&mut self, first: usize, (normal, tangential): (&[f64], &[f64]), slips: &mut [f64]) {
         slips.fill(0.0);
         self.take_loads(normal, tangential);
-        self.move_rows(first, self.members.len());
-        self.add_moved(first..self.members.len(), slips);
+        self.move_rows(first, self.members.list().len());
+        self.add_moved(first..self.members.list().len(), slips);
     }
 
     /// Takes forces by places; none where a list is empty. Returns the number of members up to the last one under load.
     fn take_loads(&mut self, normal: &[f64], tangential: &[f64]) -> usize {
         let (n_t, mut n_front) = (self.n_t, 0);
-        for (place, &i) in self.members.iter().enumerate() {
+        for (place, &i) in self.members.list().iter().enumerate() {
             let force = normal.get(i).copied().unwrap_or(0.0);
             let along = tangential.get(n_t * i..n_t * (i + 1)).unwrap_or(&[]);
             self.loads[0][place] = force;
@@ -137,7 +114,7 @@ impl Blocks {
     /// Leaves the displacements of the members from the place `first` up to `end` along their tangents under the forces taken in
     /// `moved`.
     fn move_rows(&mut self, first: usize, end: usize) {
-        let (m, rows) = (self.members.len(), self.n_t * first..self.n_t * end);
+        let (m, rows) = (self.members.list().len(), self.n_t * first..self.n_t * end);
         let moved = &mut self.moved[rows.clone()];
         moved.fill(0.0);
         for (matrix, forces, n) in
@@ -149,7 +126,7 @@ impl Blocks {
     }
 
     fn add_moved(&self, places: std::ops::Range<usize>, slips: &mut [f64]) {
-        for (place, &i) in self.members.iter().enumerate().take(places.end).skip(places.start) {
+        for (place, &i) in self.members.list().iter().enumerate().take(places.end).skip(places.start) {
             let moved = &self.moved[self.n_t * place..self.n_t * (place + 1)];
             slips[self.n_t * i..self.n_t * (i + 1)].iter_mut().zip(moved).for_each(|(s, u)| *s += u);
         }

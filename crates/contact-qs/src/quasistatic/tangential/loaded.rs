@@ -1,14 +1,13 @@
 //! The points under load, with their block of the compliance: all that iterations work on.
 
 use super::{Blocks, PointState, TangentialProblem, pair};
+use crate::quasistatic::members::Members;
 
 /// Points with a normal force.
 pub(super) struct LoadedPoints {
     n_t: usize,
     /// Points that `block` belongs to; none if it is not known.
-    points: Vec<usize>,
-    /// Place of each point among them.
-    slots: Vec<usize>,
+    pub points: Members,
     /// `A_TT` of these points, column by column.
     block: Vec<f64>,
     /// Forces of these points, displacements under them.
@@ -21,8 +20,7 @@ impl LoadedPoints {
         let n = n_points * n_t;
         Self {
             n_t,
-            points: Vec::with_capacity(n_points),
-            slots: vec![0; n_points],
+            points: Members::new(n_points),
             block: vec![0.0; n * n],
             compact: [vec![0.0; n], vec![0.0; n]],
         }
@@ -36,26 +34,25 @@ impl LoadedPoints {
     /// Takes those points as loaded that are not open, with their block of `compliance`.
     pub fn gather(&mut self, states: &[PointState], compliance: &Blocks) {
         let loaded = |i: &usize| states[*i] != PointState::Open;
-        if self.points.iter().copied().eq((0..states.len()).filter(loaded)) && !self.points.is_empty() {
+        let points = self.points.list();
+        if points.iter().copied().eq((0..states.len()).filter(loaded)) && !points.is_empty() {
             return;
         }
-        self.points.clear();
-        self.points.extend((0..states.len()).filter(loaded));
-        self.points.iter().enumerate().for_each(|(slot, &i)| self.slots[i] = slot);
-        compliance.gather(&self.points, &mut self.block);
+        self.points.set((0..states.len()).filter(loaded));
+        compliance.gather(self.points.list(), &mut self.block);
     }
 
     /// Displacements of the loaded points under a unit force at `point` along `direction`, and the
     /// place of each point among them.
-    pub fn displacement(&mut self, point: usize, direction: &[f64; 2]) -> (&[f64], &[usize]) {
-        let (n_t, height) = (self.n_t, self.n_t * self.points.len());
+    pub fn displacement(&mut self, point: usize, direction: &[f64; 2]) -> (&[f64], &Members) {
+        let (n_t, height) = (self.n_t, self.n_t * self.points.list().len());
         let displacement = &mut self.compact[1][..height];
         displacement.fill(0.0);
         for (b, &factor) in direction[..n_t].iter().enumerate().filter(|(_, f)| **f != 0.0) {
-            let source = &self.block[(n_t * self.slots[point] + b) * height..][..height];
+            let source = &self.block[(n_t * self.points.place(point) + b) * height..][..height];
             displacement.iter_mut().zip(source).for_each(|(d, s)| *d += factor * s);
         }
-        (displacement, &self.slots)
+        (displacement, &self.points)
     }
 
     /// Slip increments of the loaded points under `forces`; those of open ones are left.
@@ -66,9 +63,9 @@ impl LoadedPoints {
         increments: &mut [f64],
     ) {
         let n_t = self.n_t;
-        let m = n_t * self.points.len();
+        let m = n_t * self.points.list().len();
         let [tau, w] = &mut self.compact;
-        for (slot, &i) in self.points.iter().enumerate() {
+        for (slot, &i) in self.points.list().iter().enumerate() {
             let (from, to) = (n_t * i..n_t * (i + 1), n_t * slot..n_t * (slot + 1));
             tau[to.clone()].copy_from_slice(&forces[from.clone()]);
             for ((w, slip), force) in w[to].iter_mut().zip(&problem.slips[from.clone()]).zip(&forces[from]) {
@@ -76,7 +73,7 @@ impl LoadedPoints {
             }
         }
         add_block(&self.block, &tau[..m], &mut w[..m]);
-        for (slot, &i) in self.points.iter().enumerate() {
+        for (slot, &i) in self.points.list().iter().enumerate() {
             increments[n_t * i..n_t * (i + 1)].copy_from_slice(&w[n_t * slot..n_t * (slot + 1)]);
         }
     }
@@ -84,20 +81,10 @@ impl LoadedPoints {
 
 /// Sweeps over the points, from the increments last updated on.
 impl LoadedPoints {
-    /// Number of loaded points.
-    pub fn len(&self) -> usize {
-        self.points.len()
-    }
-
-    /// The loaded point number `slot`.
-    pub fn point(&self, slot: usize) -> usize {
-        self.points[slot]
-    }
-
     /// Slip increment of a loaded point, and the largest yield of its own to a unit force, with that
     /// of its spring.
     pub fn increment(&self, slot: usize, spring: f64) -> ([f64; 2], f64) {
-        let (n_t, m) = (self.n_t, self.n_t * self.points.len());
+        let (n_t, m) = (self.n_t, self.n_t * self.points.list().len());
         let own = |a: usize, b: usize| self.block[(n_t * slot + b) * m + n_t * slot + a];
         let largest = if n_t == 1 {
             own(0, 0)
@@ -110,7 +97,7 @@ impl LoadedPoints {
 
     /// Adds `force` to that of a loaded point: increments of all follow.
     pub fn add_force(&mut self, slot: usize, spring: f64, force: [f64; 2]) {
-        let (n_t, m) = (self.n_t, self.n_t * self.points.len());
+        let (n_t, m) = (self.n_t, self.n_t * self.points.list().len());
         let increments = &mut self.compact[1][..m];
         for (a, f) in force.iter().enumerate().take(n_t).filter(|(_, f)| **f != 0.0) {
             let k = n_t * slot + a;

@@ -23,7 +23,9 @@ fn slip_increments(
 fn blocks(compliance: &Mat<f64>, n_t: usize) -> Blocks {
     let n = compliance.nrows() / n_t;
     let mut blocks = Blocks::new(n, n_t, true);
-    (0..n).for_each(|i| blocks.add(i));
+    (0..n).for_each(|i| {
+        blocks.members.add(i);
+    });
     for (row, column) in (0..n * n_t).flat_map(|i| (0..=i).map(move |j| (i, j))) {
         blocks.set_tangential(
             (row / n_t, row % n_t),
