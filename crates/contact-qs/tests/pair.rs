@@ -12,37 +12,37 @@ use iga_core::hierarchical::{HierarchicalSpace, IndexBox, SubdomainHierarchy};
 use iga_core::space::{PatchSpace, Space};
 use nalgebra::{UnitQuaternion, Vector3};
 
+/// Has `check` judge random pairs of all kinds, some of each with several points in contact.
+fn each_pair(check: impl Fn(&mut Active<SurfacePair>, RigidMotion, &[BodyState], &str)) {
+    for (motion, (quasistatic, penalty)) in MOTIONS.into_iter().flat_map(|motion| CASES.map(|c| (motion, c)))
+    {
+        let mut most = 0;
+        for seed in 1..8 {
+            let mut pair = Active::new(random_pair(motion, quasistatic, penalty, Method::ActiveSet, seed));
+            let bodies = random_bodies(pair.element(), motion, DEPTH, seed);
+            check(&mut pair, motion, &bodies, &format!("{motion:?} {quasistatic:?} {penalty:e} {seed}"));
+            most = most.max(pair.report().n_active);
+        }
+        assert!(most > 1);
+    }
+}
+
 #[test]
 fn forces_are_equal_and_opposite_and_keep_the_angular_momentum() {
-    for motion in MOTIONS {
-        for (quasistatic, penalty) in CASES {
-            let mut most = 0;
-            for seed in 1..8 {
-                let mut pair =
-                    Active::new(random_pair(motion, quasistatic, penalty, Method::ActiveSet, seed));
-                let bodies = random_bodies(pair.element(), motion, DEPTH, seed);
-                let (forces, energy) = evaluate(&mut pair, &bodies);
-                let case = format!("{motion:?} {quasistatic:?} {penalty:e} {seed}");
-                let gap = pair.meeting(Motion::new(0.0, &bodies)).gap;
-                let gaps = pair.state().gaps();
-                assert!(energy > 0.0 && pair.report().n_active > 0, "{case} {gaps:?} {gap}");
-                most = most.max(pair.report().n_active);
-                assert_eq!(forces[2].force, -forces[0].force);
-                assert_eq!(forces[1].force, Vector3::zeros());
-                let moment = moment(&bodies, &forces);
-                if motion != RigidMotion::Axial {
-                    // Round-off of arms of half a metre and of projections, which end at some eps of them.
-                    let scale = pair.report().normal_force * 0.5;
-                    assert!(
-                        moment.norm() < 50.0 * f64::EPSILON * scale,
-                        "{motion:?} {}",
-                        moment.norm() / scale
-                    );
-                }
-            }
-            assert!(most > 1);
+    each_pair(|pair, motion, bodies, case| {
+        let (forces, energy) = evaluate(pair, bodies);
+        let gap = pair.meeting(Motion::new(0.0, bodies)).gap;
+        let gaps = pair.state().gaps();
+        assert!(energy > 0.0 && pair.report().n_active > 0, "{case} {gaps:?} {gap}");
+        assert_eq!(forces[2].force, -forces[0].force);
+        assert_eq!(forces[1].force, Vector3::zeros());
+        let moment = moment(bodies, &forces);
+        if motion != RigidMotion::Axial {
+            // Round-off of arms of half a metre and of projections, which end at some eps of them.
+            let scale = pair.report().normal_force * 0.5;
+            assert!(moment.norm() < 50.0 * f64::EPSILON * scale, "{motion:?} {}", moment.norm() / scale);
         }
-    }
+    });
 }
 
 /// Directions and axes of the motions of a model.
@@ -86,21 +86,11 @@ fn gradient_error(pair: &mut Active<SurfacePair>, motion: RigidMotion, bodies: &
 
 #[test]
 fn force_is_minus_the_gradient_of_the_potential() {
-    for motion in MOTIONS {
-        for (quasistatic, penalty) in CASES {
-            let mut most = 0;
-            for seed in 1..8 {
-                let mut pair =
-                    Active::new(random_pair(motion, quasistatic, penalty, Method::ActiveSet, seed));
-                let bodies = random_bodies(pair.element(), motion, DEPTH, seed);
-                let error = gradient_error(&mut pair, motion, &bodies);
-                // Tilted normals and quasistatic displacements left out of lever arms would show at 1e-2.
-                assert!(error < 3e-7, "{motion:?} {quasistatic:?} {penalty:e} {seed}: {error:e}");
-                most = most.max(pair.report().n_active);
-            }
-            assert!(most > 1);
-        }
-    }
+    each_pair(|pair, motion, bodies, case| {
+        let error = gradient_error(pair, motion, bodies);
+        // Tilted normals and quasistatic displacements left out of lever arms would show at 1e-2.
+        assert!(error < 3e-7, "{case}: {error:e}");
+    });
 }
 
 #[test]
