@@ -262,38 +262,19 @@ fn spacing(areas: &[f64], motion: RigidMotion, points: &[[f64; 3]]) -> f64 {
 }
 
 impl SurfacePair {
-    /// Forces at the motions `own` and `target`, summed up, with the power lost to sliding;
-    /// `earlier_motion` is a buffer.
+    /// Forces at the motions `own` and `target`, summed up, with the work lost to sliding.
     fn find(
         &self,
         t: f64,
         [own, target]: [&BodyState; 2],
-        earlier_motion: &mut [BodyState; 2],
         work: &mut Work<'_>,
     ) -> Result<(), EvaluationFailure> {
-        // Rates come from a look back, best taken first; the last evaluation tells whether there is
-        // something to see.
-        let was_touching = work.state.friction.is_some() && work.state.start.forces.iter().any(|f| *f > 0.0);
-        let mut time = if was_touching {
-            self.note_moment_before(t, [own, target], earlier_motion, work)?
-        } else {
-            None
-        };
-        let mut solver = self.find_forces(t, own, target, work)?;
+        let solver = self.find_forces(t, own, target, work)?;
         self.sum_up(solver, target, work);
-        if work.found.report.n_sliding > 0 && !was_touching {
-            time = self.note_moment_before(t, [own, target], earlier_motion, work)?;
-            solver = self.find_forces(t, own, target, work)?;
-            self.sum_up(solver, target, work);
-        }
         let PairState { start, friction, .. } = &mut *work.state;
         if let Some(friction) = friction {
             friction.is_evaluated = true;
-            friction.time = t;
-            if work.found.report.n_sliding > 0 {
-                let lost = friction.sliding_work(&start.forces, time);
-                lost.enter(&mut work.found.report.energies);
-            }
+            work.found.report.energies.slid = friction.sliding_work(&start.forces);
         }
         Ok(())
     }
@@ -316,7 +297,7 @@ impl ForceElement for SurfacePair {
         let n_t = friction.as_ref().map_or(0, |f| f.n_t);
         let zone = self.compliances.as_ref().map(|c| c.solver(&self.surface, n_t));
         let state = PairState::new(n, nc, (self.surface.nodes.len(), self.surface.spread), zone, friction);
-        let workspace = PairWorkspace::new(&self.surface, n, self.n_tangents(), self.n_modes);
+        let workspace = PairWorkspace::new(&self.surface, n, self.n_tangents());
         (state, workspace, PairFound::new(&self.surface, n, self.n_tangents()))
     }
 
@@ -330,9 +311,9 @@ impl ForceElement for SurfacePair {
     ) -> Result<(), EvaluationFailure> {
         let (own, target) = self.states(motion.bodies);
         debug_assert_eq!(own.elastic.len(), self.n_modes);
-        let PairWorkspace { buffers, earlier_motion, .. } = workspace;
+        let PairWorkspace { buffers, .. } = workspace;
         let mut work = Work { state: &mut *state, buffers, found: &mut *found };
-        let outcome = self.find(motion.time, [own, target], earlier_motion, &mut work);
+        let outcome = self.find(motion.time, [own, target], &mut work);
         if outcome.is_err() {
             // Nothing of a failed evaluation may lead the next one.
             state.forget_evaluation();

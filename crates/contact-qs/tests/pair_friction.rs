@@ -155,49 +155,55 @@ fn sticking_forces_are_minus_the_gradient_of_a_potential() {
     }
 }
 
+/// Work of the forces of `pair` on the bodies that move from `bodies` for `dt`, its change of stored energy and the work of sliding: their sum,
+/// and that of sliding alone, both over the normal force; none if a point changes its state on the way.
+fn balance(pair: &mut Active<SurfacePair>, bodies: &[BodyState], dt: f64) -> Option<[f64; 2]> {
+    const N: usize = 8;
+    let (mut work, mut energies, mut states) = (0.0, Vec::new(), Vec::new());
+    for k in 0..=N {
+        let bodies = later(bodies, dt * k as f64 / N as f64);
+        let (forces, energy) = evaluate(pair, &bodies);
+        energies.push(energy);
+        states.push(pair.state().point_states().to_vec());
+        // Simpson's rule.
+        let weight = if k == 0 || k == N { 1.0 } else { 2.0 + 2.0 * (k % 2) as f64 };
+        let power = bodies.iter().zip(&forces).map(|(b, f)| {
+            let modal: f64 = b.elastic_rates.iter().zip(&f.elastic).map(|(q, h)| q * h).sum();
+            b.velocity.dot(&f.force) + b.angular_velocity_in_body.dot(&f.torque_in_body) + modal
+        });
+        work += weight * power.sum::<f64>() * dt / (3 * N) as f64;
+    }
+    let (slid, scale) = (pair.energies().slid, pair.report().normal_force);
+    states
+        .iter()
+        .all(|s| *s == states[0])
+        .then_some([(work + energies[N] - energies[0] + slid) / scale, slid / scale])
+}
+
 #[test]
-fn power_of_the_forces_goes_into_stored_energy_and_slip_alone() {
+fn work_of_the_forces_goes_into_stored_energy_and_slip_alone() {
     let (mut n_checked, mut n_lost) = (0, 0);
     for motion in MOTIONS {
         for case in CASES {
-            for seed in 1..6 {
+            for seed in 1..9 {
                 let friction = Friction { coefficient: 0.3, stiffness_ratio: 0.7 };
                 let (mut pair, bodies) = rubbing(motion, case, friction, seed);
                 evaluate(&mut pair, &bodies);
                 pair.save();
+                // Sliding points slide on from here.
                 let bodies = later(&bodies, 3e-4);
-                let (forces, _) = evaluate(&mut pair, &bodies);
-                let states = pair.state().point_states().to_vec();
-                let energies = pair.energies();
-                let lost = energies.dissipated_power;
-                let power: f64 = bodies
-                    .iter()
-                    .zip(&forces)
-                    .map(|(b, f)| {
-                        let modal: f64 = b.elastic_rates.iter().zip(&f.elastic).map(|(q, h)| q * h).sum();
-                        b.velocity.dot(&f.force) + b.angular_velocity_in_body.dot(&f.torque_in_body) + modal
-                    })
-                    .sum();
-                let scale = 0.5 * pair.report().normal_force;
-                let h = 1e-7;
-                let mut is_same = true;
-                let mut at = |dt: f64| {
-                    let energy = evaluate(&mut pair, &later(&bodies, dt)).1;
-                    is_same &= pair.state().point_states() == states;
-                    [energy, pair.energies().slid]
-                };
-                let (after, before) = (at(h), at(-h));
-                let [rate, rise] = [0, 1].map(|k| (after[k] - before[k]) / (2.0 * h));
-                if !is_same {
-                    continue;
-                }
-                // The power looks back over 3e-4 of the penetration, in which slip rates change by about as much.
-                let error = (power + rate + lost).abs() / scale;
-                assert!(error < 1e-3, "{motion:?} {case:?} {seed}: {power} {rate} {lost} {error:e}");
-                let error = (rise - energies.slid_rate).abs() / scale;
-                assert!(error < 1e-3, "{motion:?} {case:?} {seed}: {rise} {energies:?} {error:e}");
+                evaluate(&mut pair, &bodies);
+                pair.save();
+                let dt = 2e-5;
+                let found = [dt, 0.5 * dt].map(|dt| balance(&mut pair, &bodies, dt));
+                let [Some(whole), Some(half)] = found else { continue };
+                let name = format!("{motion:?} {case:?} {seed}: {whole:?} {half:?}");
+                // The rule errs by the third order of the step; a way of round-off is what solutions leave.
+                assert!(half[0].abs() < whole[0].abs() / 6.0 + 1e-6 * dt, "{name}");
+                assert!(whole[0].abs() < 1e-3 * dt, "{name}");
                 n_checked += 1;
-                n_lost += usize::from(lost > 1e-2 * scale);
+                // A share of 1e-3 of the normal force, at 1 m/s: three digits above what the balance may be off by.
+                n_lost += usize::from(whole[1] > 1e-3 * dt);
             }
         }
     }

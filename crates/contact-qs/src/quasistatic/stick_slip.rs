@@ -472,6 +472,11 @@ impl StickSlip {
     pub fn bounds(&self) -> &[f64] {
         &self.bounds
     }
+
+    /// Largest friction force of a point that is pressed by the force `normal` \[N\].
+    pub fn largest(&self, normal: f64) -> f64 {
+        self.law.coefficient * normal
+    }
 }
 
 fn not_converged(coefficient: f64) -> EvaluationFailure {

@@ -1,13 +1,11 @@
 //! One evaluation of a surface pair: projection, point forces, their sums.
 
 use crate::solver_fault::SolverFault;
-use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::error::EvaluationFailure;
 use ffr_dynamics::force::BodyState;
-use nalgebra::Vector3;
 
 use super::SurfacePair;
-use super::friction::{PairFriction, move_back};
+use super::friction::PairFriction;
 use super::projection::normal_walk::SLACK;
 use super::projection::warm_start::WarmStart;
 use super::projection::{Displaced, Functions, Projection, Samples, SurfacePlace};
@@ -16,7 +14,7 @@ use super::solver::PairBodies;
 use super::state::{Buffers, PairFound, PairState, Work};
 use crate::law::penalty;
 use crate::quasistatic::SolveReport;
-use crate::quasistatic::problem::{OPEN, add_product, dot};
+use crate::quasistatic::problem::{OPEN, add_product};
 use crate::quasistatic::stick_slip::NormalSolver;
 
 /// Limit of the passes of projection and solution. Each pass reduces the error to about the ratio
@@ -51,11 +49,6 @@ const REUSE: f64 = 5e-2;
 /// at `1.35 a` (Johnson 1985, Eq. 3.42a).
 const MARGIN: f64 = 0.25;
 
-/// The power of sliding is a difference quotient over a short time before the present, in which the
-/// bodies move by this share of the penetration. Slips are known to some 1e-8 of the penetration,
-/// and rates change by about this share.
-const MOMENT: f64 = 3e-4;
-
 impl SurfacePair {
     /// Poses of contact body and target.
     pub(super) fn states<'a>(&'a self, bodies: &'a [BodyState]) -> (&'a BodyState, &'a BodyState) {
@@ -89,60 +82,6 @@ impl SurfacePair {
         let Buffers { low_points, low_nodes, .. } = &mut *work.buffers;
         self.place_low(body, target, low_points, low_nodes);
         self.iterate(t, &relative, work)
-    }
-
-    /// Finds the slip increments a moment before the motions `body` and `target`, for the power
-    /// lost to sliding; returns how long before, none if nothing moves.
-    pub(super) fn note_moment_before(
-        &self,
-        t: f64,
-        [body, target]: [&BodyState; 2],
-        earlier_motion: &mut [BodyState; 2],
-        work: &mut Work<'_>,
-    ) -> Result<Option<f64>, EvaluationFailure> {
-        let speed = self.speed(body, target, &work.state.start);
-        let Some(friction) = &work.state.friction else { return Ok(None) };
-        let time = friction.time_before(t, MOMENT * friction.depth / speed);
-        if !(time.is_finite() && time > 0.0) {
-            return Ok(None);
-        }
-        move_back(body, time, &mut earlier_motion[0]);
-        move_back(target, time, &mut earlier_motion[1]);
-        let found = self.find_forces(t, &earlier_motion[0], &earlier_motion[1], work);
-        let PairState { start, friction, .. } = &mut *work.state;
-        if let Some(friction) = friction {
-            friction.note_earlier(&start.forces);
-        }
-        found.map(|_| Some(time))
-    }
-
-    /// Largest speed of the points in contact relative to the target, that of the modes taken at
-    /// one of them; a function of the motion and the remembered state alone.
-    fn speed(&self, body: &BodyState, target: &BodyState, start: &WarmStart) -> f64 {
-        let nc = self.motion.n_components();
-        let is_axial = self.motion == RigidMotion::Axial;
-        let (mut largest, mut of_modes) = (0.0_f64, None);
-        for i in (0..self.points.len()).filter(|i| start.forces[*i] > 0.0) {
-            let mut difference = body.velocity - target.velocity;
-            if !is_axial {
-                let arm = body.rotation * Vector3::from(self.points[i]);
-                let spin = body.rotation * body.angular_velocity_in_body;
-                difference += spin.cross(&arm);
-                let spin = target.rotation * target.angular_velocity_in_body;
-                difference -= spin.cross(&(body.position + arm - target.position));
-            }
-            largest = largest.max(difference.norm());
-            of_modes.get_or_insert_with(|| {
-                let place = &start.places[i];
-                let element = self.surface.faces[place.face as usize].element(&place.xi);
-                let node = self.surface.elements[element].nodes.first().map_or(0, |node| *node as usize);
-                (0..nc).fold(0.0_f64, |sum, c| {
-                    let body = dot(self.body_row(nc * i + c), &body.elastic_rates);
-                    sum.hypot(body).hypot(dot(self.surface.low_row(nc * node + c), &target.elastic_rates))
-                })
-            });
-        }
-        largest + of_modes.unwrap_or(0.0)
     }
 
     /// Projects the points and the compliances on them without forces.

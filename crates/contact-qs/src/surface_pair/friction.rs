@@ -6,21 +6,20 @@
 //! no work but on the slip. References stay within a step as in a plane contact
 //! (docs/decisions/0005-friction.md).
 
-use ffr_dynamics::force::BodyState;
 use iga_core::nurbs::jet::{cross, difference, dot, norm};
-use nalgebra::UnitQuaternion;
 
 use super::contact_jacobian::ContactJacobian;
 use super::projection::{Displaced, Functions, Projection};
 use super::relative_pose::RelativePose;
 use crate::law::Friction;
-use crate::law::sliding_work::SlidingWork;
 use crate::quasistatic::PointState;
 use crate::quasistatic::stick_slip::StickSlip;
 
 /// What alternations leave of the error, so that a pass of projection and solution, which reduces it to a fiftieth to a third, is not held up
 /// by them.
 const PASS_GAIN: f64 = 0.003;
+/// Ratio of the ways of two steps up to which the bound of a point is a parabola over both.
+const ALIKE: f64 = 4.0;
 /// Loosest tolerance of the alternations between normal and friction forces, in units of the
 /// tolerance of the gaps.
 const FIRST_ALTERNATION_TOLERANCE: f64 = 1e2;
@@ -80,13 +79,18 @@ pub(super) struct PairFriction {
     has_nodes: bool,
     /// Whether there is an evaluation to take references from.
     pub is_evaluated: bool,
-    /// Time of the last evaluation, and of the last one from which references were taken; -∞ if
-    /// there is none \[s\].
-    pub time: f64,
-    reference_time: f64,
-    /// Slip increments shortly before the last evaluation, and bounds of the points then.
-    earlier: Vec<f64>,
-    earlier_bounds: Vec<f64>,
+    /// What the points had done when the references were last updated.
+    starts: Vec<StepStart>,
+}
+
+/// What a point had done when the references were last updated.
+#[derive(Debug, Clone, Copy, Default)]
+struct StepStart {
+    /// Its bound; zero of an open one \[N\].
+    bound: f64,
+    /// How far it had slid in the step before, and by how much its bound had grown per length; zero if it did not slide all the time.
+    way_before: f64,
+    slope_before: f64,
 }
 
 impl PairFriction {
@@ -114,10 +118,7 @@ impl PairFriction {
             nodes: vec![[0.0; 3]; n_nodes],
             has_nodes: false,
             is_evaluated: false,
-            time: f64::NEG_INFINITY,
-            reference_time: f64::NEG_INFINITY,
-            earlier: vec![0.0; n],
-            earlier_bounds: vec![0.0; n_points],
+            starts: vec![StepStart::default(); n_points],
         }
     }
 
@@ -298,28 +299,27 @@ impl PairFriction {
         if forces[i] > 0.0 { self.stick_slip.bounds()[i] } else { 0.0 }
     }
 
-    /// Notes slip increments and bounds of an evaluation shortly before the one to come.
-    pub fn note_earlier(&mut self, forces: &[f64]) {
-        for k in 0..self.earlier.len() {
-            self.earlier[k] = self.increment(k, forces);
-        }
-        for i in 0..forces.len() {
-            self.earlier_bounds[i] = self.bound(i, forces);
-        }
+    /// How far point `i` has slid since the references were last updated \[m\].
+    fn slid(&self, i: usize, forces: &[f64]) -> f64 {
+        (self.n_t * i..self.n_t * (i + 1)).map(|k| self.increment(k, forces)).fold(0.0, f64::hypot)
     }
 
-    /// Work of sliding, with rates from the differences to the evaluation a `time` before
-    /// (Eqs. F.25, F.15); no rates if nothing moves.
-    pub fn sliding_work(&self, forces: &[f64], time: Option<f64>) -> SlidingWork {
-        let rate = |change: f64| time.map_or(0.0, |time| change / time);
-        let slip = |k: usize| {
-            let now = self.increment(k, forces);
-            [now, rate(now - self.earlier[k])]
+    /// Work of sliding since the references were last updated (Eq. F.25) \[J\].
+    pub fn sliding_work(&self, forces: &[f64]) -> f64 {
+        let work = |(i, start): (usize, &StepStart)| {
+            let (is_pressed, before) = (forces[i] > 0.0, start.bound);
+            if is_pressed && !self.is_sliding(i, forces) || !is_pressed && before == 0.0 {
+                return 0.0;
+            }
+            let (way, now) = (self.slid(i, forces), self.bound(i, forces));
+            if before == 0.0 || !is_pressed {
+                return way * before.max(now) / 3.0;
+            }
+            let is_like = (way / ALIKE..=way * ALIKE).contains(&start.way_before);
+            let bend = if is_like { (now - before) / way - start.slope_before } else { 0.0 };
+            way * (0.5 * (before + now) - way * way * bend / (6.0 * (way + start.way_before)))
         };
-        let bound_rate = |i: usize| rate(self.bound(i, forces) - self.earlier_bounds[i]);
-        let work = |i: usize| self.stick_slip.work_of_point(i, slip, bound_rate(i));
-        let sliding = (0..forces.len()).filter(|i| self.is_sliding(*i, forces));
-        sliding.map(work).fold(SlidingWork::default(), SlidingWork::plus)
+        self.starts.iter().enumerate().map(work).sum()
     }
 
     /// Takes the references of the points from the last evaluation: the springs of sticking points
@@ -366,10 +366,18 @@ impl PairFriction {
                 }
             }
         }
+        for i in 0..forces.len() {
+            let (before, way) = (self.starts[i].bound, self.slid(i, forces));
+            let is_known = before > 0.0 && way > 0.0 && self.is_sliding(i, forces);
+            let slope = || (self.bound(i, forces) - before) / way;
+            let (way_before, slope_before) = if is_known { (way, slope()) } else { (0.0, 0.0) };
+            // The next tangents are orthonormal.
+            let bound = self.stick_slip.largest(forces[i].max(0.0));
+            self.starts[i] = StepStart { bound, way_before, slope_before };
+        }
         self.nodes.copy_from_slice(nodes);
         self.has_nodes = true;
         self.is_evaluated = false;
-        self.reference_time = self.time;
     }
 
     /// Friction forces of the points in the frame of the target, in the model's components \[N\].
@@ -401,13 +409,6 @@ impl PairFriction {
         }
     }
 
-    /// Time before `t` over which the power of sliding is a difference quotient: `wanted`, but no
-    /// longer than since the references were updated, from which slips count.
-    pub fn time_before(&self, t: f64, wanted: f64) -> f64 {
-        let since = t - self.reference_time;
-        if since > 0.0 { wanted.min(since) } else { wanted }
-    }
-
     pub fn save(&mut self) {
         self.saved_depth = self.depth;
         self.saved_deflections.copy_from_slice(&self.deflections);
@@ -422,17 +423,6 @@ impl PairFriction {
             reference.is_set &= !reference.is_new;
         }
         self.stick_slip.restore();
-    }
-}
-
-/// The motion `state` a time `time` ago, in `out`.
-pub(super) fn move_back(state: &BodyState, time: f64, out: &mut BodyState) {
-    out.position = state.position - state.velocity * time;
-    out.rotation = state.rotation * UnitQuaternion::from_scaled_axis(-state.angular_velocity_in_body * time);
-    out.velocity = state.velocity;
-    out.angular_velocity_in_body = state.angular_velocity_in_body;
-    for (q, (now, rate)) in out.elastic.iter_mut().zip(state.elastic.iter().zip(&state.elastic_rates)) {
-        *q = now - rate * time;
     }
 }
 

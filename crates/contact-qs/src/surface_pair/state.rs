@@ -1,7 +1,5 @@
 //! State, workspace and findings of a surface pair.
 
-use ffr_dynamics::force::BodyState;
-
 use super::contact_jacobian::ContactJacobian;
 use super::friction::PairFriction;
 use super::projection::proximity_cache::ProximityCache;
@@ -83,8 +81,6 @@ impl PairState {
 /// Buffers of a surface pair.
 pub struct PairWorkspace {
     pub(super) buffers: Buffers,
-    /// Motions of both bodies shortly before, for the power lost to sliding.
-    pub(super) earlier_motion: [BodyState; 2],
     pub(super) search: SearchBuffers,
 }
 
@@ -114,7 +110,7 @@ pub(super) struct RateBuffers {
 }
 
 impl PairWorkspace {
-    pub(super) fn new(surface: &TargetSurface, n: usize, n_t: usize, n_modes: usize) -> Self {
+    pub(super) fn new(surface: &TargetSurface, n: usize, n_t: usize) -> Self {
         let nc = surface.motion.n_components();
         let buffers = Buffers {
             functions: Functions::new(surface),
@@ -132,8 +128,7 @@ impl PairWorkspace {
                 node_loads: vec![0.0; surface.nodes.len() * nc],
             },
         };
-        let earlier_motion = [n_modes, surface.n_modes].map(BodyState::at_rest);
-        Self { buffers, earlier_motion, search: SearchBuffers::new(surface, n) }
+        Self { buffers, search: SearchBuffers::new(surface, n) }
     }
 }
 

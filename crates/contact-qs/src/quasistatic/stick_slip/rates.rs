@@ -64,19 +64,16 @@ impl StickSlip {
         }
         self.find_rates(TOLERANCE, zone, pressed, gap_rates, slip_rates)?;
         // The rates of the bounds are left in `shifted`.
-        let slip = |k: usize| [self.solver.increments()[k], self.slip_rates[k]];
-        let work = |i: usize| self.work_of_point(i, slip, self.shifted[i]);
         let sliding = (0..self.n_points).filter(|&i| self.solver.states()[i] == PointState::Slip);
-        Ok(sliding.map(work).fold(SlidingWork::default(), SlidingWork::plus))
+        Ok(sliding.map(|i| self.work_of_point(i)).fold(SlidingWork::default(), SlidingWork::plus))
     }
 
-    /// Work of sliding of point `i`, of which `slip` tells the slip increment and its rate for each component, and whose bound
-    /// changes at `bound_rate`.
-    pub fn work_of_point(&self, i: usize, slip: impl Fn(usize) -> [f64; 2], bound_rate: f64) -> SlidingWork {
+    /// Work of sliding of point `i`, whose bound changes at `shifted`.
+    fn work_of_point(&self, i: usize) -> SlidingWork {
         let (mut power, mut work, mut size) = (0.0, 0.0, 0.0_f64);
         for k in self.n_t * i..self.n_t * (i + 1) {
-            let [increment, rate] = slip(k);
-            power -= self.forces[k] * rate;
+            let increment = self.solver.increments()[k];
+            power -= self.forces[k] * self.slip_rates[k];
             work -= self.forces[k] * increment;
             size = size.hypot(increment);
         }
@@ -85,7 +82,7 @@ impl StickSlip {
             // zero, the rate of its bound does not.
             return SlidingWork { power, ..SlidingWork::default() };
         }
-        SlidingWork { power, slid: work, slid_rate: power + size * bound_rate }
+        SlidingWork { power, slid: work, slid_rate: power + size * self.shifted[i] }
     }
 
     /// Finds the rates of the forces, and of the slip increments, on the sets of the last solution. `gap_rates` and `slip_rates`:
