@@ -131,18 +131,7 @@ impl Driver<'_> {
                 self.slots[i].found.left += 1;
             }
             if is_edge || !(verdict.is_acceptable() || is_short || is_cut || self.slots[i].found.travels) {
-                let Some(fine) = self.slots[i].fine() else { continue };
-                let refinement = self.model.contacts[i].refinement.as_ref();
-                let asked = refinement.map_or(0.0, |refinement| refinement.interval_settings().minimum);
-                // Whoever asks for more than is usual gets it.
-                let is_told = *ending == Ending::Complete && asked <= IntervalSettings::default().minimum;
-                let tried = TriedInterval {
-                    widths: fine.widths(),
-                    n_elements: fine.n_elements(),
-                    finer: fine.finer(),
-                    is_edge,
-                    peak: is_told.then(|| self.slots[i].monitor.judged_peak()),
-                };
+                let Some((fine, tried)) = self.tried(i, ending) else { continue };
                 let wanted = match is_edge && !verdict.touches_edge() {
                     // Contact left the target's interval.
                     true => fine.widths().map(|w| w * (1.0 + IntervalSettings::default().max_change)),
@@ -178,6 +167,22 @@ impl Driver<'_> {
             }
         }
         Ok(judgement)
+    }
+
+    /// The interval of contact `i` in a trial that ended as said, with its fine model.
+    fn tried(&self, i: usize, ending: &Ending) -> Option<(&FineContact, TriedInterval)> {
+        let fine = self.slots[i].fine()?;
+        let asked = self.model.contacts[i].refinement.as_ref()?.interval_settings().minimum;
+        // Whoever asks for more than is usual gets it.
+        let is_told = *ending == Ending::Complete && asked <= IntervalSettings::default().minimum;
+        let tried = TriedInterval {
+            widths: fine.widths(),
+            n_elements: fine.n_elements(),
+            finer: fine.finer(),
+            is_edge: *ending == Ending::EdgeTouched(i),
+            peak: is_told.then(|| self.slots[i].monitor.judged_peak()),
+        };
+        Some((fine, tried))
     }
 
     /// The demand for a finer zone and stiffer springs of contact `i` if the band of its peak force is wider than `wanted`, a share of it, and
