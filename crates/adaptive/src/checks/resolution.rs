@@ -206,6 +206,7 @@ pub fn longest_element_of(body: &BodyModel) -> Option<f64> {
 pub fn edge_touch(
     (contact, time): (&str, f64),
     (body, site): (&BodyModel, Option<&ZoneSite>),
+    target: Option<&BodyModel>,
     keeps_sides: bool,
 ) -> Option<Warning> {
     let elastic = &body.flexible()?.body;
@@ -237,7 +238,16 @@ pub fn edge_touch(
         ),
         (None, false) => (
             format!("an edge or a corner touches: {depends}, and {elements}; pressure there has no limit"),
-            finer(),
+            match target.filter(|target| target.flexible().is_some()) {
+                Some(target) => format!(
+                    "{}; where \"{}\" lies with a line across \"{}\", which ends before it, make \"{}\" the contact_body",
+                    finer(),
+                    body.name,
+                    target.name,
+                    target.name
+                ),
+                None => finer(),
+            },
         ),
     };
     let (kind, subject) = (WarningKind::EdgeTouch, format!("contact \"{contact}\""));

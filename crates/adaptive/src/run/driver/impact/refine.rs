@@ -254,6 +254,7 @@ impl Driver<'_> {
             let found = edge_touch(
                 (&contact.name, t),
                 (&self.model.bodies[contact.body], fine.zones.first().map(|zone| &zone.site)),
+                contact.target.body().map(|target| &self.model.bodies[target]),
                 self.slots[i].found.keeps_sides,
             );
             self.warn(found.map(|warning| (i, warning)).into_iter().collect())?;
