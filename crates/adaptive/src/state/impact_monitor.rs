@@ -213,10 +213,11 @@ impl ImpactMonitor {
         self.phase.turned_peak.is_some()
     }
 
-    /// Begins a phase at the instant `now`; extremes of earlier phases are forgotten.
-    pub fn begin(&mut self, now: ContactInstant) {
+    /// Begins a phase at the instant `now`; extremes of earlier phases are forgotten. Returns whether bodies are pressed then
+    /// with a larger force than any before in an impact that goes on.
+    pub fn begin(&mut self, now: ContactInstant) -> bool {
         (self.last, self.before_last) = (None, None);
-        self.step(now, None, None);
+        self.step(now, None, None)
     }
 
     /// Whether the steps up to the time `time` were shown.

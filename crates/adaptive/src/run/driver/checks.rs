@@ -23,7 +23,7 @@ use crate::record::finding::ContactQuantity;
 use crate::record::warning::{Warning, WarningKind};
 use crate::record::{ImpactRecord, PeakOf};
 use crate::run::driver::impact::judgement::MINOR;
-use crate::spec::LocalField;
+use crate::spec::{LocalField, PenaltySearch};
 use crate::state::impact_monitor::Ringing;
 use crate::state::simulation::motion_at;
 use crate::touch::detection::Search;
@@ -51,8 +51,8 @@ pub(super) struct Doubts {
     /// share, if contact moved along it and they were too few.
     few_at_once: Option<[f64; 2]>,
     /// How much of the approach was penetration, if it was too much and the contact could be
-    /// judged.
-    too_soft: Option<Overlap>,
+    /// judged, with the penalty factor that it was at [N/m³].
+    too_soft: Option<(Overlap, f64)>,
     /// Which parts touched.
     pub touch: TouchKind,
     /// How many times stiffer they were than the modes follow.
@@ -66,10 +66,11 @@ impl Driver<'_> {
     /// its force is too small to judge them by.
     pub(super) fn doubts(&self, i: usize, is_minor: bool) -> Doubts {
         let whole = self.slots[i].fine().and_then(|fine| fine.whole);
-        let element = &self.model.system.forces()[i].contact;
+        // The contact has its fine models still, and with them its factor.
+        let penalty = self.model.system.forces()[i].contact.facts().penalty();
         let beyond = |kind| {
             let refinement = self.model.contacts[i].refinement.as_ref()?;
-            Some(element.facts().penalty() / refinement.penalty_of_modes(kind, &self.model.bodies))
+            Some(penalty / refinement.penalty_of_modes(kind, &self.model.bodies))
         };
         let few_at_once = || {
             let fine = self.slots[i].fine().filter(|fine| !is_minor && fine.has_moved())?;
@@ -78,7 +79,10 @@ impl Driver<'_> {
         };
         Doubts {
             few_at_once: few_at_once(),
-            too_soft: self.overlap(i).filter(|overlap| !is_minor && overlap.is_too_much()),
+            too_soft: self
+                .overlap(i)
+                .filter(|overlap| !is_minor && overlap.is_too_much())
+                .map(|overlap| (overlap, penalty)),
             touch: self.slots[i].fine().map_or(TouchKind::Smooth, FineContact::touch),
             beyond_modes: whole.and_then(beyond).unwrap_or(0.0),
             ringing: self.slots[i].monitor.ringing(),
@@ -178,6 +182,19 @@ impl Driver<'_> {
         Ok(warnings)
     }
 
+    /// Looks at what contact was like at the peak of `impact`, the hardest of its contact in the running phase.
+    pub(super) fn check_peak(&mut self, impact: &ImpactRecord) -> Result<(), AdaptiveError> {
+        let i = impact.contact as usize;
+        self.check_contact_strain(impact)?;
+        if let Some((point, left_out)) = self.slots[i].at_peak.left_out {
+            let subject = format!("output.points.{}", self.model.point_name(point));
+            let warning = left_out.warning(subject, self.model.name_of(&left_out), impact.peak_time);
+            self.warn(vec![(point, warning)])?;
+        }
+        let coarse = self.coarse_zone(i, impact);
+        self.warn(coarse.map(|warning| (i, warning)).into_iter().collect())
+    }
+
     /// Looks at a finished impact; `is_open`: whether the contact had let go; `is_minor`: whether
     /// its force was too small beside others to be judged by; `doubts`: what is doubtful about its
     /// zone and springs.
@@ -189,20 +206,11 @@ impl Driver<'_> {
         doubts: &Doubts,
     ) -> Result<(), AdaptiveError> {
         let i = impact.contact as usize;
-        self.check_contact_strain(impact)?;
-        if let Some((point, left_out)) = self.slots[i].left_out {
-            let subject = format!("output.points.{}", self.model.point_name(point));
-            let warning = left_out.warning(subject, self.model.name_of(&left_out), impact.peak_time);
-            self.warn(vec![(point, warning)])?;
-        }
         let wide =
             self.settings.accuracy.and_then(|wanted| wide_band(&self.model.contacts[i].name, impact, wanted));
         self.warn(wide.map(|warning| (i, warning)).into_iter().collect())?;
-        let coarse = self.coarse_zone(i, impact);
-        self.warn(coarse.map(|warning| (i, warning)).into_iter().collect())?;
         let (name, is_rigid) = (&self.model.contacts[i].name, self.is_rigid(i));
-        let element = self.model.system.forces()[i].contact.facts();
-        let ((body, target), penalty) = (element.bodies(), element.penalty());
+        let (body, target) = self.model.system.forces()[i].contact.facts().bodies();
         let bodies = [Some(body), target].into_iter().flatten();
         let touching: Vec<_> = bodies.clone().map(|b| &self.model.bodies[b]).collect();
         let rings = ringing_force(name, &touching, impact, doubts.beyond_modes)
@@ -222,7 +230,10 @@ impl Driver<'_> {
         warnings.extend(few_at_once);
         // Of rigid bodies the springs are all that yields.
         let too_soft = doubts.too_soft.filter(|_| !is_rigid);
-        warnings.extend(too_soft.map(|overlap| (i, soft_contact((name, penalty), impact, overlap))));
+        let refinement = self.model.contacts[i].refinement.as_ref();
+        let may_search =
+            refinement.is_some_and(|refinement| refinement.search_kind() == PenaltySearch::Fixed);
+        warnings.extend(too_soft.map(|soft| (i, soft_contact((name, may_search), impact, soft))));
         if is_minor && self.model.contacts[i].refinement.is_some() {
             warnings.push((i, minor_contact(name, impact)));
         }
@@ -237,7 +248,7 @@ impl Driver<'_> {
 
     /// Points across contact `i` that carried its force at the peak.
     pub(super) fn points_across(&self, i: usize) -> f64 {
-        let n = self.slots[i].n_active as f64;
+        let n = self.slots[i].at_peak.n_active as f64;
         match self.model.bodies[self.model.contacts[i].body].data.motion {
             RigidMotion::Spatial => (4.0 * n / PI).sqrt(),
             RigidMotion::Planar | RigidMotion::Axial => n,
@@ -281,7 +292,7 @@ impl Driver<'_> {
     fn check_contact_strain(&mut self, impact: &ImpactRecord) -> Result<(), AdaptiveError> {
         let i = impact.contact as usize;
         let facts = &self.model.contacts[i];
-        let pressure = self.slots[i].pressure;
+        let pressure = self.slots[i].at_peak.pressure;
         let strain = contact_strain(pressure, facts.modulus);
         if strain > HUGE_CONTACT_STRAIN {
             let (contact, time, quantity) = (facts.name.clone(), impact.peak_time, ContactQuantity::Strain);
@@ -399,8 +410,12 @@ impl Driver<'_> {
 }
 
 /// The warning of a contact whose springs, of a factor that nobody may change, are as soft as the
-/// bodies (Eq. A.36).
-fn soft_contact((name, penalty): (&str, f64), impact: &ImpactRecord, overlap: Overlap) -> Warning {
+/// bodies (Eq. A.36); `may_search`: whether the scenario could leave the factor to the program.
+fn soft_contact(
+    (name, may_search): (&str, bool),
+    impact: &ImpactRecord,
+    (overlap, penalty): (Overlap, f64),
+) -> Warning {
     Warning {
         kind: WarningKind::SoftContact,
         subject: format!("contact \"{name}\""),
@@ -412,8 +427,9 @@ fn soft_contact((name, penalty): (&str, f64), impact: &ImpactRecord, overlap: Ov
             100.0 * overlap.share
         ),
         remedy: format!(
-            "give contacts.{name}.penalty.initial, {:.0} times as large as the {penalty:.1e} N/m^3 in use",
-            (overlap.share / overlap.most()).ceil()
+            "give contacts.{name}.penalty.initial, {:.0} times as large as the {penalty:.1e} N/m^3 in use{}",
+            (overlap.share / overlap.most()).ceil(),
+            if may_search { ", or leave penalty.search out" } else { "" }
         ),
     }
 }

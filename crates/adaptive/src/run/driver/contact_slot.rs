@@ -18,14 +18,8 @@ pub(super) struct ContactSlot {
     pub phase: ContactPhase,
     /// Follows the running impact.
     pub monitor: ImpactMonitor,
-    /// Mean pressure at the peak of the running impact; zero where too few points carry it to tell
-    /// \[Pa\].
-    pub pressure: f64,
-    /// Points that carried force at the peak of the running impact.
-    pub n_active: usize,
-    /// What the stress of an observed point leaves out of the contact at the peak of the running
-    /// impact, with the number of the point.
-    pub left_out: Option<(usize, LeftOut)>,
+    /// What the contact was like at the largest force that the monitor knows of this phase.
+    pub at_peak: AtPeak,
     /// What the trials of the running impact have found so far.
     pub found: Found,
     /// Search for the nearest points of the surfaces.
@@ -38,6 +32,17 @@ pub(super) struct ContactSlot {
     pub trace: Trace,
     /// How near the bodies were in the last step.
     pub nearness: Nearness,
+}
+
+/// A contact at its largest force in a phase, in whichever of its zones that was.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct AtPeak {
+    /// Mean pressure; zero where too few points carry it to tell \[Pa\].
+    pub pressure: f64,
+    /// Points that carried force.
+    pub n_active: usize,
+    /// What the stress of an observed point leaves out of the contact, with the number of the point.
+    pub left_out: Option<(usize, LeftOut)>,
 }
 
 /// What the trials of an impact have found of a contact for those that follow.
@@ -96,9 +101,7 @@ impl ContactSlot {
         Self {
             phase: if is_refined { ContactPhase::Watching } else { ContactPhase::Lasting },
             monitor: ImpactMonitor::default(),
-            pressure: 0.0,
-            n_active: 0,
-            left_out: None,
+            at_peak: AtPeak::default(),
             found: Found::default(),
             nearest: search,
             whole: None,

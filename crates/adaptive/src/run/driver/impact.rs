@@ -16,7 +16,7 @@ use super::{Driver, Part};
 use crate::adaptivity::interval::IntervalAssessment;
 use crate::error::AdaptiveError;
 use crate::record::{StressState, TrialOutcome};
-use crate::run::driver::contact_slot::Found;
+use crate::run::driver::contact_slot::{AtPeak, Found};
 use crate::run::driver::impact::intervals::Intervals;
 use crate::run::driver::impact::judgement::{Ending, Judgement};
 use crate::run::driver::impact::travel::HeldFriction;
@@ -33,7 +33,7 @@ pub(crate) const MAX_TRIALS: u32 = 40;
 pub(crate) struct Start {
     pub time: f64,
     pub state: Vec<f64>,
-    pub monitors: Vec<ImpactMonitor>,
+    pub monitors: Vec<(ImpactMonitor, AtPeak)>,
     pub stress: Vec<Option<StressState>>,
     pub peaks: Peaks,
     pub numerical: NumericalDamping,
@@ -124,7 +124,7 @@ impl Driver<'_> {
         Start {
             time: self.integrator.time(),
             state: self.integrator.state().to_vec(),
-            monitors: self.slots.iter().map(|slot| slot.monitor.clone()).collect(),
+            monitors: self.slots.iter().map(|slot| (slot.monitor.clone(), slot.at_peak)).collect(),
             stress: self.run.stress.clone(),
             peaks: self.run.peaks.clone(),
             numerical: self.run.numerical,

@@ -12,7 +12,7 @@ use crate::error::AdaptiveError;
 use crate::impact::FineContact;
 use crate::model::ContactFacts;
 use crate::record::{BareForce, EventRecord, TransferDirection, TrialOutcome, TrialRecord};
-use crate::run::driver::contact_slot::{ContactSlot, Nearness};
+use crate::run::driver::contact_slot::{AtPeak, ContactSlot, Nearness};
 use crate::run::driver::impact::trial::Trial;
 use crate::spec::{LocalField, StressInstant};
 use crate::state::impact_monitor::{Change, ContactInstant, Impact, NearMotion};
@@ -58,11 +58,15 @@ impl Driver<'_> {
             }
             let is_one = |impact: &Impact| !is_at_once && is_alone(impact.span());
             let records = monitor.finish(i as u32, self.run.n_rows(), is_one);
+            let hardest = records.iter().map(|record| record.peak_force).fold(0.0, f64::max);
             for mut record in records {
                 record.band = self.band(&record, is_alone((record.start, record.end)), &doubts[i]);
                 self.slots[i].monitor.set_band(record.band);
                 self.output.observer.impact(&record)?;
                 self.run.n_impacts += u32::from(record.row == self.run.n_rows());
+                if record.peak_force >= hardest {
+                    self.check_peak(&record)?;
+                }
                 self.check_impact(&record, is_open, minor[i], &doubts[i])?;
             }
             self.run.contacts[i].impact = self.slots[i].monitor.reported();
@@ -231,13 +235,13 @@ impl Driver<'_> {
             self.check_contact(i, now.time, -now.motion.along(&now.normal))?;
             let (touch, release) = self.changes(i)?;
             if self.slots[i].monitor.step(now, touch, release) {
-                self.slots[i].pressure = self.mean_pressure(i);
-                self.slots[i].n_active = self.model.system.forces()[i].contact.report().n_active;
+                self.note_peak(i);
                 let bare = self.bare_forces(i);
                 let sample = &self.output.sample;
                 let shown = |point: usize| von_mises(&sample.points[point].state.stress);
                 let left_out = bare.iter().filter_map(|bare| self.model.left_out_at_points(bare, shown));
-                self.slots[i].left_out = left_out.reduce(|a, b| if a.1.or_worse(b.1) == a.1 { a } else { b });
+                self.slots[i].at_peak.left_out =
+                    left_out.reduce(|a, b| if a.1.or_worse(b.1) == a.1 { a } else { b });
             }
         }
         self.update_stress_states();
@@ -327,17 +331,30 @@ impl Driver<'_> {
         system.body_states(end, now);
     }
 
-    /// Begins to monitor the contacts `which` at the present instant.
+    /// Begins to monitor the contacts `which` at the present instant; an impact that goes on, in another zone or with another
+    /// penalty factor, keeps what its peak was like.
     pub(super) fn begin_monitors(&mut self, which: Range<usize>) -> Result<(), AdaptiveError> {
         self.model.system.body_states(self.integrator.time(), self.integrator.state());
         for i in which {
             let now = self.instant(i);
             self.check_contact(i, now.time, -now.motion.along(&now.normal))?;
             self.begin_trace(i, now.time);
-            self.slots[i].monitor.begin(now);
-            (self.slots[i].pressure, self.slots[i].left_out) = (0.0, None);
+            if !self.slots[i].monitor.is_running() {
+                self.slots[i].at_peak = AtPeak::default();
+            }
+            if self.slots[i].monitor.begin(now) {
+                self.note_peak(i);
+            }
         }
         Ok(())
+    }
+
+    /// Notes how contact `i` presses in the present state, which has the largest force so far.
+    fn note_peak(&mut self, i: usize) {
+        let (pressure, n_active) =
+            (self.mean_pressure(i), self.model.system.forces()[i].contact.report().n_active);
+        let at_peak = &mut self.slots[i].at_peak;
+        (at_peak.pressure, at_peak.n_active) = (pressure, n_active);
     }
 
     /// Mean pressure of contact `i`; zero where too few points carry its force to tell, and where

@@ -37,8 +37,9 @@ impl Driver<'_> {
     pub(crate) fn rewind(&mut self, start: &Start, sizes: &[Option<ZoneSize>]) -> Result<(), AdaptiveError> {
         self.output.discard_after(start.time);
         self.apart.forget();
-        for (slot, monitor) in self.slots.iter_mut().zip(&start.monitors) {
+        for (slot, (monitor, at_peak)) in self.slots.iter_mut().zip(&start.monitors) {
             slot.monitor.clone_from(monitor);
+            slot.at_peak = *at_peak;
         }
         self.run.stress.clone_from(&start.stress);
         self.run.peaks.clone_from(&start.peaks);
