@@ -138,3 +138,34 @@ fn a_rod_between_planes_meets_one_with_its_round_and_one_with_its_flat_end() {
     assert!((above.impulse + change).abs() < 1e-3 * above.impulse, "{} {change}", above.impulse);
     check_ledger("rod between planes", &recording);
 }
+
+#[test]
+fn a_factor_given_is_where_the_search_starts_unless_it_is_fixed() {
+    let pair = |penalty: &str| {
+        let (first, second) = (rod("first", -LENGTH - 1e-6, 1.0), rod("second", 0.0, 0.0));
+        let found = run(&format!(
+            "[simulation]\nend_time = 1.3e-4\n{STEEL}{first}{second}{}{penalty}",
+            contact("first", "second")
+        ));
+        let soft = found.warnings.iter().find(|w| w.kind == WarningKind::SoftContact);
+        // In trials the models are there still, when the warning is given they are gone.
+        let remedy = "3 times as large as the 3.0e12 N/m^3 in use, or leave penalty.search out";
+        assert!(soft.is_none_or(|w| w.remedy.contains(remedy)), "{soft:?}");
+        let soft = soft.is_some();
+        let factors: Vec<f64> = found.trials.iter().map(|trial| trial.penalty_end).collect();
+        println!("{penalty}: peak {:.6e} N, soft {soft}, factors {factors:?}", found.impacts[0].peak_force);
+        (found.impacts[0].impulse, soft, factors)
+    };
+    let (chosen, soft, _) = pair("");
+    assert!(!soft);
+    // A fifteenth of what the modes follow, from where stiffer springs follow in trials; or none.
+    for (search, is_raised) in
+        [("", true), (", search = \"until-converged\"", true), (", search = \"fixed\"", false)]
+    {
+        let (impulse, soft, factors) = pair(&format!("penalty = {{ initial = 3e12{search} }}\n"));
+        assert!((factors[0] / 3e12 - 1.0).abs() < 1e-12, "{search}: {factors:?}");
+        assert_eq!((factors.len() > 1, soft), (is_raised, !is_raised), "{search}: {factors:?}");
+        // Rods exchange their momenta by either; soft springs only take longer for it.
+        assert!(!is_raised || (impulse / chosen - 1.0).abs() < 1e-2, "{search}: {impulse} {chosen}");
+    }
+}

@@ -155,10 +155,10 @@ pub enum PenaltyFailure {
         /// Last relative change of the peak force, if there was one.
         change: Option<f64>,
     },
-    /// With the highest factor at which the contact solver finds forces, penetration is still too
-    /// large a share of the approach.
+    /// Penetration is still too large a share of the approach with the highest factor at which the contact solver finds
+    /// forces, or with the highest that is tried.
     TooSoft {
-        /// The highest factor that could be solved [N/m³].
+        /// That factor [N/m³].
         penalty: f64,
         /// How much of their approach is penetration.
         overlap: Overlap,
@@ -181,7 +181,7 @@ impl fmt::Display for PenaltyFailure {
             ),
             Self::TooSoft { penalty, overlap } => write!(
                 f,
-                "{:.0} % of the approach of the bodies is penetration at the penalty factor {penalty:.3e} N/m^3, the highest with which the contact solver finds forces, and {:.0} % are allowed; refine the mesh at the touch",
+                "{:.0} % of the approach of the bodies is penetration at the penalty factor {penalty:.3e} N/m^3, the highest with which the contact solver finds forces, and {:.0} % are allowed; refine the mesh at the touch, or keep the factor (penalty.initial) by penalty.search = \"fixed\"",
                 100.0 * overlap.share,
                 100.0 * overlap.most()
             ),
@@ -372,7 +372,10 @@ impl PenaltySearch {
             }
         };
         self.state = State::Raising { last: Some(Completed { penalty, peak_force, overlap: Some(overlap) }) };
-        Some(self.raise(self.penalty * factor, None))
+        Some(match self.raise(penalty * factor, None) {
+            PenaltyAction::Fail(_) => PenaltyAction::Fail(PenaltyFailure::TooSoft { penalty, overlap }),
+            action => action,
+        })
     }
 
     fn raise(&mut self, penalty: f64, change: Option<f64>) -> PenaltyAction {

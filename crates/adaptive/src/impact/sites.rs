@@ -21,6 +21,7 @@ use crate::adaptivity::subdivision::SubdivisionError;
 use crate::body::fine::refined::ELEMENTS;
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::record::{TargetPlace, TouchedPart, ZoneSite, ZoneSize};
+use crate::spec;
 use crate::state::ImpactHistory;
 use crate::system::body::{BodyModel, FlexibleModel};
 use crate::system::whole_surface::resolved_penalty;
@@ -426,9 +427,9 @@ impl AdaptiveContact {
         Ok(is_blind || meshes.into_iter().zip([Some(own), target]).any(is_long))
     }
 
-    /// The penalty factor of a contact of whole surfaces: as stiff as the modes can follow (theory
+    /// The penalty factor of a contact of whole surfaces: the one given, or as stiff as the modes can follow (theory
     /// section C.9), and raised where penetration is too large a share of the approach (theory
-    /// section A.9).
+    /// section A.9), unless it is to stay as it is given.
     ///
     /// # Errors
     /// [`AdaptiveError::Contact`] if no point that is going to touch yields.
@@ -439,13 +440,13 @@ impl AdaptiveContact {
         weight: Option<f64>,
     ) -> Result<PenaltySearch, AdaptiveError> {
         let first = self.law.first_penalty(weight).map_err(|e| self.fail(e))?;
-        Ok(match self.law.penalty {
-            Some(given) => PenaltySearch::new(PenaltyStrategy::Fixed, given),
-            None => {
-                let first = first.min(self.penalty_of_modes(kind, bodies));
-                PenaltySearch::new(PenaltyStrategy::UntilStiff, first)
-            }
-        })
+        let first = match self.law.penalty {
+            Some(given) => given,
+            None => first.min(self.penalty_of_modes(kind, bodies)),
+        };
+        let is_fixed = self.law.is_exact() || self.law.search == spec::PenaltySearch::Fixed;
+        let strategy = if is_fixed { PenaltyStrategy::Fixed } else { PenaltyStrategy::UntilStiff };
+        Ok(PenaltySearch::new(strategy, first))
     }
 
     /// The stiffest springs that the modes of the bodies follow where flat faces touch (theory

@@ -220,6 +220,10 @@ fn bodies_that_lie_in_each_other_are_no_result() {
         assert!(matches!(failed, PenaltyAction::Fail(PenaltyFailure::TooSoft { .. })), "{failed:?}");
     }
     let soft = completed(2.0 * MOST_OVERLAP_OF_WAVES, Pressing::Waves);
+    // Nothing higher is tried.
+    let mut highest = PenaltySearch::new(PenaltyStrategy::UntilStiff, PenaltyRange::default().upper);
+    highest.restart();
+    assert!(matches!(highest.next(soft), PenaltyAction::Fail(PenaltyFailure::TooSoft { .. })));
     // Lowered until the solver found forces.
     let mut lowered = PenaltySearch::new(PRINTED, 1e13);
     lowered.restart();

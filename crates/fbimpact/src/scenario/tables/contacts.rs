@@ -108,8 +108,8 @@ pub enum Search {
 }
 
 name_values!(Search {
-    Fixed: "fixed", "the given factor is used throughout";
-    UntilConverged: "until-converged", "raised by ten until the peak force no longer changes, or the share of penetration shows that it would not";
+    Fixed: "fixed", "the factor, given or predicted, is used throughout";
+    UntilConverged: "until-converged", "raised by ten until the peak force no longer changes, or the share of penetration shows that it would not; of flat faces, edges and corners as long as penetration is too large a share of the approach";
     UntilError: "until-error", "raised by ten until the contact solver fails, then lowered step by step ([A] Fig. 3)";
 });
 
@@ -228,7 +228,7 @@ const PENALTY: &[Key] = &[
         .when(&[Condition::new("with search \"until-converged\"", Test::Fact(Fact::SearchConverges))]),
     Key::new("search", Kind::Choice(Search::CHOICES))
         .otherwise("\"until-converged\" with `adaptive`, else \"fixed\"")
-        .doc("How the factor is adapted, with `adaptive`. \"until-error\" needs the solver \"broyden\"."),
+        .doc("How the factor, given or predicted, is adapted, with `adaptive`. \"until-error\" needs the solver \"broyden\", and between flat faces, edges and corners does as \"until-converged\"."),
 ];
 
 /// A share of a whole, neither nothing nor all of it.
