@@ -274,7 +274,8 @@ impl SurfacePair {
         let PairState { start, friction, .. } = &mut *work.state;
         if let Some(friction) = friction {
             friction.is_evaluated = true;
-            work.found.report.energies.slid = friction.sliding_work(&start.forces);
+            friction.note_way(t, &start.forces);
+            work.found.report.energies.slid = friction.sliding_work();
         }
         Ok(())
     }

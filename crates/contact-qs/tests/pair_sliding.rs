@@ -154,8 +154,8 @@ fn gross_sliding_of_balls_exchanges_impulses_in_the_ratio_of_the_coefficient() {
     assert!((v.z / (0.5 * SPEED) - 1.0).abs() < 2e-3, "{v}");
     assert!(turn.angle() > 0.0);
     let lost = out.before - out.after;
-    // Steps are a 65th of the impact: the trapezoidal rule of half a sine would miss (π/65)²/12 = 2e-4 of its integral, the parabola misses
-    // the third power of a step; points enter and leave with a share of 1/20 of the force.
+    // Steps are a 65th of the impact: the trapezoidal rule of half a sine would miss (π/65)²/12 = 2e-4 of its integral, between their stages it misses
+    // a seventh of that; points enter and leave with a share of 1/20 of the force.
     assert!((out.dissipated / lost - 1.0).abs() < 1e-4, "{} {lost}", out.dissipated);
     assert!(out.drift < 1e-5 && out.fall < 1e-9, "{:e} {:e}", out.drift, out.fall);
     // Sums of some hundred steps of round-off.

@@ -473,6 +473,11 @@ impl StickSlip {
         &self.bounds
     }
 
+    /// Whether point `i` slid when the state was last saved.
+    pub fn slid_before(&self, i: usize) -> bool {
+        self.solver.saved_states()[i] == PointState::Slip
+    }
+
     /// Largest friction force of a point that is pressed by the force `normal` \[N\].
     pub fn largest(&self, normal: f64) -> f64 {
         self.law.coefficient * normal

@@ -18,8 +18,8 @@ use crate::quasistatic::stick_slip::StickSlip;
 /// What alternations leave of the error, so that a pass of projection and solution, which reduces it to a fiftieth to a third, is not held up
 /// by them.
 const PASS_GAIN: f64 = 0.003;
-/// Ratio of the ways of two steps up to which the bound of a point is a parabola over both.
-const ALIKE: f64 = 4.0;
+/// Evaluations within a step that its work of sliding is summed up over: as many as the explicit method has.
+const NOTED: usize = 6;
 /// Loosest tolerance of the alternations between normal and friction forces, in units of the
 /// tolerance of the gaps.
 const FIRST_ALTERNATION_TOLERANCE: f64 = 1e2;
@@ -79,18 +79,11 @@ pub(super) struct PairFriction {
     has_nodes: bool,
     /// Whether there is an evaluation to take references from.
     pub is_evaluated: bool,
-    /// What the points had done when the references were last updated.
-    starts: Vec<StepStart>,
-}
-
-/// What a point had done when the references were last updated.
-#[derive(Debug, Clone, Copy, Default)]
-struct StepStart {
-    /// Its bound; zero of an open one \[N\].
-    bound: f64,
-    /// How far it had slid in the step before, and by how much its bound had grown per length; zero if it did not slide all the time.
-    way_before: f64,
-    slope_before: f64,
+    /// Bounds of the points when the references were last updated \[N\].
+    start_bounds: Vec<f64>,
+    /// Times of the evaluations since then \[s\], and how far each point had slid and its bound, evaluation after evaluation [m, N].
+    times: Vec<f64>,
+    ways: Vec<[f64; 2]>,
 }
 
 impl PairFriction {
@@ -118,7 +111,9 @@ impl PairFriction {
             nodes: vec![[0.0; 3]; n_nodes],
             has_nodes: false,
             is_evaluated: false,
-            starts: vec![StepStart::default(); n_points],
+            start_bounds: vec![0.0; n_points],
+            times: Vec::with_capacity(NOTED),
+            ways: vec![[0.0; 2]; NOTED * n_points],
         }
     }
 
@@ -304,22 +299,40 @@ impl PairFriction {
         (self.n_t * i..self.n_t * (i + 1)).map(|k| self.increment(k, forces)).fold(0.0, f64::hypot)
     }
 
-    /// Work of sliding since the references were last updated (Eq. F.25) \[J\].
-    pub fn sliding_work(&self, forces: &[f64]) -> f64 {
-        let work = |(i, start): (usize, &StepStart)| {
-            let (is_pressed, before) = (forces[i] > 0.0, start.bound);
-            if is_pressed && !self.is_sliding(i, forces) || !is_pressed && before == 0.0 {
-                return 0.0;
+    /// Notes how far the points have slid, and their bounds, in an evaluation at the time `t`; what was noted at that time and later is
+    /// of another attempt.
+    pub fn note_way(&mut self, t: f64, forces: &[f64]) {
+        let (n, kept) = (forces.len(), self.times.iter().take_while(|noted| **noted < t).count());
+        self.times.truncate(kept.min(NOTED - 1));
+        let at = n * self.times.len();
+        self.times.push(t);
+        for i in 0..n {
+            self.ways[at + i] = [self.slid(i, forces), self.bound(i, forces)];
+        }
+    }
+
+    /// Work of sliding since the references were last updated, up to the last evaluation noted (Eq. F.25) \[J\].
+    pub fn sliding_work(&self) -> f64 {
+        let n = self.start_bounds.len();
+        let mut work = 0.0;
+        for (i, start) in self.start_bounds.iter().enumerate() {
+            let slides_on = *start > 0.0 && self.stick_slip.slid_before(i);
+            let mut before = [0.0, *start];
+            for k in 0..self.times.len() {
+                let now = self.ways[n * k + i];
+                // A point that is loaded or left on the way.
+                let share = if before[1] > 0.0 && now[1] > 0.0 { 0.5 } else { 1.0 / 3.0 };
+                let way = now[0] - before[0];
+                work += share * (before[1] + now[1]) * way;
+                // The parabola through the start, where the point slid already and slides on.
+                if slides_on && way > 0.0 && before[0] > 0.0 && now[1] > 0.0 && before[1] > 0.0 {
+                    let bend = (now[1] - before[1]) / way - (before[1] - start) / before[0];
+                    work -= way.powi(3) * bend / (6.0 * now[0]);
+                }
+                before = now;
             }
-            let (way, now) = (self.slid(i, forces), self.bound(i, forces));
-            if before == 0.0 || !is_pressed {
-                return way * before.max(now) / 3.0;
-            }
-            let is_like = (way / ALIKE..=way * ALIKE).contains(&start.way_before);
-            let bend = if is_like { (now - before) / way - start.slope_before } else { 0.0 };
-            way * (0.5 * (before + now) - way * way * bend / (6.0 * (way + start.way_before)))
-        };
-        self.starts.iter().enumerate().map(work).sum()
+        }
+        work
     }
 
     /// Takes the references of the points from the last evaluation: the springs of sticking points
@@ -366,15 +379,11 @@ impl PairFriction {
                 }
             }
         }
-        for i in 0..forces.len() {
-            let (before, way) = (self.starts[i].bound, self.slid(i, forces));
-            let is_known = before > 0.0 && way > 0.0 && self.is_sliding(i, forces);
-            let slope = || (self.bound(i, forces) - before) / way;
-            let (way_before, slope_before) = if is_known { (way, slope()) } else { (0.0, 0.0) };
-            // The next tangents are orthonormal.
-            let bound = self.stick_slip.largest(forces[i].max(0.0));
-            self.starts[i] = StepStart { bound, way_before, slope_before };
+        // The next tangents are orthonormal.
+        for (bound, force) in self.start_bounds.iter_mut().zip(forces) {
+            *bound = self.stick_slip.largest(force.max(0.0));
         }
+        self.times.clear();
         self.nodes.copy_from_slice(nodes);
         self.has_nodes = true;
         self.is_evaluated = false;
@@ -418,6 +427,7 @@ impl PairFriction {
     pub fn restore(&mut self) {
         self.depth = self.saved_depth;
         self.deflections.copy_from_slice(&self.saved_deflections);
+        self.times.clear();
         self.is_evaluated = false;
         for reference in &mut self.references {
             reference.is_set &= !reference.is_new;
