@@ -23,6 +23,7 @@ use crate::error::{AdaptiveError, ContactModelFault};
 use crate::record::{TargetPlace, TouchedPart, ZoneSite, ZoneSize};
 use crate::spec;
 use crate::state::ImpactHistory;
+use crate::surface::Surface;
 use crate::system::body::{BodyModel, FlexibleModel};
 use crate::system::whole_surface::resolved_penalty;
 use crate::touch::detection::{Nearest, Search};
@@ -65,6 +66,19 @@ fn without_round_off(width: f64) -> f64 {
     f64::from_bits((width.to_bits() + half) >> LOOSE_BITS << LOOSE_BITS)
 }
 
+/// Undeformed surfaces of a contact body and of its target, none of a plane, with the motions that carry the places at which the deformed
+/// bodies touch to where they are: how far bodies have yielded elsewhere is no matter of what touches.
+struct MetSurfaces<'a> {
+    own: (&'a dyn Surface, BodyState),
+    other: Option<(&'a dyn Surface, BodyState)>,
+}
+
+impl MetSurfaces<'_> {
+    fn moved(&self) -> (Moved<'_>, Option<Moved<'_>>) {
+        ((self.own.0, &self.own.1), self.other.as_ref().map(|(surface, pose)| (*surface, pose)))
+    }
+}
+
 /// The direction `across` a line in the frame of a mesh in the motion `state`, which zones on surfaces without directions take; zero
 /// of other bodies.
 fn across_of(body: &BodyModel, state: &BodyState, across: Option<&Vector3<f64>>) -> [f64; 3] {
@@ -98,37 +112,41 @@ impl AdaptiveContact {
         search: &mut Search,
     ) -> Result<Touch, AdaptiveError> {
         let nearest = self.nearest(states, search)?;
-        Ok(match self.moved(bodies, states) {
-            Some((own, other)) if self.is_vibrating() => {
-                Touch::at_places(own, other, &nearest, PARALLEL_IN_RUN)
-            }
-            Some((own, other)) => {
-                let touch = Touch::at(own, other, &nearest, PARALLEL_IN_RUN);
-                if !self.may_be_whole() {
-                    return Ok(touch);
-                }
-                touch.narrower_than(own, other, PARALLEL_IN_RUN, |place| {
-                    let element = flexible(&bodies[self.body]).body.element_at(place)?;
-                    Some(element.map(|length| NARROW * length))
-                })
-            }
-            None => {
-                let (kind, normal) = (TouchKind::Smooth, nearest.normal);
-                Touch { nearest, kind, normal, extents: [0.0; 2], line: None }
-            }
-        })
+        let Some(met) = self.met(bodies, states, &nearest) else {
+            let (kind, normal) = (TouchKind::Smooth, nearest.normal);
+            return Ok(Touch { nearest, kind, normal, extents: [0.0; 2], line: None });
+        };
+        let (own, other) = met.moved();
+        if self.is_vibrating() {
+            return Ok(Touch::at_places(own, other, &nearest, PARALLEL_IN_RUN));
+        }
+        let touch = Touch::at(own, other, &nearest, PARALLEL_IN_RUN);
+        if !self.may_be_whole() {
+            return Ok(touch);
+        }
+        Ok(touch.narrower_than(own, other, PARALLEL_IN_RUN, |place| {
+            let element = flexible(&bodies[self.body]).body.element_at(place)?;
+            Some(element.map(|length| NARROW * length))
+        }))
     }
 
-    /// The undeformed surfaces of the contact body and of the target, if that is a body, with their
-    /// motions; none if one has no surface.
-    fn moved<'a>(
+    /// The undeformed surfaces of the contact body and of the target, if that is a body, as they touch at the places `nearest` of
+    /// the deformed ones in the motions `states`; none if one has no surface.
+    fn met<'a>(
         &self,
         bodies: &'a [BodyModel],
-        states: &'a [BodyState],
-    ) -> Option<(Moved<'a>, Option<Moved<'a>>)> {
-        let of = |body: usize| Some((bodies[body].undeformed()?, &states[body]));
-        let other = self.target.try_map(|other| of(other).ok_or(())).ok()?;
-        Some((of(self.body)?, other.body()))
+        states: &[BodyState],
+        nearest: &Nearest,
+    ) -> Option<MetSurfaces<'a>> {
+        let at = |body: usize, site: &SurfaceSite| {
+            let (surface, mut pose) = (bodies[body].undeformed()?, states[body].clone());
+            let place = surface.motion().in_space(&surface.place(site.face, &site.xi).point);
+            pose.position = site.point - pose.rotation * place;
+            Some((surface, pose))
+        };
+        let on_target = |other| nearest.target.as_ref().and_then(|site| at(other, site)).ok_or(());
+        let other = self.target.try_map(on_target).ok()?;
+        Some(MetSurfaces { own: at(self.body, &nearest.contact)?, other: other.body() })
     }
 
     /// Where the zones lie: the whole surfaces if an edge or flat faces touch, else about the
@@ -185,8 +203,8 @@ impl AdaptiveContact {
         if is_narrow {
             let [_, part] = self.parts(bodies, states, touch, request);
             target = target.map(|_| ZoneSite { part, ..ZoneSite::WHOLE });
-            own.part = self.moved(bodies, states).map(|(moved, _)| {
-                let side = Side::new(moved).facing(&-touch.normal);
+            own.part = self.met(bodies, states, nearest).map(|met| {
+                let side = Side::new(met.moved().0).facing(&-touch.normal);
                 side.part(side.place(&nearest.contact).point, self.first_reach())
             });
         }
@@ -275,7 +293,8 @@ impl AdaptiveContact {
             return none;
         }
         let depth = request.reach.unwrap_or_else(|| self.first_reach());
-        let Some((own, target)) = self.moved(bodies, states) else { return none };
+        let Some(met) = self.met(bodies, states, &touch.nearest) else { return none };
+        let (own, target) = met.moved();
         let place = |(surface, _): Moved<'_>, site: &SurfaceSite| surface.place(site.face, &site.xi).point;
         let on_target = target.zip(touch.nearest.target.as_ref()).map(|(target, site)| place(target, site));
         let at = [Some(place(own, &touch.nearest.contact)), on_target];
@@ -295,14 +314,16 @@ impl AdaptiveContact {
         states: &[BodyState],
         nearest: &Nearest,
     ) -> Option<TargetPlace> {
-        let (own, target) = self.moved(bodies, states)?;
+        let met = self.met(bodies, states, nearest)?;
+        let (own, target) = met.moved();
         let met = met_place(&Side::new(own), &Side::new(target?), nearest, PARALLEL_IN_RUN)?;
         Some(TargetPlace { spread: EDGE_SPREAD * flexible(&bodies[self.body]).body.thickness(), ..met })
     }
 
     /// The edge of the contact body, in the plane its corner, that presses the target, if there is one.
     fn own_edge(&self, bodies: &[BodyModel], states: &[BodyState], touch: &Touch) -> Option<TouchLine> {
-        let (own, target) = self.moved(bodies, states)?;
+        let met = self.met(bodies, states, &touch.nearest)?;
+        let (own, target) = met.moved();
         let line = touch.own_edge(own, target, PARALLEL_IN_RUN)?;
         let pressed = flexible(&bodies[self.flexible_target.unwrap_or(self.body)]);
         let meets = TargetPlace { spread: EDGE_SPREAD * pressed.body.thickness(), ..line.meets };
@@ -319,7 +340,8 @@ impl AdaptiveContact {
         peak: Option<f64>,
     ) -> Option<TouchLine> {
         let (way, half) = self.line_of_touch(bodies, states, &touch.nearest, peak)?;
-        let (own, target) = self.moved(bodies, states)?;
+        let met = self.met(bodies, states, &touch.nearest)?;
+        let (own, target) = met.moved();
         let line = touch.line(own, target, (&way, PARALLEL_IN_RUN))?;
         Some(TouchLine { meets: TargetPlace { spread: AS_EVEN * half, ..line.meets }, ..line })
     }
