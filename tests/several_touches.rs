@@ -111,8 +111,9 @@ fn what_yields_is_told_of_the_foot_that_is_pressed_hardest() {
                 run.impacts.iter().max_by(|a, b| a.peak_force.total_cmp(&b.peak_force)).expect("an impact");
             let yields: Vec<_> = run.warnings.iter().filter(|w| w.kind == WarningKind::Yields).collect();
             let [yields] = yields[..] else { panic!("{turn} {spin} {end:e}: {} warnings", yields.len()) };
-            assert!(
-                (yields.time - peak.peak_time).abs() <= 0.0,
+            assert_eq!(
+                yields.time.to_bits(),
+                peak.peak_time.to_bits(),
                 "{turn} {spin} {end:e}: {yields:?} of {peak:?}"
             );
             (peak.peak_time, yields.value)
