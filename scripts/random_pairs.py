@@ -39,6 +39,7 @@ import resource
 import signal
 import subprocess
 import sys
+import tempfile
 
 MATERIALS = ["steel", "stainless-steel", "cast-iron", "aluminium", "titanium", "copper", "brass", "glass"]
 ELASTICITY = {"steel": (210e9, 0.3, 7850), "stainless-steel": (200e9, 0.3, 7900), "cast-iron": (110e9, 0.26, 7200), "aluminium": (70e9, 0.3, 2700),
@@ -91,7 +92,7 @@ class Body:
         self.thickness = of_any_size(rng, 5e-3, 0.2)
         self.pose(rng)
         self.draw_shape(rng)
-        self.nodes, self.volume_of_nodes = [], 0.0
+        self.nodes, self.ending, self.volume_of_nodes = [], "msh" if kind == "part" else "inp", 0.0
         if kind == "mesh":
             self.draw_mesh(rng)
         elif kind == "part":
@@ -142,7 +143,7 @@ class Body:
             keys["size"] = [size * ratio() for _ in range(2 if shape == "rectangle" else 3)]
 
     def draw_mesh(self, rng):
-        """Nodes and hexahedra of a box, or of one blown up to an ellipsoid, whose corners are then those of the mesh."""
+        """Nodes and file of a box of hexahedra, or of one blown up to an ellipsoid, whose corners are then those of the mesh."""
         n = [rng.randint(2, 5) for _ in range(3)]
         half = [0.5 * s for s in self.keys["size"]] if "size" in self.keys else self.keys.get("semi_axes") or [self.keys["radius"]] * 3
         number = lambda i, j, k: 1 + i + (n[0] + 1) * (j + (n[1] + 1) * k)
@@ -153,10 +154,12 @@ class Body:
                 at = [at[i] * math.sqrt(1 - 0.5 * (a[i - 1] + a[i - 2]) + a[i - 1] * a[i - 2] / 3) for i in range(3)]
             self.nodes.append([c * h for c, h in zip(at, half)])
         corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
-        self.elements = [[number(*(x + y for x, y in zip((i, j, k), c))) for c in corners] for i, j, k in itertools.product(*map(range, n))]
+        elements = [[number(*(x + y for x, y in zip((i, j, k), c))) for c in corners] for i, j, k in itertools.product(*map(range, n))]
+        rows, cells = ([", ".join(map(repr, [i, *x])) for i, x in enumerate(of, 1)] for of in (self.nodes, elements))
+        self.mesh = "\n".join(["*NODE", *rows, "*ELEMENT, TYPE=C3D8, ELSET=ALL", *cells, ""]).encode()
 
     def draw_part(self, rng):
-        """Nodes and quadratic tetrahedra of a solid, sides by Gmsh's default; half of those with edges have them round, a third of the boxes a bore.
+        """Nodes and file of a solid of quadratic tetrahedra, sides by Gmsh's default; half of those with edges have them round, a third of the boxes a bore.
 
         No nodes where Gmsh finds no round edges or no mesh.
         """
@@ -201,29 +204,23 @@ class Body:
         tags, at, _ = gmsh.model.mesh.getNodes()
         _, corners = gmsh.model.mesh.getElementsByType(11)
         _, sides = gmsh.model.mesh.getElementsByType(9)
+        gmsh.option.setNumber("Mesh.Binary", 1)
+        with tempfile.TemporaryDirectory() as folder:
+            file = pathlib.Path(folder, "part.msh")
+            gmsh.write(str(file))
+            self.mesh = file.read_bytes()
         gmsh.finalize()
         if len(corners) == 0:
             return
-        used = sorted(set(map(int, corners)))
-        row = {tag: i for i, tag in enumerate(used)}
-        place = dict(zip(map(int, tags), numpy.reshape(at, (-1, 3)).tolist()))
-        self.nodes = [place[tag] for tag in used]
+        nodes = numpy.zeros((int(max(tags)) + 1, 3))
+        nodes[tags.astype(int)] = numpy.reshape(at, (-1, 3))
+        self.nodes = nodes.tolist()
         # Points of the curved sides, which reach beyond their nodes: an eighth of a side apart.
         grid = [(i / 8, j / 8, (8 - i - j) / 8) for i in range(9) for j in range(9 - i)]
         shapes = numpy.array([[a * (2 * a - 1), b * (2 * b - 1), c * (2 * c - 1), 4 * a * b, 4 * b * c, 4 * c * a] for a, b, c in grid])
-        nodes = numpy.array(self.nodes)
-        self.surface = numpy.einsum("ga,sax->sgx", shapes, nodes[[[row[int(i)] for i in s] for s in numpy.reshape(sides, (-1, 6))]]).reshape(-1, 3)
-        # Abaqus has the middles of the last two edges in the other order.
-        swap = (0, 1, 2, 3, 4, 5, 6, 7, 9, 8)
-        self.elements = [[row[int(e[i])] + 1 for i in swap] for e in numpy.reshape(corners, (-1, 10))]
-        a, b, c, d = (nodes[[e[i] - 1 for e in self.elements]] for i in range(4))
+        self.surface = numpy.einsum("ga,sax->sgx", shapes, nodes[numpy.reshape(sides, (-1, 6)).astype(int)]).reshape(-1, 3)
+        a, b, c, d = nodes[numpy.reshape(corners, (-1, 10)).T[:4].astype(int)]
         self.volume_of_nodes = float(numpy.sum(numpy.cross(b - a, c - a) * (d - a)) / 6)
-
-    def mesh(self):
-        """The mesh as an input file of Abaqus."""
-        rows = [", ".join(map(repr, [i + 1, *x])) for i, x in enumerate(self.nodes)]
-        cells = [", ".join(map(str, [i + 1, *e])) for i, e in enumerate(self.elements)]
-        return "\n".join(["*NODE", *rows, f"*ELEMENT, TYPE=C3D{len(self.elements[0])}, ELSET=ALL", *cells, ""])
 
     def volume(self):
         k, shape = self.keys, self.shape
@@ -282,7 +279,7 @@ class Body:
         if self.kind == "plane":
             lines.append(f"thickness = {self.thickness!r}")
         geometry = ", ".join(f"{key} = {json.dumps(value)}" for key, value in {"shape": self.shape, **self.keys}.items())
-        lines += [f"geometry = {{ {geometry} }}" if not self.nodes else f'file = "{pair}-{name}.inp"\nunits = "m"', f"position = {self.position!r}", f"velocity = {self.velocity!r}"]
+        lines += [f"geometry = {{ {geometry} }}" if not self.nodes else f'file = "{pair}-{name}.{self.ending}"\nunits = "m"', f"position = {self.position!r}", f"velocity = {self.velocity!r}"]
         if self.kind != "axial":
             lines.append(f"orientation = {self.rotation!r}")
         if is_quick and not self.is_rigid:
@@ -488,7 +485,7 @@ def outcome(pair, folder, arguments):
     path.write_text(pair.text, encoding="utf-8")
     for name, body in zip(("first", "second"), pair.bodies):
         if body.nodes:
-            (folder / f"{pair.name}-{name}.inp").write_text(body.mesh(), encoding="utf-8")
+            (folder / f"{pair.name}-{name}.{body.ending}").write_bytes(body.mesh)
     if arguments.list:
         return "listed", ""
     code, err = simulated(path, result, arguments)
