@@ -502,3 +502,55 @@ fn orthonormal(vectors: &[[f64; 3]; 2], n: usize) -> [[f64; 3]; 2] {
     let along = dot(&vectors[1], &first);
     [first, unit([0, 1, 2].map(|c| vectors[1][c] - along * first[c]))]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const COEFFICIENT: f64 = 0.5;
+    /// Compliance of the tangential springs [m/N].
+    const SPRING: f64 = 1e-3;
+
+    /// Work of sliding of points that slide under the normal forces `start` when a step begins, and have slid by the ways `noted`, each
+    /// under its forces, at the evaluations of the step \[J\].
+    fn work(start: &[f64], noted: &[(f64, Vec<f64>)]) -> f64 {
+        let mut friction = PairFriction::new(Friction::new(COEFFICIENT), (start.len(), 2), 0, false);
+        friction.stick_slip.set_springs(&vec![SPRING; start.len()]);
+        let slide = |friction: &mut PairFriction, way: f64, forces: &[f64]| {
+            friction.slips = forces.iter().map(|f| way + SPRING * COEFFICIENT * f).collect();
+            friction.stick_slip.solve_points(&friction.slips, forces).expect("finite slips");
+        };
+        slide(&mut friction, 1.0, start);
+        friction.stick_slip.save();
+        friction.start_bounds = start.iter().map(|force| friction.stick_slip.largest(*force)).collect();
+        for (k, (way, forces)) in noted.iter().enumerate() {
+            slide(&mut friction, *way, forces);
+            friction.note_way(k as f64, forces);
+        }
+        friction.sliding_work()
+    }
+
+    #[test]
+    fn forces_that_are_quadratic_in_the_way_do_their_work_from_the_first_stage_on() {
+        let force = |w: f64| 2.0 + 3.0 * w - 4.0 * w * w;
+        // Stages of the explicit method.
+        let ways = [0.2, 0.3, 0.8, 8.0 / 9.0, 1.0];
+        let noted = ways.map(|way| (way, vec![force(way)]));
+        let exact = |w: f64| 2.0 * w + 1.5 * w * w - 4.0 / 3.0 * w.powi(3);
+        // One chord up to the first stage, parabolas then.
+        let wanted = COEFFICIENT * (0.1 * (force(0.0) + force(0.2)) + exact(1.0) - exact(0.2));
+        assert!((work(&[force(0.0)], &noted) / wanted - 1.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn points_that_are_loaded_or_left_on_the_way_do_their_work_in_the_mean() {
+        // Points that are met at any share of a way of one, under forces that grow evenly from there on: half of the force times the way under it.
+        let forces: Vec<f64> = (0..100).map(|i| (f64::from(i) + 0.5) / 100.0).collect();
+        let wanted: f64 = forces.iter().map(|share| COEFFICIENT * 0.5 * share * share).sum();
+        let none = vec![0.0; forces.len()];
+        // The middles of a hundred shares miss the mean of their squares by 1 / (4 · 100²).
+        for (start, end) in [(&none, &forces), (&forces, &none)] {
+            assert!((work(start, &[(1.0, end.clone())]) / wanted - 1.0).abs() < 3e-5);
+        }
+    }
+}
