@@ -72,10 +72,8 @@ impl Mesh {
         if surface.is_empty() {
             return Err(MeshFault::NoSurface.into());
         }
-        if check::orientation(&elements, &nodes, &mut notes).is_err() {
-            straight::straighten(&elements, &mut nodes, &mut notes);
-            check::orientation(&elements, &nodes, &mut notes)?;
-        }
+        straight::straighten(&elements, &mut nodes, &mut notes);
+        check::orientation(&elements, &nodes, &mut notes)?;
         check::stiffness(&elements, &nodes, &mut notes);
         check::size(&nodes, &mut notes);
         let mut groups: Vec<(String, Vec<Face>)> = Vec::new();
