@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use crate::balls::Ball;
+use crate::blocks::block;
 use crate::writers::{Form, gmsh};
 use adaptive::record::warning::WarningKind;
 use adaptive::record::{ImpactRecord, Sample};
@@ -372,6 +373,23 @@ fn a_body_is_told_of_where_its_shape_or_its_elements_limit_the_force() {
     assert!(!has(&adaptive(), "ten_hex20", WarningKind::CoarseTouch));
     assert!(has(WORLD, "ten_hex20", WarningKind::CoarseTouch));
     assert!(!has(WORLD, "ten_hex8", WarningKind::CoarseShape));
+}
+
+#[test]
+fn a_mesh_whose_pieces_fold_keeps_its_sides() {
+    // On top of the element in the middle, ξ and η from -1 to 1, the line η = 0 is moved along η, by the more the nearer to ξ = 1/4: the element is
+    // folded at (1/4, 1), where ∂y/∂η is 1 - 2·0.53, between the points at which meshes are looked at, a quarter of an element apart.
+    let raw = block(ElementKind::Hex27, [3, 3, 1], |[x, y, z]| {
+        let [xi, eta] = [x, y].map(|c| 6.0 * c - 3.0);
+        let is_moved = eta.abs() < 1e-9 && xi.abs() < 1.001 && z > 0.999;
+        let moved = if is_moved { 0.53 - 0.6 * (xi - 0.25).powi(2) } else { 0.0 };
+        [30.0 * x, 30.0 * y + 5.0 * moved, 10.0 * z]
+    });
+    std::fs::write(files().join("folded.msh"), gmsh(&raw, Form::Binary41)).unwrap();
+    let text = "[simulation]\nend_time = 1e-6\n[bodies.block]\nmodel = \"mesh\"\nfile = \"folded.msh\"\nunits = \"mm\"\nmaterial = \"steel\"\n\
+                reduction = { modes = 4 }\n[bodies.ball]\nmodel = \"rigid\"\nmaterial = \"steel\"\ngeometry = { shape = \"sphere\", radius = 0.01 }\n\
+                position = [0.01625, 0.0198, 0.02000001]\nvelocity = [0.0, 0.0, -1.0]\n[contacts.c]\ncontact_body = \"block\"\ntarget_body = \"ball\"\n";
+    assert!(run(text).warnings.iter().any(|w| w.kind == WarningKind::EdgeTouch));
 }
 
 fn fault(text: &str, path: &str) -> String {

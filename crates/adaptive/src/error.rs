@@ -456,6 +456,16 @@ impl AdaptiveError {
         format!("the {holder} has no marker \"{marker}\", it has {known}")
     }
 
+    /// The body whose elements cannot be divided as a contact zone asks: no memory holds the pieces, or they are folded.
+    pub(crate) fn undivided_body(&self) -> Option<&str> {
+        match self {
+            Self::Subdivision { body, source: SubdivisionError::TooLarge { .. } }
+            | Self::Mesh { body, source: MeshFault::TooFine { .. } }
+            | Self::Geometry { body, source: SplineError::Folded { .. } } => Some(body),
+            _ => None,
+        }
+    }
+
     /// Whether the error arose while models were built, before any time was simulated.
     pub fn is_model_error(&self) -> bool {
         matches!(

@@ -4,9 +4,7 @@
 
 use contact_qs::ActiveContact;
 use contact_qs::search::SurfaceSite;
-use fe_mesh::fault::MeshFault;
 use ffr_dynamics::force::BodyState;
-use iga_core::SplineError;
 use iga_core::nurbs::jet::{difference, norm};
 use nalgebra::Vector3;
 
@@ -17,7 +15,6 @@ use super::{
 };
 use crate::adaptivity::interval::finer_elements;
 use crate::adaptivity::penalty_search::{PenaltySearch, PenaltyStrategy};
-use crate::adaptivity::subdivision::SubdivisionError;
 use crate::body::fine::refined::ELEMENTS;
 use crate::error::{AdaptiveError, ContactModelFault};
 use crate::record::{TargetPlace, TouchedPart, ZoneSite, ZoneSize};
@@ -400,16 +397,11 @@ impl AdaptiveContact {
         !self.is_vibrating() && self.law.interval.width.is_none()
     }
 
-    /// Whether a touch of the kind `kind`, for whose zone `error` tells that no memory holds it or that elements cannot be divided so,
-    /// may have the sides about it as they are: of a mesh whose zones nobody has given.
+    /// Whether a touch of the kind `kind`, for whose zone `error` tells that elements cannot be divided so, may have the sides about it as
+    /// they are: of a mesh whose zones nobody has given.
     pub fn may_keep_sides(&self, kind: TouchKind, bodies: &[BodyModel], error: &AdaptiveError) -> bool {
-        let (AdaptiveError::Subdivision { body, source: SubdivisionError::TooLarge { .. } }
-        | AdaptiveError::Mesh { body, source: MeshFault::TooFine { .. } }
-        | AdaptiveError::Geometry { body, source: SplineError::Folded { .. } }) = error
-        else {
-            return false;
-        };
-        self.open_meshes(kind, bodies).into_iter().flatten().any(|mesh| mesh.name() == body)
+        let undivided = error.undivided_body();
+        self.open_meshes(kind, bodies).into_iter().flatten().any(|mesh| Some(mesh.name()) == undivided)
     }
 
     /// The contact body and the target, if they are meshes whose zones at a touch of the kind `kind` nobody has given.
