@@ -6,6 +6,7 @@ use crate::support::scenarios;
 use std::path::Path;
 
 use adaptive::model::start_poses;
+use adaptive::record::warning::WarningKind;
 use adaptive::run::recording::Recording;
 use adaptive::touch::first::FirstTouches;
 use adaptive::touch::parts::TouchKind;
@@ -80,7 +81,7 @@ fn a_cylinder_on_its_side_lies_between_plane_stress_and_plane_strain() {
     assert!(stress < force && force < strain, "{stress} {force} {strain}");
     // The interval is predicted, not searched for; the second trial is that of the penalty factor.
     assert!(found.trials.len() <= 2, "{} trials", found.trials.len());
-    assert!(found.warnings.iter().all(|w| w.kind != adaptive::record::warning::WarningKind::EdgeTouch));
+    assert!(found.warnings.iter().all(|w| w.kind != WarningKind::EdgeTouch));
     // Symmetry about the middle of its length: the body does not tip, but for the round-off of a thousand steps.
     let tip = found.samples.last().expect("samples").angular_momentum[0];
     let mass = 7850.0 * std::f64::consts::PI * RADIUS * RADIUS * LENGTH;
@@ -113,6 +114,34 @@ fn lines_are_found_wherever_the_net_has_its_seams() {
     // Rims that lie beside each other were taken for edges.
     assert_eq!(kind(&pair("upper", "lower")), Some(TouchKind::Line));
     assert_eq!(kind(&pair("lower", "upper")), Some(TouchKind::Line));
+}
+
+#[test]
+fn the_body_that_a_line_lies_across_is_to_be_the_contact_body() {
+    // A box narrower than the cylinder is long.
+    let text = |upper: &str, [body, target]: [&str; 2]| {
+        format!(
+            "[simulation]\nend_time = 1e-6\n{STEEL}{upper}[bodies.lower]\nmodel = \"solid\"\nmaterial = \"steel\"\n\
+             geometry = {{ shape = \"box\", size = [0.02, 0.01, 0.01] }}\nposition = [0.0, 0.0, -0.005]\ndiscretisation = {{ elements = 2 }}\n\
+             reduction = {{ modes = 10 }}\n[contacts.c]\ncontact_body = \"{body}\"\ntarget_body = \"{target}\"\n"
+        )
+    };
+    let remedy = |upper: &str| {
+        let warnings = run(&text(upper, ["upper", "lower"]), &[]).warnings;
+        warnings.into_iter().find(|w| w.kind == WarningKind::EdgeTouch).expect("the warning").remedy
+    };
+    let cylinder = lying("upper", RADIUS, RADIUS + 1e-8, -SPEED, 45.0);
+    assert!(remedy(&cylinder).contains("make \"lower\" the contact_body"), "{}", remedy(&cylinder));
+    assert_eq!(kind(&text(&cylinder, ["lower", "upper"])), Some(TouchKind::Line));
+    let turn = [0.6, 0.35, 0.0];
+    let height = 5e-3 * nalgebra::Rotation3::from_scaled_axis(turn.into()).matrix().row(2).abs().sum();
+    let corner = format!(
+        "[bodies.upper]\nmodel = \"solid\"\nmaterial = \"steel\"\ngeometry = {{ shape = \"box\", size = [0.01, 0.01, 0.01] }}\n\
+         position = [0.0, 0.0, {}]\nvelocity = [0.0, 0.0, -{SPEED}]\norientation = {turn:?}\ndiscretisation = {{ elements = 2 }}\n\
+         reduction = {{ modes = 10 }}\n",
+        height + 1e-8
+    );
+    assert!(!remedy(&corner).contains("contact_body"), "{}", remedy(&corner));
 }
 
 #[test]

@@ -202,11 +202,11 @@ pub fn longest_element_of(body: &BodyModel) -> Option<f64> {
 }
 
 /// The warning of a contact in which an edge or a corner touches at a time \[s\], or with
-/// `keeps_sides` a place too long for finer elements, on the elements that the body has.
+/// `keeps_sides` a place too long for finer elements, on the elements that the body has; `crossed`: the target that a line of it lies across.
 pub fn edge_touch(
     (contact, time): (&str, f64),
     (body, site): (&BodyModel, Option<&ZoneSite>),
-    target: Option<&BodyModel>,
+    crossed: Option<&BodyModel>,
     keeps_sides: bool,
 ) -> Option<Warning> {
     let elastic = &body.flexible()?.body;
@@ -238,13 +238,10 @@ pub fn edge_touch(
         ),
         (None, false) => (
             format!("an edge or a corner touches: {depends}, and {elements}; pressure there has no limit"),
-            match target.filter(|target| target.flexible().is_some()) {
+            match crossed.filter(|target| target.flexible().is_some()) {
                 Some(target) => format!(
-                    "{}; where \"{}\" lies with a line across \"{}\", which ends before it, make \"{}\" the contact_body",
-                    finer(),
-                    body.name,
-                    target.name,
-                    target.name
+                    "\"{}\" lies with a line across \"{}\", which ends before it: make \"{}\" the contact_body",
+                    body.name, target.name, target.name
                 ),
                 None => finer(),
             },

@@ -146,6 +146,17 @@ impl AdaptiveContact {
         Some(MetSurfaces { own: at(self.body, &nearest.contact)?, other: other.body() })
     }
 
+    /// Whether a line of the contact body lies across the target, which ends before it, at the places `nearest`: a touch along a line
+    /// as soon as the two are exchanged.
+    pub fn lies_across(&self, bodies: &[BodyModel], states: &[BodyState], nearest: &Nearest) -> bool {
+        let (Some((own, Some(other))), Some(contact)) = (self.moved(bodies, states), nearest.target) else {
+            return false;
+        };
+        let (target, normal) = (Some(nearest.contact), -nearest.normal);
+        let exchanged = Nearest { contact, target, normal, ..*nearest };
+        Touch::at(other, Some(own), &exchanged, PARALLEL_IN_RUN).kind == TouchKind::Line
+    }
+
     /// Where the zones lie: the whole surfaces if an edge or flat faces touch, else about the
     /// nearest places.
     ///

@@ -251,11 +251,16 @@ impl Driver<'_> {
         self.building = None;
         self.run.n_refined += 1;
         if fine.whole.is_some_and(|kind| !kind.bounds_pressure()) {
-            let contact = &self.model.contacts[i];
+            self.model.system.body_states(t, self.integrator.state());
+            let (contact, states) = (&self.model.contacts[i], self.model.system.last_evaluation().0);
+            let place = contact.refinement.as_ref().zip(self.slots[i].found.touches.first());
+            let is_across = place.is_some_and(|(refinement, nearest)| {
+                refinement.lies_across(&self.model.bodies, states, nearest)
+            });
             let found = edge_touch(
                 (&contact.name, t),
                 (&self.model.bodies[contact.body], fine.zones.first().map(|zone| &zone.site)),
-                contact.target.body().map(|target| &self.model.bodies[target]),
+                contact.target.body().filter(|_| is_across).map(|target| &self.model.bodies[target]),
                 self.slots[i].found.keeps_sides,
             );
             self.warn(found.map(|warning| (i, warning)).into_iter().collect())?;
