@@ -409,7 +409,8 @@ fn what_an_edge_along_a_face_presses_depends_on_no_net() {
     // The body's own elements bend a little otherwise: what a per cent of its highest modes does.
     assert_within(pressed(&Beam::Splines([16, 3, 2]), 0.0, None), fine, 5e-3);
     assert_within(pressed(&Beam::Splines([19, 5, 3]), 0.0, None), fine, 5e-3);
-    assert_within(pressed(&Beam::Mesh([40, 8, 4]), 0.0, None), fine, 0.01);
+    // What elements leave out about the edge is that of a half-plane beyond them: with the part of this beam that is half as deep the force is 1.5 % less.
+    assert_within(pressed(&Beam::Mesh([40, 8, 4]), 0.0, None), fine, 0.015);
     // Hertz' line under 1.3e5 N/m is 0.04 mm wide then, by two thirds of the width that a sharp edge presses: a few per cent softer.
     assert_within(pressed(&Beam::Splines([24, 4, 3]), 0.0, Some(5e-4)), fine, 0.05);
 }
@@ -486,16 +487,18 @@ fn is_over_a_width(recording: &Recording) -> bool {
 /// A corner on a plane yields by its wedge, whatever its elements (theory Eqs. C.115, C.116): 503, 465, 412 N without.
 #[test]
 fn a_corner_in_the_plane_yields_whatever_its_elements() {
-    // With a flat tip as wide as the load, resolved by 1,500 nodes (triangles of six, 8 um at the tip): 425.7 N, leaning by 15 degrees 363.8 N.
-    // The depth of a wedge lies within two per cent of that of one with a flat tip, leaning ones within three.
-    for (lean, resolved, elements) in [(0.0, 425.7, [4, 8, 32]), (-15.0, 363.8, [4, 8, 16])] {
+    // With a flat tip as wide as the load, resolved by 2,300 nodes (triangles of six, 8 um at the tip), and springs that take 2e-4 of the approach:
+    // 438.1 N, leaning by 15 degrees 374.7 N.
+    // The depth of a wedge lies within two per cent of that of one with a flat tip; leaning it is up to a tenth more, the force by half of that less.
+    for (lean, resolved, off, elements) in [(0.0, 438.1, 2e-2, [4, 8, 32]), (-15.0, 374.7, 5e-2, [4, 8, 16])]
+    {
         let peaks = elements.map(|n| {
             let (peak, recording) = peak_of(&square(n, lean));
             assert!(is_over_a_width(&recording));
             peak
         });
         println!("{lean}: {peaks:?}");
-        assert!(peaks.iter().all(|peak| (peak / resolved - 1.0).abs() < 2e-2), "{peaks:?}");
+        assert!(peaks.iter().all(|peak| (peak / resolved - 1.0).abs() < off), "{peaks:?}");
         assert!(peaks.iter().all(|peak| (peak / peaks[0] - 1.0).abs() < 1e-2), "{peaks:?}");
     }
     // A face that opens by three degrees comes down with it.

@@ -160,7 +160,7 @@ fn a_line_on_a_mesh_is_held_by_the_sides_about_it_and_told_of() {
     let text = text(&of_mesh("coarse.inp"), RIGID, "");
     let recording = run(&scenarios::valid(&files(), &text, &[]));
     assert!(recording.warnings.iter().any(|w| w.message.contains("too long for finer elements")));
-    // The impulse is what the rigid cylinder, which comes at 1 m/s, has taken up.
+    // The impulse is what the rigid cylinder, which comes at 1 m/s and does not turn, has taken up.
     let mass = 7850.0 * PI * 5e-3 * 5e-3 * 16e-3;
     let left = recording.samples.last().expect("states").bodies[1].velocity[2];
     let impulse = recording.impacts[0].impulse;

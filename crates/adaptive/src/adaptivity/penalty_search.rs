@@ -101,9 +101,14 @@ impl PenaltyStrategy {
     /// The default: a further factor of ten changes the peak force by less than [`PEAK_TOLERANCE`].
     pub const CONVERGED: Self = Self::UntilConverged { factor: 10.0, tolerance: PEAK_TOLERANCE };
 
-    /// Factor between two trials that are compared; one where none are.
+    /// Factor by which a predicted factor begins above that of theory Eq. A.25: as stiff springs as a second trial would have had cost a
+    /// quasistatic contact no steps.
     pub fn rise(self) -> f64 {
-        if let Self::UntilConverged { factor, .. } = self { factor } else { 1.0 }
+        match self {
+            Self::UntilConverged { factor, .. } => factor,
+            Self::UntilStiff => MOST_RISE,
+            Self::Fixed | Self::ErrorDriven { .. } => 1.0,
+        }
     }
 }
 

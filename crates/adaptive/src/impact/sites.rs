@@ -149,7 +149,9 @@ impl AdaptiveContact {
     /// Whether a line of the contact body lies across the target, which ends before it, at the places `nearest`: a touch along a line
     /// as soon as the two are exchanged.
     pub fn lies_across(&self, bodies: &[BodyModel], states: &[BodyState], nearest: &Nearest) -> bool {
-        let (Some((own, Some(other))), Some(contact)) = (self.moved(bodies, states), nearest.target) else {
+        let met = self.met(bodies, states, nearest);
+        let Some(((own, Some(other)), contact)) = met.as_ref().map(MetSurfaces::moved).zip(nearest.target)
+        else {
             return false;
         };
         let (target, normal) = (Some(nearest.contact), -nearest.normal);
@@ -464,13 +466,13 @@ impl AdaptiveContact {
         bodies: &[BodyModel],
         weight: Option<f64>,
     ) -> Result<PenaltySearch, AdaptiveError> {
+        let is_fixed = self.law.is_exact() || self.law.search == spec::PenaltySearch::Fixed;
+        let strategy = if is_fixed { PenaltyStrategy::Fixed } else { PenaltyStrategy::UntilStiff };
         let first = self.law.first_penalty(weight).map_err(|e| self.fail(e))?;
         let first = match self.law.penalty {
             Some(given) => given,
-            None => first.min(self.penalty_of_modes(kind, bodies)),
+            None => (strategy.rise() * first).min(self.penalty_of_modes(kind, bodies)),
         };
-        let is_fixed = self.law.is_exact() || self.law.search == spec::PenaltySearch::Fixed;
-        let strategy = if is_fixed { PenaltyStrategy::Fixed } else { PenaltyStrategy::UntilStiff };
         Ok(PenaltySearch::new(strategy, first))
     }
 

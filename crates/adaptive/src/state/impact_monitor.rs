@@ -50,6 +50,9 @@ pub struct ContactInstant {
     pub motion: NearMotion,
     /// Largest penetration that is left when the bodies have yielded \[m\].
     pub penetration: f64,
+    /// Energy of its penalty springs, as a share of this and of what zones of the bodies hold that are no coordinates; none
+    /// without such zones.
+    pub of_springs: Option<f64>,
     /// What its points do, and where its bodies are.
     pub hold: Hold,
 }
@@ -101,6 +104,8 @@ struct PhaseExtremes {
     peak_time: f64,
     /// Peak force when the bodies had turned back for the first time; none before.
     turned_peak: Option<f64>,
+    /// Instant of the largest force at the end of a step.
+    at_peak: Option<ContactInstant>,
     /// Approach of the bodies since the touch by their rigid motion, and its largest value while
     /// force acts \[m\].
     approach: f64,
@@ -177,17 +182,21 @@ impl ImpactMonitor {
     }
 
     /// Share of the approach of the bodies, the largest of this phase, that is penetration and not
-    /// deformation at that instant, and how long after the first touch that is \[s\]; none without
-    /// approach, or if the penetration is no more than `round_off` \[m\] (theory Eq. A.36). Bodies
+    /// deformation at that instant, and how long after the first touch that is \[s\]; none if the penetration is no more than
+    /// `round_off` \[m\] (theory Eq. A.36). Bodies
     /// that overlapped by `before` when the phase began have approached by that at least \[m\]; where they
-    /// stay in the equilibrium in which it began, that is the instant.
+    /// stay in the equilibrium in which it began, that is the instant. Of bodies whose rigid motion takes them apart all the
+    /// time, what vibrates pressing them together, the share of the springs in the energy at the largest force.
     pub fn overlap_share(&self, round_off: f64, before: f64) -> Option<(f64, f64)> {
         let phase = &self.phase;
         let approach = phase.largest_approach.max(before);
-        let says_something = self.is_running() && approach > 0.0 && phase.penetration > round_off;
+        let peak = phase.at_peak.filter(|peak| self.is_running() && peak.penetration > round_off)?;
+        if approach <= 0.0 || phase.penetration <= round_off {
+            return Some((peak.of_springs?, peak.time - phase.start));
+        }
         let moves = phase.largest_approach - phase.first_approach > AT_REST * approach;
         let time = if moves { phase.approach_time - phase.start } else { 0.0 };
-        says_something.then_some((phase.penetration / approach, time))
+        Some((phase.penetration / approach, time))
     }
 
     /// How the force rings at the peak of this phase, between the lulls before and after it; none if it does
@@ -279,6 +288,9 @@ impl ImpactMonitor {
             impact.normal = normal_at(time, [self.before_last.as_ref(), self.last.as_ref()], &now).into();
         }
         let is_new_peak = now.force > phase.peak_force;
+        if is_new_peak {
+            phase.at_peak = Some(now);
+        }
         if let Some((a, b)) = earlier {
             phase.lulls.see([&a, &b, &now].map(|instant| (instant.time, instant.force)));
         }

@@ -1,7 +1,7 @@
 //! The indentation right under a straight edge along a face, and of an edge that presses one, that the elements of a body leave out
 //! (docs/theory.md sections C.19, C.27).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::f64::consts::FRAC_PI_2;
 
 use faer::linalg::solvers::Solve;
@@ -14,10 +14,11 @@ use nalgebra::Vector3;
 use crate::body::field_body::FieldBody;
 use crate::body::zone::{ContactZone, MetEdge, PointsAbout};
 use crate::surface::ALONG;
-use crate::touch::tolerances::OPENING;
+use crate::touch::tolerances::{OPENING, ROUND_OFF};
 
-/// Share of the body's least extent beyond which displacements about the edge are those of the half-plane.
-const WITHIN: f64 = 0.5;
+/// Share of the body's least extent beyond which displacements about the edge are those of the half-plane, with
+/// a margin for round-off of places: nodes of regular meshes lie just there.
+const WITHIN: f64 = 0.5 + 1e-6;
 /// Gauss points of two on a unit length.
 const GAUSS: [f64; 2] = [0.211_324_865_405_187_13, 0.788_675_134_594_812_9];
 /// Values of functions that are round-off.
@@ -168,8 +169,9 @@ impl PressedLine {
     /// Compliances of the indentation that the elements of `body` leave out at `points` [m/N] (Eq. C.101).
     pub fn left_out(&self, body: &dyn FieldBody, points: &[LinePoint<'_>]) -> Option<Vec<f64>> {
         let wedge = &self.wedge;
-        let nodes = points.iter().flat_map(|(functions, _)| functions.iter().map(|f| f.0));
-        let patch = Patch::new(body.assembled(), nodes, |x| self.edge.distance(x) <= WITHIN * wedge.length);
+        let functions: Vec<&[(u32, f64)]> = points.iter().map(|p| p.0).collect();
+        let patch =
+            Patch::new(body.assembled(), &functions, |x| self.edge.distance(x) <= WITHIN * wedge.length);
         let rows: Vec<Vec<(usize, f64)>> =
             points.iter().map(|p| patch.row(body, p.0, &self.inwards)).collect();
         let mut load = Mat::<f64>::zeros(patch.unknowns.len(), 1);
@@ -274,25 +276,40 @@ struct Patch {
 }
 
 impl Patch {
-    /// The unknowns of the nodes `of` and those coupled with them that lie `within`.
+    /// The unknowns of the elements that hold the points whose `functions` are given, and those coupled with them that lie `within`.
     fn new(
         assembled: &AssembledBody,
-        of: impl Iterator<Item = u32>,
+        functions: &[&[(u32, f64)]],
         within: impl Fn(&[f64; 3]) -> bool,
     ) -> Self {
-        let mut is_first = vec![false; assembled.nodes.len()];
-        of.for_each(|node| is_first[node as usize] = true);
-        let mut is_in = is_first.clone();
         let node = |k: usize| assembled.dofs[k].node as usize;
         let (symbolic, n) = (assembled.stiffness.symbolic(), assembled.dofs.len());
-        for j in 0..n {
-            for &i in symbolic.row_idx_of_col_raw(j) {
-                let pair = [node(j), node(i as usize)];
-                for (from, to) in [(pair[0], pair[1]), (pair[1], pair[0])] {
-                    is_in[to] |= is_first[from] && within(&assembled.nodes[to]);
-                }
+        let coupled = || {
+            let pairs = (0..n).flat_map(|j| {
+                symbolic.row_idx_of_col_raw(j).iter().map(move |&i| [node(j), node(i as usize)])
+            });
+            pairs.flat_map(|[a, b]| [[a, b], [b, a]])
+        };
+        // Of a point between elements round-off chooses one; all of them hold the functions that are not zero there.
+        let felt = |point: &[(u32, f64)]| -> Vec<usize> {
+            point.iter().filter(|f| f.1.abs() > ROUND_OFF).map(|f| f.0 as usize).collect()
+        };
+        let felt: Vec<Vec<usize>> = functions.iter().map(|point| felt(point)).collect();
+        let mut partners: HashMap<usize, HashSet<usize>> =
+            felt.iter().flatten().map(|node| (*node, HashSet::new())).collect();
+        coupled().for_each(|[from, to]| {
+            if let Some(partners) = partners.get_mut(&from) {
+                partners.insert(to);
             }
+        });
+        let mut is_first = vec![false; assembled.nodes.len()];
+        for point in &felt {
+            let Some((first, others)) = point.split_first() else { continue };
+            let is_shared = |node: &&usize| others.iter().all(|other| partners[other].contains(node));
+            partners[first].iter().filter(is_shared).for_each(|node| is_first[*node] = true);
         }
+        let mut is_in = is_first.clone();
+        coupled().for_each(|[from, to]| is_in[to] |= is_first[from] && within(&assembled.nodes[to]));
         let unknowns: Vec<usize> = (0..n).filter(|&k| is_in[node(k)]).collect();
         let mut number = vec![None; n];
         unknowns.iter().enumerate().for_each(|(k, &n)| number[n] = Some(k));

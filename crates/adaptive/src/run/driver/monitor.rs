@@ -442,7 +442,10 @@ fn contact_instant(
 ) -> ContactInstant {
     let (place, normal, motion) = normal_motion(system, y, i);
     let report = system.forces()[i].contact.report();
-    let (force, penetration) = (report.normal_force, report.penetration);
+    let (force, penetration, energies) = (report.normal_force, report.penetration, &report.energies);
+    let (springs, zones) = (energies.penalty, energies.elastic_high);
+    let of_springs = (zones > 0.0).then(|| springs / (springs + zones));
     let hold = hold_at(system, i, (place, facts.has_friction, facts.size));
-    ContactInstant { time, force, impulse: system.impulse(y, i), normal, motion, penetration, hold }
+    let impulse = system.impulse(y, i);
+    ContactInstant { time, force, impulse, normal, motion, penetration, of_springs, hold }
 }

@@ -199,6 +199,7 @@ mod tests {
             normal: Vector3::z(),
             motion: NearMotion { velocity, speed: speed.abs(), vibration: 0.0 },
             penetration: 0.0,
+            of_springs: None,
             hold,
         }
     }

@@ -14,7 +14,8 @@ fn instant(time: f64, force: f64, impulse: f64, velocity: f64) -> ContactInstant
         mass: 1.0,
         size: 1.0,
     };
-    ContactInstant { time, force, impulse, normal, motion: motion(velocity), penetration: 0.0, hold }
+    let (motion, penetration, of_springs) = (motion(velocity), 0.0, None);
+    ContactInstant { time, force, impulse, normal, motion, penetration, of_springs, hold }
 }
 
 fn motion(velocity: Vector3<f64>) -> NearMotion {
@@ -107,6 +108,21 @@ fn penetration_is_a_share_of_the_approach() {
     // Bodies that overlapped by 4 m before have approached by that.
     let of_overlapping = watch.overlap_share(0.0, 4.0).expect("it runs").0;
     assert!((of_overlapping - 0.1 / 4.0).abs() < 1e-12, "{of_overlapping}");
+}
+
+#[test]
+fn what_vibrates_against_its_rigid_motion_is_judged_by_the_energy_at_the_largest_force() {
+    let mut watch = ImpactMonitor::default();
+    for (t, force, share) in
+        [(0.0, 0.0, None), (1.0, 2.0, Some(0.3)), (2.0, 5.0, Some(0.2)), (3.0, 1.0, Some(0.4))]
+    {
+        let penetration = 1e-6 * force;
+        let now = ContactInstant { penetration, of_springs: share, ..instant(t, force, 0.0, 1.0) };
+        watch.step(now, change(0.5, 1.0).filter(|_| (0.5..1.5).contains(&t)), None);
+    }
+    assert_eq!(watch.overlap_share(0.0, 0.0), Some((0.2, 1.5)));
+    // Round-off of places says nothing.
+    assert_eq!(watch.overlap_share(5e-6, 0.0), None);
 }
 
 #[test]
