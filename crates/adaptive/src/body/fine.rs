@@ -58,9 +58,9 @@ pub trait FineModel: Send + Sync {
     /// What its matrices, before it is turned, are made from.
     fn definition(&self) -> Bytes;
 
-    /// Outward normal of the smooth surface that the zone lies on in place of the sides of the
-    /// mesh; none if it lies on the surface of the body.
-    fn outward(&self) -> Option<Vector3<f64>> {
+    /// Outward normal at `x` of the smooth surface that the zone lies on there in place of the sides of the
+    /// mesh, and whether it is the only one; none if it lies on the surface of the body.
+    fn outward_at(&self, _x: &[f64; 3]) -> Option<(Vector3<f64>, bool)> {
         None
     }
 

@@ -166,8 +166,8 @@ impl AdaptiveContact {
                 (own, residual, Some((index, other)), Some(other_residual))
             }
         };
-        if let Some((outward, side)) = smooth_side(&mut own, &mut other) {
-            side.zone.move_to(|x| (Vector3::from(*x) + offset * outward).into());
+        if let Some((_, side)) = smooth_side(&mut own, &mut other) {
+            side.move_out(offset);
         }
         self.leave_out_of_target(&mut own, other.as_ref(), bodies);
         let element = self.element(&own, other.as_ref(), bodies)?;
@@ -369,8 +369,8 @@ impl AdaptiveContact {
 
     /// The force element of the refined contact of bodies in the motions `states`, whose surfaces
     /// are `gap` apart, and the offset of its zone \[m\]. A zone that lies on a smooth surface in
-    /// place of the sides of its mesh is moved along its normal until the contact has this gap;
-    /// other zones have no offset.
+    /// place of the sides of its mesh is moved along its normal until the contact has this gap, one at several places
+    /// only inwards; other zones have no offset.
     ///
     /// # Errors
     /// As [`AdaptiveContact::element`].
@@ -383,14 +383,13 @@ impl AdaptiveContact {
         gap: f64,
     ) -> Result<(Box<dyn ActiveContact>, f64), AdaptiveError> {
         let mut element = self.element(own, other.as_ref(), bodies)?;
-        if smooth_side(own, other).is_none() {
+        let Some((is_one, side)) = smooth_side(own, other) else { return Ok((element, 0.0)) };
+        let found = element.meeting(Motion::new(0.0, states)).gap;
+        let offset = if is_one { found - gap } else { (found - gap).min(0.0) };
+        if !found.is_finite() {
             return Ok((element, 0.0));
         }
-        let found = element.meeting(Motion::new(0.0, states)).gap;
-        let smooth = smooth_side(own, other).filter(|_| found.is_finite());
-        let Some((outward, side)) = smooth else { return Ok((element, 0.0)) };
-        let offset = found - gap;
-        side.zone.move_to(|x| (Vector3::from(*x) + offset * outward).into());
+        side.move_out(offset);
         Ok((self.element(own, other.as_ref(), bodies)?, offset))
     }
 
@@ -473,6 +472,15 @@ impl AdaptiveContact {
 }
 
 impl FineSide {
+    /// Moves its zone by `offset` \[m\] along the normals of the smooth surfaces on which it lies.
+    fn move_out(&mut self, offset: f64) {
+        let Self { body, zone, .. } = self;
+        zone.move_to(|x| {
+            let way = body.outward_at(x).map_or_else(Vector3::zeros, |(outward, _)| offset * outward);
+            (Vector3::from(*x) + way).into()
+        });
+    }
+
     /// The parts that pictures and probes of a stored result need.
     fn into_model(self, residual: ResidualFlexibility) -> ZoneModel {
         let Self { body: model, zone, shapes, .. } = self;
@@ -550,14 +558,17 @@ fn side_with(
     Ok((side, residual))
 }
 
-/// The side whose zone lies on a smooth surface in place of the sides of its mesh, with the outward
-/// normal of this surface; the contact body if both do.
+/// The side whose zone lies on smooth surfaces in place of the sides of its mesh, and whether at one place; the contact body if both do.
 fn smooth_side<'s>(
     own: &'s mut FineSide,
     other: &'s mut Option<(usize, FineSide)>,
-) -> Option<(Vector3<f64>, &'s mut FineSide)> {
+) -> Option<(bool, &'s mut FineSide)> {
     let sides = [Some(own), other.as_mut().map(|(_, side)| side)];
-    sides.into_iter().flatten().find_map(|side| Some((side.body.outward()?, side)))
+    sides.into_iter().flatten().find_map(|side| {
+        let mut points = side.zone.points.iter();
+        let (_, is_one) = points.find_map(|point| side.body.outward_at(&point.position))?;
+        Some((is_one, side))
+    })
 }
 
 /// The parts of a zone's answer that the model store keeps.

@@ -184,8 +184,8 @@ impl FineModel for FineElements {
         self.zone_definition()
     }
 
-    fn outward(&self) -> Option<Vector3<f64>> {
-        self.normal()
+    fn outward_at(&self, x: &[f64; 3]) -> Option<(Vector3<f64>, bool)> {
+        self.normal_at(x)
     }
 
     fn mesh(&self) -> Option<&FineElements> {

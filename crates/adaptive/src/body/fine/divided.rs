@@ -207,11 +207,11 @@ impl FineElements {
         distances.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(k, _)| k)
     }
 
-    /// Outward normal of the smooth surface on which the zone lies; none if it lies on the sides as
-    /// they are, or at several places.
-    pub fn normal(&self) -> Option<Vector3<f64>> {
-        let [fit] = &self.smooth[..] else { return None };
-        fit.as_ref().map(SmoothFit::normal)
+    /// Outward normal of the smooth surface on which the zone lies at `x`, and whether it lies at one place; none if it lies on the sides as
+    /// they are there.
+    pub fn normal_at(&self, x: &[f64; 3]) -> Option<(Vector3<f64>, bool)> {
+        let fit = self.smooth.get(self.nearest(x))?.as_ref()?;
+        Some((fit.normal(), self.smooth.len() == 1))
     }
 
     /// The rows by which the use of the zone is judged.
