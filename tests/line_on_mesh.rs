@@ -199,6 +199,26 @@ fn a_long_touch_is_held_by_the_sides_about_it_however_long_it_is() {
     assert!((peaks[1] / peaks[2] - 1.0).abs() < 3e-2, "{peaks:?}");
 }
 
+/// What touches is asked of the bodies where they touch: by the time that it lands the bar has bent by more than the line deviates from it.
+#[test]
+fn a_body_that_has_bent_until_it_lands_lands_along_a_line() {
+    let text = text(&of_mesh("coarse.inp"), &format!("{RIGID}\nmaterial = \"heavy\""), "")
+        .replace("\nmaterial = \"heavy\"\nmaterial = \"steel\"", "\nmaterial = \"heavy\"")
+        .replace("end_time = 6e-5\nstop_after_impacts = 1", "end_time = 2.5e-5")
+        .replace("velocity = [0.0, 0.0, -1.0]", "velocity = [0.0, 0.0, -2.0]");
+    let anvil = "[materials.heavy]\nyoungs_modulus = 210e9\npoissons_ratio = 0.3\ndensity = 1e6\n[bodies.anvil]\nmodel = \"rigid\"\n\
+                 material = \"heavy\"\ngeometry = { shape = \"cylinder\", radius = 1e-3, length = 16e-3 }\n\
+                 position = [8e-3, -8e-3, -9.001e-3]\norientation_deg = [-90.0, 0.0, 0.0]\n\
+                 [contacts.held]\ncontact_body = \"bar\"\ntarget_body = \"anvil\"\n";
+    let recording = run(&scenarios::valid(&files(), &(text + anvil), &[]));
+    let lines = recording.warnings.iter().filter(|w| w.message.contains("a line touches that is too long"));
+    assert_eq!(lines.count(), 2, "{:?}", recording.warnings);
+    let held = &recording.impacts[1];
+    println!("{:.1} N, {:.4e} N s", held.peak_force, held.impulse);
+    // Splines with zones along both lines: 5925 N, 3.509e-2 N s. Points along a line are right to 1 to 2 % of the approach, here along two.
+    assert!((held.impulse / 3.509e-2 - 1.0).abs() < 4e-2, "{held:?}");
+}
+
 /// A flexible target leaves out its part of the indentation along the line as well.
 #[test]
 fn a_flexible_target_yields_under_points_along_a_line() {

@@ -135,7 +135,7 @@ pub fn count(
                 return Ok(chosen_from(&found, range, motion));
             }
         }
-        let found = problem.next_to(limit, GROUP)?;
+        let found = problem.next_to(limit, GROUP, most.max(least))?;
         let below = found.below(limit);
         if below <= wanted || below >= most || !candidate.wish.elements {
             return chosen_on(&problem, &found, range);

@@ -60,7 +60,7 @@ fn count(
     let problem = FrequencyProblem::new(name, &body.assembled, &Digits::default())?;
     let limit = range.limit.min(carried);
     let found = if limit > 0.0 {
-        problem.next_to(limit, GROUP)?
+        problem.next_to(limit, GROUP, range.most.max(range.least))?
     } else {
         Known { first: 0, frequencies: problem.lowest(range.least + GROUP)?.frequencies }
     };

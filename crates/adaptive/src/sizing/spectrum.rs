@@ -88,11 +88,11 @@ impl<'a> FrequencyProblem<'a> {
     }
 
     /// Number of frequencies below `limit` \[Hz\], and the one before it and `n` behind it
-    /// (Eq. R.15); all up to there if they are not found so.
+    /// (Eq. R.15); all up to there if they are not found so, but none where these are `most` and more.
     ///
     /// # Errors
     /// [`AdaptiveError::Reduction`] naming the body.
-    pub fn next_to(&self, limit: f64, n: usize) -> Result<Known, AdaptiveError> {
+    pub fn next_to(&self, limit: f64, n: usize, most: usize) -> Result<Known, AdaptiveError> {
         let found = self.pencil.neighbours((TAU * limit).powi(2), n);
         if let Some(found) = found.map_err(|source| fault(self.name, source))? {
             let below = found.below.saturating_sub(self.body.motion.count());
@@ -101,6 +101,9 @@ impl<'a> FrequencyProblem<'a> {
             return Ok(Known { first: below.saturating_sub(1), frequencies });
         }
         let below = self.below(limit)?;
+        if below >= most {
+            return Ok(Known { first: below, frequencies: Vec::new() });
+        }
         Ok(Known { first: 0, frequencies: self.lowest(below + n)?.frequencies })
     }
 
