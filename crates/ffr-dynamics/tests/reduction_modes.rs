@@ -238,13 +238,14 @@ fn eigenvalues_next_to_a_shift_are_those_of_the_whole_spectrum() {
     let lambda: Vec<f64> = problem.all_modes().unwrap().omega.iter().map(|w| w * w).collect();
     for n in [1, 20, 90] {
         let mu = 0.5 * (lambda[n - 1] + lambda[n]);
-        let found = problem.pencil().neighbours(mu, 5).unwrap().expect("a shift between eigenvalues");
-        assert_eq!(found.below, n + 6);
+        let found = problem.pencil().neighbours(mu, 5, n + 7).unwrap();
+        assert_eq!((found.below, found.next.len()), (n + 6, 6));
+        let counted = problem.pencil().neighbours(mu, 5, n + 6).unwrap();
+        assert_eq!((counted.below, counted.next.len()), (n + 6, 0), "their number decides");
         // Residuals of 1e-3 leave their square of the distance from the shift.
         let near = |a: f64, b: f64| (a - b).abs() < 1e-5 * (b - mu).abs();
-        assert!(near(found.lower, lambda[n - 1]), "{} and {}", found.lower, lambda[n - 1]);
-        for (upper, expected) in found.upper.iter().zip(&lambda[n..]) {
-            assert!(near(*upper, *expected), "{upper} and {expected}");
+        for (next, expected) in found.next.iter().zip(&lambda[n - 1..]) {
+            assert!(near(*next, *expected), "{next} and {expected}");
         }
     }
 }

@@ -93,16 +93,16 @@ impl<'a> FrequencyProblem<'a> {
     /// # Errors
     /// [`AdaptiveError::Reduction`] naming the body.
     pub fn next_to(&self, limit: f64, n: usize, most: usize) -> Result<Known, AdaptiveError> {
-        let found = self.pencil.neighbours((TAU * limit).powi(2), n);
-        if let Some(found) = found.map_err(|source| fault(self.name, source))? {
-            let below = found.below.saturating_sub(self.body.motion.count());
-            let lambda = std::iter::once(found.lower).chain(found.upper);
-            let frequencies = lambda.map(|lambda| lambda.max(0.0).sqrt() / TAU).collect();
-            return Ok(Known { first: below.saturating_sub(1), frequencies });
-        }
-        let below = self.below(limit)?;
+        let n_rigid = self.body.motion.count();
+        let found = self.pencil.neighbours((TAU * limit).powi(2), n, n_rigid + most);
+        let found = found.map_err(|source| fault(self.name, source))?;
+        let below = found.below.saturating_sub(n_rigid);
         if below >= most {
             return Ok(Known { first: below, frequencies: Vec::new() });
+        }
+        if !found.next.is_empty() {
+            let frequencies = found.next.iter().map(|lambda| lambda.max(0.0).sqrt() / TAU).collect();
+            return Ok(Known { first: below.saturating_sub(1), frequencies });
         }
         Ok(Known { first: 0, frequencies: self.lowest(below + n)?.frequencies })
     }

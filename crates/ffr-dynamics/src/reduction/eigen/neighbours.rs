@@ -22,10 +22,8 @@ const CAPACITY: usize = 240;
 pub struct Neighbours {
     /// Number of eigenvalues below the shift, rigid ones included.
     pub below: usize,
-    /// The one next to the shift on its lower side [(rad/s)²].
-    pub lower: f64,
-    /// Eigenvalues above the shift, in ascending order [(rad/s)²].
-    pub upper: Vec<f64>,
+    /// The one next to the shift on its lower side, then those above it, in ascending order [(rad/s)²].
+    pub next: Vec<f64>,
 }
 
 /// `(K - mu M)^-1` on a free body, to the accuracy of the factor.
@@ -52,15 +50,16 @@ impl Operator for Shifted<'_> {
 }
 
 impl Pencil<'_> {
-    /// The eigenvalue next to `mu` [(rad/s)²] on its lower side and `n_upper` ones above it, of the
-    /// body with no unknown clamped; `None` if they do not converge, as where `mu` sits on an
-    /// eigenvalue, or if there are no such.
+    /// How many eigenvalues lie below `mu` [(rad/s)²], and the one next to it on its lower side and `n_upper` ones above it, of the
+    /// body with no unknown clamped; none of these if they do not converge, as where `mu` sits on an
+    /// eigenvalue, if there are no such, or if `most` and more lie below.
     ///
     /// # Errors
     /// [`DynamicsError::FactorTooLarge`] if memory does not suffice.
-    pub fn neighbours(&self, mu: f64, n_upper: usize) -> Result<Option<Neighbours>, DynamicsError> {
+    pub fn neighbours(&self, mu: f64, n_upper: usize, most: usize) -> Result<Neighbours, DynamicsError> {
         let (inertia, factor) = self.shifted(mu)?;
-        let Some(factor) = factor else { return Ok(None) };
+        let mut found = Neighbours { below: inertia.negative, next: Vec::new() };
+        let Some(factor) = factor.filter(|_| found.below < most) else { return Ok(found) };
         let operator = Shifted { body: self.body(), factor };
         let width = if self.body().motion == RigidMotion::Spatial { 8 } else { 4 };
         let mut run = Lanczos::new(&operator, width, CAPACITY)?;
@@ -75,15 +74,12 @@ impl Pencil<'_> {
                 ritz.residuals[..n_upper].iter().chain(&ritz.residuals[last..]).all(|r| *r <= CONVERGED);
             if stands && ritz.theta[n_upper - 1] > 0.0 && ritz.theta[last] < 0.0 {
                 let lambda = |theta: &f64| mu + 1.0 / theta;
-                let upper = ritz.theta[..n_upper].iter().map(lambda).collect();
-                tracing::debug!(below = inertia.negative, size = run.size(), "eigenvalues next to a shift");
-                return Ok(Some(Neighbours {
-                    below: inertia.negative,
-                    lower: lambda(&ritz.theta[last]),
-                    upper,
-                }));
+                tracing::debug!(below = found.below, size = run.size(), "eigenvalues next to a shift");
+                let next = ritz.theta[last..].iter().take(1).chain(&ritz.theta[..n_upper]);
+                found.next = next.map(lambda).collect();
+                break;
             }
         }
-        Ok(None)
+        Ok(found)
     }
 }
