@@ -135,6 +135,8 @@ fn a_ring_is_hit_at_every_degree_alike() {
 fn a_tube_is_hit_by_a_ball_on_its_seam_and_its_double_knots_as_anywhere_else() {
     let (folder, patch) = (scenarios::folder("lower_continuity_tube"), ring(Some(0.02)));
     let geometries = [keys(&patch), gismo(&folder, "tube.xml", &patch)];
+    // Twelve elements a zone: 57.16 to 57.23 N, 57.157 and 57.159 N at 0 and 33 degrees with sixteen. Of eight, zones are widened until four to five rows
+    // carry the force, not the same at every place: 55.84 and 56.49 N, 2 % and 1 % low, with bands of 1.2 and 0.9 N.
     let hit = |geometry: &str, angle: f64| {
         let text = format!(
             "[simulation]\nend_time = 6e-5\n[bodies.tube]\nmaterial = \"steel\"\norientation_deg = [0, 0, {angle}]\n\
@@ -142,7 +144,7 @@ fn a_tube_is_hit_by_a_ball_on_its_seam_and_its_double_knots_as_anywhere_else() {
              [bodies.ball]\nmaterial = \"steel\"\ngeometry = {{ shape = \"sphere\", radius = 5e-3 }}\n\
              position = [15.0001e-3, 0, 0.01]\nvelocity = [-0.2, 0, 0]\n\
              discretisation = {{ elements = [6, 6, 14] }}\nreduction = {{ modes = 20 }}\n\
-             [contacts.c]\ncontact_body = \"ball\"\ntarget_body = \"tube\"\ninterval = {{ elements = 8 }}\n"
+             [contacts.c]\ncontact_body = \"ball\"\ntarget_body = \"tube\"\ninterval = {{ elements = 12 }}\n"
         );
         peak("tube", &run(&scenarios::valid(&folder, &text, &[])))
     };

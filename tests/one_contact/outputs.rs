@@ -74,11 +74,10 @@ impl Output {
         match self {
             Self::Peak => (impact.peak_force / force - 1.0, 0.01),
             Self::Duration => ((impact.end - impact.start) / duration - 1.0, 0.02),
+            // Springs by (A.25) leave 6.4 % at the point on the axis, a thousandth of the contact's area (of quasistatic zones 3.6 % with 1e17, 0.5 % with 1e18,
+            // 0.1 % with 1e20 N/m³); zones that vibrate 6.8 %, as a mean. Laws without points have an empty list.
             Self::Pressure => {
-                let points = recording.samples.iter().flat_map(|sample| &sample.pressures[0]);
-                let largest = points.map(|point| point.pressure).fold(0.0, f64::max);
-                // Laws without points have none, and say so by an empty list.
-                (if largest > 0.0 { largest / pressure - 1.0 } else { 0.0 }, 0.1)
+                (largest_pressure(recording).map_or(0.0, |largest| largest / pressure - 1.0), 0.08)
             }
             Self::Stress => {
                 let line = recording.stresses[0].von_mises.iter();
@@ -101,6 +100,15 @@ impl Output {
             Self::Balance => &[],
         }
     }
+}
+
+/// The largest pressure at a point, as its mean over half a microsecond: undamped zones ring about that, by 4 % at the point on the axis.
+fn largest_pressure(recording: &Recording) -> Option<f64> {
+    let points = || recording.samples.iter().flat_map(|s| s.pressures[0].iter().map(|point| (s.time, point)));
+    let (time, largest) = points().max_by(|a, b| a.1.pressure.total_cmp(&b.1.pressure))?;
+    let about = points().filter(|(t, point)| (t - time).abs() < 2.5e-7 && point.position == largest.position);
+    let pressures: Vec<f64> = about.map(|(_, point)| point.pressure).collect();
+    Some(pressures.iter().sum::<f64>() / pressures.len() as f64)
 }
 
 /// Every output under every model of a contact that is `chosen`: right, refused, or told.
