@@ -505,6 +505,17 @@ fn a_corner_in_the_plane_yields_whatever_its_elements() {
     assert!(!is_over_a_width(&peak_of(&square(4, 42.0)).1));
 }
 
+/// Factors begin ten times above (A.25), which costs no steps: springs stiffer by ten again change the force by 2e-4, those of (A.25) by 2e-3.
+#[test]
+fn springs_under_a_corner_are_stiffer_than_what_they_press() {
+    let (peak, recording) = peak_of(&square(4, 0.0));
+    let factor = 10.0 * recording.trials[0].penalty_start;
+    let (stiff, _) =
+        peak_of(&format!("{}penalty = {{ initial = {factor:e}, search = \"fixed\" }}\n", square(4, 0.0)));
+    println!("{peak} {stiff}");
+    assert!((peak / stiff - 1.0).abs() < 5e-4, "{peak} {stiff}");
+}
+
 /// Of two flexible bodies it does not matter which one is the target, wherever the edge is.
 #[test]
 fn a_corner_presses_a_face_as_a_face_presses_a_corner() {

@@ -422,8 +422,8 @@ impl AdaptiveContact {
             return Ok(PenaltySearch::from_accepted(strategy, known));
         }
         // A predicted factor is as large as the search would make it: stiffer springs cost no steps, another trial does.
-        let rise = self.law.penalty.map_or_else(|| strategy.rise(), |_| 1.0);
-        Ok(PenaltySearch::new(strategy, rise * self.law.first_penalty(weight)?))
+        let start = self.law.penalty.map_or_else(|| strategy.start(), |_| 1.0);
+        Ok(PenaltySearch::new(strategy, start * self.law.first_penalty(weight)?))
     }
 
     /// Settings of Algorithm 2.

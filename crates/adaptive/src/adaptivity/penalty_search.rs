@@ -81,6 +81,9 @@ pub enum PenaltyStrategy {
 /// series need, since the force changes as well.
 const MOST_RISE: f64 = 10.0;
 const RISE_MARGIN: f64 = 1.1;
+/// How far above theory Eq. A.25 the factors of whole surfaces begin: under edges and corners springs take up to 3 % of the approach by that, and a
+/// tenth of it so.
+const START_OF_WHOLE: f64 = 10.0;
 /// Number of steps in a factor of ten to which a rise is rounded up: what is measured of an overlap is
 /// right to a per cent, and equal bodies are to get equal springs.
 const STEPS: f64 = 10.0;
@@ -103,10 +106,10 @@ impl PenaltyStrategy {
 
     /// Factor by which a predicted factor begins above that of theory Eq. A.25: as stiff springs as a second trial would have had cost a
     /// quasistatic contact no steps.
-    pub fn rise(self) -> f64 {
+    pub fn start(self) -> f64 {
         match self {
             Self::UntilConverged { factor, .. } => factor,
-            Self::UntilStiff => MOST_RISE,
+            Self::UntilStiff => START_OF_WHOLE,
             Self::Fixed | Self::ErrorDriven { .. } => 1.0,
         }
     }

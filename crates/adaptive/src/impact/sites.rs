@@ -471,7 +471,7 @@ impl AdaptiveContact {
         let first = self.law.first_penalty(weight).map_err(|e| self.fail(e))?;
         let first = match self.law.penalty {
             Some(given) => given,
-            None => (strategy.rise() * first).min(self.penalty_of_modes(kind, bodies)),
+            None => (strategy.start() * first).min(self.penalty_of_modes(kind, bodies)),
         };
         Ok(PenaltySearch::new(strategy, first))
     }
