@@ -136,6 +136,16 @@ fn zones_at_both_ends_of_a_ball_lie_on_spheres_as_far_outside_as_its_sides() {
     );
     let fine = fine.unwrap();
     let zone = fine.contact_zone().unwrap();
+    // What lies in another body at the start is moved inwards there.
+    let mut inwards = zone.clone();
+    fine.move_out(&mut inwards, -1e-6);
+    assert!(fine.most_outwards().is_some_and(|most| most.abs() < f64::MIN_POSITIVE));
+    for (before, after) in zone.points.iter().zip(&inwards.points) {
+        let moved = difference(&after.position, &before.position);
+        // Along the normal at the place, where the smooth surface leans by 0.05 at most.
+        let height = moved[2] * before.position[2].signum();
+        assert!((norm(&moved) - 1e-6).abs() < 1e-15 && (height + 1e-6).abs() < 2e-9, "{moved:?}");
+    }
     let is_inner = |rows: &[usize; 2]| rows.iter().all(|row| (1..15).contains(row));
     for (surface, site) in &sites {
         let shape = surface.shape_at(site).unwrap();

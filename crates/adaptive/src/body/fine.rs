@@ -12,7 +12,6 @@ use ffr_dynamics::DynamicsError;
 use ffr_dynamics::body::AssembledBody;
 use ffr_dynamics::reduction::problem::ElasticProblem;
 use ffr_dynamics::reduction::{BodyTurn, FreeFlexibility, LowModes, ResidualFlexibility};
-use nalgebra::Vector3;
 
 use super::field::Field;
 use super::reduced::ReducedBody;
@@ -58,11 +57,14 @@ pub trait FineModel: Send + Sync {
     /// What its matrices, before it is turned, are made from.
     fn definition(&self) -> Bytes;
 
-    /// Outward normal at `x` of the smooth surface that the zone lies on there in place of the sides of the
-    /// mesh, and whether it is the only one; none if it lies on the surface of the body.
-    fn outward_at(&self, _x: &[f64; 3]) -> Option<(Vector3<f64>, bool)> {
+    /// How far a zone on smooth surfaces in place of the sides of the mesh may be moved outwards, any way at one place, none at several \[m\]; none if
+    /// it lies on the surface of the body.
+    fn most_outwards(&self) -> Option<f64> {
         None
     }
+
+    /// Moves `zone` by `offset` \[m\] along the normals of these smooth surfaces.
+    fn move_out(&self, _zone: &mut ContactZone, _offset: f64) {}
 
     /// What the zone meets of the target at one place, if that has an edge or a corner there.
     fn meets(&self) -> Option<&TargetPlace> {

@@ -8,7 +8,6 @@ use faer::{Mat, MatRef};
 use ffr_dynamics::body::{AssembledBody, ModalDamping};
 use ffr_dynamics::force::{BodyState, Motion};
 use ffr_dynamics::reduction::{FreeFlexibility, ResidualFlexibility, ResidualModes};
-use nalgebra::Vector3;
 
 use super::zone_model::ZoneModel;
 use super::{AdaptiveContact, CancelCheck, FineBasis, TOUCHED_SURFACE, WIDEST};
@@ -166,8 +165,8 @@ impl AdaptiveContact {
                 (own, residual, Some((index, other)), Some(other_residual))
             }
         };
-        if let Some((_, side)) = smooth_side(&mut own, &mut other) {
-            side.move_out(offset);
+        if let Some((_, FineSide { body, zone, .. })) = smooth_side(&mut own, &mut other) {
+            body.move_out(zone, offset);
         }
         self.leave_out_of_target(&mut own, other.as_ref(), bodies);
         let element = self.element(&own, other.as_ref(), bodies)?;
@@ -383,13 +382,15 @@ impl AdaptiveContact {
         gap: f64,
     ) -> Result<(Box<dyn ActiveContact>, f64), AdaptiveError> {
         let mut element = self.element(own, other.as_ref(), bodies)?;
-        let Some((is_one, side)) = smooth_side(own, other) else { return Ok((element, 0.0)) };
+        let Some((most, FineSide { body, zone, .. })) = smooth_side(own, other) else {
+            return Ok((element, 0.0));
+        };
         let found = element.meeting(Motion::new(0.0, states)).gap;
-        let offset = if is_one { found - gap } else { (found - gap).min(0.0) };
         if !found.is_finite() {
             return Ok((element, 0.0));
         }
-        side.move_out(offset);
+        let offset = (found - gap).min(most);
+        body.move_out(zone, offset);
         Ok((self.element(own, other.as_ref(), bodies)?, offset))
     }
 
@@ -472,15 +473,6 @@ impl AdaptiveContact {
 }
 
 impl FineSide {
-    /// Moves its zone by `offset` \[m\] along the normals of the smooth surfaces on which it lies.
-    fn move_out(&mut self, offset: f64) {
-        let Self { body, zone, .. } = self;
-        zone.move_to(|x| {
-            let way = body.outward_at(x).map_or_else(Vector3::zeros, |(outward, _)| offset * outward);
-            (Vector3::from(*x) + way).into()
-        });
-    }
-
     /// The parts that pictures and probes of a stored result need.
     fn into_model(self, residual: ResidualFlexibility) -> ZoneModel {
         let Self { body: model, zone, shapes, .. } = self;
@@ -558,17 +550,14 @@ fn side_with(
     Ok((side, residual))
 }
 
-/// The side whose zone lies on smooth surfaces in place of the sides of its mesh, and whether at one place; the contact body if both do.
+/// The side whose zone lies on smooth surfaces in place of the sides of its mesh, and how far it may be moved outwards \[m\]; the contact body if
+/// both do.
 fn smooth_side<'s>(
     own: &'s mut FineSide,
     other: &'s mut Option<(usize, FineSide)>,
-) -> Option<(bool, &'s mut FineSide)> {
+) -> Option<(f64, &'s mut FineSide)> {
     let sides = [Some(own), other.as_mut().map(|(_, side)| side)];
-    sides.into_iter().flatten().find_map(|side| {
-        let mut points = side.zone.points.iter();
-        let (_, is_one) = points.find_map(|point| side.body.outward_at(&point.position))?;
-        Some((is_one, side))
-    })
+    sides.into_iter().flatten().find_map(|side| Some((side.body.most_outwards()?, side)))
 }
 
 /// The parts of a zone's answer that the model store keeps.

@@ -184,8 +184,12 @@ impl FineModel for FineElements {
         self.zone_definition()
     }
 
-    fn outward_at(&self, x: &[f64; 3]) -> Option<(Vector3<f64>, bool)> {
-        self.normal_at(x)
+    fn most_outwards(&self) -> Option<f64> {
+        self.most_outwards()
+    }
+
+    fn move_out(&self, zone: &mut ContactZone, offset: f64) {
+        self.move_out(zone, offset);
     }
 
     fn mesh(&self) -> Option<&FineElements> {

@@ -207,11 +207,19 @@ impl FineElements {
         distances.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(k, _)| k)
     }
 
-    /// Outward normal of the smooth surface on which the zone lies at `x`, and whether it lies at one place; none if it lies on the sides as
-    /// they are there.
-    pub fn normal_at(&self, x: &[f64; 3]) -> Option<(Vector3<f64>, bool)> {
-        let fit = self.smooth.get(self.nearest(x))?.as_ref()?;
-        Some((fit.normal(), self.smooth.len() == 1))
+    /// How far the zone may be moved outwards from smooth surfaces on which it lies, any way at one place, none at several \[m\]; none if it lies on
+    /// the sides as they are.
+    pub fn most_outwards(&self) -> Option<f64> {
+        let is_smooth = self.smooth.iter().any(Option::is_some);
+        is_smooth.then_some(if self.smooth.len() == 1 { f64::INFINITY } else { 0.0 })
+    }
+
+    /// Moves `zone` by `offset` \[m\] along the normals of its smooth surfaces.
+    pub fn move_out(&self, zone: &mut ContactZone, offset: f64) {
+        zone.move_to(|x| match &self.smooth[self.nearest(x)] {
+            Some(fit) => (Vector3::from(*x) + offset * fit.normal()).into(),
+            None => *x,
+        });
     }
 
     /// The rows by which the use of the zone is judged.
