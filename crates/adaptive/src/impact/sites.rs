@@ -65,12 +65,12 @@ fn without_round_off(width: f64) -> f64 {
 
 /// Undeformed surfaces of a contact body and of its target, none of a plane, with the motions that carry the places at which the deformed
 /// bodies touch to where they are: how far bodies have yielded elsewhere is no matter of what touches.
-struct MetSurfaces<'a> {
+struct TouchingSurfaces<'a> {
     own: (&'a dyn Surface, BodyState),
     other: Option<(&'a dyn Surface, BodyState)>,
 }
 
-impl MetSurfaces<'_> {
+impl TouchingSurfaces<'_> {
     fn moved(&self) -> (Moved<'_>, Option<Moved<'_>>) {
         ((self.own.0, &self.own.1), self.other.as_ref().map(|(surface, pose)| (*surface, pose)))
     }
@@ -109,11 +109,11 @@ impl AdaptiveContact {
         search: &mut Search,
     ) -> Result<Touch, AdaptiveError> {
         let nearest = self.nearest(states, search)?;
-        let Some(met) = self.met(bodies, states, &nearest) else {
+        let Some(surfaces) = self.touching_surfaces(bodies, states, &nearest) else {
             let (kind, normal) = (TouchKind::Smooth, nearest.normal);
             return Ok(Touch { nearest, kind, normal, extents: [0.0; 2], line: None });
         };
-        let (own, other) = met.moved();
+        let (own, other) = surfaces.moved();
         if self.is_vibrating() {
             return Ok(Touch::at_places(own, other, &nearest, PARALLEL_IN_RUN));
         }
@@ -129,12 +129,12 @@ impl AdaptiveContact {
 
     /// The undeformed surfaces of the contact body and of the target, if that is a body, as they touch at the places `nearest` of
     /// the deformed ones in the motions `states`; none if one has no surface.
-    fn met<'a>(
+    fn touching_surfaces<'a>(
         &self,
         bodies: &'a [BodyModel],
         states: &[BodyState],
         nearest: &Nearest,
-    ) -> Option<MetSurfaces<'a>> {
+    ) -> Option<TouchingSurfaces<'a>> {
         let at = |body: usize, site: &SurfaceSite| {
             let (surface, mut pose) = (bodies[body].undeformed()?, states[body].clone());
             let place = surface.motion().in_space(&surface.place(site.face, &site.xi).point);
@@ -143,15 +143,15 @@ impl AdaptiveContact {
         };
         let on_target = |other| nearest.target.as_ref().and_then(|site| at(other, site)).ok_or(());
         let other = self.target.try_map(on_target).ok()?;
-        Some(MetSurfaces { own: at(self.body, &nearest.contact)?, other: other.body() })
+        Some(TouchingSurfaces { own: at(self.body, &nearest.contact)?, other: other.body() })
     }
 
     /// Whether a line of the contact body lies across the target, which ends before it, at the places `nearest`: a touch along a line
     /// as soon as the two are exchanged.
     pub fn lies_across(&self, bodies: &[BodyModel], states: &[BodyState], nearest: &Nearest) -> bool {
-        let met = self.met(bodies, states, nearest);
-        let Some(((own, Some(other)), contact)) = met.as_ref().map(MetSurfaces::moved).zip(nearest.target)
-        else {
+        let surfaces = self.touching_surfaces(bodies, states, nearest);
+        let moved = surfaces.as_ref().map(TouchingSurfaces::moved);
+        let Some(((own, Some(other)), contact)) = moved.zip(nearest.target) else {
             return false;
         };
         let (target, normal) = (Some(nearest.contact), -nearest.normal);
@@ -213,8 +213,8 @@ impl AdaptiveContact {
         if is_narrow {
             let [_, part] = self.parts(bodies, states, touch, request);
             target = target.map(|_| ZoneSite { part, ..ZoneSite::WHOLE });
-            own.part = self.met(bodies, states, nearest).map(|met| {
-                let side = Side::new(met.moved().0).facing(&-touch.normal);
+            own.part = self.touching_surfaces(bodies, states, nearest).map(|surfaces| {
+                let side = Side::new(surfaces.moved().0).facing(&-touch.normal);
                 side.part(side.place(&nearest.contact).point, self.first_reach())
             });
         }
@@ -273,12 +273,9 @@ impl AdaptiveContact {
             return ZoneSite::WHOLE;
         }
         let body = &bodies[self.body];
-        let met_place = || {
-            let meets = self.met_place(bodies, states, nearest)?;
-            Some(TouchLine { place: nearest.contact, meets })
-        };
-        let met = touch.line.or_else(met_place).or_else(|| self.own_edge(bodies, states, touch));
-        if let Some(TouchLine { place, meets }) = met {
+        let surfaces = self.touching_surfaces(bodies, states, nearest);
+        let on_edge = || surfaces.as_ref().and_then(|surfaces| self.pressed_edge(bodies, surfaces, touch));
+        if let Some(TouchLine { place, meets }) = touch.line.or_else(on_edge) {
             return ZoneSite { meets: Some(meets), ..zone_site(&place, ZoneSize::Whole) };
         }
         let is_bent = || body.height_between_points() > MISSED_SURFACE * self.detector.size();
@@ -303,8 +300,8 @@ impl AdaptiveContact {
             return none;
         }
         let depth = request.reach.unwrap_or_else(|| self.first_reach());
-        let Some(met) = self.met(bodies, states, &touch.nearest) else { return none };
-        let (own, target) = met.moved();
+        let Some(surfaces) = self.touching_surfaces(bodies, states, &touch.nearest) else { return none };
+        let (own, target) = surfaces.moved();
         let place = |(surface, _): Moved<'_>, site: &SurfaceSite| surface.place(site.face, &site.xi).point;
         let on_target = target.zip(touch.nearest.target.as_ref()).map(|(target, site)| place(target, site));
         let at = [Some(place(own, &touch.nearest.contact)), on_target];
@@ -316,28 +313,27 @@ impl AdaptiveContact {
         TOUCHED_SURFACE * self.detector.least_size()
     }
 
-    /// The edge or corner of the target that the contact body meets at the places `nearest`, if
-    /// there is one.
-    fn met_place(
+    /// The edge or corner of the target that the contact body meets at `touch`, else the edge of the contact body, in the plane its corner, that
+    /// presses the target; none of other touches.
+    fn pressed_edge(
         &self,
         bodies: &[BodyModel],
-        states: &[BodyState],
-        nearest: &Nearest,
-    ) -> Option<TargetPlace> {
-        let met = self.met(bodies, states, nearest)?;
-        let (own, target) = met.moved();
-        let met = met_place(&Side::new(own), &Side::new(target?), nearest, PARALLEL_IN_RUN)?;
-        Some(TargetPlace { spread: EDGE_SPREAD * flexible(&bodies[self.body]).body.thickness(), ..met })
-    }
-
-    /// The edge of the contact body, in the plane its corner, that presses the target, if there is one.
-    fn own_edge(&self, bodies: &[BodyModel], states: &[BodyState], touch: &Touch) -> Option<TouchLine> {
-        let met = self.met(bodies, states, &touch.nearest)?;
-        let (own, target) = met.moved();
+        surfaces: &TouchingSurfaces<'_>,
+        touch: &Touch,
+    ) -> Option<TouchLine> {
+        let (own, target) = surfaces.moved();
+        let blunted = |line: TouchLine, body: usize| {
+            let spread = EDGE_SPREAD * flexible(&bodies[body]).body.thickness();
+            TouchLine { meets: TargetPlace { spread, ..line.meets }, ..line }
+        };
+        let nearest = &touch.nearest;
+        let meets = target
+            .and_then(|target| met_place(&Side::new(own), &Side::new(target), nearest, PARALLEL_IN_RUN));
+        if let Some(meets) = meets {
+            return Some(blunted(TouchLine { place: nearest.contact, meets }, self.body));
+        }
         let line = touch.own_edge(own, target, PARALLEL_IN_RUN)?;
-        let pressed = flexible(&bodies[self.flexible_target.unwrap_or(self.body)]);
-        let meets = TargetPlace { spread: EDGE_SPREAD * pressed.body.thickness(), ..line.meets };
-        Some(TouchLine { meets, ..line })
+        Some(blunted(line, self.flexible_target.unwrap_or(self.body)))
     }
 
     /// The middle of the line along which smooth faces of the bodies touch, for a peak force if one is known, and the place of the target that it
@@ -350,8 +346,8 @@ impl AdaptiveContact {
         peak: Option<f64>,
     ) -> Option<TouchLine> {
         let (way, half) = self.line_of_touch(bodies, states, &touch.nearest, peak)?;
-        let met = self.met(bodies, states, &touch.nearest)?;
-        let (own, target) = met.moved();
+        let surfaces = self.touching_surfaces(bodies, states, &touch.nearest)?;
+        let (own, target) = surfaces.moved();
         let line = touch.line(own, target, (&way, PARALLEL_IN_RUN))?;
         Some(TouchLine { meets: TargetPlace { spread: AS_EVEN * half, ..line.meets }, ..line })
     }

@@ -291,19 +291,19 @@ impl Patch {
             pairs.flat_map(|[a, b]| [[a, b], [b, a]])
         };
         // Of a point between elements round-off chooses one; all of them hold the functions that are not zero there.
-        let felt = |point: &[(u32, f64)]| -> Vec<usize> {
+        let nodes_of = |point: &[(u32, f64)]| -> Vec<usize> {
             point.iter().filter(|f| f.1.abs() > ROUND_OFF).map(|f| f.0 as usize).collect()
         };
-        let felt: Vec<Vec<usize>> = functions.iter().map(|point| felt(point)).collect();
+        let nodes: Vec<Vec<usize>> = functions.iter().map(|point| nodes_of(point)).collect();
         let mut partners: HashMap<usize, HashSet<usize>> =
-            felt.iter().flatten().map(|node| (*node, HashSet::new())).collect();
+            nodes.iter().flatten().map(|node| (*node, HashSet::new())).collect();
         coupled().for_each(|[from, to]| {
             if let Some(partners) = partners.get_mut(&from) {
                 partners.insert(to);
             }
         });
         let mut is_first = vec![false; assembled.nodes.len()];
-        for point in &felt {
+        for point in &nodes {
             let Some((first, others)) = point.split_first() else { continue };
             let is_shared = |node: &&usize| others.iter().all(|other| partners[other].contains(node));
             partners[first].iter().filter(is_shared).for_each(|node| is_first[*node] = true);
