@@ -2,9 +2,9 @@
 //! factorisation.
 //!
 //! The graph of the nodes is cut in two across a direction: a coordinate, or the distance from the
-//! nodes that are eliminated last. Every place in every direction is tried; in large sets the
-//! separator between the two ends of each direction is then made as small as possible
-//! (`separator`). The one is taken whose separator is smallest for the sides that it leaves; it
+//! nodes that are eliminated last. Every place in every direction is tried; in large sets the best
+//! separator of each direction then moves to the smallest one nearby (`separator`), as long as
+//! that makes it better. The one is taken that is smallest for the sides that it leaves; it
 //! is eliminated after both its sides. Nodes without distinct places (all anchors equal) are cut
 //! along breadth-first levels, so that any graph gets an order. Cost O(nnz log n), but for the
 //! search of small separators, whose cost grows with their size, too.
@@ -24,14 +24,10 @@ const SMALLEST_SIDE: f64 = 0.2;
 /// Sets of at least this many nodes get the smallest separator; smaller ones have no part in the
 /// cost.
 const LARGE: usize = 200;
-/// Share of each side of a cut, its outermost nodes, that stays on this side when the separator is
-/// made small: sides stay even, also of bodies that stand at an angle to all directions.
-const KEPT: f64 = 0.3;
-/// The same where the separator is [`DEAR`]: meshes graded towards a contact have small separators
-/// far from the best straight cut.
-const KEPT_OF_DEAR: f64 = 0.1;
-/// Nodes of a separator whose elimination costs more than looking further for a smaller one.
-const DEAR: usize = 150;
+/// Layers of neighbours on each side of a separator among which a smaller one is sought.
+const LAYERS: usize = 2;
+/// Share of each side that may come into these layers: sides stay even.
+const MOVABLE: f64 = 0.4;
 /// Sets of at least this many nodes are shared among threads.
 const SHARED: usize = 2000;
 
@@ -168,8 +164,10 @@ enum Side {
     Separator,
 }
 
-/// Rank of a node that is not cut.
+/// Rank of a node that is not cut, and of those on a side that are and are not in a layer.
 const OUTSIDE: u32 = u32::MAX;
+const IN_LAYER: u32 = OUTSIDE - 1;
+const ON_SIDE: u32 = OUTSIDE - 2;
 
 struct Cutter<'a> {
     graph: &'a NodeGraph,
@@ -186,17 +184,12 @@ struct Cut {
     sorted: Vec<u32>,
     at: usize,
     from_left: bool,
-    /// [`Cut::score`]: small separators, even sides.
-    score: f64,
 }
 
-impl Cut {
-    /// The square of the nodes of the separator against the product of the sides (Eq. R.1): what
-    /// the separator costs grows with the cube of its nodes, so that a small one counts more than
-    /// even sides.
-    fn score(separator: usize, left: usize, right: usize) -> f64 {
-        (separator as f64).powi(2) / (left as f64 * right as f64)
-    }
+/// The square of the nodes of the separator against the product of the sides to the power 3/2
+/// (Eq. R.1): small separators, even sides.
+fn score(separator: usize, left: usize, right: usize) -> f64 {
+    (separator as f64).powi(2) / (left as f64 * right as f64).powf(1.5)
 }
 
 /// Nodes in two parts that no edge connects, and what separates them.
@@ -208,7 +201,7 @@ struct Division {
 
 impl Division {
     fn score(&self) -> f64 {
-        Cut::score(self.separator.len(), self.left.len(), self.right.len())
+        score(self.separator.len(), self.left.len(), self.right.len())
     }
 }
 
@@ -242,29 +235,15 @@ impl<'a> Cutter<'a> {
     /// The best division across a direction; `None` if nothing is split off.
     fn divide(&mut self, nodes: &[u32]) -> Option<Division> {
         let cuts = self.cuts(nodes);
-        let best = cuts.iter().min_by(|p, q| p.score.total_cmp(&q.score))?;
-        let mut division = self.along(best);
-        if nodes.len() >= LARGE {
-            division = self.smallest(&cuts, KEPT, division);
-        }
-        if division.separator.len() >= DEAR {
-            division = self.smallest(&cuts, KEPT_OF_DEAR, division);
-        }
+        let divisions = cuts.iter().map(|cut| self.along(cut)).collect::<Vec<_>>();
+        let divisions: Vec<Division> = match nodes.len() {
+            SHARED.. => divisions.into_par_iter().map(|division| self.narrowed(division)).collect(),
+            LARGE.. => divisions.into_iter().map(|division| self.narrowed(division)).collect(),
+            _ => divisions,
+        };
+        let division = divisions.into_iter().min_by(|p, q| p.score().total_cmp(&q.score()))?;
         // A separator of most nodes splits nothing off: the graph is as good as full.
         (3 * division.separator.len() < nodes.len()).then_some(division)
-    }
-
-    /// The best of `division` and the cuts with the smallest separators, of which the outermost
-    /// `share` of both sides stays what it is.
-    fn smallest(&self, cuts: &[Cut], share: f64, division: Division) -> Division {
-        let narrowed = |cut: &Cut| self.narrowed(cut, share, division.score());
-        let narrowed: Vec<_> = if cuts.first().is_some_and(|cut| cut.sorted.len() >= SHARED) {
-            cuts.par_iter().filter_map(narrowed).collect()
-        } else {
-            cuts.iter().filter_map(narrowed).collect()
-        };
-        let better = |best: Division, next: Division| if next.score() < best.score() { next } else { best };
-        narrowed.into_iter().fold(division, better)
     }
 
     /// The best cut of every direction; of breadth-first levels where there is no direction.
@@ -299,31 +278,70 @@ impl<'a> Cutter<'a> {
         Division { left, right, separator }
     }
 
-    /// The division with the smallest separator between the ends of the direction of a cut
-    /// (Eq. R.2); `None` if its score is certainly not below `score`.
-    fn narrowed(&self, cut: &Cut, share: f64, score: f64) -> Option<Division> {
-        let n = cut.sorted.len();
-        let kept = |side: usize| ((share * side as f64) as usize).max(1);
-        // |S|^2 / (|A| |B|) is at least (2 |S| / (n - |S|))^2.
-        let at_most = score.sqrt() * n as f64 / (2.0 + score.sqrt());
-        let between = kept(cut.at)..n - kept(n - cut.at);
-        let parts = self.sorted_graph(&cut.sorted).separate(between, at_most as usize)?;
-        let on = |part: Part| {
-            cut.sorted.iter().zip(&parts).filter(move |(_, p)| **p == part).map(|(&a, _)| a).collect()
-        };
-        Some(Division { left: on(Part::First), right: on(Part::Last), separator: on(Part::Separator) })
+    /// The division whose separator has moved to the smallest one a few layers of neighbours around
+    /// it, as often as that makes it better (Eq. R.2).
+    fn narrowed(&self, mut division: Division) -> Division {
+        let mut rank = vec![OUTSIDE; self.anchors.len()];
+        while let Some(next) = self.narrowed_once(&division, &mut rank)
+            && next.score() < division.score()
+        {
+            division = next;
+        }
+        division
     }
 
-    /// The graph between the nodes `sorted`, numbered in this order.
-    fn sorted_graph(&self, sorted: &[u32]) -> SortedGraph {
-        let mut rank = vec![OUTSIDE; self.anchors.len()];
-        for (p, &a) in sorted.iter().enumerate() {
-            rank[a as usize] = p as u32;
+    /// One such move; `None` if a side has no node beyond the layers. All nodes have the rank
+    /// [`OUTSIDE`] before and after.
+    fn narrowed_once(&self, division: &Division, rank: &mut [u32]) -> Option<Division> {
+        let Division { left, right, separator } = division;
+        let [before, behind] = [left, right].map(|side| self.layers(separator, side, rank));
+        let [first, last] = [&before, &behind].map(|layers| layers.last().map_or(0, Vec::len));
+        let sorted = before.iter().rev().flatten().chain(separator).chain(behind.iter().flatten());
+        let sorted: Vec<u32> = sorted.copied().collect();
+        let n = sorted.len();
+        sorted.iter().zip(0..).for_each(|(&a, p)| rank[a as usize] = p);
+        let parts = (first > 0 && last > 0).then(|| {
+            let ranks = |p: usize| self.graph.of(sorted[p]).iter().map(|&b| rank[b as usize]);
+            let graph = SortedGraph::new(n, |p| ranks(p).filter(|&rank| (rank as usize) < n));
+            graph.separate(first..n - last)
+        });
+        let moved = parts.flatten().map(|parts| {
+            let on = |part: Part, side: &[u32]| {
+                let beyond = side.iter().filter(|&&a| rank[a as usize] == ON_SIDE);
+                beyond
+                    .chain(sorted.iter().zip(&parts).filter(|(_, p)| **p == part).map(|(a, _)| a))
+                    .copied()
+                    .collect()
+            };
+            Division {
+                left: on(Part::First, left),
+                right: on(Part::Last, right),
+                separator: on(Part::Separator, &[]),
+            }
+        });
+        [left, right, separator].into_iter().flatten().for_each(|&a| rank[a as usize] = OUTSIDE);
+        moved
+    }
+
+    /// Layers of neighbours of the `separator` on a `side`: [`LAYERS`] unless they take more than a
+    /// share of it, and one more, which stays on the side.
+    fn layers(&self, separator: &[u32], side: &[u32], rank: &mut [u32]) -> Vec<Vec<u32>> {
+        side.iter().for_each(|&a| rank[a as usize] = ON_SIDE);
+        let (mut layers, mut taken): (Vec<Vec<u32>>, _) = (Vec::new(), 0);
+        while layers.len() <= LAYERS && taken as f64 <= MOVABLE * side.len() as f64 {
+            let mut layer = Vec::new();
+            for &a in layers.last().map_or(separator, Vec::as_slice) {
+                for &b in self.graph.of(a) {
+                    if rank[b as usize] == ON_SIDE {
+                        rank[b as usize] = IN_LAYER;
+                        layer.push(b);
+                    }
+                }
+            }
+            taken += layer.len();
+            layers.push(layer);
         }
-        SortedGraph::new(sorted.len(), |p| {
-            let ranks = self.graph.of(sorted[p]).iter().map(|&b| rank[b as usize]);
-            ranks.filter(|&rank| rank != OUTSIDE)
-        })
+        layers
     }
 
     /// Orders an undivided part so that elimination moves towards what is eliminated later: along
@@ -367,7 +385,7 @@ impl<'a> Cutter<'a> {
         let extent = positions[n - 1].0 - positions[0].0;
         let sorted: Vec<u32> = positions.iter().map(|&(_, a)| a).collect();
         let (left, right) = self.separators(&sorted);
-        let (mut best, mut score) = (None, f64::INFINITY);
+        let (mut best, mut lowest) = (None, f64::INFINITY);
         let smallest = (SMALLEST_SIDE * n as f64).ceil() as usize;
         for at in smallest.max(1)..=n.saturating_sub(smallest).min(n - 1) {
             if positions[at].0 - positions[at - 1].0 <= 1e-9 * extent {
@@ -375,13 +393,13 @@ impl<'a> Cutter<'a> {
             }
             for (separator, from_left) in [(left[at], true), (right[at], false)] {
                 let (a, b) = if from_left { (at - separator, n - at) } else { (at, n - at - separator) };
-                let this = Cut::score(separator, a, b);
-                if a > 0 && b > 0 && this < score {
-                    (best, score) = (Some((at, from_left)), this);
+                let this = score(separator, a, b);
+                if a > 0 && b > 0 && this < lowest {
+                    (best, lowest) = (Some((at, from_left)), this);
                 }
             }
         }
-        best.map(|(at, from_left)| Cut { sorted, at, from_left, score })
+        best.map(|(at, from_left)| Cut { sorted, at, from_left })
     }
 
     /// Number of separator nodes for a cut in front of every position, on its left and on its
