@@ -37,7 +37,7 @@ pub(super) const CLEAN_ACCURACY: f64 = 1e-5;
 /// Accuracy of the flexibility elsewhere: what double precision leaves of a stiffness matrix.
 const FULL_ACCURACY: f64 = 1e-12;
 /// A factor in single precision is used if refinement shrinks the error at least by this factor.
-const CONTRACTION_LIMIT: f64 = 0.03;
+const CONTRACTION_LIMIT: f64 = 0.1;
 /// Random loads and solves by which that factor is measured; the first solve leaves errors that
 /// later ones do not.
 const PROBES: usize = 4;

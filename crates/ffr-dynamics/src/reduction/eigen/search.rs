@@ -29,8 +29,11 @@ const GUARD_CONVERGED: f64 = 1e-3;
 /// eigenvalues to about 1e-8.
 const RESIDUAL_LIMIT: f64 = 1e-4;
 /// Corrections of modes of a factor in single precision after which they stand as they are: the
-/// first leaves the square of its contraction, which is below 0.03, the second the cube.
+/// first leaves the square of its contraction, which is below 0.1, the second the cube.
 const MAX_CORRECTIONS: usize = 6;
+/// Contraction of a factor in single precision up to which one correction leaves eigenvalues, its
+/// fourth power, to 1e-6; with the greatest two do.
+const ONE_CORRECTION: f64 = 0.03;
 /// Checks without halving the residual after which it counts as stagnant.
 const STAGNANT_CHECKS: usize = 5;
 /// Smallest relative gap between two eigenvalues in which a shift is placed: far above the error of
@@ -274,7 +277,7 @@ impl<'p, 'a> Search<'p, 'a> {
     }
 
     /// The first `k` Ritz pairs; those of a factor in single precision are corrected with the
-    /// stiffness itself (Eq. R.14).
+    /// stiffness itself, once or twice (Eq. R.14).
     fn ritz_pairs(
         &self,
         run: &Lanczos<'_, ElasticProblem<'_>>,
@@ -284,11 +287,14 @@ impl<'p, 'a> Search<'p, 'a> {
         let (vectors, mass_vectors) = run.vectors(ritz, k);
         let residual = ritz.residuals[..self.n_modes].iter().fold(0.0, |a: f64, &r| a.max(r));
         let lambda = ritz.theta[..k].iter().map(|theta| 1.0 / theta).collect();
-        if !self.problem.is_single_precision() {
+        let Some(contraction) = self.problem.contraction() else {
             return Ok(Found { lambda, vectors, mass_vectors, residual });
-        }
+        };
         let stiffness_vectors = self.problem.stiffness_product(vectors.as_ref());
-        let (pairs, _) = self.correct(Pairs { lambda, vectors, mass_vectors, stiffness_vectors })?;
+        let (mut pairs, _) = self.correct(Pairs { lambda, vectors, mass_vectors, stiffness_vectors })?;
+        if contraction > ONE_CORRECTION {
+            (pairs, _) = self.correct(pairs)?;
+        }
         Ok(found(pairs, residual))
     }
 
