@@ -5,6 +5,7 @@ use ffr_dynamics::body::RigidMotion;
 use ffr_dynamics::data_error::check_square;
 use ffr_dynamics::error::EvaluationFailure;
 use nalgebra::Vector3;
+use rayon::prelude::*;
 
 use super::active_set::SolveReport;
 use super::point_solver::{Method, PointSolver};
@@ -68,6 +69,8 @@ const TURN_MARGIN: f64 = 10.0;
 /// Passes at most: three gain ten digits.
 const MAX_TURN_PASSES: usize = 5;
 
+/// Points from which on each tangent has a thread: reading their matrices takes a millisecond.
+const SHARED: usize = 1500;
 /// Points over those that are open but may be pressed from which on the displacements of these alone are products.
 const FEW_OPEN: usize = 4;
 
@@ -278,24 +281,29 @@ impl ZoneSolver {
     /// Replaces the answers `T_k λ` and `T_kᵀ λ` by those to `forces`: one pass over the matrices. Returns the largest
     /// change of the first-order part of the gaps.
     fn answer(&mut self, forces: &[f64]) -> f64 {
+        let add = |gaps: &mut [f64], answers: &[[Vec<f64>; 2]], sign: f64| {
+            for ([along, back], turn) in answers.iter().zip(self.turn) {
+                let sums = along.iter().zip(back).map(|(a, b)| a + b);
+                gaps.iter_mut().zip(sums).for_each(|(gap, sum)| *gap += sign * turn * sum);
+            }
+        };
         self.turned_gaps.fill(0.0);
-        let is_open = forces.iter().all(|force| *force == 0.0);
-        for ((matrix, [along, back]), turn) in self.tangential.iter().zip(&mut self.answers).zip(self.turn) {
-            let add = |gaps: &mut [f64], factor: f64, answers: [&[f64]; 2]| {
-                for ((gap, a), b) in gaps.iter_mut().zip(answers[0]).zip(answers[1]) {
-                    *gap += factor * (a + b);
-                }
-            };
-            add(&mut self.turned_gaps, -turn, [along, back]);
+        add(&mut self.turned_gaps, &self.answers, -1.0);
+        let (is_projected, is_open) = (&self.is_projected, forces.iter().all(|force| *force == 0.0));
+        let answer = |(matrix, [along, back]): (&Mat<f32>, &mut [Vec<f64>; 2])| {
             along.fill(0.0);
             back.fill(0.0);
             for (j, _) in
-                self.is_projected.iter().enumerate().filter(|(_, is_projected)| **is_projected && !is_open)
+                is_projected.iter().enumerate().filter(|(_, is_projected)| **is_projected && !is_open)
             {
                 back[j] = add_and_dot(matrix.col_as_slice(j), forces[j], along, forces);
             }
-            add(&mut self.turned_gaps, turn, [along, back]);
+        };
+        match forces.len() {
+            SHARED.. => self.tangential.par_iter().zip(&mut self.answers).for_each(answer),
+            _ => self.tangential.iter().zip(&mut self.answers).for_each(answer),
         }
+        add(&mut self.turned_gaps, &self.answers, 1.0);
         self.turned_gaps.iter().fold(0.0, |most, change| most.max(change.abs()))
     }
 
