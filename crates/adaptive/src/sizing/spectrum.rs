@@ -125,3 +125,44 @@ impl<'a> FrequencyProblem<'a> {
 fn fault(name: &str, source: DynamicsError) -> AdaptiveError {
     AdaptiveError::Reduction { body: name.to_owned(), source }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use faer::sparse::{SparseColMat, Triplet};
+    use ffr_dynamics::body::{Dof, MassMatrix};
+
+    use super::*;
+
+    #[test]
+    fn frequencies_next_to_a_limit_are_not_sought_where_their_number_decides() {
+        // Unit masses along the axis with unit springs between them.
+        let n = 600;
+        let entries = |at: &dyn Fn(u32) -> Vec<(u32, f64)>| {
+            let column = |j| at(j).into_iter().map(move |(i, value)| Triplet::new(i, j, value));
+            let entries: Vec<_> = (0..n).flat_map(column).collect();
+            SparseColMat::try_new_from_triplets(n as usize, n as usize, &entries).expect("a matrix")
+        };
+        let springs = |j: u32| match j {
+            0 => vec![(0, 1.0), (1, -1.0)],
+            _ if j + 1 == n => vec![(j, 1.0)],
+            _ => vec![(j, 2.0), (j + 1, -1.0)],
+        };
+        let nodes: Vec<[f64; 3]> = (0..n).map(|i| [0.0, f64::from(i), 0.0]).collect();
+        let body = AssembledBody {
+            name: "chain".into(),
+            motion: RigidMotion::Axial,
+            stiffness: entries(&springs),
+            mass: MassMatrix::General(entries(&|j| vec![(j, 1.0)])),
+            dofs: (0..n).map(|node| Dof { node, component: 1 }).collect(),
+            anchors: nodes.clone(),
+            nodes,
+        };
+        let problem = FrequencyProblem::new("chain", &body, &Digits::default()).expect("a pencil");
+        let limit = 2.0 * (10.5 * PI / f64::from(2 * n)).sin() / TAU;
+        let known = problem.next_to(limit, 3, 11).expect("frequencies");
+        assert_eq!((known.first, known.frequencies.len(), known.below(limit)), (9, 4, 10));
+        assert_eq!(problem.next_to(limit, 3, 10).expect("a count"), Known { first: 10, frequencies: vec![] });
+    }
+}
