@@ -11,7 +11,7 @@
 //! to round-off.
 
 mod bezier;
-mod boxes;
+pub(crate) mod boxes;
 mod surface_model;
 mod deformed;
 mod local_shape;

@@ -28,7 +28,7 @@ pub enum LedgerCause {
     LoweredPenalty,
     /// Anything else.
     #[error(
-        "lower simulation.impact.rtol or penalty.initial, refine the contact zone, or check that bodies do not touch with edges"
+        "lower simulation.impact.rtol or penalty.initial, refine the contact zone, exchange contact_body and target_body if the sides of the target's mesh have kinks (warning coarse-shape), or check that bodies do not touch with edges"
     )]
     Resolution,
 }

@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 /// An axis-parallel box.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Bounds {
+pub(crate) struct Bounds {
     pub centre: Vector3<f64>,
     pub half: Vector3<f64>,
 }

@@ -252,7 +252,8 @@ impl SurfacePair {
             let facing = self.facing.get(i).map(|normal| relative.transform_vector(normal));
             if from.is_none() || !displaced.may_stand(&found, facing.as_ref()) {
                 samples.update_once(displaced, is_sampled);
-                return displaced.on_all_faces(point, facing.as_ref(), samples, functions);
+                let known = from.map(|_| &found);
+                return displaced.on_all_faces(point, (known, facing.as_ref()), samples, functions);
             }
         } else if found.is_beyond && self.surface.is_joined() {
             // Another face may be nearer, or go on from there.

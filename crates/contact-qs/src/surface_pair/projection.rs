@@ -503,11 +503,14 @@ pub(super) struct Samples {
     /// Element of each place and where its function values start.
     elements: Vec<(u32, usize)>,
     values: Vec<f64>,
+    /// The first place of each face, and the number of places; the mean place of those of each face.
+    first: Vec<usize>,
+    middles: Vec<[f64; 3]>,
 }
 
 impl Samples {
     pub fn new(surface: &TargetSurface) -> Self {
-        let mut places = Vec::new();
+        let (mut places, mut first) = (Vec::new(), vec![0]);
         for (face, grid) in surface.faces.iter().enumerate() {
             let shares: [&[f64]; 2] = [&SAMPLES, if surface.n_parameters == 2 { &SAMPLES } else { &[0.5] }];
             let along = |a: usize| {
@@ -517,6 +520,7 @@ impl Samples {
             for v in along(1) {
                 places.extend(along(0).map(|u| SurfacePlace { face: face as u32, xi: [u, v] }));
             }
+            first.push(places.len());
         }
         let mut functions = Functions::new(surface);
         let (mut elements, mut values) = (Vec::new(), Vec::new());
@@ -524,7 +528,8 @@ impl Samples {
             elements.push((functions.evaluate(surface, place), values.len()));
             values.extend(functions.values());
         }
-        Self { points: vec![[0.0; 3]; places.len()], places, elements, values }
+        let (points, middles) = (vec![[0.0; 3]; places.len()], vec![[0.0; 3]; surface.faces.len()]);
+        Self { places, points, elements, values, first, middles }
     }
 
     /// Moves the samples with the surface unless that has been done, as `is_done` tells.
@@ -544,28 +549,37 @@ impl Samples {
                 add(point, value, &displaced.nodes[node as usize]);
             }
         }
+        for (middle, places) in self.middles.iter_mut().zip(self.first.windows(2)) {
+            *middle = [0.0; 3];
+            let share = 1.0 / (places[1] - places[0]) as f64;
+            self.points[places[0]..places[1]].iter().for_each(|point| add(middle, share, point));
+        }
+    }
+
+    /// Mean of the places of face `face`.
+    pub fn middle(&self, face: usize) -> &[f64; 3] {
+        &self.middles[face]
     }
 
     /// Place of the sample next to `point`.
     pub fn nearest(&self, point: &[f64; 3]) -> SurfacePlace {
-        self.nearest_among(0..self.places.len(), point).0
+        self.nearest_among(0..self.places.len(), point)
     }
 
-    /// Place of the sample of face `face` next to `point`, and its distance \[m\].
-    pub fn nearest_on(&self, face: usize, point: &[f64; 3]) -> (SurfacePlace, f64) {
-        let of = |face: usize| self.places.partition_point(|place| (place.face as usize) < face);
-        self.nearest_among(of(face)..of(face + 1), point)
+    /// Place of the sample of face `face` next to `point`.
+    pub fn nearest_on(&self, face: usize, point: &[f64; 3]) -> SurfacePlace {
+        self.nearest_among(self.first[face]..self.first[face + 1], point)
     }
 
-    /// Place of the sample next to `point` among those with the numbers `range`, and its distance.
-    fn nearest_among(&self, range: Range<usize>, point: &[f64; 3]) -> (SurfacePlace, f64) {
+    /// Place of the sample next to `point` among those with the numbers `range`.
+    fn nearest_among(&self, range: Range<usize>, point: &[f64; 3]) -> SurfacePlace {
         let (mut best, mut least) = (range.start, f64::INFINITY);
-        for (k, sample) in self.points.iter().enumerate().take(range.end).skip(range.start) {
-            let distance = square(point, sample);
+        for k in range {
+            let distance = square(point, &self.points[k]);
             if distance < least {
                 (best, least) = (k, distance);
             }
         }
-        (self.places[best], least.sqrt())
+        self.places[best]
     }
 }

@@ -33,11 +33,6 @@ const DEPTH: f64 = 0.25;
 /// part of the target's size, and as lying on the axis if it is nearer to that.
 const BEYOND: f64 = 1e-12;
 
-/// Largest distance of the points of a piece from its nearest sample, as a share of the diagonal of
-/// the piece: samples stand at a quarter and three quarters of its parameters, and its sides are no
-/// longer than the diagonal.
-const REACH: f64 = 0.5;
-
 /// Distance, as a share of the target's size, by which a point must lie beyond a seam before it is
 /// projected on the next face: it must not change between two faces from pass to pass. Gaps are off
 /// by this distance times the angle between the normals of the faces.
@@ -86,7 +81,7 @@ pub(super) struct FaceGrid {
     /// Whether the lower and the upper end of each direction are edges of the body that contact
     /// must not reach.
     pub is_edge: [[bool; 2]; 2],
-    /// Largest distance of a point of the face from its nearest sample: known for pieces, infinite
+    /// Largest distance of two places of the face: the diagonal of the box around the net of a piece, infinite
     /// for faces with many elements \[m\].
     pub reach: f64,
 }
@@ -257,7 +252,7 @@ impl TargetSurface {
             cells: vec![i as u32],
             orientation: 1.0,
             is_edge: [[false; 2]; 2],
-            reach: REACH * diagonal(&piece.net(|n| surface.positions[n as usize])),
+            reach: diagonal(&piece.net(|n| surface.positions[n as usize])),
         };
         let smoothing = Smoothing::new(surface, motion, number);
         let n_components = motion.n_components();

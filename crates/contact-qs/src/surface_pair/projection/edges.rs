@@ -82,10 +82,8 @@ fn is_sharp(
         return false;
     }
     let others = (0..surface.faces.len()).filter(|face| *face != place.face as usize);
-    let mut found = others.map(|face| {
-        let (start, _) = samples.nearest_on(face, &own.point);
-        displaced.closest_from(&start, &own.point, functions)
-    });
+    let mut found = others
+        .map(|face| displaced.closest_from(&samples.nearest_on(face, &own.point), &own.point, functions));
     if found.any(|other| goes_on(&other)) {
         return false;
     }

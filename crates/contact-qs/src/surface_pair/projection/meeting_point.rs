@@ -39,7 +39,7 @@ impl MeetingPoint {
         let mut place_at = |aside: [f64; 3]| {
             let there = std::array::from_fn(|c| start[c] + aside[c]);
             let is_start = norm(&aside) == 0.0;
-            let mut found = || undeformed.on_all_faces(&there, None, &samples, &mut functions).place;
+            let mut found = || undeformed.on_all_faces(&there, (None, None), &samples, &mut functions).place;
             if is_start { self.place } else { found() }
         };
         let points = self.points.iter().map(|(i, aside)| (*i, place_at(*aside))).collect();

@@ -70,7 +70,7 @@ impl Displaced<'_> {
         let round_off = SAME_PLACE * self.surface.size;
         let (mut sum, mut n) = ([0.0; 3], 0);
         for face in (0..self.surface.faces.len()).filter(|face| *face != seam.face as usize) {
-            let there = self.closest_from(&samples.nearest_on(face, &point).0, &point, functions);
+            let there = self.closest_from(&samples.nearest_on(face, &point), &point, functions);
             if norm(&difference(&there.point, &point)) <= round_off {
                 (0..3).for_each(|c| sum[c] += there.normal[c]);
                 n += 1;
@@ -100,9 +100,7 @@ impl Displaced<'_> {
         let own = found.place.face as usize;
         let others = (0..self.surface.faces.len()).filter(|face| *face != own);
         let mut all = vec![found];
-        all.extend(
-            others.map(|face| self.closest_from(&samples.nearest_on(face, point).0, point, functions)),
-        );
+        all.extend(others.map(|face| self.closest_from(&samples.nearest_on(face, point), point, functions)));
         let away = |p: &Projection| norm(&difference(point, &p.point));
         // The first of equal ones is the point's own.
         let least = all.iter().map(away).fold(f64::INFINITY, f64::min);

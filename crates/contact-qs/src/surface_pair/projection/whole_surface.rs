@@ -2,8 +2,12 @@
 //! Eqs. C.57 to C.59, C.76).
 
 use iga_core::nurbs::jet::{difference, norm};
+use nalgebra::Vector3;
 
+use super::proximity_cache::square;
 use super::{Displaced, Functions, Projection, Samples, SurfacePlace};
+use crate::search::boxes::Bounds;
+use crate::surface_pair::target::FaceGrid;
 use crate::zone::submodel::is_turned_to;
 
 /// Outward normal of a point's own face in the target's components; none of points that any surface
@@ -14,10 +18,12 @@ type Facing<'a> = Option<&'a [f64; 3]>;
 /// (Eq. C.58): points along an edge that deepen by less than this part of what they are away from
 /// it.
 const DEEPER: f64 = 10.0;
+/// Points of the net of a piece of a side of a mesh, of degree two, at most.
+const MOST_POINTS: usize = 9;
 
 impl Displaced<'_> {
     /// Projection of `point`, whose own face has the outward normal `facing` in the target's
-    /// components, on all faces, of which `samples` has the displaced places.
+    /// components, on all faces, of which `samples` has the displaced places; `known`: its projection on one of them.
     ///
     /// The nearest point of the surface says whether the point is outside. If it is inside, or over
     /// an edge by no more than the target's overhang, the nearest face presses it that lies below
@@ -26,21 +32,64 @@ impl Displaced<'_> {
     pub fn on_all_faces(
         &self,
         point: &[f64; 3],
-        facing: Facing<'_>,
+        (known, facing): (Option<&Projection>, Facing<'_>),
         samples: &Samples,
         functions: &mut Functions,
     ) -> Projection {
-        let (overhang, reach) =
-            (self.surface.overhang(), self.surface.edges.map_or(f64::INFINITY, |e| e.reach));
+        let overhang = self.surface.overhang();
+        let sampled = |functions: &mut _| self.closest_from(&samples.nearest(point), point, functions);
+        let known = known.copied().unwrap_or_else(|| sampled(functions));
+        let mut limit = self.farthest_that_counts(&known, point);
+        let found = loop {
+            let found = self.on_faces_within(limit, point, (&known, facing), samples, functions);
+            let needed = found.map_or(limit, |(nearest, _)| self.farthest_that_counts(&nearest, point));
+            // Asked this way round, a NaN ends it.
+            if needed > limit { limit = needed } else { break found }
+        };
+        let Some((nearest, pressing)) = found else {
+            return Projection { gap: f64::NAN, ..Projection::default() };
+        };
+        let distance = norm(&difference(point, &nearest.point));
+        // A point that lies deep below the one face and shallow below another came in through that.
+        let deepest = overhang.max(DEEPER * distance);
+        let pressing = pressing.filter(|found| found.gap.abs() <= deepest);
+        let best = match pressing {
+            Some(found)
+                if !self.is_outside(&nearest, distance) || (found.gap - distance).abs() <= overhang =>
+            {
+                found
+            }
+            _ => Projection { is_beyond: true, ..nearest },
+        };
+        // Functions are those of the place, not of the face looked at last.
+        self.jet(&best.place, functions);
+        best
+    }
+
+    /// Of the faces no farther from `point` than `limit`: the nearest place, and that of the face which presses it, if one may; none without
+    /// such faces.
+    fn on_faces_within(
+        &self,
+        limit: f64,
+        point: &[f64; 3],
+        (known, facing): (&Projection, Facing<'_>),
+        samples: &Samples,
+        functions: &mut Functions,
+    ) -> Option<(Projection, Option<Projection>)> {
+        let reach = self.surface.edges.map_or(f64::INFINITY, |e| e.reach);
         let mut nearest: Option<(f64, Projection)> = None;
         let mut pressing: Option<(f64, Projection)> = None;
-        let limit = self.farthest_that_counts(point, samples, functions);
         for (face, grid) in self.surface.faces.iter().enumerate() {
-            let (start, sampled) = samples.nearest_on(face, point);
-            if sampled - grid.reach > limit {
+            let is_far = square(point, samples.middle(face)) > (grid.reach + limit).powi(2);
+            if is_far || self.distance_of_net(face, point) > limit {
                 continue;
             }
-            let mut found = self.closest_from(&start, point, functions);
+            // A large face may be nearer elsewhere.
+            let mut found = if known.place.face as usize == face && grid.reach.is_finite() {
+                *known
+            } else {
+                self.closest_from(&samples.nearest_on(face, point), point, functions)
+            };
             if found.is_beyond
                 && let Some(other) = self.across_seam(&found.place, &found.point, functions)
             {
@@ -55,31 +104,48 @@ impl Displaced<'_> {
                 pressing = Some((found.gap.abs(), found));
             }
         }
-        let (Some((distance, nearest)), pressing) = (nearest, pressing.map(|(_, found)| found)) else {
-            return Projection { gap: f64::NAN, ..Projection::default() };
-        };
-        // A point that lies deep below the one face and shallow below another came in through that.
-        let deepest = overhang.max(DEEPER * distance);
-        let pressing = pressing.filter(|found| found.gap.abs() <= deepest);
-        let is_outside = (nearest.is_beyond || nearest.gap > 0.0) && distance > overhang;
-        let best = match pressing {
-            Some(found) if !is_outside || (found.gap - distance).abs() <= overhang => found,
-            _ => Projection { is_beyond: true, ..nearest },
-        };
-        // Functions are those of the place, not of the face looked at last.
-        self.jet(&best.place, functions);
-        best
+        Some((nearest?.1, pressing.map(|(_, found)| found)))
     }
 
-    /// Distance beyond which a face neither is the nearest one to `point` nor may press it
-    /// (Eq. C.58); unbounded where faces are few and large.
-    fn farthest_that_counts(&self, point: &[f64; 3], samples: &Samples, functions: &mut Functions) -> f64 {
+    /// Whether a point is outside whose nearest place, `distance` away, is `nearest`.
+    fn is_outside(&self, nearest: &Projection, distance: f64) -> bool {
+        (nearest.is_beyond || nearest.gap > 0.0) && distance > self.surface.overhang()
+    }
+
+    /// Distance beyond which a face neither is the nearest one to `point` nor may press it, if `found` is its nearest place: what presses one
+    /// outside is as far as that, but for the overhang along both of its sides (Eq. C.58); unbounded where faces are few and large.
+    fn farthest_that_counts(&self, found: &Projection, point: &[f64; 3]) -> f64 {
         if self.surface.faces.iter().any(|grid| grid.reach.is_infinite()) {
             return f64::INFINITY;
         }
-        let found = self.closest_from(&samples.nearest(point), point, functions);
-        let distance = norm(&difference(point, &found.point));
-        self.surface.overhang().max(DEEPER * distance)
+        let (distance, overhang) = (norm(&difference(point, &found.point)), self.surface.overhang());
+        if self.is_outside(found, distance) {
+            distance + 3.0 * overhang
+        } else {
+            overhang.max(DEEPER * distance)
+        }
+    }
+
+    /// Least distance of `point` from the displaced net of face `face`, and so from the face: from the box around it, and beyond the
+    /// planes through its four sides; zero of a face of many elements.
+    fn distance_of_net(&self, face: usize, point: &[f64; 3]) -> f64 {
+        let FaceGrid { cells, degrees: [p, q], .. } = &self.surface.faces[face];
+        let (n, n_points) = (p + 1, (p + 1) * (q + 1));
+        let mut net = [Vector3::zeros(); MOST_POINTS];
+        let (&[element], true) = (cells.as_slice(), n_points <= MOST_POINTS) else { return 0.0 };
+        let (element, net) = (&self.surface.elements[element as usize], &mut net[..n_points]);
+        for (&node, row) in element.nodes.iter().zip(element.coefficients.chunks_exact(n_points)) {
+            let place = Vector3::from(self.nodes[node as usize]);
+            net.iter_mut().zip(row).for_each(|(x, c)| *x += *c * place);
+        }
+        let point = Vector3::from(*point);
+        let corners = [0, *p, n_points - 1, n_points - n].map(|k| net[k]);
+        let normal = (corners[2] - corners[0]).cross(&(corners[3] - corners[1]));
+        let beyond = (0..4).filter_map(|k| {
+            let outward = (corners[(k + 1) % 4] - corners[k]).cross(&normal).try_normalize(0.0)?;
+            Some(net.iter().map(|x| outward.dot(&(point - x))).fold(f64::INFINITY, f64::min))
+        });
+        beyond.fold(Bounds::around(net.iter().copied()).distance_to(&point), f64::max)
     }
 
     /// The other end of a face that ends in `place` at `point`, if the face is closed there.
@@ -141,9 +207,12 @@ mod tests {
                 for radius in [0.3, 0.98, 1.02, 1.4] {
                     let point = [radius * cos, radius * sin, 0.99];
                     let found = match is_whole {
-                        true => {
-                            displaced.on_all_faces(&point, Some(&[0.0, 0.0, -1.0]), &samples, &mut functions)
-                        }
+                        true => displaced.on_all_faces(
+                            &point,
+                            (None, Some(&[0.0, 0.0, -1.0])),
+                            &samples,
+                            &mut functions,
+                        ),
                         false => displaced.closest_from(&samples.nearest(&point), &point, &mut functions),
                     };
                     let depth = found.distance(&point);
@@ -161,6 +230,27 @@ mod tests {
     }
 
     #[test]
+    fn a_net_is_no_farther_than_its_face() {
+        let surface = cube();
+        let displaced = Displaced { surface: &surface, nodes: &surface.nodes, normals: &[], slack: 0.0 };
+        let mut functions = Functions::new(&surface);
+        let middle = SurfacePlace { face: 0, xi: [0.5; 2] };
+        let centre = displaced.jet(&middle, &mut functions);
+        let [t, s] = centre.tangents.map(Vector3::from);
+        let out = t.cross(&s).normalize();
+        // Beside a side of the unit square, off its plane, and over it.
+        for (way, wanted) in
+            [((t + s).normalize() * 2.0, 2.0 * 0.5_f64.sqrt() - 0.5), (0.3 * out, 0.3), (0.2 * t, 0.0)]
+        {
+            let point = (Vector3::from(centre.point) + way).into();
+            let found = displaced.closest_from(&middle, &point, &mut functions);
+            let (net, face) = (displaced.distance_of_net(0, &point), norm(&difference(&found.point, &point)));
+            // Sums of terms of order one.
+            assert!(net <= face + 1e-14 && net >= wanted - 1e-14, "{net} {face} {wanted}");
+        }
+    }
+
+    #[test]
     fn functions_after_a_search_on_all_faces_are_those_of_the_place_found() {
         let surface = cube();
         let displaced = Displaced { surface: &surface, nodes: &surface.nodes, normals: &[], slack: 0.0 };
@@ -170,7 +260,7 @@ mod tests {
             for height in [-0.01, 1.01] {
                 let mut point = [0.3, 0.4, 0.45];
                 point[direction] = height;
-                let found = displaced.on_all_faces(&point, None, &samples, &mut functions);
+                let found = displaced.on_all_faces(&point, (None, None), &samples, &mut functions);
                 let jet = displaced.jet_of(found.element, &functions);
                 // Sums of four terms of order one.
                 assert!((found.gap - 0.01).abs() < 1e-14, "{found:?}");
