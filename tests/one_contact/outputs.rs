@@ -106,7 +106,9 @@ impl Output {
 fn largest_pressure(recording: &Recording) -> Option<f64> {
     let points = || recording.samples.iter().flat_map(|s| s.pressures[0].iter().map(|point| (s.time, point)));
     let (time, largest) = points().max_by(|a, b| a.1.pressure.total_cmp(&b.1.pressure))?;
-    let about = points().filter(|(t, point)| (t - time).abs() < 2.5e-7 && point.position == largest.position);
+    let bits = |place: &[f64; 3]| place.map(f64::to_bits);
+    let is_it = |place: &[f64; 3]| bits(place) == bits(&largest.position);
+    let about = points().filter(|(t, point)| (t - time).abs() < 2.5e-7 && is_it(&point.position));
     let pressures: Vec<f64> = about.map(|(_, point)| point.pressure).collect();
     Some(pressures.iter().sum::<f64>() / pressures.len() as f64)
 }
