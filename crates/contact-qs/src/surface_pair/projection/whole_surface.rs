@@ -113,17 +113,15 @@ impl Displaced<'_> {
     }
 
     /// Distance beyond which a face neither is the nearest one to `point` nor may press it, if `found` is its nearest place: what presses one
-    /// outside is as far as that, but for the overhang along both of its sides (Eq. C.58); unbounded where faces are few and large.
+    /// outside has that distance as its gap, what presses one inside (C.58), both but for the overhang, by which its foot may lie beyond both
+    /// ends of the face; unbounded where faces are few and large.
     fn farthest_that_counts(&self, found: &Projection, point: &[f64; 3]) -> f64 {
         if self.surface.faces.iter().any(|grid| grid.reach.is_infinite()) {
             return f64::INFINITY;
         }
         let (distance, overhang) = (norm(&difference(point, &found.point)), self.surface.overhang());
-        if self.is_outside(found, distance) {
-            distance + 3.0 * overhang
-        } else {
-            overhang.max(DEEPER * distance)
-        }
+        let gap = if self.is_outside(found, distance) { distance } else { overhang.max(DEEPER * distance) };
+        gap + 3.0 * overhang
     }
 
     /// Least distance of `point` from the displaced net of face `face`, and so from the face: from the box around it, and beyond the
@@ -248,6 +246,33 @@ mod tests {
             // Sums of terms of order one.
             assert!(net <= face + 1e-14 && net >= wanted - 1e-14, "{net} {face} {wanted}");
         }
+    }
+
+    #[test]
+    fn faces_that_are_not_looked_at_change_nothing() {
+        let all = cube().with_edges(0.02, None);
+        let mut near = cube().with_edges(0.02, None);
+        near.faces.iter_mut().for_each(|face| face.reach = 2.0_f64.sqrt());
+        let along = [-0.7, -0.011, -1e-3, 0.0, 0.003, 0.15, 0.5, 0.93, 1.0, 1.015, 1.3];
+        let places = along.iter().flat_map(|x| along.iter().flat_map(move |y| along.map(|z| [*x, *y, z])));
+        let facings = [None, Some([0.0, 0.0, -1.0]), Some([-0.6, 0.8, 0.0]), Some([1.0, 0.0, 0.0])];
+        let mut functions = Functions::new(&all);
+        let mut n_pressed = 0;
+        for point in places {
+            for facing in &facings {
+                let [wanted, found] = [&all, &near].map(|surface| {
+                    let displaced = Displaced { surface, nodes: &surface.nodes, normals: &[], slack: 0.0 };
+                    let mut samples = Samples::new(surface);
+                    samples.update(displaced);
+                    displaced.on_all_faces(&point, (None, facing.as_ref()), &samples, &mut functions)
+                });
+                n_pressed += usize::from(!wanted.is_beyond);
+                assert_eq!(wanted.is_beyond, found.is_beyond, "{point:?} {facing:?}: {wanted:?} {found:?}");
+                // Round-off of places of order one.
+                assert!((wanted.gap - found.gap).abs() < 1e-14, "{point:?} {facing:?}: {wanted:?} {found:?}");
+            }
+        }
+        assert!(n_pressed > 500, "{n_pressed}");
     }
 
     #[test]
