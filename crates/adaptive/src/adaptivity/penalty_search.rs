@@ -81,11 +81,6 @@ pub enum PenaltyStrategy {
 /// series need, since the force changes as well.
 const MOST_RISE: f64 = 10.0;
 const RISE_MARGIN: f64 = 1.1;
-/// The most by which it is raised where the springs themselves tell how much is missing.
-const MOST_RISE_OF_WAVES: f64 = 100.0;
-/// Power of the penalty factor with which the largest penetration beside the deformation falls: 1 under an even pressure, 1/2 at the rim
-/// of a stiff punch; blocks on planes and plates have 0.74 to 0.97.
-const RIM_POWER: f64 = 0.8;
 /// How far above theory Eq. A.25 the factors of whole surfaces begin: under edges and corners springs take up to 3 % of the approach by that, and a
 /// tenth of it so.
 const START_OF_WHOLE: f64 = 10.0;
@@ -94,11 +89,10 @@ const START_OF_WHOLE: f64 = 10.0;
 const STEPS: f64 = 10.0;
 
 /// The factor by which penalty springs must be stiffer for no more overlap than is allowed: springs
-/// in series with the bodies, under a pressure that concentrates at rims as they get stiffer (theory Eq. A.37).
+/// in series with the bodies, under the same force (theory Eq. A.37).
 fn missing_stiffness(overlap: Overlap) -> f64 {
     let odds = |share: f64| share / (1.0 - share).max(f64::MIN_POSITIVE);
-    let needed = (RISE_MARGIN * odds(overlap.share) / odds(overlap.most())).powf(1.0 / RIM_POWER);
-    let needed = needed.clamp(RISE_MARGIN, MOST_RISE_OF_WAVES);
+    let needed = (RISE_MARGIN * odds(overlap.share) / odds(overlap.most())).clamp(RISE_MARGIN, MOST_RISE);
     10_f64.powf((STEPS * needed.log10() - 1e-9).ceil() / STEPS)
 }
 

@@ -22,7 +22,7 @@ use crate::spec;
 use crate::state::ImpactHistory;
 use crate::surface::Surface;
 use crate::system::body::{BodyModel, FlexibleModel};
-use crate::system::whole_surface::flat_penalties;
+use crate::system::whole_surface::resolved_penalty;
 use crate::touch::detection::{Nearest, Search};
 use crate::touch::parts::side::{Moved, Side, met_place};
 use crate::touch::parts::{Touch, TouchKind, TouchLine, TouchZone, pressed_parts};
@@ -467,20 +467,17 @@ impl AdaptiveContact {
         let first = self.law.first_penalty(weight).map_err(|e| self.fail(e))?;
         let first = match self.law.penalty {
             Some(given) => given,
-            None => {
-                let [followed, least] = self.flat_penalties(kind, bodies);
-                (strategy.start() * first).min(followed.max(least))
-            }
+            None => (strategy.start() * first).min(self.penalty_of_modes(kind, bodies)),
         };
         Ok(PenaltySearch::new(strategy, first))
     }
 
-    /// The stiffest springs that the modes of the bodies follow where flat faces touch, and the softest that may be stiff enough (theory
-    /// Eqs. C.69, A.45); infinite of other touches [N/m³].
-    pub fn flat_penalties(&self, kind: TouchKind, bodies: &[BodyModel]) -> [f64; 2] {
+    /// The stiffest springs that the modes of the bodies follow where flat faces touch (theory
+    /// Eq. C.69); infinite of other touches [N/m³].
+    pub fn penalty_of_modes(&self, kind: TouchKind, bodies: &[BodyModel]) -> f64 {
         let sides =
             [Some(self.body), self.flexible_target].into_iter().flatten().map(|b| flexible(&bodies[b]));
-        if kind.is_jump() { flat_penalties(sides) } else { [f64::INFINITY; 2] }
+        if kind.is_jump() { resolved_penalty(sides) } else { f64::INFINITY }
     }
 
     /// Resets `element` with the models `fine` of whole surfaces, which served an earlier impact or

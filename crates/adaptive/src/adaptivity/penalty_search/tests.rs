@@ -190,8 +190,8 @@ fn bodies_that_lie_in_each_other_are_no_result() {
         overlap: Some(Overlap { share, pressing }),
     };
     // Springs in series: of 20 % penetration 80 % is deformation, which stays.
-    // 1.1 (0.2/0.8)/(0.1/0.9) = 2.475, to the power 1/0.8 3.1, rounded up to a tenth of a decade.
-    let missing = 10_f64.powf(0.5);
+    // 1.1 (0.2/0.8)/(0.1/0.9) = 2.475, rounded up to a tenth of a decade.
+    let missing = 10_f64.powf(0.4);
     for (strategy, pressing, rise) in [
         (PenaltyStrategy::CONVERGED, Pressing::Body, 10.0),
         (PenaltyStrategy::UntilStiff, Pressing::Body, 10.0),

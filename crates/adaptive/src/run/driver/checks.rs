@@ -70,7 +70,7 @@ impl Driver<'_> {
         let penalty = self.model.system.forces()[i].contact.facts().penalty();
         let beyond = |kind| {
             let refinement = self.model.contacts[i].refinement.as_ref()?;
-            Some(penalty / refinement.flat_penalties(kind, &self.model.bodies)[0])
+            Some(penalty / refinement.penalty_of_modes(kind, &self.model.bodies))
         };
         let few_at_once = || {
             let fine = self.slots[i].fine().filter(|fine| !is_minor && fine.has_moved())?;
